@@ -9,8 +9,8 @@ from dielast.io.result import Result
 
 @dataclass(frozen=True, slots=True)
 class CalibratedRange(Result):
-    """The range of the tests that a material was fitted to: `modes` of loading, the largest first invariant I1 of the stretches,
-    and the shortest and longest `time` in s and the `temperature` in degC.
+    """The range of the tests to which a material was fitted: `modes` of loading, the largest first invariant I1 of the stretches,
+    the shortest and longest `time` in s, and the lowest and highest `temperature` in degC.
     """
 
     modes: tuple[str, ...]

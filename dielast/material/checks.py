@@ -1,6 +1,6 @@
 """Warnings of legal constants that look like mistakes: a modulus in the wrong unit, a temperature on the wrong scale.
 
-A warning says what the input looks like. None of these inputs is an error: a real material may have such constants.
+A warning states the likely mistake. None of these inputs is an error: a real material may have such constants.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ SQUEEZED = 0.7  # stretch: a smaller value is probably a strain
 
 
 def warn_of_material(material: Material) -> None:
-    """Warn of constants that look as if they were in another unit."""
+    """Warn of constants that are most likely in another unit."""
     rest, branches = material.equilibrium_modulus, float(np.sum(material.spectrum.shear_modulus))
     if rest > 0 and not SOFTEST <= rest <= HARDEST:
         known = f"rubbers at rest have {SOFTEST:g} Pa to {HARDEST / 1e6:g} MPa"
@@ -59,7 +59,7 @@ def warn_of_material(material: Material) -> None:
 
 
 def warn_of_breakdown(field: ArrayLike) -> None:
-    """Warn of breakdown fields (V/m, any shape) that no film has."""
+    """Warn of breakdown fields (V/m, any shape) outside of those of polymer films."""
     values = np.atleast_1d(np.asarray(field, dtype=float))
     for value in values[(values < FAINTEST) | (values > STRONGEST)][:1]:
         warn(f"a breakdown field of {value:g} V/m: films break down at 1 to 1000 MV/m, so is it in another unit?")
@@ -174,7 +174,7 @@ def warn_of_measured_stretch(name: str, stretch: ArrayLike, source: str) -> None
 
 
 def warn_of_stretch(lowest: float, highest: float) -> None:
-    """Warn of prescribed stretches, from the `lowest` to the `highest`, that look like strains."""
+    """Warn of prescribed stretches, from `lowest` to `highest`, that look like strains."""
     if lowest < SQUEEZED:
         warn(
             f"a stretch of {lowest:g} compresses the film (1 is undeformed): is it a strain, so that the stretch is {1 + lowest:g}?"

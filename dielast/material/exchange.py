@@ -23,7 +23,7 @@ PARTS: dict[str, tuple[str, ...]] = {
     "breakdown law": ("breakdown",),
     "damage law": ("damage",),
 }
-"""The parts of a material that its draws may differ in, and their fields."""
+"""The parts of a material that may differ between draws, with their fields."""
 FACTORS = {"breakdown field": "breakdown_factor", "thickness": "thickness_factor", "damage": "damage_factor"}
 """Sources that scatter from film to film -> the field of a sample."""
 WHOLE = "material"
@@ -91,7 +91,7 @@ class Exchange(Result):
 
 
 def _exchanged(sample: Sample, source: Source, keep: Index, take: Index) -> Sample:
-    """The draws `keep` of a sample with the source of the draws `take`."""
+    """The draws `keep` (k,) of a sample, with the source of the draws `take` (k,)."""
     materials = [sample.materials[k] for k in keep]
     if source.material_fields:
         others = [sample.materials[k] for k in take]
@@ -107,7 +107,7 @@ def _exchanged(sample: Sample, source: Source, keep: Index, take: Index) -> Samp
 
 
 def _joined(samples: Sequence[Sample]) -> Sample:
-    """The draws of all samples, one after the other."""
+    """The draws of all samples, one sample after another."""
     columns: dict[str, Any] = {
         name: None if getattr(samples[0], name) is None else np.concatenate([getattr(one_sample, name) for one_sample in samples])
         for name in FACTORS.values()

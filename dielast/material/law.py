@@ -17,7 +17,7 @@ from dielast.units import Dimension
 
 @dataclass(frozen=True, slots=True)
 class Constant:
-    """One constant of a law: the attribute `name` of the law, and how files state it.
+    """One constant of a law: the attribute `name` of the law, and its form in files.
 
     `dimension` is None for a bare number. `above` and `at_least` are bounds of its values. `many`: a list of numbers. `key` is its
     key in a material file, by default the name. A file may leave out a constant with a default, `left_out`, or one that is not
@@ -77,7 +77,7 @@ class Constant:
         return stated[0]
 
     def stated(self, value: Any) -> Any:
-        """The value as a material file states it, with 9 significant digits."""
+        """The value for a material file, with 9 significant digits."""
         if self.many:
             return [replace(self, many=False).stated(entry) for entry in value]
         return float(f"{value:.9g}") if self.dimension is None else f"{value:.9g} {self.unit}"
@@ -86,7 +86,7 @@ class Constant:
 class Law:
     """Base of every law.
 
-    `name` stands in files, `title` in sentences ("the WLF law").
+    `name` is used in files, `title` in sentences ("the WLF law").
     """
 
     __slots__ = ()
@@ -133,14 +133,14 @@ Entry = TypeVar("Entry", bound=Any)
 
 
 class Registry(Generic[Entry]):
-    """Everything of one `kind` by name, in the order of registration."""
+    """The entries of one `kind`, by name and in the order of registration."""
 
     def __init__(self, kind: str) -> None:
         self.kind = kind
         self._entries: dict[str, Entry] = {}
 
     def register(self, entry: Entry) -> Entry:
-        """Add an entry under its name; it also serves as a decorator of a class."""
+        """Add an entry under its name; also a decorator of a class."""
         self._entries[entry.name] = entry
         return entry
 

@@ -43,7 +43,7 @@ class Leakage(Result):
         return Leakage(np.asarray(self.conductivity)[cases], np.asarray(self.field)[cases])
 
     def current_density(self, true_field: Floats) -> Floats:
-        """j in A/m^2 at a true field in V/m, with its sign."""
+        """j in A/m^2, with its sign, at a true field in V/m."""
         return np.asarray(self.conductivity * np.exp(np.abs(true_field) / self.field) * true_field)
 
     def slope(self, true_field: Floats) -> Floats:

@@ -39,7 +39,7 @@ class Measurement(Result):
 
     @classmethod
     def names(cls) -> tuple[str, ...]:
-        """The fields that hold abscissa and ordinates."""
+        """The names of the fields of abscissa and ordinates."""
         return tuple(field.name for field in fields(cls)[1 : 2 + len(cls.KIND.ordinates)])
 
     @property

@@ -15,7 +15,7 @@ from dielast.material.spectrum import Spectrum
 from dielast.units import STRESS, TIME, Dimension, parse
 
 Numbers = dict[str, dict[str, Any]]
-"""Values in SI, a number or a list of them, by section and key."""
+"""Values in SI, each a number or a list of numbers, by section and key."""
 
 LISTS = {"shear_modulus": STRESS, "relaxation_time": TIME}
 """Keys of the numbers of branches, with their dimensions."""
@@ -37,7 +37,7 @@ class Kind:
 
 
 def numbers_of(material: Material) -> Numbers:
-    """All numbers of a material that may be free, by section and key of its file."""
+    """All numbers of a material that may be varied, by section and key of its file."""
     modulus, spring = material.equilibrium_modulus, material.equilibrium_law
     numbers: Numbers = {
         "equilibrium": {**({"shear_modulus": modulus} if spring.takes_modulus else {}), **_read(spring, spring.in_file(modulus))},
@@ -69,7 +69,7 @@ def kinds_of(material: Material) -> dict[str, dict[str, Kind]]:
 
 
 def material_of(material: Material, numbers: Mapping[str, Mapping[str, Any]]) -> Material:
-    """The material with other numbers; raises `InputError` for numbers that its laws refuse."""
+    """The material with other numbers; raises `InputError` for numbers that its laws do not allow."""
     equilibrium, branches = dict(numbers["equilibrium"]), dict(numbers["nonequilibrium"])
     modulus = equilibrium.pop("shear_modulus", None)
     spring = type(material.equilibrium_law).of_file(equilibrium, modulus)
@@ -88,7 +88,7 @@ def material_of(material: Material, numbers: Mapping[str, Mapping[str, Any]]) ->
 
 
 def _laws(material: Material) -> dict[str, Law]:
-    """The laws beside the springs that a material has, by section."""
+    """The laws of a material other than the springs, by section."""
     known = {"shift": material.shift, "dielectric": material.dielectric, "breakdown": material.breakdown, "damage": material.damage}
     return {section: law for section, law in known.items() if law is not None}
 

@@ -1,4 +1,4 @@
-"""A film whose numbers are changed one at a time, for the relative change of a result by that of each number."""
+"""A film whose numbers are changed one at a time, for the logarithmic derivatives of a result with respect to each number."""
 
 from __future__ import annotations
 
@@ -15,29 +15,29 @@ from dielast.material.scatter import Sample
 from dielast.numerics.arrays import Floats
 
 STEP = 0.01
-"""Change of the logarithm of a number."""
+"""Changes of the logarithm of a number."""
 STEPS = STEP * np.array([-2.0, -1.0, 1.0, 2.0])
 WEIGHTS = np.array([1.0, -8.0, 8.0, -1.0]) / (12 * STEP)
-"""Of the results at `STEPS`, in the central difference of fourth order."""
+"""Weights of the results at `STEPS` in the central difference of fourth order."""
 CLOSE = np.array([0.0, -1.0, 1.0, 0.0]) / (2 * STEP)
-"""The same of second order."""
+"""Weights of the results at `STEPS` in the central difference of second order."""
 FIELD, THICKNESS = "breakdown field", "thickness"
-ELSEWHERE = (("nonequilibrium", "shear_modulus"), ("breakdown", "field"))  # which SCALE and FIELD change
-ABSCISSAE = ("prestretch", "temperature", "temperature_degC")  # of tables
+ELSEWHERE = (("nonequilibrium", "shear_modulus"), ("breakdown", "field"))  # varied by SCALE and FIELD instead
+ABSCISSAE = ("prestretch", "temperature", "temperature_degC")  # keys of the abscissae of tables, which are not varied
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Perturbed(Result):
-    """The `names` of what is changed, and the `sample` of films, four for each: a number times exp(STEPS)."""
+    """The `names` of the varied numbers, and the `sample` of films: four for each number, which is multiplied by exp(STEPS)."""
 
     names: tuple[str, ...]
     sample: Sample
 
     @classmethod
     def of(cls, material: Material) -> Perturbed:
-        """Every number of a material, by its path in a material file, then breakdown field and thickness of the film.
+        """Every number of a material, by its path in a material file, followed by breakdown field and thickness of the film.
 
-        The numbers of a list change together. Numbers that are 0 do not change.
+        The numbers of a list change together. Numbers that are 0 are not varied.
         """
         changed = list(_changed(material))
         films = [member for _, members in changed for member in members]
@@ -46,13 +46,14 @@ class Perturbed(Result):
         field = np.concatenate((steady, moved, ones))
         thickness = np.concatenate((steady, ones, moved))
         plain = [material] * (2 * STEPS.size)
-        # a damage of its own, or a factor on the breakdown field would be one on the field of the damage, too
+        # with a separate scatter of the damage, the factor on the breakdown field does not change the field of the damage law
         damage = np.ones(field.size) if material.damage is not None else None
         return cls((*(name for name, _ in changed), FIELD, THICKNESS), Sample((*films, *plain), field, thickness, damage))
 
     def slopes(self, results: Floats) -> tuple[Floats, Floats]:
-        """d(result)/d(ln number) (names, ...) from the results (films, ...), and by how much the difference of fourth order changes
-        that of second order, which is more than the error of a smooth result.
+        """The derivatives (names, ...) of results (films, ...) with respect to ln number, and their errors.
+
+        An error is the difference between fourth and second order, an upper bound for a smooth result.
         """
         by_name = results.reshape(len(self.names), STEPS.size, *results.shape[1:])
         slope, plain = (np.einsum("s,ns...->n...", weights, by_name) for weights in (WEIGHTS, CLOSE))
@@ -60,7 +61,7 @@ class Perturbed(Result):
 
 
 def _changed(material: Material) -> Iterator[tuple[str, list[Material]]]:
-    """Each number of a material that may change, by name, and the material with it changed."""
+    """Each number of a material that may be varied, by name, and the materials with this number changed."""
     numbers = numbers_of(material)
     for section, values in numbers.items():
         for key, value in values.items():

@@ -1,4 +1,4 @@
-"""What is not known about a material: draws of it, which scatter as measurements would, and what scatters from film to film."""
+"""The uncertainty of a material, as draws that scatter like measurements, and the scatter from film to film."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from dielast.numerics.random_streams import stream
 
 
 class Scatter(Protocol):
-    """How a positive quantity scatters."""
+    """The scatter of a positive quantity."""
 
     def factors(self, quantile: Floats) -> Floats:
         """Factors on the stated value, of the shape of `quantile`, which lies between 0 and 1."""
@@ -40,7 +40,7 @@ class NormalScatter:
         """Factors on the stated value."""
         if self.relative == 0:
             return np.ones_like(quantile)
-        from statistics import NormalDist  # which takes its time to load
+        from statistics import NormalDist  # a slow import
 
         normal = NormalDist()
         below = normal.cdf(-1 / self.relative)
@@ -83,14 +83,15 @@ class DamageScatter:
                 raise InputError(f"{value:g}: a positive number is needed", argument=name)
 
     def factors(self, quantile: Floats) -> Floats:
-        """The damage at failure, of the shape of `quantile`."""
+        """The damage at failure, with the shape of `quantile`."""
         return np.asarray((-np.log1p(-np.clip(quantile, 1e-15, 1 - 1e-15)) / self.area_ratio) ** (1 / self.shape))
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Sample(TabularResult):
-    """Draws of films: a material each, and factors (draws,) on the breakdown field and on the undeformed thickness; and the damage
-    (draws,) at which each fails, where that has a scatter of its own.
+    """Draws of films: the material of each draw, and factors (draws,) on the breakdown field and on the undeformed thickness.
+
+    `damage_factor` (draws,) is the damage at which a film fails, None unless it has a separate scatter.
     """
 
     materials: tuple[Material, ...]
@@ -99,13 +100,12 @@ class Sample(TabularResult):
     damage_factor: Floats | None = None
 
     def aged(self) -> tuple[Material, ...]:
-        """The material of each draw with a law by which its damage comes to 1 when the film fails.
+        """The material of each draw, with a damage law whose integral reaches 1 when the film fails.
 
-        Without a scatter of the damage, the factor on the breakdown field is one on the field of the damage, too: a film that is
-        stronger lives longer.
-
-        Of Weibull's shape m, D at a film's failure is then of shape beta = m/n, n the exponent of the damage: a share
-        1 - exp(-D^beta) of the films has failed when a film of the stated constants has the damage D.
+        Without a separate scatter of the damage, the factor on the breakdown field also applies to the field of the damage law: a
+        stronger film lives longer. If that factor has a Weibull distribution of shape m, D at failure then has the shape beta =
+        m/n, with n the exponent of the damage law: a fraction 1 - exp(-D^beta) of the films has failed when the damage of a film
+        with the stated constants is D.
         """
         factors = (self.breakdown_factor if self.damage_factor is None else self.damage_factor).tolist()
         aged = []
@@ -120,7 +120,7 @@ class Sample(TabularResult):
         return len(self.materials)
 
     def columns(self) -> Table:
-        """One film a row, with the number of its material among those drawn from."""
+        """The table, one row per film, with the index of its material among those drawn from."""
         numbers = {id(material): number for number, material in enumerate({id(one): one for one in self.materials}.values())}
         return [
             Column("draw", None, np.arange(len(self))),
@@ -159,7 +159,7 @@ def draw_sample(
 
 
 def fewest_draws(level: float) -> int:
-    """The smallest number of draws whose extremes bound an interval of this `level`."""
+    """The smallest number of draws whose extremes are the bounds of an interval of this `level`."""
     if not 0 < level < 1:
         raise InputError(f"{level:g}: a probability above 0 and below 1 is needed, such as 0.9", argument="level")
     return int(np.ceil(2 / (1 - level) - 1 - 1e-9))

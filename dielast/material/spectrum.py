@@ -14,7 +14,7 @@ from dielast.numerics.arrays import Floats
 
 
 def slowest_first(spectrum: Result, times: str, strengths: str) -> None:
-    """Order the fields `times` and `strengths` of a spectrum, (N,) each, by descending time, and make them read-only.
+    """Sort the fields `times` and `strengths` of a spectrum, (N,) each, by descending time, and make them read-only.
 
     Raises `InputError` if they differ in length, a time is not positive, a strength is negative, or either is not finite.
     """
@@ -47,7 +47,7 @@ class Spectrum(TabularResult):
         return self.relaxation_time.size
 
     def columns(self) -> Table:
-        """One branch a row."""
+        """The table, one row per branch."""
         return [Column("relaxation_time", "s", self.relaxation_time), Column("shear_modulus", "Pa", self.shear_modulus)]
 
     def slowest(self, keep: int) -> Spectrum:

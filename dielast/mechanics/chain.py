@@ -47,7 +47,7 @@ class Chain:
         return replace(self, base=np.where(np.isnan(self.base), present, self.base))
 
     def take(self, cases: Cases) -> Chain:
-        """The same for some of the cases."""
+        """The selected cases (k,)."""
         return replace(self, base=self.base[:, cases], scale=self.scale[cases])
 
     @property

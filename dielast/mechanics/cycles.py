@@ -55,7 +55,7 @@ class Cycles:
         return replace(self, base=np.where(np.isnan(self.base), present, self.base))
 
     def take(self, cases: Cases) -> Cycles:
-        """The same for some of the cases."""
+        """The selected cases (k,)."""
         values = {name: getattr(self, name)[cases] for name in ("low", "high", "period")}
         return replace(self, base=self.base[:, cases], edges=self.edges[:, cases], **values)
 

@@ -42,7 +42,7 @@ class EventArrays:
         return np.concatenate((self.log_squared_stretch, self.nominal_stress, *single, self.exposed))
 
     def take(self, cases: Cases) -> EventArrays:
-        """The same for some of the cases."""
+        """The selected cases (k,)."""
         return EventArrays(*(getattr(self, one.name)[..., cases] for one in fields(self)))
 
     def put(self, cases: Cases, part: EventArrays) -> None:

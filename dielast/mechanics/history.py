@@ -66,7 +66,7 @@ def _pieces(step: Step, mode: Mode, held: Controls, cases: int, origin: int) -> 
     path = step.stretch if isinstance(step.stretch, Path) else step.stress if isinstance(step.stress, Path) else None
     if path is not None:
         if step.rate is not None or step.duration is not None or (step.stretch is not None and step.stress is not None):
-            raise InputError("a waveform or a track has its pace with it, and stands alone")
+            raise InputError("a waveform or a track determines its own time: state no rate, duration or second quantity with it")
         control = Control.STRESS if step.stretch is None else Control.STRETCH
         _check_stretch(control, path.values())
         equibiaxial = mode is Mode.EQUIBIAXIAL
@@ -169,7 +169,7 @@ def electrical_pieces(steps: Sequence[ElectricalStep], controls: Controls, unit:
                 raise InputError(f"a {step.QUANTITY} does not go with a {kind.QUANTITY}: all steps prescribe one or the other")
             if isinstance(step.target, Path):
                 if step.rate is not None or step.duration is not None:
-                    raise InputError("a waveform or a track has its pace with it")
+                    raise InputError("a waveform or a track determines its own time: state no rate or duration with it")
                 result += path_pieces(step.target, controls, (False, False, True), 1 / unit, index)
                 present = spread(step.target.last, step.QUANTITY, unit.size)
                 continue

@@ -47,7 +47,7 @@ class Ramp:
         return ()
 
     def take(self, cases: Cases) -> Ramp:
-        """The same for some of the cases."""
+        """The selected cases (k,)."""
         first, second, third = (None if value is None else value[cases] for value in self.target)
         rate = None if self.rate is None else self.rate[cases]
         return replace(self, target=(first, second, third), duration=self.duration[cases], rate=rate)

@@ -45,7 +45,7 @@ class LoadedPoints(UnderLoad):
         return -2
 
     def take(self, cases: Cases) -> LoadedPoints:
-        """The same for some of the cases."""
+        """The selected cases (k,)."""
         return type(self)(self.points.take(cases), self.load.take(cases))
 
     def pack(self, internal: Floats, log_squared_stretch: Floats, nominal_stress: Floats) -> Floats:

@@ -140,8 +140,8 @@ def _spring_tangent(
         half = points.law.tangent(points.springs(internal, log_squared_stretch))[1]
         k11, k12, k22 = 2 * np.einsum("nm,cnm->cm", modulus, half)
         return k11, k12, k22
-    along, both = points.law.equibiaxial_tangent(np.exp(log_squared_stretch[0] - internal[0]))
-    k12 = 2 * np.einsum("nm,nm->m", modulus, both)
+    along, across = points.law.equibiaxial_tangent(np.exp(log_squared_stretch[0] - internal[0]))
+    k12 = 2 * np.einsum("nm,nm->m", modulus, across)
     k11 = k12 + 2 * np.einsum("nm,nm->m", modulus, along)
     return k11, k12, k11
 

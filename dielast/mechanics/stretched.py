@@ -86,8 +86,8 @@ class PlanarStep:
         self.system, self.flow = system, step * system.rate
         self.stress, tangent = system.law.tangent(self._squared(time, state))
         self.springs = Eliminated.of(np.ones_like(self.flow), tangent, self.flow, 1 / gamma)
-        moved = 2 * step * system.slope / (system.start + system.slope * time)
-        self.change = flow_of(tangent[:2] * moved, self.flow)
+        change_of_stretch = 2 * step * system.slope / (system.start + system.slope * time)
+        self.change = flow_of(tangent[:2] * change_of_stretch, self.flow)
 
     def _squared(self, time: Floats, state: Floats) -> Floats:
         elastic = -state[:, None]

@@ -1,1 +1,1 @@
-"""Measurements as they come from a laboratory's files."""
+"""Measurements from the files of a laboratory: plain tables, and exports of instruments."""

@@ -1,4 +1,4 @@
-"""`[data]` of `spectrum`: one test or one master curve, and which column is what."""
+"""`[data]` of `spectrum`: one test or one master curve, and the roles of its columns."""
 
 from __future__ import annotations
 
@@ -45,5 +45,5 @@ class CurveData(MeasuredData):
 
     @property
     def names(self) -> tuple[str, ...]:
-        """The file."""
+        """The name of the file."""
         return (self.file,)

@@ -1,4 +1,4 @@
-"""Readings divided into isothermal sets, and the sets into the runs of the test."""
+"""Division of readings into isothermal sets, and of the sets into runs of the test."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ from dielast.units import ZERO_CELSIUS
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 
-WIDEST = 4  # tolerances that the readings of one set may spread over
-SHORTEST = 3  # points of a run
+WIDEST = 4  # spread of the readings of one set, in tolerances
+SHORTEST = 3  # number of points of a run
 
 
 def isotherms(temperature: Array, abscissa: Array, source: Index, label: Index, tolerance: float) -> list[tuple[float, Index]]:
     """The temperature in degC and the rows of each run, by ascending temperature; all arguments of shape (n,).
 
-    Rows with a `label` of zero or more belong to the set of that label; the others are sorted by temperature and divided at gaps
-    wider than `tolerance` (K). A set's temperature is the mean of its readings. Raises `InputError` if the readings of a set
-    spread over more than four tolerances.
+    Rows with a nonnegative `label` belong to the set of that label; the others are sorted by temperature and divided at gaps wider
+    than `tolerance` (K). The temperature of a set is the mean of its readings. Raises `InputError` if the readings of a set spread
+    over more than four tolerances.
     """
     sets = [np.flatnonzero(label == value) for value in np.unique(label[label >= 0])]
     for members in sets:
@@ -52,7 +52,7 @@ def isotherms(temperature: Array, abscissa: Array, source: Index, label: Index, 
 
 
 def temperature_of_file(data: MeasurementData, index: int, name: str) -> float:
-    """The temperature in degC that the recipe, or the file's name, states for the file at `index`."""
+    """The temperature in degC that the recipe, or the name of the file, states for the file of this `index`."""
     if data.temperatures is not None:
         return float(data.temperatures[index])
     pattern = re.escape(data.temperature_in_name or "").replace(r"\{degC\}", r"(?P<degC>[+-]?\d+(?:\.\d+)?)")
@@ -69,19 +69,19 @@ def _check_spread(readings: Array, tolerance: float, what: str, why: str) -> Non
 
 
 def _level(readings: Array) -> float:
-    """The mean of a set's readings, which scatter as the thermostat does; equal readings are returned as they are, unrounded."""
+    """The mean of a set's readings, which scatter with the thermostat; equal readings are returned without rounding."""
     return float(readings[0]) if np.ptp(readings) == 0 else round(float(np.mean(readings)), 6)
 
 
 def _runs(rows: Index, abscissa: Array, source: Index) -> list[Index]:
-    """The `rows` of one temperature by run: a new one begins with a new file, or where the abscissa starts anew.
+    """The `rows` of one temperature by run: a new run begins with a new file, or where the abscissa restarts.
 
-    Points in no order at all are one run.
+    Points in no order are one run.
     """
     along = abscissa[rows]
     if np.count_nonzero(np.diff(along) < 0) > np.count_nonzero(np.diff(along) > 0):
         with np.errstate(over="ignore"):
-            along = 1 / along  # a sweep from high to low frequencies
+            along = 1 / along  # a sweep from high to low frequency
     anew = (np.diff(source[rows]) != 0) | (along[1:] < 0.5 * along[:-1])
     runs = np.split(rows, np.flatnonzero(anew) + 1)
     return runs if min(run.size for run in runs) >= SHORTEST else [rows]

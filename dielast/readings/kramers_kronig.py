@@ -1,12 +1,12 @@
-"""Whether the two moduli of a frequency sweep can belong to one material, and whether its frequencies are in the stated unit.
+"""Whether the two moduli of a frequency sweep are consistent with one material, and its frequencies with the stated unit.
 
 Storage and loss modulus of a causal linear material determine each other. To a good approximation the relation is local: the phase
 angle is pi/2 times the slope of log |E*| over log omega: H. C. Booij and G. P. J. M. Thoone, Rheol. Acta 21 (1982) 15. Swapped
-columns, and two moduli in different units, break it.
+columns, and two moduli in different units, violate it.
 
-The relation does not depend on the scale of the frequency, as only slopes over log omega enter: a sweep in rad/s that is labelled
-Hz is as consistent as before. To check the scale takes a second quantity that depends on time: a complex viscosity,
-|eta*| = |E*| / omega (see `viscosity_factor`), or a column with the other frequency.
+The relation does not depend on the scale of the frequency, as it contains only slopes over log omega: a sweep in rad/s that is
+labelled Hz is still consistent. A check of the scale needs a second quantity that depends on time: a complex viscosity, |eta*| =
+|E*| / omega (see `viscosity_factor`), or a column with the other frequency.
 """
 
 from __future__ import annotations
@@ -21,15 +21,15 @@ from dielast.material.measurement import FrequencySweep
 
 Array = NDArray[np.float64]
 
-SIGNIFICANT_ANGLE = 0.2  # rad; below, slope and phase are too small to be compared
-CONTRADICTION = 0.5  # of the larger of the two angles; good sweeps have less than 0.1
-EXPLAINED = 0.35  # the same, with the right explanation
+SIGNIFICANT_ANGLE = 0.2  # rad; smaller slopes and phases are not compared
+CONTRADICTION = 0.5  # difference of the two angles over the larger one; good sweeps have less than 0.1
+EXPLAINED = 0.35  # the same after the mistake is corrected
 ENOUGH_POINTS = 5
 UNIT_FACTORS = (-9, -6, -3, 3, 6, 9)  # decades between Pa, kPa, MPa and GPa
 
 
 def warn_if_inconsistent(sweeps: Sequence[FrequencySweep]) -> None:
-    """Warn where storage and loss moduli of all `sweeps` together cannot belong to one material, and say why if that shows."""
+    """Warn if the storage and loss moduli of all `sweeps` together are inconsistent, with the likely reason."""
     data = [_sorted(sweep) for sweep in sweeps]
     if _contradiction(data) <= CONTRADICTION:
         return
@@ -50,14 +50,14 @@ def warn_if_inconsistent(sweeps: Sequence[FrequencySweep]) -> None:
 
 
 def _sorted(sweep: FrequencySweep) -> tuple[Array, Array, Array]:
-    """Frequency and the two moduli by ascending frequency, without values below zero and repeated frequencies."""
+    """Frequency and the two moduli by ascending frequency, without negative values and repeated frequencies."""
     good = (sweep.storage_modulus > 0) & (sweep.loss_modulus > 0)
     omega, first = np.unique(sweep.angular_frequency[good], return_index=True)
     return omega, sweep.storage_modulus[good][first], sweep.loss_modulus[good][first]
 
 
 def _contradiction(data: Sequence[tuple[Array, Array, Array]]) -> float:
-    """Median, over the points with an angle worth comparing, of the difference of the two angles over the larger one."""
+    """Median, over the points with significant angles, of the difference of the two angles over the larger one."""
     differences = [np.zeros(0)]
     for omega, storage, loss in data:
         if omega.size < 3:
@@ -72,9 +72,9 @@ def _contradiction(data: Sequence[tuple[Array, Array, Array]]) -> float:
 
 
 def viscosity_factor(sweep: FrequencySweep, complex_viscosity: Array) -> float:
-    """What the frequencies must be multiplied with to agree with a complex viscosity (n,) in Pa s: median |E*| / (omega |eta*|).
+    """The factor on the frequencies for agreement with a complex viscosity (n,) in Pa s: median |E*| / (omega |eta*|).
 
-    One in the right unit, 1 / (2 pi) where rad/s were taken for Hz, 2 pi the other way round. The viscosity is three times the
+    It is 1 in the right unit, 1 / (2 pi) if rad/s were read as Hz, 2 pi in the opposite case. The viscosity is three times the
     shear viscosity, as the moduli are Young's. Raises `InputError` if the lengths differ or no viscosity is positive.
     """
     viscosity = np.asarray(complex_viscosity, dtype=float)

@@ -1,4 +1,4 @@
-"""The measurements that a recipe's `[data]` describes, read from plain tables or instruments' exports."""
+"""The measurements that `[data]` of a recipe describes, read from plain tables or instruments' exports."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ from dielast.readings.specimen import mistaken
 from dielast.readings.steps import Part, parts_of
 from dielast.readings.values import Readings, read_part
 
-VISCOSITY_AGREEMENT = 0.1  # in ln, of a complex viscosity, rounded as it may be, with the modulus over the angular frequency
+VISCOSITY_AGREEMENT = 0.1  # in ln; tolerance for a rounded complex viscosity
 
 
 @dataclass(frozen=True, slots=True)
 class Dataset:
-    """Measurements of one kind by ascending temperature, and where they come from."""
+    """Measurements of one kind by ascending temperature, and their origin."""
 
     measurements: list[Measurement]
     kind: MeasurementKind
@@ -38,20 +38,20 @@ class Dataset:
 
     @property
     def in_order(self) -> list[Measurement]:
-        """The measurements in the order in which they stand in the data."""
+        """The measurements in the order of the data."""
         return [self.measurements[k] for k in self.listed]
 
     @property
     def summary(self) -> Mapping[str, Any]:
-        """The same for the summary's section `[data]`."""
+        """The data set for the section `[data]` of a summary."""
         steps = {"steps_left_out": list(self.left_out)} if self.left_out else {}
         return {"measurement": self.kind.name, "test": self.deformation, "format": ", ".join(self.formats), **steps}
 
 
 def read_all(data: MeasuredData, inputs: Inputs) -> Dataset:
-    """The measurements that `data` describes, all of one kind, ramps dropped, and where they come from.
+    """The measurements that `data` describes, all of one kind and without ramps, and their origin.
 
-    Raises `InputError` naming file and line, column, step or temperature.
+    Raises `InputError` with file and line, column, step or temperature.
     """
     parts: list[Part] = []
     left_out: list[str] = []
@@ -116,7 +116,7 @@ def _one_deformation(parts: list[Part], data: MeasuredData) -> str:
 
 
 def _check_columns(part: Part, data: MeasuredData) -> None:
-    """Raise `InputError` for all columns of a plain table that are not there or in a wrong unit, with the recipe's keys."""
+    """`InputError` for all columns of a plain table that are missing or in a wrong unit, with the keys of the recipe."""
     wrong = Mistakes()
     for role, wanted in part.columns.items() if not part.is_export else ():
         try:
@@ -130,14 +130,14 @@ def _check_columns(part: Part, data: MeasuredData) -> None:
 
 
 def _warn_of_tension(part: Part) -> None:
-    """Warn where a plain table, which counts as one of tension unless the recipe says otherwise, looks like one of shear."""
+    """Warn of a plain table that is read as one of tension (the default), but looks like one of shear."""
     if not part.is_export:
         used = [part.table.names[part.table.find(part.columns[role], role)] for role in MECHANICAL if role in part.columns]
         warn_of_tension(used, part.table.source)
 
 
 def _check_viscosity(parts: list[Part], readings: list[Readings]) -> None:
-    """Warn where a complex viscosity shows that the frequencies are in another unit than stated; |eta*| = |E*| / omega."""
+    """Warn if a complex viscosity shows that the frequencies are in another unit than stated; |eta*| = |E*| / omega."""
     for part, reading in zip(parts, readings, strict=True):
         if not np.any(reading.viscosity > 0):
             continue

@@ -60,12 +60,12 @@ class MeasuredData(TextTable):
 
     @property
     def names(self) -> tuple[str, ...]:
-        """The files, in their order."""
+        """The names of the files, in their order."""
         raise NotImplementedError
 
     @property
     def roles(self) -> Collection[str]:
-        """The roles of the columns that are stated."""
+        """The roles of the stated columns."""
         return () if self.columns is None else self.columns.by_role
 
     @property
@@ -78,7 +78,7 @@ class MeasuredData(TextTable):
         """The time in s that is subtracted from the measured times.
 
         A ramp acts like a step at its middle, to second order in ramp/time: L. J. Zapas and J. C. Phillips, J. Res. Natl. Bur.
-        Stand. A 75 (1971) 33. With times from its start, shift factors would come out wrong by tenths of a decade.
+        Stand. A 75 (1971) 33. With times from the start of the ramp, shift factors would be wrong by tenths of a decade.
         """
         return 0.5 * (self.ramp or 0.0)
 
@@ -144,7 +144,7 @@ class MeasurementData(MeasuredData):
 
     @property
     def names(self) -> tuple[str, ...]:
-        """The files, in their order."""
+        """The names of the files, in their order."""
         return (self.file,) if self.file is not None else self.files or ()
 
     @property

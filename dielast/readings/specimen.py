@@ -1,4 +1,4 @@
-"""What a testing machine measures on a specimen, extension and force, as strain, stretch and nominal stress."""
+"""Extension and force on a specimen, as a testing machine measures them, converted to strain, stretch and nominal stress."""
 
 from __future__ import annotations
 
@@ -14,22 +14,24 @@ Array = NDArray[np.float64]
 
 
 def strain_of(extension: Array, specimen: Specimen | None) -> Array:
-    """Nominal strain (n,) of an extension (n,) in m: over the gauge length; raises `InputError` where that is not stated."""
+    """Nominal strain (n,) from an extension (n,) in m, by the gauge length; raises `InputError` if that is not stated."""
     if specimen is None or specimen.gauge_length is None:
         raise InputError(str(unmeasured(("extension",), specimen)))
     return extension / specimen.gauge_length
 
 
 def nominal_stress(force: Array, specimen: Specimen | None) -> Array:
-    """Nominal stress (n,) in Pa of a force (n,) in N: over the undeformed section; raises `InputError` where that is not stated."""
+    """Nominal stress (n,) in Pa from a force (n,) in N, by the undeformed section; raises `InputError` if that is not stated."""
     if specimen is None or specimen.area is None:
         raise InputError(str(unmeasured(("force",), specimen)))
     return force / specimen.area
 
 
 def role_in(table: MeasuredTable, quantity: str, columns: MachineColumns | None) -> tuple[str, str | int]:
-    """The role in which a table holds a `quantity`, "stretch" or "stress", and its column: the one that the recipe's `columns`
-    name, or the first with a usual name. Raises `InputError` naming the file if there is none, or if `columns` name several.
+    """The role in which a table holds a `quantity`, "stretch" or "stress", and its column.
+
+    The column is that which `columns` of the recipe name, or the first with a usual name. Raises `InputError` with the file if
+    there is none, or if `columns` name several.
     """
     role_of = KNOWN_AS[quantity]
     by_role = {} if columns is None else columns.by_role
@@ -57,10 +59,10 @@ def read_as(
     rows: NDArray[np.bool_] | None = None,
     key: str | None = None,
 ) -> Array:
-    """The stretch (1) or nominal stress (Pa) that a `column` holds as a `role`, such as an extension, shape (rows,).
+    """The stretch (1) or nominal stress (Pa) from a `column` of a `role`, such as an extension, shape (rows,).
 
-    `key` is the role by which the recipe states the column's unit. Raises `InputError` naming the file for a wrong unit, or where
-    the specimen lacks what the role needs.
+    `key` is the role under which the recipe states the unit of the column. Raises `InputError` with the file for a wrong unit, or
+    if the specimen lacks what the role needs.
     """
     if lacking := unmeasured((role,), specimen):
         raise InputError(f'column "{table.names[table.find(column, role)]}": {lacking}', file=table.source)
@@ -76,7 +78,7 @@ def read_as(
     return values
 
 
-# the role of a column that holds a quantity by its name: names of users, then those of dielast's results
+# the role of a column by its name: names that users choose, then those in results of dielast
 KNOWN_AS = {
     "stretch": {name: name for name in ("stretch", "strain", "extension")} | {"stretch_1": "stretch"},
     "stress": {"force": "force", "stress": "stress", "nominal_stress": "stress", "nominal_stress_1": "stress"},
@@ -85,8 +87,8 @@ DIMENSION = {"stretch": NUMBER, "strain": STRAIN, "extension": LENGTH, "stress":
 
 
 def mistaken(table: MeasuredTable, wanted: str | int, role: str) -> str | None:
-    """What to write instead where the unit of a column is plainly that of another quantity than its `role`, such as a force for a
-    stress; None where the unit does not show that.
+    """What to write instead if the unit of a column is clearly that of another quantity than its `role`, such as a force for a
+    stress; None if the unit does not show it.
     """
     try:
         index = table.find(wanted, role)

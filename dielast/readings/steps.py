@@ -1,4 +1,4 @@
-"""The parts that a recipe's files of measurements are made of: plain tables, and the steps of instruments' exports that fit."""
+"""The parts of the files of a recipe's measurements: plain tables, and the suitable steps of instruments' exports."""
 
 from __future__ import annotations
 
@@ -28,17 +28,17 @@ Measured: TypeAlias = tuple[MeasurementKind, Mapping[str, str | int]]
 
 TABLE = "table"
 
-_OVER_TIME = ((RELAXATION, "relax"), (CREEP, "creep"))  # and what a step of such a test is called
+_OVER_TIME = ((RELAXATION, "relax"), (CREEP, "creep"))  # with a word that the name of a step of such a test contains
 _NOTHING = ("", "n/a", "n.a.", "nan")
-_SWEPT = 1.5  # ratio of highest to lowest frequency: with less, another quantity is swept
+_SWEPT = 1.5  # ratio of highest to lowest frequency, below which a step is no frequency sweep
 _TEMPERATURE = re.compile(r"(?<!\d)([+-]?\d++(?:[.,]\d++)?)\s*+°\s*C")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Part:
-    """A table of readings of one `kind` with its `columns` by role; `file` is its file's place, `format` what wrote it.
+    """A table of readings of one `kind` with its `columns` by role; `file` is the index of its file, `format` that of an export.
 
-    `temperature` in degC is that of all its readings, where the headers of its columns state it.
+    `temperature` in degC is that of all its readings, if the headers of its columns state it.
     """
 
     table: MeasuredTable
@@ -52,11 +52,11 @@ class Part:
 
     @property
     def is_export(self) -> bool:
-        """Whether an instrument wrote the part: rows where nothing was measured are then no mistake of the user."""
+        """Whether the part is from an export; rows without measured values are then not mistakes of the user."""
         return self.format != TABLE
 
     def rows(self, roles: Sequence[str]) -> NDArray[np.bool_]:
-        """The rows to read for `roles`, shape (rows,): all of a plain table, those that have all the readings of an export."""
+        """Mask (rows,) of the rows to read for `roles`: all rows of a plain table, the complete rows of an export."""
         rows = np.ones(self.table.lines.size, dtype=bool)
         if self.is_export:
             for role in roles:
@@ -64,20 +64,20 @@ class Part:
         return rows
 
     def filled(self, role: str) -> NDArray[np.bool_]:
-        """Which rows hold a reading in the column of `role`, not a sign that nothing was measured, shape (rows,)."""
+        """Mask (rows,) of the rows with a reading in the column of `role`, not a mark for a missing one."""
         cells = self.table.cells[self.table.find(self.columns[role], role)]
         return np.array([cell.strip("-").casefold() not in _NOTHING for cell in cells], dtype=bool)
 
     def temperature_in_step(self) -> float | None:
-        """The temperature in degC that the step's name states, as in `Frequency sweep (150.0 °C)`."""
+        """The temperature in degC in the name of the step, as in `Frequency sweep (150.0 °C)`."""
         match = _TEMPERATURE.search(self.step)
         return float(match[1].replace(",", ".")) if match else None
 
 
 def parts_of(content: bytes, source: str, file: int, data: MeasuredData) -> tuple[list[Part], list[str]]:
-    """The parts of a file that `data` asks for, and the names of an export's steps that are left out.
+    """The parts of a file that `data` asks for, and the names of the steps of an export that are not used.
 
-    Raises `InputError` naming the file, and the line or step.
+    Raises `InputError` with the file, and the line or step.
     """
     text = decode(content, source, data.encoding, data.sheet, data.decimal)
     known = None if data.is_plain else recognise(text)
@@ -135,7 +135,7 @@ def _plain_parts(content: bytes, source: str, file: int, data: MeasuredData) -> 
 
 
 def _of_wide(table: MeasuredTable, file: int, data: MeasuredData, columns: Columns | None, temperature: float) -> Part:
-    """The part of one temperature; columns that the recipe does not name are recognised by their names."""
+    """The part of one temperature; columns that the recipe does not name are identified by their names."""
     measured = _stated(data, columns) if columns is not None else _measured(ExportedStep("", table, None), data, True)
     if measured is None:
         there = ", ".join(f'"{name}"' for name in table.names)
@@ -145,7 +145,7 @@ def _of_wide(table: MeasuredTable, file: int, data: MeasuredData, columns: Colum
 
 
 def _stated(data: MeasuredData, columns: Columns) -> Measured:
-    """What the recipe says was measured, and its columns by role; a time column that it does not name is called time."""
+    """The kind of measurement and the columns by role, as the recipe states them; the default name of the time column is "time"."""
     kind = KINDS[data.measurement or columns.measurement]
     return kind, ({} if kind.over_frequency else {"time": "time"}) | columns.by_role
 
@@ -169,10 +169,10 @@ def _what_is_there(step: ExportedStep) -> str:
 
 
 def _measured(step: ExportedStep, data: MeasuredData, chosen: bool) -> Measured | None:
-    """What was measured in a step, and its columns by role; None if no master curve is made of it.
+    """The kind of measurement in a step, and its columns by role; None if the step is not suitable for a master curve.
 
-    Strain and stress alone are in the export of every kind of test: they count where the step's name says relaxation or creep, or
-    where the recipe names the step and says what it is.
+    Every kind of test exports strain and stress. They are used if the name of the step contains relaxation or creep, or if the
+    recipe names the step and states the kind.
     """
     if not step.table.lines.size:
         return None
@@ -206,7 +206,7 @@ def _varies(table: MeasuredTable, index: int) -> bool:
 
 
 def _refuse_running_clock(step: ExportedStep, before: ExportedStep, columns: Mapping[str, str | int]) -> None:
-    """Raise `InputError` where the time runs on from the step before: every time of the step would be too long."""
+    """`InputError` if the time continues from the step before: every time of the step would be too long."""
     table = step.table
     index = table.find(columns["time"], "time")
     name = table.names[index]

@@ -1,4 +1,4 @@
-"""The readings of one table or step: its columns as abscissa and ordinates in SI, Young's or tensile."""
+"""The readings of one table or step: abscissa and ordinates from its columns, in SI, Young's or tensile."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ from dielast.units import ZERO_CELSIUS
 
 Array = NDArray[np.float64]
 
-FREQUENCY_AGREEMENT = 0.01  # relative, between a column of frequencies and one of angular frequencies
-HELD, CHANGES = 0.02, 0.2  # spread, relative to the largest, of what a test holds, and of what is not held
+FREQUENCY_AGREEMENT = 0.01  # relative tolerance between columns of frequency and of angular frequency
+HELD, CHANGES = 0.02, 0.2  # spread relative to the largest value: at most that of a held quantity, at least that of another
 ONE_TEMPERATURE = (
     'of a test at one temperature "dielast spectrum" makes a material: kind = "spectrum", the same [data] with '
     'reference_temperature = "20 degC", and no [shift]'
@@ -33,7 +33,7 @@ ONE_TEMPERATURE = (
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Readings:
-    """Rows (n,) in SI and degC: abscissa, one or two ordinates (c, n), Young's or tensile; set labels, -1 for none."""
+    """Rows (n,) in SI and degC: abscissa, one or two ordinates (c, n), Young's or tensile; labels of sets, -1 for none."""
 
     temperature: Array
     abscissa: Array
@@ -43,7 +43,7 @@ class Readings:
 
 
 def read_part(part: Part, data: MeasuredData, per_shear: float, labels: dict[tuple[int, str], int]) -> Readings:
-    """The readings of a part; `per_shear` is Young's modulus over the measured one, `labels` numbers the sets met so far."""
+    """The readings of a part; `per_shear` is Young's modulus over the measured one, `labels` number the sets of all parts."""
     table, roles = part.table, [role for role in part.columns if role not in ("complex_viscosity", "set")]
     rows = part.rows(roles)
     _warn_of_gaps(part, roles, rows)
@@ -77,7 +77,7 @@ def read_part(part: Part, data: MeasuredData, per_shear: float, labels: dict[tup
 
 
 def _in_time(part: Part, rows: NDArray[np.bool_], data: MeasuredData) -> NDArray[np.bool_]:
-    """Which of `rows` count: those from the recipe's first time on, and in an export those after the step."""
+    """Mask of the `rows` to use: from the first time of the recipe on, and in an export those after the step."""
     time = part.table.column(part.columns["time"], "time", ROLES["time"], rows)
     kept = time >= data.first_time if data.first_time > 0 else time > 0 if part.is_export else np.ones(time.size, dtype=bool)
     lines = part.table.lines[rows]
@@ -88,7 +88,7 @@ def _in_time(part: Part, rows: NDArray[np.bool_], data: MeasuredData) -> NDArray
 
 
 def _angular_frequency(part: Part, column: Callable[[str], Array], lines: NDArray[np.int64]) -> Array:
-    """Angular frequency in rad/s; where the table has both frequencies they must agree, as nothing shows which is right."""
+    """Angular frequency in rad/s; if the table has both frequencies, they must agree, as it is unknown which is right."""
     measured = {}
     for role in ("frequency", "angular_frequency"):
         if role in part.columns:
@@ -109,7 +109,7 @@ def _angular_frequency(part: Part, column: Callable[[str], Array], lines: NDArra
 def _ordinates(
     part: Part, column: Callable[[str], Array], lines: NDArray[np.int64], per_shear: float, specimen: Specimen | None
 ) -> Array:
-    """Young's moduli in Pa or tensile compliance in 1/Pa, shape (c, n); stress over strain is the paper's modulus, Sec. 2.1.1."""
+    """Young's moduli in Pa or tensile compliance in 1/Pa, (c, n); stress over strain is the modulus of Sec. 2.1.1 of the paper."""
     columns = part.columns
     if part.kind.over_frequency:
         if "loss" in columns:
@@ -137,7 +137,7 @@ def _ordinates(
 
 
 def _warn_of_held(part: Part, held: Array, answer: Array) -> None:
-    """Warn where the strain of a relaxation test or the stress of a creep test changes, and the other of the two does not."""
+    """Warn if the strain of a relaxation test, or the stress of a creep test, changes, and the other of the two does not."""
     spread = [float(np.ptp(np.abs(values))) / float(np.max(np.abs(values), initial=1e-300)) for values in (held, answer)]
     if spread[0] > CHANGES > HELD > spread[1]:
         constant, other = ("stress", "creep") if part.kind is RELAXATION else ("strain", "relaxation")
@@ -170,7 +170,7 @@ def _stated_temperature(part: Part, data: MeasuredData) -> float:
 
 
 def _warn_of_gaps(part: Part, roles: list[str], rows: NDArray[np.bool_]) -> None:
-    """Warn of rows of an export that hold only a part of the readings needed."""
+    """Warn of rows of an export with only a part of the necessary readings."""
     if not part.is_export:
         return
     partly = np.any([part.filled(role) for role in roles if role not in ("temperature", "time")], axis=0) & ~rows
@@ -194,7 +194,7 @@ def _refuse(part: Part, lines: NDArray[np.int64], wrong: NDArray[np.bool_], role
 
 
 def _refuse_most(part: Part, lines: NDArray[np.int64], wrong: NDArray[np.bool_]) -> None:
-    """Raise `InputError` where most values are zero or negative: only a few can be a noise floor."""
+    """`InputError` if most values are zero or negative: only a few can be a noise floor."""
     if 2 * np.count_nonzero(wrong) > wrong.size:
         many = part.kind.values
         first, count = lines[np.flatnonzero(wrong)[0]], np.count_nonzero(wrong)

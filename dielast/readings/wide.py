@@ -1,4 +1,4 @@
-"""Wide tables, which have separate columns for each temperature, divided into a table for each temperature."""
+"""Wide tables, with separate columns for each temperature, divided into one table per temperature."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from dielast.io.text_table import MeasuredTable
 
 
 def by_temperature(table: MeasuredTable, unit: str | None, nameless: str) -> list[tuple[float, MeasuredTable]]:
-    """A table for each temperature in degC that headers of `table`, or the row above them, state, in their order.
+    """A table for each temperature in degC in the headers of `table`, or in the row above them, in their order.
 
-    Each holds the columns of its temperature and those without a temperature, such as one time for all, and the rows in which the
-    former hold something; the names no longer contain the temperature. `unit` is that of bare numbers in headers, None where these
-    are no temperatures; `nameless` is the name of a column with a header that is nothing but a temperature. Raises `InputError`
-    where a dash before a temperature may be a sign or not.
+    Each has the columns of its temperature and the columns without a temperature, such as a common time, and the rows in which the
+    former are not empty; the names no longer contain the temperature. `unit` is that of bare numbers in headers, None if these are
+    not temperatures; `nameless` is the name of a column whose header is only a temperature. Raises `InputError` if a dash before a
+    temperature may or may not be a sign.
     """
     spelled = table.spelled or table.names
     above = table.over or (None,) * len(table.names)

@@ -125,8 +125,8 @@ def fit_strengths(
     count = float(weight.sum())
     if total is not None:
         shares = np.array(total.constants)
-        rest = total.value - sum(share * value for share, value in zip(total.constants, known, strict=True) if value is not None)
-        held = np.concatenate([scale, (shares * constant_scale)[unknown]])[None] / rest
+        others = total.value - sum(share * value for share, value in zip(total.constants, known, strict=True) if value is not None)
+        held = np.concatenate([scale, (shares * constant_scale)[unknown]])[None] / others
         rows, values = np.vstack([rows, _HELD * np.sqrt(count) * held]), np.append(values, _HELD * np.sqrt(count))
     roughness = np.zeros((max(processes - 2, 0), unknowns))
     roughness[:, :processes] = np.diff(np.eye(processes), n=2, axis=0)

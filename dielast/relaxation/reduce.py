@@ -234,10 +234,10 @@ def _improved(wanted: _Wanted, log_tau: Floats, low: float, high: float) -> Spec
     moduli, best = _programme(wanted, log_tau, None, 0.0, low, high)[1:]
     trust = _WIDEST
     for _ in range(_ROUNDS):
-        moved, _, _ = _programme(wanted, log_tau, moduli, trust, low, high)
-        trial_moduli, error = _programme(wanted, moved, None, 0.0, low, high)[1:]
+        new_log_tau, _, _ = _programme(wanted, log_tau, moduli, trust, low, high)
+        trial_moduli, error = _programme(wanted, new_log_tau, None, 0.0, low, high)[1:]
         if error < best * (1 - _GAIN):
-            log_tau, moduli, best = moved, trial_moduli, error
+            log_tau, moduli, best = new_log_tau, trial_moduli, error
             trust = min(1.5 * trust, _WIDEST)
         else:
             trust /= 3
@@ -276,6 +276,6 @@ def _programme(
             break
     else:
         raise NumericsError(f"the spectrum could not be reduced to {tau.size} branches: {solution.message}")
-    moved = log_tau + solution.x[tau.size : 2 * tau.size] if moduli is not None else log_tau
+    new_log_tau = log_tau + solution.x[tau.size : 2 * tau.size] if moduli is not None else log_tau
     # the programme satisfies its bounds only to about 1e-7
-    return moved, np.maximum(solution.x[: tau.size], 0.0) * scale, float(solution.x[-1])
+    return new_log_tau, np.maximum(solution.x[: tau.size], 0.0) * scale, float(solution.x[-1])

@@ -110,8 +110,8 @@ def actuate(
     if setup.passive is not None and (with_circuit or electrical):
         named = {"steps": charge, "source_resistance": source_resistance is not None, "leakage": leakage is not None}
         argument = next((name for name, is_stated in named.items() if is_stated), "electrical")
-        only = "a film with a passive part, boundary frame or strip, takes an ideal source of voltage alone"
-        raise InputError(f"{only}, and says nothing of charge and energies", argument=argument)
+        only = "a film with a passive part, boundary frame or strip, can only be driven by an ideal source of voltage"
+        raise InputError(f"{only}; its charge and energies are not computed", argument=argument)
     wanted = Wanted.of(times, cases, points_per_decade, cycles)
     check_cycles(wanted.cycles, pieces)
     duration = np.sum([piece.begin(np.zeros((3, cases))).duration for piece in pieces], axis=0)

@@ -65,8 +65,8 @@ class ActuationHistory(History):
         columns = super(ActuationHistory, self).case(row)
         if self.electrical is not None:
             reached = np.isfinite(self.stretch_1[row])
-            known = {f"{name} [{unit}]": getattr(self.electrical, name) for name, unit in UNITS.items()}
-            columns |= {header: values[row][reached] for header, values in known.items() if values is not None}
+            electrical_columns = {f"{name} [{unit}]": getattr(self.electrical, name) for name, unit in UNITS.items()}
+            columns |= {header: values[row][reached] for header, values in electrical_columns.items() if values is not None}
         return columns
 
     def events_to_frame(self) -> Frame:

@@ -46,12 +46,12 @@ def apply_at_once(film: Film, controls: Controls, target: Floats, jumps: Flags, 
     if not columns.size:
         return replace(film, condition=after)
     present = replace(film, condition=after).take(columns).moment(controls, columns, np.zeros(columns.size))
-    moved, stable = moved_at_once(present, target[:, columns])
+    state, stable = moved_at_once(present, target[:, columns])
     status[columns[~stable]] = Status.NO_START
     if watch is not None:  # a film whose requested events have all happened has ended
         vanished = columns[~stable]
         status[vanished[watch.done[vanished]]] = Status.STOPPED
-    _put(after, columns, moved, stable)
+    _put(after, columns, state, stable)
     after.field[columns[stable]] = target[2, columns[stable]]
     return replace(film, condition=after)
 
@@ -66,19 +66,19 @@ def moved_at_once(moment: Moment, target: Floats, nearby: float | None = None) -
         return replace(moment, log_squared_stretch=log_squared, nominal_stress=nominal, field=target[2]), stable
     around, stable = settle(moment.surroundings, moment.internal, target[2], nearby)
     log_squared, nominal = membrane(around.border, target, moment.controls)
-    there = replace(moment, log_squared_stretch=log_squared, nominal_stress=nominal, field=target[2], surroundings=around)
-    return there, stable
+    after = replace(moment, log_squared_stretch=log_squared, nominal_stress=nominal, field=target[2], surroundings=around)
+    return after, stable
 
 
-def _put(after: Condition, columns: Cases, moved: Moment, there: Flags) -> None:
-    """Write the states of films `moved` (k,) to the `columns` (k,) of `after`, for those marked by `there` (k,)."""
-    selected = columns[there]
+def _put(after: Condition, columns: Cases, moved: Moment, stable: Flags) -> None:
+    """Write the states of films `moved` (k,) to the `columns` (k,) of `after`, for those that are `stable` (k,)."""
+    selected = columns[stable]
     after.log_squared_stretch[:, selected], after.nominal_stress[:, selected] = (
-        moved.log_squared_stretch[:, there],
-        moved.nominal_stress[:, there],
+        moved.log_squared_stretch[:, stable],
+        moved.nominal_stress[:, stable],
     )
     if moved.surroundings is not None and after.border is not None:
-        after.border[:, selected] = moved.surroundings.border[:, there]
+        after.border[:, selected] = moved.surroundings.border[:, stable]
 
 
 def _hold(present: Film, controls: Controls, target: Floats, columns: Cases, after: Condition, watch: Watch) -> Cases:
@@ -178,12 +178,12 @@ def follow_load(begin: Moment, present: Floats, target: Floats, signals: Mapping
         falls, met = np.zeros(going.size, dtype=bool), np.zeros(going.size, dtype=bool)
         for criterion, signal in signals.items():
             event = events[criterion]
-            fallen = near & np.isnan(event.field[going]) & (signal(there) <= 0)
+            fallen = near & np.isnan(event.field[going]) & (signal(trial) <= 0)
             new, columns = fallen & located, going[fallen & located]
             event.field[columns] = load[2, new]
-            event.log_squared_stretch[:, columns], event.nominal_stress[:, columns] = moved[:, new], stress[:, new]
-            if event.surroundings is not None and there.surroundings is not None:
-                event.surroundings.border[:, columns] = there.surroundings.border[:, new]
+            event.log_squared_stretch[:, columns], event.nominal_stress[:, columns] = trial_stretch[:, new], stress[:, new]
+            if event.surroundings is not None and trial.surroundings is not None:
+                event.surroundings.border[:, columns] = trial.surroundings.border[:, new]
             falls, met = falls | fallen, met | new
         near &= ~falls | met
         columns = going[near]

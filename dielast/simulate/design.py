@@ -296,10 +296,10 @@ def _drawn(plan: DesignPlan, drawn: Sequence[Designed], level: float, failure_pr
         voltage[films] = part.voltage
         time[films] = np.where(part.mode == UNFINISHED, np.nan, np.where(np.isnan(part.time), np.inf, part.time))
     voltage, time = (values.reshape(plan.grid.draws, plan.films) for values in (voltage, time))
-    known = ~np.isnan(time)
-    share = np.sum(np.isfinite(time), axis=0) / np.maximum(known.sum(axis=0), 1)
+    finished = ~np.isnan(time)
+    share = np.sum(np.isfinite(time), axis=0) / np.maximum(finished.sum(axis=0), 1)
     safe = interval(time, 1 - 2 * failure_probability)[0]
-    share = np.where(known.any(axis=0), share, np.nan)
+    share = np.where(finished.any(axis=0), share, np.nan)
     return Drawn(interval(voltage, level), interval(time, level), share, safe)
 
 

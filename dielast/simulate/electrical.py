@@ -143,9 +143,9 @@ class ElectricMeter:
     def leap(self, points: Points, controls: Controls, before: Condition, after: Condition) -> None:
         """Add the work of a load applied at once, which takes the films from the condition `before` to that `after`."""
         gained = _stored(points, after) - _stored(points, before)
-        moved = np.exp(0.5 * after.log_squared_stretch) - np.exp(0.5 * before.log_squared_stretch)
+        change = np.exp(0.5 * after.log_squared_stretch) - np.exp(0.5 * before.log_squared_stretch)
         free = ~stretched(controls)
-        work = gained - np.sum(np.where(free, after.nominal_stress * moved, 0.0), axis=0)
+        work = gained - np.sum(np.where(free, after.nominal_stress * change, 0.0), axis=0)
         self.totals[0] += np.where(np.isfinite(work), work, 0.0)
 
     def begin(self, start: Floats, source: Floats) -> None:

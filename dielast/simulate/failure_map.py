@@ -291,5 +291,7 @@ def _map(plan: MapPlan, times: Mapping[str, Floats], status: Floats, stretched: 
     stretched = {name: np.where(failure < plan.stretch_at[name], np.nan, stretch) for name, stretch in stretched.items()}
     alike = plan.controls[0] is plan.controls[1] and bool(np.all(plan.prestretch[:, 0] == plan.prestretch[:, 1]))
     axes = 1 if alike else 2
-    known = {name: stretch[:axes] for name, stretch in stretched.items()}
-    return FailureMap(*ends, times, failure, mode, outcome.astype(str), plan.electrode_share, slack, plan.stretch_at, known)
+    relative_stretch = {name: stretch[:axes] for name, stretch in stretched.items()}
+    return FailureMap(
+        *ends, times, failure, mode, outcome.astype(str), plan.electrode_share, slack, plan.stretch_at, relative_stretch
+    )

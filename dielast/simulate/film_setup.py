@@ -119,7 +119,7 @@ class FilmSetup(Result):
             if self.controls[axis] is not Control.STRESS:
                 raise InputError(f"a weight along axis {axis + 1} is for boundary dead-load alone", argument="force")
             if self.axes[axis] is not None:
-                stated = "the weight stretches it: there is no prestretch of its own"
+                stated = "the weight stretches it: state no prestretch for it"
                 raise InputError(f"axis {axis + 1}: {stated}", argument="prestretch")
             values = spread(force, "force", cases), spread(width, "width", cases), spread(self.thickness, "thickness", cases)
             for name, value, unit in zip(("force", "width"), values, ("N", "m"), strict=False):

@@ -100,12 +100,12 @@ class LifetimeLines(tuple[LifetimeLine, ...]):
 
     def not_drawn(self) -> str:
         """A sentence on the lines that a figure omits, and the reason; empty if it draws all lines."""
-        there = [line for line in self if line.points > 2]
-        missing = [line for line in there if not line.drawn_law]
+        fitted = [line for line in self if line.points > 2]
+        missing = [line for line in fitted if not line.drawn_law]
         if not missing:
             return ""
         largest = max(line.furthest[line.aic_difference > 0] for line in missing)
-        return f"{len(missing)} of {len(there)} lines: no law meets all points, the closer one is up to {largest:.2g} decades off"
+        return f"{len(missing)} of {len(fitted)} lines: no law meets all points, the closer one is up to {largest:.2g} decades off"
 
     def to_frame(self) -> Frame:
         """The table as a data frame."""

@@ -64,8 +64,8 @@ def gather(curves: Sequence[Measurement]) -> Gathered:
     for k in np.flatnonzero(np.bincount(run_curve) > 1):
         _check_runs(float(temperature[k]), [columns[i] for i in np.flatnonzero(run_curve == k)], kind)
     run = np.repeat(np.arange(len(curves)), [column.shape[1] for column in columns])
-    abscissa, *rest = np.concatenate(columns, axis=1)
-    ordinates, curve = np.array(rest), run_curve[run]
+    abscissa, *ordinate_rows = np.concatenate(columns, axis=1)
+    ordinates, curve = np.array(ordinate_rows), run_curve[run]
     _check_signs(temperature, curve, run, np.any(ordinates <= 0, axis=0), kind)
     position = abscissa**kind.falling_power
     order = np.lexsort((ordinates[0], position, curve))
@@ -96,8 +96,8 @@ def _repeated(kind: MeasurementKind, temperature: Floats, curve: Index, run: Ind
 def where(curves: Sequence[Measurement], temperature: float) -> str:
     """A temperature for messages, with its file if the curves come from several files."""
     sources = dict.fromkeys(curve.source for curve in curves if curve.temperature == temperature)
-    known = "" not in sources and len({curve.source for curve in curves}) > 1
-    return f"{temperature:g} degC" + (f" ({', '.join(sources)})" if known else "")
+    with_files = "" not in sources and len({curve.source for curve in curves}) > 1
+    return f"{temperature:g} degC" + (f" ({', '.join(sources)})" if with_files else "")
 
 
 def _check_signs(temperature: Floats, curve: Index, run: Index, wrong: Flags, kind: MeasurementKind) -> None:

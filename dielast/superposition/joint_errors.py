@@ -36,8 +36,8 @@ def tilt_errors(points: FitPoints, prior: Prior, state: State) -> tuple[Floats, 
     cross = cross_products(parts.curves, points, weight * lean)
     of_tilts = np.diag(np.bincount(points.curve, weight * lean**2, minlength=m)) - cross.T @ parts.inverse @ cross
     pull = np.bincount(points.curve, weight * parts.residual * lean, minlength=m)
-    both = np.vstack([np.diag(np.bincount(points.curve, weight * side * lean, minlength=m)) for side in parts.sides])
-    beside = np.asarray(both - parts.cross.T @ parts.inverse @ cross, dtype=float)[prior.free]
+    by_shift = np.vstack([np.diag(np.bincount(points.curve, weight * side * lean, minlength=m)) for side in parts.sides])
+    beside = np.asarray(by_shift - parts.cross.T @ parts.inverse @ cross, dtype=float)[prior.free]
     response = np.linalg.solve(state.normal, np.column_stack((beside, state.gradient)))
     normal, right = of_tilts - beside.T @ response[:, :-1], beside.T @ response[:, -1] - pull
     repeated = correlation(points, state)

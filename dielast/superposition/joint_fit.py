@@ -196,9 +196,9 @@ def converge(points: FitPoints, prior: Prior, state: State) -> tuple[State, Prio
     """Iterate shifts, weights and the spread of the offsets to convergence; also returns Akaike's criterion."""
     for _ in range(ITERATIONS):
         state, prior = _respread(points, prior, state)
-        state, moved = gauss_newton_step(points, prior, state)
+        state, change = gauss_newton_step(points, prior, state)
         state = reweigh(points, state, prior, noise_shares(points.series, state.residual, points.channel))
-        if moved < CONVERGED:
+        if change < CONVERGED:
             break
     return state, prior, akaike(state, prior.evidence)
 

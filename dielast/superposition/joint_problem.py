@@ -136,9 +136,9 @@ def gauss_newton_step(points: FitPoints, prior: Prior, state: State) -> tuple[St
         theta = state.theta.copy()
         theta[prior.free] += step
         new = assemble(points, theta, prior, state.weights, state.spacing)
-        moved = float(np.sqrt(max(float(step @ state.normal @ step), 0.0) / step.size))
-        if moved < CONVERGED or new.cost <= state.cost:
-            return new, moved
+        length = float(np.sqrt(max(float(step @ state.normal @ step), 0.0) / step.size))
+        if length < CONVERGED or new.cost <= state.cost:
+            return new, length
         step = step / 3
     return state, 0.0
 

@@ -60,9 +60,9 @@ def _far(curve: Index, ratio: Floats) -> Floats:
     far = np.full(ratio.size, np.nan)
     for first, last in pairwise(np.searchsorted(curve, np.arange(int(curve[-1]) + 2)).tolist()):
         relative = ratio[first:last] / float(np.median(ratio[first:last]))
-        away = np.abs(relative - 1)
-        for k in np.flatnonzero(away > max(FAR * 1.4826 * float(np.median(away)), FACTOR)):
-            near = away[max(k - NEIGHBOURHOOD, 0) : k + NEIGHBOURHOOD + 1]
-            if away[k] > FAR * 1.4826 * float(np.median(near)):
+        distance = np.abs(relative - 1)
+        for k in np.flatnonzero(distance > max(FAR * 1.4826 * float(np.median(distance)), FACTOR)):
+            near = distance[max(k - NEIGHBOURHOOD, 0) : k + NEIGHBOURHOOD + 1]
+            if distance[k] > FAR * 1.4826 * float(np.median(near)):
                 far[first + k] = relative[k]
     return far

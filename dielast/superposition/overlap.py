@@ -44,8 +44,10 @@ def starting_shifts(
             rising = np.array([_slope(log_time[curve == k], log_modulus[curve == k]) > 0 for k in range(temperature.size)])
             raise _no_overlap(temperature, bottom, top, common, placed, kind, rising)
         new = reachable[0]
-        known = np.flatnonzero(placed & (common[new] > -TOUCH))
-        nearest = known[np.argsort(np.abs(temperature[known] - temperature[new]), kind="stable")[:NEIGHBOURS]]
+        placed_overlapping = np.flatnonzero(placed & (common[new] > -TOUCH))
+        nearest = placed_overlapping[
+            np.argsort(np.abs(temperature[placed_overlapping] - temperature[new]), kind="stable")[:NEIGHBOURS]
+        ]
         distances = [_distance(falling[new], falling[int(k)]) + shift[k] for k in nearest]
         weights = [np.full(d.size, max(float(common[new, k]), 1e-6) / d.size) for k, d in zip(nearest, distances, strict=True)]
         shift[new] = _weighted_median(np.concatenate(distances), np.concatenate(weights))
@@ -174,15 +176,17 @@ def _best_match(curve: tuple[Floats, Floats], other: tuple[Floats, Floats], sign
     width = float(max(x[-1] - other_x[0], other_x[-1] - x[0]))
     least, best = np.inf, 0.0
     for shift in sign * np.arange(0.0, max(width, TRIAL_STEP), TRIAL_STEP):
-        moved = x - shift
-        inside = (moved >= other_x[0]) & (moved <= other_x[-1])
+        shifted = x - shift
+        inside = (shifted >= other_x[0]) & (shifted <= other_x[-1])
         if np.count_nonzero(inside) < 2:
             break
-        away = np.array([row[inside] - np.interp(moved[inside], other_x, beside) for row, beside in zip(y, values, strict=True)])
+        difference = np.array(
+            [row[inside] - np.interp(shifted[inside], other_x, beside) for row, beside in zip(y, values, strict=True)]
+        )
         weight = 1 / variance[:, None]
-        level = float(np.sum(weight * away) / (np.sum(weight * np.ones_like(away)) + USUAL_OFFSET**-2))
-        score = float(np.sum(np.minimum((away - level) ** 2 * weight, REFUTED)) + (level / USUAL_OFFSET) ** 2)
-        score -= REFUTED / 2 * away.size
+        level = float(np.sum(weight * difference) / (np.sum(weight * np.ones_like(difference)) + USUAL_OFFSET**-2))
+        score = float(np.sum(np.minimum((difference - level) ** 2 * weight, REFUTED)) + (level / USUAL_OFFSET) ** 2)
+        score -= REFUTED / 2 * difference.size
         if score < least:
             least, best = score, float(shift)
     return best

@@ -90,9 +90,9 @@ class Resampled:
             walked[listed] = np.cumsum(stated.drift * random.standard_normal(listed.size))
             raised = kind.stiffness_power * walked[at]
         tilted = kind.stiffness_power * np.log(10) * master.tilt_spread * random.standard_normal(temperatures)[at]
-        moved = master.log10_shift_factor_slope * stated.temperature_stderr * random.standard_normal(temperatures)
+        shift = master.log10_shift_factor_slope * stated.temperature_stderr * random.standard_normal(temperatures)
         columns = np.concatenate([curve.columns for curve in self.measurements], axis=1)
-        columns[0] *= 10 ** (kind.time_power * moved[at])[self.owner]
+        columns[0] *= 10 ** (kind.time_power * shift[at])[self.owner]
         for row, channel in enumerate(self.channels, start=1):
             # the tilt of tan delta, on which curves are shifted, is that of the loss modulus
             level = row < len(self.channels) and master.shifted_on == "tan-delta"
@@ -179,15 +179,15 @@ def _robust(owner: Index, x: Floats, target: Floats, good: Flags, spacing: float
     for _ in range(ROUNDS):
         weight = trust / scale**2
         inverse, _, fitted = problem.fit(weight, target)
-        rest = np.abs(target - fitted)
+        residual = np.abs(target - fitted)
         noise = np.zeros(int(owner[-1]) + 1)
         for k in np.unique(owner):
             selected = (owner == k) & good
-            noise[k] = 1.48 * np.median(rest[selected]) if np.any(selected) else 1.0
+            noise[k] = 1.48 * np.median(residual[selected]) if np.any(selected) else 1.0
         scale = np.maximum(noise[owner], max(0.2 * float(np.median(noise[np.unique(owner)])), 1e-9))
-        trust = good * np.minimum(1.0, BEND * scale / np.maximum(rest, 1e-300))
+        trust = good * np.minimum(1.0, BEND * scale / np.maximum(residual, 1e-300))
     leverage = weight * problem.leverage(inverse)
     n, p = int(np.count_nonzero(good)) / repeated, float(np.sum(leverage))
-    bounded = np.minimum((rest / scale) ** 2, 16.0)[good]
+    bounded = np.minimum((residual / scale) ** 2, 16.0)[good]
     score = float(np.sum(bounded) + 2 * np.sum(np.log(scale[good]))) / repeated + 2 * p * n / max(n - p - 1, 1)
     return fitted, np.clip(leverage, 0.0, 0.9), score

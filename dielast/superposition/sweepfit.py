@@ -85,15 +85,15 @@ def fit_sweeps(
     alone = fit_master(storage, [together.shift, start], anchor, vertical, drift)
     firm = have_shape(storage, alone.splines, alone.shift, False)
     if on != "storage":
-        rest = np.flatnonzero(~_apart(storage, loss, firm, anchor))
-        if 2 <= rest.size < m:
-            part = None if drift is None else drift[np.ix_(rest, rest)]
-            place = int(np.searchsorted(rest, anchor))
-            joined = fit_sweeps(temperature[rest], _only(data, rest), start[rest], place, vertical, on, part)
+        connected = np.flatnonzero(~_apart(storage, loss, firm, anchor))
+        if 2 <= connected.size < m:
+            part = None if drift is None else drift[np.ix_(connected, connected)]
+            place = int(np.searchsorted(connected, anchor))
+            joined = fit_sweeps(temperature[connected], _only(data, connected), start[connected], place, vertical, on, part)
             basis_points = {"moduli": raw, "tan-delta": ratio, "storage": storage}[joined.on]
-            others = tuple(_other_of_all(other, rest, m) for other in joined.others)
-            inside = np.tile(np.isin(data.curve, rest), len(data.log_modulus))
-            return replace(joined, fit=_spread(joined.fit, rest, inside, start), points=basis_points, others=others)
+            others = tuple(_other_of_all(other, connected, m) for other in joined.others)
+            inside = np.tile(np.isin(data.curve, connected), len(data.log_modulus))
+            return replace(joined, fit=_spread(joined.fit, connected, inside, start), points=basis_points, others=others)
     if on == "storage":
         return _on_storage(alone, storage, loss, anchor)
     beta = _common(raw, together.residual)
@@ -149,10 +149,10 @@ def warn_of_others(temperature: Floats, taken: BasisFit, weight: Floats) -> None
     shift, stderr = relative @ taken.fit.shift, np.sqrt(np.diag(relative @ taken.fit.covariance[:m, :m] @ relative.T))
     for other in taken.others:
         beside, error = relative @ other.shift, np.sqrt(np.diag(relative @ other.covariance @ relative.T))
-        known = other.comparable & np.all(other.comparable[weight > 0]) & np.isfinite(stderr + error)
-        away = np.where(known, np.abs(shift - beside), 0.0)
-        score = away / np.maximum(np.hypot(stderr, error), EXACT)
-        far = np.flatnonzero((score > DISAGREE) & (away > NOTABLE))
+        comparable = other.comparable & np.all(other.comparable[weight > 0]) & np.isfinite(stderr + error)
+        difference = np.where(comparable, np.abs(shift - beside), 0.0)
+        score = difference / np.maximum(np.hypot(stderr, error), EXACT)
+        far = np.flatnonzero((score > DISAGREE) & (difference > NOTABLE))
         if not far.size:
             continue
         k = far[np.argmax(score[far])]
@@ -190,10 +190,14 @@ def _apart(storage: FitPoints, loss: FitPoints, shaped: Flags, anchor: int) -> F
 
 def _only(data: Condensed, curves: Index) -> Condensed:
     """The points of the numbered `curves`, numbered from 0."""
-    here = np.isin(data.curve, curves)
-    new = np.searchsorted(curves, data.curve[here])
+    selected = np.isin(data.curve, curves)
+    new = np.searchsorted(curves, data.curve[selected])
     return replace(
-        data, curve=new, log_time=data.log_time[here], log_modulus=data.log_modulus[:, here], variance=data.variance[:, here]
+        data,
+        curve=new,
+        log_time=data.log_time[selected],
+        log_modulus=data.log_modulus[:, selected],
+        variance=data.variance[:, selected],
     )
 
 
@@ -219,13 +223,13 @@ def _spread(fit: MasterFit, curves: Index, inside: Flags, elsewhere: Floats) -> 
 
 def _on_storage(alone: MasterFit, storage: FitPoints, loss: FitPoints, anchor: int) -> BasisFit:
     other = fit_held(loss, alone, anchor, False)
-    both = replace(
+    fits = replace(
         alone,
         splines=alone.splines + other.splines,
         placed=alone.placed + other.splines,
         residual=np.concatenate((alone.residual, other.residual)),
     )
-    return BasisFit(both, "storage", storage, alone.splines)
+    return BasisFit(fits, "storage", storage, alone.splines)
 
 
 def _common(points: FitPoints, residual: Floats) -> float:

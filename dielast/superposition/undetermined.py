@@ -103,13 +103,13 @@ def _significance(x: Floats, y: Floats, degree: int) -> float:
         root = np.sqrt(weight)
         basis, triangle = np.linalg.qr(vander * root[:, None])
         part = basis.T @ (y * root)
-        rest = y - vander @ np.linalg.solve(triangle, part)
-        variance = float(weight @ rest**2) / max(float(np.sum(weight)) - degree - 1, 1.0)
+        residual = y - vander @ np.linalg.solve(triangle, part)
+        variance = float(weight @ residual**2) / max(float(np.sum(weight)) - degree - 1, 1.0)
         significance = float(abs(part[-1]) / np.sqrt(max(variance, 1e-28)))
         if significance >= SIGNIFICANT:
             break
-        typical = max(float(np.median(np.abs(rest))) / 0.6745, 1e-14)
-        weight = np.minimum(1.0, (TRUSTED * typical / np.maximum(np.abs(rest), 1e-100)) ** 2)
+        typical = max(float(np.median(np.abs(residual))) / 0.6745, 1e-14)
+        weight = np.minimum(1.0, (TRUSTED * typical / np.maximum(np.abs(residual), 1e-100)) ** 2)
     return significance
 
 

@@ -21,11 +21,11 @@ def usable_curves(curves: Sequence[Measurement]) -> tuple[Gathered, Condensed]:
 
     Warns of each omitted curve; raises `InputError` if fewer than two remain.
     """
-    rest, reasons = list(curves), []
+    kept, reasons = list(curves), []
     while True:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", DielastWarning)  # the call below issues them once
-            data = gather(rest)
+            data = gather(kept)
         condensed, m = condense(data), data.temperature.size
         lost = np.bincount(data.curve[(condensed.bin_of_point < 0) & data.good], minlength=m)
         out = _too_short(np.bincount(condensed.curve, minlength=m).tolist(), lost.tolist(), data.kind.over_frequency)
@@ -37,10 +37,10 @@ def usable_curves(curves: Sequence[Measurement]) -> tuple[Gathered, Condensed]:
         if m - len(why) < 2:
             raise InputError(next(iter(why.values())))
         reasons += list(why.values())
-        rest = [curve for curve in rest if curve.temperature not in why]
+        kept = [curve for curve in kept if curve.temperature not in why]
     for reason in reasons:
         warn(f"{reason}; this curve is left out")
-    data = gather(rest)
+    data = gather(kept)
     if np.any(lost):
         end = data.kind.ends[1 if data.kind.stiffness_power > 0 else 0]
         places = ", ".join(f"{data.temperature[k]:g} degC ({lost[k]})" for k in np.flatnonzero(lost))

@@ -217,7 +217,10 @@ def test_a_map_has_an_axis_of_shares() -> None:
         ({"electrode_share": 1e-300}, "electrode_share: 1e-300: it must lie 1e-08 or more from 0 and 1; 1e-08 is as small as none"),
         ({"electrode_share": [0.1, 1 - 1e-9]}, "case 1: electrode_share: 0.999999999: it must .*; such a film is boundary clamped"),
         ({"boundary": "strip", "mesh_rtol": 1e-4}, "mesh_rtol: it is for the boundary frame alone"),
-        ({"electrical": True}, "electrical: a film with a passive part, boundary frame or strip, takes an ideal source"),
+        (
+            {"electrical": True},
+            "electrical: a film with a passive part, boundary frame or strip, can only be driven by an ideal source",
+        ),
         ({"source_resistance": 1e6, "electrode_area": 1e-4}, "source_resistance: a film with a passive part"),
         ({"mesh_rtol": 0.0}, "mesh_rtol: 0 is not between"),
         ({"boundary": ("frame", "clamped")}, "boundary: .* or frame, or strip"),

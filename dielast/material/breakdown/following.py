@@ -33,7 +33,7 @@ class FollowingField:
         return FollowingField(self.laws.take(cases), self.thickness[cases], self.at_prestretch[cases])
 
     def ratio(self, cases: Index, log_area: Floats) -> Floats:
-        """The breakdown field of `cases` (k,) at 2 ln(l1 l2) (k,) over that at the prestretch.
+        """The breakdown field of `cases` (k,) at 2 ln(l1 l2) = `log_area` (k,), over that at the prestretch.
 
         l = exp(log_area/4), and, as films are incompressible, h = H exp(-log_area/2).
         """

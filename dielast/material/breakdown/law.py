@@ -22,7 +22,7 @@ class BreakdownLaw(Law):
     """
 
     def at(self, prestretch: ArrayLike) -> Floats:
-        """The field in V/m at equibiaxial prestretches of any shape; of unequal ones, take the square root of their product."""
+        """The field in V/m at equibiaxial prestretches of any shape; for unequal ones, pass the square root of their product."""
         raise NotImplementedError
 
     def of_film(self, stretch: ArrayLike, thickness: ArrayLike) -> Floats:
@@ -30,7 +30,7 @@ class BreakdownLaw(Law):
         return self.at(stretch)
 
     def scaled(self, factor: float) -> Self:
-        """The law of a film whose breakdown field is `factor` times as large, at every prestretch."""
+        """The law for a breakdown field `factor` times as large, at every prestretch."""
         raise NotImplementedError
 
     def is_known_at(self, prestretch: ArrayLike) -> Flags:

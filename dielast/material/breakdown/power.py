@@ -61,7 +61,7 @@ class PowerBreakdown(BreakdownLaw):
                 raise InputError(f"{value:g}: {needed} is needed", argument=constant.name)
 
     def at(self, prestretch: ArrayLike) -> Floats:
-        """The field of films that have the reference thickness at this stretch."""
+        """The field of films with the reference thickness at this stretch."""
         return self.of_film(prestretch, 1.0 if self.reference_thickness is None else self.reference_thickness)
 
     def of_film(self, stretch: ArrayLike, thickness: ArrayLike) -> Floats:
@@ -73,5 +73,5 @@ class PowerBreakdown(BreakdownLaw):
         return np.asarray(self.field * np.exp(powers))
 
     def scaled(self, factor: float) -> PowerBreakdown:
-        """The law with the field times `factor`."""
+        """The law with its field times `factor`."""
         return replace(self, field=factor * self.field)

@@ -51,7 +51,7 @@ class Breakdown(Result, BreakdownLaw):
             raise InputError("a breakdown field must be positive")
 
     def at(self, prestretch: ArrayLike) -> Floats:
-        """The field in V/m at equibiaxial prestretches of any shape; of unequal ones, take the square root of their product."""
+        """The field in V/m at equibiaxial prestretches of any shape; for unequal ones, pass the square root of their product."""
         return np.asarray(np.interp(np.asarray(prestretch, dtype=float), self.prestretch, self.field))
 
     def scaled(self, factor: float) -> Breakdown:

@@ -1,4 +1,4 @@
-"""The inverse power law: life falls with a power of the field."""
+"""The inverse power law: the life of a film decreases with a power of the field."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from dielast.units import FIELD, TIME
 
 @dataclass(frozen=True, slots=True)
 class InversePower(DamageLaw):
-    """dD/dt = (|E|/E_0)^n/t_0, so that a film lives for t_0 (E_0/E)^n at a constant field; breakdown at E_0 as n goes to infinity.
+    """dD/dt = (|E|/E_0)^n/t_0. The life at a constant field is t_0 (E_0/E)^n; breakdown at E_0 in the limit of infinite n.
 
     E_0 = `field` in V/m, t_0 = `time` in s, n = `exponent`. Silicone: life falls 62-fold from 80 to 100 V/um (Albuquerque and
     Shea, Smart Mater. Struct. 30 (2021) 125022), which is n = 18.5. Damages of different fields add up (Miner's rule). Raises
@@ -47,9 +47,9 @@ class InversePower(DamageLaw):
         return np.asarray((np.asarray(field, dtype=float) / self.field) ** self.exponent / self.time)
 
     def lasting(self, factor: float) -> InversePower:
-        """The law with the time times `factor`."""
+        """The law with its time times `factor`."""
         return replace(self, time=factor * self.time)
 
     def scaled(self, factor: float) -> InversePower:
-        """The law with the field times `factor`."""
+        """The law with its field times `factor`."""
         return replace(self, field=factor * self.field)

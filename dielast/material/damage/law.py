@@ -19,7 +19,7 @@ class DamageLaw(Law):
     __slots__ = ()
 
     def rate(self, field: ArrayLike) -> Floats:
-        """dD/dt in 1/s at the size of the true field in V/m, of any shape; the film fails where D, its integral, is 1."""
+        """dD/dt in 1/s at the magnitude of the true field in V/m, of any shape; the film fails where the integral D reaches 1."""
         raise NotImplementedError
 
     def lasting(self, factor: float) -> Self:

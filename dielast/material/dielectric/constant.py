@@ -19,7 +19,7 @@ VACUUM_PERMITTIVITY = 8.8541878128e-12  # F/m, CODATA 2018
 
 @dataclass(frozen=True, slots=True)
 class ConstantPermittivity(DielectricLaw):
-    """One `permittivity` in F/m at every temperature and stretch; a `relative_permittivity` is turned into it."""
+    """One `permittivity` in F/m at all temperatures and stretches; a `relative_permittivity` is converted to it."""
 
     permittivity: float = 0.0
     relative_permittivity: float | None = None

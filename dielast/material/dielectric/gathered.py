@@ -19,7 +19,7 @@ class StretchedDielectrics:
     which: Cases
 
     def take(self, cases: Cases) -> StretchedDielectrics:
-        """The dielectrics of some of the cases."""
+        """The dielectrics of the selected cases (k,)."""
         return StretchedDielectrics(self.laws, self.which[cases])
 
     def log_ratio(self, log_squared_stretch: Floats) -> LogRatio:

@@ -35,7 +35,8 @@ class DielectricLaw(Law):
         return self.at(temperature)
 
     def log_ratio(self, log_squared_stretch: Floats) -> LogRatio:
-        """ln(eps/eps_0), eps_0 that of the undeformed film, with its derivatives in Lambda_i = 2 ln lambda_i, at Lambda (2, ...).
+        """ln(eps/eps_0), with eps_0 that of the undeformed film, and its derivatives in Lambda_i = 2 ln lambda_i, at Lambda (2,
+        ...).
 
         It must be symmetric in the axes. It is not finite where the law gives no positive permittivity.
         """

@@ -14,7 +14,7 @@ from dielast.numerics.columns import Floats
 
 @dataclass(frozen=True, slots=True)
 class ConstantModulus(ModulusLaw):
-    """The modulus at the reference temperature, at every temperature."""
+    """The modulus at the reference temperature, at all temperatures."""
 
     name: ClassVar = "constant"
     title: ClassVar = "constant moduli"

@@ -20,7 +20,7 @@ from dielast.units import THERMAL_EXPANSION, ZERO_CELSIUS, parse
 class EntropicModulus(ModulusLaw):
     """mu(T) = mu_ref rho T/(rho_ref T_ref), T in kelvin, rho_ref/rho = 1 + `thermal_expansion` (T - T_ref), volumetric in 1/K
     (L. R. G. Treloar, The Physics of Rubber Elasticity, 3rd ed., Eq. 4.9; J. D. Ferry, Viscoelastic Properties of Polymers, 3rd
-    ed., ch. 11). The factor is 1/b, b the "density-temperature" vertical shift of a master curve.
+    ed., ch. 11). The factor is 1/b, with b the "density-temperature" vertical shift of a master curve.
     """
 
     thermal_expansion: float = 0.0

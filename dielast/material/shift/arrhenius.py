@@ -16,7 +16,7 @@ from dielast.numerics.arrays import Floats
 from dielast.units import MOLAR_ENERGY, ZERO_CELSIUS
 
 GAS_CONSTANT = 8.314462618  # J/(mol K), CODATA 2018
-BARRIERS = 5e3, 2e6  # J/mol, activation energies: from the motion of a methyl group to a glass transition
+BARRIERS = 5e3, 2e6  # J/mol, plausible activation energies: from the rotation of a methyl group to a glass transition
 
 Celsius = TypeVar("Celsius", float, Floats)
 

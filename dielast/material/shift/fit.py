@@ -13,7 +13,7 @@ from dielast.numerics.arrays import Floats
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MovedLaw:
-    """A fitted law about another reference temperature, and its `origin`: log10 a there, by the law about the base temperature.
+    """A fitted law about another reference temperature, and its `origin`: log10 a there, relative to the base temperature.
 
     `to_constants` (p, q) and `to_origin` (q,) are derivatives of the law's constants and of the origin with respect to the fitted
     parameters.

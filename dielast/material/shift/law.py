@@ -39,7 +39,7 @@ class ShiftLaw(Law):
         return None
 
     def label(self) -> str:
-        """The law and its constants, for the legend of a plot."""
+        """The law and its constants, for the legend of a figure."""
         return self.title
 
     def warning(self) -> str:
@@ -106,6 +106,6 @@ class ShiftLaw(Law):
     def from_summary(
         cls, reference_temperature: float, summary: Mapping[str, Any], measured: Callable[[], tuple[Floats, Floats]]
     ) -> Self:
-        """The law from the constants in a `summary`; `measured` gives temperatures (degC) and log10 a, if they are needed."""
+        """The law from the constants in a `summary`; `measured` are temperatures (degC) and log10 a, if they are needed."""
         named = {constant.name: float(summary[key]) for key, constant in cls.summary_names().items()}
         return cls(reference_temperature, **named)  # type: ignore[call-arg]

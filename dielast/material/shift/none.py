@@ -24,5 +24,5 @@ class NoShift(ShiftLaw):
     depends_on_temperature: ClassVar = False
 
     def log10_shift_factor(self, temperature: ArrayLike) -> Floats:
-        """Zero at every temperature."""
+        """0 at every temperature."""
         return np.zeros(np.shape(temperature))

@@ -15,7 +15,7 @@ from dielast.material.law import Constant, check_table
 from dielast.material.shift.law import ShiftLaw
 from dielast.numerics.arrays import Floats
 
-ROUNDING = 1e-6  # of log10 a, which dielast writes with 9 digits
+ROUNDING = 1e-6  # of log10 a; dielast writes 9 digits
 
 
 @dataclass(frozen=True, slots=True, repr=False)

@@ -83,7 +83,7 @@ class WLF(ShiftLaw):
 
     @classmethod
     def fit(cls, base: float, distance: Floats, wanted: Floats, whiten: Floats) -> FittedLaw:
-        """log10 a = -g d / (1 + k d), d = T - T_base, g = C1/C2, k = 1/C2: regular also where C2 is large.
+        """The fit of log10 a = -g d / (1 + k d), d = T - T_base, g = C1/C2, k = 1/C2: regular even if C2 is large.
 
         If the data do not determine C2, or are curved the other way, C2 = T_ref in kelvin is assumed.
         """
@@ -139,13 +139,13 @@ class WLF(ShiftLaw):
 
 
 def _with_k(k: Floats, distance: Floats, wanted: Floats, whiten: Floats) -> Floats:
-    """g and k (n, 2) for the given k (n,)."""
+    """g and k (n, 2) for given k (n,)."""
     columns = -distance / (1 + k[:, None] * distance) @ whiten.T
     return np.stack((columns @ whiten @ wanted / np.sum(columns**2, axis=1), k), axis=1)
 
 
 def _jacobian(distance: Floats, g: float, k: float, whiten: Floats) -> Floats:
-    """Derivatives (m, 2) of the whitened log10 a in g and k."""
+    """Derivatives (m, 2) of the whitened log10 a with respect to g and k."""
     pole = 1 + k * distance
     return whiten @ np.stack((-distance / pole, g * distance**2 / pole**2), axis=1)
 

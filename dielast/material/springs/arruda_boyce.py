@@ -1,4 +1,4 @@
-"""Arruda and Boyce's spring: eight chains whose stretch ends, with the inverse Langevin function itself, not its series."""
+"""The Arruda-Boyce spring: eight chains of finite length, with the exact inverse Langevin function, not its series."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from dielast.material.springs.law import CardForm
 from dielast.material.springs.limited import LimitedLaw
 from dielast.numerics.columns import Floats
 
-SERIES = (1 / 2, 1 / 20, 11 / 1050, 19 / 7000, 519 / 673750)  # of W/mu in I1^k/l_m^(2k - 2), as codes have it
+SERIES = (1 / 2, 1 / 20, 11 / 1050, 19 / 7000, 519 / 673750)  # coefficients of W/mu in I1^k/l_m^(2k - 2), as used by codes
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -63,7 +63,7 @@ class ArrudaBoyce(LimitedLaw):
         return ratio / self._rest, steeper / (2 * invariant * self._rest)
 
     def energy_of(self, invariant: Floats) -> Floats:
-        """3 l_m^2/(b_0/y_0) times the chain's energy less that at rest, or (I1 - 3)/2 without an end."""
+        """3 l_m^2/(b_0/y_0) times the energy of the chain minus that at rest, or (I1 - 3)/2 if l_m is infinite."""
         ends = self._share > 0
         share = np.where(ends, self._share, 0.5)
         drawn = chain_energy(np.sqrt(invariant / 3) * share) - chain_energy(share)
@@ -74,7 +74,7 @@ class ArrudaBoyce(LimitedLaw):
         return np.asarray(3 * np.square(np.asarray(self.locking_stretch, dtype=float)))
 
     def form(self, law: str, modulus: float = 1.0) -> CardForm | None:
-        """Arruda-Boyce with the constant mu of the codes' series; neo-Hookean as an approximation.
+        """Arruda-Boyce with the constant mu of the series used by codes; neo-Hookean as an approximation.
 
         The initial modulus of that series is 2 dW/dI1 at I1 = 3, which is larger than mu.
         """

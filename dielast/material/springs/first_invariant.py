@@ -1,4 +1,4 @@
-"""Laws whose energy depends on the first invariant alone, W(I1), I1 = A + B + C."""
+"""Laws whose energy W(I1) depends only on the first invariant, I1 = A + B + C."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from dielast.numerics.columns import Floats
 
 
 class FirstInvariantLaw(SpringLaw):
-    """Base of laws W(I1); a law states phi = 2 dW/dI1 (`stiffness`, `hardening`), W (`energy_of`) and the I1 that ends it.
+    """Base of laws W(I1). A law defines phi = 2 dW/dI1 (`stiffness`, `hardening`), W (`energy_of`) and the limit of I1.
 
-    A spring carries p = phi (A - C) and q = phi (B - C) in axes 1 and 2 (Sec. 3 of DOI 10.1115/1.4030850).
+    The stresses of a spring are p = phi (A - C) and q = phi (B - C) in axes 1 and 2 (Sec. 3 of DOI 10.1115/1.4030850).
     """
 
     __slots__ = ()
@@ -29,7 +29,7 @@ class FirstInvariantLaw(SpringLaw):
         raise NotImplementedError
 
     def largest_invariant(self) -> Floats:
-        """The I1 that no load can reach; infinite for a law that holds at every stretch."""
+        """The limit of I1, which no load can reach; infinite for a law that holds at every stretch."""
         return np.asarray(np.inf)
 
     def stress(self, squared_stretch: Floats) -> Floats:
@@ -63,7 +63,7 @@ class FirstInvariantLaw(SpringLaw):
         return self.energy_of(_invariant(squared_stretch)[0])
 
     def room(self, squared_stretch: Floats) -> Floats:
-        """1 - (I1 - 3)/(I1 at the end - 3)."""
+        """1 - (I1 - 3)/(limit of I1 - 3)."""
         return np.asarray(1 - (_invariant(squared_stretch)[0] - 3) / (self.largest_invariant() - 3))
 
     def axial_stress(self, symmetry: Symmetry, front: Floats, thickness: Floats) -> Floats:

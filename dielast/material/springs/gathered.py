@@ -1,4 +1,4 @@
-"""The law of all springs of many cases: one law where all have the same, or several side by side."""
+"""The law of all springs of many cases: one law if it is the same for all, else several laws in parallel."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from dielast.numerics.columns import Cases, Flags, Floats
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FirstAndRest(SpringLaw):
-    """One law for the first of n springs and another for the rest; arrays of shape (..., n, cases)."""
+    """One law for the first of n springs, and another for the others; arrays of shape (..., n, cases)."""
 
     first: SpringLaw
     rest: SpringLaw
@@ -33,11 +33,11 @@ class FirstAndRest(SpringLaw):
         return np.concatenate((self.first.energy(squared_stretch[:, :1]), self.rest.energy(squared_stretch[:, 1:])))
 
     def room(self, squared_stretch: Floats) -> Floats:
-        """Distances to the end of both laws, joined."""
+        """Distances to the limit of both laws, joined."""
         return np.concatenate((self.first.room(squared_stretch[:, :1]), self.rest.room(squared_stretch[:, 1:])))
 
     def take(self, cases: Cases) -> FirstAndRest:
-        """Both laws for some of the cases."""
+        """Both laws for the selected cases (k,)."""
         return FirstAndRest(self.first.take(cases), self.rest.take(cases))
 
     def of_spring(self, spring: int, case: int) -> SpringLaw:  # type: ignore[override]
@@ -45,15 +45,15 @@ class FirstAndRest(SpringLaw):
         return self.first.of_spring(0, case) if spring == 0 else self.rest.of_spring(spring - 1, case)
 
     def with_idle_spring(self) -> FirstAndRest:
-        """The law of one spring more, the last."""
+        """The law with one more spring, the last, which carries no stress."""
         return FirstAndRest(self.first, self.rest.with_idle_spring())
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CaseByCase(SpringLaw):
-    """Several laws, each for all springs of some of the cases, the last axis: `which` (cases,) of the `laws` a case has.
+    """Several laws, each for all springs of some of the cases (the last axis); `which` (cases,) is the index of a case's law.
 
-    A law holds its cases in the order in which they stand here.
+    A law has its cases in the order in which they appear in `which`.
     """
 
     laws: tuple[SpringLaw, ...]
@@ -73,11 +73,11 @@ class CaseByCase(SpringLaw):
         return self._joined(lambda law, squared: (law.energy(squared),), squared_stretch)[0]
 
     def room(self, squared_stretch: Floats) -> Floats:
-        """Distances to the end of each law."""
+        """Distances to the limit of each law."""
         return self._joined(lambda law, squared: (law.room(squared),), squared_stretch)[0]
 
     def axial_stress(self, symmetry: Symmetry, front: Floats, thickness: Floats) -> Floats:
-        """p of each law, in the form that it has where it is alone."""
+        """p of each law."""
         return self._joined(lambda law, *both: (law.axial_stress(symmetry, *both),), front, thickness)[0]
 
     def axial_tangent(self, symmetry: Symmetry, front: Floats, thickness: Floats) -> tuple[Floats, Floats]:
@@ -91,7 +91,7 @@ class CaseByCase(SpringLaw):
         return direct, both
 
     def take(self, cases: Cases) -> SpringLaw:  # type: ignore[override]
-        """The laws of some of the cases; one law where they have the same."""
+        """The laws of the selected cases (k,); a single law if it is the same for all."""
         which = self.which[cases]
         places = np.empty(self.which.size, dtype=np.intp)
         for index in range(len(self.laws)):
@@ -106,11 +106,11 @@ class CaseByCase(SpringLaw):
         return self.laws[index].of_spring(spring, int(np.count_nonzero(self.which[:case] == index)))
 
     def with_idle_spring(self) -> CaseByCase:
-        """The laws of one spring more, the last."""
+        """The laws with one more spring, the last, which carries no stress."""
         return CaseByCase(tuple(law.with_idle_spring() for law in self.laws), self.which)
 
     def _joined(self, question: Callable[..., tuple[Floats, ...]], *arrays: Floats) -> list[Floats]:
-        """What each law answers to its cases of the `arrays` (..., cases), put together again."""
+        """The results of each law for its cases of the `arrays` (..., cases), merged in the order of the cases."""
         joined: list[Floats] = []
         for index, law in enumerate(self.laws):
             members = np.flatnonzero(self.which == index)
@@ -122,10 +122,10 @@ class CaseByCase(SpringLaw):
 
 
 def gathered(laws: Sequence[tuple[SpringLaw, SpringLaw]], carrying: Flags) -> SpringLaw:
-    """The law of n springs in all cases: of each case (or of all, if there is one pair only) the law of the equilibrium spring and
-    that of its branches.
+    """The law of n springs in all cases, from pairs of the laws of the equilibrium spring and of the branches.
 
-    `carrying` (n, cases) says which springs have a modulus; the others never end.
+    There is one pair per case, or one for all cases. `carrying` (n, cases) marks springs with a modulus above 0; the others have no
+    limit of stretch.
     """
     if len(carrying) == 1:
         laws = [(first, first) for first, _ in laws]  # no case has branches
@@ -139,12 +139,12 @@ def gathered(laws: Sequence[tuple[SpringLaw, SpringLaw]], carrying: Flags) -> Sp
 
 
 def _kind(law: SpringLaw) -> tuple[Any, ...]:
-    """What laws have in common whose constants can stand in the same arrays: their class and the shapes of the constants."""
+    """The class and the shapes of the constants of a law: laws with the same can be stored in common arrays."""
     return type(law), *(np.shape(value) for value in law.values().values())
 
 
 def _of_one_kind(laws: Sequence[tuple[SpringLaw, SpringLaw]], carrying: Flags) -> SpringLaw:
-    """The law of n springs where all equilibrium springs have one kind of law, and all branches one."""
+    """The law of n springs if all equilibrium springs have one kind of law, and all branches one kind."""
     first, rest = [law for law, _ in laws], [law for _, law in laws]
     if all(law is first[0] for law in first) and all(law is rest[0] for law in rest):
         first, rest = first[:1], rest[:1]
@@ -159,7 +159,7 @@ def _of_one_kind(laws: Sequence[tuple[SpringLaw, SpringLaw]], carrying: Flags) -
 
 
 def _of_rows(laws: Sequence[SpringLaw], carrying: Flags, rows: int) -> dict[str, Floats]:
-    """The constants (..., rows, cases) of springs in as many rows, one law a case or one for all."""
+    """The constants (..., rows, cases) of springs in `rows` rows, from one law per case or one law for all."""
     stated, idle = ([law.values() for law in group] for group in (laws, [law.unlimited() for law in laws]))
     joined = {}
     for name in stated[0]:

@@ -1,4 +1,4 @@
-"""Gent's spring, whose chains have a limit of stretch; without a limit it is neo-Hookean."""
+"""Gent's spring, with a limiting stretch of its chains; without a limit it is neo-Hookean."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The Langevin function L = coth b - 1/b of a freely jointed chain, its inverse, and the chain's energy, to double precision."""
+"""The Langevin function L = coth b - 1/b of a freely jointed chain, its inverse, and the chain energy, to double precision."""
 
 from __future__ import annotations
 
@@ -6,11 +6,11 @@ import numpy as np
 
 from dielast.numerics.columns import Floats
 
-FRACTION_BELOW, FRACTION_TERMS = 4.0, 15  # b below which L is a continued fraction, of so many terms
-NEWTON_STEPS = 3  # the start is right to 0.3 %, and each step squares the error: 1e-5, 1e-10, rounding
-SERIES_BELOW, SERIES_TERMS = 1.0, 9  # b below which ln(sinh b / b) is a series, of so many terms
-POLYNOMIAL_BELOW = 0.6  # y^2 up to which a polynomial stands for the inverse: at 0.6, b is 4.4
-LANES, DEGREE = 4, 23  # coefficients of the polynomial fall below 1e-16 from the degree 22 on
+FRACTION_BELOW, FRACTION_TERMS = 4.0, 15  # b below which L is evaluated as a continued fraction, and its number of terms
+NEWTON_STEPS = 3  # the initial error of 0.3 % is squared by every step: 1e-5, 1e-10, rounding
+SERIES_BELOW, SERIES_TERMS = 1.0, 9  # b below which ln(sinh b / b) is evaluated as a series, and its number of terms
+POLYNOMIAL_BELOW = 0.6  # y^2 up to which a polynomial replaces the inverse; at 0.6, b is 4.4
+LANES, DEGREE = 4, 23  # the coefficients of the polynomial are below 1e-16 from degree 22 on
 
 
 def over_argument(b: Floats) -> tuple[Floats, Floats]:
@@ -37,7 +37,7 @@ def over_argument(b: Floats) -> tuple[Floats, Floats]:
 def by_newton(y: Floats) -> tuple[Floats, Floats]:
     """b/y (3 at y = 0) and db/dy with L(b) = y, at 0 <= y < 1 of any shape; infinite at and beyond 1.
 
-    Newton's method from y (3 - y^2/5 (6 + y^2 - 2 y^4))/(1 - y^2), which is right to 0.3 % (Kroger 2015,
+    Newton's method from y (3 - y^2/5 (6 + y^2 - 2 y^4))/(1 - y^2), which has an error of 0.3 % (Kroger 2015,
     DOI 10.1016/j.jnnfm.2015.05.007).
     """
     inside = y < 1
@@ -52,10 +52,10 @@ def by_newton(y: Floats) -> tuple[Floats, Floats]:
 
 
 def _coefficients() -> Floats:
-    """Of the polynomial in t that is (1 - y^2) b/y at y^2 = (1 + t) `POLYNOMIAL_BELOW`/2, shape (steps, lanes, 1): from the highest
-    power of t to the lanes on, those of t to the power 0, 1, 2 and 3.
+    """Coefficients (steps, lanes, 1) of the polynomial in t for (1 - y^2) b/y at y^2 = (1 + t) `POLYNOMIAL_BELOW`/2, in groups of
+    `LANES` powers, from the highest group down to the powers 0, 1, 2 and 3.
 
-    It interpolates Newton's method at Chebyshev's points. With the factor 1 - y^2 the pole at y = 1 is gone.
+    It interpolates Newton's method at Chebyshev points. The factor 1 - y^2 removes the pole at y = 1.
     """
     order = np.arange(DEGREE + 1)
     angle = np.pi * (order + 0.5) / order.size
@@ -79,7 +79,7 @@ def stiffness(square: Floats) -> Floats:
     shape, square = np.shape(square), np.ravel(square)
     t = square * (2 / POLYNOMIAL_BELOW)
     t -= 1
-    # the powers are summed up in lanes, whose arrays are of a size for few and long operations
+    # the powers are summed in lanes, so that the operations are few and act on long arrays
     squared = t * t
     fourth = squared * squared
     lanes = np.broadcast_to(_COEFFICIENTS[0], (LANES, square.size)).copy()
@@ -116,9 +116,9 @@ def inverse(y: Floats) -> tuple[Floats, Floats, Floats]:
 
 
 def chain_energy(y: Floats) -> Floats:
-    """Energy y b - ln(sinh b / b) of a chain that is drawn to the share y of its length, over k T and links; any shape.
+    """Energy y b - ln(sinh b / b) of a chain extended to the fraction y of its length, per link and in units of k T; any shape.
 
-    Its derivative in y is b; infinite at and beyond y = 1.
+    Its derivative with respect to y is b; it is infinite at and beyond y = 1.
     """
     inside = y < 1
     share = np.where(inside, y, 0.5)

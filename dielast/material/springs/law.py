@@ -1,4 +1,4 @@
-"""What every hyperelastic spring answers: stress, tangent, energy, where it ends, and how files and cards state it.
+"""The base class of hyperelastic laws: stress, tangent, energy, domain, and their forms in files and material cards.
 
 The film is an incompressible membrane under plane stress, axes 1 and 2 principal. A spring is described by its squared elastic
 stretches, shape (2, ...): A = lambda_1^2 and B = lambda_2^2, with C = 1/(A B) = lambda_3^2. All energies are of unit shear modulus.
@@ -20,8 +20,9 @@ from dielast.numerics.columns import Cases, Floats
 
 @dataclass(frozen=True, slots=True)
 class Symmetry:
-    """A symmetry that a load keeps: axis 2 has B = A^`second` and C = A^-`thinning`, I1 = `fronts` A + (3 - `fronts`) C, and a
-    spring flows as dx_1/dt = `flow` p / (3 tau).
+    """A symmetry that a load maintains: axis 2 has B = A^`second` and C = A^-`thinning`, I1 = `fronts` A + (3 - `fronts`) C, and
+    the
+    flow of a spring is dx_1/dt = `flow` p / (3 tau).
     """
 
     second: float
@@ -36,10 +37,10 @@ EQUIBIAXIAL = Symmetry(second=1.0, thinning=2.0, fronts=2, flow=1)
 
 @dataclass(frozen=True, slots=True)
 class CardForm:
-    """A spring in the words of finite-element codes: the `law`, the shear `modulus`, and the other constants of the law.
+    """A spring in the form of a finite-element code: the `law`, the shear `modulus`, and the other constants of the law.
 
-    Constants that are stresses are in the unit of the modulus. `notes` say what is lost where the form only approximates the
-    spring, `needs` which constant the spring lacks for the form.
+    Constants that are stresses are in the unit of the modulus. `notes` describe the loss if the form only approximates the spring,
+    `needs` the constant that the spring lacks for this form.
     """
 
     law: str
@@ -50,17 +51,17 @@ class CardForm:
 
 
 class SpringLaw(Law):
-    """Base of the hyperelastic laws; a law states `stress`, `tangent` and `energy` at least.
+    """Base of the hyperelastic laws. A law defines at least `stress`, `tangent` and `energy`.
 
-    The constants of a law are numbers where a material holds it, and arrays (..., n, cases) or (..., n, 1) where `gathered` has
-    joined the laws of n springs.
+    The constants of a law are numbers in a material, and arrays (..., n, cases) or (..., n, 1) if `gathered` has joined the laws of
+    n springs.
     """
 
     __slots__ = ()
     takes_modulus: ClassVar[bool] = True
-    """Whether a material file states the shear modulus of the equilibrium spring beside the constants."""
+    """Whether a material file states the shear modulus of the equilibrium spring in addition to the constants."""
     always_stable: ClassVar[bool] = False
-    """Whether tension rises with the stretch in every mode whatever the constants are."""
+    """Whether tension increases with stretch in every mode for any values of the constants."""
 
     def stress(self, squared_stretch: Floats) -> Floats:
         """True stresses (p, q), shape (2, ...), at squared stretches (2, ...); not finite outside the law's domain."""
@@ -69,7 +70,7 @@ class SpringLaw(Law):
     def tangent(self, squared_stretch: Floats) -> tuple[Floats, Floats]:
         """Stresses (2, ...), and their derivatives in ln A and ln B: dp/dlnA, dp/dlnB = dq/dlnA, dq/dlnB, shape (3, ...).
 
-        They are half the derivatives K11, K12, K22 in the logarithmic stretches.
+        These are half the derivatives K11, K12, K22 in the logarithmic stretches.
         """
         raise NotImplementedError
 
@@ -78,9 +79,9 @@ class SpringLaw(Law):
         raise NotImplementedError
 
     def room(self, squared_stretch: Floats) -> Floats:
-        """How far (...) the stretches are from the end of the law's domain: 1 at rest, 0 at the end, negative beyond.
+        """The distance (...) of the stretches from the limit of the law's domain: 1 at rest, 0 at the limit, negative beyond.
 
-        1 everywhere for a law that holds at every stretch.
+        It is 1 everywhere for a law that holds at every stretch.
         """
         return np.ones(np.shape(squared_stretch)[1:])
 
@@ -100,15 +101,15 @@ class SpringLaw(Law):
         return half[0] - half[1], half[1]
 
     def describe_limit(self) -> str:
-        """Where the law ends, in words that follow "is beyond"."""
+        """The limit of the law, in words that follow "is beyond"."""
         return f"the end of the {self.title} law"
 
     def warning(self, whose: str) -> str:
-        """Why the constants look wrong, if they do; `whose` names the spring."""
+        """A warning of implausible constants, or an empty text; `whose` names the spring."""
         return ""
 
     def unlimited(self) -> Self:
-        """The same law for a spring that carries nothing: without an end of its domain."""
+        """The same law without a limit of its domain, for a spring that carries no stress."""
         return self
 
     def restated(self, constants: Mapping[str, float]) -> Self:
@@ -120,45 +121,45 @@ class SpringLaw(Law):
         return self.with_values(constants)
 
     def initial_modulus(self) -> float | None:
-        """The shear modulus that the constants state, in their unit; None where they state a shape alone."""
+        """The shear modulus from the constants, in their unit; None if the constants state only a shape."""
         return None
 
     @classmethod
     def of_file(cls, stated: Mapping[str, Any], modulus: float | None) -> Self:
-        """The law of constants (SI) by their keys in a material file, beside which the shear `modulus` in Pa stands, or None.
+        """The law from its constants (SI) by their keys in a material file, and the shear `modulus` in Pa stated there, or None.
 
-        Raises `InputError` for constants that are missing, wrong or of another law.
+        Raises `InputError` for constants that are missing, invalid or of another law.
         """
         return cls(**cls.arguments(stated))
 
     def in_file(self, modulus: float) -> dict[str, Any]:
-        """The constants by their keys in a material file, of a spring of this shear `modulus` in Pa."""
+        """The constants by their keys in a material file, for a spring of this shear `modulus` in Pa."""
         return self.stated()
 
     def shape(self) -> dict[str, str]:
-        """The constants as text by name, those that are stresses over the shear modulus."""
+        """The constants as text by name; those that are stresses are divided by the shear modulus."""
         return {name: f"{value:g}" for name, value in self.values().items()}
 
     def form(self, law: str, modulus: float = 1.0) -> CardForm | None:
-        """The spring of a shear `modulus` as the `law` of a finite-element code; None where that cannot stand for it."""
+        """The spring of a shear `modulus` as the `law` of a finite-element code; None if that law cannot represent it."""
         return None
 
     def exact_forms(self) -> tuple[str, ...]:
-        """The laws of finite-element codes that this spring is without loss, the closest first."""
+        """The laws of finite-element codes that represent this spring without loss, the closest first."""
         return ()
 
-    # what follows holds for every law whose constants are its dataclass fields
+    # the methods below hold for every law whose constants are its dataclass fields
 
     def values(self) -> dict[str, Any]:
         """The constants by the names of the dataclass fields."""
         return {constant.name: getattr(self, constant.name) for constant in fields(self) if constant.init}  # type: ignore[arg-type]
 
     def with_values(self, values: Mapping[str, Any]) -> Self:
-        """The law with other values of some dataclass fields."""
+        """The law with other values of the stated dataclass fields."""
         return replace(self, **values)  # type: ignore[type-var]
 
     def take(self, cases: Cases) -> Self:
-        """The law for some of the cases, the last axis of constants that differ from case to case."""
+        """The law for the selected cases (k,), which are the last axis of constants that differ between cases."""
         arrays = {name: np.asarray(value) for name, value in self.values().items()}
         differing = {name: np.take(value, cases, axis=-1) for name, value in arrays.items() if _has_cases(value)}
         return self.with_values(differing) if differing else self
@@ -174,7 +175,7 @@ class SpringLaw(Law):
         return self.with_values({name: _plain(value) for name, value in one.items()})
 
     def with_idle_spring(self) -> SpringLaw:
-        """The law of n + 1 springs, the last of which has no end of its domain."""
+        """The law of n + 1 springs, the last of which has no limit of its domain."""
         idle = self.of_spring(0, 0).unlimited().values()
         arrays = {name: np.asarray(value) for name, value in self.values().items()}
         return self.with_values(

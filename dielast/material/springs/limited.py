@@ -1,4 +1,4 @@
-"""Laws W(I1) of chains that end at a stretch, which one constant states; without an end they are neo-Hookean."""
+"""Laws W(I1) of chains with a limiting stretch, which one constant states; without a limit they are neo-Hookean."""
 
 from __future__ import annotations
 
@@ -11,11 +11,12 @@ from dielast.numerics.columns import Floats
 
 
 class LimitedLaw(FirstInvariantLaw):
-    """Base of laws whose first constant says where the chains end, infinite by default: a number, or an array (n, cases) or (n, 1)
-    of several springs.
+    """Base of laws whose first constant states the limit of the chains, infinite by default: a number, or an array (n, cases) or
+    (n, 1) for several springs.
 
-    `SHORTEST` is the constant of chains that are taut at a stretch of about 1.7: smaller ones make no rubber. `MEASURE` says what
-    the constant is a value of, in words that follow the number, and `USUAL` asks whether it is what it should be.
+    `SHORTEST` is the constant of chains that are taut at a stretch of about 1.7; smaller values are implausible for a rubber.
+    `MEASURE` says what the constant is a value of, in words that follow the number, and `USUAL` is a question about a likely
+    mistake.
     """
 
     __slots__ = ()
@@ -35,7 +36,7 @@ class LimitedLaw(FirstInvariantLaw):
         return f"the {self.title} limit, {name} = {float(limit):g}{self.MEASURE}"
 
     def warning(self, whose: str) -> str:
-        """Chains that are taut at small stretches."""
+        """A warning of chains that are taut at small stretches, or an empty text."""
         name, limit = self._limit()
         shortest = float(np.min(limit))
         if shortest >= self.SHORTEST:
@@ -43,9 +44,9 @@ class LimitedLaw(FirstInvariantLaw):
         return f"{name} = {shortest:g} ({whose}): chains so short make no rubber: {self.USUAL}"
 
     def unlimited(self) -> Self:
-        """Without an end."""
+        """The law without a limit."""
         return type(self)()
 
     def exact_forms(self) -> tuple[str, ...]:
-        """The law itself, and neo-Hookean without an end."""
+        """The law itself, and neo-Hookean if there is no limit."""
         return ("neo-hookean", self.name) if np.all(np.isinf(self._limit()[1])) else (self.name,)

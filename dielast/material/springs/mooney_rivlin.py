@@ -16,10 +16,10 @@ from dielast.units import STRESS
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MooneyRivlin(ScaledLaw):
-    """W = C10 (I1 - 3) + C01 (I2 - 3), I2 = 1/A + 1/B + 1/C (Rivlin 1948, DOI 10.1098/rsta.1948.0024), of initial shear modulus
-    2 (C10 + C01).
+    """W = C10 (I1 - 3) + C01 (I2 - 3), I2 = 1/A + 1/B + 1/C (Rivlin 1948, DOI 10.1098/rsta.1948.0024), with the initial shear
+    modulus 2 (C10 + C01).
 
-    Constants in Pa, or in any other unit: a spring of modulus mu has W = (mu/2) ((1 - s) (I1 - 3) + s (I2 - 3)) with the share
+    The constants are in Pa, or in any other unit: a spring of modulus mu has W = (mu/2) ((1 - s) (I1 - 3) + s (I2 - 3)) with
     s = C01/(C10 + C01).
     """
 
@@ -53,18 +53,18 @@ class MooneyRivlin(ScaledLaw):
 
     def tangent(self, squared_stretch: Floats) -> tuple[Floats, Floats]:
         """Stresses, and dp/dlnA = (1 - s) (A + C) + s (AB + 1/A), dp/dlnB = (1 - s) C + s AB, and so on."""
-        both = squared_stretch[0] * squared_stretch[1]
-        third, share, rest = 1 / both, self._share, 1 - self._share
-        half = np.empty((3, *both.shape))
-        half[1] = rest * third + share * both
+        area_squared = squared_stretch[0] * squared_stretch[1]
+        third, share, rest = 1 / area_squared, self._share, 1 - self._share
+        half = np.empty((3, *area_squared.shape))
+        half[1] = rest * third + share * area_squared
         half[::2] = half[1] + rest * squared_stretch + share / squared_stretch
         return self.stress(squared_stretch), half
 
     def energy(self, squared_stretch: Floats) -> Floats:
         """((1 - s) (I1 - 3) + s (I2 - 3))/2."""
-        both = squared_stretch[0] * squared_stretch[1]
-        first = squared_stretch[0] + squared_stretch[1] + 1 / both - 3
-        second = 1 / squared_stretch[0] + 1 / squared_stretch[1] + both - 3
+        area_squared = squared_stretch[0] * squared_stretch[1]
+        first = squared_stretch[0] + squared_stretch[1] + 1 / area_squared - 3
+        second = 1 / squared_stretch[0] + 1 / squared_stretch[1] + area_squared - 3
         return np.asarray(0.5 * ((1 - self._share) * first + self._share * second))
 
     def unlimited(self) -> MooneyRivlin:

@@ -1,4 +1,4 @@
-"""The neo-Hookean spring: Gaussian chains without a limit of stretch."""
+"""The neo-Hookean spring: Gaussian chains without a limiting stretch."""
 
 from __future__ import annotations
 

@@ -14,13 +14,13 @@ from dielast.material.springs.scaled import ScaledLaw
 from dielast.numerics.columns import Floats
 from dielast.units import STRESS
 
-STEEPEST = 50.0  # exponent: the powers of a stretch of 10 would overflow a spring's energy soon after
+STEEPEST = 50.0  # largest exponent: at a stretch of 10, larger powers would soon overflow
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Ogden(ScaledLaw):
-    """W = sum mu_p/alpha_p (l1^alpha_p + l2^alpha_p + l3^alpha_p - 3) (Ogden 1972, DOI 10.1098/rspa.1972.0026), of initial shear
-    modulus sum mu_p alpha_p / 2.
+    """W = sum mu_p/alpha_p (l1^alpha_p + l2^alpha_p + l3^alpha_p - 3) (Ogden 1972, DOI 10.1098/rspa.1972.0026), with the initial
+    shear modulus sum mu_p alpha_p / 2.
 
     `mu` in Pa, or in any other unit: a spring of modulus m has mu_p m / (sum mu_q alpha_q / 2). Terms are along the first axis.
     Raises `InputError` for invalid exponents, and for lists of different length.
@@ -77,7 +77,7 @@ class Ogden(ScaledLaw):
         return carried, half
 
     def energy(self, squared_stretch: Floats) -> Floats:
-        """Sum w/alpha (l1^alpha + l2^alpha + l3^alpha - 3), each power less one by itself."""
+        """Sum w/alpha (l1^alpha + l2^alpha + l3^alpha - 3), with 1 subtracted from each power separately."""
         log = np.log(squared_stretch)
         third = -(log[0] + log[1])
         total = np.zeros_like(third)
@@ -105,19 +105,19 @@ class Ogden(ScaledLaw):
         return carried, slope
 
     def unlimited(self) -> Ogden:
-        """One term with the exponent 2, beside as many that carry nothing."""
+        """One term with the exponent 2, and the other terms without stress."""
         count = len(np.atleast_1d(np.asarray(self.mu)))
         return Ogden((1.0,) + (0.0,) * (count - 1), (2.0,) * count)
 
     def exact_forms(self) -> tuple[str, ...]:
-        """Ogden, and neo-Hookean or Mooney-Rivlin where the exponents are 2, or 2 and -2."""
+        """Ogden, and neo-Hookean or Mooney-Rivlin if the exponents are 2, or 2 and -2."""
         exponents = {float(power) for power, weight in zip(self._power, self._weight, strict=True) if weight != 0}
         if exponents == {1.0}:
             return ("neo-hookean", "ogden")
         return ("ogden", "mooney-rivlin") if exponents == {1.0, -1.0} else ("ogden",)
 
     def form(self, law: str, modulus: float = 1.0) -> CardForm | None:
-        """Ogden; Mooney-Rivlin where that is the same; neo-Hookean as an approximation."""
+        """Ogden; Mooney-Rivlin if that is the same; neo-Hookean as an approximation."""
         match law:
             case "ogden":
                 terms = enumerate(zip(self._weight.tolist(), self._power.tolist(), strict=True), 1)
@@ -134,7 +134,7 @@ class Ogden(ScaledLaw):
 
 
 def _powers(symmetry: Symmetry, exponent: Floats) -> tuple[Floats, Floats]:
-    """A^h and C^h = A^(-h `thinning`) from h ln A (...), `thinning` being 1/2 or 2: one exponential for both."""
+    """A^h and C^h = A^(-h `thinning`) from h ln A (...) with a single exponential; `thinning` is 1/2 or 2."""
     if symmetry.thinning > 1:
         front = np.exp(exponent)
         return front, 1 / (front * front)

@@ -1,4 +1,4 @@
-"""Laws whose constants are stresses: they hold the initial shear modulus themselves, and only their ratios are a shape."""
+"""Laws whose constants are stresses: the constants include the initial shear modulus, and their ratios are the shape."""
 
 from __future__ import annotations
 
@@ -13,27 +13,27 @@ from dielast.numerics.columns import Floats
 
 
 class ScaledLaw(SpringLaw):
-    """Base of laws with constants in Pa; a law states `modulus_of` and the formula of its initial modulus in words.
+    """Base of laws with constants in Pa. A law defines `modulus_of`, and the formula of its initial modulus in words.
 
-    A spring of another shear modulus has the same ratios of the constants, so that a law may be stated in any unit of stress.
+    A spring of another shear modulus has the same ratios of constants, so that a law may be stated in any unit of stress.
     """
 
     __slots__ = ()
     modulus_formula: ClassVar[str]
     stresses: ClassVar[tuple[str, ...]]
-    """The constants that are stresses."""
+    """The names of the constants that are stresses."""
 
     def modulus_of(self) -> Floats:
-        """Initial shear modulus in the unit of the constants, of the shape that the constants have."""
+        """Initial shear modulus in the unit of the constants, with the shape of the constants."""
         raise NotImplementedError
 
     def initial_modulus(self) -> float | None:
-        """The modulus that the constants add up to."""
+        """The initial shear modulus from the constants, in their unit."""
         return float(self.modulus_of())
 
     @classmethod
     def of_file(cls, stated: Mapping[str, Any], modulus: float | None) -> Self:
-        """The law of the constants, which leave no shear modulus to be stated."""
+        """The law from its constants; `InputError` if a shear modulus is stated in addition."""
         if modulus is not None:
             keys = " and ".join(constant.file_key for constant in cls.constants)
             message = f'law "{cls.name}" states its modulus by {keys}: leave shear_modulus out'
@@ -53,7 +53,7 @@ class ScaledLaw(SpringLaw):
         return self.with_values({name: _times(getattr(self, name), factor) for name in self.stresses})
 
     def shape(self) -> dict[str, str]:
-        """The constants over the shear modulus, and those that are numbers."""
+        """The constants over the shear modulus, and those that are bare numbers."""
         unit = self.scaled(1.0)
         return {
             f"{name}/modulus" if name in self.stresses else name: _text(value)

@@ -1,8 +1,8 @@
-"""Where a spring is stable: where its tension rises with the stretch, so that under a dead load it is at a minimum of energy.
+"""The range in which a spring is stable: its tension increases with stretch, so that under a dead load its energy is at a minimum.
 
-With p the true and s = p/l the nominal stress, ds/dl > 0 is dp/dln l > p. Modes: "uniaxial" (axis 2 free), "equibiaxial",
-"pure-shear" (axis 2 held at 1). Laws fitted to tests over a short range, Yeoh's and Ogden's above all, may have a maximum of
-tension outside of it.
+With p the true and s = p/l the nominal stress, ds/dl > 0 means dp/dln l > p. Modes: "uniaxial" (axis 2 free), "equibiaxial",
+"pure-shear" (axis 2 held at 1). Laws fitted to tests over a short range, in particular Yeoh's and Ogden's, may have a maximum of
+tension outside of that range.
 """
 
 from __future__ import annotations
@@ -12,21 +12,21 @@ import numpy as np
 from dielast.material.springs.law import SpringLaw
 from dielast.numerics.columns import Flags, Floats
 
-FURTHEST = 30.0  # stretch, or one over it, up to which a law is looked at
-POINTS = 400  # of the search on either side, in steps of 0.9 %
+FURTHEST = 30.0  # largest stretch, and inverse of the smallest one, at which a law is examined
+POINTS = 400  # in each of extension and compression, in steps of 0.9 %
 BISECTIONS = 40
 SECOND = {"uniaxial": -0.5, "equibiaxial": 1.0, "pure-shear": 0.0}  # B = A to this power, by mode
 
 
 def tension_rises(law: SpringLaw, squared_stretch: Floats, mode: str | None) -> Flags:
-    """Whether (...) the tension rises with the stretch at squared stretches (2, ...), on the path of a `mode`; None: in each axis
-    while the other is held. Not so beyond the end of the law.
+    """Whether (...) the tension increases with stretch at squared stretches (2, ...), in a `mode`; if None, in each axis while the
+    other is held. False beyond the limit of the law.
     """
     with np.errstate(all="ignore"):
         (p, q), (k11, k12, k22) = law.tangent(squared_stretch)
         k11, k12, k22 = 2 * k11, 2 * k12, 2 * k22  # in logarithmic stretches
         if mode == "uniaxial":
-            # q = 0 on the way, and the free axis is at a minimum itself
+            # q = 0 along the path, and the energy is at a minimum with respect to the free axis
             rises = (k22 > 0) & (k11 - k12 * k12 / k22 > p)
         elif mode == "equibiaxial":
             rises = k11 + k12 > p
@@ -38,9 +38,9 @@ def tension_rises(law: SpringLaw, squared_stretch: Floats, mode: str | None) -> 
 
 
 def stable_range(law: SpringLaw, mode: str) -> tuple[float, float]:
-    """The stretches about 1 between which a spring with numbers for constants is stable in a `mode`.
+    """The stretches below and above 1 between which a spring (with numbers for constants) is stable in a `mode`.
 
-    0 and infinity where it is stable as far as is looked. A law with a limit ends at that.
+    They are 0 and infinity if it is stable at all examined stretches. The range ends at the limit of a law.
     """
     if law.always_stable and np.all(law.room(np.full((2, 1), FURTHEST**2)) > 0):
         return 0.0, np.inf

@@ -1,4 +1,4 @@
-"""Yeoh's spring: a cubic in I1 - 3, soft at first and stiff at last where C20 is negative and C30 positive."""
+"""Yeoh's spring: a cubic in I1 - 3; with negative C20 and positive C30 it first softens and then stiffens."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ from dielast.units import STRESS
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Yeoh(ScaledLaw, FirstInvariantLaw):
-    """W = C10 x + C20 x^2 + C30 x^3 with x = I1 - 3 (Yeoh 1993, DOI 10.5254/1.3538343), of initial shear modulus 2 C10.
+    """W = C10 x + C20 x^2 + C30 x^3 with x = I1 - 3 (Yeoh 1993, DOI 10.5254/1.3538343), with the initial shear modulus 2 C10.
 
-    Constants in Pa, or in any other unit: a spring of modulus mu has W = (mu/2) (x + (C20/C10) x^2 + (C30/C10) x^3).
+    The constants are in Pa, or in any other unit: a spring of modulus mu has W = (mu/2) (x + (C20/C10) x^2 + (C30/C10) x^3).
     """
 
     C10: float | Floats
@@ -53,7 +53,7 @@ class Yeoh(ScaledLaw, FirstInvariantLaw):
 
     @classmethod
     def of_file(cls, stated: Mapping[str, Any], modulus: float | None) -> Self:
-        """The law of C10, or of the shear modulus in its place."""
+        """The law from C10, or from the shear modulus in place of C10."""
         arguments = cls.arguments(stated)
         if modulus is not None and arguments["C10"] is not None:
             raise InputError('law "yeoh" takes shear_modulus or C10 = shear_modulus/2, not both', key="C10")
@@ -64,7 +64,7 @@ class Yeoh(ScaledLaw, FirstInvariantLaw):
         return cls(**arguments)
 
     def in_file(self, modulus: float) -> dict[str, Any]:
-        """The shear modulus in the place of C10."""
+        """The shear modulus in place of C10, and the other constants."""
         return {key: value for key, value in self.scaled(modulus).stated().items() if key != "C10"}
 
     def stiffness(self, invariant: Floats) -> Floats:

@@ -131,8 +131,8 @@ class FramedFilms(UnderLoad):
         structure = self.assembly.structure
         worst = np.max(np.abs(increment[: self.border] / state[: self.border]), axis=0)
         stretch = structure.stretch(state[self.border : -2])
-        moved = np.max(np.abs(structure.moved(increment[self.border : -2]) / stretch), axis=(0, 1))
-        worst = np.maximum(worst, np.where(self.load.moving, FOLLOWER_WEIGHT, 1.0) * moved)
+        change = np.max(np.abs(structure.moved(increment[self.border : -2]) / stretch), axis=(0, 1))
+        worst = np.maximum(worst, np.where(self.load.moving, FOLLOWER_WEIGHT, 1.0) * change)
         modulus = self.points.modulus
         # the rounding error of the stress of the stiffest spring, the damper, bounds the accuracy of every stress
         floor = modulus[0] + self.points.stress_floor * (modulus.sum(axis=0) / modulus[:-1].sum(axis=0))
@@ -213,7 +213,7 @@ class FramedArrowhead:
         assert out.flags.c_contiguous  # or else what is written to another shape of it is lost
         internal = out[:border].reshape(right.shape)
         self.springs.solve(right, out=internal)
-        internal += moved
+        internal += change_of_stretch
         internal *= self.viscous
         internal *= 0.5
         return out
@@ -259,8 +259,8 @@ class Surroundings:
         stress, half = assembly.all_points.law.tangent(assembly.springs(internal, stretch))
         spring_tangent = np.einsum("nm,cnm->cm", assembly.wide(held), half)[SYMMETRIC]
         carried = assembly.carried(stress, stretch, field)
-        whole = assembly.slope(spring_tangent, np.zeros_like(carried), stretch, field, electric=False)
+        springs_alone = assembly.slope(spring_tangent, np.zeros_like(carried), stretch, field, electric=False)
         present = assembly.slope(spring_tangent, carried, stretch, field)
-        tangents = assembly.structure.tangent(np.stack((present, whole)))
+        tangents = assembly.structure.tangent(np.stack((present, springs_alone)))
         rim, alone = Factors.of(np.moveaxis(tangents, 0, 2)).rim_stiffness()
         return rim, alone

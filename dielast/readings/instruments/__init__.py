@@ -1,7 +1,7 @@
 """Exports of instruments, recognised by their content and divided into steps; units and names come from the file.
 
 A format is a module with a `NAME`, `sniff(text) -> bool` and `read(text, source) -> list[ExportedStep]`, entered in `FORMATS`.
-Sniffing looks for marks that no table made by hand has, so that an ordinary table is never taken for an export.
+`sniff` looks for features that no hand-made table has, so that an ordinary table is never taken as an export.
 """
 
 from __future__ import annotations
@@ -24,19 +24,19 @@ __all__ = ["FORMATS", "ExportedStep", "Format", "recognise"]
 
 
 class Format(Protocol):
-    """One vendor's layout."""
+    """The layout of the exports of one instrument software."""
 
     @property
     def NAME(self) -> str:
-        """What the summary calls it."""
+        """The name in the summary."""
         ...
 
     def sniff(self, text: str) -> bool:
-        """Whether `text` is in this layout, damaged or not."""
+        """Whether `text` is in this layout, complete or not."""
         ...
 
     def read(self, text: str, source: str) -> list[ExportedStep]:
-        """The steps in `text`, in their order; raises `InputError` naming `source` and the line."""
+        """The steps in `text`, in their order; raises `InputError` with `source` and the line."""
         ...
 
 
@@ -44,5 +44,5 @@ FORMATS: tuple[Format, ...] = (trios, rheocompass, rheoplus, universal_analysis,
 
 
 def recognise(text: str) -> Format | None:
-    """The format that `text` is in, None for anything else."""
+    """The format of `text`, None if it is not an export."""
     return next((known for known in FORMATS if known.sniff(text)), None)

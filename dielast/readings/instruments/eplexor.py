@@ -1,7 +1,7 @@
 """Netzsch Gabo Eplexor: text export of its table, with a decimal comma where the computer is set to German.
 
-A header names the instrument; a line of names (`f`, `E'`, `E''`, `|E*|`, `tan delta`, `T`) and a line of units follow; `---` stands
-where nothing was measured.
+A header names the instrument. It is followed by a line of names (`f`, `E'`, `E''`, `|E*|`, `tan delta`, `T`) and a line of units.
+Cells without a measured value contain `---`.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ _MODULI = ({"|e*|", "e'", "e''"}, {"|g*|", "g'", "g''"})
 
 
 def sniff(text: str) -> bool:
-    """Whether `text` is such an export: its line of names, and above it the maker."""
+    """Whether `text` is such an export: it has the line of names, and the maker above it."""
     if _MAKER.search(text) is None:
         return False
     lines = split_lines(text)

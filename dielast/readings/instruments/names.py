@@ -1,4 +1,4 @@
-"""What instruments call their columns, by the role a column has for a master curve."""
+"""The names of columns in instruments' exports, by the role of a column in a master curve."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from dielast.io.text_table import MeasuredTable
 
 Deformation = Literal["tension", "shear"]
 
-# the better choice first: the time of a step before that of the test
+# the better choice first: the time of a step is preferred to that of the test
 ROLES: Mapping[str, tuple[str, ...]] = {
     "temperature": ("temperature", "sample temperature", "temp.", "temp", "temperatur"),
     "time": ("step time", "interval time", "time", "segment time", "intervallzeit", "zeit"),
@@ -38,7 +38,7 @@ ROLES: Mapping[str, tuple[str, ...]] = {
     "stress": ("stress", "shear stress", "extensional stress", "tensile stress", "schubspannung"),
 }
 ANGULAR = ROLES["angular_frequency"]
-# names of one letter, for which the case matters
+# names of a single letter, for which case matters
 _LETTERS = {"T": "temperature", "t": "time", "f": "frequency", "w": "angular_frequency"}
 
 _TENSION = re.compile(r"\b(young|tensile|extensional)|^\|?e('|\*|\()")
@@ -46,13 +46,13 @@ _SHEAR = re.compile(r"\bshear (strain|stress|modulus)|^\|?g('|\*|\()|scher|schub
 
 
 def plain(name: str) -> str:
-    """A column's name as `ROLES` has it: lower case, single blanks, primes as apostrophes."""
+    """A column's name in the form of `ROLES`: lower case, single blanks, primes as apostrophes."""
     text = re.sub(r"[\s_]+", " ", name).strip().casefold()
     return re.sub("[\u2032\u2019\u00b4`]", "'", text).replace('"', "''").replace("\u2033", "''")
 
 
 def columns_by_role(table: MeasuredTable) -> dict[str, int]:
-    """The column (from 1) for each role that `table` has readings for."""
+    """The number (from 1) of the column for each role for which `table` has readings."""
     known = {plain(name): index for index, name in reversed(list(enumerate(table.names))) if is_filled(table, index)}
     columns = {role: known[name] + 1 for role, names in ROLES.items() for name in reversed(names) if name in known}
     for index, name in enumerate(table.names):
@@ -62,12 +62,12 @@ def columns_by_role(table: MeasuredTable) -> dict[str, int]:
 
 
 def is_filled(table: MeasuredTable, index: int) -> bool:
-    """Whether the column at `index` holds any number."""
+    """Whether the column at `index` contains a number."""
     return any(is_number(cell, table.decimal) for cell in table.cells[index])
 
 
 def deformation_of(names: Sequence[str]) -> Deformation | None:
-    """Tension or shear, if the columns' names say so."""
+    """Tension or shear, if the names of the columns state it."""
     texts = [plain(name) for name in names]
     tension, shear = (any(pattern.search(text) for text in texts) for pattern in (_TENSION, _SHEAR))
     return None if tension == shear else "tension" if tension else "shear"

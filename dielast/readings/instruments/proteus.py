@@ -1,7 +1,7 @@
 """Netzsch Proteus: ASCII export of the DMA 242 and others.
 
-A header of lines `#KEY: value` says the decimal mark and the separator; the line of names begins with `##` and has the units in it
-(`##Temp./°C;Time/min;E'/MPa`). With several frequencies each name contains one: `E'(1.000 Hz)/MPa`.
+A header of lines `#KEY: value` states the decimal mark and the separator. The line of names begins with `##` and includes the units
+(`##Temp./°C;Time/min;E'/MPa`). With several frequencies, each name contains its frequency: `E'(1.000 Hz)/MPa`.
 """
 
 from __future__ import annotations
@@ -62,10 +62,11 @@ def _split(cell: str) -> tuple[str, str]:
 
 
 def _one_row_a_frequency(names: Row, units: Row, readings: list[Row], source: str, decimal: str) -> tuple[Row, Row, list[Row]]:
-    """Names, units and readings with columns of several frequencies, such as `E'(1.000 Hz)`, put below each other, and the
-    frequency in a separate column."""
+    """Names, units and readings, with columns of several frequencies, such as `E'(1.000 Hz)`, concatenated, and the frequency in a
+    separate column.
+    """
     common: list[int] = []
-    at_frequency: dict[str, dict[int, str]] = {}  # the columns of each frequency, and what they hold
+    at_frequency: dict[str, dict[int, str]] = {}  # the columns of each frequency, with their names
     for k, name in enumerate(names.cells):
         if match := _AT.fullmatch(name):
             at_frequency.setdefault(match["frequency"], {})[k] = match["name"]
@@ -83,5 +84,5 @@ def _one_row_a_frequency(names: Row, units: Row, readings: list[Row], source: st
         if len(row.cells) >= len(common)
         for frequency, columns in at_frequency.items()
     ]
-    # the columns of the first frequency stand for those of all
+    # the columns of the first frequency become those of all frequencies
     return Row(names.line, [*names.picked(common).cells, _FREQUENCY, *measured]), units.picked(common, ["Hz"], first), long

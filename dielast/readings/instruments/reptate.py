@@ -1,8 +1,8 @@
 """RepTate: its text files of oscillation (.osc, .tts), relaxation (.gt) and creep (.creep).
 
-The first line states parameters, `T=-10;Mw=33.6;chem=PI;`, temperatures in degC. Columns follow, with their names and units above
-them between tabs, some of which may be blank; without names and units, the ending of the file says which columns it has, in SI.
-Rows may have fewer columns than there are names. The moduli are shear.
+The first line states parameters, `T=-10;Mw=33.6;chem=PI;`, with temperatures in degC. Names and units of columns, separated by tabs
+and sometimes blank, are above the columns; without them, the extension of the file determines its columns, in SI. Rows may have
+fewer columns than there are names. The moduli are shear.
 """
 
 from __future__ import annotations
@@ -19,14 +19,14 @@ NAME = "RepTate"
 
 _PARAMETERS = re.compile(r"\s*(?:[A-Za-z_]\w*\s*=[^;=\n]*;\s*)+(?:[A-Za-z_]\w*\s*=[^;=\n]*)?\s*")
 _OSCILLATION = ("w", "G'", 'G"')
-# the columns of a file without names, by its ending
+# the columns of a file without names, by its extension
 _COLUMNS: dict[str, tuple[str, ...]] = {
     ".osc": _OSCILLATION,
     ".tts": _OSCILLATION,
     ".gt": ("t", "Gt"),
     ".creep": ("t", "strain"),
 }
-_PARAMETERS_OF_REPTATE = ("Mw", "chem", "gamma")  # parameters by which a file without names of columns is recognised
+_PARAMETERS_OF_REPTATE = ("Mw", "chem", "gamma")  # parameters by which a file without column names is recognised
 _NAMES = {
     **dict.fromkeys(("w", "omega", "freq", "frequency", "angular frequency"), ("angular frequency", "rad/s")),
     **dict.fromkeys(("g'", "g'(w)"), ("G'", "Pa")),
@@ -40,7 +40,7 @@ _NAMES = {
 
 
 def sniff(text: str) -> bool:
-    """Whether `text` is such a file: parameters in its first line, numbers soon below, and names that are RepTate's in between."""
+    """Whether `text` is such a file: parameters in its first line, numbers soon after it, and names of RepTate in between."""
     first, *below = split_lines(text[:5000])
     if len(first) > 1000 or _PARAMETERS.fullmatch(first) is None:
         return False
@@ -65,7 +65,7 @@ def read(text: str, source: str) -> list[ExportedStep]:
     names, units = _columns([line for line in lines[:start] if line.strip("# \t")], source, max(len(row.cells) for row in readings))
 
     def add_parameter(name: str, unit: str, value: str) -> None:
-        """A column that holds the same in every row."""
+        """Add a column with the same value in every row."""
         names.append(name)
         units.append(unit)
         readings[:] = [Row(row.line, [*row.cells, value]) for row in readings]
@@ -82,7 +82,7 @@ def read(text: str, source: str) -> list[ExportedStep]:
 
 
 def _columns(header: list[str], source: str, width: int) -> tuple[list[str], list[str]]:
-    """Names and units of the first `width` columns; a column of temperatures is not used, as the file states the temperature."""
+    """Names and units of the first `width` columns; columns of temperature are not used, as the file states the temperature."""
     stated = [_cells(line) for line in header]
     usual_names = _COLUMNS.get(Path(source).suffix.lower())
     if not stated and usual_names is None:
@@ -95,7 +95,7 @@ def _columns(header: list[str], source: str, width: int) -> tuple[list[str], lis
     for k in range(width):
         written, unit = (row[k] if k < len(row) else "" for row in (spelled, below))
         name, usual = _NAMES.get(plain(written), (written, "-"))
-        # a second column of a quantity gets another name
+        # a second column of a quantity is renamed
         if name in names or written == "T" or plain(written) in ("temp", "temperature"):
             name = f"{written or 'column'} {k + 1}"
         names.append(name or f"column {k + 1}")
@@ -104,7 +104,7 @@ def _columns(header: list[str], source: str, width: int) -> tuple[list[str], lis
 
 
 def _cells(line: str) -> list[str]:
-    """Names or units between tabs, where some may be empty, or else between blanks."""
+    """Names or units separated by tabs (some may be empty), or else by blanks."""
     text = line.lstrip("# ")
     return [cell.strip() for cell in text.split("\t")] if "\t" in text else split_cells(text, " ")
 

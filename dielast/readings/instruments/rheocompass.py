@@ -1,7 +1,8 @@
 """Anton Paar RheoCompass: CSV and text exports, often UTF-16.
 
-Each interval begins with `Interval and data points:` (its number, how many points) and `Interval data:` followed by the columns'
-names; below stand a line of qualifiers, mostly empty, and a line of units in brackets. Lines of readings begin with an empty cell.
+Each interval begins with `Interval and data points:` (its number, and the number of points) and `Interval data:` followed by the
+names of the columns; below are a line of qualifiers, mostly empty, and a line of units in brackets. Lines of readings begin with an
+empty cell.
 """
 
 from __future__ import annotations
@@ -46,7 +47,7 @@ def read(text: str, source: str) -> list[ExportedStep]:
 
 
 def _interval(export: Export, start: int, name: str, points: int | None) -> ExportedStep:
-    """The interval whose line of names is the row at `start`."""
+    """The interval whose line of names is row `start`."""
     names, readings = export.rows[start], list[Row]()
     units: Row | None = None
     for row in export.rows[start + 1 :]:

@@ -1,7 +1,7 @@
 """TA Instruments Rheology Advantage: text export of the AR rheometers.
 
-For each step a line of column names in the short forms of this software
-(`ang. frequency`, `osc. stress`, `G'`), a line of units, readings.
+Each step has a line of column names in the short forms of this software (`ang. frequency`, `osc. stress`, `G'`), a line of units,
+and its readings.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ NAME = "TA Instruments Rheology Advantage"
 
 _SHORT_FORMS = {"ang. frequency", "osc. stress", "osc. torque", "global time", "delta", "% strain"}
 _SHORT_FORM = re.compile("|".join(map(re.escape, sorted(_SHORT_FORMS))), re.IGNORECASE)
-_ENOUGH = 2  # short forms in one line
+_ENOUGH = 2  # short forms in one line, by which the format is recognised
 
 
 def sniff(text: str) -> bool:

@@ -1,7 +1,7 @@
 """Anton Paar Rheoplus: text export of data series.
 
-After `Data Series Information` come lines `Name:`, `Number of Intervals:`; each interval has `Interval:`, `Number of Data Points:`
-and a table that begins with `Meas. Pts.`, a line of units in brackets below.
+`Data Series Information` is followed by lines `Name:` and `Number of Intervals:`. Each interval has `Interval:`, `Number of Data
+Points:` and a table that begins with `Meas. Pts.`, with a line of units in brackets below.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from dielast.readings.instruments.step import Export, ExportedStep, Row, cut_off
 
 NAME = "Anton Paar Rheoplus"
 
-# a table made by hand may have Meas. Pts. as well, but no line of bare units in brackets below them
+# a hand-made table may also have Meas. Pts., but no line of only units in brackets below
 _MARK = re.compile(r"^\"?(Data Series Information\"?[\t;, ]*$|Meas\. Pts\.[^\n]*\n\"?[\t;, ]+\"?\[)", re.MULTILINE)
 _TABLE = "Meas. Pts."
 

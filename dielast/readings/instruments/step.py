@@ -1,4 +1,4 @@
-"""An export of an instrument, its rows, and its steps as tables."""
+"""The rows of an instrument's export, and its steps as tables."""
 
 from __future__ import annotations
 
@@ -25,31 +25,31 @@ class Row(NamedTuple):
 
     @property
     def key(self) -> str:
-        """The first cell, which in many formats says what kind of line it is."""
+        """The first cell, which in many formats states the kind of line."""
         return self.cells[0]
 
     @property
     def values(self) -> list[str]:
-        """The cells after the key that hold anything."""
+        """The nonempty cells after the key."""
         return [cell for cell in self.cells[1:] if cell]
 
     @property
     def value(self) -> str:
-        """What stands after the key in a line of a header block."""
+        """The value after the key in a line of a header block."""
         return next(iter(self.values), "")
 
     @property
     def is_blank(self) -> bool:
-        """Whether the line holds nothing."""
+        """Whether all cells are empty."""
         return not any(self.cells)
 
     @property
     def has_number(self) -> bool:
-        """Whether any cell is a number, with either decimal mark."""
+        """Whether a cell is a number, with either decimal mark."""
         return any(is_number(cell, mark) for cell in self.cells for mark in ".,")
 
     def picked(self, before: Iterable[int], between: Iterable[str] = (), after: Iterable[int] = ()) -> Row:
-        """The cells at places `before`, the cells `between`, and those at places `after`; empty where the row is shorter."""
+        """The cells at indices `before`, the cells `between`, and those at indices `after`; empty where the row is shorter."""
         first, last = ([self.cells[k] if k < len(self.cells) else "" for k in places] for places in (before, after))
         return Row(self.line, [*first, *between, *last])
 
@@ -60,7 +60,7 @@ class Row(NamedTuple):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ExportedStep:
-    """One step of an export: its `name`, its `table`, and how the specimen was strained, None where the file does not say."""
+    """One step of an export: its `name`, its `table`, and the deformation of the specimen, None if the file does not state it."""
 
     name: str
     table: MeasuredTable
@@ -69,19 +69,19 @@ class ExportedStep:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Export:
-    """All `rows` of the export that the file `source` holds."""
+    """All `rows` of the export in the file `source`."""
 
     source: str
     rows: list[Row]
 
     @classmethod
     def of(cls, text: str, source: str, separator: str) -> Export:
-        """The export with its cells parted by the `separator`."""
+        """The export with its lines split into cells at the `separator`."""
         return cls(source, [Row(number, split_cells(line, separator)) for number, line in enumerate(split_lines(text), start=1)])
 
     @property
     def last_line(self) -> int:
-        """The number of the last line that holds anything."""
+        """The number of the last line that is not empty."""
         return next((row.line for row in reversed(self.rows) if not row.is_blank), 0)
 
     def step(
@@ -94,9 +94,9 @@ class Export:
         decimal: str | None = None,
         deformation: Deformation | None,
     ) -> ExportedStep:
-        """The step called `name` from its `header`, rows of names and of units, and its rows of `readings`.
+        """The step called `name` from its `header` (the rows of names and of units), and its rows of `readings`.
 
-        `points` is how many readings the file says there are. Raises `InputError` naming file and line.
+        `points` is the number of readings that the file states. Raises `InputError` with file and line.
         """
         (names_line, names), units = header
         width = max((place for place, cell in enumerate(names, start=1) if cell), default=0)
@@ -118,9 +118,9 @@ class Export:
         return ExportedStep(name, table, deformation)
 
     def check_widths(self, name: str, width: int, readings: Sequence[Row]) -> None:
-        """Raise `InputError` for a row of more than `width` cells, or of fewer in the file's last line, which is then damaged.
+        """`InputError` for a row of more than `width` cells, or of fewer cells in the file's last line, which is then incomplete.
 
-        Elsewhere a row that is too short has empty cells at its end.
+        In other lines, missing cells at the end are empty.
         """
         last_line = self.last_line
         for line, cells in readings:
@@ -132,12 +132,12 @@ class Export:
 
 
 def cut_off(missing: str, source: str, line: int) -> InputError:
-    """The error of an export that is not whole."""
+    """The error for an export that is incomplete."""
     return InputError(f"{missing}: the file seems cut off", file=source, line=line)
 
 
 def stated_points(text: str) -> int | None:
-    """The number of points that a file states, if it does."""
+    """The number of points that a file states, None if it does not."""
     return int(text) if text.isdecimal() and len(text) < 10 else None
 
 
@@ -147,7 +147,7 @@ def separator_of(line: str) -> str:
 
 
 def decimal_mark(rows: Sequence[Row]) -> str:
-    """The mark that more numbers are written with."""
+    """The decimal mark of most numbers."""
     commas = sum("," in cell and is_number(cell, ",") for row in rows for cell in row.cells)
     points = sum("." in cell and is_number(cell, ".") for row in rows for cell in row.cells)
     return "," if commas > points else "."
@@ -158,5 +158,5 @@ def _unit(name: str, cell: str) -> str:
     if len(text) > 1 and text[0] + text[-1] in _BRACKETS:
         text = text[1:-1].strip()
     if plain(name) in ANGULAR and text in _PER_SECOND:
-        return "rad/s"  # by the name of the column, which is an angular frequency
+        return "rad/s"  # the name of the column states that it is an angular frequency
     return text or "-"

@@ -1,7 +1,7 @@
 """TA Instruments TRIOS: text and CSV exports, and the "Export to LIMS" text.
 
-Both hold a header of sections and a section `[step]` for each step. In the plain export a step's name, the names of its columns and
-their units follow in three lines; in the LIMS text each line begins with what it is (`Step name`, `Variables`, `Units`,
+Both have a header of sections, and a section `[step]` for each step. In the plain export, the name of a step, the names of its
+columns and their units follow in three lines. In the LIMS text, each line begins with its kind (`Step name`, `Variables`, `Units`,
 `Data point`), and the number of points is stated.
 """
 
@@ -46,11 +46,11 @@ def _deformation(text: str) -> Deformation | None:
 
 
 def _step(export: Export, rows: list[Row], deformation: Deformation | None) -> ExportedStep:
-    """One step from the line `[step]` on."""
+    """One step, from the line `[step]` on."""
     body = [row for row in rows[1:] if not row.is_blank]
     if any(row.key.casefold() in ("step name", "variables", "data point") for row in body[:4]):
         return _lims_step(export, body, deformation)
-    # whatever comes after the step is a section of another kind
+    # a step is followed by sections of other kinds
     stop = next((place for place, row in enumerate(body) if row.key.startswith("[") and place > 2), len(body))
     if len(body) < 2:
         raise cut_off("a [step] without the names of its columns", export.source, rows[0].line)

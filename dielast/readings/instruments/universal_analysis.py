@@ -1,7 +1,7 @@
 """TA Instruments Universal Analysis: text export of the DMA 2980 and Q800.
 
-A header of keys holds `Sig1`, `Sig2` ... with each column's name and unit; readings follow after `StartOfData`. A row that begins
-with a negative whole number marks the end of a step of the method.
+Keys `Sig1`, `Sig2` ... in the header have the name and unit of each column; readings follow after `StartOfData`. A row that begins
+with a negative integer marks the end of a step of the method.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ def read(text: str, source: str) -> list[ExportedStep]:
         elif not row.is_blank:
             steps[-1].append(row)
     filled = [step for step in steps if step] or [[]]
-    # these are analysers of tension and bending; a shear sandwich is named in the header
+    # these instruments measure tension and bending; a shear sandwich is named in the header
     sheared = any(re.search(r"\bshear\b", cell, re.IGNORECASE) for row in rows[:start] for cell in row.cells)
     deformation: Deformation = "shear" if sheared else "tension"
     return [export.step(f"step {number}", header, step, deformation=deformation) for number, step in enumerate(filled, start=1)]
