@@ -44,7 +44,7 @@ def role_in(table: MeasuredTable, quantity: str, columns: MachineColumns | None)
         there = ", ".join(f'"{name}"' for name in table.names)
         keys = f"columns.{', columns.'.join(roles[:-1])} or columns.{roles[-1]}"
         raise InputError(
-            f"no column is called {', '.join(roles[:-1])} or {roles[-1]}; there are {there}: say {keys}", file=table.source
+            f"no column is called {', '.join(roles[:-1])} or {roles[-1]}; there are {there}: state {keys}", file=table.source
         )
     return role_of[name], name
 

@@ -187,7 +187,7 @@ def test_what_is_advised_is_a_recipe(tmp_path: Path) -> None:
             {"columns": {"extension": "u", "stress": "F"}},
             "data: an extension needs the undeformed specimen: specimen = { gauge_length",
         ),
-        ({"columns": {"extension": "u", "force": "F"}, "specimen": SPECIMEN, "test": "shear"}, "are of a test in tension"),
+        ({"columns": {"extension": "u", "force": "F"}, "specimen": SPECIMEN, "test": "shear"}, "belong to a test in tension"),
         ({"columns": {"extension": "u", "strain": "F", "force": "F"}}, "strain and extension say the same"),
         ({"columns": {"extension": "u"}}, "strain (or stretch, or extension) and stress (or force) go together"),
         ({"columns": {"modulus": "u"}, "specimen": {"width": "1 mm"}}, "width and thickness go together"),
