@@ -262,7 +262,7 @@ def test_cards_say_what_a_spectrum_was_reduced_for(tmp_path: Path) -> None:
 
 def test_names_of_shear_in_a_table_from_elsewhere_are_doubted(tmp_path: Path) -> None:
     x, y = np.array([1.0, 2.0, 4.0]), np.array([3.0, 5.0, 7.0])
-    with pytest.warns(DielastWarning, match=r'curve.csv: column "G\(t\)" looks like one of shear'):
+    with pytest.warns(DielastWarning, match=r'curve.csv: column "G\(t\)" looks like a quantity in shear'):
         read(tmp_path, "time [s],G(t) [Pa]", [x, y], columns={"modulus": "G(t)"})
     for test in ("tension", "shear"):
         read(tmp_path, "time [s],G(t) [Pa]", [x, y], columns={"modulus": "G(t)"}, test=test)
