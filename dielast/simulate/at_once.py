@@ -170,10 +170,10 @@ def follow_load(begin: Moment, present: Floats, target: Floats, signals: Mapping
         from_here = replace(start.take(going), log_squared_stretch=log_squared[:, going])
         if border is not None and from_here.surroundings is not None:
             from_here = replace(from_here, surroundings=replace(from_here.surroundings, border=border[:, going]))
-        there, stable = moved_at_once(from_here, load, MAX_MOVE)
-        moved, stress = there.log_squared_stretch, there.nominal_stress
-        apart = np.max(np.abs(moved - log_squared[:, going]), axis=0)
-        near = stable & (apart <= MAX_MOVE)
+        trial, stable = moved_at_once(from_here, load, MAX_MOVE)
+        trial_stretch, stress = trial.log_squared_stretch, trial.nominal_stress
+        change = np.max(np.abs(trial_stretch - log_squared[:, going]), axis=0)
+        near = stable & (change <= MAX_MOVE)
         located = share[going] < 2 * SMALLEST_SHARE  # located as accurately as the load can be divided
         falls, met = np.zeros(going.size, dtype=bool), np.zeros(going.size, dtype=bool)
         for criterion, signal in signals.items():
@@ -187,11 +187,11 @@ def follow_load(begin: Moment, present: Floats, target: Floats, signals: Mapping
             falls, met = falls | fallen, met | new
         near &= ~falls | met
         columns = going[near]
-        log_squared[:, columns], nominal[:, columns], reached[columns] = moved[:, near], stress[:, near], next_share[near]
-        if border is not None and there.surroundings is not None:
-            border[:, columns] = there.surroundings.border[:, near]
-        # what follows a steep place may be taken in larger shares again
-        larger = near & smooth[going] & (apart <= 0.5 * MAX_MOVE)
+        log_squared[:, columns], nominal[:, columns], reached[columns] = trial_stretch[:, near], stress[:, near], next_share[near]
+        if border is not None and trial.surroundings is not None:
+            border[:, columns] = trial.surroundings.border[:, near]
+        # beyond a steep part the load may grow in larger parts again
+        larger = near & smooth[going] & (change <= 0.5 * MAX_MOVE)
         smooth[going] = near
         share[going] = np.where(met, 1.0, np.where(near, np.where(larger, 2.0, 1.0), 0.5) * share[going])
         going = np.flatnonzero((reached < 1) & (share >= SMALLEST_SHARE))

@@ -208,9 +208,9 @@ class FramedArrowhead:
         nominal += self.slope[:, 0] * change[0]
         nominal += self.slope[:, 1] * change[1]
         out[-2:] = assembly.seen(nominal) - state[-2:]
-        moved = (2 * change / self.stretch).reshape(2, 1, -1)
-        right -= self.hold * moved
-        assert out.flags.c_contiguous  # or else what is written to another shape of it is lost
+        change_of_stretch = (2 * change / self.stretch).reshape(2, 1, -1)
+        right -= self.hold * change_of_stretch
+        assert out.flags.c_contiguous  # otherwise `reshape` copies, and the increments of the springs are lost
         internal = out[:border].reshape(right.shape)
         self.springs.solve(right, out=internal)
         internal += change_of_stretch
