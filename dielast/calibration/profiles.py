@@ -1,7 +1,7 @@
 """Profile likelihoods: how well each parameter is known if all others follow, and the verdict (Raue et al. 2009, DOI
 10.1093/bioinformatics/btp358).
 
-All points of all profiles are fitted at once.
+All profiles are followed at once, outwards from the fit, each point from where the last ones lead to.
 """
 
 from __future__ import annotations
@@ -18,7 +18,8 @@ from dielast.numerics.columns import Floats
 DECISIVE = 0.999  # level at which an end of the range is ruled out: by chance in one of a thousand
 NEAR, BEYOND = 0.5, 1.07  # of the half widths of the interval asked for and of the decisive one, at which a profile is looked at
 FAR = np.array((0.2, 0.45, 0.7, 1.0))  # shares of the way to a bound, where that is not enough
-ITERATIONS = 6
+APART = 2.5  # factor by which roots of the rise may lie on either side of an interval's end, between which it is interpolated
+MOST_ROUNDS = 20  # of closing in on the end of an interval; each at least a tenth nearer
 PRECISE = 1e-4  # relative change of a sum of squares with which a point of a profile is done
 
 
@@ -53,26 +54,47 @@ def profiles_of(likelihood: Likelihood, level: float = 0.9) -> list[Profile]:
     inner, outer = BEYOND * np.sqrt(threshold), BEYOND * np.sqrt(decisive)
     near = np.stack((NEAR / BEYOND * inner, inner, np.sqrt(inner * outer), outer), axis=1)
     error, size = likelihood.standard_error, fit.coordinates.size
-    places: list[list[float]] = [[] for _ in range(size)]
+    rings: list[list[list[float]]] = [[[] for _ in range(size)] for _ in FAR]
     found: list[dict[float, tuple[float, Floats]]] = [{float(at[j]): (0.0, at)} for j in range(size)]
     for j in range(size):
         for side, room in ((-1.0, at[j] - lower[j]), (1.0, upper[j] - at[j])):
             if room > 0:
                 steps = near[j] * error[j] if np.isfinite(error[j]) and near[j, -1] * error[j] < room else FAR * room
-                places[j] += (at[j] + side * steps).tolist()
-    _solve(likelihood, places, found)
+                for ring, step in zip(rings, steps.tolist(), strict=True):
+                    ring[j].append(float(at[j] + side * step))
+    for ring in rings:
+        _solve(likelihood, ring, found)
+    rings = [[[] for _ in range(size)] for _ in FAR]
     for j in range(size):
-        places[j] = []
         for side, room in ((-1.0, at[j] - lower[j]), (1.0, upper[j] - at[j])):
             own = [x for x in found[j] if side * (x - at[j]) > 0]
             reached = max((abs(x - at[j]) for x in own), default=0.0)
             rise = max((found[j][x][0] for x in own), default=0.0)
             if own and rise < decisive[j] and reached < room * (1 - 1e-9):
-                places[j] += (at[j] + side * (reached + FAR * (room - reached))).tolist()
-    if any(places):
-        _solve(likelihood, places, found)
+                for ring, share in zip(rings, FAR.tolist(), strict=True):
+                    ring[j].append(float(at[j] + side * (reached + share * (room - reached))))
+    for ring in rings:
+        _solve(likelihood, ring, found)
+    for _ in range(MOST_ROUNDS):
+        nearer = [_nearer(found[j], float(at[j]), float(threshold[j])) for j in range(size)]
+        if not any(nearer):
+            break
+        _solve(likelihood, nearer, found)
     unseen = prior_alone(fit.problem, likelihood.information)
     return [_profile(found[j], float(at[j]), float(threshold[j]), float(decisive[j]), bool(unseen[j])) for j in range(size)]
+
+
+def _nearer(found: dict[float, tuple[float, Floats]], at: float, threshold: float) -> list[float]:
+    """Where else a profile is to be looked at, as the points on either side of the threshold are far from it."""
+    places, end = [], np.sqrt(threshold)
+    for side in (-1.0, 1.0):
+        outwards = sorted((x for x in found if side * (x - at) >= 0), key=lambda x: abs(x - at))
+        roots = [float(np.sqrt(min(max(found[x][0], 0.0), 1e12))) for x in outwards]
+        first = next((k for k, root in enumerate(roots) if root > end), 0)
+        if first and (roots[first] > APART * end or roots[first - 1] < end / APART):
+            share = (end - roots[first - 1]) / (roots[first] - roots[first - 1])
+            places.append(outwards[first - 1] + float(np.clip(share, 0.1, 0.9)) * (outwards[first] - outwards[first - 1]))
+    return places
 
 
 def _solve(likelihood: Likelihood, places: list[list[float]], found: list[dict[float, tuple[float, Floats]]]) -> None:
@@ -89,16 +111,23 @@ def _solve(likelihood: Likelihood, places: list[list[float]], found: list[dict[f
     # where the others go if all is linear
     follow = covariance[owner] / np.where(variance > 0, variance, 1.0)[:, None]
     move = np.clip(follow * (value - fit.coordinates[owner])[:, None], -1.0, 1.0)
-    start = np.clip(start + np.where(variance[:, None] > 0, move, 0.0), lower, upper)
+    start = start + np.where(variance[:, None] > 0, move, 0.0)
+    for row, (j, x) in enumerate(zip(owner.tolist(), value.tolist(), strict=True)):
+        outwards = (y for y in found[j] if (y - x) * (fit.coordinates[j] - x) >= 0)
+        before = [y for _, y in sorted((abs(x - y), y) for y in outwards)[:2]]
+        if len(before) == 2:  # where the others went so far leads on
+            (near, at), (far, from_) = ((y, found[j][y][1]) for y in before)
+            start[row] = at + np.clip((x - near) / (near - far) * (at - from_), -1.0, 1.0)
+    start = np.clip(start, lower, upper)
     start[np.arange(owner.size), owner] = value
     fixed = np.zeros(start.shape, dtype=bool)
     fixed[np.arange(owner.size), owner] = True
-    ends = minimise(likelihood.residuals, start, lower, upper, fixed=fixed, iterations=ITERATIONS, settled=PRECISE)
+    ends = minimise(likelihood.residuals, start, lower, upper, fixed=fixed, settled=PRECISE)
     cost, points = ends.cost.copy(), ends.coordinates.copy()
     if (lost := np.flatnonzero(~np.isfinite(cost))).size:  # there the others may not follow, but stay
         start[lost] = fit.coordinates
         start[lost, owner[lost]] = value[lost]
-        again = minimise(likelihood.residuals, start[lost], lower, upper, fixed=fixed[lost], iterations=ITERATIONS, settled=PRECISE)
+        again = minimise(likelihood.residuals, start[lost], lower, upper, fixed=fixed[lost], settled=PRECISE)
         cost[lost], points[lost] = again.cost, again.coordinates
     for j, x, own, point in zip(owner.tolist(), value.tolist(), cost.tolist(), points, strict=True):
         found[j][x] = (own, point)
