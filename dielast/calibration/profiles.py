@@ -18,7 +18,7 @@ from dielast.numerics.columns import Floats
 DECISIVE = 0.999  # level at which an end of the range is ruled out: wrongly in one case of a thousand
 NEAR, BEYOND = 0.5, 1.07  # points of a profile, as shares of the half widths of the stated and of the decisive interval
 FAR = np.array((0.2, 0.45, 0.7, 1.0))  # further points, as shares of the distance to a bound
-END = 0.1  # accuracy of the end of an interval, as a share of its half width, in the root of the rise
+END = 0.02  # accuracy of the end of an interval, as a share of its half width, in the root of the rise
 MOST_ROUNDS = 20  # of refining the end of an interval; each round shortens its bracket by a tenth at least
 PRECISE = 1e-4  # relative change of a sum of squares at which a point of a profile has converged
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from dielast.calibration.profiles import Verdict, profiles_of
+from dielast.calibration.profiles import END, Verdict, profiles_of
 
 WIDTH, NARROW = 0.2, 1e-3
 
@@ -40,5 +40,5 @@ def test_profiles_follow_a_narrow_valley_to_the_end_of_the_interval() -> None:
     ends = WIDTH * np.sqrt(2.706) * np.array([-1.0, 1.0])
     for profile in profiles_of(likelihood, level):
         assert profile.verdict is Verdict.DETERMINED
-        assert [profile.lower, profile.upper] == pytest.approx(ends, rel=0.02)
+        assert [profile.lower, profile.upper] == pytest.approx(ends, rel=END)
         ends = ends + ends**2
