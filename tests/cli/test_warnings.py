@@ -213,4 +213,4 @@ def test_warnings_before_an_error_tell_why(dielast: Callable[..., Any], tmp_path
     done = dielast("mastercurve", "r.toml")
     *warned, error = done.stderr.splitlines()
     assert (done.returncode, error.split(":")[:2]) == (2, ["r.toml", " shift.reference_temperature"])
-    assert warned[0] == "warning: the tests are at 233.15 to 333.15 degC: are they kelvin that were taken for degC?"
+    assert warned[0] == "warning: the tests are at 233.15 to 333.15 degC: was the value in kelvin, but stated as degC?"

@@ -321,7 +321,7 @@ def test_starts_lie_within_the_bounds() -> None:
     ("free", "message"),
     [
         ({}, "nothing is free"),
-        ({"equilibrium.C20": Free()}, "equilibrium.C20: the material has no such constant; it has equilibrium.shear_modulus"),
+        ({"equilibrium.C20": Free()}, "equilibrium.C20: the material has no such constant; there are equilibrium.shear_modulus"),
         ({"equilibrium.J_lim": Free(min=10, max=5)}, "equilibrium.J_lim: min = 10 is not below max = 5"),
         ({"equilibrium.J_lim": Free(min=10, start=5)}, "start = 5 is not between"),
         ({"equilibrium.J_lim": Free(prior=50)}, "prior and relative go together"),
