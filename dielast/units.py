@@ -240,7 +240,7 @@ def _tell_frequencies_apart(unit: str, dimension: Dimension) -> None:
     if "rad" in unit and dimension is FREQUENCY:
         raise InputError(f"{unit} is the unit of an angular frequency, {needed}")
     if is_ambiguous(unit, dimension):
-        raise InputError(f"{unit} may mean a frequency or an angular frequency: say Hz or rad/s")
+        raise InputError(f"{unit} may mean a frequency or an angular frequency: state Hz or rad/s")
 
 
 def recognise(text: str) -> tuple[float, str]:

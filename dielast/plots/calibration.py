@@ -12,13 +12,14 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 
 from dielast.calibration.comparison import Comparison
-from dielast.calibration.profiles import Profile
+from dielast.calibration.profiles import DECISIVE, Profile
 from dielast.calibration.result import Calibration
 from dielast.plots.quantities import axis_of, unit_for
 from dielast.plots.style import COLOURS, SHADE, log_axis, number, sheet, spread, spread_indices, style, typeset
 
 KILO = 1e-3  # from Pa
 ACROSS = 3
+HIGHEST = 1.2  # height of a profile, as a multiple of the rise at which an end of the range is ruled out
 MOST_TESTS, MOST_PROFILES = 12, 12
 LEFT_TO_TIME = 0.2  # share of points at a held stretch above which a test is drawn over time
 SYMBOLS = {
@@ -118,8 +119,10 @@ def _draw_test(axes: Axes, comparison: Comparison) -> None:
 def _draw_profile(axes: Axes, calibration: Calibration, k: int) -> None:
     """The rise of the sum of squares about the fit, with the ends of the interval."""
     parameter, profile = calibration.fit.space.parameters[k], calibration.profiles[k]
-    threshold = float(calibration.likelihood.thresholds(calibration.level)[k])
-    near = _window(profile, threshold)
+    levels = (calibration.level, DECISIVE)
+    thresholds = [float(calibration.likelihood.thresholds(level)[k]) for level in levels]
+    top = HIGHEST * thresholds[-1]
+    near = _window(profile, top)
     values = parameter.value(profile.coordinate[near])
     most = float(np.max(np.abs(values)))
     small = parameter.unit == "Pa" and most < 1 / KILO  # such as Yeoh's C20
@@ -134,7 +137,10 @@ def _draw_profile(axes: Axes, calibration: Calibration, k: int) -> None:
     between = np.interp(fine, profile.coordinate[near], root)
     axes.plot(factor * parameter.value(fine), np.square(between), "-", color=COLOURS[0], linewidth=0.9)
     axes.plot(x, y, "o", color=COLOURS[0], markersize=2.2)
-    axes.axhline(threshold, color=COLOURS[1], linestyle="--", linewidth=0.8)
+    for level, threshold, dashes in zip(levels, thresholds, ("--", ":"), strict=True):
+        axes.axhline(threshold, color=COLOURS[1], linestyle=dashes, linewidth=0.8)
+        beside = axes.get_yaxis_transform()  # x in shares of the axes
+        axes.text(0.99, threshold, f"{100 * level:g} %", transform=beside, ha="right", va="bottom", fontsize=5)
     for end in (profile.lower, profile.upper):
         if np.isfinite(end):
             axes.axvline(factor * float(parameter.value(end)), color="0.6", linewidth=0.7)
@@ -144,14 +150,14 @@ def _draw_profile(axes: Axes, calibration: Calibration, k: int) -> None:
         log_axis(axes, "x")
     else:
         axes.xaxis.set_major_locator(MaxNLocator(4))
-    axes.set_ylim(0, 4 * threshold)
+    axes.set_ylim(0, top)
     axes.set_title(str(profile.verdict), fontsize=6.5, loc="left")
 
 
-def _window(profile: Profile, threshold: float) -> np.ndarray[tuple[int], np.dtype[np.intp]]:
-    """The points of a profile, on either side up to the first point far above the threshold."""
+def _window(profile: Profile, top: float) -> np.ndarray[tuple[int], np.dtype[np.intp]]:
+    """The points of a profile, on either side up to the first point above the `top` of the axes."""
     best = int(np.argmin(profile.rise))
-    high = np.flatnonzero(profile.rise > 4 * threshold)
+    high = np.flatnonzero(profile.rise > top)
     first = max((int(k) for k in high if k < best), default=0)
     last = min((int(k) for k in high if k > best), default=profile.rise.size - 1)
     return np.arange(first, last + 1)

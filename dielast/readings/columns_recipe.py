@@ -113,7 +113,7 @@ def _check_over_time(columns: Collection[str]) -> None:
     )
     for pair in (strains, stresses):
         if len(pair) > 1:
-            raise InputError(f"{' and '.join(pair)} say the same: one of them is needed")
+            raise InputError(f"{' and '.join(pair)} are the same quantity: one of them is needed")
     if len(strains) != len(stresses):
         raise InputError("strain (or stretch, or extension) and stress (or force) go together")
     stiffness = [role for role in ("modulus", *stresses, "compliance") if role in columns]

@@ -96,7 +96,7 @@ def _one_kind(parts: list[Part]) -> MeasurementKind:
         kinds = list(dict.fromkeys(part.kind for part in parts))
         tests = " and ".join(f'{kind.tests} ({first[kind].table.source}, "{first[kind].step}")' for kind in kinds)
         named = " or ".join(f'"{kind.name}"' for kind in kinds)
-        raise InputError(f"there are {tests}: one kind makes a master curve: say measurement = {named}")
+        raise InputError(f"there are {tests}: one kind makes a master curve: state measurement = {named}")
     return parts[0].kind
 
 
@@ -107,7 +107,7 @@ def _one_deformation(parts: list[Part], data: MeasuredData) -> str:
     for deformation, part in deformations.items():
         if deformation is None:
             raise InputError(
-                'the export does not say what modulus it is: state test = "tension" or "shear"', file=part.table.source
+                'the export does not name the kind of modulus: state test = "tension" or "shear"', file=part.table.source
             )
     if len(deformations) > 1:
         tests = " and ".join(f"{deformation} ({part.table.source})" for deformation, part in deformations.items())

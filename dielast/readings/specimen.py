@@ -37,7 +37,7 @@ def role_in(table: MeasuredTable, quantity: str, columns: MachineColumns | None)
     by_role = {} if columns is None else columns.by_role
     stated = [role for role in dict.fromkeys(role_of.values()) if role in by_role]
     if len(stated) > 1:
-        raise InputError(f"columns.{' and columns.'.join(stated)} say the same: one of them is needed", file=table.source)
+        raise InputError(f"columns.{' and columns.'.join(stated)} are the same quantity: one of them is needed", file=table.source)
     if stated:
         return stated[0], by_role[stated[0]]
     name = next((name for name in role_of if table.has(name)), None)

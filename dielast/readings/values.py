@@ -142,7 +142,7 @@ def _warn_of_held(part: Part, held: Array, answer: Array) -> None:
     if spread[0] > CHANGES > HELD > spread[1]:
         constant, other = ("stress", "creep") if part.kind is RELAXATION else ("strain", "relaxation")
         warn(
-            f'the {constant} is constant and the other changes, as in {other}: say measurement = "{other}" if that was measured',
+            f'the {constant} is constant and the other changes, as in {other}: state measurement = "{other}" if that was measured',
             file=part.table.source,
         )
 
@@ -157,7 +157,7 @@ def _stated_temperature(part: Part, data: MeasuredData) -> float:
         return in_step
     if isinstance(data, CurveData):
         if data.reference_temperature is None:
-            raise InputError('the data state no temperature: say reference_temperature = "20 degC"', file=source)
+            raise InputError('the data state no temperature: state reference_temperature = "20 degC"', file=source)
         return data.reference_temperature
     if part.is_export:
         raise InputError(

@@ -221,7 +221,7 @@ def test_units_of_instruments(unit: str, dimension: Dimension, scale: float) -> 
 @pytest.mark.parametrize("dimension", [FREQUENCY, ANGULAR_FREQUENCY])
 @pytest.mark.parametrize("unit", ["1/s", "/s", "s^-1", "1/min", "s⁻¹"])
 def test_what_may_be_hz_or_radians_per_second_is_neither(unit: str, dimension: Dimension) -> None:
-    with pytest.raises(InputError, match="may mean a frequency or an angular frequency: say Hz or rad/s"):
+    with pytest.raises(InputError, match="may mean a frequency or an angular frequency: state Hz or rad/s"):
         conversion(unit, dimension)
 
 

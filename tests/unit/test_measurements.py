@@ -141,8 +141,8 @@ def test_hz_and_rad_per_second_are_never_confused(tmp_path: Path) -> None:
     for unit, role, message in (
         ("rad/s", "frequency", 'column "f" [rad/s]: rad/s is the unit of an angular frequency, but a frequency is needed'),
         ("Hz", "angular_frequency", 'column "f" [Hz]: Hz is the unit of a frequency, but an angular frequency is needed'),
-        ("1/s", "frequency", 'column "f" [1/s]: 1/s may mean a frequency or an angular frequency: say Hz or rad/s'),
-        ("s^-1", "angular_frequency", "s^-1 may mean a frequency or an angular frequency: say Hz or rad/s"),
+        ("1/s", "frequency", 'column "f" [1/s]: 1/s may mean a frequency or an angular frequency: state Hz or rad/s'),
+        ("s^-1", "angular_frequency", "s^-1 may mean a frequency or an angular frequency: state Hz or rad/s"),
         ("Pa", "frequency", 'column "f" [Pa]: a frequency is needed, such as "10 Hz"'),
     ):
         sweep_file(tmp_path, f"T [degC],f [{unit}],E' [Pa],E'' [Pa]")
@@ -325,6 +325,6 @@ def test_what_is_held_tells_creep_from_relaxation(tmp_path: Path, measurement: s
     rows = [(T, t, *((0.01, 1e4 / t**0.2) if held == "strain" else (0.01 * t**0.2, 1e4))) for T in (20.0, 40.0) for t in time]
     (tmp_path / "dma.csv").write_text(table("T [degC],t [s],strain [1],stress [Pa]", np.array(rows)))
     columns = {"temperature": "T", "time": "t", "strain": "strain", "stress": "stress"}
-    with pytest.warns(DielastWarning, match=f'the {constant} is constant .* as in {other}: say measurement = "{other}"'):
+    with pytest.warns(DielastWarning, match=f'the {constant} is constant .* as in {other}: state measurement = "{other}"'):
         read(tmp_path, file="dma.csv", columns=columns, measurement=measurement)
     read(tmp_path, file="dma.csv", columns=columns, measurement=other)

@@ -74,7 +74,7 @@ def test_two_kinds_of_measurement_in_one_export_must_be_told_apart(tmp_path: Pat
         read(tmp_path, file=name)
     assert str(caught.value) == (
         'there are frequency sweeps (export.txt, "Frequency sweep (0.0 °C)") and relaxation tests (export.txt, "Stress relaxation '
-        '(0.0 °C)"): one kind makes a master curve: say measurement = "oscillation" or "relaxation"'
+        '(0.0 °C)"): one kind makes a master curve: state measurement = "oscillation" or "relaxation"'
     )
     assert len(read(tmp_path, file=name, measurement="relaxation").measurements) == 3
     assert len(read(tmp_path, file=name, steps=["freq*"]).measurements) == 3
@@ -87,7 +87,7 @@ def test_a_recipe_s_word_goes_before_the_export_s(tmp_path: Path) -> None:
     expect_sweeps(read(tmp_path, file=name, test="tension").measurements, 1.0)
     name = export(tmp_path, exports.sweeps(*USUAL), instrument="home made")
     with pytest.raises(
-        InputError, match=r'export.txt: the export does not say what modulus it is: state test = "tension" or "shear"'
+        InputError, match=r'export.txt: the export does not name the kind of modulus: state test = "tension" or "shear"'
     ):
         read(tmp_path, file=name)
     columns = {"temperature": "Temperature", "angular_frequency": "Angular frequency", "storage": "Storage modulus"}

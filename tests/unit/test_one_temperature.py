@@ -80,7 +80,7 @@ def test_creep_of_a_machine_is_a_compliance(tmp_path: Path) -> None:
     found = read(tmp_path, **options, measurement="creep")
     assert found.kind.name == "creep"
     np.testing.assert_allclose(found.columns, [TIME, 1 / MODULUS[::-1]], rtol=1e-12)
-    with pytest.warns(DielastWarning, match='as in creep: say measurement = "creep"'):
+    with pytest.warns(DielastWarning, match='as in creep: state measurement = "creep"'):
         read(tmp_path, **options)
 
 
@@ -94,7 +94,7 @@ def test_the_temperature_is_stated_once(tmp_path: Path) -> None:
         InputError, match=r"test.csv: the test was at 20.* degC, but reference_temperature is 60 degC: leave one out"
     ):
         read(tmp_path, **options, reference_temperature="60 degC")
-    with pytest.raises(InputError, match=r'test.csv: the data state no temperature: say reference_temperature = "20 degC"'):
+    with pytest.raises(InputError, match=r'test.csv: the data state no temperature: state reference_temperature = "20 degC"'):
         read(tmp_path, file="test.csv", columns={"modulus": "E"})
     with pytest.raises(InputError, match=r"data: temperature: the temperature of the test is reference_temperature"):
         read(tmp_path, **options, temperature="20 degC")
@@ -188,7 +188,7 @@ def test_what_is_advised_is_a_recipe(tmp_path: Path) -> None:
             "data: an extension needs the undeformed specimen: specimen = { gauge_length",
         ),
         ({"columns": {"extension": "u", "force": "F"}, "specimen": SPECIMEN, "test": "shear"}, "belong to a test in tension"),
-        ({"columns": {"extension": "u", "strain": "F", "force": "F"}}, "strain and extension say the same"),
+        ({"columns": {"extension": "u", "strain": "F", "force": "F"}}, "strain and extension are the same quantity"),
         ({"columns": {"extension": "u"}}, "strain (or stretch, or extension) and stress (or force) go together"),
         ({"columns": {"modulus": "u"}, "specimen": {"width": "1 mm"}}, "width and thickness go together"),
     ],

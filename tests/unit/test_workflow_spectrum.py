@@ -203,7 +203,7 @@ def test_impossible_reductions_are_refused(tmp_path: Path, reduce: dict[str, Any
 
 def test_truncate_and_reduce_exclude_each_other(tmp_path: Path) -> None:
     write_folder(tmp_path / "mc", "oscillation")
-    with pytest.raises(ValueError, match="both say which branches to keep"):
+    with pytest.raises(ValueError, match="both select branches"):
         spectrum(tmp_path, mastercurve="mc", truncate={"keep": 3}, reduce={"window": ["1 s", "6 h"]})
 
 

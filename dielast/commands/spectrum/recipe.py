@@ -140,5 +140,5 @@ class SpectrumRecipe(RecipeBase):
         if (self.mastercurve is None) == (self.data is None):
             raise InputError("either mastercurve (a folder) or [data] (a file) is needed")
         if self.truncate is not None and self.reduce is not None:
-            raise InputError("[truncate] and [reduce] both say which branches to keep: state one of them")
+            raise InputError("[truncate] and [reduce] both select branches: state one of them")
         return self

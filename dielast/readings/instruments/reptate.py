@@ -87,7 +87,7 @@ def _columns(header: list[str], source: str, width: int) -> tuple[list[str], lis
     usual_names = _COLUMNS.get(Path(source).suffix.lower())
     if not stated and usual_names is None:
         known = ", ".join(_COLUMNS)
-        raise InputError(f'a RepTate file without names of columns, and not called {known}: say format = "table"', file=source)
+        raise InputError(f'a RepTate file without names of columns, and not called {known}: state format = "table"', file=source)
     spelled = stated[0] if stated else list(usual_names or ())
     below = stated[1] if len(stated) > 1 else []
     names: list[str] = []
