@@ -54,7 +54,7 @@ class TimeScale:
 
     @classmethod
     def fraction(cls, share: float) -> TimeScale:
-        """A fraction of the time since the voltage programme began."""
+        """A fraction of the time since the magnitude of the voltage last began to rise."""
         return cls(share, 0.0)
 
     @classmethod
