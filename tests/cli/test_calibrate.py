@@ -28,7 +28,7 @@ QUICK = "[fit]\nstarts = 1\n[uncertainty]\ndraws = 0\n"
         ('kind = "calibrate"\n' + TEST + FREE, "either material or materials is needed"),
         (HEAD + TEST.replace(SPECIMEN, "") + FREE, "an extension needs the undeformed specimen"),
         (HEAD + TEST.replace(SPECIMEN, 'specimen = { gauge_length = "80 mm" }') + FREE, "a force needs the undeformed specimen"),
-        (HEAD + TEST + '[free]\n"equilibrium.C20" = {}\n', 'free."equilibrium.C20": the material has no such constant; it has'),
+        (HEAD + TEST + '[free]\n"equilibrium.C20" = {}\n', 'free."equilibrium.C20": the material has no such constant; there are'),
         (HEAD + TEST + '[free]\n"equilibrium.J_lim" = { min = 50, max = 5 }\n', "min = 50 is not below max = 5"),
         (HEAD + TEST + '[free]\n"equilibrium.J_lim" = { min = "5 Pa" }\n', 'free."equilibrium.J_lim".min: "5 Pa": a bare number'),
         (
