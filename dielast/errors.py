@@ -180,16 +180,16 @@ def in_keys(keys: Mapping[str, str]) -> AbstractContextManager[None]:
 
 
 def in_a_draw(**place: Unpack[Where]) -> AbstractContextManager[None]:
-    """Errors from within the block say that a draw of the material meets them; `place` is what asks for draws."""
-    # the case is then the number of a draw, which nobody can look up
+    """Errors from within the block begin with "in a draw"; `place` is where draws are requested."""
+    # the case is then the number of a draw, which means nothing to the user
     return placed(lambda problem: Problem(f"in a draw: {replace(problem, case=None)}", **place))
 
 
 def nearest(wrong: object, names: Iterable[str]) -> str:
-    """What to write instead of a `wrong` one of some names: the nearest, also to it in small letters and with hyphens, one of which
-    it is a word, or one of all.
+    """Advice for a `wrong` name: the nearest of the `names`, whatever its case, spaces and underscores; or the name of which it is
+    one word; or else all names.
     """
-    from difflib import get_close_matches  # which takes its time to load
+    from difflib import get_close_matches  # slow to import
 
     known, plain = list(names), "-".join(str(wrong).casefold().replace("_", " ").split())
     near = get_close_matches(str(wrong), known, n=1) or get_close_matches(plain, known, n=1)
@@ -198,7 +198,7 @@ def nearest(wrong: object, names: Iterable[str]) -> str:
 
 
 def and_more(others: int, noun: str = "") -> str:
-    """What follows the first of several things in a message: how many `others` there are, of a `noun`; empty if there are none."""
+    """The end of a message about the first of several items: the number of `others`, with their `noun`; empty for no others."""
     return f" (and {others} more{noun and f' {noun}'})" if others > 0 else ""
 
 
@@ -219,7 +219,7 @@ def quoted(text: str) -> str:
         return f'"{text}"'
     if text.isprintable() and "'" not in text:
         return f"'{text}'"
-    import json  # which takes its time to load
+    import json  # slow to import
 
     return json.dumps(text, ensure_ascii=False)
 

@@ -1,4 +1,4 @@
-"""Numbers in SI as a notebook gives them: arrays, lists, columns of data frames, and what only looks like one of these."""
+"""Arguments that are numbers in SI: arrays, lists or columns of data frames; refused are values that only look like numbers."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ import numpy as np
 from dielast.errors import InputError, shown
 from dielast.numerics.arrays import Floats
 
-# what numpy would make numbers of in silence: a duration in nanoseconds of its count, a complex number of its real part
+# kinds that numpy converts without a warning: a duration to its count of nanoseconds, a complex number to its real part
 NO_NUMBERS = {"m": "durations", "M": "dates", "c": "complex numbers", "U": "text", "S": "text"}
 
 
 def real_numbers(values: Any, name: str) -> Floats:
     """The values as an array of any shape; `InputError` with the argument `name` for text, dates, durations, complex numbers,
-    values that a mask hides, and whatever else is no array of numbers.
+    masked values, and all other values that are no array of numbers.
     """
     needed = "a number in SI units, or a list of numbers, is needed"
     try:
@@ -24,7 +24,7 @@ def real_numbers(values: Any, name: str) -> Floats:
             array = np.array([_number(value) for value in array.ravel()]).reshape(array.shape)
         if array.dtype.kind in NO_NUMBERS and array.size:
             raise InputError(f"{shown(values)}: {needed}, not {NO_NUMBERS[array.dtype.kind]}", argument=name)
-        if np.any(getattr(array, "mask", False)):  # numpy.ma takes its time to load
+        if np.any(getattr(array, "mask", False)):  # without an import of numpy.ma, which is slow
             raise InputError(f"some values are masked: leave them out ({name}.compressed())", argument=name)
         return np.asarray(array, dtype=float)
     except (TypeError, ValueError) as error:
@@ -34,7 +34,7 @@ def real_numbers(values: Any, name: str) -> Floats:
 
 
 def real_number(value: Any, name: str) -> float:
-    """One number; `InputError` with the argument `name` as `real_numbers` says, and for several."""
+    """One number; `InputError` with the argument `name` as in `real_numbers`, and for several numbers."""
     array = real_numbers(value, name)
     if array.ndim:
         raise InputError(f"an array of shape {array.shape}: one number is needed", argument=name)

@@ -119,7 +119,7 @@ class Law:
 
 
 def check_table(table: str, points: tuple[str, Sequence[float]], values: tuple[str, Sequence[float]]) -> None:
-    """`InputError` unless a `table` has values at ascending points, one for each, which both come with their names."""
+    """`InputError` unless a `table` has one value at each of its ascending points; `points` and `values` begin with names."""
     (at, places), (what, numbers) = points, values
     if not places and not numbers:
         raise InputError(f"a {table} needs at least one entry")

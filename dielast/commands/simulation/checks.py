@@ -1,4 +1,4 @@
-"""Simulations that are legal but look like a mistake: what `dielast.material.checks` warns of, from recipes, steps and results."""
+"""Warnings of valid simulations that look like mistakes, by `dielast.material.checks`, from recipes, steps and results."""
 
 from __future__ import annotations
 
@@ -36,10 +36,10 @@ from dielast.recipe.cases import Case
 if TYPE_CHECKING:
     from dielast.commands.actuate.recipe import ActuateRecipe
 
-WHOLE = 0.5  # of the range of a step through many points: a run of them that goes so far one way is a load of its own
-EARLY = 1e-3  # of what follows a load at once: nobody looks at what is earlier, though tables begin there
-MOVED = 1.01  # ratio of fields: a film that breaks down before its motion raises the field by more broke down at once
-SLACK = 0.01  # of the highest stress: a film that is pushed with more is warned of
+WHOLE = 0.5  # of the range of a step through many points: a monotonic run of points over this part counts as a load
+EARLY = 1e-3  # of the duration after a load at once: the response before that is not of interest, though tables begin there
+MOVED = 1.01  # ratio of fields: below it, motion has hardly raised the field, and a film breaks down at once
+SLACK = 0.01  # of the highest stress: a larger compressive stress gives a warning
 AT_ONCE = "as the voltage comes on"
 
 
@@ -118,7 +118,7 @@ def warn_of_films(
 
 
 def warn_of_no_breakdown(known: Sequence[bool], materials: Sequence[Material]) -> None:
-    """Warn of films of which no breakdown field is `known`, and that do not age either: only pull-in ends them."""
+    """Warn of films without a `known` breakdown field and without damage: only pull-in ends them."""
     if not any(known) and all(material.damage is None for material in materials):
         warn("no breakdown field is known, so that pull-in alone ends a film: state [breakdown] field")
 
@@ -129,8 +129,8 @@ def warn_of_setups(
     thickness: ArrayLike,
     limits: Sequence[BreakdownLaw | None],
 ) -> None:
-    """Warn of films of each prestretch and boundary and of thicknesses (any shape) in m that look as if these were in another unit,
-    whose breakdown `limits` are not known there, or that are in a frame without being stretched.
+    """Warn of prestretches outside the range of the breakdown `limits`, of thicknesses (any shape) in m that seem to be in
+    another unit, and of films in a frame without a prestretch.
     """
     warn_of_prestretches(prestretch, limits)
     warn_of_thickness(thickness)
@@ -150,7 +150,7 @@ def _warn_of_use(materials: Sequence[Material], results: Sequence[CaseResult]) -
 
 
 def _warn_of_unstable(materials: Sequence[Material], results: Sequence[CaseResult], modes: Sequence[str | None]) -> None:
-    """Warn of materials whose equilibrium spring is stretched further than it is stable in these modes, one a case."""
+    """Warn of materials whose equilibrium spring is stretched beyond its stable range; `modes` are those of the cases."""
     for material, mode in {
         (id(material), mode): (material, mode) for material, mode in zip(materials, modes, strict=True)
     }.values():
@@ -164,7 +164,7 @@ def _warn_of_unstable(materials: Sequence[Material], results: Sequence[CaseResul
 
 
 def _warn_of_slack(results: Sequence[CaseResult]) -> None:
-    """Warn of stretched films that are let back faster than they follow, and would go slack: what is prescribed pushes them."""
+    """Warn of films that are unloaded faster than they contract: they would go slack, but the stretch is prescribed."""
     lowest = [float(np.min(result.columns["nominal_stress_1 [Pa]"], initial=0.0)) for result in results]
     highest = [float(np.max(result.columns["nominal_stress_1 [Pa]"], initial=0.0)) for result in results]
     slack = [index for index, (low, high) in enumerate(zip(lowest, highest, strict=True)) if -low > SLACK * high > 0]
@@ -174,14 +174,14 @@ def _warn_of_slack(results: Sequence[CaseResult]) -> None:
 
 
 def _room(material: Material, columns: Mapping[str, Any]) -> Floats:
-    """How far (points,) the stretches of a case are from the limit of the equilibrium spring: 1 at rest, 0 at the limit."""
+    """The distance (points,) of the stretches of a case to the limit of the equilibrium spring: 1 at rest, 0 at the limit."""
     squared = np.square([columns[f"stretch_{axis} [1]"] for axis in (1, 2)])
     return material.equilibrium_law.room(squared) if material.equilibrium_modulus > 0 else np.ones(squared.shape[1])
 
 
 def _limit(known: BreakdownLaw | None, area: float, thickness: float, field: float) -> float:
-    """The breakdown field in V/m of a film of this prestretched area and undeformed thickness in m; where none is known, that of
-    films next to `field`.
+    """The breakdown field in V/m of a film of this prestretched area and undeformed thickness in m; if none is known, the
+    plausible value closest to `field`.
     """
     if known is None:
         return float(np.clip(field, FAINTEST, STRONGEST))
@@ -193,13 +193,13 @@ def _at_once(recipe: ActuateRecipe) -> str:
 
 
 def _permittivity(material: Material, temperature: float) -> float:
-    """At stretch 1, in F/m; 1 where the material has none."""
+    """The permittivity at stretch 1 in F/m; 1 if the material has none."""
     law = material.dielectric
     return 1.0 if law is None else float(law.at(np.array([temperature]))[0])
 
 
 def _cases(numbers: Sequence[int]) -> str:
-    """The first of these cases by its number, and how many others there are."""
+    """The number of the first of these cases, and the number of the others."""
     return f"case {numbers[0]}{and_more(len(numbers) - 1, 'cases' if len(numbers) > 2 else 'case')}: "
 
 
@@ -214,14 +214,14 @@ def _paces(
     histories: Iterable[Sequence[Entry]],
     rest: float,
 ) -> Iterator[Pace]:
-    """How fast everything goes in all cases, whose histories begin with `rest`."""
+    """The durations of all loads in all cases, whose histories begin with `rest`."""
     for index, (case, material, result, entries) in enumerate(zip(cases, materials, results, histories, strict=True)):
         temperature, recipe = result.temperature, case.recipe
         fastest, of_case = fastest_branch(material, temperature), _of_case(index, len(cases))
         if isinstance(recipe, RelaxRecipe | CreepRecipe):
             times = recipe.output.times
         else:
-            film, times = recipe.film, None  # a film under voltage may fail at any time, whatever is asked for
+            film, times = recipe.film, None  # a film under voltage may fail at any time, not only at output times
             took = prestretching(film.prestretch, film.prestretch_rate, film.relax)
             yield Pace(f"{of_case}prestretch and relaxation take", took, fastest, temperature)
         for what, took in _loads(entries, rest, last(result.columns["time [s]"]), times):
@@ -229,14 +229,14 @@ def _paces(
 
 
 def prestretching(prestretch: tuple[float, float], rate: float | None, relax: float) -> float:
-    """How long a film is stretched and held in s before the voltage comes; infinite where it is not, or without a time at all."""
+    """The time in s of prestretch and relaxation before the voltage; infinite without a prestretch, or if both are at once."""
     further = max(prestretch) - 1
     return (further / rate if rate else 0.0) + relax or np.inf if further else np.inf
 
 
 def _loads(entries: Sequence[Entry], rest: float, end: float, asked: Sequence[float] | None) -> Iterator[tuple[str, float]]:
-    """What each recipe step does up to the `end`, as a clause, and how long that takes in s, or when it is looked at afterwards,
-    which may be at times that are `asked` for alone.
+    """For each load of the recipe's steps up to the `end`: a clause about it, and its duration in s; for a load at once, the time
+    until the first output of interest, which is among the times `asked` for if there are any.
     """
     present, start = rest, 0.0
     groups = [list(group) for _, group in groupby(entries, key=lambda entry: entry.origin)]
@@ -273,7 +273,7 @@ def _loads(entries: Sequence[Entry], rest: float, end: float, asked: Sequence[fl
 
 
 def _following(at: float, own_end: float, later: Sequence[Sequence[Entry]], present: float, end: float) -> float:
-    """How long in s it goes on after a load at once at the time `at` (s), in this step, which ends at `own_end`, or the next."""
+    """The duration in s after a load at once at the time `at` (s), in its step, which ends at `own_end`, or in the next."""
     follows = own_end - at
     if follows == 0 and later:
         for entry in later[0]:

@@ -102,7 +102,7 @@ class PullInSection(Section):
     @property
     def criterion(self) -> TimeScale:
         """The time scale as the criterion takes it."""
-        from dielast.mechanics.stability import TimeScale  # which takes its time to load
+        from dielast.mechanics.stability import TimeScale  # slow to import
 
         number, is_share = self.timescale
         return TimeScale.fraction(number) if is_share else TimeScale.fixed(number)

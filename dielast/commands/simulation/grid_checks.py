@@ -83,7 +83,7 @@ def warn_of_failures(recipe: FailureMapRecipe, material: Material, result: Failu
     film, paces = recipe.film, []
     for index, temperature in enumerate(result.temperature.tolist()):
         fastest = fastest_branch(material, temperature)
-        # a pull-in that is watched for longer than the fastest branch takes knows nothing of it
+        # a disturbance watched for longer than the fastest branch takes does not depend on that branch
         slow = (result.failure_mode[index] == "pull-in") & (not by_share and scale >= fastest)
         time = np.where(beyond[index] | slow, np.nan, result.time_to_failure[index])
         if early := int(np.count_nonzero(time < fastest)):

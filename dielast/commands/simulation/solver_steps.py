@@ -38,7 +38,7 @@ class Entry:
 
     @property
     def shape(self) -> tuple[Any, ...]:
-        """What entries must share to be run together."""
+        """The properties that entries must share to be solved together."""
         path: tuple[Any, ...] = ()
         if isinstance(self.target, Waveform):
             path = (self.target.shape, self.target.cycles)
@@ -48,7 +48,7 @@ class Entry:
 
 
 def values_of(entries: Sequence[Entry], name: str) -> Floats | None:
-    """One value of the same step of several cases, as an array (cases,), or () if it is one case again and again."""
+    """One value of the same step of several cases, as an array (cases,), or of shape () if all entries are those of one case."""
     first = getattr(entries[0], name)
     if first is None:
         return None
@@ -57,7 +57,7 @@ def values_of(entries: Sequence[Entry], name: str) -> Floats | None:
 
 
 def target_of(entries: Sequence[Entry]) -> Floats | Path | None:
-    """Where the same step of several cases goes, as in `values_of`, or the path of all of them."""
+    """The target of the same step of several cases, as in `values_of`, or the path of all of them."""
     first = entries[0].target
     if isinstance(first, Track):
         return first
@@ -96,9 +96,10 @@ def solver_steps(recipe: Any, inputs: Inputs) -> list[Entry]:
 
 
 def marked_still(entries: Sequence[Entry], rest: float) -> list[Entry]:
-    """The entries with those marked that lead nowhere, from `rest` on: no case is solved in another way for its company's sake.
+    """The entries, marked as `still` if they do not change the load, which begins at `rest`. Still and moving entries are never
+    solved together, so that no result depends on the other cases.
 
-    Raises `InputError` for a rate at which an entry would last for no time that can be meant.
+    Raises `InputError` for a rate at which the duration of an entry is implausible.
     """
     present, marked = rest, []
     for entry in entries:
@@ -112,14 +113,14 @@ def marked_still(entries: Sequence[Entry], rest: float) -> list[Entry]:
 
 
 def reached(entry: Entry, present: float) -> float:
-    """What is prescribed after an entry."""
+    """The prescribed value after an entry."""
     if isinstance(entry.target, Path):
         return float(np.asarray(entry.target.last))
     return present if entry.target is None else entry.target
 
 
 def corners(entry: Entry, present: float) -> list[tuple[float, float]]:
-    """The values that an entry goes to one after another, of a waveform those of its first cycle, and how long each takes in s."""
+    """The values that an entry reaches in turn (for a waveform, in its first cycle), and the time to each value in s."""
     target = entry.target
     if isinstance(target, Track):
         time, values = np.asarray(target.time), np.asarray(target.value)
@@ -132,12 +133,12 @@ def corners(entry: Entry, present: float) -> list[tuple[float, float]]:
 
 
 def aims(entries: Sequence[Entry]) -> list[float]:
-    """All values that the entries go to."""
+    """All target values of the entries."""
     return [value for entry in entries if entry.target is not None for value, _ in corners(entry, 0.0)]
 
 
 def lasting(entry: Entry, present: float) -> float:
-    """How long an entry takes in s; 0 at a rate of 0, which the solver refuses."""
+    """The duration of an entry in s; 0 at a rate of 0, which the solver refuses."""
     if isinstance(entry.target, Path):
         return entry.target.duration
     if entry.rate is None:
@@ -146,7 +147,7 @@ def lasting(entry: Entry, present: float) -> float:
 
 
 def _followed(index: int, step: Any, recipe: Any, inputs: Inputs) -> list[Entry]:
-    """Ramps through the points of a table, jumps where a result of dielast's jumps; its times count from the start of the step."""
+    """Ramps through the points of a table, and jumps if it is a result of dielast with jumps; its times begin with the step."""
     from dielast.io.cells import TextFormat
     from dielast.io.text_table import read_measured
     from dielast.readings.specimen import read_as, role_in
@@ -156,7 +157,7 @@ def _followed(index: int, step: Any, recipe: Any, inputs: Inputs) -> list[Entry]
     key = f"step[{index}].columns"
 
     def named(role: str, column: str | int) -> str | int:
-        """The column, once it is known to be there."""
+        """The column; it must exist."""
         with placed(lambda problem: problem.within(key=f"{key}.{role}")):
             points.find(column, role)
         return column
@@ -186,7 +187,7 @@ def _followed(index: int, step: Any, recipe: Any, inputs: Inputs) -> list[Entry]
 
 
 def tracks(index: int, control: str, time: Floats, values: Floats) -> list[Entry]:
-    """Points of a table of load (k,) as entries, a new one where the load jumps, with two points at one time."""
+    """Points of a table of load (k,) as entries; a new entry begins at each jump, that is, at two points of one time."""
     entries, starts = [], [0, *(np.flatnonzero(np.diff(time) == 0) + 1).tolist(), time.size]
     for first, end in pairwise(starts):
         begin = time[first] if first else 0.0
@@ -195,7 +196,7 @@ def tracks(index: int, control: str, time: Floats, values: Floats) -> list[Entry
 
 
 def _cycling(index: int, step: Any, recipe: Any) -> Entry:
-    """Cycles between two values, which are of a force or a stress with their unit; the lower one is by default that at rest."""
+    """Cycles between two values; of a force or a stress according to their unit. By default the lower value is that at rest."""
     (low, _), (high, unit) = (value if isinstance(value, tuple) else (value, "") for value in (step.low, step.high))
     area = _area_for(unit, recipe)
     low = (step.REST if low is None else low) / area
@@ -203,17 +204,17 @@ def _cycling(index: int, step: Any, recipe: Any) -> Entry:
 
 
 def _control(recipe: Any, step: Any) -> str:
-    """What the solver is given of a step: what the recipe says of all, or what such steps have."""
+    """The quantity that a step prescribes: as stated in the recipe for all steps, or that of the step itself."""
     return str(getattr(recipe, "control", step.CONTROL))
 
 
 def _charges(index: int, points: MeasuredTable, column: str | int, recipe: Any) -> Floats:
-    """Charges in C/m^2 of undeformed area in a table, which holds them so or as charges of the electrode."""
+    """Charges in C/m^2 of undeformed area from a table of such charges, or of charges of the electrode."""
     if column == "charge" and not points.has(column) and points.has("charge_density"):
         column = "charge_density"
     dense = points.names[points.find(column, "charge")].strip() == "charge_density"
     if not dense:
-        # its unit says which of the two it is
+        # the unit tells charge densities from charges
         with suppress(InputError):
             points.check(column, "charge", CHARGE_DENSITY)
             dense = True
@@ -226,7 +227,7 @@ def _charges(index: int, points: MeasuredTable, column: str | int, recipe: Any) 
 
 
 def _area_for(unit: str, recipe: Any) -> float:
-    """What a value in this unit is divided by: the section for a force, the electrode for a charge, or 1."""
+    """The area by which a value in this unit is divided: the cross-section for a force, the electrode for a charge, else 1."""
     if unit == CHARGE.unit:
         return float(recipe.film.electrode_area)
     if unit != FORCE.unit:
@@ -238,9 +239,9 @@ def _area_for(unit: str, recipe: Any) -> float:
 
 
 def in_recipe_terms(problem: Problem, origin: Sequence[int], members: Sequence[int], cases: int) -> Problem:
-    """A problem of the solver in the recipe's terms: the key, and of so many `cases` the one that is meant.
+    """A problem of the solver in the terms of the recipe: its key, and the number of the case if there are several `cases`.
 
-    `origin` says which of the recipe's steps each of the solver's came from, `members` which cases the solver was given.
+    `origin` holds the number of the recipe's step for each step of the solver, `members` the cases that the solver was called for.
     """
     row = 0 if len(members) == 1 else problem.case
     problem = replace(problem, case=None if row is None else of_case(members[row], cases))

@@ -38,11 +38,11 @@ from dielast.relaxation.result import SpectrumFit
 from dielast.report.report import Report
 from dielast.sharing.execution import Execution
 
-BEYOND = 3.0  # times the ends of a master curve: so far processes within still show
+BEYOND = 3.0  # factor beyond the ends of a master curve up to which its processes still act
 
 
 def run(cases: Sequence[Case[SpectrumRecipe]], inputs: Inputs, execution: Execution) -> Report:
-    """Read the master curve, fit the spectrum, report."""
+    """Read the master curve, fit the spectrum, and make the report."""
     recipe = cases[0].recipe
     curve = curve_of(recipe, inputs)
     result, reduction, material, cards = characterise(recipe, curve)
@@ -70,16 +70,18 @@ def run(cases: Sequence[Case[SpectrumRecipe]], inputs: Inputs, execution: Execut
 
 
 def curve_of(recipe: SpectrumRecipe, inputs: Inputs) -> ReducedCurve:
-    """The curve that a recipe is about; raises `InputError` as reading it does."""
+    """The curve that a recipe names; raises `InputError` if it cannot be read."""
     if recipe.data is None:
         return read_master_curve(str(recipe.mastercurve), inputs)
-    from dielast.commands.spectrum.one_temperature import read_curve  # whose readers no master curve's folder needs
+    from dielast.commands.spectrum.one_temperature import (
+        read_curve,
+    )  # imports readers that the folder of a master curve does not need
 
     return read_curve(recipe.data, inputs)
 
 
 def characterise(recipe: SpectrumRecipe, curve: ReducedCurve) -> tuple[SpectrumFit, Reduction | None, Material, dict[str, str]]:
-    """The spectrum of the curve, what it is reduced to, its material, and the cards (name -> text) that the recipe asks for.
+    """The spectrum of the curve, its reduction, its material, and the cards (name -> text) that the recipe requests.
 
     Raises `InputError` with a line for everything, draws apart, that the recipe asks of the curve and that cannot be had.
     """
@@ -96,7 +98,7 @@ def characterise(recipe: SpectrumRecipe, curve: ReducedCurve) -> tuple[SpectrumF
     if export is not None:
         options = replace(export.options(), notes=_validity(result, recipe, reduction))
         cards = wrong.tried(lambda: _exported(material, export, options))
-    if reduce is not None and reduction is None:  # the branches are then too many because they could not be reduced
+    if reduce is not None and reduction is None:  # the branches are too many because the reduction failed
         wrong = Mistakes(problem for problem in wrong if problem.key != "export.formats")
     wrong.refuse()
     return result, reduction, material, cards or {}
@@ -108,7 +110,7 @@ def _exported(material: Material, export: ExportSection, options: CardOptions) -
 
 
 def fit_curve(curve: ReducedCurve, fit: Fit, keep: int | None = None, flows: bool | None = None) -> SpectrumFit:
-    """The spectrum of a master curve of any kind; raises `InputError` where the method does not go with it.
+    """The spectrum of a master curve of any kind; raises `InputError` if the method is not for this kind.
 
     `flows` is that of `fit_creep`.
     """
@@ -139,14 +141,14 @@ def draw_materials(
     if read is None:
         return None
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", DielastWarning)  # said of the fit itself
+        warnings.simplefilter("ignore", DielastWarning)  # the fit itself has issued them
         whole = result if len(result.spectrum) == fit.branches else fit_curve(curve, fit)
     tau = whole.spectrum.relaxation_time if whole.retardation is None else whole.retardation.retardation_time
     held = fit
     if tau.size > 1:
         held = fit.model_copy(update={"relaxation_time": RelaxationTimes.model_construct(min=float(tau[-1]), max=float(tau[0]))})
 
-    flows = None if whole.retardation is None else whole.retardation.fluidity > 0  # a solid is one in every draw
+    flows = None if whole.retardation is None else whole.retardation.fluidity > 0  # a solid is a solid in every draw
 
     def refit(abscissa: Floats, ordinates: Floats) -> SpectrumFit:
         return fit_curve(ReducedCurve(curve.kind, (abscissa, *ordinates), curve.shift), held, flows=flows)
@@ -155,7 +157,7 @@ def draw_materials(
 
 
 def reduced(result: SpectrumFit, shift: ShiftLaw, reduce: Reduce) -> Reduction:
-    """The reduced spectrum that a recipe asks for; raises `InputError` as `reduce_spectrum` does."""
+    """The reduced spectrum of a recipe with `[reduce]`; raises `InputError` as `reduce_spectrum` does."""
     first, last = reduce.window
     with located(key="reduce"), in_keys(REDUCE_KEYS):
         reduction = reduce_spectrum(
@@ -171,7 +173,7 @@ def reduced(result: SpectrumFit, shift: ShiftLaw, reduce: Reduce) -> Reduction:
 
 
 def _validity(result: SpectrumFit, recipe: SpectrumRecipe, reduction: Reduction | None) -> tuple[str, ...]:
-    """What a card says of branches that were left out; warns of a card for a temperature that the spectrum was not reduced for."""
+    """The note of a card on omitted branches; warns of a card for a temperature for which the spectrum was not reduced."""
     if recipe.truncate is not None:
         kept, shortest = len(result.spectrum), result.spectrum.relaxation_time[-1]
         return (f"Truncated to the {kept} slowest branches: what relaxes faster than {shortest:.3g} s is left out.",)
@@ -191,7 +193,7 @@ def _validity(result: SpectrumFit, recipe: SpectrumRecipe, reduction: Reduction 
 
 
 def _warn_of_unmeasured(result: SpectrumFit, shift: ShiftLaw, reduction: Reduction, reduce: Reduce) -> None:
-    """The window may reach, at its temperatures, beyond what the master curve was measured for."""
+    """Warn if the window, at its temperatures, extends beyond the master curve."""
     known_from, known_to = float(result.reduced_time[0]) / BEYOND, float(result.reduced_time[-1]) * BEYOND
     temperatures = np.unique(reduction.test_temperature)
     faster = 10 ** -shift.log10_shift_factor(temperatures)
@@ -211,7 +213,7 @@ def _warn_of_unmeasured(result: SpectrumFit, shift: ShiftLaw, reduction: Reducti
 def tables(
     result: SpectrumFit, continuous: ContinuousSpectrum | None = None, reduction: Reduction | None = None
 ) -> dict[str, Table]:
-    """The tables of a spectrum by file name; all moduli of a reduced one's proof are shear."""
+    """The tables of a spectrum by file name; the comparison of a reduced spectrum has shear moduli."""
     spectrum = result.spectrum if reduction is None else reduction.spectrum
     written = {"spectrum.csv": spectrum.columns(), "fit.csv": result.columns()}
     if continuous is not None:
@@ -261,7 +263,7 @@ def headline(result: SpectrumFit, continuous: ContinuousSpectrum | None, reducti
 
 
 def make_material(result: SpectrumFit, curve: ReducedCurve, constants: MaterialConstants, reduction: Reduction | None) -> Material:
-    """The material that the simulations read: the spectrum, its shift law, and constants that no relaxation test gives."""
+    """The material for simulations: the spectrum, its shift law, and the constants that no relaxation test determines."""
     return Material(
         name=constants.name,
         equilibrium_modulus=result.equilibrium_shear_modulus,
