@@ -88,7 +88,7 @@ def test_a_missing_specimen_is_said(tmp_path: Path, kind: str, rest: str, messag
         (
             "relax",
             '[[step]]\ntable = "machine.csv"\ncolumns = { strain = "x", extension = "y" }\n',
-            "strain and columns.extension say the",
+            "strain and columns.extension are the same",
         ),
         ("relax", '[[step]]\nstretch = 2.0\ncolumns = { strain = "x" }\n', "columns goes with table"),
         ("creep", '[[step]]\nforce = "1 N"\n[specimen]\nwidth = "1 mm"\n', "specimen: width and thickness go together"),
