@@ -15,7 +15,7 @@ from dielast.calibration.comparison import Comparison
 from dielast.calibration.profiles import DECISIVE, Profile
 from dielast.calibration.result import Calibration
 from dielast.plots.quantities import axis_of, unit_for
-from dielast.plots.style import COLOURS, SHADE, log_axis, number, sheet, spread, spread_indices, style, typeset
+from dielast.plots.style import COLOURS, SHADE, log_axis, number, shade, sheet, spread, spread_indices, style, typeset
 
 KILO = 1e-3  # from Pa
 ACROSS = 3
@@ -81,13 +81,7 @@ def _draw_test(axes: Axes, comparison: Comparison) -> None:
         x = test.time if over_time else test.stretch
     called, factor = axis_of(test.header, [test.measured + test.rest])
     order = np.arange(x.size)
-    axes.fill(
-        np.concatenate((x, x[::-1])),
-        factor * (np.concatenate((comparison.lower, comparison.upper[::-1])) + test.rest),
-        color=COLOURS[2],
-        alpha=SHADE,
-        linewidth=0,
-    )
+    shade(axes, x, factor * (comparison.lower + test.rest), factor * (comparison.upper + test.rest), COLOURS[2])
     chosen = spread(test.place, 30) if x.size > 30 else order
     look = ("0.35", "o") if comparison.fitted else (COLOURS[1], "s")
     axes.plot(

@@ -8,6 +8,7 @@ import textwrap
 import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +19,8 @@ from matplotlib.axes import Axes
 from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
 from matplotlib.legend import Legend
+from matplotlib.patches import PathPatch
+from matplotlib.path import Path as Outline
 from matplotlib.ticker import LogLocator, NullFormatter
 from numpy.typing import NDArray
 
@@ -177,6 +180,26 @@ def degrees(temperature: float) -> str:
 def lasting(seconds: float, digits: int = 3) -> str:
     """A time in the largest unit of which it is at least one, for a label."""
     return typeset(durations.lasting(seconds, digits))
+
+
+def shade(axes: Axes, x: NDArray[np.float64], lower: NDArray[np.float64], upper: NDArray[np.float64], colour: str) -> None:
+    """Fill the band from `lower` to `upper` over `x`, all (n,). Where x turns back, as in unloading, the parts of the band may
+    overlap: each is outlined in the same sense, as parts in opposite senses would cancel.
+    """
+    known = np.isfinite(x) & np.isfinite(lower) & np.isfinite(upper)
+    x, lower, upper = x[known], lower[known], upper[known]
+    if x.size < 2:
+        return
+    back = np.diff(x) < 0
+    ends = [0, *(np.flatnonzero(back[1:] != back[:-1]) + 1).tolist(), x.size - 1]
+    outlines = []
+    for first, last in pairwise(ends):
+        part = np.arange(first, last + 1)[:: -1 if back[first] else 1]
+        around = np.concatenate((part, part[::-1], part[:1]))
+        height = np.concatenate((lower[part], upper[part[::-1]], lower[part[:1]]))
+        outlines.append(Outline(np.column_stack((x[around], height)), closed=True))
+    axes.add_patch(PathPatch(Outline.make_compound_path(*outlines), color=colour, alpha=SHADE, linewidth=0))
+    axes.autoscale_view()
 
 
 def legend_below(figure: Figure, handles: Sequence[Artist], title: str | None = None) -> Legend:

@@ -15,7 +15,7 @@ from matplotlib.patches import Patch
 from section import Section, picture, table
 
 from dielast import WLF, Calibration, Comparison, Free, Gent, Material, MeasuredTest, Spectrum, calibrate
-from dielast.plots.style import COLOURS, MARKERS, SHADE, grid, legend_below, sheet, spread, style, typeset
+from dielast.plots.style import COLOURS, MARKERS, SHADE, grid, legend_below, shade, sheet, spread, style, typeset
 
 START = Material(
     "VHB 4905", 20e3, Spectrum([300.0, 10.0, 0.3, 0.01], [1e4, 3e4, 1e5, 1e6]), WLF(20.0, 13.0, 187.0), Gent(110.0), Gent(55.0)
@@ -160,7 +160,7 @@ def _number(value: object) -> str:
 
 def draw(axes: Axes, x: np.ndarray, comparison: Comparison, colour: str, marker: str) -> None:
     shown = np.sort(spread(np.arange(x.size, dtype=float), 30))
-    axes.fill_between(x, 1e-3 * comparison.lower, 1e-3 * comparison.upper, color=colour, alpha=SHADE, linewidth=0)
+    shade(axes, x, 1e-3 * comparison.lower, 1e-3 * comparison.upper, colour)
     axes.plot(x, 1e-3 * comparison.model, "-", color=colour)
     axes.plot(x[shown], 1e-3 * comparison.test.measured[shown], marker, color=colour, markerfacecolor="white")
 

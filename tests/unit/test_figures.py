@@ -419,3 +419,18 @@ def test_no_band_goes_across_cycles_that_are_left_out(tmp_path: Path) -> None:
     spans = [np.ptp(path.vertices[:, 0]) for band in axes.collections for path in band.get_paths()]
     assert len(spans) == 2
     assert max(spans) < 11.0
+
+
+def test_a_band_that_turns_back_is_filled_where_its_parts_overlap() -> None:
+    from dielast.plots.style import shade
+
+    figure = Figure()
+    axes = figure.subplots()
+    x = np.array([1.0, 2.0, 3.0, 2.0, 1.0])
+    shade(axes, x, np.array([0.0, 1.0, 2.0, 0.5, 0.0]), np.array([2.0, 3.0, 4.0, 2.5, 2.0]), "k")
+    outline = axes.patches[0].get_path()
+    areas = []
+    for corners in outline.to_polygons(closed_only=True):
+        across, up = np.asarray(corners).T
+        areas.append(0.5 * np.sum(across[:-1] * up[1:] - across[1:] * up[:-1]))
+    assert areas == pytest.approx([4.0, 4.0])  # of one sign: the winding numbers add up
