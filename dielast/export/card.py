@@ -12,12 +12,7 @@ from dielast.export.prepare import prepare
 from dielast.material.law import Registry
 from dielast.material.material import Material
 
-CODES: Registry[Code] = Registry("finite-element code")
-CODES.register(abaqus.CODE)
-CODES.register(ansys.CODE)
-CODES.register(febio.CODE)
-CODES.register(comsol.CODE)
-CODES.register(mfront.CODE)
+CODES: Registry[Code] = Registry("finite-element code", abaqus.CODE, ansys.CODE, febio.CODE, comsol.CODE, mfront.CODE)
 
 
 def spring_names() -> tuple[str, ...]:

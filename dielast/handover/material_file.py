@@ -18,10 +18,9 @@ from dielast.handover.scaling_section import SCALING_KEYS, ScalingSection, state
 from dielast.io.files import read_file, resolve
 from dielast.io.toml import parse_toml
 from dielast.material.breakdown import BREAKDOWNS
-from dielast.material.calibrated import CalibratedRange
 from dielast.material.damage import DAMAGES
 from dielast.material.dielectric import DIELECTRICS, ConstantPermittivity, DielectricLaw
-from dielast.material.material import NEO_HOOKEAN, Material
+from dielast.material.material import NEO_HOOKEAN, CalibratedRange, Material
 from dielast.material.modulus import CONSTANT_MODULUS, MODULI
 from dielast.material.shift import SHIFTS, NoShift, ShiftLaw
 from dielast.material.spectrum import Spectrum

@@ -10,8 +10,7 @@ from numpy.typing import ArrayLike
 
 from dielast.errors import InputError
 from dielast.io.result import Result
-from dielast.material.breakdown.law import BreakdownLaw
-from dielast.material.law import Constant, check_table
+from dielast.material.law import BreakdownLaw, Constant, check_table
 from dielast.numerics.arrays import Flags, Floats
 from dielast.units import FIELD
 
