@@ -107,7 +107,8 @@ def _springs(material: Material, code: Code, options: CardOptions) -> tuple[str,
     """The code's name of the springs, the laws of the equilibrium spring and of the branches, and notes on them."""
     stated = (material.equilibrium_law, material.nonequilibrium_law)
     first, rest = (law if options.J_lim is None else law.restated({"J_lim": options.J_lim}) for law in stated)
-    common = [form for form in first.exact_forms() if form in rest.exact_forms()]
+    exact_for_both = {form.law for form in rest.forms() if form.exact}
+    common = [form.law for form in first.forms() if form.exact and form.law in exact_for_both]
     wanted = options.hyperelastic or (common[0] if common else first.name)
     possible = [form for form in code.springs if first.form(form) and rest.form(form)]
     if wanted not in code.springs:
@@ -131,7 +132,8 @@ def _springs(material: Material, code: Code, options: CardOptions) -> tuple[str,
         _check_alike(first, rest, forms[0], forms[1], code)
     _check_exponents(forms[0], code)
     notes = [f"Springs: {wanted}" + (f", {_constants(first, rest)}." if forms[0].constants else ".")]
-    if wanted in stated[0].exact_forms() and wanted in stated[1].exact_forms() and _constants(first, rest) == _constants(*stated):
+    as_stated = [law.form(wanted) for law in stated]
+    if all(form and form.exact for form in as_stated) and _constants(first, rest) == _constants(*stated):
         return wanted, first, rest, notes
     notes.append(f"APPROXIMATION, allowed by the recipe: the material's springs are {_titles(*stated)}.")
     return wanted, first, rest, [*notes, *forms[0].notes]

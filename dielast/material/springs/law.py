@@ -39,8 +39,8 @@ EQUIBIAXIAL = Symmetry(second=1.0, thinning=2.0, fronts=2, flow=1)
 class CardForm:
     """A spring in the form of a finite-element code: the `law`, the shear `modulus`, and the other constants of the law.
 
-    Constants that are stresses are in the unit of the modulus. `notes` describe the loss if the form only approximates the spring,
-    `needs` the constant that the spring lacks for this form.
+    Constants that are stresses are in the unit of the modulus. `exact` is False if the form only approximates the spring; `notes`
+    describe the loss, `needs` the constant that the spring lacks for this form.
     """
 
     law: str
@@ -48,6 +48,7 @@ class CardForm:
     constants: Mapping[str, float]
     notes: tuple[str, ...] = ()
     needs: str = ""
+    exact: bool = True
 
 
 class SpringLaw(Law):
@@ -140,13 +141,13 @@ class SpringLaw(Law):
         """The constants as text by name; those that are stresses are divided by the shear modulus."""
         return {name: f"{value:g}" for name, value in self.values().items()}
 
+    def forms(self, modulus: float = 1.0) -> tuple[CardForm, ...]:
+        """The spring of a shear `modulus` in the laws of finite-element codes that can represent it, the closest law first."""
+        return ()
+
     def form(self, law: str, modulus: float = 1.0) -> CardForm | None:
         """The spring of a shear `modulus` as the `law` of a finite-element code; None if that law cannot represent it."""
-        return None
-
-    def exact_forms(self) -> tuple[str, ...]:
-        """The laws of finite-element codes that represent this spring without loss, the closest first."""
-        return ()
+        return next((form for form in self.forms(modulus) if form.law == law), None)
 
     # the methods below hold for every law whose constants are its dataclass fields
 

@@ -46,7 +46,3 @@ class LimitedLaw(FirstInvariantLaw):
     def unlimited(self) -> Self:
         """The law without a limit."""
         return type(self)()
-
-    def exact_forms(self) -> tuple[str, ...]:
-        """The law itself, and neo-Hookean if there is no limit."""
-        return ("neo-hookean", self.name) if np.all(np.isinf(self._limit()[1])) else (self.name,)
