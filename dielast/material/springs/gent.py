@@ -10,8 +10,8 @@ import numpy as np
 
 from dielast.errors import InputError
 from dielast.material.law import Constant
+from dielast.material.springs.first_invariant import LimitedLaw
 from dielast.material.springs.law import CardForm
-from dielast.material.springs.limited import LimitedLaw
 from dielast.numerics.columns import Floats
 
 
