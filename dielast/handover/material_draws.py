@@ -11,10 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dielast.errors import InputError, located
-from dielast.handover.material_file import draws_file, parse_material
-from dielast.handover.tables import finite_columns
+from dielast.handover.material_file import parse_file
 from dielast.io.files import EXAMPLE, read_file, resolve
-from dielast.io.table import Column, Table
+from dielast.io.table import Column, Table, finite_columns
 from dielast.material.material import Material
 from dielast.material.numbers import kinds_of, material_of, numbers_of
 from dielast.material.spectrum import Spectrum
@@ -139,10 +138,10 @@ def read_draws(path: str | Path) -> tuple[Material, ...]:
     Raises `InputError` with a line for every mistake, and if the material has no draws.
     """
     content = read_file(resolve(Path(), path), str(path))
-    material, name = parse_material(content, str(path)), draws_file(content, str(path))
-    if name is None:
+    stated = parse_file(content, str(path))
+    if stated.draws is None:
         raise InputError(
             "the material has no draws: mastercurve with [uncertainty] and then spectrum make them, or calibrate", file=path
         )
-    table = beside(str(path), name)
-    return parse_draws(read_file(resolve(Path(), table), table), table, material)
+    table = beside(str(path), stated.draws)
+    return parse_draws(read_file(resolve(Path(), table), table), table, stated.material())

@@ -17,8 +17,7 @@ from dielast.errors import DielastWarning, InputError, Mistakes, Problem, in_key
 from dielast.export.card import export_cards
 from dielast.export.options import CardOptions
 from dielast.handover.breakdown_section import breakdown
-from dielast.handover.mastercurve_draws import DRAWS, read_curve_draws
-from dielast.handover.mastercurve_folder import ReducedCurve, read_master_curve
+from dielast.handover.mastercurve_folder import DRAWS, ReducedCurve, read_curve_draws, read_master_curve
 from dielast.handover.material_file import permittivity, write_material
 from dielast.io.files import Inputs
 from dielast.io.table import Table
