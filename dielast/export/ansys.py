@@ -11,8 +11,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from itertools import chain
 
-from dielast.export.code import Card, Code, ogden_terms
-from dielast.export.text import number, rows_of
+from dielast.export.code import Card, Code, number, ogden_terms, rows_of
 from dielast.material.shift import GAS_CONSTANT, WLF, Arrhenius
 from dielast.material.springs import CardForm
 

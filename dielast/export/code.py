@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
+from itertools import islice
 from typing import Any
 
 import numpy as np
@@ -12,8 +13,7 @@ from numpy.typing import NDArray
 
 from dielast.errors import InputError
 from dielast.export.options import UNITS, CardOptions, Units
-from dielast.export.text import number, temperature
-from dielast.material.shift import ShiftLaw
+from dielast.material.shift import ShiftLaw, kelvin
 from dielast.material.springs import CardForm, SpringLaw
 
 LARGEST_LOSS = 1e-7  # of the equilibrium modulus, in a code that takes it for one minus the sum of ratios
@@ -44,6 +44,17 @@ class Code:
     absolute: tuple[str, ...] = ()
     units: str | None = None
     most_exponents: int | None = None
+
+
+def number(value: float) -> str:
+    """15 significant digits, fewer where that would take more than the 20 characters that Abaqus reads."""
+    return next(text for digits in range(15, 0, -1) if len(text := f"{value:.{digits}g}") <= 20)
+
+
+def rows_of(numbers: Iterable[str], width: int) -> list[tuple[str, ...]]:
+    """The numbers in rows of at most so many."""
+    rest = iter(numbers)
+    return list(iter(lambda: tuple(islice(rest, width)), ()))
 
 
 def ogden_terms(spring: CardForm) -> list[tuple[float, float]]:
@@ -84,14 +95,9 @@ class Card:
         """Shear modulus at time zero."""
         return math.fsum((self.equilibrium, *self.modulus.tolist()))
 
-    @property
-    def compressibility(self) -> float:
-        """2/K, zero for an incompressible card."""
-        return 0.0 if self.bulk is None else 2 / self.bulk
-
     def compressibilities(self, terms: int) -> list[float]:
-        """The same for a volumetric energy of so many `terms`, of which all but the first are zero."""
-        return [self.compressibility, *[0.0] * (terms - 1)]
+        """2/K, zero for an incompressible card, for a volumetric energy of so many `terms`, of which all but the first are zero."""
+        return [0.0 if self.bulk is None else 2 / self.bulk, *[0.0] * (terms - 1)]
 
     @property
     def branches(self) -> list[tuple[float, float]]:
@@ -116,7 +122,7 @@ class Card:
 
     def temperature(self, value: float) -> str:
         """A temperature in degC as a number on the model's scale."""
-        return temperature(value, self.options.temperature_scale)
+        return number(kelvin(value) if self.options.temperature_scale == "K" else value)
 
     def ratios_below_one(self) -> list[str]:
         """Modulus of every branch over the instantaneous one, as it is written.

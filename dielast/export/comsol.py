@@ -12,8 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from dielast.export.code import Card, Code, ogden_terms
-from dielast.export.text import number
+from dielast.export.code import Card, Code, number, ogden_terms
 from dielast.material.shift import WLF, Arrhenius, ShiftTable, kelvin
 from dielast.material.springs import CardForm
 

@@ -8,8 +8,7 @@ is left out: the series in the source (FEArrudaBoyce.cpp) has other coefficients
 
 from __future__ import annotations
 
-from dielast.export.code import Card, Code, ogden_terms
-from dielast.export.text import number
+from dielast.export.code import Card, Code, number, ogden_terms
 from dielast.material.springs import CardForm
 
 
