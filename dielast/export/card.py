@@ -149,7 +149,8 @@ def _springs(material: Material, code: Code, options: CardOptions) -> tuple[str,
     common = [form.law for form in first.forms() if form.exact and form.law in exact_for_both]
     wanted = options.hyperelastic or (common[0] if common else first.name)
     possible = " or ".join(f'"{form}"' for form in code.springs if first.form(form) and rest.form(form))
-    instead = f"allow {possible} instead, which the card will name as an approximation" if possible else "no card can hold it"
+    approximated = f"allow {possible} instead, which the card will name as an approximation"
+    instead = approximated if possible else "no card can hold these springs"
     if wanted not in code.springs:
         raise InputError(f'{code.name} has no "{wanted}" law: {instead}', argument="hyperelastic")
     if options.hyperelastic is None and not common:

@@ -54,6 +54,11 @@ class Constant:
         return "1" if self.dimension is None else self.dimension.unit
 
     @property
+    def is_positive(self) -> bool:
+        """Whether its bounds exclude negative values."""
+        return any(bound is not None and bound >= 0 for bound in (self.above, self.at_least))
+
+    @property
     def suffix(self) -> str:
         """The unit as the ending of a name in a summary, such as `_J_per_mol`."""
         return "" if self.unit == "1" else "_" + self.unit.replace("/", "_per_")
