@@ -103,12 +103,19 @@ class Law:
     title: ClassVar[str]
     constants: ClassVar[tuple[Constant, ...]] = ()
 
+    def values(self) -> dict[str, Any]:
+        """The constants by name."""
+        return {constant.name: getattr(self, constant.name) for constant in self.constants}
+
+    def with_values(self, values: Mapping[str, Any]) -> Self:
+        """The law with other values of the stated constants."""
+        return replace(self, **values)  # type: ignore[type-var]
+
     def stated(self) -> dict[str, Any]:
         """The constants by their keys in a material file, without those that have their default."""
-        values = [(constant, getattr(self, constant.name)) for constant in self.constants]
         return {
             constant.file_key: constant.stated(value)
-            for constant, value in values
+            for constant, value in zip(self.constants, self.values().values(), strict=True)
             if constant.is_needed or value != constant.left_out
         }
 

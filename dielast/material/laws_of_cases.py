@@ -60,15 +60,15 @@ class LawsOfCases(Generic[Kind]):
 
 def _stacked(laws: Sequence[Kind]) -> Kind:
     """One law with the constants of laws of one class as arrays (k,)."""
-    values = {constant.name: [getattr(law, constant.name) for law in laws] for constant in laws[0].constants}
-    arrays = {name: None if set(column) == {None} else np.array(column, dtype=float) for name, column in values.items()}
-    return replace(laws[0], **arrays)  # type: ignore[type-var]
+    columns = {name: [law.values()[name] for law in laws] for name in laws[0].values()}
+    return laws[0].with_values(
+        {name: None if set(column) == {None} else np.array(column, dtype=float) for name, column in columns.items()}
+    )
 
 
 def _of_places(law: Kind, place: Index) -> Kind:
     """The law with the constants at the indices (m,)."""
-    values = {constant.name: getattr(law, constant.name) for constant in law.constants}
-    return replace(law, **{name: value[place] for name, value in values.items() if value is not None})  # type: ignore[type-var]
+    return law.with_values({name: value[place] for name, value in law.values().items() if value is not None})
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -7,7 +7,7 @@ above it. Reduced time is t / a(T). Temperatures are in degC.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, ClassVar, Self
 
 import numpy as np
@@ -107,8 +107,7 @@ class ShiftLaw(Law):
         for constant, header, value in zip(self.constants, self.drawn_headers(), numbers, strict=True):
             if not constant.is_allowed(value):
                 raise InputError(f'column "{header}": {value:g}: a number {constant.bounds} is needed')
-        named = {constant.name: value for constant, value in zip(self.constants, numbers, strict=True)}
-        return replace(self, **named)  # type: ignore[type-var]
+        return self.with_values(dict(zip(self.values(), numbers, strict=True)))
 
     def numbers_of(self, other: ShiftLaw) -> Floats:
         """The numbers of the `other` law, which was fitted in the same way, in the order of `drawn`."""

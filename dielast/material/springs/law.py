@@ -7,11 +7,10 @@ stretches, shape (2, ...): A = lambda_1^2 and B = lambda_2^2, with C = 1/(A B) =
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass
 from typing import Any, ClassVar, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
 from dielast.errors import InputError
 from dielast.material.law import Law
@@ -149,50 +148,26 @@ class SpringLaw(Law):
         """The spring of a shear `modulus` as the `law` of a finite-element code; None if that law cannot represent it."""
         return next((form for form in self.forms(modulus) if form.law == law), None)
 
-    # the methods below hold for every law whose constants are its dataclass fields
-
-    def values(self) -> dict[str, Any]:
-        """The constants by the names of the dataclass fields."""
-        return {constant.name: getattr(self, constant.name) for constant in fields(self) if constant.init}  # type: ignore[arg-type]
-
-    def with_values(self, values: Mapping[str, Any]) -> Self:
-        """The law with other values of the stated dataclass fields."""
-        return replace(self, **values)  # type: ignore[type-var]
+    def arrays(self) -> dict[str, Floats]:
+        """The constants that are arrays (..., n, cases) or (..., n, 1) of several springs, by name."""
+        return {name: value for name, value in self.values().items() if np.ndim(value) >= 2}
 
     def take(self, cases: Cases) -> Self:
         """The law for the selected cases (k,), which are the last axis of constants that differ between cases."""
-        arrays = {name: np.asarray(value) for name, value in self.values().items()}
-        differing = {name: np.take(value, cases, axis=-1) for name, value in arrays.items() if _has_cases(value)}
+        differing = {name: np.take(value, cases, axis=-1) for name, value in self.arrays().items() if value.shape[-1] > 1}
         return self.with_values(differing) if differing else self
 
     def of_spring(self, spring: int, case: int) -> Self:
         """The law of one spring in one case."""
-        arrays = {name: np.asarray(value) for name, value in self.values().items()}
-        one = {
+        of_one = {
             name: value[..., min(spring, value.shape[-2] - 1), min(case, value.shape[-1] - 1)]
-            for name, value in arrays.items()
-            if value.ndim >= 2
+            for name, value in self.arrays().items()
         }
-        return self.with_values({name: _plain(value) for name, value in one.items()})
+        return self.with_values({name: value if np.ndim(value) else float(value) for name, value in of_one.items()})
 
     def with_idle_spring(self) -> SpringLaw:
         """The law of n + 1 springs, the last of which has no limit of its domain."""
         idle = self.of_spring(0, 0).unlimited().values()
-        arrays = {name: np.asarray(value) for name, value in self.values().items()}
-        return self.with_values(
-            {
-                name: np.concatenate(
-                    (value, np.broadcast_to(np.asarray(idle[name])[..., None, None], value[..., :1, :].shape)), axis=-2
-                )
-                for name, value in arrays.items()
-                if value.ndim >= 2 and value.shape[-2] > 1
-            }
-        )
-
-
-def _has_cases(value: NDArray[Any]) -> bool:
-    return value.ndim >= 2 and value.shape[-1] > 1
-
-
-def _plain(value: NDArray[Any]) -> Any:
-    return value.item() if value.ndim == 0 else value
+        several = {name: value for name, value in self.arrays().items() if value.shape[-2] > 1}
+        last = {name: np.asarray(idle[name])[..., None, None] + np.zeros_like(value[..., :1, :]) for name, value in several.items()}
+        return self.with_values({name: np.concatenate((value, last[name]), axis=-2) for name, value in several.items()})
