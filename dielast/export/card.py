@@ -144,7 +144,10 @@ def _check_branches(material: Material, terms: int, code: Code) -> None:
 def _springs(material: Material, code: Code, options: CardOptions) -> tuple[str, SpringLaw, SpringLaw, list[str]]:
     """The code's name of the springs, the laws of the equilibrium spring and of the branches, and notes on them."""
     stated = (material.equilibrium_law, material.nonequilibrium_law)
-    first, rest = (law if options.J_lim is None else law.restated({"J_lim": options.J_lim}) for law in stated)
+    for law in stated:
+        if options.J_lim is not None and "J_lim" not in law.values():
+            raise InputError(f"the material's {law.title} springs have no J_lim", argument="J_lim")
+    first, rest = (law if options.J_lim is None else law.with_values({"J_lim": options.J_lim}) for law in stated)
     exact_for_both = {form.law for form in rest.forms() if form.exact}
     common = [form.law for form in first.forms() if form.exact and form.law in exact_for_both]
     wanted = options.hyperelastic or (common[0] if common else first.name)

@@ -113,10 +113,6 @@ class ShiftLaw(Law):
         """The numbers of the `other` law, which was fitted in the same way, in the order of `drawn`."""
         return np.array(list(other.drawn().values()))
 
-    def allows(self, numbers: Floats) -> bool:
-        """Whether the numbers, in the order of `drawn`, are valid for a material."""
-        return all(constant.is_allowed(value) for constant, value in zip(self.constants, numbers.tolist(), strict=False))
-
     @classmethod
     def summary_names(cls) -> dict[str, Constant]:
         """The constants by their names in a summary, which end with the unit."""

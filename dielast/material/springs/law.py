@@ -12,7 +12,6 @@ from typing import Any, ClassVar, Self
 
 import numpy as np
 
-from dielast.errors import InputError
 from dielast.material.law import Law
 from dielast.numerics.columns import Cases, Floats
 
@@ -111,14 +110,6 @@ class SpringLaw(Law):
     def unlimited(self) -> Self:
         """The same law without a limit of its domain, for a spring that carries no stress."""
         return self
-
-    def restated(self, constants: Mapping[str, float]) -> Self:
-        """The same law with other constants; `InputError` for a constant that the law does not have."""
-        known = {constant.name for constant in self.constants}
-        for name in constants:
-            if name not in known:
-                raise InputError(f"the material's {self.title} springs have no {name}", argument=name)
-        return self.with_values(constants)
 
     def initial_modulus(self) -> float | None:
         """The shear modulus from the constants, in their unit; None if the constants state only a shape."""
