@@ -18,8 +18,7 @@ from numpy.typing import NDArray
 
 from dielast.errors import InputError, Mistakes, Problem, located, nearest, shown, warn
 from dielast.export import abaqus, ansys, comsol, febio, mfront
-from dielast.export.code import Card, Code
-from dielast.export.options import UNITS, CardOptions
+from dielast.export.code import UNITS, Card, CardOptions, Code
 from dielast.material.law import Registry
 from dielast.material.material import Material
 from dielast.material.shift import NoShift, ShiftLaw

@@ -12,11 +12,12 @@ import numpy as np
 from pydantic import Field, create_model, model_validator
 
 from dielast.errors import InputError
-from dielast.handover.breakdown_section import BreakdownSection, breakdown_section
 from dielast.handover.law_section import (
     SCALING_KEYS,
+    BreakdownSection,
     LawSection,
     ScalingSection,
+    breakdown_section,
     law_constants,
     law_section,
     stated_law,
@@ -124,7 +125,7 @@ class DielectricSection(LawSection):
         if "law" in self.model_fields_set:
             return self.law
         stated = {key for key in self.model_fields_set if getattr(self, key) is not None}
-        law: type[DielectricLaw] = min(self.FAMILY, key=lambda law: len(stated - {constant.file_key for constant in law.constants}))
+        law: type[DielectricLaw] = min(self.FAMILY, key=lambda law: len(stated.difference(law.file_keys())))
         return law.name
 
     def for_material(self) -> float | DielectricLaw | None:

@@ -103,6 +103,11 @@ class Law:
     title: ClassVar[str]
     constants: ClassVar[tuple[Constant, ...]] = ()
 
+    @classmethod
+    def file_keys(cls) -> tuple[str, ...]:
+        """The keys of the constants in a material file."""
+        return tuple(constant.file_key for constant in cls.constants)
+
     def values(self) -> dict[str, Any]:
         """The constants by name."""
         return {constant.name: getattr(self, constant.name) for constant in self.constants}
@@ -129,7 +134,7 @@ class Law:
         needed = {constant.file_key for constant in cls.constants if constant.is_needed}
         if needed - named:
             raise InputError(f'law "{cls.name}" needs {" and ".join(sorted(needed - named))}')
-        if others := named - {constant.file_key for constant in cls.constants}:
+        if others := named.difference(cls.file_keys()):
             raise InputError(f'law "{cls.name}" does not take {" and ".join(sorted(others))}')
         return {constant.name: constant.value(stated.get(constant.file_key)) for constant in cls.constants}
 
