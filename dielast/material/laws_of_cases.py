@@ -46,15 +46,17 @@ class LawsOfCases(Generic[Kind]):
         """The laws of some of the cases."""
         return replace(self, number=self.number[cases], place=self.place[cases])
 
-    def ask(self, cases: Index, answer: Callable[[Kind, Index], Floats], without: float) -> Floats:
-        """The values (k,) for `cases` (k,) of a function `answer`, which is called with a law, whose constants are (m,), and the
+    def values(self, cases: Index, of_law: Callable[[Kind, Index], Floats], without: float) -> Floats:
+        """The values (k,) for `cases` (k,) of a function `of_law`, which is called with a law, whose constants are (m,), and the
         indices (m,) in `cases` that have this law; `without` is the value for a case without a law.
         """
         result, number = np.full(cases.size, without), self.number[cases]
         for index, law in enumerate(self.laws):
             columns = np.flatnonzero(number == index)
             if columns.size:
-                result[columns] = answer(_of_places(law, self.place[cases[columns]]), columns)
+                place = self.place[cases[columns]]
+                constants = {name: value[place] for name, value in law.values().items() if value is not None}
+                result[columns] = of_law(law.with_values(constants), columns)
         return result
 
 
@@ -64,11 +66,6 @@ def _stacked(laws: Sequence[Kind]) -> Kind:
     return laws[0].with_values(
         {name: None if set(column) == {None} else np.array(column, dtype=float) for name, column in columns.items()}
     )
-
-
-def _of_places(law: Kind, place: Index) -> Kind:
-    """The law with the constants at the indices (m,)."""
-    return law.with_values({name: value[place] for name, value in law.values().items() if value is not None})
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -99,7 +96,7 @@ class FollowingField:
         """
         stretch, thickness = np.exp(0.25 * log_area), self.thickness[cases] * np.exp(-0.5 * log_area)
         begin = self.at_prestretch[cases]
-        return self.laws.ask(cases, lambda law, k: law.of_film(stretch[k], thickness[k]) / begin[k], 1.0)
+        return self.laws.values(cases, lambda law, k: law.of_film(stretch[k], thickness[k]) / begin[k], 1.0)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -4,9 +4,10 @@ variance, and numbers changed one at a time, for derivatives.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from copy import deepcopy
 from dataclasses import dataclass, fields, is_dataclass, replace
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -102,33 +103,26 @@ class Exchange(Result):
             raise InputError("all draws are equal: there is no variance to divide into shares", argument="sample")
         order = stream(seed, "sensitivity").permutation(len(sample))
         first, second = np.array_split(order[: 2 * (len(sample) // 2)], 2)
-        parts = [sample, *(_exchanged(sample, source, *pair) for source in sources for pair in ((first, second), (second, first)))]
-        return cls(_joined(parts), len(sample), sources, first, second)
+        every = np.arange(len(sample))
+        blocks = [(Source(""), every, every)]
+        for source in sources:
+            blocks += [(source, first, second), (source, second, first)]
+        factors: dict[str, Any] = {
+            name: np.concatenate([values[take if name == source.factor else keep] for source, keep, take in blocks])
+            for name in FACTORS.values()
+            if (values := getattr(sample, name)) is not None
+        }
+        materials = chain.from_iterable(_exchanged(sample, *block) for block in blocks)
+        return cls(Sample(tuple(materials), **factors), len(sample), sources, first, second)
 
 
-def _exchanged(sample: Sample, source: Source, keep: Index, take: Index) -> Sample:
-    """The draws `keep` (k,) of a sample, with the source of the draws `take` (k,)."""
-    materials = [sample.materials[k] for k in keep]
-    if source.material_fields:
-        others = [sample.materials[k] for k in take]
-        materials = [
-            replace(one, **{field: getattr(other, field) for field in source.material_fields})
-            for one, other in zip(materials, others, strict=True)
-        ]
-    columns: dict[str, Any] = {
-        name: None if (values := getattr(sample, name)) is None else values[take if name == source.factor else keep]
-        for name in FACTORS.values()
-    }
-    return Sample(tuple(materials), **columns)
-
-
-def _joined(samples: Sequence[Sample]) -> Sample:
-    """The draws of all samples, one sample after another."""
-    columns: dict[str, Any] = {
-        name: None if getattr(samples[0], name) is None else np.concatenate([getattr(one_sample, name) for one_sample in samples])
-        for name in FACTORS.values()
-    }
-    return Sample(tuple(member for one_sample in samples for member in one_sample.materials), **columns)
+def _exchanged(sample: Sample, source: Source, keep: Index, take: Index) -> tuple[Material, ...]:
+    """The materials of the draws `keep` (k,) of a sample, with the source of the draws `take` (k,)."""
+    fields_of_source = source.material_fields
+    if not fields_of_source:
+        return tuple(sample.materials[k] for k in keep)
+    pairs = [(sample.materials[k], sample.materials[other]) for k, other in zip(keep, take, strict=True)]
+    return tuple(replace(kept, **{field: getattr(other, field) for field in fields_of_source}) for kept, other in pairs)
 
 
 def _same(one: Any, other: Any) -> bool:
