@@ -73,14 +73,13 @@ def _outside(values: ArrayLike, low: float, high: float) -> Floats:
 
 def warn_of_prestretches(prestretch: Sequence[tuple[float, float]], known: Sequence[BreakdownLaw | None]) -> None:
     """Warn of prestretches, a pair for each film, outside the range of the breakdown law."""
-    films = [(pair, float(np.sqrt(pair[0] * pair[1])), law) for pair, law in zip(prestretch, known, strict=True)]
-    outside = [(pair, value, law) for pair, value, law in films if law is not None and not law.is_known_at(value)]
+    films = [(pair, float(np.sqrt(pair[0] * pair[1])), law) for pair, law in zip(prestretch, known, strict=True) if law is not None]
+    outside = [(pair, value, text) for pair, value, law in films if (text := law.outside(value))]
     if not outside:
         return
-    (first, second), value, law = outside[0]
+    (first, second), value, text = outside[0]
     what = f"prestretch {first:g}" if first == second else f"prestretch {first:g} x {second:g} (as {value:.4g} equibiaxial)"
-    others = len({pair for pair, _, _ in outside}) - 1
-    warn(f"{what}{and_more(others)}: {law.outside(value)}")
+    warn(f"{what}{and_more(len({pair for pair, _, _ in outside}) - 1)}: {text}")
 
 
 def warn_of_thickness(thickness: ArrayLike, whose: str = "film", thickest: float = THICKEST) -> None:

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from dielast.errors import InputError, nearest, shown
-from dielast.numerics.arrays import Flags, Floats
+from dielast.numerics.arrays import Floats
 from dielast.units import Dimension
 
 
@@ -208,12 +208,10 @@ class BreakdownLaw(Law):
         """The law for a breakdown field `factor` times as large, at every prestretch."""
         raise NotImplementedError
 
-    def is_known_at(self, prestretch: ArrayLike) -> Flags:
-        """Whether equibiaxial prestretches (any shape) lie within the range of the law."""
-        return np.ones(np.shape(prestretch), dtype=bool)
-
     def outside(self, prestretch: float) -> str:
-        """For a warning: the field that is taken at a prestretch outside the range of the law, and how to state another."""
+        """For a warning of a prestretch outside the range of the law: the field that is taken, and how to state another; empty for
+        a prestretch within the range.
+        """
         return ""
 
     def typical_fields(self) -> Floats:
