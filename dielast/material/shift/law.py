@@ -107,7 +107,7 @@ class ShiftLaw(Law):
         for constant, header, value in zip(self.constants, self.drawn_headers(), numbers, strict=True):
             if not constant.is_allowed(value):
                 raise InputError(f'column "{header}": {value:g}: a number {constant.bounds} is needed')
-        return self.with_values(dict(zip(self.values(), numbers, strict=True)))
+        return self.with_values({constant.name: value for constant, value in zip(self.constants, numbers, strict=True)})
 
     def numbers_of(self, other: ShiftLaw) -> Floats:
         """The numbers of the `other` law, which was fitted in the same way, in the order of `drawn`."""
