@@ -304,12 +304,12 @@ def write_material(material: Material, draws: str | None = None) -> bytes:
     ):
         document |= {} if law is None else {section: stated_law(law, default)}
     document |= stated_scaling(material)
-    if (known := material.calibrated) is not None:
+    if (calibrated := material.calibrated) is not None:
         document["calibrated"] = {
-            "modes": list(known.modes),
-            "largest_I1": float(f"{known.largest_invariant:.9g}"),
-            "time": [f"{value:.9g} s" for value in known.time],
-            "temperature": [f"{value:.9g} degC" for value in known.temperature],
+            "modes": list(calibrated.modes),
+            "largest_I1": float(f"{calibrated.largest_invariant:.9g}"),
+            "time": [f"{value:.9g} s" for value in calibrated.time],
+            "temperature": [f"{value:.9g} degC" for value in calibrated.temperature],
         }
     return tomli_w.dumps(document).encode()
 

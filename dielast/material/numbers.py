@@ -76,8 +76,8 @@ def material_of(material: Material, numbers: Mapping[str, Mapping[str, Any]]) ->
 
 def _laws(material: Material) -> dict[str, Law]:
     """The laws of a material other than the springs, by section."""
-    known = {"shift": material.shift, "dielectric": material.dielectric, "breakdown": material.breakdown, "damage": material.damage}
-    return {section: law for section, law in known.items() if law is not None}
+    laws = {"shift": material.shift, "dielectric": material.dielectric, "breakdown": material.breakdown, "damage": material.damage}
+    return {section: law for section, law in laws.items() if law is not None}
 
 
 def _read(law: Law, stated: Mapping[str, Any]) -> dict[str, Any]:

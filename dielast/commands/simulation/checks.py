@@ -66,7 +66,7 @@ def warn_of_membranes(
     loaded = [(material, result.columns) for material, result, aim in zip(materials, results, targets, strict=True) if any(aim)]
     if loaded:
         first, second = (np.concatenate([columns[f"stretch_{axis} [1]"] for _, columns in loaded]) for axis in (1, 2))
-        warn_of_elongation(first, second, np.concatenate([_room(material, columns) for material, columns in loaded]))
+        warn_of_elongation(first, second, np.concatenate([_margin(material, columns) for material, columns in loaded]))
 
 
 def warn_of_films(
@@ -173,10 +173,10 @@ def _warn_of_slack(results: Sequence[CaseResult]) -> None:
         warn(f"{_cases(slack) if len(results) > 1 else ''}{pushed}: a thin one goes slack instead")
 
 
-def _room(material: Material, columns: Mapping[str, Any]) -> Floats:
+def _margin(material: Material, columns: Mapping[str, Any]) -> Floats:
     """The distance (points,) of the stretches of a case to the limit of the equilibrium spring: 1 at rest, 0 at the limit."""
     squared = np.square([columns[f"stretch_{axis} [1]"] for axis in (1, 2)])
-    return material.equilibrium_law.room(squared) if material.equilibrium_modulus > 0 else np.ones(squared.shape[1])
+    return material.equilibrium_law.margin(squared) if material.equilibrium_modulus > 0 else np.ones(squared.shape[1])
 
 
 def _limit(known: BreakdownLaw | None, area: float, thickness: float, field: float) -> float:

@@ -57,14 +57,14 @@ class Arrhenius(ShiftLaw):
         """A warning if the activation energy is not that of a polymer."""
         if BARRIERS[0] <= abs(self.activation_energy) <= BARRIERS[1]:
             return ""
-        known = f"polymers have {BARRIERS[0] / 1e3:g} to {BARRIERS[1] / 1e3:g} kJ/mol"
-        return f"an activation energy of {self.activation_energy / 1e3:g} kJ/mol, but {known}: is it in another unit?"
+        usual = f"polymers have {BARRIERS[0] / 1e3:g} to {BARRIERS[1] / 1e3:g} kJ/mol"
+        return f"an activation energy of {self.activation_energy / 1e3:g} kJ/mol, but {usual}: is it in another unit?"
 
     @classmethod
-    def fit(cls, base: float, distance: Floats, wanted: Floats, whiten: Floats) -> FittedLaw:
+    def fit(cls, base: float, distance: Floats, log10_shift: Floats, whiten: Floats) -> FittedLaw:
         """Fit the activation energy; log10 a is linear in it."""
         unit = cls(base, 1.0)
-        energy, moments, response, misfit = fit_factor(whiten, unit.log10_shift_factor(base + distance), wanted)
+        energy, moments, response, misfit = fit_factor(whiten, unit.log10_shift_factor(base + distance), log10_shift)
         if energy <= 0:
             warn(f"the activation energy comes out as {energy:.3g} J/mol: relaxation gets slower with temperature")
 

@@ -78,10 +78,10 @@ class ShiftLaw(Law):
         return ""
 
     @classmethod
-    def fit(cls, base: float, distance: Floats, wanted: Floats, whiten: Floats) -> FittedLaw:
+    def fit(cls, base: float, distance: Floats, log10_shift: Floats, whiten: Floats) -> FittedLaw:
         """Fit the law to shift factors by generalised least squares.
 
-        `wanted` (k,) is log10 a at temperatures `base` + `distance` (k,), relative to `base` (degC); `whiten` (k, k) makes its
+        `log10_shift` (k,) is log10 a at temperatures `base` + `distance` (k,), relative to `base` (degC); `whiten` (k, k) makes its
         errors independent, with variance 1.
         """
         raise InputError(f"the {cls.title} law cannot be fitted: state it in the material file")
@@ -137,13 +137,13 @@ class ShiftLaw(Law):
         return cls(reference_temperature, **named)  # type: ignore[call-arg]
 
 
-def fit_factor(whiten: Floats, column: Floats, wanted: Floats) -> tuple[float, Floats, Floats, float]:
-    """Fit `wanted` (k,) as a factor times `column` (k,): the factor, its variance (1, 1), its response (1, k) and the misfit."""
+def fit_factor(whiten: Floats, column: Floats, log10_shift: Floats) -> tuple[float, Floats, Floats, float]:
+    """`log10_shift` (k,) as a factor times `column` (k,): the factor, its variance (1, 1), its response (1, k) and the misfit."""
     white = whiten @ column
     variance = 1 / float(white @ white)
     response = variance * (white @ whiten)
-    value = float(response @ wanted)
-    return value, np.array([[variance]]), response[None, :], reduced_chi_square(whiten @ (wanted - value * column), 1)
+    value = float(response @ log10_shift)
+    return value, np.array([[variance]]), response[None, :], reduced_chi_square(whiten @ (log10_shift - value * column), 1)
 
 
 def reduced_chi_square(whitened: Floats, parameters: int) -> float:
