@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from itertools import combinations
 from typing import Any, ClassVar, Self
 
 import numpy as np
@@ -115,17 +116,17 @@ class ShiftLaw(Law):
 
     @classmethod
     def summary_names(cls) -> dict[str, Constant]:
-        """The constants by their names in a summary, which end with the unit."""
-        return {constant.name + constant.suffix: constant for constant in cls.constants}
+        """The constants that are single numbers, by their names in a summary, which end with the unit."""
+        return {constant.name + constant.suffix: constant for constant in cls.constants if not constant.many}
 
     def summary(self, covariance: Floats) -> dict[str, float]:
         """The constants for a summary, with standard errors and covariances from their `covariance` (p, p)."""
         summary: dict[str, float] = {}
-        for index, (key, constant) in enumerate(self.summary_names().items()):
+        names = self.summary_names()
+        for index, (key, constant) in enumerate(names.items()):
             summary |= {key: getattr(self, constant.name), f"{key}_stderr": float(np.sqrt(covariance[index, index]))}
-        for index, one in enumerate(self.constants):
-            for further, other in enumerate(self.constants[index + 1 :], index + 1):
-                summary[f"{one.name}_{other.name}_covariance{one.suffix}{other.suffix}"] = float(covariance[index, further])
+        for (i, first), (j, second) in combinations(enumerate(names.values()), 2):
+            summary[f"{first.name}_{second.name}_covariance{first.suffix}{second.suffix}"] = float(covariance[i, j])
         return summary
 
     @classmethod

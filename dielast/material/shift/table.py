@@ -108,15 +108,6 @@ class ShiftTable(Result, ShiftLaw):
         return other.log10_shift_factor(np.array(self.temperature))
 
     @classmethod
-    def summary_names(cls) -> dict[str, Constant]:
-        """Empty: the table is a separate file."""
-        return {}
-
-    def summary(self, covariance: Floats) -> dict[str, float]:
-        """Empty: the table is a separate file."""
-        return {}
-
-    @classmethod
     def from_summary(
         cls, reference_temperature: float, summary: Mapping[str, Any], measured: Callable[[], tuple[Floats, Floats]]
     ) -> Self:
