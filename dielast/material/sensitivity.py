@@ -13,8 +13,7 @@ import numpy as np
 
 from dielast.errors import InputError
 from dielast.io.result import Result
-from dielast.material.material import Material
-from dielast.material.numbers import material_of, numbers_of
+from dielast.material.material import Material, material_of, numbers_of
 from dielast.material.scatter import Sample
 from dielast.numerics.arrays import Floats, Index
 from dielast.numerics.random_streams import stream
