@@ -200,7 +200,7 @@ def conversion(unit: str, dimension: Dimension) -> tuple[float, float]:
 
     Raises `InputError` for an unknown unit and for one of another dimension.
     """
-    wanted = f"{dimension.name} is needed, such as {shown(dimension.example)}"
+    needed = f"{dimension.name} is needed, such as {shown(dimension.example)}"
     if dimension in (STRAIN, NUMBER) and unit in ("", "-", "1"):
         return 1.0, 0.0
     if dimension is TEMPERATURE and unit == "C":  # in the headers of instruments
@@ -208,11 +208,11 @@ def conversion(unit: str, dimension: Dimension) -> tuple[float, float]:
     parsed, target = parse_unit(unit), parse_unit(dimension.unit)
     if parsed is None:
         near = _near_unit(unit, dimension)
-        raise InputError(f'unknown unit "{unit}"; ' + (f'did you mean "{near}"?' if near else wanted))
+        raise InputError(f'unknown unit "{unit}"; ' + (f'did you mean "{near}"?' if near else needed))
     if dimension in (FREQUENCY, ANGULAR_FREQUENCY):
         _tell_frequencies_apart(unit, dimension)
     if target is None or parsed.powers != target.powers:
-        raise InputError(wanted)
+        raise InputError(needed)
     return parsed.scale / target.scale, parsed.zero if dimension is TEMPERATURE else 0.0
 
 
@@ -221,14 +221,14 @@ def _near_unit(unit: str, dimension: Dimension) -> str | None:
     word = _ABROAD.get(unit.casefold())
     if word is not None and _converts(word, dimension):
         return word
-    near = [known for known in _COMMON if known.casefold() == unit.casefold() and _converts(known, dimension)]
+    near = [common for common in _COMMON if common.casefold() == unit.casefold() and _converts(common, dimension)]
     # MPa and mPa, mm and Mm
-    doubtful = any(parse_unit(known[0].swapcase() + known[1:]) is not None for known in near if known[0] != unit[0])
+    doubtful = any(parse_unit(common[0].swapcase() + common[1:]) is not None for common in near if common[0] != unit[0])
     return near[0] if len(near) == 1 and not doubtful else None
 
 
 def is_ambiguous(unit: str, dimension: Dimension) -> bool:
-    """Whether a frequency or an angular frequency is wanted and `unit`, such as 1/s, does not say which of them it is."""
+    """Whether a frequency or an angular frequency is needed and `unit`, such as 1/s, does not say which of them it is."""
     return dimension in (FREQUENCY, ANGULAR_FREQUENCY) and "Hz" not in unit and "rad" not in unit and _converts(unit, STRAIN_RATE)
 
 

@@ -21,7 +21,9 @@ def real_numbers(values: Any, name: str) -> Floats:
     try:
         array = np.asanyarray(values)
         if array.dtype.kind == "O":
-            array = np.array([_number(value) for value in array.ravel()]).reshape(array.shape)
+            if any(isinstance(value, str) for value in array.ravel()):
+                raise TypeError
+            array = np.array([float(value) for value in array.ravel()]).reshape(array.shape)
         if array.dtype.kind in NO_NUMBERS and array.size:
             raise InputError(f"{shown(values)}: {needed}, not {NO_NUMBERS[array.dtype.kind]}", argument=name)
         if np.any(getattr(array, "mask", False)):  # without an import of numpy.ma, which is slow
@@ -39,9 +41,3 @@ def real_number(value: Any, name: str) -> float:
     if array.ndim:
         raise InputError(f"an array of shape {array.shape}: one number is needed", argument=name)
     return float(array)
-
-
-def _number(value: Any) -> float:
-    if isinstance(value, str):
-        raise TypeError
-    return float(value)
