@@ -10,7 +10,7 @@ import numpy as np
 from dielast.mechanics.criteria.criterion import Moment, Signal
 from dielast.mechanics.span import Load
 from dielast.mechanics.symmetric import Films
-from dielast.numerics.columns import Cases, Floats
+from dielast.numerics.arrays import Cases, Floats
 from dielast.numerics.roots import fall, samples
 from dielast.numerics.stride import DenseSteps
 

@@ -9,7 +9,7 @@ import numpy as np
 from dielast.mechanics.cycles import targets
 from dielast.mechanics.line import EVEN_ROWS, Targets
 from dielast.mechanics.span import Controls, Load
-from dielast.numerics.columns import Cases, Flags, Floats
+from dielast.numerics.arrays import Cases, Flags, Floats
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -23,7 +23,7 @@ from dielast.mechanics.electric import ELECTRIC
 from dielast.mechanics.point import Arrowhead, LoadedPoints, Points
 from dielast.mechanics.span import Control, Load, UnderLoad
 from dielast.mechanics.symmetric import SymmetricArrowhead, SymmetricPoints
-from dielast.numerics.columns import Cases, Floats
+from dielast.numerics.arrays import Cases, Floats
 
 
 def circuit_of(points: Points) -> Circuit:

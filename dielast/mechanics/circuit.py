@@ -23,7 +23,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from dielast.material.leakage import Leakage
-from dielast.numerics.columns import Cases, Floats
+from dielast.numerics.arrays import Cases, Floats
 
 
 @dataclass(frozen=True, slots=True, eq=False)

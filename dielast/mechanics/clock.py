@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from dielast.mechanics.span import Load
-from dielast.numerics.columns import Cases, Flags, Floats
+from dielast.numerics.arrays import Cases, Flags, Floats
 from dielast.numerics.stride import Stride
 
 JUST_INSIDE = 0.01  # fraction of a span, from either end, at which the magnitude of the voltage shows whether it rises at that end

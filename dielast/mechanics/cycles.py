@@ -10,7 +10,7 @@ from dielast.mechanics.cases import spread
 from dielast.mechanics.line import EVEN_ROWS, JUMP_DECADES, RAMP_DECADES, Targets, merged, whole
 from dielast.mechanics.load import Waveform
 from dielast.mechanics.span import Controls, Load, Wave
-from dielast.numerics.columns import Cases, Flags, Floats
+from dielast.numerics.arrays import Cases, Flags, Floats
 
 LEAST_STEPS = 16  # steps in a cycle of a sine, 8 in a cycle of its square, which drives a film under voltage
 TURN_DECADES = 5  # of log-spaced rows after a triangle turns around, with a third of the usual rows per decade

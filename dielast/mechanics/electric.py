@@ -21,7 +21,7 @@ from typing import Protocol
 
 import numpy as np
 
-from dielast.numerics.columns import Floats
+from dielast.numerics.arrays import Floats
 
 ELECTRIC = 2  # row of the prescribed electrical quantity among the values of a load
 

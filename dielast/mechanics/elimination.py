@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dielast.numerics.columns import Floats
+from dielast.numerics.arrays import Floats
 
 
 def flow_of(stress: Floats, factor: Floats) -> Floats:

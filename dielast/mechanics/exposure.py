@@ -11,7 +11,7 @@ import numpy as np
 from dielast.mechanics.brackets import Brackets
 from dielast.mechanics.criteria.criterion import Moment, Signal
 from dielast.mechanics.symmetric import Films
-from dielast.numerics.columns import Cases, Floats
+from dielast.numerics.arrays import Cases, Floats
 from dielast.numerics.quadrature import integrals
 from dielast.numerics.roots import fall
 from dielast.numerics.stride import DenseSteps, Stride

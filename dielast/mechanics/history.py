@@ -15,7 +15,7 @@ from dielast.mechanics.cycles import Cycles
 from dielast.mechanics.line import Ramp, lasts_at
 from dielast.mechanics.load import ElectricalStep, Mode, Path, Step, Waveform
 from dielast.mechanics.span import Control, Controls
-from dielast.numerics.columns import Floats
+from dielast.numerics.arrays import Floats
 
 
 def case_count(steps: Sequence[Step], *others: ArrayLike) -> int:

@@ -9,7 +9,7 @@ import numpy as np
 from dielast.errors import InputError, located
 from dielast.mechanics.cases import of_case
 from dielast.mechanics.span import Control, Controls, Load
-from dielast.numerics.columns import Cases, Flags, Floats
+from dielast.numerics.arrays import Cases, Flags, Floats
 
 RAMP_DECADES = 3  # of log-spaced rows before the end of a ramp or of the first cycle
 HOLD_DECADES = 6  # of log-spaced rows before the end of a hold, at least

@@ -23,7 +23,7 @@ from dielast.mechanics.electric import ELECTRIC
 from dielast.mechanics.elimination import Eliminated, flow_of
 from dielast.mechanics.point_material import Points
 from dielast.mechanics.span import Control, Load, UnderLoad, stretched
-from dielast.numerics.columns import Cases, Floats
+from dielast.numerics.arrays import Cases, Floats
 
 __all__ = ["FOLLOWER_WEIGHT", "Arrowhead", "LoadedPoints", "Points"]
 

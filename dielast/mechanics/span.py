@@ -12,7 +12,7 @@ from typing import Self
 
 import numpy as np
 
-from dielast.numerics.columns import Cases, Flags, Floats
+from dielast.numerics.arrays import Cases, Flags, Floats
 
 
 class Control(Enum):

@@ -27,7 +27,7 @@ from dielast.errors import InputError
 from dielast.mechanics.electric import ELECTRIC
 from dielast.mechanics.point import Points
 from dielast.mechanics.span import Control, stretched
-from dielast.numerics.columns import Floats
+from dielast.numerics.arrays import Floats
 
 FOLD_STEPS, FOLD_REACH = 6, 1e-2  # number of Newton steps to a fold, and its largest relative distance from the start
 DAMPER_MODULUS_RATIO = 1e4  # modulus of the damper over that of the equilibrium spring

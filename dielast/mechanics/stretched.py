@@ -17,7 +17,7 @@ import numpy as np
 
 from dielast.material.springs import SpringLaw, Symmetry
 from dielast.mechanics.elimination import Eliminated, flow_of
-from dielast.numerics.columns import Cases, Flags, Floats
+from dielast.numerics.arrays import Cases, Flags, Floats
 from dielast.numerics.integrate import Status, integrate
 from dielast.numerics.stride import DenseSteps, Stride
 

@@ -16,7 +16,7 @@ from dielast.mechanics.electric import ELECTRIC
 from dielast.mechanics.passive.framed import FramedFilms
 from dielast.mechanics.point import FOLLOWER_WEIGHT, LoadedPoints, Points
 from dielast.mechanics.span import Control, Load, UnderLoad
-from dielast.numerics.columns import Cases, Floats
+from dielast.numerics.arrays import Cases, Floats
 
 __all__ = ["EQUIBIAXIAL", "UNIAXIAL", "Films", "SymmetricPoints", "Symmetry"]
 

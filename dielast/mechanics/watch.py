@@ -21,7 +21,7 @@ from dielast.mechanics.exposure import Exposure
 from dielast.mechanics.span import Load
 from dielast.mechanics.stability import Stability
 from dielast.mechanics.symmetric import Films
-from dielast.numerics.columns import Cases, Flags, Floats, paired, where
+from dielast.numerics.arrays import Cases, Flags, Floats, paired, where
 from dielast.numerics.roots import CLOSE
 from dielast.numerics.stride import DenseSteps, Stride
 

@@ -13,7 +13,7 @@ from enum import IntEnum
 
 import numpy as np
 
-from dielast.numerics.columns import Cases, Flags, Floats, paired
+from dielast.numerics.arrays import Cases, Flags, Floats, paired
 from dielast.numerics.rosenbrock import RODAS5P, Rosenbrock
 from dielast.numerics.stride import Observer, Stride, advance
 from dielast.numerics.system import Spans, System

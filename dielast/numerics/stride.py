@@ -7,7 +7,7 @@ from typing import Protocol
 
 import numpy as np
 
-from dielast.numerics.columns import Cases, Flags, Floats, paired
+from dielast.numerics.arrays import Cases, Flags, Floats, paired
 from dielast.numerics.rosenbrock import Rosenbrock
 from dielast.numerics.system import System
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any, Protocol, Self
 
-from dielast.numerics.columns import Cases, Flags, Floats
+from dielast.numerics.arrays import Cases, Flags, Floats
 
 
 class Linearised(Protocol):

@@ -25,7 +25,7 @@ from dielast.mechanics.passive.framed import FramedFilms
 from dielast.mechanics.point import Points
 from dielast.mechanics.span import Control, Load
 from dielast.mechanics.symmetric import Films
-from dielast.numerics.columns import Cases, Floats
+from dielast.numerics.arrays import Cases, Floats
 from dielast.numerics.stride import DenseSteps, Stride
 from dielast.simulate.electrical import flow
 

@@ -25,7 +25,7 @@ from dielast.mechanics.electric import ELECTRIC, FIELD
 from dielast.mechanics.point_material import SYMMETRIC, Points
 from dielast.mechanics.span import Control, Controls, stretched
 from dielast.mechanics.symmetric import Films
-from dielast.numerics.columns import Cases, Flags, Floats, paired
+from dielast.numerics.arrays import Cases, Flags, Floats, paired
 from dielast.numerics.stride import DenseSteps, Stride
 from dielast.simulate.film import Condition
 

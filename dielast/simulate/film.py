@@ -13,7 +13,7 @@ from dielast.mechanics.passive.structure import Structure
 from dielast.mechanics.point import LoadedPoints, Points
 from dielast.mechanics.span import Controls, Load, stretched
 from dielast.mechanics.symmetric import Films, SymmetricPoints, Symmetry
-from dielast.numerics.columns import Cases, Floats
+from dielast.numerics.arrays import Cases, Floats
 from dielast.numerics.integrate import Status
 
 REASONS = {

@@ -16,7 +16,7 @@ from dielast.mechanics.event_arrays import EventArrays
 from dielast.mechanics.point import Points
 from dielast.mechanics.stability import TimeScale
 from dielast.mechanics.watch import Watch
-from dielast.numerics.columns import Cases, Floats
+from dielast.numerics.arrays import Cases, Floats
 from dielast.simulate.cycles import CycleMeter, CycleTable
 from dielast.simulate.electrical import ElectricMeter, nominal
 from dielast.simulate.events import first_of

@@ -12,7 +12,7 @@ from dielast.mechanics.course import Piece
 from dielast.mechanics.point import Points
 from dielast.mechanics.span import Control
 from dielast.mechanics.symmetric import EQUIBIAXIAL, UNIAXIAL, Symmetry
-from dielast.numerics.columns import Cases, Flags, Floats
+from dielast.numerics.arrays import Cases, Flags, Floats
 
 PER_CENT = 20  # a larger stretch may be meant in per cent
 

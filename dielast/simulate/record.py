@@ -11,7 +11,7 @@ from dielast.mechanics.course import Course
 from dielast.mechanics.electric import ELECTRIC
 from dielast.mechanics.symmetric import Films
 from dielast.mechanics.watch import Watch
-from dielast.numerics.columns import Cases, Flags, Floats, paired
+from dielast.numerics.arrays import Cases, Flags, Floats, paired
 from dielast.numerics.stride import Stride
 from dielast.simulate.electrical import EXTRA, ElectricMeter
 from dielast.simulate.wanted import Wanted

@@ -21,7 +21,7 @@ from dielast.mechanics.point import Points
 from dielast.mechanics.span import Control, Controls
 from dielast.mechanics.stability import TimeScale, damped
 from dielast.mechanics.symmetric import EQUIBIAXIAL
-from dielast.numerics.columns import Cases, Flags, Floats, paired
+from dielast.numerics.arrays import Cases, Flags, Floats, paired
 from dielast.numerics.integrate import Status
 from dielast.simulate.breakdown_fields import BreakdownFields
 from dielast.simulate.film import REASONS, Film

@@ -13,7 +13,7 @@ from dielast.mechanics.cases import of_case, spread
 from dielast.mechanics.circuit import Circuit
 from dielast.mechanics.electric import CHARGE
 from dielast.mechanics.point import Points
-from dielast.numerics.columns import Cases, Flags, Floats
+from dielast.numerics.arrays import Cases, Flags, Floats
 
 
 @dataclass(frozen=True, slots=True, eq=False)

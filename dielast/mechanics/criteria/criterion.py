@@ -23,7 +23,7 @@ from dielast.mechanics.point import Points
 from dielast.mechanics.span import Controls, Load
 from dielast.mechanics.stability import Stability, TimeScale
 from dielast.mechanics.symmetric import Films, SymmetricPoints
-from dielast.numerics.columns import Cases, Floats
+from dielast.numerics.arrays import Cases, Floats
 
 
 @dataclass(frozen=True, slots=True, eq=False)

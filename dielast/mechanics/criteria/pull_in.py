@@ -11,7 +11,7 @@ from dielast.mechanics.criteria.criterion import Criterion, Moment, Signal, Watc
 from dielast.mechanics.point import Points
 from dielast.mechanics.span import Control, Load
 from dielast.mechanics.stability import Fold, Stability, TimeScale, stability
-from dielast.numerics.columns import Floats, where
+from dielast.numerics.arrays import Floats, where
 
 NO_MARGIN = 1e-3  # a smaller margin at pull-in is rounding: it is 0 by definition
 FOLD_MARGIN = 0.02  # margin with all branches frozen, below which a pull-in is at the end of an equilibrium

@@ -19,7 +19,7 @@ from functools import cache
 import numpy as np
 
 from dielast.mechanics.passive.structure import Structure
-from dielast.numerics.columns import Floats
+from dielast.numerics.arrays import Floats
 
 RADII = 41  # radii of the annulus in a profile
 FINE = 200  # Gauss-Legendre points in ln s, from which the Gauss points of the weight 1/s^2 are computed

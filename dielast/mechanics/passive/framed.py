@@ -28,7 +28,7 @@ from dielast.mechanics.passive.structure import Factors, Structure
 from dielast.mechanics.point import FOLLOWER_WEIGHT
 from dielast.mechanics.point_material import SYMMETRIC, Points
 from dielast.mechanics.span import Control, Controls, Load, UnderLoad
-from dielast.numerics.columns import Cases, Floats
+from dielast.numerics.arrays import Cases, Floats
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -18,7 +18,7 @@ from dielast.mechanics.passive.forms import disc
 from dielast.mechanics.passive.framed import Assembly
 from dielast.mechanics.passive.structure import Factors
 from dielast.mechanics.point_material import SYMMETRIC, Points
-from dielast.numerics.columns import Cases, Floats
+from dielast.numerics.arrays import Cases, Floats
 
 LEAST, MOST = 2, 20  # number of points
 RESOLVED = 1e-6  # error of the field that is reached with enough points, unless there is a kink

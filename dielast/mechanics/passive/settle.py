@@ -7,7 +7,7 @@ import numpy as np
 from dielast.mechanics.passive.framed import Surroundings
 from dielast.mechanics.passive.structure import Factors
 from dielast.mechanics.point_material import SYMMETRIC
-from dielast.numerics.columns import Flags, Floats
+from dielast.numerics.arrays import Flags, Floats
 
 ITERATIONS, HALVINGS = 60, 16
 FEW, SELDOM = 12, 3  # the same in a search nearby, as in `jump`
