@@ -10,7 +10,7 @@ import numpy as np
 from dielast.mechanics.criteria.criterion import Moment, Signal
 from dielast.mechanics.span import Load
 from dielast.mechanics.symmetric import Films
-from dielast.numerics.arrays import Cases, Floats
+from dielast.numerics.arrays import ByCase, Cases, Floats
 from dielast.numerics.roots import fall, samples
 from dielast.numerics.stride import DenseSteps
 
@@ -18,7 +18,7 @@ NEARBY = 1e-3  # half-width, as a fraction of the step, of the difference quotie
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Brackets:
+class Brackets(ByCase):
     """Steps of columns (k,) over which a signal falls from `last` (k,) to `value` (k,).
 
     The span of `load` that contains the step began `begin` (k,) s after the voltage programme; the magnitude of the voltage last
@@ -33,13 +33,6 @@ class Brackets:
     value: Floats
     exposed: Floats
     """The integrals of exposure at the beginning of the steps (exposures, k)."""
-
-    @classmethod
-    def joined(cls, parts: list[Brackets]) -> Brackets:
-        """The columns of all parts, in the order of the parts."""
-        names = ("begin", "switched_on", "last", "value", "exposed")
-        numbers = (np.concatenate([getattr(part, name) for part in parts], axis=-1) for name in names)
-        return cls(DenseSteps.joined([part.steps for part in parts]), Load.joined([part.load for part in parts]), *numbers)
 
     def sampled(self, signal: Signal, system: Films, needs_springs: bool) -> tuple[Floats, Floats]:
         """Samples of the signal in the steps, and their fractions of the steps, both (samples, k); see `roots.samples`."""

@@ -23,11 +23,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from dielast.material.leakage import Leakage
-from dielast.numerics.arrays import Cases, Floats
+from dielast.numerics.arrays import ByCase, Floats
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Circuit:
+class Circuit(ByCase):
     """A `leakage` law with constants (cases,), and the `resistance` r (cases,) in ohm m of the source, None if its charge is
     prescribed.
 
@@ -38,11 +38,6 @@ class Circuit:
 
     leakage: Leakage
     resistance: Floats | None = None
-
-    def take(self, cases: Cases) -> Circuit:
-        """The circuits of the selected films (k,)."""
-        resistance = None if self.resistance is None else self.resistance[cases]
-        return Circuit(self.leakage.take(cases), resistance)
 
     def charge_after(self, charge: Floats, before: Floats, after: Floats) -> Floats:
         """D~ (cases,) after the source jumps: no charge flows through a resistance in no time."""

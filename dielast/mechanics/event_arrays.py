@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, fields
 
 import numpy as np
 
-from dielast.numerics.arrays import Cases, Floats
+from dielast.numerics.arrays import ByCase, Cases, Floats
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class EventArrays:
+class EventArrays(ByCase):
     """The first event of one criterion: arrays (cases,), NaN for films without that event.
 
     `time` is in s since the voltage programme began, `field` the nominal field in V/m; Lambda and the mechanical nominal stress in
@@ -30,20 +29,11 @@ class EventArrays:
         """No events yet, in films with this number of `exposures`."""
         return cls(*(np.full((*axes, cases), np.nan) for axes in ((), (), (2,), (2,), (), (exposures,))))
 
-    @classmethod
-    def joined(cls, parts: Sequence[EventArrays]) -> EventArrays:
-        """The cases of all parts, in the order of the parts."""
-        return cls(*(np.concatenate([getattr(part, one.name) for part in parts], axis=-1) for one in fields(cls)))
-
     @property
     def row(self) -> Floats:
         """A row of output at the event (6 + exposures, cases): Lambda, nominal stress, field, determinant, exposures."""
         single = self.field[None], self.determinant[None]
         return np.concatenate((self.log_squared_stretch, self.nominal_stress, *single, self.exposed))
-
-    def take(self, cases: Cases) -> EventArrays:
-        """The selected cases (k,)."""
-        return EventArrays(*(getattr(self, one.name)[..., cases] for one in fields(self)))
 
     def put(self, cases: Cases, part: EventArrays) -> None:
         """Write the events `part` of the cases (k,)."""

@@ -23,7 +23,7 @@ from dielast.mechanics.electric import ELECTRIC
 from dielast.mechanics.elimination import Eliminated, flow_of
 from dielast.mechanics.point_material import Points
 from dielast.mechanics.span import Control, Load, UnderLoad, stretched
-from dielast.numerics.arrays import Cases, Floats
+from dielast.numerics.arrays import Floats
 
 __all__ = ["FOLLOWER_WEIGHT", "Arrowhead", "LoadedPoints", "Points"]
 
@@ -43,10 +43,6 @@ class LoadedPoints(UnderLoad):
     def border(self) -> int:
         """Index of the first row of the border, counted from the end of the state."""
         return -2
-
-    def take(self, cases: Cases) -> LoadedPoints:
-        """The selected cases (k,)."""
-        return type(self)(self.points.take(cases), self.load.take(cases))
 
     def pack(self, internal: Floats, log_squared_stretch: Floats, nominal_stress: Floats) -> Floats:
         """State (2n + 2, cases) from x (2, n, cases), Lambda and nominal stress (2, cases)."""

@@ -19,13 +19,13 @@ from dielast.material.springs import SpringLaw, gathered
 from dielast.mechanics.cases import of_case
 from dielast.mechanics.circuit import Circuit
 from dielast.mechanics.electric import FIELD, ElectricalLoad
-from dielast.numerics.arrays import Cases, Floats
+from dielast.numerics.arrays import ByCase, Floats
 
 SYMMETRIC = np.array(((0, 1), (1, 2)))  # indices of the entries 11, 12, 22 in a symmetric 2x2 matrix
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Points:
+class Points(ByCase):
     """The material of points.
 
     - `modulus` (n, cases): shear moduli in Pa, row 0 that of the equilibrium spring.
@@ -79,15 +79,6 @@ class Points:
         floor = 1e-4 * modulus[0] + 20 * np.finfo(float).eps / rtol * modulus.sum(axis=0)
         stretching = stretched_dielectrics(dielectrics, width) if len(dielectrics) == len(materials) else None
         return cls(modulus, rate, gathered(laws, modulus > 0), permittivity, floor, stretching=stretching)
-
-    def take(self, cases: Cases) -> Points:
-        """The points of the selected cases (k,)."""
-        # np.take returns contiguous arrays, indexing does not
-        modulus, rate = np.take(self.modulus, cases, axis=1), np.take(self.rate, cases, axis=1)
-        stretching = None if self.stretching is None else self.stretching.take(cases)
-        law, permittivity, floor = self.law.take(cases), self.permittivity[cases], self.stress_floor[cases]
-        circuit = None if self.circuit is None else self.circuit.take(cases)
-        return Points(modulus, rate, law, permittivity, floor, self.electric, stretching, circuit)
 
     def springs(self, internal: Floats, log_squared_stretch: Floats) -> Floats:
         """Squared elastic stretches (2, n, cases) at x (2, n, cases) and Lambda (2, cases)."""

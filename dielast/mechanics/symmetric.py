@@ -16,7 +16,7 @@ from dielast.mechanics.electric import ELECTRIC
 from dielast.mechanics.passive.framed import FramedFilms
 from dielast.mechanics.point import FOLLOWER_WEIGHT, LoadedPoints, Points
 from dielast.mechanics.span import Control, Load, UnderLoad
-from dielast.numerics.arrays import Cases, Floats
+from dielast.numerics.arrays import Floats
 
 __all__ = ["EQUIBIAXIAL", "UNIAXIAL", "Films", "SymmetricPoints", "Symmetry"]
 
@@ -33,10 +33,6 @@ class SymmetricPoints(UnderLoad):
     def border(self) -> int:
         """Index of the first row of the border, counted from the end of the state."""
         return -1
-
-    def take(self, cases: Cases) -> SymmetricPoints:
-        """The selected cases (k,)."""
-        return type(self)(self.points.take(cases), self.load.take(cases), self.symmetry)
 
     def pack(self, internal: Floats, log_squared_stretch: Floats, nominal_stress: Floats) -> Floats:
         """State (n + 1, cases) from x (2, n, cases), Lambda and nominal stress (2, cases)."""

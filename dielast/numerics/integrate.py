@@ -140,7 +140,7 @@ class _Pool:
     def _refill(self, starting: Cases) -> None:
         """Drop the columns of cases that have ended, and add columns of the `starting` cases."""
         keep, count = np.flatnonzero(self.active), starting.size
-        at = self.at.take(keep).joined(Whereabouts.start(starting, self.durations[starting]))
+        at = Whereabouts.joined([self.at.take(keep), Whereabouts.start(starting, self.durations[starting])])
         state = np.concatenate((self.state[:, keep], self.result.state[:, starting]), axis=1)
         system = self.system_of_all.take(at.cases)
         if self.spans is not None and at.cases.size:

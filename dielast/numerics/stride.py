@@ -7,7 +7,7 @@ from typing import Protocol
 
 import numpy as np
 
-from dielast.numerics.arrays import Cases, Flags, Floats, paired
+from dielast.numerics.arrays import ByCase, Cases, Flags, Floats, paired
 from dielast.numerics.rosenbrock import Rosenbrock
 from dielast.numerics.system import System
 
@@ -82,7 +82,7 @@ class Observer(Protocol):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class DenseSteps:
+class DenseSteps(ByCase):
     """Stored dense output of columns (k,) of strides: polynomials in the fraction of the step, `coefficients` (5, rows, k)."""
 
     method: Rosenbrock
@@ -98,12 +98,6 @@ class DenseSteps:
         ends = np.stack((stride.before[rows, columns], stride.after[rows, columns]))
         coefficients = np.concatenate((ends, inner))
         return cls(stride.method, stride.cases[columns], stride.time[columns], stride.step[columns], coefficients)
-
-    @classmethod
-    def joined(cls, parts: list[DenseSteps]) -> DenseSteps:
-        """The columns of all parts, in the order of the parts."""
-        fields = ((part.cases, part.time, part.step, part.coefficients) for part in parts)
-        return cls(parts[0].method, *(np.concatenate(field, axis=-1) for field in zip(*fields, strict=True)))
 
     def take(self, columns: Cases, rows: slice = slice(None)) -> DenseSteps:
         """The selected columns (k,) and rows."""

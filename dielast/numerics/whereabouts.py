@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import numpy as np
 
-from dielast.numerics.arrays import Cases, Floats
+from dielast.numerics.arrays import ByCase, Cases, Floats
 
 
 @dataclass(slots=True, eq=False)
-class Whereabouts:
+class Whereabouts(ByCase):
     """The position of each column of a pool: all arrays (pool,).
 
     A column integrates a case of index `cases` through the span of index `span`, which lasts `duration` s and begins `begin` s
@@ -34,11 +34,3 @@ class Whereabouts:
         """Columns of `cases` (k,) at the beginning of their first span, which lasts `duration` (k,) s."""
         zero = np.zeros((6, cases.size))
         return cls(cases, np.zeros_like(cases), zero[0], duration, *zero[1:])
-
-    def take(self, columns: Cases) -> Whereabouts:
-        """The selected columns (k,)."""
-        return Whereabouts(*(getattr(self, field.name)[columns] for field in fields(self)))
-
-    def joined(self, other: Whereabouts) -> Whereabouts:
-        """These columns, followed by those of `other`."""
-        return Whereabouts(*(np.concatenate((getattr(self, field.name), getattr(other, field.name))) for field in fields(self)))

@@ -28,7 +28,7 @@ from dielast.mechanics.passive.structure import Factors, Structure
 from dielast.mechanics.point import FOLLOWER_WEIGHT
 from dielast.mechanics.point_material import SYMMETRIC, Points
 from dielast.mechanics.span import Control, Controls, Load, UnderLoad
-from dielast.numerics.arrays import Cases, Floats
+from dielast.numerics.arrays import ByCase, Cases, Floats
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -107,10 +107,6 @@ class FramedFilms(UnderLoad):
     def border(self) -> int:
         """Index of the first row of the border, counted from the end of the state."""
         return -self.assembly.structure.unknowns - 2
-
-    def take(self, cases: Cases) -> FramedFilms:
-        """The selected cases (k,)."""
-        return FramedFilms(self.assembly.take(cases), self.load.take(cases))
 
     def pack(self, internal: Floats, border: Floats) -> Floats:
         """State (rows, cases) from xi (2, n, P, cases) and the border (u + 2, cases)."""
@@ -220,7 +216,7 @@ class FramedArrowhead:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Surroundings:
+class Surroundings(ByCase):
     """All points of films with a passive part at a moment, and the `border` (u + 2, k) of their states."""
 
     assembly: Assembly
@@ -241,10 +237,6 @@ class Surroundings:
         modulus[-1] = 0.0
         undamped = replace(self.assembly, all_points=replace(self.assembly.all_points, modulus=modulus))
         return replace(self, assembly=undamped)
-
-    def take(self, columns: Cases) -> Surroundings:
-        """The selected columns."""
-        return Surroundings(self.assembly.take(columns), self.border[:, columns])
 
     def stresses(self, internal: Floats, field: Floats) -> Floats:
         """Nominal stresses (2, P, k) in Pa at xi (2, n, P, k)."""
