@@ -118,11 +118,6 @@ class UnderLoad(ByCase):
     load: Load
 
     @property
-    def border(self) -> int:
-        """Index of the first row of the border, counted from the end of the state."""
-        raise NotImplementedError
-
-    @property
     def electric(self) -> bool:
         """Whether there may be a Maxwell stress."""
         return self.load.electric

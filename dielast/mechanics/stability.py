@@ -25,7 +25,7 @@ import numpy as np
 
 from dielast.errors import InputError
 from dielast.mechanics.electric import ELECTRIC
-from dielast.mechanics.point import Points
+from dielast.mechanics.point_material import Points
 from dielast.mechanics.span import Control, stretched
 from dielast.numerics.arrays import Floats
 

@@ -22,7 +22,7 @@ from dielast.material.leakage import Leakage
 from dielast.mechanics.course import Course
 from dielast.mechanics.cycles import Cycles
 from dielast.mechanics.passive.framed import FramedFilms
-from dielast.mechanics.point import Points
+from dielast.mechanics.point_material import Points
 from dielast.mechanics.span import Control, Load
 from dielast.mechanics.symmetric import Films
 from dielast.numerics.arrays import Cases, Floats

@@ -13,7 +13,7 @@ from dielast.mechanics.criteria import CRITERIA, names
 from dielast.mechanics.criteria.criterion import Criterion
 from dielast.mechanics.electric import CHARGE
 from dielast.mechanics.event_arrays import EventArrays
-from dielast.mechanics.point import Points
+from dielast.mechanics.point_material import Points
 from dielast.mechanics.stability import TimeScale
 from dielast.mechanics.watch import Watch
 from dielast.numerics.arrays import Cases, Floats

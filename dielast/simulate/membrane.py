@@ -18,7 +18,7 @@ from dielast.mechanics.course import Piece
 from dielast.mechanics.history import case_count, pieces
 from dielast.mechanics.line import Ramp
 from dielast.mechanics.load import Mode, Step
-from dielast.mechanics.point import Points
+from dielast.mechanics.point_material import Points
 from dielast.mechanics.span import Control
 from dielast.numerics.arrays import Cases, Floats
 from dielast.numerics.integrate import Status

@@ -12,7 +12,7 @@ from dielast.material.leakage import Leakage
 from dielast.mechanics.cases import of_case, spread
 from dielast.mechanics.circuit import Circuit
 from dielast.mechanics.electric import CHARGE
-from dielast.mechanics.point import Points
+from dielast.mechanics.point_material import Points
 from dielast.numerics.arrays import Cases, Flags, Floats
 
 

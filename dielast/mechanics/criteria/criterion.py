@@ -19,7 +19,7 @@ from dielast.material.damage import DamageLaw
 from dielast.material.laws_of_cases import LawsOfCases
 from dielast.material.material import Material
 from dielast.mechanics.passive.framed import FramedFilms, Surroundings
-from dielast.mechanics.point import Points
+from dielast.mechanics.point_material import Points
 from dielast.mechanics.span import Controls, Load
 from dielast.mechanics.stability import Stability, TimeScale
 from dielast.mechanics.symmetric import Films, SymmetricPoints

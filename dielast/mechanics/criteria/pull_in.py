@@ -8,7 +8,7 @@ from typing import ClassVar
 import numpy as np
 
 from dielast.mechanics.criteria.criterion import Criterion, Moment, Signal, WatchedFilms
-from dielast.mechanics.point import Points
+from dielast.mechanics.point_material import Points
 from dielast.mechanics.span import Control, Load
 from dielast.mechanics.stability import Fold, Stability, TimeScale, stability
 from dielast.numerics.arrays import Floats, where
