@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
+from typing import ClassVar
 
 import numpy as np
 
@@ -34,8 +35,8 @@ class Ramp:
     rate: Floats | None = None
     paced: Control = Control.STRETCH
     origin: int = 0
-    driven: Flags = field(init=False, default_factory=lambda: np.zeros(3, dtype=bool))
-    cycles: int = field(init=False, default=0)
+    driven: ClassVar = (False, False, False)
+    cycles: ClassVar[int] = 0
 
     @property
     def at_once(self) -> Flags:
@@ -94,11 +95,12 @@ class Line:
     start: Floats
     end: Floats
     duration: Floats
-    spans: int = field(init=False)
-    cycles: int = field(init=False, default=0)
+    cycles: ClassVar[int] = 0
 
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "spans", 2 if np.any(self._passes) else 1)
+    @property
+    def spans(self) -> int:
+        """The number of spans."""
+        return 2 if np.any(self._passes) else 1
 
     @property
     def _passes(self) -> Flags:

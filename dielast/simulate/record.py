@@ -6,8 +6,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from dielast.mechanics.chain import Chain
-from dielast.mechanics.course import Course
+from dielast.mechanics.course import Chain, Course
 from dielast.mechanics.electric import ELECTRIC
 from dielast.mechanics.symmetric import Films
 from dielast.mechanics.watch import Watch

@@ -9,8 +9,7 @@ from films import SOFT
 from dielast import Material, NoShift, Spectrum, Step, VoltageStep, actuate, creep, relax
 from dielast.errors import InputError
 from dielast.material.springs import Gent
-from dielast.mechanics.chain import Chain
-from dielast.mechanics.cycles import Cycles
+from dielast.mechanics.course import Chain, Cycles
 from dielast.mechanics.line import EVEN_ROWS, Line
 from dielast.mechanics.load import Track, Waveform
 from dielast.mechanics.span import Control
