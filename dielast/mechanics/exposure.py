@@ -22,17 +22,15 @@ class Exposure:
 
     def __init__(self, rate: Signal, cases: int) -> None:
         self.rate, self.total = rate, np.zeros(cases)
-        self.before = np.zeros(0)
-        """The integrals (pool,) at the beginning of the last step that was followed."""
+        self.before = self.after = np.zeros(0)
+        """The integrals (pool,) at both ends of the last step that was followed; `after` counts only where it is accepted."""
 
-    def follow(self, stride: Stride, system: Films) -> tuple[Floats, Floats]:
-        """Add a step; returns the integrals (pool,) before and after it, which count only where the step is accepted."""
+    def follow(self, stride: Stride, system: Films) -> None:
+        """Add a step."""
         steps = DenseSteps.of(stride, slice(system.border, None), np.arange(stride.cases.size))
-        before = self.total[stride.cases]
-        after = before + self._within(steps, system, stride.accepted.astype(float))
-        self.total[stride.cases[stride.accepted]] = after[stride.accepted]
-        self.before = before
-        return before, after
+        self.before = self.total[stride.cases]
+        self.after = self.before + self._within(steps, system, stride.accepted.astype(float))
+        self.total[stride.cases[stride.accepted]] = self.after[stride.accepted]
 
     def along(self, stride: Stride, system: Films, columns: Cases, fraction: Floats) -> Floats:
         """The integrals (k,) of `columns` (k,) at fractions (k,) of the last step that was followed."""
