@@ -1,4 +1,4 @@
-"""Films whose charge is an unknown, in a `circuit`: the equations of `point` and `symmetric` with one more row.
+"""Films whose charge is an unknown, in a circuit (`electric`): the equations of `point` and `symmetric` with one more row.
 
 The state holds the nominal charge density D~ (C/m^2) in the row before the unknown stretches or stresses. The film responds to D~
 as to a prescribed charge, and D~ changes at the rate f = dD~/dt of the circuit, which depends on D~ and on the stretches, not on

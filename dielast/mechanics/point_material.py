@@ -17,8 +17,7 @@ from dielast.material.dielectric import DielectricLaw, StretchedDielectrics, str
 from dielast.material.material import Material
 from dielast.material.springs import SpringLaw, gathered
 from dielast.mechanics.cases import of_case
-from dielast.mechanics.circuit import Circuit
-from dielast.mechanics.electric import FIELD, ElectricalLoad
+from dielast.mechanics.electric import FIELD, Circuit, ElectricalLoad
 from dielast.numerics.arrays import ByCase, Floats
 
 SYMMETRIC = np.array(((0, 1), (1, 2)))  # indices of the entries 11, 12, 22 in a symmetric 2x2 matrix

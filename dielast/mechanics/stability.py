@@ -13,7 +13,7 @@ Eq. 9 takes every branch as frozen. If a disturbance is watched for a time theta
 Under a prescribed charge, the tangent is that at fixed charge, and a film of constant permittivity never pulls in. In a circuit,
 charge flows while the film is watched. Behind a source with a resistance, the charge is constant for theta far below the time
 constant r C of the circuit, and the voltage is constant for theta far above it, where the film pulls in as it would without a
-resistance (`circuit`).
+resistance (`electric`).
 """
 
 from __future__ import annotations

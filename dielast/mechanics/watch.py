@@ -12,11 +12,10 @@ from dataclasses import dataclass, field, fields
 
 import numpy as np
 
-from dielast.mechanics.brackets import Brackets
+from dielast.mechanics.brackets import Brackets, Exposure
 from dielast.mechanics.clock import VoltageClock
 from dielast.mechanics.criteria.criterion import Criterion, Moment, Signal, WatchedFilms
 from dielast.mechanics.criteria.pull_in import stability_at
-from dielast.mechanics.exposure import Exposure
 from dielast.mechanics.span import Load
 from dielast.mechanics.stability import Stability
 from dielast.mechanics.symmetric import Films
@@ -170,7 +169,7 @@ class Watch:
                 dips = where(watched & ~fallen & (bottom < CLOSE) & (np.abs(value - last) < 2 * curvature))
                 if dips.size:
                     brackets = self._brackets(stride, dips, last, value)
-                    sampled = brackets.sampled(lookout.signal, system.take(dips), lookout.criterion.needs_springs)[0]
+                    sampled = brackets.sampled(lookout.signal, system.take(dips), lookout.criterion.needs_springs)
                     fallen[dips] = np.any(sampled <= 0, axis=0)
             if fallen.any():
                 lookout.brackets.append(self._brackets(stride, where(fallen), last, value))

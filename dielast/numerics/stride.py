@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
@@ -99,10 +99,9 @@ class DenseSteps(ByCase):
         coefficients = np.concatenate((ends, inner))
         return cls(stride.method, stride.cases[columns], stride.time[columns], stride.step[columns], coefficients)
 
-    def take(self, columns: Cases, rows: slice = slice(None)) -> DenseSteps:
-        """The selected columns (k,) and rows."""
-        coefficients = self.coefficients[:, rows][:, :, columns]
-        return DenseSteps(self.method, self.cases[columns], self.time[columns], self.step[columns], coefficients)
+    def rows(self, rows: slice) -> DenseSteps:
+        """The selected rows."""
+        return replace(self, coefficients=self.coefficients[:, rows])
 
     def state(self, fraction: Floats) -> Floats:
         """States (rows, k) at fractions (k,) of the steps."""
