@@ -32,7 +32,6 @@ Derivatives in Lambda_i = 2 ln lambda_i, with g_i = d ln C/dLambda_i = 1 + d ln 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 
@@ -42,35 +41,25 @@ from dielast.numerics.arrays import ByCase, Floats
 ELECTRIC = 2  # row of the prescribed electrical quantity among the values of a load
 
 
-class ElectricalLoad(Protocol):
-    """A prescribed electrical quantity: `prescribed` is its value, `permittivity` is in F/m at the present stretch of the film."""
+@dataclass(frozen=True, slots=True)
+class FieldControl:
+    """The nominal field V/L_3 (V/m) is prescribed, as by a voltage source: eps E^2 = eps (V/L_3)^2 exp(log_area).
+
+    In the methods, `permittivity` is in F/m at the present stretch of the film, and `prescribed` the value of the quantity.
+    """
 
     def stress(self, permittivity: Floats, log_area: Floats, prescribed: Floats) -> Floats:
         """The Maxwell stress eps E^2 in Pa."""
-
-    def linearised(self, permittivity: Floats, log_area: Floats, prescribed: Floats) -> tuple[Floats, Floats, Floats]:
-        """The Maxwell stress, and its derivatives in `log_area` (equal to that in ln eps) and in the prescribed quantity."""
-
-    def true_field(self, permittivity: Floats, log_area: Floats, prescribed: Floats) -> Floats:
-        """The true field E in V/m."""
-
-
-@dataclass(frozen=True, slots=True)
-class FieldControl:
-    """The nominal field V/L_3 (V/m) is prescribed, as by a voltage source: eps E^2 = eps (V/L_3)^2 exp(log_area)."""
-
-    def stress(self, permittivity: Floats, log_area: Floats, prescribed: Floats) -> Floats:
-        """eps E^2."""
         return np.asarray(permittivity * np.square(prescribed) * np.exp(log_area))
 
     def linearised(self, permittivity: Floats, log_area: Floats, prescribed: Floats) -> tuple[Floats, Floats, Floats]:
-        """eps E^2, its derivative in `log_area`, which is the same, and 2 eps (V/L_3) exp(log_area)."""
+        """eps E^2, and its derivatives in `log_area` (equal to that in ln eps) and in the prescribed quantity."""
         slope = 2 * permittivity * prescribed * np.exp(log_area)
         stress = 0.5 * slope * prescribed
         return stress, stress, slope
 
     def true_field(self, permittivity: Floats, log_area: Floats, prescribed: Floats) -> Floats:
-        """E = (V/L_3) exp(log_area/2)."""
+        """The true field E = (V/L_3) exp(log_area/2) in V/m."""
         return np.asarray(prescribed * np.exp(0.5 * log_area))
 
 
@@ -83,21 +72,22 @@ class ChargeControl:
     """
 
     def stress(self, permittivity: Floats, log_area: Floats, prescribed: Floats) -> Floats:
-        """eps E^2."""
+        """The Maxwell stress eps E^2 in Pa."""
         return np.asarray(np.square(prescribed) / permittivity * np.exp(-log_area))
 
     def linearised(self, permittivity: Floats, log_area: Floats, prescribed: Floats) -> tuple[Floats, Floats, Floats]:
-        """eps E^2, its derivative -eps E^2 in `log_area`, and 2 D~/eps exp(-log_area)."""
+        """eps E^2, and its derivatives in `log_area` and in the prescribed quantity."""
         slope = 2 * prescribed / permittivity * np.exp(-log_area)
         stress = 0.5 * slope * prescribed
         return stress, -stress, slope
 
     def true_field(self, permittivity: Floats, log_area: Floats, prescribed: Floats) -> Floats:
-        """E = D~/eps exp(-log_area/2)."""
+        """The true field E = D~/eps exp(-log_area/2) in V/m."""
         return np.asarray(prescribed / permittivity * np.exp(-0.5 * log_area))
 
 
 FIELD, CHARGE = FieldControl(), ChargeControl()
+ElectricalLoad = FieldControl | ChargeControl
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -15,9 +15,7 @@ import numpy as np
 
 from dielast.numerics.arrays import Cases, Flags, Floats, paired
 from dielast.numerics.rosenbrock import RODAS5P, Rosenbrock
-from dielast.numerics.stride import Observer, Stride, advance
-from dielast.numerics.system import Spans, System
-from dielast.numerics.whereabouts import Whereabouts
+from dielast.numerics.stride import Observer, Spans, Stride, System, Whereabouts, advance
 
 POOL = (
     32_000  # numbers in the state of the cases that advance together: large enough to amortise Python calls, small enough to cache
