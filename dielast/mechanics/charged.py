@@ -87,12 +87,13 @@ class _WithCharge:
     """The linear system of one step, with a row for the charge; the other base class is that of films without it."""
 
     system: Any
+    unknowns: Any
     _border: Any
     _change_of_stretch: Any
 
     def __init__(self, system: Any, time: Floats, state: Floats, step: Floats, gamma: float) -> None:
         super().__init__(system, time, state, step, gamma)  # type: ignore[call-arg]
-        points, load, charge, axes = system.points, system.load, state[system.border], -system.border - 1
+        points, load, charge, axes = system.points, system.load, state[system.border], self.unknowns
         assert points.circuit is not None
         self.step, self.circuit = step, points.circuit
         log_squared = system.membrane(state, system.driven(time, state))[0]

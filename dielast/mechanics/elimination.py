@@ -24,9 +24,7 @@ def flow_of(stress: Floats, factor: Floats) -> Floats:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Eliminated:
-    """D^-1 of the springs as `diagonal` and `off_diagonal` entries (2, n, cases), and their contributions Q, `share` (2, 2, n,
-    cases).
-    """
+    """D^-1 of the springs as `diagonal` and `off_diagonal` entries (2, n, cases); `share` (2, 2, n, cases) is Q."""
 
     diagonal: Floats
     off_diagonal: Floats

@@ -79,11 +79,36 @@ class LoadedPoints(UnderLoad):
         return Arrowhead(self, time, state, step, gamma)
 
 
-class Arrowhead:
+class BorderedStep:
+    """Common to the linear systems of one step, with or without symmetry: the solution for the last `unknowns` rows, those of the
+    stretches or stresses of the film.
+    """
+
+    unknowns: ClassVar[int]
+    load_term: Floats
+
+    def _border(self, right: Floats, out: Floats | None = None) -> Floats:
+        """The last rows (unknowns, cases) of the increment for a right-hand side (unknowns, cases)."""
+        raise NotImplementedError
+
+    def _drive(self, by_load: Floats, change: Floats) -> None:
+        """Add the right-hand side due to the rate of the electrical quantity; `by_load` is the derivative of the Maxwell stress."""
+        self.load_term += by_load * change[ELECTRIC]
+
+    def _solve(
+        self, residual: Floats, increment: Floats, time: Floats, state: Floats, history: Floats | None, gamma_i: float
+    ) -> None:
+        """Write the border of the increment for the right-hand side `residual`."""
+        self._border(residual, out=increment[-self.unknowns :])
+
+
+class Arrowhead(BorderedStep):
     """The linear system of one step, factorised; its cost is linear in the number of springs.
 
     The block of a spring is D = 1/gamma + h/(3 tau) F K (`elimination`), and the condensed tangent is sum Q / gamma.
     """
+
+    unknowns: ClassVar[int] = 2
 
     def __init__(self, system: LoadedPoints, time: Floats, state: Floats, step: Floats, gamma: float) -> None:
         self.system, self.gamma = system, gamma
@@ -151,10 +176,6 @@ class Arrowhead:
         internal += change_of_stretch
         return out
 
-    def _drive(self, by_load: Floats, change: Floats) -> None:
-        """Add the right-hand side due to the rate of the electrical quantity; `by_load` is the derivative of the Maxwell stress."""
-        self.load_term += by_load * change[ELECTRIC]
-
     def _border(self, right: Floats, out: Floats | None = None) -> Floats:
         """The last two rows (2, cases) of the increment for a right-hand side (2, cases)."""
         return np.einsum("bcm,cm->bm", self.inverse, right, out=out)
@@ -166,9 +187,3 @@ class Arrowhead:
             if control is Control.STRETCH:
                 np.multiply(self.prescribed_change[axis], gamma_i, out=change[axis])
         return change
-
-    def _solve(
-        self, residual: Floats, increment: Floats, time: Floats, state: Floats, history: Floats | None, gamma_i: float
-    ) -> None:
-        """Write the border of the increment for the right-hand side `residual` (2, cases)."""
-        self._border(residual, out=increment[-2:])

@@ -7,7 +7,7 @@ spring. The last axis of arrays is the cases.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -78,6 +78,10 @@ class Points(ByCase):
         floor = 1e-4 * modulus[0] + 20 * np.finfo(float).eps / rtol * modulus.sum(axis=0)
         stretching = stretched_dielectrics(dielectrics, width) if len(dielectrics) == len(materials) else None
         return cls(modulus, rate, gathered(laws, modulus > 0), permittivity, floor, stretching=stretching)
+
+    def undamped(self) -> Points:
+        """The points without stress in the last spring, the damper (`stability.damped`)."""
+        return replace(self, modulus=np.concatenate((self.modulus[:-1], np.zeros_like(self.modulus[-1:]))))
 
     def springs(self, internal: Floats, log_squared_stretch: Floats) -> Floats:
         """Squared elastic stretches (2, n, cases) at x (2, n, cases) and Lambda (2, cases)."""

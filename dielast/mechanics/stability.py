@@ -105,8 +105,7 @@ def stability(
     watched: Floats | None = None,
 ) -> Stability:
     """Stability at x (2, n, cases), or (1, n, cases) if both axes are equal, Lambda and nominal stress (2, cases), and the
-    prescribed
-    `electrical` quantity (cases,), such as the nominal field in V/m.
+    prescribed `electrical` quantity (cases,), such as the nominal field in V/m.
 
     `weighted_modulus` (n, cases) in Pa is the modulus of each spring times the fraction that it retains. `watched` (cases,) is the
     time scale in s, in which charge flows in a circuit; without it the charge is frozen, like a branch.
@@ -188,36 +187,30 @@ class Fold:
         Time and Lambda are unchanged in cases where Newton's method does not converge nearby.
         """
         start = np.concatenate((self.log_squared_stretch, self.time[None]))
-        scale = np.stack((np.full_like(self.time, 1e-5), np.full_like(self.time, 1e-5), 1e-5 * self.time))
+        unit = np.stack((np.ones_like(self.time), np.ones_like(self.time), self.time))
+        scale = 1e-5 * unit
         stress = self.points.law.stress(self.points.springs(self.internal, self.log_squared_stretch))
         rate = self.points.rate * (3 * stress - stress.sum(axis=0))
         unknown = start.copy()
         with np.errstate(all="ignore"):
             for _ in range(FOLD_STEPS):
-                slopes = [
-                    (self._residual(unknown + scale * unit, rate) - self._residual(unknown - scale * unit, rate)) / 2
-                    for unit in np.eye(3)[:, :, None]
-                ]
+                moves = [scale * axis for axis in np.eye(3)[:, :, None]]
+                slopes = [(self._residual(unknown + move, rate) - self._residual(unknown - move, rate)) / 2 for move in moves]
                 matrix = np.moveaxis(np.array(slopes), (0, 1, 2), (2, 1, 0))
-                regular = np.isfinite(matrix).all(axis=(1, 2)) & (
-                    np.abs(np.linalg.det(np.where(np.isfinite(matrix), matrix, 0.0))) > 0
-                )
+                finite = np.isfinite(matrix)
+                regular = finite.all(axis=(1, 2)) & (np.abs(np.linalg.det(np.where(finite, matrix, 0.0))) > 0)
                 matrix[~regular] = np.eye(3)
                 step = scale * np.linalg.solve(matrix, -self._residual(unknown, rate).T[:, :, None])[:, :, 0].T
                 unknown = unknown + np.where(regular, step, np.nan)
-            near = np.all(
-                np.abs(unknown - start) <= FOLD_REACH * np.stack((np.ones_like(self.time), np.ones_like(self.time), self.time)),
-                axis=0,
-            )
+            near = np.all(np.abs(unknown - start) <= FOLD_REACH * unit, axis=0)
             near &= np.all(np.abs(step) <= 1e-8 * np.maximum(np.abs(unknown), 1e-3), axis=0)
             refined = np.where(near, unknown, start)
             internal, _, nominal, _ = self._film(refined, rate)
         return refined[2], internal, refined[:2], nominal
 
     def _residual(self, unknown: Floats, rate: Floats) -> Floats:
-        """The residual (3, cases): the imbalance of free axes over the modulus of the equilibrium spring, or the deviation of
-        driven
-        axes in Lambda, and the margin.
+        """The residual (3, cases): the margin, and for both axes before it the imbalance over the modulus of the equilibrium spring
+        where the axis is free, the deviation in Lambda where it is driven.
         """
         log_squared, time = unknown[:2], unknown[2]
         internal, driven, nominal, carried = self._film(unknown, rate)

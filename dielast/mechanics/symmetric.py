@@ -15,7 +15,7 @@ import numpy as np
 from dielast.material.springs import UNIAXIAL, Symmetry
 from dielast.mechanics.electric import ELECTRIC
 from dielast.mechanics.passive.framed import FramedFilms
-from dielast.mechanics.point import FOLLOWER_WEIGHT, LoadedPoints
+from dielast.mechanics.point import FOLLOWER_WEIGHT, BorderedStep, LoadedPoints
 from dielast.mechanics.point_material import Points
 from dielast.mechanics.span import Control, Load, UnderLoad
 from dielast.numerics.arrays import Floats
@@ -82,8 +82,10 @@ class SymmetricPoints(UnderLoad):
         return front, thickness
 
 
-class SymmetricArrowhead:
+class SymmetricArrowhead(BorderedStep):
     """The linear system of one step, factorised: `point.Arrowhead` with scalars in place of 2x2 blocks."""
+
+    unknowns: ClassVar[int] = 1
 
     def __init__(self, system: SymmetricPoints, time: Floats, state: Floats, step: Floats, gamma: float) -> None:
         self.system, self.gamma = system, gamma
@@ -102,9 +104,9 @@ class SymmetricArrowhead:
         self._condense(load, step * load.slope(time), driven, log_squared, nominal)
 
     def _condense(self, load: Load, change: Floats, driven: Floats, log_squared: Floats, nominal: Floats) -> None:
-        """Set the inverse (cases,) of the border's entry, and the right-hand side due to the rates of the prescribed values;
-        `change`
-        (3, cases) is these rates times the step.
+        """Set the inverse (cases,) of the border's entry, and the right-hand side due to the rates of the prescribed values.
+
+        `change` (3, cases) is these rates times the step.
         """
         points = self.system.points
         stretch = np.exp(0.5 * log_squared)
@@ -149,10 +151,6 @@ class SymmetricArrowhead:
         out[: system.border] += right
         return out
 
-    def _drive(self, by_load: Floats, change: Floats) -> None:
-        """Add the right-hand side due to the rate of the electrical quantity; `by_load` is the derivative of the Maxwell stress."""
-        self.load_term += by_load * change[ELECTRIC]
-
     def _border(self, right: Floats, out: Floats | None = None) -> Floats:
         """The last row (1, cases) of the increment for a right-hand side (1, cases)."""
         return np.asarray(np.multiply(self.border_inverse, right, out=out))
@@ -160,12 +158,6 @@ class SymmetricArrowhead:
     def _change_of_stretch(self, border: Floats, gamma_i: float) -> Floats:
         """The increment of Lambda (1, cases) that belongs to the last row `border` (1, cases)."""
         return border if self.prescribed_change is None else gamma_i * self.prescribed_change[None]
-
-    def _solve(
-        self, residual: Floats, increment: Floats, time: Floats, state: Floats, history: Floats | None, gamma_i: float
-    ) -> None:
-        """Write the border of the increment for the right-hand side `residual` (cases,)."""
-        self._border(residual, out=increment[-1:])
 
 
 Films = LoadedPoints | SymmetricPoints | FramedFilms

@@ -17,9 +17,8 @@ from dielast.numerics.arrays import Cases, Flags, Floats, paired
 from dielast.numerics.rosenbrock import RODAS5P, Rosenbrock
 from dielast.numerics.stride import Observer, Spans, Stride, System, Whereabouts, advance
 
-POOL = (
-    32_000  # numbers in the state of the cases that advance together: large enough to amortise Python calls, small enough to cache
-)
+# numbers in the state of the cases that advance together: large enough to amortise Python calls, small enough to cache
+POOL = 32_000
 SAFETY, SHRINK, GROW = 0.9, 0.1, 8.0  # safety factor and bounds of the step size controller
 FIRST_MOVE = 5.0  # change of the state in the first step, in tolerances
 PROBED = 10.0 ** -np.arange(10)  # fractions of the proposed first step at which transients are looked for

@@ -66,9 +66,8 @@ class Assembly:
         return np.asarray(elastic)
 
     def carried(self, stress: Floats, stretch: Floats, field: Floats, electric: bool = True) -> Floats:
-        """True mechanical stresses (2, P, cases) from the stresses (2, n, P cases) of springs of unit modulus, less the Maxwell
-        stress
-        in point 0.
+        """True mechanical stresses (2, P, cases): those of springs, of unit modulus (2, n, P cases), less the Maxwell stress in
+        point 0.
         """
         carried = self.by_point(np.einsum("nm,cnm->cm", self.all_points.modulus, stress))
         if electric:
@@ -233,10 +232,7 @@ class Surroundings(ByCase):
 
     def without_damper(self) -> Surroundings:
         """The films without stress in the last spring, the damper."""
-        modulus = self.assembly.all_points.modulus.copy()
-        modulus[-1] = 0.0
-        undamped = replace(self.assembly, all_points=replace(self.assembly.all_points, modulus=modulus))
-        return replace(self, assembly=undamped)
+        return replace(self, assembly=replace(self.assembly, all_points=self.assembly.all_points.undamped()))
 
     def stresses(self, internal: Floats, field: Floats) -> Floats:
         """Nominal stresses (2, P, k) in Pa at xi (2, n, P, k)."""
