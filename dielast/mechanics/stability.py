@@ -40,7 +40,7 @@ SLOWEST_RATE = 1e4
 class TimeScale:
     """The time theta for which a disturbance is watched: `share` times the time since the voltage began to rise, plus `seconds`.
 
-    Raises `InputError` unless both are finite and not negative. For the clock of the share see `mechanics.clock`.
+    Raises `InputError` unless both are finite and not negative. For the clock of the share see `watch.VoltageClock`.
     """
 
     share: float = 0.01
@@ -62,15 +62,8 @@ class TimeScale:
         """A fixed time in s; 0 is the criterion of Eq. 9 as printed, with every branch frozen."""
         return cls(0.0, seconds)
 
-    @property
-    def literal(self) -> bool:
-        """Whether every branch counts as frozen."""
-        return self.share == 0 and self.seconds == 0
-
     def weight(self, points: Points, time: Floats) -> Floats:
         """The fraction exp(-theta/tau) (n, cases) of stiffness that springs keep at `time` (cases,) in s since the voltage rose."""
-        if self.literal:
-            return np.ones_like(points.rate)
         return np.exp(points.rate * (-3 * self.watched(time)))
 
     def watched(self, time: Floats) -> Floats:

@@ -1,4 +1,4 @@
-"""Events of films, located on the dense output of the stepper.
+"""Events of films, located on the dense output of the stepper, and how long the voltage has been on.
 
 An event is the fall to zero of the signal of a criterion, which is positive at first. `Watch` evaluates every signal in the middle
 and at the end of every step, and stores a bracket where a signal falls. All brackets of a piece of load are refined together at the
@@ -13,7 +13,6 @@ from dataclasses import dataclass, field, fields
 import numpy as np
 
 from dielast.mechanics.brackets import Brackets, Exposure
-from dielast.mechanics.clock import VoltageClock
 from dielast.mechanics.criteria.criterion import Criterion, Moment, Signal, WatchedFilms
 from dielast.mechanics.criteria.pull_in import stability_at
 from dielast.mechanics.span import Load
@@ -22,6 +21,52 @@ from dielast.mechanics.symmetric import Films
 from dielast.numerics.arrays import ByCase, Cases, Flags, Floats, paired, where
 from dielast.numerics.roots import CLOSE
 from dielast.numerics.stride import DenseSteps, Stride
+
+JUST_INSIDE = 0.01  # fraction of a span, from either end, at which the magnitude of the voltage shows whether it rises at that end
+
+
+@dataclass(slots=True, eq=False)
+class VoltageClock:
+    """A clock that restarts whenever the magnitude of the voltage begins to rise after a hold or a fall.
+
+    The time scale of pull-in is a share of its time.
+
+    `started` (cases,) is the time of the last restart in s since the voltage programme began; `rising` (cases,) says whether the
+    magnitude rises now.
+    """
+
+    started: Floats
+    rising: Flags
+
+    @classmethod
+    def at_rest(cls, cases: int) -> VoltageClock:
+        """The clock before the programme."""
+        return cls(np.zeros(cases), np.zeros(cases, dtype=bool))
+
+    def age(self, cases: Cases, time: Floats) -> Floats:
+        """The time (k,) in s since the last restart, of cases (k,) at times (k,) in s since the programme began."""
+        return np.asarray(time - self.started[cases])
+
+    def jump(self, time: Floats, before: Floats, after: Floats) -> None:
+        """The nominal field jumps from `before` to `after` at a `time`, all (cases,)."""
+        up = np.abs(after) > np.abs(before)
+        self.started = np.where(up & ~self.rising, time, self.started)
+        self.rising = np.where(after == before, self.rising, up)
+
+    def follow(self, stride: Stride, load: Load, start: Floats) -> Cases:
+        """Follow a step of a piece that began at `start` (cases,) in s; returns the columns in which the clock restarted."""
+        opening, ending = stride.accepted & (stride.time == 0), stride.accepted & (stride.until == stride.duration)
+        restarted = np.zeros(0, dtype=np.intp)
+        if opening.any() or ending.any():
+            # within a span the magnitude is monotonic, or rises and then falls
+            begin, after_begin, before_end, end = (
+                np.abs(load.value(share * stride.duration)[2]) for share in (0.0, JUST_INSIDE, 1 - JUST_INSIDE, 1.0)
+            )
+            restarted = np.flatnonzero(opening & (after_begin > begin) & ~self.rising[stride.cases])
+            self.started[stride.cases[restarted]] = (start[stride.cases] + stride.begin)[restarted]
+            self.rising[stride.cases[opening]] = (after_begin > begin)[opening]
+            self.rising[stride.cases[ending]] = (end > before_end)[ending]
+        return restarted
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -4,6 +4,7 @@ position of the cases in time, and the states within a step (dense output).
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any, Protocol, Self
 
@@ -142,11 +143,8 @@ class Stride:
         return np.asarray(state)
 
 
-class Observer(Protocol):
-    """A function that is called after every step."""
-
-    def __call__(self, stride: Stride) -> Flags | None:
-        """Mask (pool,) of the columns whose case stops at `stride.after`; None if no case stops."""
+Observer = Callable[[Stride], Flags | None]
+"""A function that is called after every step; returns a mask (pool,) of columns whose case stops at `stride.after`, or None."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
