@@ -20,7 +20,7 @@ from dielast.io.table import Column, Table
 from dielast.material.calibrated import CalibratedRange
 from dielast.material.material import Material
 from dielast.mechanics.load import Mode
-from dielast.numerics.columns import Floats
+from dielast.numerics.arrays import Floats
 
 LEVEL = 0.9
 

@@ -13,8 +13,7 @@ from dielast.handover.tables import finite_columns
 from dielast.io.files import Inputs
 from dielast.io.toml import parse_toml
 from dielast.material.shift import ShiftLaw
-
-Array = NDArray[np.float64]
+from dielast.numerics.arrays import Floats as Array
 
 DRAWS, LAWS, CURVES = "draws.csv", "draw-laws.csv", "draw-curves.csv"
 

@@ -7,9 +7,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from dielast.errors import InputError, located
 from dielast.handover.tables import finite_columns
 from dielast.io.files import Inputs
@@ -18,8 +15,7 @@ from dielast.io.toml import parse_toml
 from dielast.material.measurement_kind import KINDS, MeasurementKind
 from dielast.material.modulus import CONSTANT_MODULUS, EntropicModulus, ModulusLaw
 from dielast.material.shift import SHIFTS, ShiftLaw
-
-Array = NDArray[np.float64]
+from dielast.numerics.arrays import Floats as Array
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -5,12 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from dielast.errors import InputError
 from dielast.io.table import number_columns
-
-Array = NDArray[np.float64]
+from dielast.numerics.arrays import Floats as Array
 
 
 def finite_columns(content: bytes, name: str, headers: Sequence[str], positive: bool = False) -> Array:

@@ -17,13 +17,13 @@ import numpy as np
 
 from dielast.material.springs import SpringLaw, Symmetry
 from dielast.mechanics.elimination import Eliminated, flow_of
-from dielast.numerics.columns import Cases, Flags, Floats
+from dielast.numerics.arrays import ByCase, Cases, Flags, Floats
 from dielast.numerics.integrate import Status, integrate
 from dielast.numerics.stride import DenseSteps, Stride
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Branches:
+class Branches(ByCase):
     """Branches of `rate` 1/(3 tau) (cases,) in 1/s, whose stretch in axis 1 is `start` + `slope` t, both (cases,).
 
     A state (rows, cases) holds x of axis 1; without a `symmetry` it also holds x of axis 2, which is held at stretch 1.
@@ -34,10 +34,6 @@ class Branches:
     symmetry: Symmetry | None
     start: Floats
     slope: Floats
-
-    def take(self, cases: Cases) -> Branches:
-        """The selected cases (k,)."""
-        return Branches(self.law.take(cases), self.rate[cases], self.symmetry, self.start[cases], self.slope[cases])
 
     def log_squared(self, time: Floats) -> Floats:
         """Lambda (cases,) of axis 1 at `time` (cases,) in s since the span began."""

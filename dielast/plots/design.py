@@ -14,6 +14,7 @@ from matplotlib.patches import Rectangle
 from matplotlib.transforms import ScaledTranslation
 from numpy.typing import NDArray
 
+from dielast.numerics.arrays import Floats as Array
 from dielast.plots.quantities import unit_for
 from dielast.plots.strips import limits, ticks_within
 from dielast.plots.style import (
@@ -31,7 +32,6 @@ from dielast.plots.style import (
 )
 from dielast.simulate.design import FAILS_FIRST, OUT_OF_REACH, YES, Design
 
-Array = NDArray[np.float64]
 MOST_LINES = 7
 ROOM = 1.6  # factor by which the time axis extends beyond the longest and below the shortest time
 WIDTH = 180.0  # points: about the width of the axes

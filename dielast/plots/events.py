@@ -14,10 +14,10 @@ from matplotlib.transforms import ScaledTranslation
 from numpy.typing import NDArray
 
 from dielast.mechanics.criteria import named, names
+from dielast.numerics.arrays import Floats as Array
 from dielast.plots.looks import Arrangement
 from dielast.plots.style import SHADE
 
-Array = NDArray[np.float64]
 BAR = 0.8  # line width of the bar through an event
 TIP = 3.0  # points, between the end of the axes and the middle of a marker at it
 LEAST_SEEN = 0.02  # share of the height of the axes: a narrower band is hidden by its line

@@ -11,9 +11,9 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import ListedColormap, LogNorm
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
-from numpy.typing import NDArray
 
 from dielast.mechanics.criteria import named
+from dielast.numerics.arrays import Floats as Array
 from dielast.plots.lifetimes import MOST_LINES, Panel, arrange, draw_panels, films_of, legend, notes
 from dielast.plots.looks import MOST_BANDS
 from dielast.plots.quantities import unit_for
@@ -33,7 +33,6 @@ from dielast.plots.style import (
 from dielast.simulate.failure_map import FailureMap
 from dielast.simulate.lifetime import LifetimeLine
 
-Array = NDArray[np.float64]
 MOST_BESIDE_A_MAP = 4  # prestretches with lines; the map shows all
 FEWEST_FOR_A_MAP = 5  # prestretches
 RAISED = str.maketrans("0123456789", "⁰¹²³⁴⁵⁶⁷⁸⁹")

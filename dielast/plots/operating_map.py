@@ -17,6 +17,7 @@ from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from dielast.mechanics.criteria import named
+from dielast.numerics.arrays import Floats as Array
 from dielast.plots.failure_map import FEWEST_FOR_A_MAP
 from dielast.plots.quantities import unit_for
 from dielast.plots.style import (
@@ -34,7 +35,6 @@ from dielast.plots.style import (
 )
 from dielast.simulate.failure_map import FailureMap
 
-Array = NDArray[np.float64]
 # ends of the bands of time in s: rounded seconds, minutes, hours, days and years
 DAY, YEAR = 86400.0, 365.25 * 86400.0
 SHORT_TIMES = [10.0**power for power in range(-12, 2)]

@@ -8,12 +8,11 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from numpy.typing import NDArray
 
+from dielast.numerics.arrays import Floats as Array
 from dielast.plots.quantities import unit_for
 from dielast.plots.style import COLOURS, LINES, lasting, legend_below, panels, spread_indices, style
 
-Array = NDArray[np.float64]
 MOST_TIMES = 6
 INSIDE = 2  # rows of the table for the active part
 FAR = 8.0  # radii of the electrode that are shown: the film beyond hardly moves

@@ -11,13 +11,12 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
-from numpy.typing import NDArray
 
+from dielast.numerics.arrays import Floats as Array
 from dielast.plots.quantities import unit_for
 from dielast.plots.style import COLOURS, degrees, grid, legend_below, number, sheet, spread_indices, style
 from dielast.simulate.sensitivity import LifeShares, Sensitivity
 
-Array = NDArray[np.float64]
 MOST_PANELS = 6
 LONGEST_TITLE = 34  # characters of a line
 ROW = 0.24  # inches for each source

@@ -16,6 +16,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
+from dielast.numerics.arrays import Floats as Array
 from dielast.plots.events import Band, Mark, Span, View, draw_bands, draw_marks, event_handle
 from dielast.plots.looks import Arrangement, Look, Swept, arrange
 from dielast.plots.quantities import axis_of
@@ -38,7 +39,6 @@ from dielast.plots.style import (
 
 __all__ = ["Measured", "Swept", "plot_cases"]
 
-Array = NDArray[np.float64]
 MOST_MARKED = 12  # points of a line with markers
 MOST_TICKS = 8
 STILL, BEFORE = 0.005, 3.0  # a log axis begins earlier, by this factor, than a curve has moved by this share of its range

@@ -6,14 +6,11 @@ import re
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from dielast.errors import InputError
+from dielast.numerics.arrays import Floats as Array, Index
 from dielast.readings.recipe import MeasurementData
 from dielast.units import ZERO_CELSIUS
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 WIDEST = 4  # spread of the readings of one set, in tolerances
 SHORTEST = 3  # number of points of a run

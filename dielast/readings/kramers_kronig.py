@@ -14,12 +14,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from dielast.errors import InputError, warn
 from dielast.material.measurement import FrequencySweep
-
-Array = NDArray[np.float64]
+from dielast.numerics.arrays import Floats as Array
 
 SIGNIFICANT_ANGLE = 0.2  # rad; smaller slopes and phases are not compared
 CONTRADICTION = 0.5  # difference of the two angles over the larger one; good sweeps have less than 0.1

@@ -7,10 +7,9 @@ from numpy.typing import NDArray
 
 from dielast.errors import InputError, as_toml
 from dielast.io.text_table import MeasuredTable
+from dielast.numerics.arrays import Floats as Array
 from dielast.readings.specimen_recipe import GAUGE, SECTION, MachineColumns, Specimen, unmeasured
 from dielast.units import FORCE, LENGTH, MASS, NUMBER, STIFFNESS, STRAIN, STRESS, TORQUE, kind_of
-
-Array = NDArray[np.float64]
 
 
 def strain_of(extension: Array, specimen: Specimen | None) -> Array:

@@ -12,6 +12,7 @@ from dielast.errors import InputError, warn
 from dielast.io.table import spoken
 from dielast.material.checks import warn_of_strain
 from dielast.material.measurement_kind import RELAXATION
+from dielast.numerics.arrays import Floats as Array
 from dielast.readings.columns_recipe import ROLES
 from dielast.readings.curve_recipe import CurveData
 from dielast.readings.isotherms import WIDEST, temperature_of_file
@@ -20,8 +21,6 @@ from dielast.readings.specimen import nominal_stress, strain_of
 from dielast.readings.specimen_recipe import Specimen
 from dielast.readings.steps import Part
 from dielast.units import ZERO_CELSIUS
-
-Array = NDArray[np.float64]
 
 FREQUENCY_AGREEMENT = 0.01  # relative tolerance between columns of frequency and of angular frequency
 HELD, CHANGES = 0.02, 0.2  # spread relative to the largest value: at most that of a held quantity, at least that of another

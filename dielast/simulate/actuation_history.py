@@ -9,7 +9,7 @@ from typing import ClassVar
 import numpy as np
 
 from dielast.io.table import Frame, to_frame
-from dielast.numerics.columns import Floats
+from dielast.numerics.arrays import Floats
 from dielast.numerics.integrate import Status
 from dielast.simulate.cycles import CycleTable
 from dielast.simulate.electrical import UNITS, Electrical

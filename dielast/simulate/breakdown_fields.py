@@ -14,7 +14,7 @@ from dielast.material.breakdown.following import FollowingField
 from dielast.material.laws_of_cases import LawsOfCases
 from dielast.material.material import Material
 from dielast.mechanics.cases import spread
-from dielast.numerics.columns import Floats
+from dielast.numerics.arrays import Floats
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from dielast.io.result import Result
 from dielast.mechanics.criteria.loss_of_tension import LossOfTension
-from dielast.numerics.columns import Cases, Flags, Floats, paired
+from dielast.numerics.arrays import Cases, Flags, Floats, paired
 from dielast.numerics.edged_roots import EDGE, ENDED, FAR, FOUND, OPEN, PASSED, SHORT, EdgedRoots
 from dielast.numerics.integrate import Status
 from dielast.simulate.events import first_of

@@ -20,12 +20,11 @@ import numpy as np
 
 from dielast.io.result import Result
 from dielast.material.leakage import Leakage
-from dielast.mechanics.circuit import Circuit
-from dielast.mechanics.electric import ELECTRIC, FIELD
+from dielast.mechanics.electric import ELECTRIC, FIELD, Circuit
 from dielast.mechanics.point_material import SYMMETRIC, Points
 from dielast.mechanics.span import Control, Controls, stretched
 from dielast.mechanics.symmetric import Films
-from dielast.numerics.columns import Cases, Flags, Floats, paired
+from dielast.numerics.arrays import Cases, Flags, Floats, paired
 from dielast.numerics.stride import DenseSteps, Stride
 from dielast.simulate.film import Condition
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from dielast.io.table import Column, Table
 from dielast.mechanics.criteria.criterion import Criterion
-from dielast.mechanics.event_arrays import EventArrays
+from dielast.mechanics.watch import EventArrays
 
 UNITS = {"time": "s", "voltage": "V", "stretch_1": "1", "stretch_2": "1", "true_field": "V/m"}
 """The units of the numbers of an event."""

@@ -17,7 +17,7 @@ from dielast.mechanics.criteria import failures_of
 from dielast.mechanics.criteria.criterion import WatchedFilms
 from dielast.mechanics.span import Controls
 from dielast.mechanics.stability import TimeScale
-from dielast.numerics.columns import Cases, Floats
+from dielast.numerics.arrays import Cases, Floats
 from dielast.simulate.film import Film
 from dielast.simulate.film_setup import FilmSetup, Prestretch
 from dielast.simulate.setup import Setup, set_up

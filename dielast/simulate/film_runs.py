@@ -12,11 +12,10 @@ from dielast.mechanics.course import Piece
 from dielast.mechanics.criteria import CRITERIA, names
 from dielast.mechanics.criteria.criterion import Criterion
 from dielast.mechanics.electric import CHARGE
-from dielast.mechanics.event_arrays import EventArrays
-from dielast.mechanics.point import Points
+from dielast.mechanics.point_material import Points
 from dielast.mechanics.stability import TimeScale
-from dielast.mechanics.watch import Watch
-from dielast.numerics.columns import Cases, Floats
+from dielast.mechanics.watch import EventArrays, Watch
+from dielast.numerics.arrays import Cases, Floats
 from dielast.simulate.cycles import CycleMeter, CycleTable
 from dielast.simulate.electrical import ElectricMeter, nominal
 from dielast.simulate.events import first_of

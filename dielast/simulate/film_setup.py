@@ -12,7 +12,7 @@ from dielast.io.result import Result
 from dielast.material.arguments import real_number, real_numbers
 from dielast.mechanics.cases import of_case, spread
 from dielast.mechanics.span import Control, Controls
-from dielast.numerics.columns import Floats
+from dielast.numerics.arrays import Floats
 from dielast.simulate.wanted import LEAST_RTOL, MOST_RTOL
 
 MESH_RTOL = 1e-6

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from dielast.errors import InputError
 from dielast.mechanics.span import Control, Controls
-from dielast.numerics.columns import Cases, Flags, Floats
+from dielast.numerics.arrays import Cases, Flags, Floats
 from dielast.simulate.film_grid import Group, axis_of
 
 WAY = (0.1, 0.25, 0.5, 0.75, 1.0)  # fractions of the logarithm of the stretch at the goal

@@ -9,7 +9,7 @@ import numpy as np
 
 from dielast.io.result import TabularResult
 from dielast.io.table import Table, case_table
-from dielast.numerics.columns import Floats
+from dielast.numerics.arrays import Floats
 from dielast.simulate.cycles import CycleTable
 from dielast.simulate.film import Outcome
 

@@ -9,11 +9,10 @@ import numpy as np
 
 from dielast.mechanics.criteria import CRITERIA
 from dielast.mechanics.criteria.criterion import Criterion
-from dielast.mechanics.event_arrays import EventArrays
 from dielast.mechanics.line import Ramp
 from dielast.mechanics.span import Controls
-from dielast.mechanics.watch import Watch
-from dielast.numerics.columns import Cases, Floats, paired
+from dielast.mechanics.watch import EventArrays, Watch
+from dielast.numerics.arrays import Cases, Floats, paired
 from dielast.simulate.film_grid import Group
 from dielast.simulate.follow import follow
 from dielast.simulate.record import Recorder

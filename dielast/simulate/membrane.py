@@ -18,9 +18,9 @@ from dielast.mechanics.course import Piece
 from dielast.mechanics.history import case_count, pieces
 from dielast.mechanics.line import Ramp
 from dielast.mechanics.load import Mode, Step
-from dielast.mechanics.point import Points
+from dielast.mechanics.point_material import Points
 from dielast.mechanics.span import Control
-from dielast.numerics.columns import Cases, Floats
+from dielast.numerics.arrays import Cases, Floats
 from dielast.numerics.integrate import Status
 from dielast.simulate.cycles import CycleMeter, CycleTable
 from dielast.simulate.film import Film, Outcome

@@ -11,8 +11,8 @@ from dielast.mechanics.cases import of_case
 from dielast.mechanics.passive.forms import Spread, across_disc, across_strip, disc, strip
 from dielast.mechanics.passive.mesh import points_needed
 from dielast.mechanics.passive.structure import Structure
-from dielast.mechanics.point import Points
-from dielast.numerics.columns import Cases, Floats
+from dielast.mechanics.point_material import Points
+from dielast.numerics.arrays import Cases, Floats
 
 COARSER = 10.0 ** np.arange(-10, -1)  # tolerances to suggest where the requested one cannot be met
 

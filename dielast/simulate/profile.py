@@ -13,7 +13,7 @@ from dielast.io.table import Column, Table
 from dielast.mechanics.passive.forms import Spread
 from dielast.mechanics.passive.framed import FramedFilms, Surroundings
 from dielast.mechanics.symmetric import Films
-from dielast.numerics.columns import Cases, Flags, Floats, paired
+from dielast.numerics.arrays import Cases, Flags, Floats, paired
 from dielast.numerics.stride import Stride
 
 UNITS = {

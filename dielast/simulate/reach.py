@@ -7,12 +7,12 @@ from collections.abc import Sequence
 import numpy as np
 
 from dielast.errors import InputError
+from dielast.material.springs import EQUIBIAXIAL, UNIAXIAL, Symmetry
 from dielast.mechanics.cases import of_case
 from dielast.mechanics.course import Piece
-from dielast.mechanics.point import Points
+from dielast.mechanics.point_material import Points
 from dielast.mechanics.span import Control
-from dielast.mechanics.symmetric import EQUIBIAXIAL, UNIAXIAL, Symmetry
-from dielast.numerics.columns import Cases, Flags, Floats
+from dielast.numerics.arrays import Cases, Flags, Floats
 
 PER_CENT = 20  # a larger stretch may be meant in per cent
 

@@ -14,7 +14,7 @@ from dielast.material.exchange import Exchange, Source
 from dielast.material.material import Material
 from dielast.material.perturbed import Perturbed
 from dielast.material.scatter import Sample
-from dielast.numerics.columns import Floats
+from dielast.numerics.arrays import Floats
 from dielast.numerics.shares import variance_shares
 from dielast.simulate.failure_map import FailureMap, failure_cells, plan_failure_map, solve_map
 

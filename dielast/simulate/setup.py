@@ -14,14 +14,14 @@ from dielast.material.breakdown.following import FollowingField
 from dielast.material.damage import DamageLaw
 from dielast.material.laws_of_cases import LawsOfCases
 from dielast.material.material import Material
+from dielast.material.springs import EQUIBIAXIAL
 from dielast.mechanics.cases import of_case, one_set, spread
 from dielast.mechanics.criteria.criterion import WatchedFilms
 from dielast.mechanics.line import Ramp
-from dielast.mechanics.point import Points
+from dielast.mechanics.point_material import Points
 from dielast.mechanics.span import Control, Controls
 from dielast.mechanics.stability import TimeScale, damped
-from dielast.mechanics.symmetric import EQUIBIAXIAL
-from dielast.numerics.columns import Cases, Flags, Floats, paired
+from dielast.numerics.arrays import Cases, Flags, Floats, paired
 from dielast.numerics.integrate import Status
 from dielast.simulate.breakdown_fields import BreakdownFields
 from dielast.simulate.film import REASONS, Film

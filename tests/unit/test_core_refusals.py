@@ -21,8 +21,8 @@ from dielast.material.springs import Gent
 from dielast.material.springs.first_invariant import FirstInvariantLaw
 from dielast.mechanics.history import pieces
 from dielast.mechanics.load import Step, Track, VoltageStep, Waveform
-from dielast.mechanics.point import Points
-from dielast.numerics.columns import Floats
+from dielast.mechanics.point_material import Points
+from dielast.numerics.arrays import Floats
 from dielast.simulate.actuate import actuate
 from dielast.simulate.failure_map import plan_failure_map
 from dielast.simulate.membrane import creep, relax

@@ -22,7 +22,7 @@ from dielast.material.material import Material
 from dielast.material.scatter import Sample
 from dielast.mechanics.criteria import names
 from dielast.mechanics.load import ChargeStep, VoltageStep
-from dielast.numerics.columns import Floats
+from dielast.numerics.arrays import Floats
 from dielast.recipe.cases import Case
 from dielast.report.report import Report
 from dielast.sharing.execution import Execution

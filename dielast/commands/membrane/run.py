@@ -17,7 +17,7 @@ from dielast.commands.simulation.run import Simulation, report_of
 from dielast.io.files import Inputs
 from dielast.material.material import Material
 from dielast.mechanics.load import Step
-from dielast.numerics.columns import Floats
+from dielast.numerics.arrays import Floats
 from dielast.numerics.random_streams import stream
 from dielast.recipe.cases import Case
 from dielast.report.report import Report

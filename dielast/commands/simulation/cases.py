@@ -21,7 +21,7 @@ from dielast.io.files import Inputs
 from dielast.io.table import Column, Table, case_table
 from dielast.material.checks import warn_of_material
 from dielast.material.material import Material
-from dielast.numerics.columns import Floats
+from dielast.numerics.arrays import Floats
 from dielast.recipe.cases import Case
 from dielast.simulate.cycles import cycle_table
 from dielast.simulate.history import History

@@ -12,7 +12,7 @@ from dielast.handover.breakdown_section import breakdown
 from dielast.material.checks import warn_of_breakdown, warn_of_field, warn_of_material
 from dielast.material.material import Material
 from dielast.material.use_checks import Pace, fastest_branch, warn_of_lasting, warn_of_paces, warn_of_stretches, warn_of_use
-from dielast.numerics.columns import Floats
+from dielast.numerics.arrays import Floats
 
 if TYPE_CHECKING:
     from dielast.commands.design.recipe import DesignRecipe

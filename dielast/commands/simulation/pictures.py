@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from dielast.commands.simulation.naming import labels, swept, titled
 from dielast.material.material import Material
 from dielast.mechanics.criteria import named
-from dielast.numerics.columns import Flags, Floats
+from dielast.numerics.arrays import Flags, Floats
 from dielast.plots.events import Band, Mark, Span
 from dielast.plots.looks import Swept
 from dielast.plots.simulation import plot_cases

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from dielast.numerics.columns import Floats
+from dielast.numerics.arrays import Floats
 
 if TYPE_CHECKING:
     from dielast.simulate.events import Event

@@ -31,7 +31,7 @@ from dielast.io.table import Table
 from dielast.material.material import Material
 from dielast.material.scatter import Sample
 from dielast.mechanics.load import ElectricalStep, Step
-from dielast.numerics.columns import Floats
+from dielast.numerics.arrays import Floats
 from dielast.recipe.cases import Case
 from dielast.report.report import Report
 from dielast.sharing.batches import solve_batches

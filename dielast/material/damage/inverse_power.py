@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from dielast.errors import InputError
 from dielast.material.damage.law import DamageLaw
 from dielast.material.law import Constant
-from dielast.numerics.columns import Floats
+from dielast.numerics.arrays import Floats
 from dielast.units import FIELD, TIME
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from dielast.material.dielectric.law import DielectricLaw, LogRatio
-from dielast.numerics.columns import Cases, Floats
+from dielast.numerics.arrays import Cases, Floats
 
 
 @dataclass(frozen=True, slots=True, eq=False)

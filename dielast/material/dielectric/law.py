@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from dielast.material.law import Law
-from dielast.numerics.columns import Floats
+from dielast.numerics.arrays import Floats
 
 LogRatio = tuple[Floats, Floats, Floats]
 """ln(eps/eps_0), its derivatives (2, ...) and its second derivatives 11, 12, 22 (3, ...), see `DielectricLaw.log_ratio`."""

@@ -12,7 +12,7 @@ from dielast.errors import InputError
 from dielast.material.dielectric.constant import ConstantPermittivity
 from dielast.material.dielectric.law import DielectricLaw, LogRatio
 from dielast.material.law import Constant
-from dielast.numerics.columns import Floats
+from dielast.numerics.arrays import Floats
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,7 +7,7 @@ from typing import ClassVar
 from numpy.typing import ArrayLike
 
 from dielast.material.law import Law
-from dielast.numerics.columns import Floats
+from dielast.numerics.arrays import Floats
 
 
 class ModulusLaw(Law):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from dielast.material.springs.law import SpringLaw, Symmetry
-from dielast.numerics.columns import Floats
+from dielast.numerics.arrays import Floats
 
 
 class FirstInvariantLaw(SpringLaw):

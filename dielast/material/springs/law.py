@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from dielast.errors import InputError
 from dielast.material.law import Law
-from dielast.numerics.columns import Cases, Floats
+from dielast.numerics.arrays import Cases, Floats
 
 
 @dataclass(frozen=True, slots=True)
