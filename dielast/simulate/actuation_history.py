@@ -120,7 +120,7 @@ def _damage(setup: Setup, record: Record) -> Floats | None:
     if setup.damage is None:
         return None
     every = np.arange(record.time.shape[0])
-    ages = setup.damage.ask(every, lambda law, columns: np.ones(columns.size), np.nan)
+    ages = setup.damage.values(every, lambda law, columns: np.ones(columns.size), np.nan)
     (damage,) = record.exposed
     return np.asarray(damage * ages[:, None])
 

@@ -10,8 +10,7 @@ from numpy.typing import ArrayLike
 
 from dielast.errors import InputError
 from dielast.material.breakdown import Breakdown, BreakdownLaw
-from dielast.material.breakdown.following import FollowingField
-from dielast.material.laws_of_cases import LawsOfCases
+from dielast.material.laws_of_cases import FollowingField, LawsOfCases
 from dielast.material.material import Material
 from dielast.mechanics.cases import spread
 from dielast.numerics.arrays import Floats

@@ -10,9 +10,8 @@ from numpy.typing import ArrayLike
 
 from dielast.errors import InputError, NumericsError
 from dielast.material.breakdown import BreakdownLaw
-from dielast.material.breakdown.following import FollowingField
 from dielast.material.damage import DamageLaw
-from dielast.material.laws_of_cases import LawsOfCases
+from dielast.material.laws_of_cases import FollowingField, LawsOfCases
 from dielast.material.material import Material
 from dielast.material.springs import EQUIBIAXIAL
 from dielast.mechanics.cases import of_case, one_set, spread

@@ -24,7 +24,7 @@ from dielast.commands.simulation.result_columns import COLUMNS
 from dielast.commands.simulation.step_recipe import Aim, HistoryStep, starting
 from dielast.commands.simulation.uncertainty_recipe import SENSITIVITY_TEXT, FilmUncertainty
 from dielast.errors import InputError, Mistakes, Problem, shown
-from dielast.handover.breakdown_section import BreakdownField
+from dielast.handover.law_section import BreakdownField
 from dielast.mechanics.criteria import END, names
 from dielast.recipe.fields import Section, Time, Voltage
 from dielast.recipe.file_fields import ColumnName

@@ -14,7 +14,7 @@ from dielast.commands.simulation.cases import case_result, last, one_or_list
 from dielast.commands.simulation.checks import warn_of_films
 from dielast.commands.simulation.result import CaseResult
 from dielast.commands.simulation.run import Columns, Known, Simulation, Solve, report_of
-from dielast.handover.breakdown_section import breakdown
+from dielast.handover.law_section import breakdown
 from dielast.io.files import Inputs
 from dielast.io.table import Table
 from dielast.material.leakage import Leakage

@@ -17,7 +17,7 @@ from dielast.commands.simulation.grid_checks import warn_of_design, warn_of_grid
 from dielast.commands.simulation.memory_needed import check_cells
 from dielast.commands.simulation.recipe import KEYS
 from dielast.errors import Problem, in_keys, placed
-from dielast.handover.breakdown_section import breakdown
+from dielast.handover.law_section import breakdown
 from dielast.io.files import Inputs
 from dielast.material.material import Material
 from dielast.recipe.cases import Case

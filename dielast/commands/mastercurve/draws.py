@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from dielast.handover.mastercurve_draws import CURVES, DRAWS, LAWS
+from dielast.handover.mastercurve_folder import CURVES, DRAWS, LAWS
 from dielast.io.table import Column, Table
 from dielast.material.measurement_kind import MeasurementKind
 from dielast.superposition.bootstrap import MasterCurveDraws

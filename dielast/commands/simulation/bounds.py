@@ -11,7 +11,7 @@ import numpy as np
 from dielast.commands.actuate.recipe import ActuateRecipe
 from dielast.commands.simulation.result import BoundedEvent, CaseResult
 from dielast.errors import in_a_draw
-from dielast.handover.breakdown_section import breakdown
+from dielast.handover.law_section import breakdown
 from dielast.io.table import Column
 from dielast.material.material import Material
 from dielast.material.scatter import Sample, interval

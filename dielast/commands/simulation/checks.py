@@ -14,7 +14,7 @@ from dielast.commands.simulation.cases import last
 from dielast.commands.simulation.result import CaseResult
 from dielast.commands.simulation.solver_steps import Entry, aims, corners, lasting, reached
 from dielast.errors import and_more, warn
-from dielast.handover.breakdown_section import breakdown
+from dielast.handover.law_section import breakdown
 from dielast.material.breakdown import BreakdownLaw
 from dielast.material.checks import (
     FAINTEST,

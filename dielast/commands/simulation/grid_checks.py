@@ -8,7 +8,7 @@ import numpy as np
 
 from dielast.commands.simulation.checks import AT_ONCE, prestretching, warn_of_no_breakdown, warn_of_setups
 from dielast.errors import warn
-from dielast.handover.breakdown_section import breakdown
+from dielast.handover.law_section import breakdown
 from dielast.material.checks import warn_of_breakdown, warn_of_field, warn_of_material
 from dielast.material.material import Material
 from dielast.material.use_checks import Pace, fastest_branch, warn_of_lasting, warn_of_paces, warn_of_stretches, warn_of_use

@@ -8,8 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from dielast.handover.mastercurve_draws import ReadDraws
-from dielast.handover.mastercurve_folder import ReducedCurve
+from dielast.handover.mastercurve_folder import ReadDraws, ReducedCurve
 from dielast.handover.material_draws import draw_columns
 from dielast.io.table import Table
 from dielast.material.material import Material

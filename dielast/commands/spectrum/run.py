@@ -15,10 +15,9 @@ from dielast.commands.spectrum.export import EXPORT_KEYS, ExportSection
 from dielast.commands.spectrum.recipe import FIT_KEYS, REDUCE_KEYS, Fit, MaterialConstants, Reduce, RelaxationTimes, SpectrumRecipe
 from dielast.errors import DielastWarning, InputError, Mistakes, Problem, in_keys, located, warn
 from dielast.export.card import export_cards
-from dielast.export.options import CardOptions
-from dielast.handover.breakdown_section import breakdown
-from dielast.handover.mastercurve_draws import DRAWS, read_curve_draws
-from dielast.handover.mastercurve_folder import ReducedCurve, read_master_curve
+from dielast.export.code import CardOptions
+from dielast.handover.law_section import breakdown
+from dielast.handover.mastercurve_folder import DRAWS, ReducedCurve, read_curve_draws, read_master_curve
 from dielast.handover.material_file import permittivity, write_material
 from dielast.io.files import Inputs
 from dielast.io.table import Table

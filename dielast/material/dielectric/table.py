@@ -10,8 +10,7 @@ from numpy.typing import ArrayLike
 
 from dielast.errors import InputError
 from dielast.material.dielectric.constant import VACUUM_PERMITTIVITY
-from dielast.material.dielectric.law import DielectricLaw
-from dielast.material.law import Constant, check_table
+from dielast.material.law import Constant, DielectricLaw, check_table
 from dielast.numerics.arrays import Floats
 from dielast.units import TEMPERATURE, ZERO_CELSIUS
 
