@@ -20,7 +20,7 @@ from dielast.commands.actuate.electrical_recipe import (
 )
 from dielast.commands.simulation.film_recipe import SHARE_TEXT, FilmBase, FilmSolver, Prestretch, PullInSection, Share
 from dielast.commands.simulation.recipe import SimulationRecipe
-from dielast.commands.simulation.result_columns import COLUMNS
+from dielast.commands.simulation.result_columns import COLUMNS, MAJOR_AXIS, MINOR_AXIS
 from dielast.commands.simulation.step_recipe import Aim, HistoryStep, starting
 from dielast.commands.simulation.uncertainty_recipe import SENSITIVITY_TEXT, FilmUncertainty
 from dielast.errors import InputError, Mistakes, Problem, shown
@@ -30,8 +30,6 @@ from dielast.recipe.fields import Section, Time, Voltage
 from dielast.recipe.file_fields import ColumnName
 from dielast.units import CHARGE, CHARGE_DENSITY, VOLTAGE
 
-# columns of comparisons and plots only: the axes of the electrode as a camera measures them
-MAJOR_AXIS, MINOR_AXIS = "major_axis [m]", "minor_axis [m]"
 OF_THE_ELECTRODE = (MAJOR_AXIS, MINOR_AXIS, "charge [C]", "current [A]")
 ELECTRICAL = "output.electrical = true"
 NEEDED_BY = {"source_voltage [V]": "[source]", "resistor_energy [J/m^3]": "[source]", "leaked_energy [J/m^3]": "[leakage]"}

@@ -92,20 +92,11 @@ def run(cases: Sequence[Case[FailureMapRecipe]], inputs: Inputs, execution: Exec
     tables = {"failure-map.csv": cells, "fit.csv": fits}
     figures: dict[str, Any] = {"operating-map": operating_map} if result.relative_stretch else {}
     if variation is not None:
-        from dielast.commands.simulation.sensitivity import SENSITIVITY, headline_of, table_of, warn_of_left_out
+        from dielast.commands.simulation.sensitivity import sensitivity_outputs
         from dielast.simulate.sensitivity import sensitivity_of_map
 
-        found = [sensitivity_of_map(variation, result, every)]
-        warn_of_left_out(found)
-        tables, sections = tables | {f"{SENSITIVITY}.csv": table_of(found)}, sections | headline_of(found)
-
-        def driving() -> Any:
-            from dielast.commands.simulation.naming import titled
-            from dielast.plots.sensitivity import plot_sensitivity
-
-            return plot_sensitivity(found, titled(recipe.title, cases, [material]))
-
-        figures[SENSITIVITY] = driving
+        more = sensitivity_outputs([sensitivity_of_map(variation, result, every)], cases, [material])
+        tables, sections, figures = tables | more[0], sections | more[1], figures | more[2]
     lost = first_of_each(failures, "cells")
     return Report(tables, sections, figure, failures=lost, figures=figures)
 

@@ -18,6 +18,8 @@ COLUMNS = (
     "stretch_2 [1]",
     *(f"{what}_stress_{axis} [Pa]" for what in ("nominal", "true") for axis in (1, 2)),
 )
+# columns of comparisons and plots only: the axes of the electrode as a camera measures them
+MAJOR_AXIS, MINOR_AXIS = "major_axis [m]", "minor_axis [m]"
 
 # column of the result -> columns of a testing machine that measure the same
 _MEASURED_AS = {
