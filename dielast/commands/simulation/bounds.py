@@ -19,8 +19,7 @@ from dielast.mechanics.cases import of_case
 from dielast.mechanics.criteria import named
 from dielast.numerics.columns import Flags, Floats
 from dielast.recipe.cases import Case
-from dielast.sharing.batches import Batch, solve_batches
-from dielast.sharing.execution import Execution
+from dielast.sharing.execution import Batch, Execution, solve_batches
 from dielast.simulate.events import UNITS, Event
 from dielast.simulate.failure_map import FailureMap
 from dielast.simulate.lifetime import POWER, UNITS as LINE_UNITS, LifetimeLine

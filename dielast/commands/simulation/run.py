@@ -33,8 +33,7 @@ from dielast.material.scatter import Sample
 from dielast.numerics.columns import Floats
 from dielast.recipe.cases import Case
 from dielast.report.report import Report
-from dielast.sharing.batches import solve_batches
-from dielast.sharing.execution import Execution
+from dielast.sharing.execution import Execution, solve_batches
 
 Figures = dict[str, Callable[[], Any]]
 

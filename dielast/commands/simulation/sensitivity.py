@@ -19,8 +19,7 @@ from dielast.material.scatter import Sample
 from dielast.mechanics.cases import of_case
 from dielast.mechanics.criteria import named
 from dielast.recipe.cases import Case
-from dielast.sharing.batches import solve_batches
-from dielast.sharing.execution import Execution
+from dielast.sharing.execution import Execution, solve_batches
 from dielast.simulate.sensitivity import LifeShares, Sensitivity, Variation, sensitivity_of, variation_for
 
 if TYPE_CHECKING:
