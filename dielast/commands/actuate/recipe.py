@@ -127,15 +127,6 @@ class FilmSection(FilmBase):
     )
     electrode_share: Share | None = Field(None, description=SHARE_TEXT)
 
-    def stated_shares(self) -> tuple[float, ...] | None:
-        """The stated share."""
-        return None if self.electrode_share is None else (self.electrode_share,)
-
-    @property
-    def prestretches(self) -> tuple[tuple[float, float], ...]:
-        """The prestretch of axes 1 and 2, of the one film."""
-        return (self.prestretch,)
-
     @property
     def electrode_area(self) -> float | None:
         """The area of the electrode on the undeformed film in m^2, None if its diameter is not stated."""

@@ -158,8 +158,15 @@ class FilmSolver(Solver):
     )
 
 
+def _as_tuple(value: float | tuple[float, ...]) -> tuple[float, ...]:
+    return value if isinstance(value, tuple) else (value,)
+
+
 class FilmBase(Section):
-    """The keys that the films of actuate, failure-map and design share."""
+    """The keys that the films of actuate, failure-map and design share.
+
+    A subclass has the keys `prestretch` and `electrode_share` as well, with a value for one film, or an axis of a grid.
+    """
 
     thickness: Length = Field(description="Undeformed thickness.")
     prestretch_rate: StrainRate | None = Field(
@@ -191,7 +198,19 @@ class FilmBase(Section):
     @property
     def thicknesses(self) -> tuple[float, ...]:
         """The undeformed thickness in m of each film."""
-        return (self.thickness,)
+        return _as_tuple(self.thickness)
+
+    @property
+    def prestretches(self) -> tuple[tuple[float, float], ...]:
+        """The prestretch of axes 1 and 2 of each film."""
+        film: Any = self
+        return film.prestretch if isinstance(film.prestretch[0], tuple) else (film.prestretch,)
+
+    @property
+    def stated_shares(self) -> tuple[float, ...] | None:
+        """The values of electrode_share."""
+        film: Any = self
+        return None if film.electrode_share is None else _as_tuple(film.electrode_share)
 
     @property
     def weights(self) -> tuple[tuple[float | None, float | None], tuple[float | None, float | None]]:
@@ -218,14 +237,10 @@ class FilmBase(Section):
         """The electrode's share of each film with a passive part: of the diameter of a frame, or of the length of a strip."""
         if self.boundary[0] not in PASSIVE:
             return None
-        stated = self.stated_shares()
+        stated = self.stated_shares
         if stated or self.electrode_diameter is None or self.frame_diameter is None:
             return stated
         return (self.electrode_diameter / self.frame_diameter,)
-
-    def stated_shares(self) -> tuple[float, ...] | None:
-        """The values of electrode_share."""
-        raise NotImplementedError
 
     def check_boundary(self, solver: FilmSolver, *, swept: bool = False) -> None:
         """`InputError` for keys of the boundary that do not fit each other.
@@ -233,7 +248,7 @@ class FilmBase(Section):
         Where the boundary is `swept`, keys that only a film with a passive part needs may stand beside other boundaries as well.
         """
         self.check_weights()
-        boundary, stated = self.boundary[0], self.stated_shares()
+        boundary, stated = self.boundary[0], self.stated_shares
         if boundary != "frame" and not swept and "mesh_rtol" in solver.model_fields_set:
             raise InputError('has no effect without boundary = "frame": leave it out', key="solver.mesh_rtol")
         if boundary not in PASSIVE:
@@ -264,8 +279,3 @@ class FilmBase(Section):
         if boundary == "frame" and (apart := [pair for pair in self.prestretches if pair[0] != pair[1]]):
             instead = 'a round frame needs an equibiaxial one; for a pair use "strip", or "clamped" and "dead-load"'
             raise InputError(f"{list(apart[0])}: {instead}", key="film.prestretch")
-
-    @property
-    def prestretches(self) -> tuple[tuple[float, float], ...]:
-        """The prestretch of axes 1 and 2 of each film."""
-        raise NotImplementedError
