@@ -19,8 +19,7 @@ from dielast.commands.actuate.electrical_recipe import (
     SourceSection,
 )
 from dielast.commands.simulation.film_recipe import SHARE_TEXT, FilmBase, FilmSolver, Prestretch, PullInSection, Share
-from dielast.commands.simulation.recipe import SimulationRecipe
-from dielast.commands.simulation.result_columns import COLUMNS, MAJOR_AXIS, MINOR_AXIS
+from dielast.commands.simulation.recipe import COLUMNS, MAJOR_AXIS, MINOR_AXIS, SimulationRecipe
 from dielast.commands.simulation.step_recipe import Aim, HistoryStep, starting
 from dielast.commands.simulation.uncertainty_recipe import SENSITIVITY_TEXT, FilmUncertainty
 from dielast.errors import InputError, Mistakes, Problem, shown

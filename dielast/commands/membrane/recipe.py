@@ -7,8 +7,7 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import BeforeValidator, Field, model_validator
 
-from dielast.commands.simulation.recipe import SimulationRecipe
-from dielast.commands.simulation.result_columns import COLUMNS
+from dielast.commands.simulation.recipe import COLUMNS, SimulationRecipe
 from dielast.commands.simulation.step_recipe import Aim, AnyOf, HistoryStep, starting
 from dielast.errors import InputError, shown
 from dielast.readings.specimen_recipe import MachineColumns, Specimen, unmeasured

@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from dielast.commands.simulation.comparison_recipe import Comparison
-from dielast.commands.simulation.recipe import SimulationRecipe
+from dielast.commands.simulation.recipe import Comparison, SimulationRecipe
 from dielast.commands.simulation.result import CaseResult, GivenUp
 from dielast.commands.simulation.step_recipe import HistoryStep
 from dielast.errors import InputError, Mistakes, Problem, and_more, as_toml, placed

@@ -8,8 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from dielast.commands.simulation.comparison_recipe import Comparison
-from dielast.commands.simulation.result_columns import roles_of
+from dielast.commands.simulation.recipe import Comparison, roles_of
 from dielast.errors import InputError, warn
 from dielast.io.files import Inputs
 from dielast.io.table import split_header

@@ -38,24 +38,22 @@ def _boundary(value: Any) -> tuple[str, str]:
 def prestretch_of(value: Any) -> tuple[float, float]:
     """The prestretch of axes 1 and 2."""
     pair = value if isinstance(value, list) else [value, value]
-    numbers = [
-        entry for entry in pair if isinstance(entry, int | float) and not isinstance(entry, bool) and 1 <= entry <= float_info.max
-    ]
-    if len(pair) != 2 or len(numbers) != 2:
+    if len(pair) != 2 or not all(_is_number(entry) and 1 <= entry <= float_info.max for entry in pair):
         strain = next((strain for entry in pair if (strain := _strain(entry)) is not None), None)
         hint = "" if strain is None else f"; a prestretch is 1 + strain: if that is a strain, write {1 + strain:g}"
         raise InputError(f"{shown(value)}: a prestretch of at least 1 is needed, or a pair such as [3.0, 1.0]{hint}")
     return float(pair[0]), float(pair[1])
 
 
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool)
+
+
 def _strain(value: Any) -> float | None:
     """The strain that was probably meant: a number between 0 and 1, or per cent; else None."""
-    if isinstance(value, str):
-        try:
-            return parse(value, STRAIN)
-        except InputError:
-            return None
-    return float(value) if isinstance(value, int | float) and not isinstance(value, bool) and 0 < value < 1 else None
+    with suppress(InputError):
+        return parse(value, STRAIN)
+    return float(value) if _is_number(value) and 0 < value < 1 else None
 
 
 ONE_PRESTRETCH = {"anyOf": [{"type": "number"}, {"type": "array", "items": {"type": "number"}, "minItems": 2, "maxItems": 2}]}
@@ -72,13 +70,10 @@ Prestretch = Annotated[tuple[float, float], PlainValidator(prestretch_of), WithJ
 
 def _timescale(value: Any) -> tuple[float, bool]:
     """A share of the time since the voltage came on (True), or a time in s (False)."""
-    for dimension, share in ((STRAIN, True), (TIME, False)):
-        try:
-            number = parse(value, dimension)
-        except InputError:
-            continue
-        if number >= 0:
-            return number, share
+    for dimension, is_share in ((STRAIN, True), (TIME, False)):
+        with suppress(InputError):
+            if (number := parse(value, dimension)) >= 0:
+                return number, is_share
     raise InputError(
         f'{shown(value)}: a share of the time since the voltage came on, such as "1 %", or a time, such as "0 s", is needed'
     )
@@ -108,26 +103,22 @@ class PullInSection(Section):
         return TimeScale.fraction(number) if is_share else TimeScale.fixed(number)
 
 
-def _shares(value: Any) -> tuple[float, ...]:
-    """Shares between 0 and 1."""
-    entries = value if isinstance(value, list) else [value]
-    if not entries:
-        raise InputError("a share between 0 and 1 is needed, or a list of them")
-    return tuple(map(_share, entries))
-
-
 def _share(value: Any) -> float:
     """A share between 0 and 1, as a number or in per cent."""
-    number = nan
-    if isinstance(value, str):
-        with suppress(InputError):
-            number = parse(value, STRAIN)
-    elif isinstance(value, int | float) and not isinstance(value, bool):
-        number = value
+    number = value if _is_number(value) else nan
+    with suppress(InputError):
+        number = parse(value, STRAIN)
     if not 0 < number < 1:
         whole = ': an electrode as large as the frame is boundary = "clamped"' if number == 1 else ""
         raise InputError(f'{shown(value)}: a share between 0 and 1 is needed, such as 0.05 or "5 %"{whole}')
     return float(number)
+
+
+def _shares(value: Any) -> tuple[float, ...]:
+    """Shares between 0 and 1."""
+    if value == []:
+        raise InputError("a share between 0 and 1 is needed, or a list of them")
+    return tuple(map(_share, value if isinstance(value, list) else [value]))
 
 
 _SHARE_SCHEMA = {
@@ -251,25 +242,26 @@ class FilmBase(Section):
         boundary, stated = self.boundary[0], self.stated_shares
         if boundary != "frame" and not swept and "mesh_rtol" in solver.model_fields_set:
             raise InputError('has no effect without boundary = "frame": leave it out', key="solver.mesh_rtol")
-        if boundary not in PASSIVE:
-            if swept:
-                return
-            for key, value in (("electrode_share", stated), ("frame_diameter", self.frame_diameter)):
-                if value is not None:
-                    only = 'boundary = "frame"' + ' or "strip"' * (key == "electrode_share")
-                    raise InputError(f"needs {only}, a film with a passive part", key=f"film.{key}")
-            return
-        if boundary == "strip" and self.frame_diameter is not None:
-            raise InputError(
-                "a strip has no frame: state electrode_share, the electrode's share of the length of the strip",
-                key="film.frame_diameter",
-            )
-        if stated is not None and self.frame_diameter is not None:
-            raise InputError("electrode_share and frame_diameter state the same: leave one of them out", key="film.frame_diameter")
-        if stated is None and self.frame_diameter is not None and self.electrode_diameter is None:
-            raise InputError(
-                "the diameter of the electrode is needed as well: state film.electrode_diameter", key="film.frame_diameter"
-            )
+        if boundary in PASSIVE:
+            self._check_passive(boundary)
+        elif stated is not None and not swept:
+            raise InputError('needs boundary = "frame" or "strip", a film with a passive part', key="film.electrode_share")
+        elif self.frame_diameter is not None and not swept:
+            raise InputError('needs boundary = "frame", a film with a passive part', key="film.frame_diameter")
+
+    def _check_passive(self, boundary: str) -> None:
+        """`InputError` unless the keys state one electrode share for a frame or a strip."""
+        stated = self.stated_shares
+        if self.frame_diameter is not None:
+            wrong = None
+            if boundary == "strip":
+                wrong = "a strip has no frame: state electrode_share, the electrode's share of the length of the strip"
+            elif stated is not None:
+                wrong = "electrode_share and frame_diameter state the same: leave one of them out"
+            elif self.electrode_diameter is None:
+                wrong = "the diameter of the electrode is needed as well: state film.electrode_diameter"
+            if wrong is not None:
+                raise InputError(wrong, key="film.frame_diameter")
         if self.shares is None:
             ways = "electrode_share, " + ("or electrode_diameter and frame_diameter" if boundary == "frame" else "of its length")
             raise InputError(f"{shown(boundary)} needs the electrode's share of the film: state film.{ways}", key="film.boundary")

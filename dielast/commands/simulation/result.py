@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from dielast.commands.simulation.result_columns import MAJOR_AXIS, MINOR_AXIS
+from dielast.commands.simulation.recipe import MAJOR_AXIS, MINOR_AXIS
 from dielast.numerics.columns import Floats
 from dielast.numerics.random_streams import stream
 
