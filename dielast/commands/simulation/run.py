@@ -14,7 +14,6 @@ from dielast.commands.simulation.cases import (
     axes_of,
     case_columns,
     compare_headline,
-    cycle_columns,
     divided,
     failures,
     matches,
@@ -34,6 +33,7 @@ from dielast.numerics.columns import Floats
 from dielast.recipe.cases import Case
 from dielast.report.report import Report
 from dielast.sharing.execution import Execution, solve_batches
+from dielast.simulate.cycles import cycle_table
 
 Figures = dict[str, Callable[[], Any]]
 
@@ -125,7 +125,7 @@ def report_of(simulation: Simulation, cases: Sequence[Case[Any]], inputs: Inputs
     simulation.warn(cases, materials, clean, [solver_steps(recipe, inputs) for recipe in recipes])
     results = [with_noise(result, recipe, case) for case, (result, recipe) in enumerate(zip(clean, recipes, strict=True))]
     columns = [with_axes(result.columns, recipe) for result, recipe in zip(results, recipes, strict=True)]
-    cycling = cycle_columns(results)
+    cycling = {case: result.cycles for case, result in enumerate(results) if result.cycles is not None}
     intervals: dict[str, dict[str, Any]] = {}
     samples: Sequence[Sample | None] = [None] * len(cases)
     if any(recipe.uncertainty is not None for recipe in recipes):
@@ -159,8 +159,8 @@ def report_of(simulation: Simulation, cases: Sequence[Case[Any]], inputs: Inputs
 
     more_tables, more_figures = simulation.extras(cases, materials, results)
     tables = {f"{kind}.csv": result_columns(results), **more_tables, **tables, "cases.csv": case_columns(cases)}
-    if cycling is not None:
-        tables["cycles.csv"] = cycling
+    if cycling:
+        tables["cycles.csv"] = cycle_table(cycling)
     sections = simulation.headline(cases, results) | sections
     if matched:
         sections["compare"] = compare_headline(matched)
