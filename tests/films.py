@@ -13,8 +13,9 @@ from dielast.material.spectrum import Spectrum
 from dielast.material.springs import Gent
 from dielast.mechanics.course import Piece
 from dielast.mechanics.point import Points
-from dielast.simulate.film import Film, Outcome
+from dielast.simulate.film import Film
 from dielast.simulate.follow import follow
+from dielast.simulate.history import Outcome
 from dielast.simulate.reach import symmetry_of
 from dielast.simulate.record import Recorder
 from dielast.simulate.wanted import Wanted

@@ -11,7 +11,7 @@ cycle over the energy that it delivers: 1 without losses in film and circuit.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -76,12 +76,6 @@ class CycleTable(TabularResult):
     def columns(self) -> Table:
         """The table of all cases, one after another."""
         return cycle_table({row: self.case(row) for row in range(len(self.mean))})
-
-    @classmethod
-    def joined(cls, tables: Sequence[CycleTable], place: Cases) -> CycleTable:
-        """The cases of all tables, in the order given by their indices `place` (cases,) in the concatenated tables."""
-        names = tables[0].names
-        return cls(tables[0].unit, *(np.concatenate([getattr(table, name) for table in tables])[place] for name in names))
 
 
 def cycle_table(cases: Mapping[int, Mapping[str, Floats]]) -> Table:

@@ -15,9 +15,9 @@ from dielast.mechanics.criteria.loss_of_tension import LossOfTension
 from dielast.numerics.columns import Cases, Flags, Floats, paired
 from dielast.numerics.edged_roots import EDGE, ENDED, FAR, FOUND, OPEN, PASSED, SHORT, EdgedRoots
 from dielast.numerics.integrate import Status
-from dielast.simulate.events import first_of
 from dielast.simulate.film_grid import FilmGrid, Group
 from dielast.simulate.goal import Goal, voltage_about
+from dielast.simulate.history import first_of
 from dielast.simulate.lives import live
 
 ROUNDS = 100  # of trials, at most: a bracket is halved every other round

@@ -24,9 +24,9 @@ from dielast.mechanics.stability import ONE_PERCENT, TimeScale
 from dielast.numerics.columns import Floats
 from dielast.numerics.integrate import Status
 from dielast.simulate.durations import lasting
-from dielast.simulate.film import REASONS
 from dielast.simulate.film_grid import axis_of, check_weights, lay_out, prestretches_of
 from dielast.simulate.film_setup import MESH_RTOL, FilmSetup
+from dielast.simulate.history import REASONS
 from dielast.simulate.map_plan import Cells, MapPlan, column_of, solve_cells
 
 if TYPE_CHECKING:

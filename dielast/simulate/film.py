@@ -14,33 +14,6 @@ from dielast.mechanics.point import LoadedPoints, Points
 from dielast.mechanics.span import Controls, Load, stretched
 from dielast.mechanics.symmetric import Films, SymmetricPoints, Symmetry
 from dielast.numerics.columns import Cases, Floats
-from dielast.numerics.integrate import Status
-
-REASONS = {
-    Status.STEP_VANISHED: "the rates grow beyond all bounds",
-    Status.TOO_MANY_STEPS: "the integration takes too many steps",
-    Status.STALLED: "the integration comes to a standstill",
-    Status.NO_START: "no stable equilibrium within the springs' limits under a load applied at once",
-}
-
-
-@dataclass(frozen=True, slots=True)
-class Outcome:
-    """How one case ended: `completed` at `time` (s), or abandoned at that time because of `reason`.
-
-    If an event stopped a completed case, `reason` is its name.
-    """
-
-    completed: bool
-    time: float
-    reason: str = ""
-
-    @classmethod
-    def of(cls, status: int, time: float, stopped_at: str = "") -> Outcome:
-        """The outcome of a case that ended with this `Status`; `stopped_at` is the event that stopped it."""
-        if status == Status.STOPPED:
-            return cls(True, float(time), stopped_at)
-        return cls(status == Status.COMPLETED, float(time), REASONS.get(Status(status), ""))
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -115,6 +115,8 @@ def follow(
             meter.begin(course)
         lasting = np.where(alive, course.duration, 0.0)
         if not lasting.any():
+            if meter is not None:
+                meter.finish()
             continue
         spans = _Driven(course) if course.spans > 1 else None
         result = integrate(

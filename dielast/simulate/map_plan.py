@@ -11,8 +11,8 @@ from dielast.io.result import Result
 from dielast.mechanics.criteria.loss_of_tension import LossOfTension
 from dielast.mechanics.span import Controls
 from dielast.numerics.columns import Cases, Floats
-from dielast.simulate.events import first_of
 from dielast.simulate.film_grid import Group
+from dielast.simulate.history import first_of
 from dielast.simulate.lives import live
 
 CHUNK = 2048  # cells

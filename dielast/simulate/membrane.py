@@ -23,9 +23,9 @@ from dielast.mechanics.span import Control
 from dielast.numerics.columns import Cases, Floats
 from dielast.numerics.integrate import Status
 from dielast.simulate.cycles import CycleMeter, CycleTable
-from dielast.simulate.film import Film, Outcome
+from dielast.simulate.film import Film
 from dielast.simulate.follow import follow
-from dielast.simulate.history import History
+from dielast.simulate.history import History, Outcome
 from dielast.simulate.reach import check_reach, symmetry_of
 from dielast.simulate.record import Recorder
 from dielast.simulate.wanted import Wanted, check_cycles, check_end, check_tolerance

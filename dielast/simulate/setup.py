@@ -24,9 +24,10 @@ from dielast.mechanics.symmetric import EQUIBIAXIAL
 from dielast.numerics.columns import Cases, Flags, Floats, paired
 from dielast.numerics.integrate import Status
 from dielast.simulate.breakdown_fields import BreakdownFields
-from dielast.simulate.film import REASONS, Film
+from dielast.simulate.film import Film
 from dielast.simulate.film_setup import FilmSetup, pair_in_words
 from dielast.simulate.follow import follow
+from dielast.simulate.history import REASONS
 from dielast.simulate.passive_parts import Passive
 from dielast.simulate.reach import or_per_cent, out_of_reach
 from dielast.simulate.wanted import check_tolerance

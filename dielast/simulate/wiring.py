@@ -20,13 +20,16 @@ from dielast.numerics.columns import Cases, Flags, Floats
 class Wiring:
     """Whether the source prescribes the `charge`, or else a voltage, through a `resistance` r = R A/L_3 (cases,) in ohm m.
 
-    `leakage` has constants (cases,); `area` (cases,) is that of the undeformed electrode in m^2, None if unknown.
+    `leakage` has constants (cases,); `area` (cases,) is that of the undeformed electrode in m^2, None if unknown. `has_resistance`
+    and `has_leakage` say whether they were stated, even as 0.
     """
 
     charge: bool
     resistance: Floats
     leakage: Leakage
     area: Floats | None
+    has_resistance: bool
+    has_leakage: bool
 
     @classmethod
     def of(
@@ -52,7 +55,8 @@ class Wiring:
         leak = Leakage() if leakage is None else leakage
         field = np.broadcast_to(np.asarray(leak.field, dtype=float).reshape(-1), (cases,))
         leak = Leakage(spread(leak.conductivity, "leakage", cases), field)
-        return cls(charge, ohm if areas is None else ohm * areas / thickness, leak, areas)
+        r = ohm if areas is None else ohm * areas / thickness
+        return cls(charge, r, leak, areas, resistance is not None, leakage is not None)
 
     @property
     def has_circuit(self) -> Flags:

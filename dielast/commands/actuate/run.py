@@ -28,8 +28,8 @@ from dielast.report.report import Report
 from dielast.sharing.execution import Execution
 from dielast.simulate.actuate import actuate
 from dielast.simulate.actuation_history import ActuationHistory
-from dielast.simulate.events import Event, event_columns
 from dielast.simulate.film_setup import MESH_RTOL
+from dielast.simulate.history import Event, event_columns
 from dielast.simulate.profile import profile_table
 
 if TYPE_CHECKING:

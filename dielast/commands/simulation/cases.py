@@ -24,11 +24,10 @@ from dielast.material.material import Material
 from dielast.numerics.columns import Floats
 from dielast.recipe.cases import Case
 from dielast.simulate.cycles import cycle_table
-from dielast.simulate.history import History
+from dielast.simulate.history import Event, History
 
 if TYPE_CHECKING:
     from dielast.commands.simulation.compare import Match
-    from dielast.simulate.events import Event
 
 PART = 2**14  # branches in a batch, over all cases: less than a second of work
 FINE = 4000  # points along a history for a comparison over another quantity than time

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from dielast.numerics.columns import Floats
 
 if TYPE_CHECKING:
-    from dielast.simulate.events import Event
+    from dielast.simulate.history import Event
     from dielast.simulate.sensitivity import Sensitivity
 
 
