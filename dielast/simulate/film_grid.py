@@ -22,7 +22,7 @@ from dielast.mechanics.stability import TimeScale
 from dielast.mechanics.watch import Watch
 from dielast.numerics.columns import Cases, Floats, paired
 from dielast.simulate.film import Film
-from dielast.simulate.film_setup import FilmSetup, Prestretch
+from dielast.simulate.film_setup import FilmSetup, OfAxes
 from dielast.simulate.follow import follow
 from dielast.simulate.record import Recorder
 from dielast.simulate.setup import Setup, set_up
@@ -166,7 +166,7 @@ def axis_of(values: ArrayLike, name: str) -> Floats:
     return array
 
 
-def prestretches_of(prestretch: Prestretch) -> Floats:
+def prestretches_of(prestretch: OfAxes) -> Floats:
     """The prestretches (n, 2) of axes 1 and 2, from a list of numbers (equibiaxial) or of pairs."""
     pairs = real_numbers(prestretch, "prestretch")
     pairs = np.stack((pairs, pairs), axis=-1) if pairs.ndim < 2 else pairs
@@ -193,7 +193,7 @@ def lay_out(
     With a `sample`, also the films of its draws, solved to `drawn_rtol`, by default a larger tolerance. Thickness and electrode
     share of the `film`, and the breakdown field, are numbers or (films,). Raises `InputError` for invalid arguments.
     """
-    films, weights = temperature.size, film.weights[:2]
+    films, weights = temperature.size, film.forces
     for axis, weight in enumerate(weights):
         if weight is not None and np.any(prestretch[:, axis] != 1):
             stated = "the weight stretches it: a prestretch of 1 says so"

@@ -51,10 +51,10 @@ class Wanted:
         return np.unique([cycle - 1 for cycle in listed if cycle <= cycles]).astype(np.intp)
 
 
-def check_tolerance(rtol: float) -> None:
+def check_tolerance(rtol: float, argument: str = "rtol") -> None:
     """`InputError` for a relative tolerance outside of [`LEAST_RTOL`, `MOST_RTOL`]."""
     if not LEAST_RTOL <= rtol <= MOST_RTOL:
-        raise InputError(f"{rtol:g} is not between {LEAST_RTOL:g} and {MOST_RTOL:g}", argument="rtol")
+        raise InputError(f"{rtol:g} is not between {LEAST_RTOL:g} and {MOST_RTOL:g}", argument=argument)
 
 
 def _given_times(times: object, cases: int) -> Floats:

@@ -14,6 +14,7 @@ from dielast.mechanics.circuit import Circuit
 from dielast.mechanics.electric import CHARGE
 from dielast.mechanics.point import Points
 from dielast.numerics.columns import Cases, Flags, Floats
+from dielast.simulate.film_setup import positive
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -46,9 +47,7 @@ class Wiring:
         if np.any(ohm < 0):
             case = int(np.argmin(ohm))
             raise InputError(f"{ohm[case]:g} ohm: it must not be negative", argument="source_resistance", case=of_case(case, cases))
-        areas = None if area is None else spread(area, "electrode_area", cases)
-        if areas is not None and np.any(areas <= 0):
-            raise InputError(f"{float(areas.min()):g} m^2: it must be positive", argument="electrode_area")
+        areas = None if area is None else positive(area, "electrode_area", "m^2", cases)
         if np.any(ohm > 0) and areas is None:
             needed = "the current that flows through it depends on the area of the electrode: state it, too"
             raise InputError(needed, argument="source_resistance")
