@@ -21,9 +21,8 @@ from dielast.mechanics.stability import ONE_PERCENT, TimeScale
 from dielast.simulate.actuation_history import ActuationHistory, run_films
 from dielast.simulate.film_setup import MESH_RTOL, FilmSetup
 from dielast.simulate.history import joined
-from dielast.simulate.profile import given_times
+from dielast.simulate.output import Output, check_cycles, check_end, stated_times
 from dielast.simulate.setup import Setup, set_up
-from dielast.simulate.wanted import Wanted, check_cycles, check_end
 from dielast.simulate.wiring import Wiring
 
 
@@ -108,15 +107,14 @@ def actuate(
     if setup.passive is not None and stated:
         only = "a film with a passive part, boundary frame or strip, can only be driven by an ideal source of voltage"
         raise InputError(f"{only}; its charge and energies are not computed", argument=stated[0])
-    wanted = Wanted.of(times, cases, points_per_decade, cycles)
-    check_cycles(wanted.cycles, pieces)
+    output = Output.of(times, cases, points_per_decade, cycles)
+    check_cycles(output.cycles, pieces)
     duration = np.sum([piece.begin(np.zeros((3, cases))).duration for piece in pieces], axis=0)
-    check_end(wanted.times, duration, "programme")
-    profile_times = given_times(profile)
-    if profile_times is not None:
-        if setup.passive is None:
-            raise InputError("it is of films with a passive part, boundary frame or strip", argument="profile")
-        check_end(np.broadcast_to(profile_times, (cases, profile_times.size)), duration, "programme", "profile")
+    check_end(output.times, duration, "programme")
+    profile_times = None if profile is None else stated_times(profile, cases, "profile")
+    if profile_times is not None and setup.passive is None:
+        raise InputError("it is of films with a passive part, boundary frame or strip", argument="profile")
+    check_end(profile_times, duration, "programme", "profile")
     stops = _stops(stop_at, [material] if isinstance(material, Material) else list(material), setup)
     parts = setup.groups(wiring.has_circuit)
     histories = [
@@ -125,7 +123,7 @@ def actuate(
             part,
             wiring,
             [piece.take(part) for piece in pieces],
-            wanted,
+            output,
             timescale=pull_in_timescale,
             stops=stops,
             with_end=times is None if with_end is None else with_end,

@@ -21,10 +21,10 @@ from dielast.simulate.cycles import CycleMeter, CycleTable
 from dielast.simulate.electrical import UNITS, Electrical, ElectricMeter, nominal
 from dielast.simulate.follow import follow
 from dielast.simulate.history import Event, History, Outcome, event_columns, events_of, first_of
+from dielast.simulate.output import Output
 from dielast.simulate.profile import ProfileRecorder, Profiles
 from dielast.simulate.record import Record, Recorder, ending
 from dielast.simulate.setup import Setup
-from dielast.simulate.wanted import Wanted
 from dielast.simulate.wiring import Wiring
 
 
@@ -84,7 +84,7 @@ def run_films(
     part: Cases,
     wiring: Wiring,
     pieces: Sequence[Piece],
-    wanted: Wanted,
+    output: Output,
     *,
     timescale: TimeScale,
     stops: Sequence[str],
@@ -102,12 +102,12 @@ def run_films(
     begin = np.exp(0.5 * relaxed.log_squared_stretch)
     leakage = wiring.leakage.take(part) if electrical else None
     electric = None if leakage is None else ElectricMeter(leakage, part.size)
-    recorder = Recorder(wanted.take(part), part.size, points.rate.shape[0], watch, electric)
-    meter, profiler = CycleMeter(points, begin[0], False, leakage), None
+    recorders = [Recorder(output.take(part), watch, electric)]
     if profile_times is not None and setup.passive is not None:
-        profiler = ProfileRecorder(profile_times, setup.passive.spread(part))
-    followed = follow(film, pieces, rtol=rtol, watch=watch, recorder=recorder, meter=meter, profiler=profiler)
-    record, happened = recorder.collect(), watch.happened
+        recorders.append(ProfileRecorder(Output(profile_times[part]), spread=setup.passive.spread(part)))
+    meter = CycleMeter(points, begin[0], False, leakage)
+    followed = follow(film, pieces, rtol=rtol, watch=watch, recorders=recorders, meter=meter)
+    record, happened = recorders[0].collect(), watch.happened
     stopped, last = followed.status == Status.STOPPED, first_of(happened, stops)
     # events located in an equilibrium that ends where the numerics give up may be slightly later
     latest = np.fmax.reduce([np.zeros(part.size), *(entry.time for entry in happened.values())])
@@ -148,7 +148,7 @@ def run_films(
         cycles=meter.collect(),
         damage=_damage(setup, part, record),
         electrical=_electrical(record, thickness, wiring, part) if electrical else None,
-        profiles=None if profiler is None else Profiles(tuple(profiler.collect(reached))),
+        profiles=next((recorder.profiles(reached) for recorder in recorders if isinstance(recorder, ProfileRecorder)), None),
     )
 
 

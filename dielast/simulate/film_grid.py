@@ -24,9 +24,9 @@ from dielast.numerics.columns import Cases, Floats, paired
 from dielast.simulate.film import Film
 from dielast.simulate.film_setup import FilmSetup, OfAxes
 from dielast.simulate.follow import follow
+from dielast.simulate.output import Output
 from dielast.simulate.record import Recorder
 from dielast.simulate.setup import Setup, set_up
-from dielast.simulate.wanted import Wanted
 
 if TYPE_CHECKING:
     from dielast.material.scatter import Sample
@@ -104,13 +104,10 @@ class Group:
         if horizon > ramp:
             pieces.append(Ramp(controls, (None, None, None), np.full(field.size, horizon - ramp)))
         begin = np.exp(0.5 * film.condition.log_squared_stretch)
-        recorder = None
-        if len(times):
-            wanted = Wanted(np.broadcast_to(np.array(times), (field.size, len(times))))
-            recorder = Recorder(wanted, field.size, film.points.rate.shape[0])
-        status = follow(film, pieces, rtol=self.rtol, watch=watch, recorder=recorder).status
+        recorders = [Recorder(Output(np.broadcast_to(np.array(times), (field.size, len(times)))))] if len(times) else []
+        status = follow(film, pieces, rtol=self.rtol, watch=watch, recorders=recorders).status
         stretched = np.zeros((2, 0, field.size))
-        if recorder is not None:
+        for recorder in recorders:
             stretched = recorder.collect().stretch.transpose(0, 2, 1) / begin[:, None]
         happened = {criterion: entry.take(np.arange(count)) for criterion, entry in watch.happened.items()}
         return Lives(happened, status[:count], stretched[..., :count], begin[:, :count])

@@ -12,7 +12,7 @@ from dielast.io.result import Result
 from dielast.mechanics.cases import of_case, spread
 from dielast.mechanics.span import Control, Controls
 from dielast.numerics.columns import Floats
-from dielast.simulate.wanted import check_tolerance
+from dielast.simulate.output import check_tolerance
 
 MESH_RTOL = 1e-6
 CLOSEST = 1e-8  # smallest distance of a share from 0 and from 1; closer films differ by less than rounding

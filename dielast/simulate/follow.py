@@ -16,7 +16,6 @@ from dielast.numerics.stride import Stride
 from dielast.simulate.at_once import apply_at_once
 from dielast.simulate.cycles import CycleMeter
 from dielast.simulate.film import Film
-from dielast.simulate.profile import ProfileRecorder
 from dielast.simulate.record import Recorder
 
 
@@ -65,9 +64,8 @@ def follow(
     *,
     rtol: float,
     watch: Watch | None = None,
-    recorder: Recorder | None = None,
+    recorders: Sequence[Recorder] = (),
     meter: CycleMeter | None = None,
-    profiler: ProfileRecorder | None = None,
 ) -> Followed:
     """Follow films through `pieces`, to the end or until the `watch` stops a case.
 
@@ -77,7 +75,7 @@ def follow(
     condition = film.condition
     cases = condition.time.size
     status, steps, every = np.zeros(cases, dtype=np.intp), np.zeros(cases, dtype=np.intp), np.arange(cases)
-    observers = [observer for observer in (watch, recorder, meter, profiler) if observer is not None]
+    observers = [observer for observer in (watch, *recorders, meter) if observer is not None]
 
     def observe(stride: Stride) -> Flags | None:
         return next((done for done in [observer(stride) for observer in observers] if done is not None), None)
@@ -93,8 +91,9 @@ def follow(
                 watch.clock.jump(condition.time, present[2], np.where(jumps, course.start[2], present[2]))
             before = condition
             film = apply_at_once(film, piece.controls, _acting(film, present, course.start), jumps, status, watch)
-            if recorder is not None and recorder.electric is not None:
-                recorder.electric.leap(film.points, piece.controls, before, film.condition)
+            for recorder in recorders:
+                if recorder.electric is not None:
+                    recorder.electric.leap(film.points, piece.controls, before, film.condition)
             if film.points.circuit is not None:
                 source = np.where(jumps, course.start[2], present[2])
                 film = replace(film, condition=replace(film.condition, source=source))
@@ -104,10 +103,8 @@ def follow(
         alive = status == Status.COMPLETED
         if watch is not None:
             watch.begin(system, state, condition.time, alive & jumps)
-        if recorder is not None:
+        for recorder in recorders:
             recorder.begin(course, condition.time, alive, jumps, system, state, last=index == len(pieces) - 1)
-        if profiler is not None:
-            profiler.begin(system, state, condition.time, alive)
         if watch is not None:
             status[alive & watch.done] = Status.STOPPED
             alive = status == Status.COMPLETED

@@ -31,8 +31,8 @@ from dielast.simulate.film import Film
 from dielast.simulate.film_setup import FilmSetup, Stretched, pair_in_words, positive
 from dielast.simulate.follow import follow
 from dielast.simulate.history import REASONS
+from dielast.simulate.output import check_tolerance
 from dielast.simulate.reach import check_limits
-from dielast.simulate.wanted import check_tolerance
 
 COARSER = 10.0 ** np.arange(-10, -1)  # tolerances to suggest where the requested one cannot be met
 
@@ -208,6 +208,7 @@ def set_up(
     fields = [] if breakdown_field is None or isinstance(breakdown_field, BreakdownLaw) else [breakdown_field]
     cases = one_set([*map(np.size, (*film.varied(), temperature, *fields, *spanning)), len(materials)])
     thickness, prestretch = positive(film.thickness, "thickness", "m", cases), film.stretched(cases)
+    controls = film.controls
     share, hung, ramp = film.share(prestretch, cases), film.hung(thickness, prestretch), film.ramp(prestretch, cases)
     temperatures = spread(temperature, "temperature", cases)
     points = Points.of(materials, temperatures, rtol)
@@ -225,7 +226,7 @@ def set_up(
     passive = None
     if share is not None:
         passive = Passive.of(points, share, held[0], None if film.surrounded == "frame" else held[1], film.mesh_rtol)
-    ends = film.controls, field, following, damage, passive, hung
+    ends = controls, field, following, damage, passive, hung
     return Setup(points, temperatures, thickness, prestretch, ramp, film.relax, *ends)
 
 

@@ -24,9 +24,9 @@ from dielast.numerics.stride import DenseSteps, Stride
 from dielast.simulate.electrical import ElectricMeter, nominal
 from dielast.simulate.film import Condition, Film
 from dielast.simulate.follow import follow
+from dielast.simulate.output import Output
 from dielast.simulate.record import Recorder
 from dielast.simulate.setup import prestretched
-from dielast.simulate.wanted import Wanted
 from dielast.simulate.wiring import Wiring
 
 THICKNESS, AREA = 0.5e-3, 1e-4
@@ -115,8 +115,8 @@ def test_energy_is_conserved(
     watched = WatchedFilms(controls, np.inf * one, ONE_PERCENT, begin.nominal_stress, points.stress_floor)
     watch, meter = Dashpots(watched, wiring.resistance), ElectricMeter(wiring.leakage, 1)
     pieces = electrical_pieces(steps, controls, one if charge else THICKNESS * one)
-    recorder = Recorder(Wanted(points_per_decade=2), 1, film.points.rate.shape[0], watch, meter)
-    end = follow(film, pieces, rtol=rtol, watch=watch, recorder=recorder).film.condition
+    recorder = Recorder(Output(points_per_decade=2), watch, meter)
+    end = follow(film, pieces, rtol=rtol, watch=watch, recorders=[recorder]).film.condition
     work, leaked, lost = meter.totals[:, 0]
     free = np.array([control is FREE for control in controls])
     moved = np.exp(0.5 * end.log_squared_stretch) - np.exp(0.5 * begin.log_squared_stretch)

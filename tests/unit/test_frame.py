@@ -230,7 +230,7 @@ def test_a_map_has_an_axis_of_shares() -> None:
         ({"source_resistance": 1e6, "electrode_area": 1e-4}, "source_resistance: a film with a passive part"),
         ({"mesh_rtol": 0.0}, "mesh_rtol: 0 is not between"),
         ({"boundary": ("frame", "clamped")}, "boundary: .* or frame, or strip"),
-        ({"profile": [-1.0]}, "profile: finite times that ascend from 0"),
+        ({"profile": [-1.0]}, "profile: output times must be finite and not negative"),
         ({"profile": [1e3]}, "profile: 1000 s lies after the end of the programme"),
         ({"boundary": "clamped", "electrode_share": None, "profile": [1.0]}, "profile: it is of films with a passive part"),
     ],
