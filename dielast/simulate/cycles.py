@@ -11,13 +11,12 @@ cycle over the energy that it delivers: 1 without losses in film and circuit.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from dielast.io.result import TabularResult
-from dielast.io.table import Column, Table
+from dielast.io.table import Table, case_table
 from dielast.material.leakage import Leakage
 from dielast.mechanics.course import Course
 from dielast.mechanics.cycles import Cycles
@@ -75,17 +74,7 @@ class CycleTable(TabularResult):
 
     def columns(self) -> Table:
         """The table of all cases, one after another."""
-        return cycle_table({row: self.case(row) for row in range(len(self.mean))})
-
-
-def cycle_table(cases: Mapping[int, Mapping[str, Floats]]) -> Table:
-    """The table of the cycles of several cases, by the number of the case."""
-    counts = [table["cycle"].size for table in cases.values()]
-    columns = [Column("case", None, np.repeat(list(cases), counts))]
-    for header in next(iter(cases.values())):
-        name, _, unit = header.rstrip("]").partition(" [")
-        columns.append(Column(name, unit or None, np.concatenate([table[header] for table in cases.values()])))
-    return columns
+        return case_table({row: self.case(row) for row in range(len(self.mean))})
 
 
 @dataclass(slots=True, eq=False)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -309,9 +309,6 @@ def _best_first(result: Design) -> Design:
     # films of equal life are sorted by failure probability, and then by voltage
     keys = [result.voltage, probability, np.where(yes, -result.life, -result.largest), ~yes, result.target]
     order = np.lexsort([np.where(np.isnan(key), np.inf, key) for key in keys])
-    names = ["temperature", "prestretch", "thickness", "target", "voltage", "time_to_failure"]
-    names += ["failure_mode", "reached", "because", "largest"]
-    share = None if result.electrode_share is None else result.electrode_share[order]
-    drawn = None if result.drawn is None else result.drawn.take(order)
-    ordered = {name: getattr(result, name)[order] for name in names}
-    return replace(result, **ordered, electrode_share=share, drawn=drawn)
+    values = {entry.name: getattr(result, entry.name) for entry in fields(result)}
+    ordered: dict[str, Any] = {name: value[order] for name, value in values.items() if isinstance(value, np.ndarray)}
+    return replace(result, **ordered, drawn=None if result.drawn is None else result.drawn.take(order))

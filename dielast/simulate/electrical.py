@@ -120,25 +120,13 @@ def flow(films: Films, leakage: Leakage, time: Floats, state: Floats, rate: Floa
     return Flow(field, load.value(time)[ELECTRIC], charge, leak, rate[films.border] + leak)
 
 
-@dataclass(slots=True, eq=False)
-class _End:
-    """The last step of columns (k,) whose cases stopped within it; `start` (k,) is the beginning of their spans in s since the
-    programme began, `before` (3, k) the energies at the beginning of the step.
-    """
-
-    steps: DenseSteps
-    films: Films
-    start: Floats
-    before: Floats
-
-
 class ElectricMeter:
     """Integrates the energies `totals` (3, cases) in J/m^3: work of the source, leaked energy, energy lost in the resistance."""
 
     def __init__(self, leakage: Leakage, cases: int) -> None:
         self.leakage, self.totals = leakage, np.zeros((3, cases))
         self._start, self._source = np.zeros(cases), np.zeros(cases)
-        self._ends: list[_End] = []
+        self._ends: list[tuple[DenseSteps, Films, Floats, Floats]] = []  # see `follow`
 
     def leap(self, points: Points, controls: Controls, before: Condition, after: Condition) -> None:
         """Add the work of a load applied at once, which takes the films from the condition `before` to that `after`."""
@@ -166,7 +154,9 @@ class ElectricMeter:
         return self._within(films, steps, self.totals[:, steps.cases], time)
 
     def follow(self, stride: Stride, stopped: Flags) -> None:
-        """Add a step; columns `stopped` (pool,) within it are stored for `ended`."""
+        """Add a step; columns `stopped` (pool,) within it are stored for `ended`, with the beginning of their spans in s since the
+        programme began, and the energies before the step.
+        """
         columns = paired(np.flatnonzero(stride.accepted))
         if not columns.size:
             return
@@ -175,7 +165,7 @@ class ElectricMeter:
         before = self.totals[:, steps.cases]
         if (last := np.flatnonzero(stopped[columns])).size:
             start = self._start[steps.cases] + stride.begin[columns]
-            self._ends.append(_End(steps.take(last), films.take(last), start[last], before[:, last]))
+            self._ends.append((steps.take(last), films.take(last), start[last], before[:, last]))
         self.totals[:, steps.cases] = before + self._energies(films, steps, np.ones(columns.size))
 
     def ended(self, time: Floats) -> Floats:
@@ -186,8 +176,8 @@ class ElectricMeter:
         """
         none = np.full(time.size, np.nan)
         rows = np.stack((none, self._source, none, *self.totals))
-        for end in self._ends:
-            rows[:, end.steps.cases] = self._within(end.films, end.steps, end.before, time[end.steps.cases] - end.start)
+        for steps, films, start, before in self._ends:
+            rows[:, steps.cases] = self._within(films, steps, before, time[steps.cases] - start)
         return rows
 
     def _within(self, films: Films, steps: DenseSteps, before: Floats, time: Floats) -> Floats:

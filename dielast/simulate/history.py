@@ -114,7 +114,7 @@ class History(TabularResult):
 
     def columns(self) -> Table:
         """The table of all cases, one after another."""
-        return case_table(self.temperature.tolist(), [self.case(row) for row in range(len(self.stretch_1))])
+        return case_table({row: self.case(row) for row in range(len(self.stretch_1))}, self.temperature.tolist())
 
     @property
     def completed(self) -> bool:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from dielast.io.result import TabularResult
-from dielast.io.table import Column, Table
+from dielast.io.table import Table, case_table
 from dielast.mechanics.passive.forms import Spread
 from dielast.mechanics.passive.framed import FramedFilms, Surroundings
 from dielast.mechanics.symmetric import Films
@@ -35,16 +35,7 @@ class Profiles(TabularResult):
 
     def columns(self) -> Table:
         """The table of all cases, one after another."""
-        return profile_table(self.cases)
-
-
-def profile_table(cases: Sequence[Mapping[str, Floats]]) -> Table:
-    """The table of the profiles of all cases, one after another."""
-    headers = [f"{name} [{unit}]" for name, unit in UNITS.items()]
-    counts = [case[headers[0]].size for case in cases]
-    values = [np.concatenate([case[header] for case in cases]) for header in headers]
-    columns = [Column(name, unit, column) for (name, unit), column in zip(UNITS.items(), values, strict=True)]
-    return [Column("case", None, np.repeat(np.arange(len(cases)), counts)), *columns]
+        return case_table(dict(enumerate(self.cases)))
 
 
 @dataclass(slots=True, eq=False)

@@ -16,7 +16,7 @@ from dielast.commands.simulation.result import CaseResult
 from dielast.commands.simulation.run import Columns, Known, Simulation, Solve, report_of
 from dielast.handover.breakdown_section import breakdown
 from dielast.io.files import Inputs
-from dielast.io.table import Table
+from dielast.io.table import Table, case_table
 from dielast.material.leakage import Leakage
 from dielast.material.material import Material
 from dielast.material.scatter import Sample
@@ -30,7 +30,6 @@ from dielast.simulate.actuate import actuate
 from dielast.simulate.actuation_history import ActuationHistory
 from dielast.simulate.film_setup import MESH_RTOL
 from dielast.simulate.history import Event, event_columns
-from dielast.simulate.profile import profile_table
 
 if TYPE_CHECKING:
     from dielast.commands.simulation.pictures import FilmEvent
@@ -142,7 +141,7 @@ class Films(Simulation):
     def tables(self, recipe: ActuateRecipe, results: Sequence[CaseResult]) -> dict[str, Table]:
         """The tables of events and profiles."""
         profiles = [result.profile for result in results if result.profile is not None]
-        more = {"profile.csv": profile_table(profiles)} if profiles else {}
+        more = {"profile.csv": case_table(dict(enumerate(profiles)))} if profiles else {}
         if known := [result.sensitivity for result in results if result.sensitivity is not None]:
             from dielast.commands.simulation.sensitivity import SENSITIVITY, table_of
 

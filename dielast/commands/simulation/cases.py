@@ -23,7 +23,6 @@ from dielast.material.checks import warn_of_material
 from dielast.material.material import Material
 from dielast.numerics.columns import Floats
 from dielast.recipe.cases import Case
-from dielast.simulate.cycles import cycle_table
 from dielast.simulate.history import Event, History
 
 if TYPE_CHECKING:
@@ -98,7 +97,7 @@ def result_columns(results: Sequence[CaseResult]) -> Table:
     columns = [
         {header: result.columns.get(header, np.full(_rows(result.columns), np.nan)) for header in headers} for result in results
     ]
-    return case_table([result.temperature for result in results], columns)
+    return case_table(dict(enumerate(columns)), [result.temperature for result in results])
 
 
 def _rows(columns: Mapping[str, Floats]) -> int:
@@ -108,7 +107,7 @@ def _rows(columns: Mapping[str, Floats]) -> int:
 def cycle_columns(results: Sequence[CaseResult]) -> Table | None:
     """The table of all cycles of all cases, None if there are none."""
     cycling = {case: result.cycles for case, result in enumerate(results) if result.cycles is not None}
-    return cycle_table(cycling) if cycling else None
+    return case_table(cycling) if cycling else None
 
 
 def case_result(
