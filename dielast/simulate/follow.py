@@ -109,7 +109,7 @@ def follow(
             status[alive & watch.done] = Status.STOPPED
             alive = status == Status.COMPLETED
         if meter is not None:
-            meter.begin(course)
+            meter.begin(course, system, state)
         lasting = np.where(alive, course.duration, 0.0)
         if not lasting.any():
             if meter is not None:
