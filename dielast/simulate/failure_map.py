@@ -21,7 +21,7 @@ from dielast.material.breakdown import BreakdownLaw
 from dielast.material.material import Material
 from dielast.mechanics.criteria.loss_of_tension import LossOfTension
 from dielast.mechanics.stability import ONE_PERCENT, TimeScale
-from dielast.numerics.columns import Floats
+from dielast.numerics.columns import Cases, Floats
 from dielast.numerics.integrate import Status
 from dielast.simulate.durations import lasting
 from dielast.simulate.film_grid import axis_of, lay_out, prestretches_of
@@ -246,33 +246,25 @@ def _stretch_times(stretch_at: Mapping[str, float] | ArrayLike, horizon: float) 
 def assembled(plan: MapPlan, solved: Sequence[Cells]) -> list[FailureMap]:
     """The map from its solved cells, in any order, followed by the map of each draw."""
     ordered = sorted(solved, key=lambda cells: cells.first)
-    films = np.concatenate([group.films for group in plan.grid.groups])
-    shape = (1 + plan.grid.draws, plan.temperature.size, len(plan.prestretch), plan.voltage.size)
+    place = np.argsort(np.concatenate([group.films for group in plan.grid.groups]))
+    shape = 1 + plan.grid.draws, plan.temperature.size, len(plan.prestretch), plan.voltage.size
 
-    def grid(parts: Sequence[Floats]) -> Floats:
-        rows = np.concatenate(parts).reshape(films.size, plan.voltage.size)
-        result = np.empty(rows.shape)
-        result[films] = rows
-        return result.reshape(shape)
+    def whole(parts: Sequence[NDArray[Any]]) -> NDArray[Any]:
+        """The values (..., cells) of all parts on the grid, (..., 1 + draws, nt, np, nv)."""
+        values = np.concatenate(parts, axis=-1)
+        rows = values.reshape(*values.shape[:-1], place.size, plan.voltage.size)
+        return rows[..., place, :].reshape(*values.shape[:-1], *shape)
 
-    times = {name: grid([cells.times[name] for cells in ordered]) for name in ordered[0].times}
-    status = grid([cells.status.astype(float) for cells in ordered])
-    stretched = {
-        name: np.stack([grid([cells.stretched[axis, at] for cells in ordered]) for axis in (0, 1)])
-        for at, name in enumerate(plan.stretch_at)
-    }
+    times = {name: whole([cells.times[name] for cells in ordered]) for name in ordered[0].times}
+    status, stretched = whole([cells.status for cells in ordered]), whole([cells.stretched for cells in ordered])
     return [
-        _map(
-            plan,
-            {name: time[draw] for name, time in times.items()},
-            status[draw],
-            {name: stretch[:, draw] for name, stretch in stretched.items()},
-        )
+        _map(plan, {name: time[draw] for name, time in times.items()}, status[draw], stretched[:, :, draw])
         for draw in range(1 + plan.grid.draws)
     ]
 
 
-def _map(plan: MapPlan, times: Mapping[str, Floats], status: Floats, stretched: Mapping[str, Floats]) -> FailureMap:
+def _map(plan: MapPlan, times: Mapping[str, Floats], status: Cases, stretched: Floats) -> FailureMap:
+    """A map from times by event and `Status` (nt, np, nv), and relative stretches (2, requested times, nt, np, nv)."""
     slack = times.get(LossOfTension.name)
     times = {name: times[name] for name in plan.grid.failures}
     failure = np.fmin.reduce(list(times.values()))
@@ -281,13 +273,14 @@ def _map(plan: MapPlan, times: Mapping[str, Floats], status: Floats, stretched: 
     mode = np.select(first, [*times, "unfinished"], default="none")
     outcome = np.full(status.shape, "completed", dtype=object)
     for state in sorted(set(status[gave_up].tolist())):
-        outcome[status == state] = REASONS[Status(int(state))]
-    ends = plan.temperature, plan.prestretch, plan.voltage, plan.horizon, plan.breakdown_field
+        outcome[status == state] = REASONS[Status(state)]
+    controls = plan.grid.controls
+    alike = controls[0] is controls[1] and bool(np.all(plan.prestretch[:, 0] == plan.prestretch[:, 1]))
     # a map follows films beyond their first failure; stretches after it are not reported
-    stretched = {name: np.where(failure < plan.stretch_at[name], np.nan, stretch) for name, stretch in stretched.items()}
-    alike = plan.grid.controls[0] is plan.grid.controls[1] and bool(np.all(plan.prestretch[:, 0] == plan.prestretch[:, 1]))
-    axes = 1 if alike else 2
-    relative_stretch = {name: stretch[:axes] for name, stretch in stretched.items()}
-    return FailureMap(
-        *ends, times, failure, mode, outcome.astype(str), plan.electrode_share, slack, plan.stretch_at, relative_stretch
-    )
+    relative_stretch = {
+        name: np.where(failure < at, np.nan, stretched[: 1 if alike else 2, index])
+        for index, (name, at) in enumerate(plan.stretch_at.items())
+    }
+    ends = plan.temperature, plan.prestretch, plan.voltage, plan.horizon, plan.breakdown_field
+    ended = times, failure, mode, outcome.astype(str)
+    return FailureMap(*ends, *ended, plan.electrode_share, slack, plan.stretch_at, relative_stretch)
