@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from copy import deepcopy
 from dataclasses import replace
 
 import numpy as np
@@ -17,7 +16,7 @@ from dielast.mechanics.stability import Fold
 from dielast.mechanics.watch import Watch
 from dielast.numerics.columns import Cases, Flags, Floats, paired, where
 from dielast.numerics.integrate import Status
-from dielast.simulate.film import Condition, Film
+from dielast.simulate.film import Film
 
 MAX_MOVE = 0.05  # largest change of Lambda in one part of a load applied at once; larger parts are divided
 SMALLEST_SHARE = 1e-7  # smallest part of a load; if there is no equilibrium nearby for this part, there is none
@@ -30,14 +29,14 @@ def apply_at_once(film: Film, controls: Controls, target: Floats, jumps: Flags, 
     increases; where it ends before the full load, they pull in, held at first by the damper. Where there is no equilibrium at all,
     `status` (cases,) is changed.
     """
-    after = replace(deepcopy(film.condition), next_step=np.where(jumps, 0.0, film.condition.next_step))
+    after = replace(film.copied(), next_step=np.where(jumps, 0.0, film.next_step))
     columns = where(jumps)
     if watch is not None:
         after.field[columns] = target[2, columns]
         columns = _hold(film, controls, target, columns, after, watch)
     if not columns.size:
-        return replace(film, condition=after)
-    present = replace(film, condition=after).take(columns).moment(controls, columns, np.zeros(columns.size))
+        return after
+    present = after.take(columns).moment(controls, columns, np.zeros(columns.size))
     state, stable = moved_at_once(present, target[:, columns])
     status[columns[~stable]] = Status.NO_START
     if watch is not None:  # a film whose requested events have all happened has ended
@@ -45,7 +44,7 @@ def apply_at_once(film: Film, controls: Controls, target: Floats, jumps: Flags, 
         status[vanished[watch.done[vanished]]] = Status.STOPPED
     _put(after, columns, state, stable)
     after.field[columns[stable]] = target[2, columns[stable]]
-    return replace(film, condition=after)
+    return after
 
 
 def moved_at_once(moment: Moment, target: Floats, nearby: float | None = None) -> tuple[Moment, Flags]:
@@ -74,17 +73,17 @@ def _writable(moment: Moment, field: Floats) -> Moment:
     )
 
 
-def _put(films: Condition | Moment, columns: Cases, moved: Moment, chosen: Flags) -> None:
+def _put(films: Film | Moment, columns: Cases, moved: Moment, chosen: Flags) -> None:
     """Write the stretches and stresses of the films `moved` (k,) to the `columns` (k,) of `films`, for those `chosen` (k,)."""
     columns = columns[chosen]
     films.log_squared_stretch[:, columns] = moved.log_squared_stretch[:, chosen]
     films.nominal_stress[:, columns] = moved.nominal_stress[:, chosen]
-    around = films if isinstance(films, Condition) else films.surroundings
+    around = films if isinstance(films, Film) else films.surroundings
     if moved.surroundings is not None and around is not None and around.border is not None:
         around.border[:, columns] = moved.surroundings.border[:, chosen]
 
 
-def _hold(present: Film, controls: Controls, target: Floats, columns: Cases, after: Condition, watch: Watch) -> Cases:
+def _hold(present: Film, controls: Controls, target: Floats, columns: Cases, after: Film, watch: Watch) -> Cases:
     """Write the state `after` the load of films that hold it; store the events of the others, and return their columns."""
     on_the_way = {
         lookout.criterion: lookout.signal
@@ -92,15 +91,15 @@ def _hold(present: Film, controls: Controls, target: Floats, columns: Cases, aft
         if lookout.signal is not None and lookout.criterion.found_in_jumps
     }
     film = present.take(columns)
-    time = film.condition.time
+    time = film.time
     begin = film.moment(controls, columns, watch.clock.age(columns, time))
-    reached, held, events = follow_load(begin, film.condition.acting(controls), target[:, columns], on_the_way)
+    reached, held, events = follow_load(begin, film.acting(controls), target[:, columns], on_the_way)
     _put(after, columns, reached, held)
     # the damper is free of stress again
     slack = reached.log_squared_stretch if reached.surroundings is None else reached.surroundings.stretch()
     after.internal[:, -1, ..., columns[held]] = np.moveaxis(slack[..., held], -1, 0)
     # a film that snaps back when its voltage is lowered has not failed
-    failed = ~held & (np.abs(target[2, columns]) > np.abs(film.condition.field))
+    failed = ~held & (np.abs(target[2, columns]) > np.abs(film.field))
     for lookout in watch.lookouts:
         if lookout.criterion in events:
             event = events[lookout.criterion]

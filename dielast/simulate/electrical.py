@@ -27,7 +27,7 @@ from dielast.mechanics.span import Control, Controls, stretched
 from dielast.mechanics.symmetric import Films
 from dielast.numerics.columns import Cases, Flags, Floats, paired
 from dielast.numerics.stride import DenseSteps, Stride
-from dielast.simulate.film import Condition
+from dielast.simulate.film import Film
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(8)
 NODES, WEIGHTS = 0.5 * (1 + _NODES), 0.5 * _WEIGHTS  # on a step of length 1
@@ -128,9 +128,9 @@ class ElectricMeter:
         self._start, self._source = np.zeros(cases), np.zeros(cases)
         self._ends: list[tuple[DenseSteps, Films, Floats, Floats]] = []  # see `follow`
 
-    def leap(self, points: Points, controls: Controls, before: Condition, after: Condition) -> None:
-        """Add the work of a load applied at once, which takes the films from the condition `before` to that `after`."""
-        gained = _stored(points, after) - _stored(points, before)
+    def leap(self, controls: Controls, before: Film, after: Film) -> None:
+        """Add the work of a load applied at once, which takes the films `before` to those `after`."""
+        gained = _stored(after) - _stored(before)
         change = np.exp(0.5 * after.log_squared_stretch) - np.exp(0.5 * before.log_squared_stretch)
         free = ~stretched(controls)
         work = gained - np.sum(np.where(free, after.nominal_stress * change, 0.0), axis=0)
@@ -264,13 +264,13 @@ def equilibrium_rate(films: Films, time: Floats, state: Floats) -> Floats:
     return rate
 
 
-def _stored(points: Points, condition: Condition) -> Floats:
+def _stored(film: Film) -> Floats:
     """The energy (cases,) in J/m^3 stored in springs and dielectric."""
-    log_squared = condition.log_squared_stretch
-    squared = points.springs(condition.internal, log_squared)
-    field, charge = nominal(points, log_squared, condition.field)
+    points, log_squared = film.points, film.log_squared_stretch
+    field, charge = nominal(points, log_squared, film.field)
     with np.errstate(invalid="ignore"):
-        return np.asarray(np.sum(points.modulus * points.law.energy(squared), axis=0) + 0.5 * field * charge)
+        springs = points.modulus * points.law.energy(points.springs(film.internal, log_squared))
+        return np.asarray(np.sum(springs, axis=0) + 0.5 * field * charge)
 
 
 def _films(stride: Stride) -> Films:

@@ -103,7 +103,7 @@ class Group:
         pieces = [Ramp(controls, (None, None, field), np.full(field.size, ramp))]
         if horizon > ramp:
             pieces.append(Ramp(controls, (None, None, None), np.full(field.size, horizon - ramp)))
-        begin = np.exp(0.5 * film.condition.log_squared_stretch)
+        begin = np.exp(0.5 * film.log_squared_stretch)
         recorders = [Recorder(Output(np.broadcast_to(np.array(times), (field.size, len(times)))))] if len(times) else []
         status = follow(film, pieces, rtol=self.rtol, watch=watch, recorders=recorders).status
         stretched = np.zeros((2, 0, field.size))

@@ -83,16 +83,16 @@ def voltage_about(group: Group, goal: Goal) -> tuple[Floats, Flags]:
     neglected.
     """
     film = group.film
-    now, points = film.condition, film.points
-    internal = now.internal if film.assembly is None else 2 * np.log(now.internal[:, :, 0])
+    points, present = film.points, film.log_squared_stretch
+    internal = film.internal if film.assembly is None else 2 * np.log(film.internal[:, :, 0])
     held = points.modulus * np.exp(-3 * points.rate * goal.at)
     steps = goal.steps(group.watched.controls)
     squared_field = np.zeros(steps.shape[1])
     with np.errstate(all="ignore"):
-        before = _carried(group, held, internal, now.log_squared_stretch)
+        before = _carried(group, held, internal, present)
         for part in WAY:
             stretch_on_way = steps**part
-            moved = now.log_squared_stretch + 2 * np.log(stretch_on_way)
+            moved = present + 2 * np.log(stretch_on_way)
             needed = np.max(np.where(steps > 1, _carried(group, held, internal, moved) - before * stretch_on_way, -np.inf), axis=0)
             # where this estimate fails, use the field whose Maxwell stress is of the order of the moduli
             needed = np.where(np.isfinite(needed) & (needed > 0), needed, held.sum(axis=0) * goal.size * part)

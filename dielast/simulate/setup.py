@@ -141,7 +141,7 @@ class Setup:
         """The data for criteria on the films `cases` (k,), which are prestretched and relaxed."""
         following = None if self.following is None else self.following.take(cases)
         damage = None if self.damage is None else self.damage.take(cases)
-        relaxed = film.condition.nominal_stress, film.points.stress_floor
+        relaxed = film.nominal_stress, film.points.stress_floor
         return WatchedFilms(self.controls, self.breakdown_field[cases], timescale, *relaxed, following, damage)
 
 
@@ -174,10 +174,9 @@ def prestretched(
     # only the final viscous stretches matter, not the stress on the way
     relaxing = replace(film.points, stress_floor=np.full_like(film.points.stress_floor, np.inf))
     followed = follow(replace(film, points=relaxing), pieces, rtol=rtol)
-    condition = followed.film.condition
-    internal = np.concatenate((condition.internal, condition.log_squared_stretch[:, None]), axis=1)
-    condition = replace(condition, internal=internal, time=zero, next_step=zero)
-    return replace(film, points=damped(film.points), condition=condition), followed.status
+    reached = followed.film
+    internal = np.concatenate((reached.internal, reached.log_squared_stretch[:, None]), axis=1)
+    return replace(reached, points=damped(film.points), internal=internal, time=zero, next_step=zero), followed.status
 
 
 def set_up(

@@ -391,7 +391,7 @@ def test_increments_are_those_of_the_exact_jacobian(boundary: str, dielectric: A
     none: dict[str, Any] = {"temperature": None, "breakdown_field": None, "rtol": 1e-6}
     setup = set_up(material, asked, **none)
     film = setup.film(np.arange(2), 1e-6)
-    start = film.condition.prescribed(setup.controls)
+    start = film.prescribed(setup.controls)
     start[2] = 1e6
     end = start.copy()
     end[2] = 6e6
