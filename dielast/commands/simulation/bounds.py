@@ -20,8 +20,8 @@ from dielast.mechanics.criteria import named
 from dielast.numerics.arrays import Flags, Floats
 from dielast.recipe.cases import Case
 from dielast.sharing.execution import Batch, Execution, solve_batches
-from dielast.simulate.events import UNITS, Event
 from dielast.simulate.failure_map import FailureMap
+from dielast.simulate.history import EVENT_UNITS, Event
 from dielast.simulate.lifetime import POWER, UNITS as LINE_UNITS, LifetimeLine
 from dielast.simulate.map_plan import column_of
 
@@ -170,7 +170,7 @@ def bounded_events(events: Sequence[Event], drawn: Sequence[Sequence[Event]], le
     for name, which, event in rows:
         same = [[happened for happened in draw if happened.name == name][which : which + 1] for draw in drawn]
         lower, upper = {}, {}
-        for number in UNITS:
+        for number in EVENT_UNITS:
             absent = np.inf if number == "time" else np.nan
             low, high = interval(np.array([float(getattr(draw[0], number)) if draw else absent for draw in same]), level)
             lower[number], upper[number] = float(low), float(high)
@@ -184,10 +184,10 @@ def bounded_event_columns(events: Sequence[Sequence[BoundedEvent]]) -> list[Colu
     rows = [event for _, event in flat]
     central = [
         Column(name, unit, np.array([np.nan if row.event is None else getattr(row.event, name) for row in rows], dtype=float))
-        for name, unit in UNITS.items()
+        for name, unit in EVENT_UNITS.items()
     ]
     sides = [row.lower for row in rows], [row.upper for row in rows]
-    bounds = {name: [np.array([row[name] for row in side], dtype=float) for side in sides] for name in UNITS}
+    bounds = {name: [np.array([row[name] for row in side], dtype=float) for side in sides] for name in EVENT_UNITS}
     return [
         Column("case", None, np.array([case for case, _ in flat], dtype=np.int64)),
         Column("event", None, [row.name for row in rows]),

@@ -13,7 +13,7 @@ from dielast.numerics.arrays import Floats
 from dielast.numerics.random_streams import stream
 
 if TYPE_CHECKING:
-    from dielast.simulate.events import Event
+    from dielast.simulate.history import Event
 
 
 @dataclass(frozen=True, slots=True)
