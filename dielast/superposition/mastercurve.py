@@ -21,8 +21,9 @@ from dielast.material.measurement import CreepCurve, FrequencySweep, Measurement
 from dielast.material.modulus import EntropicModulus
 from dielast.material.shift import SHIFTS
 from dielast.numerics.arrays import Floats
-from dielast.superposition.condense import Condensed
+from dielast.superposition.binning import Binned
 from dielast.superposition.effects import walk
+from dielast.superposition.gather import usable_curves
 from dielast.superposition.joint_fit import fit_master
 from dielast.superposition.misfit import warn_if_misfit
 from dielast.superposition.outliers import warn_of_outliers
@@ -33,7 +34,6 @@ from dielast.superposition.result import MasterCurve, Stated
 from dielast.superposition.shiftfit import ShiftFit
 from dielast.superposition.sweepfit import Basis, BasisFit, fit_sweeps, warn_of_others
 from dielast.superposition.undetermined import Undetermined, find_undetermined, warn_if_offset
-from dielast.superposition.usable import usable_curves
 
 __all__ = [
     "CreepCurve",
@@ -99,7 +99,7 @@ def build_master_curve(
     for argument, (choice, allowed) in choices.items():
         if choice not in allowed:
             raise InputError(f"{shown(choice)}: one of {', '.join(allowed)} is needed", argument=argument)
-    data, condensed = usable_curves(curves)
+    data, binned = usable_curves(curves)
     temperature, swept = data.temperature, len(data.ordinates) > 1
     if on != "auto" and not swept:
         raise InputError(f'"{on}" is for frequency sweeps; {data.kind.name} curves have one modulus only', argument="on")
@@ -111,14 +111,14 @@ def build_master_curve(
     imposed = np.zeros(temperature.size)
     if vertical == "density-temperature":
         imposed = _density_temperature(temperature, reference, thermal_expansion)
-    condensed = replace(condensed, log_modulus=condensed.log_modulus + imposed[condensed.curve])
-    anchor, free = _steepest(condensed), vertical == "free"
+    binned = replace(binned, log_modulus=binned.log_modulus + imposed[binned.curve])
+    anchor, free = _steepest(binned), vertical == "free"
     drifts = walk(data.order, drift / np.log(10)) if drift > 0 else None
-    start = starting_shifts(temperature, condensed.curve, condensed.log_time, condensed.log_modulus[0], anchor, data.kind)
+    start = starting_shifts(temperature, binned.curve, binned.log_time, binned.log_modulus[0], anchor, data.kind)
     if swept:
-        basis_fit = fit_sweeps(temperature, condensed, start, anchor, free, on, drifts)
+        basis_fit = fit_sweeps(temperature, binned, start, anchor, free, on, drifts)
     else:
-        points = points_of(condensed, temperature.size)
+        points = points_of(binned, temperature.size)
         fit = fit_master(points, [start], anchor, free, drifts)
         basis_fit = BasisFit(fit, "moduli", points, fit.splines)
     outlying = warn_of_outliers(data, imposed, basis_fit.fit, 1 if basis_fit.on == "storage" else len(data.ordinates))
@@ -129,7 +129,7 @@ def build_master_curve(
     instead = "its points are left out" if law == "table" else "its points are placed by the shift law"
     undetermined = find_undetermined(temperature, basis_fit.points, basis_fit.splines, basis_fit.fit, free, swept, instead)
     stated = Stated(float(temperature_stderr), float(drift))
-    return place_at_reference(data, condensed, imposed, basis_fit, outlying, undetermined, anchor, law, reference, stated)
+    return place_at_reference(data, binned, imposed, basis_fit, outlying, undetermined, anchor, law, reference, stated)
 
 
 def _density_temperature(temperature: Floats, reference: float, expansion: float) -> Floats:
@@ -140,7 +140,7 @@ def _density_temperature(temperature: Floats, reference: float, expansion: float
     return np.asarray(-np.log10(EntropicModulus(expansion).factor(temperature, reference)))
 
 
-def _steepest(condensed: Condensed) -> int:
+def _steepest(binned: Binned) -> int:
     """The curve with the largest decrease: it is the fixed one, so that the others are not measured against a plateau."""
-    falling = condensed.log_modulus[0]
-    return int(np.argmax([np.subtract(*np.percentile(falling[a:b], (90, 10))) for a, b in pairwise(condensed.bounds)]))
+    falling = binned.log_modulus[0]
+    return int(np.argmax([np.subtract(*np.percentile(falling[a:b], (90, 10))) for a, b in pairwise(binned.bounds)]))

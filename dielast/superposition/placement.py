@@ -11,7 +11,7 @@ import numpy as np
 from dielast.errors import InputError, warn
 from dielast.material.shift import ShiftLaw
 from dielast.numerics.arrays import Flags, Floats
-from dielast.superposition.condense import Condensed
+from dielast.superposition.binning import Binned
 from dielast.superposition.gather import Gathered
 from dielast.superposition.joint_fit import MasterFit
 from dielast.superposition.result import MasterCurve, Stated
@@ -31,7 +31,7 @@ SMOOTH_POINTS = 400
 
 def place_at_reference(
     data: Gathered,
-    condensed: Condensed,
+    binned: Binned,
     imposed: Floats,
     basis_fit: BasisFit,
     outlying: Flags,
@@ -80,7 +80,7 @@ def place_at_reference(
     warn_if_no_plateau(fit.splines[0], kind)
 
     placed = np.where(determined, shift, np.where(_astray(shift_fit, temperature, determined), np.nan, by_law))
-    used = (condensed.bin_of_point >= 0) & data.good & np.isfinite(placed)[data.curve]
+    used = (binned.bin_of_point >= 0) & data.good & np.isfinite(placed)[data.curve]
     curve, abscissa = data.curve[used], data.abscissa[used]
     reduced = abscissa / (10 ** placed[curve]) ** kind.time_power
     order = np.lexsort((abscissa, reduced))
@@ -103,7 +103,7 @@ def place_at_reference(
         vertical_shift_stderr=vertical * np.log(10) * np.sqrt(np.maximum(vertical_variance, 0.0)),
         shift_fit=shift_fit,
         shifted_on=basis_fit.on,
-        rms_residual_decades=_rms(fit, condensed, outlying),
+        rms_residual_decades=_rms(fit, binned, outlying),
         point_temperature=temperature[curve][order],
         abscissa=abscissa[order],
         reduced_abscissa=reduced[order],
@@ -140,11 +140,11 @@ def _astray(fit: ShiftFit, temperature: Floats, determined: Flags) -> Flags:
     return astray
 
 
-def _rms(fit: MasterFit, condensed: Condensed, outlying: Flags) -> float:
+def _rms(fit: MasterFit, binned: Binned, outlying: Flags) -> float:
     """Root mean square of the residuals in decades, without averages that contain an outlying point (c, n)."""
-    trusted = np.ones((len(outlying), condensed.curve.size), dtype=bool)
-    for row, far in zip(trusted, outlying & (condensed.bin_of_point >= 0), strict=True):
-        row[condensed.bin_of_point[far]] = False
+    trusted = np.ones((len(outlying), binned.curve.size), dtype=bool)
+    for row, far in zip(trusted, outlying & (binned.bin_of_point >= 0), strict=True):
+        row[binned.bin_of_point[far]] = False
     return float(np.sqrt(np.nanmean(fit.residual[trusted.ravel()] ** 2)))
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from dielast.numerics.arrays import Floats, Index
-from dielast.superposition.condense import Condensed
+from dielast.superposition.binning import Binned
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -38,7 +38,7 @@ class FitPoints:
         return np.asarray(along * self.lift if np.any(self.lift) else along)
 
 
-def points_of(data: Condensed, curves: int, beta: float = 0.0) -> FitPoints:
+def points_of(data: Binned, curves: int, beta: float = 0.0) -> FitPoints:
     """The channels of `data`, one after another, the second minus `beta` times the first."""
     value, variance, lift = data.log_modulus, data.variance, np.ones(len(data.log_modulus))
     if beta:
@@ -58,7 +58,7 @@ def one_channel(points: FitPoints, channel: int) -> FitPoints:
     return FitPoints(*parts, points.curves, np.zeros_like(parts[0]), np.ones(parts[0].size))
 
 
-def loss_tangent(data: Condensed, curves: int) -> FitPoints:
+def loss_tangent(data: Binned, curves: int) -> FitPoints:
     """Tan delta, which no vertical shift changes."""
     ratio = one_channel(points_of(data, curves, 1.0), 1)
     return replace(ratio, lift=np.zeros(ratio.curve.size))
