@@ -18,8 +18,7 @@ from dielast.superposition.joint_problem import (
     linear_parts,
 )
 from dielast.superposition.misfit import PARTS, VISIBLE, Misfit
-from dielast.superposition.points import FitPoints
-from dielast.superposition.robust import Weights
+from dielast.superposition.points import FitPoints, Weights
 
 TILT_ROUNDS = 50
 KNOT_RATIO = 1.5  # ratio by which the knot spacing is changed, to find the dependence of the shifts on it

@@ -27,8 +27,7 @@ from dielast.superposition.joint_problem import (
     with_spread,
 )
 from dielast.superposition.misfit import Misfit, find_misfit
-from dielast.superposition.points import FitPoints
-from dielast.superposition.robust import channel_shares, even_weights, noise_shares
+from dielast.superposition.points import FitPoints, channel_shares, even_weights, noise_shares
 from dielast.superposition.spline import Spline, spacing_bounds
 
 ITERATIONS = 40
