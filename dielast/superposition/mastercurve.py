@@ -22,18 +22,16 @@ from dielast.material.modulus import EntropicModulus
 from dielast.material.shift import SHIFTS
 from dielast.numerics.arrays import Floats
 from dielast.superposition.binning import Binned
+from dielast.superposition.checks import Undetermined, find_undetermined, warn_if_misfit, warn_if_offset, warn_of_outliers
 from dielast.superposition.effects import walk
 from dielast.superposition.gather import usable_curves
 from dielast.superposition.joint_fit import fit_master
-from dielast.superposition.misfit import warn_if_misfit
-from dielast.superposition.outliers import warn_of_outliers
 from dielast.superposition.overlap import starting_shifts
 from dielast.superposition.placement import place_at_reference
 from dielast.superposition.points import points_of
 from dielast.superposition.result import MasterCurve, Stated
 from dielast.superposition.shiftfit import ShiftFit
 from dielast.superposition.sweepfit import Basis, BasisFit, fit_sweeps, warn_of_others
-from dielast.superposition.undetermined import Undetermined, find_undetermined, warn_if_offset
 
 __all__ = [
     "CreepCurve",

@@ -12,19 +12,19 @@ from dielast.errors import InputError, warn
 from dielast.material.shift import ShiftLaw
 from dielast.numerics.arrays import Flags, Floats
 from dielast.superposition.binning import Binned
-from dielast.superposition.gather import Gathered
-from dielast.superposition.joint_fit import MasterFit
-from dielast.superposition.result import MasterCurve, Stated
-from dielast.superposition.shiftfit import ShiftFit, fit_shift_law
-from dielast.superposition.spline import Spline
-from dielast.superposition.sweepfit import BasisFit
-from dielast.superposition.undetermined import (
+from dielast.superposition.checks import (
     UNDETERMINED,
     Undetermined,
     warn_if_law_misses,
     warn_if_no_plateau,
     warn_if_rising,
 )
+from dielast.superposition.gather import Gathered
+from dielast.superposition.joint_fit import MasterFit
+from dielast.superposition.result import MasterCurve, Stated
+from dielast.superposition.shiftfit import ShiftFit, fit_shift_law
+from dielast.superposition.spline import Spline
+from dielast.superposition.sweepfit import BasisFit
 
 SMOOTH_POINTS = 400
 

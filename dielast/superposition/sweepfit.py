@@ -19,11 +19,11 @@ import numpy as np
 from dielast.errors import warn
 from dielast.numerics.arrays import Flags, Floats, Index
 from dielast.superposition.binning import Binned
+from dielast.superposition.checks import have_shape
 from dielast.superposition.joint_fit import MasterFit, fit_held, fit_master
 from dielast.superposition.overlap import matching_shifts
 from dielast.superposition.points import FitPoints, loss_tangent, one_channel, points_of
 from dielast.superposition.spline import Spline
-from dielast.superposition.undetermined import have_shape
 
 Basis = Literal["moduli", "tan-delta", "storage"]
 

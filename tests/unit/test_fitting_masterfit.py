@@ -10,9 +10,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from dielast.superposition import joint_errors, joint_fit, joint_problem
 from dielast.superposition.effects import walk
+from dielast.superposition.joint_errors import PARTS, find_misfit
 from dielast.superposition.joint_fit import MasterFit, fit_held, fit_master
 from dielast.superposition.joint_problem import LOOSE, MAX_STEP
-from dielast.superposition.misfit import PARTS, find_misfit
 from dielast.superposition.points import FitPoints, Weights, even_weights
 from dielast.superposition.spline import Spline, roughness
 
