@@ -120,7 +120,8 @@ if TYPE_CHECKING:  # the public names, of which this is the only list: type chec
         MasterCurveDraws as MasterCurveDraws,
         bootstrap_master_curve as bootstrap_master_curve,
     )
-    from dielast.superposition.mastercurve import MasterCurve as MasterCurve, build_master_curve as build_master_curve
+    from dielast.superposition.mastercurve import build_master_curve as build_master_curve
+    from dielast.superposition.result import MasterCurve as MasterCurve
 
 
 @cache

@@ -13,7 +13,7 @@ from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 from dielast.plots.style import COLOURS, MARKERS, TEMPERATURES, degrees, spread, typeset
-from dielast.superposition.mastercurve import MasterCurve
+from dielast.superposition.result import MasterCurve
 
 Array = NDArray[np.float64]
 MOST_IN_LEGEND = 6  # temperatures; more are told by a colour bar

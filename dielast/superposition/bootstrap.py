@@ -18,8 +18,9 @@ from dielast.material.measurement import Measurement
 from dielast.material.shift import ShiftLaw
 from dielast.numerics.arrays import Floats, Index
 from dielast.numerics.random_streams import stream
-from dielast.superposition.mastercurve import MasterCurve, Vertical, build_master_curve
+from dielast.superposition.mastercurve import Vertical, build_master_curve
 from dielast.superposition.resample import Resampled
+from dielast.superposition.result import MasterCurve
 
 GRID = 100  # reduced times at which the curves of all draws are stored
 

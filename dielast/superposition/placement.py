@@ -154,13 +154,13 @@ def _relative(covariance: Floats, weight: Floats) -> Floats:
     return np.asarray(relative @ covariance @ relative.T)
 
 
-def _law_stderr(fit: ShiftFit, temperature: Floats, both_determined: Floats) -> Floats:
-    """Standard error (m,) of log10 a by the law, relative to the nearest `known` temperature, from its constants; 0 for a table, or
+def _law_stderr(fit: ShiftFit, temperature: Floats, measured: Floats) -> Floats:
+    """Standard error (m,) of log10 a by the law, relative to the nearest `measured` temperature, from its constants; 0 for a table, or
     if the constants have no finite errors.
     """
     if not fit.names or not np.all(np.isfinite(fit.covariance)):
         return np.zeros(temperature.size)
-    nearest = both_determined[np.argmin(np.abs(temperature[:, None] - both_determined), axis=1)]
+    nearest = measured[np.argmin(np.abs(temperature[:, None] - measured), axis=1)]
     slope = np.empty((len(fit.names), temperature.size))
     for row, (name, value) in enumerate(fit.parameters.items()):
         step = 1e-4 * abs(value) or 1e-6

@@ -25,7 +25,7 @@ from dielast.relaxation.creep import fit_creep
 from dielast.relaxation.interconversion import retardation_from_relaxation
 from dielast.relaxation.oscillation import fit_oscillation
 from dielast.relaxation.reduce import reduce_spectrum
-from dielast.superposition.mastercurve import MasterCurve
+from dielast.superposition.result import MasterCurve
 
 
 def curves(temperatures: np.ndarray) -> list[RelaxationCurve]:

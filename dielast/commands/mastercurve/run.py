@@ -20,7 +20,8 @@ from dielast.report.report import Report
 from dielast.sharing.execution import Execution
 from dielast.superposition.bootstrap import bootstrap_master_curve
 from dielast.superposition.checks import LAST_STRETCH, PLATEAU_SLOPE
-from dielast.superposition.mastercurve import MasterCurve, build_master_curve
+from dielast.superposition.mastercurve import build_master_curve
+from dielast.superposition.result import MasterCurve
 
 
 def run(cases: Sequence[Case[MasterCurveRecipe]], inputs: Inputs, execution: Execution) -> Report:
