@@ -14,6 +14,7 @@ import numpy as np
 from dielast.errors import DielastWarning, InputError, NumericsError
 from dielast.io.result import TabularResult
 from dielast.io.table import Column, Table
+from dielast.material.arguments import whole_number
 from dielast.material.measurement import Measurement
 from dielast.material.shift import ShiftLaw
 from dielast.numerics.arrays import Floats, Index
@@ -78,7 +79,7 @@ def bootstrap_master_curve(
     10.1214/aos/1176350142). Raises `InputError` for fewer than two draws, and `NumericsError` if less than half of them give a
     master curve.
     """
-    if draws < 2:
+    if (draws := whole_number(draws, "draws")) < 2:
         raise InputError(f"{draws} draws: at least 2 are needed")
     resampled = Resampled.of(curves, master)
     grid = np.geomspace(master.smooth_abscissa[0], master.smooth_abscissa[-1], GRID)

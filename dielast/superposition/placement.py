@@ -155,7 +155,7 @@ def _relative(covariance: Floats, weight: Floats) -> Floats:
 
 
 def _law_stderr(fit: ShiftFit, temperature: Floats, measured: Floats) -> Floats:
-    """Standard error (m,) of log10 a by the law, relative to the nearest `measured` temperature, from its constants; 0 for a table, or
+    """Standard error (m,) of log10 a by the law from the nearest `measured` temperature on, from its constants; 0 for a table, or
     if the constants have no finite errors.
     """
     if not fit.names or not np.all(np.isfinite(fit.covariance)):

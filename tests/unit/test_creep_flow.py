@@ -23,8 +23,8 @@ from dielast.material.shift import WLF
 from dielast.material.spectrum import Spectrum
 from dielast.material.springs import Gent
 from dielast.relaxation.creep import fit_creep
-from dielast.relaxation.fit import SpectrumFit
 from dielast.relaxation.interconversion import RetardationSpectrum, retardation_from_relaxation
+from dielast.relaxation.result import SpectrumFit
 
 Array = NDArray[np.float64]
 

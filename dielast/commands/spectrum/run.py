@@ -31,8 +31,7 @@ from dielast.numerics.columns import Floats
 from dielast.recipe.cases import Case
 from dielast.relaxation.continuous import ContinuousSpectrum, continuous_spectrum
 from dielast.relaxation.creep import fit_creep
-from dielast.relaxation.fit import fit_spectrum
-from dielast.relaxation.oscillation import fit_oscillation
+from dielast.relaxation.fit import fit_oscillation, fit_spectrum
 from dielast.relaxation.reduce import Reduction, reduce_spectrum
 from dielast.relaxation.result import SpectrumFit
 from dielast.report.report import Report
