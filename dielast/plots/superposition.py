@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from dielast.numerics.arrays import Floats as Array
 from dielast.plots.style import COLOURS, MARKERS, TEMPERATURES, degrees, spread, typeset
-from dielast.superposition.mastercurve import MasterCurve
+from dielast.superposition.result import MasterCurve
 
 MOST_IN_LEGEND = 6  # temperatures; more are told by a colour bar
 HEIGHT = 95.0  # points, about, of the axes of the shift factors
