@@ -22,6 +22,7 @@ _SNIFFED_LINES = 200
 _NUMBER = {
     ".": re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d+)?"),
     ",": re.compile(r"[+-]?(\d+(,\d*)?|,\d+)([eE][+-]?\d+)?"),
+    None: re.compile(r"[+-]?(\d+([.,]\d*)?|[.,]\d+)([eE][+-]?\d+)?"),
 }
 
 
@@ -124,6 +125,6 @@ def modal_width(rows: Sequence[Sequence[str]], decimal: str) -> int:
     return max(widths, key=lambda width: widths[width]) if widths else 0
 
 
-def is_number(cell: str, decimal: str) -> bool:
-    """Whether a cell is a number written with this decimal mark."""
+def is_number(cell: str, decimal: str | None = None) -> bool:
+    """Whether a cell is a number written with this decimal mark, or with a point or a comma."""
     return _NUMBER[decimal].fullmatch(cell) is not None

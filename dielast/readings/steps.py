@@ -19,7 +19,7 @@ from dielast.material.measurement_kind import CREEP, KINDS, OSCILLATION, RELAXAT
 from dielast.readings.columns_recipe import MODULI, Columns
 from dielast.readings.curve_recipe import CurveColumns, CurveData
 from dielast.readings.instruments import ExportedStep, recognise
-from dielast.readings.instruments.names import Deformation, columns_by_role, plain
+from dielast.readings.instruments.export import Deformation, columns_by_role, plain
 from dielast.readings.recipe import MeasuredData, MeasurementData
 from dielast.readings.wide import by_temperature
 

@@ -12,8 +12,7 @@ from pathlib import Path
 
 from dielast.errors import InputError
 from dielast.io.cells import is_number, split_cells, split_lines
-from dielast.readings.instruments.names import plain
-from dielast.readings.instruments.step import Export, ExportedStep, Row, cut_off
+from dielast.readings.instruments.export import Export, ExportedStep, Row, cut_off, plain
 
 NAME = "RepTate"
 
