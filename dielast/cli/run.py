@@ -15,8 +15,7 @@ from typing import Any
 
 from dielast import __version__
 from dielast.cli.help import listed
-from dielast.cli.interrupt import leave, working
-from dielast.cli.progress import Bar
+from dielast.cli.terminal import Bar, leave, working
 from dielast.commands.registry import COMMANDS, others_in, read_cases
 from dielast.errors import DielastError, DielastWarning, InputError
 from dielast.io.files import STORE, Inputs, as_text, check_folder, check_targets, depfile, read_file, write_files
