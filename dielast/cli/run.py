@@ -19,8 +19,7 @@ from dielast.cli.terminal import Bar, leave, working
 from dielast.commands.registry import COMMANDS, others_in, read_cases
 from dielast.errors import DielastError, DielastWarning, InputError
 from dielast.io.files import STORE, Inputs, as_text, check_folder, check_targets, depfile, read_file, write_files
-from dielast.recipe.cases import Case
-from dielast.recipe.overrides import settings
+from dielast.recipe.cases import Case, settings
 from dielast.report.report import Source, contents, left_over, summarise
 from dielast.report.summary import print_summary
 from dielast.sharing.execution import NOTHING_KEPT, Execution

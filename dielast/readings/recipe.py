@@ -1,16 +1,15 @@
-"""`[data]` of `mastercurve`: files of measurements, which column holds what, and what was measured."""
+"""`[data]` of `mastercurve` and `spectrum`: files of measurements, which column holds what, and what was measured."""
 
 from __future__ import annotations
 
 from collections.abc import Collection
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import Field, field_validator, model_validator
 
 from dielast.errors import InputError
 from dielast.material.measurement_kind import KindName
-from dielast.readings.columns_recipe import ROLES, Columns
-from dielast.readings.specimen_recipe import Specimen, unmeasured
+from dielast.readings.columns_recipe import ROLES, Columns, Specimen, unmeasured
 from dielast.recipe.base import TextTable, units_of
 from dielast.recipe.fields import PositiveTime, Share, Temperature, TemperatureDifference, TemperatureError, Time
 from dielast.recipe.file_fields import InputFile, InputFiles, Step
@@ -184,3 +183,40 @@ class MeasurementData(MeasuredData):
         if self.temperature_in_name is not None and not any(mark in self.temperature_in_name for mark in ("{degC}", "{K}")):
             raise InputError('temperature_in_name needs {degC} or {K} where the number stands, such as "dma_{degC}C.csv"')
         return self
+
+
+class CurveColumns(Columns):
+    """Columns of a test or a master curve at one temperature, over time or frequency, or over their reduced values."""
+
+    @property
+    def by_role(self) -> dict[str, str | int]:
+        """The columns that are stated, by role; without a measured quantity among them, the modulus is the column "modulus"."""
+        columns = super().by_role
+        return columns if columns.keys() - {"temperature", "set", "time"} else {**columns, "modulus": "modulus"}
+
+
+class CurveData(MeasuredData):
+    """One test at one temperature, or a master curve from elsewhere: relaxation, creep or oscillation."""
+
+    ELSEWHERE: ClassVar = {
+        "files": "files of several temperatures are for mastercurve; a spectrum has one file",
+        "temperatures": "several temperatures are for mastercurve; a spectrum has one: reference_temperature",
+        "temperature": "the temperature of the test is reference_temperature",
+        "temperature_in_name": "the temperature of the test is reference_temperature",
+        "layout": "one column for each temperature is for mastercurve; a spectrum has one temperature",
+        "temperature_stderr": "errors of shift factors are for mastercurve; a spectrum has one temperature",
+        "drift": "a drift from one temperature to the next is for mastercurve; a spectrum has one temperature",
+    }
+
+    file: InputFile = Field(description="The test or the curve, a table of numbers or an instrument's export.")
+    columns: CurveColumns | None = Field(
+        None, description='Which column holds what; an instrument\'s export needs none. Default: "time" and "modulus".'
+    )
+    reference_temperature: Temperature | None = Field(
+        None, description="Temperature of the test or curve, which has no shift law. Default: the temperature that the data state."
+    )
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The name of the file."""
+        return (self.file,)

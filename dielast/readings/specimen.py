@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 
 from dielast.errors import InputError, as_toml
 from dielast.io.text_table import MeasuredTable
-from dielast.readings.specimen_recipe import GAUGE, SECTION, MachineColumns, Specimen, unmeasured
-from dielast.units import FORCE, LENGTH, MASS, NUMBER, STIFFNESS, STRAIN, STRESS, TORQUE, kind_of
+from dielast.readings.columns_recipe import GAUGE, ROLES, SECTION, MachineColumns, Specimen, unmeasured
+from dielast.units import FORCE, LENGTH, MASS, STIFFNESS, STRAIN, STRESS, TORQUE, kind_of
 
 Array = NDArray[np.float64]
 
@@ -66,7 +66,7 @@ def read_as(
     """
     if lacking := unmeasured((role,), specimen):
         raise InputError(f'column "{table.names[table.find(column, role)]}": {lacking}', file=table.source)
-    values = table.column(column, key or role, DIMENSION[role], rows)
+    values = table.column(column, key or role, ROLES[role], rows)
     with np.errstate(over="ignore"):
         if role in ("strain", "extension"):
             values = 1 + (strain_of(values, specimen) if role == "extension" else values)
@@ -83,7 +83,6 @@ KNOWN_AS = {
     "stretch": {name: name for name in ("stretch", "strain", "extension")} | {"stretch_1": "stretch"},
     "stress": {"force": "force", "stress": "stress", "nominal_stress": "stress", "nominal_stress_1": "stress"},
 }
-DIMENSION = {"stretch": NUMBER, "strain": STRAIN, "extension": LENGTH, "stress": STRESS, "force": FORCE}
 
 
 def mistaken(table: MeasuredTable, wanted: str | int, role: str) -> str | None:

@@ -1,4 +1,4 @@
-"""The parts of the files of a recipe's measurements: plain tables, and the suitable steps of instruments' exports."""
+"""The parts of the files of a recipe's measurements: plain tables, by temperature if they are wide, and steps of exports."""
 
 from __future__ import annotations
 
@@ -11,17 +11,17 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from dielast.errors import InputError, shown
+from dielast.errors import InputError, located, shown
 from dielast.io.cells import decode, is_number
+from dielast.io.header import temperature_in
+from dielast.io.table import split_header
 from dielast.io.text_table import MeasuredTable, read_measured
 from dielast.io.workbook import is_workbook
 from dielast.material.measurement_kind import CREEP, KINDS, OSCILLATION, RELAXATION, MeasurementKind
 from dielast.readings.columns_recipe import MODULI, Columns
-from dielast.readings.curve_recipe import CurveColumns, CurveData
 from dielast.readings.instruments import ExportedStep, recognise
 from dielast.readings.instruments.export import Deformation, columns_by_role, plain
-from dielast.readings.recipe import MeasuredData, MeasurementData
-from dielast.readings.wide import by_temperature
+from dielast.readings.recipe import CurveColumns, CurveData, MeasuredData, MeasurementData
 
 Measured: TypeAlias = tuple[MeasurementKind, Mapping[str, str | int]]
 """The kind of measurement, and the columns by role."""
@@ -121,7 +121,7 @@ def _plain_parts(content: bytes, source: str, file: int, data: MeasuredData) -> 
     if isinstance(data, MeasurementData) and not data.states_temperatures and data.layout != "long":
         least = 1 if data.layout == "wide" else 2
         unit = data.units.get("temperature") if data.layout == "wide" else None
-        tables = by_temperature(table, unit, "compliance" if data.measurement == "creep" else "modulus")
+        tables = _by_temperature(table, unit, "compliance" if data.measurement == "creep" else "modulus")
         if len(tables) >= least:
             return [_of_wide(part, file, data, columns, temperature) for temperature, part in tables]
         if data.layout == "wide":
@@ -132,6 +132,53 @@ def _plain_parts(content: bytes, source: str, file: int, data: MeasuredData) -> 
         raise InputError("steps are wanted, but this is no instrument's export that dielast knows", file=source)
     kind, roles = _stated(data, columns)
     return [Part(table, roles, kind, file, TABLE, "tension")]
+
+
+def _by_temperature(table: MeasuredTable, unit: str | None, nameless: str) -> list[tuple[float, MeasuredTable]]:
+    """A table for each temperature in degC in the headers of `table`, or in the row above them, in their order.
+
+    Each has the columns of its temperature and the columns without a temperature, such as a common time, and the rows in which the
+    former are not empty; the names no longer contain the temperature. `unit` is that of bare numbers in headers, None if these are
+    not temperatures; `nameless` is the name of a column whose header is only a temperature. Raises `InputError` if a dash before a
+    temperature may or may not be a sign.
+    """
+    spelled = table.spelled or table.names
+    above = table.over or (None,) * len(table.names)
+    names, units, temperature = list(table.names), list(table.units), list(above)
+    if not table.spelled:  # a row of temperatures and no other
+        names = [name if level is None else nameless for name, level in zip(names, above, strict=True)]
+    for k, header in enumerate(spelled):
+        with located(file=table.source):
+            stated = temperature_in(header, unit)
+        if stated is None:
+            continue
+        temperature[k], rest = stated
+        names[k], unit_of_header = split_header(rest if rest[:1].isalpha() else f"{nameless} {rest}")
+        if unit_of_header is not None or units[k] is None or units[k] == split_header(header)[1]:
+            units[k] = unit_of_header
+    shared = [k for k, level in enumerate(temperature) if level is None and (names[k] or any(table.cells[k]))]
+    parts: list[tuple[float, MeasuredTable]] = []
+    for level in dict.fromkeys(level for level in temperature if level is not None):
+        columns = [k for k, there in enumerate(temperature) if there == level and (names[k] or any(table.cells[k]))]
+        rows = np.flatnonzero([any(cells) for cells in zip(*(table.cells[k] for k in columns), strict=True)])
+        if not rows.size:
+            continue
+        kept = [*shared, *columns]
+        parts.append(
+            (
+                level,
+                replace(
+                    table,
+                    names=tuple(names[k] for k in kept),
+                    units=tuple(units[k] for k in kept),
+                    cells=tuple([table.cells[k][row] for row in rows] for k in kept),
+                    lines=table.lines[rows],
+                    spelled=(),
+                    over=(),
+                ),
+            )
+        )
+    return parts
 
 
 def _of_wide(table: MeasuredTable, file: int, data: MeasuredData, columns: Columns | None, temperature: float) -> Part:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,12 +14,10 @@ from dielast.errors import InputError, warn
 from dielast.io.table import spoken
 from dielast.material.checks import warn_of_strain
 from dielast.material.measurement_kind import RELAXATION
-from dielast.readings.columns_recipe import ROLES
-from dielast.readings.curve_recipe import CurveData
-from dielast.readings.isotherms import WIDEST, temperature_of_file
-from dielast.readings.recipe import MeasuredData, MeasurementData
+from dielast.readings.columns_recipe import ROLES, Specimen
+from dielast.readings.isotherms import WIDEST
+from dielast.readings.recipe import CurveData, MeasuredData, MeasurementData
 from dielast.readings.specimen import nominal_stress, strain_of
-from dielast.readings.specimen_recipe import Specimen
 from dielast.readings.steps import Part
 from dielast.units import ZERO_CELSIUS
 
@@ -152,7 +152,7 @@ def _stated_temperature(part: Part, data: MeasuredData) -> float:
         return part.temperature
     source, in_step = part.table.source, part.temperature_in_step()
     if isinstance(data, MeasurementData) and (data.temperatures is not None or data.temperature_in_name is not None):
-        return temperature_of_file(data, part.file, source)
+        return _temperature_of_file(data, part.file, source)
     if in_step is not None:
         return in_step
     if isinstance(data, CurveData):
@@ -167,6 +167,18 @@ def _stated_temperature(part: Part, data: MeasuredData) -> float:
     raise InputError(
         f'temperatures are needed from {data.sources}, or from headers such as "E (20 °C) [MPa]"; {ONE_TEMPERATURE}', file=source
     )
+
+
+def _temperature_of_file(data: MeasurementData, index: int, name: str) -> float:
+    """The temperature in degC that the recipe, or the name of the file, states for the file of this `index`."""
+    if data.temperatures is not None:
+        return float(data.temperatures[index])
+    pattern = re.escape(data.temperature_in_name or "").replace(r"\{degC\}", r"(?P<degC>[+-]?\d+(?:\.\d+)?)")
+    match = re.search(pattern.replace(r"\{K\}", r"(?P<K>\d+(?:\.\d+)?)"), Path(name).name)
+    if match is None:
+        raise InputError(f'the name does not fit temperature_in_name = "{data.temperature_in_name}"', file=name)
+    groups = match.groupdict()
+    return float(groups["degC"]) if groups.get("degC") else float(groups["K"]) - ZERO_CELSIUS
 
 
 def _warn_of_gaps(part: Part, roles: list[str], rows: NDArray[np.bool_]) -> None:

@@ -21,7 +21,7 @@ from dielast.io import workbook
 from dielast.io.cells import TextFormat, decode
 from dielast.io.files import Inputs, sha256
 from dielast.io.text_table import read_measured
-from dielast.readings.curve_recipe import CurveData
+from dielast.readings.recipe import CurveData
 from dielast.recipe.validate import check
 from dielast.units import STRESS, TEMPERATURE, TIME
 
