@@ -46,8 +46,10 @@ class Inputs:
         # an absolute path belongs to this machine and has no place in a result
         shown = Path(name).name if Path(name).is_absolute() else str(name)
         digest = as_text(shown), sha256(content)
-        self.digests += [] if digest in self.digests else [digest]
-        self.paths += [] if path in self.paths else [path]
+        if digest not in self.digests:
+            self.digests.append(digest)
+        if path not in self.paths:
+            self.paths.append(path)
         return content
 
 

@@ -12,6 +12,7 @@ import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import compress
 
 import numpy as np
 from numpy.typing import NDArray
@@ -86,13 +87,17 @@ class MeasuredTable:
         """Whether a column is called `name`."""
         return any(_plain(name) == _plain(known) for known in self.names)
 
+    def only(self, rows: NDArray[np.bool_]) -> MeasuredTable:
+        """The table with only those `rows` (mask)."""
+        chosen = rows.tolist()
+        return replace(self, cells=tuple(list(compress(cells, chosen)) for cells in self.cells), lines=self.lines[rows])
+
     def equals(self, wanted: str | int, value: str | float) -> NDArray[np.bool_]:
         """Which rows hold `value` in a column, shape (rows,): the same text, or the same number."""
         index = self.find(wanted, "where")
         if isinstance(value, str):
             return np.array([cell == value for cell in self.cells[index]])
-        decimal = self.decimal
-        return np.array([_number(cell.replace(decimal, ".")) == value for cell in self.cells[index]])
+        return np.array([_number(cell.replace(self.decimal, ".")) == value for cell in self.cells[index]])
 
     def column(
         self, wanted: str | int, role: str, dimension: Dimension, rows: NDArray[np.bool_] | None = None
@@ -101,13 +106,21 @@ class MeasuredTable:
 
         Raises `InputError` naming the line for text, empty cells and NaN, or the column for missing, contradicting and wrong units.
         """
+        if rows is not None:
+            return self.only(rows).column(wanted, role, dimension)
         index = self.find(wanted, role)
         scale, offset = self._conversion(index, wanted, role, dimension)
+        here, cells = f'column "{self.names[index]}"', self.cells[index]
+        numbers = np.array([_number(cell.replace(self.decimal, ".")) for cell in cells])
+        wrong = np.flatnonzero(~np.isfinite(numbers))
+        for row in wrong[:1]:
+            what = f'"{cells[row]}" is not a finite number' if cells[row] else "the cell is empty"
+            more = f" ({wrong.size} such cells)" if wrong.size > 1 else ""
+            raise InputError(f"{here}: {what}{more}", file=self.source, line=self.lines[row])
         with np.errstate(over="ignore"):
-            values = _numbers(self, index, rows) * scale + offset
+            values = numbers * scale + offset
         for row in np.flatnonzero(~np.isfinite(values))[:1]:
-            line = (self.lines if rows is None else self.lines[rows])[row]
-            raise InputError(f'column "{self.names[index]}": the number is too large', file=self.source, line=line)
+            raise InputError(f"{here}: the number is too large", file=self.source, line=self.lines[row])
         return values
 
     def check(self, wanted: str | int, role: str, dimension: Dimension | None) -> None:
@@ -215,20 +228,6 @@ def _names_columns(row: Sequence[str]) -> bool:
 
 def _header_of(name: str, unit: str | None) -> str:
     return name if unit is None else f"{name} [{unit}]"
-
-
-def _numbers(table: MeasuredTable, index: int, rows: NDArray[np.bool_] | None) -> NDArray[np.float64]:
-    chosen = np.arange(table.lines.size) if rows is None else np.flatnonzero(rows)
-    cells = [table.cells[index][row] for row in chosen]
-    plain = [cell.replace(",", ".") for cell in cells] if table.decimal == "," else cells
-    values = np.array([_number(cell) for cell in plain])
-    wrong = np.flatnonzero(~np.isfinite(values))
-    if wrong.size:
-        first = int(wrong[0])
-        what = f'"{cells[first]}" is not a finite number' if cells[first] else "the cell is empty"
-        more = f" ({wrong.size} such cells)" if wrong.size > 1 else ""
-        raise InputError(f'column "{table.names[index]}": {what}{more}', file=table.source, line=table.lines[chosen[first]])
-    return values
 
 
 def _number(cell: str) -> float:

@@ -66,15 +66,15 @@ def read_as(
     """
     if lacking := unmeasured((role,), specimen):
         raise InputError(f'column "{table.names[table.find(column, role)]}": {lacking}', file=table.source)
-    values = table.column(column, key or role, ROLES[role], rows)
+    table = table if rows is None else table.only(rows)
+    values = table.column(column, key or role, ROLES[role])
     with np.errstate(over="ignore"):
         if role in ("strain", "extension"):
             values = 1 + (strain_of(values, specimen) if role == "extension" else values)
         elif role == "force":
             values = nominal_stress(values, specimen)
     for row in np.flatnonzero(~np.isfinite(values))[:1]:
-        line = (table.lines if rows is None else table.lines[rows])[row]
-        raise InputError(f"the {role} is too large a number for its specimen", file=table.source, line=line)
+        raise InputError(f"the {role} is too large a number for its specimen", file=table.source, line=table.lines[row])
     return values
 
 

@@ -18,7 +18,7 @@ from dielast.io.table import split_header
 from dielast.io.text_table import MeasuredTable, read_measured
 from dielast.io.workbook import is_workbook
 from dielast.material.measurement_kind import CREEP, KINDS, OSCILLATION, RELAXATION, MeasurementKind
-from dielast.readings.columns_recipe import MODULI, Columns
+from dielast.readings.columns_recipe import MODULI, ROLES, Columns
 from dielast.readings.instruments import ExportedStep, recognise
 from dielast.readings.instruments.export import Deformation, columns_by_role, plain
 from dielast.readings.recipe import CurveColumns, CurveData, MeasuredData, MeasurementData
@@ -55,13 +55,13 @@ class Part:
         """Whether the part is from an export; rows without measured values are then not mistakes of the user."""
         return self.format != TABLE
 
-    def rows(self, roles: Sequence[str]) -> NDArray[np.bool_]:
-        """Mask (rows,) of the rows to read for `roles`: all rows of a plain table, the complete rows of an export."""
-        rows = np.ones(self.table.lines.size, dtype=bool)
-        if self.is_export:
-            for role in roles:
-                rows &= self.filled(role)
-        return rows
+    def only(self, rows: NDArray[np.bool_]) -> Part:
+        """The part with only those `rows` (mask)."""
+        return replace(self, table=self.table.only(rows))
+
+    def column(self, role: str) -> NDArray[np.float64]:
+        """The numbers (rows,) in the column of `role`, in SI; raises `InputError` with the file, and the line or column."""
+        return self.table.column(self.columns[role], role, ROLES[role])
 
     def filled(self, role: str) -> NDArray[np.bool_]:
         """Mask (rows,) of the rows with a reading in the column of `role`, not a mark for a missing one."""
@@ -160,24 +160,12 @@ def _by_temperature(table: MeasuredTable, unit: str | None, nameless: str) -> li
     parts: list[tuple[float, MeasuredTable]] = []
     for level in dict.fromkeys(level for level in temperature if level is not None):
         columns = [k for k, there in enumerate(temperature) if there == level and (names[k] or any(table.cells[k]))]
-        rows = np.flatnonzero([any(cells) for cells in zip(*(table.cells[k] for k in columns), strict=True)])
-        if not rows.size:
-            continue
-        kept = [*shared, *columns]
-        parts.append(
-            (
-                level,
-                replace(
-                    table,
-                    names=tuple(names[k] for k in kept),
-                    units=tuple(units[k] for k in kept),
-                    cells=tuple([table.cells[k][row] for row in rows] for k in kept),
-                    lines=table.lines[rows],
-                    spelled=(),
-                    over=(),
-                ),
-            )
-        )
+        rows = np.array([any(cells) for cells in zip(*(table.cells[k] for k in columns), strict=True)], dtype=bool)
+        if rows.any():
+            filled = table.only(rows)
+            headed = [(names[k], units[k], filled.cells[k]) for k in (*shared, *columns)]
+            kept_names, kept_units, kept_cells = zip(*headed, strict=True)
+            parts.append((level, replace(filled, names=kept_names, units=kept_units, cells=kept_cells, spelled=(), over=())))
     return parts
 
 
@@ -230,8 +218,10 @@ def _measured(step: ExportedStep, data: MeasuredData, chosen: bool) -> Measured 
     possible: dict[MeasurementKind, Sequence[str]] = {}
     moduli = next((roles for roles in MODULI if roles <= by_role.keys()), None)
     swept = [role for role in ("frequency", "angular_frequency") if role in by_role]
-    if moduli and swept and _varies(step.table, by_role[swept[0]] - 1):
-        possible[OSCILLATION] = [*swept, *moduli, "complex_viscosity"]
+    if moduli and swept:
+        frequencies = [abs(number) for number in _numbers(step.table, by_role[swept[0]] - 1)]
+        if len(frequencies) > 1 and max(frequencies) > _SWEPT * min(frequencies):
+            possible[OSCILLATION] = [*swept, *moduli, "complex_viscosity"]
     for kind, hint in _OVER_TIME if "time" in by_role else ():
         hinted = hint in name and "recover" not in name
         if kind.value in by_role and (hinted or OSCILLATION not in possible):
@@ -247,9 +237,8 @@ def _measured(step: ExportedStep, data: MeasuredData, chosen: bool) -> Measured 
     return None
 
 
-def _varies(table: MeasuredTable, index: int) -> bool:
-    values = [abs(float(cell.replace(",", "."))) for cell in table.cells[index] if is_number(cell, table.decimal)]
-    return len(values) > 1 and max(values) > _SWEPT * min(values)
+def _numbers(table: MeasuredTable, index: int) -> list[float]:
+    return [float(cell.replace(",", ".")) for cell in table.cells[index] if is_number(cell, table.decimal)]
 
 
 def _refuse_running_clock(step: ExportedStep, before: ExportedStep, columns: Mapping[str, str | int]) -> None:
@@ -260,10 +249,7 @@ def _refuse_running_clock(step: ExportedStep, before: ExportedStep, columns: Map
     same = [k for k, earlier in enumerate(before.table.names) if earlier == name]
     if plain(name) not in ("time", "zeit") or not same:
         return
-    earlier, later = (
-        [float(cell.replace(",", ".")) for cell in one.cells[k] if is_number(cell, one.decimal)]
-        for one, k in ((before.table, same[0]), (table, index))
-    )
+    earlier, later = _numbers(before.table, same[0]), _numbers(table, index)
     if earlier and later and 0 < earlier[-1] <= later[0]:
         raise InputError(
             f'column "{name}" runs on from the step before into step "{step.name}": export the step time as well',
