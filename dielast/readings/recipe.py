@@ -60,7 +60,7 @@ class MeasuredData(TextTable):
     @property
     def names(self) -> tuple[str, ...]:
         """The names of the files, in their order."""
-        raise NotImplementedError
+        return (self.file,) if self.file is not None else ()
 
     @property
     def roles(self) -> Collection[str]:
@@ -144,7 +144,7 @@ class MeasurementData(MeasuredData):
     @property
     def names(self) -> tuple[str, ...]:
         """The names of the files, in their order."""
-        return (self.file,) if self.file is not None else self.files or ()
+        return self.files or super().names
 
     @property
     def is_plain(self) -> bool:
@@ -157,18 +157,16 @@ class MeasurementData(MeasuredData):
         return "columns.temperature" if self.file else "one of columns.temperature, temperatures, temperature_in_name"
 
     @property
-    def states_temperatures(self) -> bool:
-        """Whether the recipe states where the temperatures stand."""
-        in_column = self.columns is not None and self.columns.temperature is not None
-        return in_column or self.temperatures is not None or self.temperature_in_name is not None
+    def temperature_keys(self) -> list[str]:
+        """The keys that state the temperatures, or where they stand."""
+        in_column = ["columns.temperature"] if "temperature" in self.roles else []
+        return in_column + [key for key in ("temperatures", "temperature_in_name") if getattr(self, key) is not None]
 
     @model_validator(mode="after")
     def _one_source(self) -> Self:
         if (self.file is None) == (self.files is None):
             raise InputError("either file or files is needed")
-        stated = [name for name in ("temperatures", "temperature_in_name") if getattr(self, name) is not None]
-        if self.columns is not None and self.columns.temperature is not None:
-            stated.insert(0, "columns.temperature")
+        stated = self.temperature_keys
         headed = self.columns is None or self.file is not None or self.layout == "wide"  # perhaps, which reading tells
         if len(stated) + headed == 0 or len(stated) > 1 or (self.file and stated not in ([], ["columns.temperature"])):
             raise InputError(
@@ -215,8 +213,3 @@ class CurveData(MeasuredData):
     reference_temperature: Temperature | None = Field(
         None, description="Temperature of the test or curve, which has no shift law. Default: the temperature that the data state."
     )
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """The name of the file."""
-        return (self.file,)

@@ -118,7 +118,7 @@ def _plain_parts(content: bytes, source: str, file: int, data: MeasuredData) -> 
     """The parts of a plain table: one, or one for each temperature that its headers state."""
     table = read_measured(content, source, data.text_format(), data.units)
     columns = CurveColumns() if data.columns is None and isinstance(data, CurveData) else data.columns
-    if isinstance(data, MeasurementData) and not data.states_temperatures and data.layout != "long":
+    if isinstance(data, MeasurementData) and not data.temperature_keys and data.layout != "long":
         least = 1 if data.layout == "wide" else 2
         unit = data.units.get("temperature") if data.layout == "wide" else None
         tables = _by_temperature(table, unit, "compliance" if data.measurement == "creep" else "modulus")
