@@ -93,6 +93,10 @@ class Leave:
             os.write(2, f"{self.message()}\n".encode("utf-8", "backslashreplace"))
         os._exit(130)
 
+    def keep(self, what: str) -> None:
+        """Set what an interrupt leaves from now on, for its message."""
+        self.kept = what
+
     def message(self) -> str:
         """The message about the interrupt, below the ^C that a terminal shows."""
         line_begun = sys.stderr is not None and sys.stderr.isatty()
