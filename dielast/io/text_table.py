@@ -29,7 +29,7 @@ from dielast.io.cells import (
     split_cells,
     split_lines,
 )
-from dielast.io.header import filled_width, read_header, temperatures_in
+from dielast.io.header import ColumnHeader, filled_width, read_header, temperatures_in
 from dielast.io.table import split_header
 from dielast.io.workbook import is_workbook
 from dielast.units import NUMBER, Dimension, conversion, is_ambiguous, is_unit
@@ -37,23 +37,29 @@ from dielast.units import NUMBER, Dimension, conversion, is_ambiguous, is_unit
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MeasuredTable:
-    """The cells of a table as text: a list of rows for each of `names`; `lines` holds each row's line in the file (from 1).
+    """The cells of a table as text: a list of rows for each of `headers`; `lines` holds each row's line in the file (from 1).
 
-    `header_line` is the line of the units in a file with several tables, for messages; else 0. `spelled` holds the header cells as
-    in the file; default: `name [unit]`. `stated_units` are those of the recipe, by role; None if the recipe has no key for them.
-    `over` holds the temperatures in degC that a row above the names states for each column.
+    `header_line` is the line of the units in a file with several tables, for messages; else 0. `stated_units` are those of the
+    recipe, by role; None if the recipe has no key for them.
     """
 
     source: str
-    names: tuple[str, ...]
-    units: tuple[str | None, ...]
+    headers: tuple[ColumnHeader, ...]
     cells: tuple[list[str], ...]
     lines: NDArray[np.int64]
     decimal: str
     stated_units: Mapping[str, str] | None = None
     header_line: int = 0
-    spelled: tuple[str, ...] = ()
-    over: tuple[float | None, ...] = ()
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The names of the columns."""
+        return tuple(header.name for header in self.headers)
+
+    @property
+    def units(self) -> tuple[str | None, ...]:
+        """The units of the columns, None where none is stated."""
+        return tuple(header.unit for header in self.headers)
 
     def find(self, wanted: str | int, role: str) -> int:
         """Index of the column called `wanted`: its header as the file spells it, `name [unit]`, or its name without the unit.
@@ -64,11 +70,11 @@ class MeasuredTable:
             if 1 <= wanted <= len(self.names):
                 return wanted - 1
             raise InputError(f"column {wanted} is wanted for {role}, but there are {len(self.names)} columns", file=self.source)
-        headers = [_header_of(name, unit) for name, unit in zip(self.names, self.units, strict=True)]
-        spelled = self.spelled or headers
-        unitless = [name if unit is None else "" for name, unit in zip(self.names, self.units, strict=True)]
-        bare, unit = split_header(wanted)
-        ways = ((spelled, wanted), (headers, _header_of(bare, unit)), (self.names, wanted), (unitless, bare))
+        texts = [header.text for header in self.headers]
+        spelled = [header.spelled or header.text for header in self.headers]
+        unitless = [header.name if header.unit is None else "" for header in self.headers]
+        asked = ColumnHeader(*split_header(wanted))
+        ways = ((spelled, wanted), (texts, asked.text), (self.names, wanted), (unitless, asked.name))
         # first with, then without regard to upper and lower case: T and t may be two columns
         for same in (str.strip, _plain):
             for spelling, text in ways:
@@ -78,7 +84,7 @@ class MeasuredTable:
                 if matches:
                     return matches[0]
         # the names as in the file, with the units from the row below them
-        there = [cell if split_header(cell)[1] else header for cell, header in zip(spelled, headers, strict=True)]
+        there = [cell if split_header(cell)[1] else text for cell, text in zip(spelled, texts, strict=True)]
         near = difflib.get_close_matches(wanted, there, n=1)
         hint = f'did you mean "{near[0]}"?' if near else "there are " + ", ".join(f'"{header}"' for header in there)
         raise InputError(f'no column "{wanted}" for {role}; {hint}', file=self.source)
@@ -196,16 +202,13 @@ def _table(text: str, source: str, form: TextFormat, units: Mapping[str, str] | 
     # numbers are aligned by blanks, but the names above them may be separated by tabs
     above = [split_cells(line, "\t" if separator == " " and "\t" in line else separator) for _, line in filled[:first]]
     columns = max(width, min(map(len, data)), filled_width(data[0]))
-    header = read_header(source, above, columns, separator == " " and not any("\t" in line for _, line in filled[:first]))
-    names = header.names
+    headers = read_header(source, above, columns, separator == " " and not any("\t" in line for _, line in filled[:first]))
     for line, row in zip(lines, data, strict=True):
-        if filled_width(row) > len(names):
-            raise InputError(f"{filled_width(row)} cells, but the table has {len(names)} columns", file=source, line=line)
-        row[len(names) :] = [""] * (len(names) - len(row))
+        if filled_width(row) > columns:
+            raise InputError(f"{filled_width(row)} cells, but the table has {columns} columns", file=source, line=line)
+        row[columns:] = [""] * (columns - len(row))
     cells = tuple(list(column) for column in zip(*data, strict=True))
-    return MeasuredTable(
-        source, names, header.units, cells, np.array(lines), decimal, units, spelled=header.spelled, over=header.temperature
-    )
+    return MeasuredTable(source, headers, cells, np.array(lines), decimal, units)
 
 
 def _first_data_row(rows: Sequence[Sequence[str]], width: int, decimal: str) -> int | None:
@@ -224,10 +227,6 @@ def _first_data_row(rows: Sequence[Sequence[str]], width: int, decimal: str) -> 
 def _names_columns(row: Sequence[str]) -> bool:
     """Whether a row, mostly of numbers, contains a name with a unit, such as `time [s]` before temperatures."""
     return any(unit is not None and is_unit(unit) for cell in row for unit in split_header(cell)[1:])
-
-
-def _header_of(name: str, unit: str | None) -> str:
-    return name if unit is None else f"{name} [{unit}]"
 
 
 def _number(cell: str) -> float:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from dielast.errors import InputError, located, shown
 from dielast.io.cells import decode, is_number
-from dielast.io.header import temperature_in
+from dielast.io.header import ColumnHeader, temperature_in
 from dielast.io.table import split_header
 from dielast.io.text_table import MeasuredTable, read_measured
 from dielast.io.workbook import is_workbook
@@ -142,30 +142,29 @@ def _by_temperature(table: MeasuredTable, unit: str | None, nameless: str) -> li
     not temperatures; `nameless` is the name of a column whose header is only a temperature. Raises `InputError` if a dash before a
     temperature may or may not be a sign.
     """
-    spelled = table.spelled or table.names
-    above = table.over or (None,) * len(table.names)
-    names, units, temperature = list(table.names), list(table.units), list(above)
-    if not table.spelled:  # a row of temperatures and no other
-        names = [name if level is None else nameless for name, level in zip(names, above, strict=True)]
-    for k, header in enumerate(spelled):
+    unnamed = not any(header.spelled for header in table.headers)  # a row of temperatures and no other
+    headers = []
+    for header in table.headers:
+        spelled, level = header.spelled or header.name, header.temperature
         with located(file=table.source):
-            stated = temperature_in(header, unit)
-        if stated is None:
-            continue
-        temperature[k], rest = stated
-        names[k], unit_of_header = split_header(rest if rest[:1].isalpha() else f"{nameless} {rest}")
-        if unit_of_header is not None or units[k] is None or units[k] == split_header(header)[1]:
-            units[k] = unit_of_header
-    shared = [k for k, level in enumerate(temperature) if level is None and (names[k] or any(table.cells[k]))]
+            stated = temperature_in(spelled, unit)
+        if stated is not None:
+            level, rest = stated
+            name, stated_unit = split_header(rest if rest[:1].isalpha() else f"{nameless} {rest}")
+            in_row_below = stated_unit is None and header.unit != split_header(spelled)[1]
+            headers.append(ColumnHeader(name, header.unit if in_row_below else stated_unit, temperature=level))
+        else:
+            headers.append(replace(header, name=nameless) if unnamed and level is not None else header)
+    used = [k for k, header in enumerate(headers) if header.name or any(table.cells[k])]
+    shared = [k for k in used if headers[k].temperature is None]
     parts: list[tuple[float, MeasuredTable]] = []
-    for level in dict.fromkeys(level for level in temperature if level is not None):
-        columns = [k for k, there in enumerate(temperature) if there == level and (names[k] or any(table.cells[k]))]
+    for level in dict.fromkeys(header.temperature for header in headers):
+        columns = [k for k in used if headers[k].temperature == level]
         rows = np.array([any(cells) for cells in zip(*(table.cells[k] for k in columns), strict=True)], dtype=bool)
-        if rows.any():
-            filled = table.only(rows)
-            headed = [(names[k], units[k], filled.cells[k]) for k in (*shared, *columns)]
-            kept_names, kept_units, kept_cells = zip(*headed, strict=True)
-            parts.append((level, replace(filled, names=kept_names, units=kept_units, cells=kept_cells, spelled=(), over=())))
+        if level is not None and rows.any():
+            filled, kept = table.only(rows), [*shared, *columns]
+            plain = tuple(ColumnHeader(headers[k].name, headers[k].unit) for k in kept)
+            parts.append((level, replace(filled, headers=plain, cells=tuple(filled.cells[k] for k in kept))))
     return parts
 
 

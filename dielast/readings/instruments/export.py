@@ -5,12 +5,14 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import zip_longest
 from typing import Literal, NamedTuple
 
 import numpy as np
 
 from dielast.errors import InputError
 from dielast.io.cells import is_number, split_cells, split_lines
+from dielast.io.header import ColumnHeader
 from dielast.io.text_table import MeasuredTable
 
 Deformation = Literal["tension", "shear"]
@@ -148,10 +150,10 @@ class Export:
         if points is not None and points != len(readings):
             line = readings[-1].line if readings else units.line
             raise cut_off(f'step "{name}" ends after {len(readings)} of {points} points', self.source, line)
+        headed = zip_longest(names[:width], units.cells[:width], fillvalue="")
         table = MeasuredTable(
             self.source,
-            tuple(names[:width]),
-            tuple(_unit(names[k], units.cells[k] if k < len(units.cells) else "") for k in range(width)),
+            tuple(ColumnHeader(cell, _unit(cell, unit)) for cell, unit in headed),
             tuple([cells[k] if k < len(cells) else "" for _, cells in readings] for k in range(width)),
             np.array([row.line for row in readings], dtype=np.int64),
             decimal or decimal_mark(readings),
