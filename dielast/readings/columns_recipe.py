@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection
-from typing import Annotated, Self, TypeAlias
+from typing import Any, Self, TypeAlias
 
 from pydantic import Field, model_validator
 
@@ -25,6 +25,13 @@ SECTION = 'width = "6 mm", thickness = "0.5 mm"'
 _Column: TypeAlias = ColumnName | None
 
 
+def _of(dimension: units.Dimension, description: str) -> Any:
+    """The field of a column with numbers of a `dimension`."""
+    field = Field(None, description=description)
+    field.metadata.append(dimension)
+    return field
+
+
 class NamedColumns(Section):
     """Names or numbers of columns, each under the role that the column has."""
 
@@ -37,40 +44,28 @@ class NamedColumns(Section):
 class Columns(NamedColumns):
     """Columns of a relaxation or creep test over time, or of a frequency sweep."""
 
-    temperature: Annotated[_Column, units.TEMPERATURE] = Field(
-        None, description="Temperature, where one file holds several temperatures."
-    )
+    temperature: _Column = _of(units.TEMPERATURE, "Temperature, where one file holds several temperatures.")
     set: _Column = Field(
         None,
         description="A label or number that is the same in all rows at one temperature. Default: temperature_tolerance separates "
         "them.",
     )
-    time: Annotated[_Column, units.TIME] = Field(None, description='Time since the start of the test. Default: "time".')
-    modulus: Annotated[_Column, units.STRESS] = Field(None, description="Relaxation modulus.")
-    strain: Annotated[_Column, units.STRAIN] = Field(
-        None, description="Strain, with stress or force; instead of modulus or compliance."
-    )
-    stretch: Annotated[_Column, units.NUMBER] = Field(None, description="Stretch, which is 1 + strain; instead of strain.")
-    stress: Annotated[_Column, units.STRESS] = Field(None, description="Nominal stress, with strain, stretch or extension.")
-    extension: Annotated[_Column, units.LENGTH] = Field(
-        None, description="Extension, a length, instead of strain; needs specimen.gauge_length."
-    )
-    force: Annotated[_Column, units.FORCE] = Field(
-        None, description="Force, instead of stress; needs specimen.width and thickness."
-    )
-    compliance: Annotated[_Column, units.COMPLIANCE] = Field(None, description="Creep compliance.")
-    frequency: Annotated[_Column, units.FREQUENCY] = Field(None, description="Frequency of a sweep, in Hz.")
-    angular_frequency: Annotated[_Column, units.ANGULAR_FREQUENCY] = Field(
-        None, description="Angular frequency of a sweep, in rad/s."
-    )
-    storage: Annotated[_Column, units.STRESS] = Field(None, description="Storage modulus, with loss or tan_delta.")
-    loss: Annotated[_Column, units.STRESS] = Field(None, description="Loss modulus.")
-    tan_delta: Annotated[_Column, units.NUMBER] = Field(
-        None, description="Loss modulus over storage modulus, with storage or complex_modulus."
-    )
-    complex_modulus: Annotated[_Column, units.STRESS] = Field(None, description="Magnitude of the complex modulus, with tan_delta.")
-    complex_viscosity: Annotated[_Column, units.VISCOSITY] = Field(
-        None, description="Magnitude of the complex viscosity, by which the unit of the frequencies, Hz or rad/s, is checked."
+    time: _Column = _of(units.TIME, 'Time since the start of the test. Default: "time".')
+    modulus: _Column = _of(units.STRESS, "Relaxation modulus.")
+    strain: _Column = _of(units.STRAIN, "Strain, with stress or force; instead of modulus or compliance.")
+    stretch: _Column = _of(units.NUMBER, "Stretch, which is 1 + strain; instead of strain.")
+    stress: _Column = _of(units.STRESS, "Nominal stress, with strain, stretch or extension.")
+    extension: _Column = _of(units.LENGTH, "Extension, a length, instead of strain; needs specimen.gauge_length.")
+    force: _Column = _of(units.FORCE, "Force, instead of stress; needs specimen.width and thickness.")
+    compliance: _Column = _of(units.COMPLIANCE, "Creep compliance.")
+    frequency: _Column = _of(units.FREQUENCY, "Frequency of a sweep, in Hz.")
+    angular_frequency: _Column = _of(units.ANGULAR_FREQUENCY, "Angular frequency of a sweep, in rad/s.")
+    storage: _Column = _of(units.STRESS, "Storage modulus, with loss or tan_delta.")
+    loss: _Column = _of(units.STRESS, "Loss modulus.")
+    tan_delta: _Column = _of(units.NUMBER, "Loss modulus over storage modulus, with storage or complex_modulus.")
+    complex_modulus: _Column = _of(units.STRESS, "Magnitude of the complex modulus, with tan_delta.")
+    complex_viscosity: _Column = _of(
+        units.VISCOSITY, "Magnitude of the complex viscosity, by which the unit of the frequencies, Hz or rad/s, is checked."
     )
 
     @property
