@@ -78,7 +78,12 @@ def read_file(path: Path, name: str) -> bytes:
         with path.open("rb") as file:
             content = file.read(LARGEST + 1)
     except (OSError, ValueError) as error:  # ValueError: a NUL in the name
-        raise InputError(_unreadable(path, name, error), file=name) from None
+        reason = (getattr(error, "strerror", None) or "cannot be read").lower()
+        if os.path.isdir(path):
+            reason = "is a folder, a file is needed"
+        elif isinstance(error, FileNotFoundError):
+            reason = f"no such file{of_backslashes(name)}"
+        raise InputError(reason, file=name) from None
     if len(content) > LARGEST:
         raise InputError(f"larger than {LARGEST >> 20} MiB, which no table or recipe should be", file=name)
     return content
@@ -95,14 +100,6 @@ def exists(path: Path) -> bool:
         return path.exists()
     except (OSError, ValueError):
         return False
-
-
-def _unreadable(path: Path, name: str, error: OSError | ValueError) -> str:
-    """Why `path`, stated as `name`, could not be read, in a few words."""
-    if os.path.isdir(path):
-        return "is a folder, a file is needed"
-    reason = getattr(error, "strerror", None) or "cannot be read"
-    return f"no such file{of_backslashes(name)}" if isinstance(error, FileNotFoundError) else reason.lower()
 
 
 def of_backslashes(name: str) -> str:

@@ -97,23 +97,17 @@ def mistaken(table: MeasuredTable, wanted: str | int, role: str) -> str | None:
     kind = kind_of(unit) if unit is not None else None
     if kind is None:
         return None
-    column = f'column "{table.names[index]}" [{unit}] is {kind.name}'
-    if (instead := _INSTEAD.get((role, kind.unit))) is not None:
-        return f"{column}, not {_A[role]}: {instead.format(column=as_toml(wanted))}"
-    return None
+    instead = _INSTEAD.get((role, kind.unit))
+    if instead is None:
+        return None
+    article = "an" if role == "extension" else "a"
+    return f'column "{table.names[index]}" [{unit}] is {kind.name}, not {article} {role}: {instead.format(column=as_toml(wanted))}'
 
 
 def _columns(role: str, needed: str) -> str:
     return f"state columns.{role} = {{column}} instead, and specimen = {{{{ {needed} }}}}"
 
 
-_A = {
-    "stress": "a stress",
-    "strain": "a strain",
-    "modulus": "a modulus",
-    "force": "a force",
-    "extension": "an extension",
-}
 _BY_GEOMETRY = "export the stress, or a modulus, which takes the geometry that the rheometer knows"
 _INSTEAD: dict[tuple[str, str], str] = {
     ("stress", FORCE.unit): _columns("force", SECTION),

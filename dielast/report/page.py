@@ -137,12 +137,8 @@ def _origins(
 
 def _files(caption: str, headers: Sequence[str], lines: Iterable[Sequence[str]]) -> Iterator[str]:
     """A table of files; its cells are HTML."""
-    yield _opened(caption)
     heads = "".join(f'<th scope="col">{header}</th>' for header in headers)
-    yield f"<thead><tr>{heads}</tr></thead>\n<tbody>\n"
-    for line in lines:
-        yield f"<tr>{''.join(f'<td>{cell}</td>' for cell in line)}</tr>\n"
-    yield "</tbody>\n</table>\n</div>\n"
+    yield from _grid(caption, heads, ("".join(f"<td>{cell}</td>" for cell in line) for line in lines))
 
 
 def _table(name: str, columns: Mapping[str, Sequence[str]]) -> Iterator[str]:
@@ -151,30 +147,26 @@ def _table(name: str, columns: Mapping[str, Sequence[str]]) -> Iterator[str]:
     count = len(next(iter(columns.values()), ()))
     long = count > MOST_ROWS
     kept = [*range(FIRST_ROWS), None, *range(count - LAST_ROWS, count)] if long else list(range(count))
-    numbers = {header: all(_is_number(cell) for cell in columns[header]) for header in shown}
     notes = [f"{FIRST_ROWS + LAST_ROWS} of {count} rows"] if long else []
     notes += [f"{len(shown)} of {len(columns)} columns"] if len(columns) > len(shown) else []
-    yield _opened(f"{name}{': ' if notes else ''}{' and '.join(notes)}{', all of them in the file' if notes else ''}")
-    yield "<thead><tr>"
-    yield "".join(f'<th scope="col"{_aligned(numbers[header])}>{_text(header)}</th>' for header in shown)
-    yield "</tr></thead>\n<tbody>\n"
-    for row in kept:
-        if row is None:
-            yield f'<tr><td colspan="{len(shown)}">… {count - FIRST_ROWS - LAST_ROWS} rows left out …</td></tr>\n'
-        else:
-            cells = "".join(f"<td{_aligned(numbers[header])}>{_text(columns[header][row])}</td>" for header in shown)
-            yield f"<tr>{cells}</tr>\n"
-    yield "</tbody>\n</table>\n</div>\n"
+    caption = f"{name}{': ' if notes else ''}{' and '.join(notes)}{', all of them in the file' if notes else ''}"
+    aligned = {header: ' class="number"' if all(map(_is_number, columns[header])) else "" for header in shown}
+    heads = "".join(f'<th scope="col"{aligned[header]}>{_text(header)}</th>' for header in shown)
+    gap = f'<td colspan="{len(shown)}">… {count - FIRST_ROWS - LAST_ROWS} rows left out …</td>'
+    cells = (
+        gap if row is None else "".join(f"<td{aligned[header]}>{_text(columns[header][row])}</td>" for header in shown)
+        for row in kept
+    )
+    yield from _grid(caption, heads, cells)
 
 
-def _opened(caption: str) -> str:
-    """The opening tags of a table that scrolls, also from the keyboard, if it is wider than the page."""
+def _grid(caption: str, heads: str, lines: Iterable[str]) -> Iterator[str]:
+    """A table of cells in HTML that scrolls, also from the keyboard, if it is wider than the page."""
     text = escape(caption)
-    return f'<div class="wide" role="region" aria-label="{text}" tabindex="0">\n<table>\n<caption>{text}</caption>\n'
-
-
-def _aligned(number: bool) -> str:
-    return ' class="number"' if number else ""
+    yield f'<div class="wide" role="region" aria-label="{text}" tabindex="0">\n<table>\n<caption>{text}</caption>\n'
+    yield f"<thead><tr>{heads}</tr></thead>\n<tbody>\n"
+    yield from (f"<tr>{line}</tr>\n" for line in lines)
+    yield "</tbody>\n</table>\n</div>\n"
 
 
 def _is_number(cell: str) -> bool:
