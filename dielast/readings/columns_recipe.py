@@ -27,7 +27,7 @@ _Column: TypeAlias = ColumnName | None
 
 def _of(dimension: units.Dimension, description: str) -> Any:
     """The field of a column with numbers of a `dimension`."""
-    field = Field(None, description=description)
+    field: Any = Field(None, description=description)
     field.metadata.append(dimension)
     return field
 
