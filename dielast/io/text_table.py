@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from dielast.errors import InputError, Where
 from dielast.io.cells import (
+    RECOGNISED,
     SEPARATORS,
     TextFormat,
     decode,
@@ -163,15 +164,14 @@ class MeasuredTable:
 
 
 def read_measured(
-    content: bytes, source: str, form: TextFormat | None = None, units: Mapping[str, str] | None = None
+    content: bytes, source: str, form: TextFormat = RECOGNISED, units: Mapping[str, str] | None = None
 ) -> MeasuredTable:
     """The table in the bytes `content` of the file `source`; `units` are those that the recipe states, by role, None if it has no
     key for them.
 
     Raises `InputError` if the text cannot be decoded, or if no table of numbers can be found in it.
     """
-    form = form or TextFormat()
-    text = decode(content, source, form.encoding, form.sheet, form.decimal)
+    text = decode(content, source, form)
     if not is_workbook(content):
         return _table(text, source, form, units)
     try:
@@ -218,15 +218,11 @@ def _first_data_row(rows: Sequence[Sequence[str]], width: int, decimal: str) -> 
         is_data = 2 * numeric >= width
         if wide != width:  # columns of different length make the first rows the widest, and a row may end in empty cells
             is_data = is_data and len(row) >= width and numeric == sum(map(bool, row))
-        # a row of temperatures is a header
-        if width and is_data and not _names_columns(row) and temperatures_in(row) is None:
+        # a name with a unit, such as `time [s]` before temperatures, and a row of temperatures belong to the header
+        is_header = any(is_unit(unit) for cell in row if (unit := split_header(cell)[1]) is not None)
+        if width and is_data and not is_header and temperatures_in(row) is None:
             return index
     return None
-
-
-def _names_columns(row: Sequence[str]) -> bool:
-    """Whether a row, mostly of numbers, contains a name with a unit, such as `time [s]` before temperatures."""
-    return any(unit is not None and is_unit(unit) for cell in row for unit in split_header(cell)[1:])
 
 
 def _number(cell: str) -> float:

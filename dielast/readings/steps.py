@@ -79,7 +79,7 @@ def parts_of(content: bytes, source: str, file: int, data: MeasuredData) -> tupl
 
     Raises `InputError` with the file, and the line or step.
     """
-    text = decode(content, source, data.encoding, data.sheet, data.decimal)
+    text = decode(content, source, data.text_format())
     known = None if data.is_plain else recognise(text)
     if known is None:
         return _plain_parts(content, source, file, data), []
