@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import re
-from pathlib import Path
-
 import numpy as np
+from numpy.typing import NDArray
 
 from dielast.errors import InputError
-from dielast.numerics.arrays import Floats as Array, Index
-from dielast.readings.recipe import MeasurementData
-from dielast.units import ZERO_CELSIUS
+
+Array = NDArray[np.float64]
+Index = NDArray[np.intp]
 
 WIDEST = 4  # spread of the readings of one set, in tolerances
 SHORTEST = 3  # number of points of a run
@@ -46,18 +44,6 @@ def isotherms(temperature: Array, abscissa: Array, source: Index, label: Index, 
     for members in parted:
         runs += [(_level(temperature[members]), run) for run in _runs(np.sort(members), abscissa, source)]
     return sorted(runs, key=lambda run: run[0])
-
-
-def temperature_of_file(data: MeasurementData, index: int, name: str) -> float:
-    """The temperature in degC that the recipe, or the name of the file, states for the file of this `index`."""
-    if data.temperatures is not None:
-        return float(data.temperatures[index])
-    pattern = re.escape(data.temperature_in_name or "").replace(r"\{degC\}", r"(?P<degC>[+-]?\d+(?:\.\d+)?)")
-    match = re.search(pattern.replace(r"\{K\}", r"(?P<K>\d+(?:\.\d+)?)"), Path(name).name)
-    if match is None:
-        raise InputError(f'the name does not fit temperature_in_name = "{data.temperature_in_name}"', file=name)
-    groups = match.groupdict()
-    return float(groups["degC"]) if groups.get("degC") else float(groups["K"]) - ZERO_CELSIUS
 
 
 def _check_spread(readings: Array, tolerance: float, what: str, why: str) -> None:
