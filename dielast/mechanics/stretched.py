@@ -147,7 +147,7 @@ class Histories:
         for span in range(self.spans):
             strain = fading[:, span] * strain + rise[:, span]
             largest = np.maximum(largest, np.abs(strain))
-        return largest
+        return np.asarray(largest)
 
     def smooth(self, index: Cases) -> Flags:
         """False (k,): every corner is a kink."""
