@@ -16,7 +16,7 @@ from dielast.errors import InputError, Mistakes, Problem
 from dielast.io.result import Result
 from dielast.material.law import Constant
 from dielast.material.material import SCALE, Material, Numbers, constants_of, material_of, numbers_of
-from dielast.numerics.columns import Floats
+from dielast.numerics.arrays import Floats
 
 WIDE = 100.0  # default bounds of a positive number, as a factor on either side of the start
 TINY = 1e-3  # of the start: replaces a modulus of 0 in a draw, which has no logarithm

@@ -19,7 +19,7 @@ from dielast.io.result import TabularResult
 from dielast.io.table import Column, Table
 from dielast.material.material import CalibratedRange, Material
 from dielast.mechanics.load import Mode
-from dielast.numerics.columns import Floats
+from dielast.numerics.arrays import Floats
 
 LEVEL = 0.9
 

@@ -17,8 +17,7 @@ from dielast.io.toml import parse_toml
 from dielast.material.measurement_kind import KINDS, MeasurementKind
 from dielast.material.modulus import CONSTANT_MODULUS, EntropicModulus, ModulusLaw
 from dielast.material.shift import SHIFTS, ShiftLaw
-
-Array = NDArray[np.float64]
+from dielast.numerics.arrays import Floats
 
 DRAWS, LAWS, CURVES = "draws.csv", "draw-laws.csv", "draw-curves.csv"
 
@@ -33,7 +32,7 @@ class ReducedCurve:
     """
 
     kind: MeasurementKind
-    columns: tuple[Array, ...]
+    columns: tuple[Floats, ...]
     shift: ShiftLaw
     measured_temperature: tuple[float, float] | None = None
     data: Mapping[str, Any] | None = None
@@ -78,7 +77,7 @@ def _shift_law(summary: Mapping[str, Any], folder: str, inputs: Inputs) -> Shift
         raise ValueError("[shift] has a constant that is not finite")
     reference = float(shift["reference_temperature_degC"])
 
-    def measured() -> tuple[Array, Array]:
+    def measured() -> tuple[Floats, Floats]:
         name = f"{folder}/shift-factors.csv"
         content = inputs.read(name)
         (temperature,) = finite_columns(content, name, ["temperature [degC]"])
@@ -97,8 +96,8 @@ class ReadDraws:
     """
 
     number: NDArray[np.int64]
-    abscissa: Array
-    ordinates: Array
+    abscissa: Floats
+    ordinates: Floats
     shifts: tuple[ShiftLaw, ...]
 
 

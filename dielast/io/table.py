@@ -66,16 +66,17 @@ def plural(name: str) -> str:
     return text[:-1] + "ies" if text.endswith("y") else text + "s"
 
 
-def case_table(temperature: Sequence[float], cases: Sequence[Mapping[str, NDArray[np.float64]]]) -> Table:
-    """The table of several cases at their `temperature` (degC), one below the other; each has its columns (rows,) by header."""
-    counts = [next(iter(case.values())).size for case in cases]
-    columns = [
-        Column("case", None, np.repeat(np.arange(len(cases)), counts)),
-        Column("temperature", "degC", np.repeat(np.asarray(temperature, dtype=float), counts)),
-    ]
-    for header in cases[0]:
-        name, unit = header.rstrip("]").split(" [")
-        columns.append(Column(name, unit, np.concatenate([case[header] for case in cases])))
+def case_table(cases: Mapping[int, Mapping[str, NDArray[np.float64]]], temperature: Sequence[float] | None = None) -> Table:
+    """The table of several cases by number, one below the other; each has its columns (rows,) by header, after its number and, if
+    stated, its `temperature` in degC.
+    """
+    counts = [next(iter(case.values())).size for case in cases.values()]
+    columns = [Column("case", None, np.repeat(list(cases), counts))]
+    if temperature is not None:
+        columns.append(Column("temperature", "degC", np.repeat(np.asarray(temperature, dtype=float), counts)))
+    for header in next(iter(cases.values())):
+        name, _, unit = header.rstrip("]").partition(" [")
+        columns.append(Column(name, unit or None, np.concatenate([case[header] for case in cases.values()])))
     return columns
 
 

@@ -41,3 +41,11 @@ def real_number(value: Any, name: str) -> float:
     if array.ndim:
         raise InputError(f"an array of shape {array.shape}: one number is needed", argument=name)
     return float(array)
+
+
+def whole_number(value: Any, name: str) -> int:
+    """One whole number; `InputError` with the argument `name` as in `real_number`, and for a fraction."""
+    number = real_number(value, name)
+    if not number.is_integer():
+        raise InputError(f"{number:g}: a whole number is needed", argument=name)
+    return int(number)

@@ -21,7 +21,7 @@ from dielast.material.law import Registry
 from dielast.material.shift import SHIFTS
 from dielast.material.springs import EQUIBIAXIAL, SPRINGS, UNIAXIAL, Gent
 from dielast.mechanics.load import Step
-from dielast.mechanics.point import Points
+from dielast.mechanics.point_material import Points
 
 Run = Callable[..., subprocess.CompletedProcess[str]]
 

@@ -35,11 +35,6 @@ class DesignFilm(GridFilm):
 
     thickness: Thicknesses = Field(description="Undeformed thickness; a list is an axis of the grid.")  # type: ignore[assignment]
 
-    @property
-    def thicknesses(self) -> tuple[float, ...]:
-        """The values of the axis."""
-        return self.thickness
-
 
 class GoalSection(Section):
     """The goal of each film: a relative stretch, or an area strain."""

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from dielast.errors import InputError
 from dielast.material.law import Constant, DamageLaw
-from dielast.numerics.columns import Floats
+from dielast.numerics.arrays import Floats
 from dielast.units import FIELD, TIME
 
 

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from dielast.errors import InputError
 from dielast.material.dielectric.constant import ConstantPermittivity
 from dielast.material.law import Constant, DielectricLaw, LogRatio
-from dielast.numerics.columns import Floats
+from dielast.numerics.arrays import Floats
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from dielast.material.law import ModulusLaw
-from dielast.numerics.columns import Floats
+from dielast.numerics.arrays import Floats
 
 
 @dataclass(frozen=True, slots=True)

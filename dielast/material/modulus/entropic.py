@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from dielast.errors import InputError
 from dielast.material.law import Constant, ModulusLaw
-from dielast.numerics.columns import Floats
+from dielast.numerics.arrays import Floats
 from dielast.units import THERMAL_EXPANSION, ZERO_CELSIUS, parse
 
 

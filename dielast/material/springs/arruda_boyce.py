@@ -13,7 +13,7 @@ from dielast.material.law import Constant
 from dielast.material.springs.first_invariant import LimitedLaw
 from dielast.material.springs.langevin import chain_energy, stiffness, stiffness_and_slope
 from dielast.material.springs.law import CardForm
-from dielast.numerics.columns import Floats
+from dielast.numerics.arrays import Floats
 
 SERIES = (1 / 2, 1 / 20, 11 / 1050, 19 / 7000, 519 / 673750)  # coefficients of W/mu in I1^k/l_m^(2k - 2), as used by codes
 

@@ -7,7 +7,7 @@ from typing import ClassVar, Self
 import numpy as np
 
 from dielast.material.springs.law import SpringLaw, Symmetry
-from dielast.numerics.columns import Floats
+from dielast.numerics.arrays import Floats
 
 
 class FirstInvariantLaw(SpringLaw):

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from dielast.material.springs.law import SpringLaw, Symmetry
-from dielast.numerics.columns import Cases, Flags, Floats
+from dielast.numerics.arrays import Cases, Flags, Floats
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -12,7 +12,7 @@ from dielast.errors import InputError
 from dielast.material.law import Constant
 from dielast.material.springs.first_invariant import LimitedLaw
 from dielast.material.springs.law import CardForm
-from dielast.numerics.columns import Floats
+from dielast.numerics.arrays import Floats
 
 
 @dataclass(frozen=True, slots=True, eq=False)

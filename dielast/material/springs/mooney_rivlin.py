@@ -10,7 +10,7 @@ import numpy as np
 from dielast.material.law import Constant
 from dielast.material.springs.law import CardForm
 from dielast.material.springs.scaled import ScaledLaw
-from dielast.numerics.columns import Floats
+from dielast.numerics.arrays import Floats
 from dielast.units import STRESS
 
 

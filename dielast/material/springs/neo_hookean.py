@@ -10,7 +10,7 @@ import numpy as np
 
 from dielast.material.springs.first_invariant import FirstInvariantLaw
 from dielast.material.springs.law import CardForm
-from dielast.numerics.columns import Floats
+from dielast.numerics.arrays import Floats
 
 
 @dataclass(frozen=True, slots=True, eq=False)

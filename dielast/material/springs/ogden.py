@@ -11,7 +11,7 @@ from dielast.errors import InputError
 from dielast.material.law import Constant
 from dielast.material.springs.law import CardForm, Symmetry
 from dielast.material.springs.scaled import ScaledLaw
-from dielast.numerics.columns import Floats
+from dielast.numerics.arrays import Floats
 from dielast.units import STRESS
 
 STEEPEST = 50.0  # largest exponent: at a stretch of 10, larger powers would soon overflow

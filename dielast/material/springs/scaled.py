@@ -9,7 +9,7 @@ import numpy as np
 
 from dielast.errors import InputError
 from dielast.material.springs.law import SpringLaw
-from dielast.numerics.columns import Floats
+from dielast.numerics.arrays import Floats
 
 
 class ScaledLaw(SpringLaw):

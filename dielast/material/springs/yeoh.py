@@ -13,7 +13,7 @@ from dielast.material.law import Constant
 from dielast.material.springs.first_invariant import FirstInvariantLaw
 from dielast.material.springs.law import CardForm
 from dielast.material.springs.scaled import ScaledLaw
-from dielast.numerics.columns import Floats
+from dielast.numerics.arrays import Floats
 from dielast.units import STRESS
 
 

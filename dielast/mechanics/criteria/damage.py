@@ -9,7 +9,7 @@ import numpy as np
 
 from dielast.material.material import Material
 from dielast.mechanics.criteria.criterion import Criterion, Moment, Signal, WatchedFilms
-from dielast.numerics.columns import Floats
+from dielast.numerics.arrays import Floats
 
 
 class Damage(Criterion):
