@@ -104,6 +104,8 @@ def actuate(
     cases = setup.temperature.size
     charge = isinstance(next(iter(steps), None), ChargeStep)
     wiring = Wiring.of(charge, source_resistance, leakage, electrode_area, setup.thickness)
+    wanted = Wanted.of(times, cases, points_per_decade, cycles)
+    check_cycles(wanted.cycles, steps)
     pieces = electrical_pieces(steps, setup.controls, np.ones(cases) if charge else setup.thickness)
     with_circuit = charge or source_resistance is not None or leakage is not None
     electrical = with_circuit if electrical is None else electrical
@@ -112,8 +114,6 @@ def actuate(
         argument = next((name for name, is_stated in named.items() if is_stated), "electrical")
         only = "a film with a passive part, boundary frame or strip, can only be driven by an ideal source of voltage"
         raise InputError(f"{only}; its charge and energies are not computed", argument=argument)
-    wanted = Wanted.of(times, cases, points_per_decade, cycles)
-    check_cycles(wanted.cycles, pieces)
     duration = np.sum([piece.begin(np.zeros((3, cases))).duration for piece in pieces], axis=0)
     check_end(wanted.times, duration, "programme")
     profile_times = given_times(profile)
