@@ -11,7 +11,7 @@ that of `elimination`.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -137,30 +137,6 @@ class Histories:
         return np.zeros(index.shape, dtype=bool)
 
 
-@dataclass(slots=True)
-class _Steps:
-    """An observer that stores every step, to evaluate states later."""
-
-    parts: list[DenseSteps] = field(default_factory=list)
-    begins: list[Floats] = field(default_factory=list)
-
-    def __call__(self, stride: Stride) -> None:
-        columns = np.flatnonzero(stride.accepted)
-        self.parts.append(DenseSteps.of(stride, slice(None), columns))
-        self.begins.append(stride.begin[columns] + stride.time[columns])
-
-    def states(self, times: Floats, last: Floats) -> Floats:
-        """States (rows, cases, k) at `times` (cases, k) in s of integrations that lasted `last` (cases,) s."""
-        steps, begin = DenseSteps.joined(self.parts), np.concatenate(self.begins)
-        # one ascending sort key for the steps of all cases: the case, plus half the fraction of its duration
-        key = steps.cases + 0.5 * begin / last[steps.cases]
-        order = np.argsort(key, kind="stable")
-        wanted = np.arange(times.shape[0])[:, None] + 0.5 * times / last[:, None]
-        indices = order[np.maximum(np.searchsorted(key[order], wanted.ravel(), side="right") - 1, 0)]
-        fraction = (times.ravel() - begin[indices]) / steps.step[indices]
-        return steps.take(indices).state(np.clip(fraction, 0.0, 1.0)).reshape(-1, *times.shape)
-
-
 def elastic(symmetry: Symmetry, log_squared: Floats) -> tuple[Floats, Floats]:
     """A and C (...) of a spring whose elastic stretch in axis 1 has the 2 ln lambda `log_squared` (...)."""
     return np.exp(log_squared), np.exp(-symmetry.thinning * log_squared)
@@ -175,21 +151,13 @@ def carried(
     that of the load, None if axis 2 is held; `law` is for arrays (..., 1, cases). `rtol` bounds the local relative error of the
     viscous stretches. The stress is NaN where a branch cannot follow its history.
     """
-    count, (rows, lasting) = rate.size, (2 if symmetry is None else 1, histories.time[:, -1])
-    viscous = np.zeros((rows, count, times.shape[1]))
-    flowing = np.flatnonzero(rate > 0)
-    lost = np.zeros(count, dtype=bool)
+    viscous = np.zeros((2 if symmetry is None else 1, rate.size, times.shape[1]))
+    lost, flowing = np.zeros(rate.size, dtype=bool), np.flatnonzero(rate > 0)
     if flowing.size:
         flowing_histories = Histories(histories.time[flowing], histories.stretch[flowing])
-        start, zero = flowing_histories.stretch[:, 0], np.zeros(flowing.size)
-        system = Branches(law.take(flowing), rate[flowing], symmetry, start, zero)
-        steps = _Steps()
-        ended = integrate(
-            system, np.zeros((rows, flowing.size)), lasting[flowing], rtol=rtol, observe=steps, spans=flowing_histories
+        viscous[:, flowing], lost[flowing] = _flowed(
+            law.take(flowing), rate[flowing], symmetry, flowing_histories, times[flowing], rtol
         )
-        lost[flowing] = ended.status != Status.COMPLETED
-        if steps.parts:
-            viscous[:, flowing] = steps.states(times[flowing], lasting[flowing])
     log_squared = 2 * np.log(stretch)
     with np.errstate(all="ignore"):
         if symmetry is None:
@@ -199,3 +167,31 @@ def carried(
             stress = law.axial_stress(symmetry, *(side.T for side in elastic(symmetry, log_squared - viscous[0]))).T
         stress = stress / stretch
     return np.where(np.isfinite(stress) & ~lost[:, None], stress, np.nan)
+
+
+def _flowed(
+    law: SpringLaw, rate: Floats, symmetry: Symmetry | None, histories: Histories, times: Floats, rtol: float
+) -> tuple[Floats, Flags]:
+    """x (rows, cases, k) of branches that flow, and whether (cases,) they cannot follow their histories; as in `carried`."""
+    rows, last, start = 2 if symmetry is None else 1, histories.time[:, -1], histories.stretch[:, 0]
+    parts: list[DenseSteps] = []
+    begins: list[Floats] = []
+
+    def store(stride: Stride) -> None:
+        columns = np.flatnonzero(stride.accepted)
+        parts.append(DenseSteps.of(stride, slice(None), columns))
+        begins.append(stride.begin[columns] + stride.time[columns])
+
+    system = Branches(law, rate, symmetry, start, np.zeros_like(rate))
+    ended = integrate(system, np.zeros((rows, rate.size)), last, rtol=rtol, observe=store, spans=histories)
+    lost = ended.status != Status.COMPLETED
+    if not parts:
+        return np.zeros((rows, *times.shape)), lost
+    steps, begin = DenseSteps.joined(parts), np.concatenate(begins)
+    # one ascending sort key for the steps of all cases: the case, plus half the fraction of its duration
+    key = steps.cases + 0.5 * begin / last[steps.cases]
+    order = np.argsort(key, kind="stable")
+    key_of_times = np.arange(rate.size)[:, None] + 0.5 * times / last[:, None]
+    indices = order[np.maximum(np.searchsorted(key[order], key_of_times.ravel(), side="right") - 1, 0)]
+    fraction = (times.ravel() - begin[indices]) / steps.step[indices]
+    return steps.take(indices).state(np.clip(fraction, 0.0, 1.0)).reshape(rows, *times.shape), lost
