@@ -92,7 +92,7 @@ class Load(ByCase):
         return Load.joined([self, other]).take(source)
 
     def value(self, time: Floats, cases: Cases | None = None) -> Floats:
-        """Prescribed values (3, k) of the cases `cases` (k,), by default of all, at `time` (k,) in s since the span began."""
+        """Prescribed values (3, k) of `cases` (k,), by default of all, at `time` (k,) in s since the span began."""
         start, rate = (self.start, self.rate) if cases is None else (self.start[:, cases], self.rate[:, cases])
         if self.still:
             return start
@@ -123,8 +123,8 @@ class UnderLoad(ByCase):
         return self.load.electric
 
     def driven(self, time: Floats, state: Floats, cases: Cases | None = None) -> Floats:
-        """The prescribed values (3, k) of the cases `cases` (k,), by default of all, at `time` (k,) in s since the span of load
-        began, when the state is `state` (rows, k).
+        """The prescribed values (3, k) of `cases` (k,), by default of all, at `time` (k,) in s since the span of load began, in the
+        `state` (rows, k).
         """
         return self.load.value(time, cases)
 

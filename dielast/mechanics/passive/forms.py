@@ -123,9 +123,8 @@ def _lagrange(nodes: Floats, at: Floats) -> tuple[Floats, Floats]:
     value, slope = np.ones((2, at.size, nodes.size))
     for node in range(nodes.size):
         others = np.delete(nodes, node)
-        factors = (at[:, None] - others) / (nodes[node] - others)
+        gaps = nodes[node] - others
+        factors = (at[:, None] - others) / gaps
         value[:, node] = factors.prod(axis=1)
-        slope[:, node] = sum(
-            np.delete(factors, row, axis=1).prod(axis=1) / (nodes[node] - others[row]) for row in range(others.size)
-        )
+        slope[:, node] = sum(np.delete(factors, row, axis=1).prod(axis=1) / gaps[row] for row in range(others.size))
     return value, slope
