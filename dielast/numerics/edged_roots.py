@@ -157,10 +157,8 @@ class EdgedRoots:
             rows.append((is_open & ~has_low & ~has_high, 0.5 * self.first))  # no trial gave a bound
         columns = np.concatenate([np.repeat(np.flatnonzero(which), entries.shape[1]) for which, entries in rows])
         arguments = np.concatenate([entries[which].ravel() for which, entries in rows])
-        order = np.lexsort((arguments, columns))
-        columns, arguments = columns[order], arguments[order]
-        new = (np.diff(columns, prepend=-1) != 0) | (np.diff(arguments, prepend=np.nan) != 0)
-        return columns[new], arguments[new]
+        columns, arguments = np.unique((columns, arguments), axis=1)
+        return columns.astype(np.intp), arguments
 
     def _edge(self, low: Floats, high: Floats) -> Floats:
         """The argument (k,) at which trials are expected to last just long enough, extrapolated from the two smallest arguments
