@@ -59,4 +59,4 @@ def _joined(values: list[Any]) -> Any:
     """The cases of all values of a field."""
     if isinstance(values[0], np.ndarray):
         return np.concatenate(values, axis=-1)
-    return values[0].joined(values) if isinstance(values[0], ByCase) else values[0]
+    return type(values[0]).joined(values) if hasattr(values[0], "take") else values[0]
