@@ -31,8 +31,7 @@ def stability_at(moment: Moment, timescale: TimeScale) -> Stability:
         rim, springs_alone = moment.surroundings.stiffness(modulus, moment.internal, moment.field)
         return Stability(rim, rim / springs_alone)
     membrane = moment.internal, moment.log_squared_stretch, moment.nominal_stress
-    watched = None if moment.points.circuit is None else timescale.watched(moment.age)
-    return stability(moment.points, modulus, moment.controls, *membrane, moment.field, watched)
+    return stability(moment.points, modulus, moment.controls, *membrane, moment.field, timescale.watched(moment.age))
 
 
 class PullIn(Criterion):
