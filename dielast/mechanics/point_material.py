@@ -13,7 +13,8 @@ from functools import partial
 import numpy as np
 
 from dielast.errors import InputError
-from dielast.material.dielectric import DielectricLaw, StretchedDielectrics, stretched_dielectrics
+from dielast.material.law import DielectricLaw
+from dielast.material.laws_of_cases import StretchedDielectrics, stretched_dielectrics
 from dielast.material.material import Material
 from dielast.material.springs import SpringLaw, gathered
 from dielast.mechanics.cases import of_case

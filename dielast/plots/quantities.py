@@ -6,7 +6,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from dielast.numerics.arrays import Floats as Array
+from dielast.numerics.arrays import Floats
 
 # SI unit -> units from the largest to the smallest: name, factor from SI, and the least magnitude for which it is taken
 UNITS: dict[str, tuple[tuple[str, float, float], ...]] = {
@@ -46,7 +46,7 @@ def unit_for(unit: str, largest: float) -> tuple[str, float]:
     return unit, 1.0
 
 
-def axis_of(header: str, values: Iterable[Array] = ()) -> tuple[str, float]:
+def axis_of(header: str, values: Iterable[Floats] = ()) -> tuple[str, float]:
     """The label of an axis that shows these `values` of a column, and the factor from SI into the unit shown."""
     name, _, rest = header.partition(" [")
     unit = rest.rstrip("]")

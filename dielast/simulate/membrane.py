@@ -23,12 +23,12 @@ from dielast.mechanics.span import Control
 from dielast.numerics.arrays import Cases, Floats
 from dielast.numerics.integrate import Status
 from dielast.simulate.cycles import CycleMeter, CycleTable
-from dielast.simulate.film import Film, Outcome
+from dielast.simulate.film import Film
 from dielast.simulate.follow import follow
-from dielast.simulate.history import History
+from dielast.simulate.history import History, Outcome
+from dielast.simulate.output import Output, check_cycles, check_end, check_tolerance
 from dielast.simulate.reach import check_reach, symmetry_of
 from dielast.simulate.record import Recorder
-from dielast.simulate.wanted import Wanted, check_cycles, check_end, check_tolerance
 
 Test = ParamSpec("Test")
 
@@ -155,17 +155,17 @@ def simulate(
         if not entry.permittivity:
             raise InputError(f"{entry.name!r} has no permittivity, which a specimen under voltage needs", argument="material")
     points = Points.of(materials, temperature, rtol, with_dielectric=electric)
-    wanted = Wanted.of(times, cases, points_per_decade, cycles, internal)
-    check_cycles(wanted.cycles, steps)
+    output = Output.of(times, cases, points_per_decade, cycles, internal)
+    check_cycles(output.cycles, steps)
     history = pieces(steps, mode, cases)
     if electric:
         history.insert(0, _switched_on(history[0], spread(field, "nominal_field", cases)))
     check_reach(points, history)
     stress_is_measured = any(piece.driven[0] and piece.controls[0] is Control.STRETCH for piece in history)
-    recorder = Recorder(wanted, cases, points.rate.shape[0])
+    recorder = Recorder(output)
     meter = CycleMeter(points, np.ones(cases), stress_is_measured)
-    followed = follow(Film.at_rest(points, symmetry_of(history)), history, rtol=rtol, recorder=recorder, meter=meter)
-    check_end(wanted.times, np.where(followed.status == Status.COMPLETED, followed.time, np.inf), "history")
+    followed = follow(Film.at_rest(points, symmetry_of(history)), history, rtol=rtol, recorders=[recorder], meter=meter)
+    check_end(output.times, np.where(followed.status == Status.COMPLETED, followed.time, np.inf), "history")
     record = recorder.collect()
     return MembraneHistory(
         temperature=temperature,

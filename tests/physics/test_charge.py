@@ -25,7 +25,8 @@ from dielast import (
     Waveform,
     actuate,
 )
-from dielast.material.dielectric import LinearPermittivity, stretched_dielectrics
+from dielast.material.dielectric import LinearPermittivity
+from dielast.material.laws_of_cases import stretched_dielectrics
 from dielast.material.shift import NoShift
 from dielast.mechanics.electric import CHARGE, FIELD, Circuit
 from dielast.mechanics.point_material import Points

@@ -24,7 +24,7 @@ from dielast.mechanics.watch import Watch
 from dielast.numerics.roots import fall, samples
 from dielast.numerics.rosenbrock import RODAS5P
 from dielast.numerics.stride import Stride
-from dielast.simulate import film_runs as module
+from dielast.simulate import actuation_history as module
 from dielast.simulate.actuate import actuate
 
 Array = NDArray[np.float64]

@@ -8,7 +8,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from dielast.material.modulus.law import ModulusLaw
+from dielast.material.law import ModulusLaw
 from dielast.numerics.arrays import Floats
 
 

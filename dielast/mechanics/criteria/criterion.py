@@ -14,9 +14,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from dielast.material.breakdown.following import FollowingField
 from dielast.material.damage import DamageLaw
-from dielast.material.laws_of_cases import LawsOfCases
+from dielast.material.laws_of_cases import FollowingField, LawsOfCases
 from dielast.material.material import Material
 from dielast.mechanics.passive.framed import FramedFilms, Surroundings
 from dielast.mechanics.point_material import Points

@@ -31,6 +31,6 @@ class Damage(Criterion):
 
         def rate(moment: Moment) -> Floats:
             field = moment.true_field
-            return np.asarray(laws.ask(moment.cases, lambda law, columns: law.rate(field[columns]), 0.0))
+            return np.asarray(laws.values(moment.cases, lambda law, columns: law.rate(field[columns]), 0.0))
 
         return rate
