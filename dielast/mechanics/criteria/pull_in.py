@@ -41,7 +41,6 @@ class PullIn(Criterion):
     marker: ClassVar[str] = "o"  # as in the paper's Fig. 13
     hatch: ClassVar[str] = "////"
     needs_springs: ClassVar[bool] = True
-    found_in_jumps: ClassVar[bool] = False
     ends_equilibria: ClassVar[bool] = True
 
     def signal(self, films: WatchedFilms) -> Signal | None:
