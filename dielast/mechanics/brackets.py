@@ -57,7 +57,7 @@ class Brackets(ByCase):
         low, high = np.maximum(fraction - NEARBY, 0.0), np.minimum(fraction + NEARBY, 1.0)
         with np.errstate(all="ignore"):  # a correction that is not finite is discarded
             slope = (along(high) - along(low)) / (high - low)
-            state = self.steps.anew(system, fraction)
+            state = self.steps.repeated(system, fraction)
             end = fraction - signal(self.at(fraction, state, system)[1]) / slope
         exact = (end >= 0) & (end <= 1)
         end = np.where(exact, end, fraction)

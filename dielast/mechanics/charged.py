@@ -39,9 +39,9 @@ class _Charged(UnderLoad):
         """Whether there may be a Maxwell stress: always."""
         return True
 
-    def driven(self, time: Floats, state: Floats, some: Cases | None = None) -> Floats:
+    def driven(self, time: Floats, state: Floats, cases: Cases | None = None) -> Floats:
         """The prescribed values (3, k), with D~ of the state in place of the quantity that the source prescribes."""
-        driven = self.load.value(time, some).copy()
+        driven = self.load.value(time, cases).copy()
         driven[ELECTRIC] = state[self.border]
         return driven
 

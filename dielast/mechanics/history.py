@@ -47,7 +47,7 @@ def pieces(steps: Sequence[Step], mode: Mode | str, cases: int) -> list[Piece]:
     try:
         mode = Mode(mode)
     except ValueError:
-        raise InputError(f"{mode!r} is not one of {', '.join(known.value for known in Mode)}", argument="mode") from None
+        raise InputError(f"{mode!r} is not one of {', '.join(name.value for name in Mode)}", argument="mode") from None
     if not steps:
         raise InputError("a history needs at least one step")
     result: list[Piece] = []

@@ -36,7 +36,6 @@ class Ramp:
     paced: Control = Control.STRETCH
     origin: int = 0
     driven: ClassVar = (False, False, False)
-    cycles: ClassVar[int] = 0
 
     @property
     def at_once(self) -> Flags:

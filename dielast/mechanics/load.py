@@ -127,8 +127,14 @@ class _AnyStep(Result):
 
     __slots__ = ()
 
+    __match_args__: tuple[str, ...]
     rate: ArrayLike | None
     duration: ArrayLike | None
+
+    @property
+    def cycles(self) -> int:
+        """The number of cycles of the waveform that the step follows, 0 without one."""
+        return max(getattr(getattr(self, name), "cycles", 0) for name in self.__match_args__)
 
     @classmethod
     def hold(cls, duration: ArrayLike) -> Self:

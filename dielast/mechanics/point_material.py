@@ -140,13 +140,13 @@ class Points(ByCase):
         ratio, slope, _ = self.stretching.log_ratio(log_squared_stretch)
         return np.asarray(self.permittivity * np.exp(ratio)), 1 + slope
 
-    def watched_maxwell_tangent(self, log_squared_stretch: Floats, electrical: Floats, watched: Floats) -> Floats:
-        """The derivatives (2, 2, cases) in Lambda as in `maxwell_tangent`, `watched` (cases,) s after the stretches changed.
+    def watched_maxwell_tangent(self, log_squared_stretch: Floats, electrical: Floats, watched: Floats | None) -> Floats:
+        """The derivatives in Lambda as in `maxwell_tangent`, `watched` (cases,) s after the stretches changed.
 
-        In a circuit, charge flows in that time.
+        In a circuit, charge flows in that time, and they are (2, 2, cases); None stands for no time.
         """
         _, by_stretch, by_load = self.maxwell_tangent(log_squared_stretch, electrical)
-        if self.circuit is None:
+        if self.circuit is None or watched is None:
             return by_stretch
         permittivity, share = self.capacitance(log_squared_stretch)
         log_area = log_squared_stretch[0] + log_squared_stretch[1]

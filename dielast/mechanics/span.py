@@ -91,15 +91,15 @@ class Load(ByCase):
         source[columns] = count + np.arange(columns.size)
         return Load.joined([self, other]).take(source)
 
-    def value(self, time: Floats, some: Cases | None = None) -> Floats:
-        """Prescribed values (3, k) of the cases `some` (k,), by default of all, at `time` (k,) in s since the span began."""
-        start, rate = (self.start, self.rate) if some is None else (self.start[:, some], self.rate[:, some])
+    def value(self, time: Floats, cases: Cases | None = None) -> Floats:
+        """Prescribed values (3, k) of `cases` (k,), by default of all, at `time` (k,) in s since the span began."""
+        start, rate = (self.start, self.rate) if cases is None else (self.start[:, cases], self.rate[:, cases])
         if self.still:
             return start
         line = start + rate * time
         if self.wave is None:
             return line
-        return line + (self.wave if some is None else self.wave.take(some)).value(time)
+        return line + (self.wave if cases is None else self.wave.take(cases)).value(time)
 
     def slope(self, time: Floats) -> Floats:
         """The rates (3, cases) of the prescribed values, per s, at `time` (cases,) in s since the span began."""
@@ -122,11 +122,11 @@ class UnderLoad(ByCase):
         """Whether there may be a Maxwell stress."""
         return self.load.electric
 
-    def driven(self, time: Floats, state: Floats, some: Cases | None = None) -> Floats:
-        """The prescribed values (3, k) of the cases `some` (k,), by default of all, at `time` (k,) in s since the span of load
-        began, when the state is `state` (rows, k).
+    def driven(self, time: Floats, state: Floats, cases: Cases | None = None) -> Floats:
+        """The prescribed values (3, k) of `cases` (k,), by default of all, at `time` (k,) in s since the span of load began, in the
+        `state` (rows, k).
         """
-        return self.load.value(time, some)
+        return self.load.value(time, cases)
 
     def driven_by(self, columns: Cases, load: Load) -> Self:
         """These films, with another span of load in `columns` (k,)."""

@@ -167,8 +167,8 @@ class _Steps:
         # one ascending sort key for the steps of all cases: the case, plus half the fraction of its duration
         key = steps.cases + 0.5 * begin / last[steps.cases]
         order = np.argsort(key, kind="stable")
-        wanted = np.arange(times.shape[0])[:, None] + 0.5 * times / last[:, None]
-        indices = order[np.maximum(np.searchsorted(key[order], wanted.ravel(), side="right") - 1, 0)]
+        key_of_times = np.arange(times.shape[0])[:, None] + 0.5 * times / last[:, None]
+        indices = order[np.maximum(np.searchsorted(key[order], key_of_times.ravel(), side="right") - 1, 0)]
         fraction = (times.ravel() - begin[indices]) / steps.step[indices]
         return steps.take(indices).state(np.clip(fraction, 0.0, 1.0)).reshape(-1, *times.shape)
 

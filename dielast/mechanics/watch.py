@@ -8,7 +8,7 @@ end of the piece.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -97,8 +97,8 @@ class EventArrays(ByCase):
 
     def put(self, cases: Cases, part: EventArrays) -> None:
         """Write the events `part` of the cases (k,)."""
-        for one in fields(self):
-            getattr(self, one.name)[..., cases] = getattr(part, one.name)
+        for name in self.__match_args__:
+            getattr(self, name)[..., cases] = getattr(part, name)
 
 
 @dataclass(slots=True, eq=False)
@@ -171,9 +171,9 @@ class Watch:
         all films at the beginning of the first piece.
         """
         self._start = start
-        anew = jumped if self._begun else np.ones_like(jumped)
+        starting = jumped if self._begun else np.ones_like(jumped)
         self._begun = True
-        if not anew.any():
+        if not starting.any():
             return
         every = np.arange(start.size)
         moment = Moment.of(system, every, self.clock.age(every, start), np.zeros_like(start), state)
@@ -181,9 +181,9 @@ class Watch:
             if lookout.signal is None:
                 continue
             value = lookout.signal(moment)
-            fallen = where(anew & ~lookout.seen & ~(value > 0))
+            fallen = where(starting & ~lookout.seen & ~(value > 0))
             self.note(lookout, start[fallen], moment.take(fallen))
-            lookout.last = np.where(anew, value, lookout.last)
+            lookout.last = np.where(starting, value, lookout.last)
 
     def __call__(self, stride: Stride) -> Flags | None:
         """Store the brackets of signals that fall within the step; returns the mask (pool,) of columns whose case ends with it."""

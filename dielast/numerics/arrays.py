@@ -6,7 +6,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import fields
 from typing import Any, Self
 
 import numpy as np
@@ -37,20 +36,16 @@ class ByCase:
     """A dataclass of arrays whose last axis is the cases, and of objects with a method `take`; other fields hold for all cases."""
 
     __slots__ = ()
+    __match_args__: tuple[str, ...]  # the names of the fields that the constructor takes
 
     def take(self, cases: Cases) -> Self:
         """The selected cases (k,)."""
-        return type(self)(*(_taken(getattr(self, name), cases) for name in _arguments(type(self))))
+        return type(self)(*(_taken(getattr(self, name), cases) for name in self.__match_args__))
 
     @classmethod
     def joined(cls, parts: Sequence[Self]) -> Self:
         """The cases of all parts, in the order of the parts, which have the same fields that hold for all cases."""
-        return cls(*(_joined([getattr(part, name) for part in parts]) for name in _arguments(cls)))
-
-
-def _arguments(kind: type[Any]) -> tuple[str, ...]:
-    """The names of the fields that the constructor of a dataclass takes, in their order."""
-    return tuple(field.name for field in fields(kind) if field.init)
+        return cls(*(_joined([getattr(part, name) for part in parts]) for name in cls.__match_args__))
 
 
 def _taken(value: Any, cases: Cases) -> Any:
@@ -64,4 +59,4 @@ def _joined(values: list[Any]) -> Any:
     """The cases of all values of a field."""
     if isinstance(values[0], np.ndarray):
         return np.concatenate(values, axis=-1)
-    return values[0].joined(values) if isinstance(values[0], ByCase) else values[0]
+    return type(values[0]).joined(values) if hasattr(values[0], "take") else values[0]

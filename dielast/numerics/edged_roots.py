@@ -157,10 +157,8 @@ class EdgedRoots:
             rows.append((is_open & ~has_low & ~has_high, 0.5 * self.first))  # no trial gave a bound
         columns = np.concatenate([np.repeat(np.flatnonzero(which), entries.shape[1]) for which, entries in rows])
         arguments = np.concatenate([entries[which].ravel() for which, entries in rows])
-        order = np.lexsort((arguments, columns))
-        columns, arguments = columns[order], arguments[order]
-        new = (np.diff(columns, prepend=-1) != 0) | (np.diff(arguments, prepend=np.nan) != 0)
-        return columns[new], arguments[new]
+        columns, arguments = np.unique((columns, arguments), axis=1)
+        return columns.astype(np.intp), arguments
 
     def _edge(self, low: Floats, high: Floats) -> Floats:
         """The argument (k,) at which trials are expected to last just long enough, extrapolated from the two smallest arguments
@@ -173,15 +171,11 @@ class EdgedRoots:
 
     def _shortest(self, of: Floats) -> Floats:
         """What is known `of` trials (k, trials), for the two smallest arguments (2, k) of trials that ended short; NaN without."""
-        argument = np.concatenate(
-            (np.where(self.kind == SHORT, self.argument, np.inf), np.full((len(self.first), 2), np.inf)), axis=1
-        )
+        none = np.full((len(of), 2), np.nan)
+        argument = np.concatenate((np.where(self.kind == SHORT, self.argument, np.nan), none), axis=1)
         order = np.argsort(argument, axis=1, kind="stable")[:, :2]
-        values = np.concatenate((of, np.full((len(of), 2), np.nan)), axis=1)
-        chosen = np.where(
-            np.isfinite(np.take_along_axis(argument, order, axis=1)), np.take_along_axis(values, order, axis=1), np.nan
-        )
-        return np.asarray(chosen.T)
+        short = np.isfinite(np.take_along_axis(argument, order, axis=1))
+        return np.where(short, np.take_along_axis(np.concatenate((of, none), axis=1), order, axis=1), np.nan).T
 
     def _limited(self, low: Floats, high: Floats) -> Flags:
         """Whether the value at the lower end of brackets (k,) about an edge is as high as any, to the tolerance.
@@ -248,8 +242,7 @@ class EdgedRoots:
 
 def _sections(low: Floats, high: Floats, at: Floats) -> Floats:
     """Arguments (k, sections) that divide brackets (k,)."""
-    sections: Floats = low[:, None] + at * (high - low)[:, None]
-    return sections
+    return np.asarray(low[:, None] + at * (high - low)[:, None])
 
 
 def _with_root(trials: Floats, low: Floats, high: Floats, root: Floats) -> Floats:
@@ -257,8 +250,7 @@ def _with_root(trials: Floats, low: Floats, high: Floats, root: Floats) -> Float
     margin = 1e-3 * (high - low)[:, None]
     trials = np.clip(trials, low[:, None] + margin, high[:, None] - margin)
     root = np.where(np.isfinite(root), root, trials[:, 0])
-    with_root: Floats = np.concatenate((trials, root[:, None]), axis=1)
-    return with_root
+    return np.concatenate((trials, root[:, None]), axis=1)
 
 
 def _within(estimate: Floats, low: Floats, high: Floats, otherwise: Floats) -> Floats:

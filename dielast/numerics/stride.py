@@ -175,7 +175,7 @@ class DenseSteps(ByCase):
         remaining = 1 - fraction
         return np.asarray(remaining * before + fraction * (after + remaining * (k1 + fraction * (k2 + fraction * k3))))
 
-    def anew(self, system: System, fraction: Floats) -> Floats:
+    def repeated(self, system: System, fraction: Floats) -> Floats:
         """States (rows, k) at fractions (k,) of the steps, by new steps that end there: as accurate as any step.
 
         All rows of the state must be stored.

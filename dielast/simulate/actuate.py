@@ -101,14 +101,14 @@ def actuate(
     cases = setup.temperature.size
     charge = isinstance(next(iter(steps), None), ChargeStep)
     wiring = Wiring.of(charge, source_resistance, leakage, electrode_area, setup.thickness)
+    output = Output.of(times, cases, points_per_decade, cycles)
+    check_cycles(output.cycles, steps)
     pieces = electrical_pieces(steps, setup.controls, np.ones(cases) if charge else setup.thickness)
     named = {"steps": charge, "source_resistance": source_resistance is not None, "leakage": leakage is not None}
     stated = [name for name, is_stated in {**named, "electrical": electrical}.items() if is_stated]
     if setup.passive is not None and stated:
         only = "a film with a passive part, boundary frame or strip, can only be driven by an ideal source of voltage"
         raise InputError(f"{only}; its charge and energies are not computed", argument=stated[0])
-    output = Output.of(times, cases, points_per_decade, cycles)
-    check_cycles(output.cycles, pieces)
     duration = np.sum([piece.begin(np.zeros((3, cases))).duration for piece in pieces], axis=0)
     check_end(output.times, duration, "programme")
     profile_times = None if profile is None else stated_times(profile, cases, "profile")

@@ -88,7 +88,7 @@ def _hold(present: Film, controls: Controls, target: Floats, columns: Cases, aft
     on_the_way = {
         lookout.criterion: lookout.signal
         for lookout in watch.lookouts
-        if lookout.signal is not None and lookout.criterion.found_in_jumps
+        if lookout.signal is not None and not lookout.criterion.ends_equilibria
     }
     film = present.take(columns)
     time = film.time

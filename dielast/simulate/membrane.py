@@ -155,12 +155,12 @@ def simulate(
         if not entry.permittivity:
             raise InputError(f"{entry.name!r} has no permittivity, which a specimen under voltage needs", argument="material")
     points = Points.of(materials, temperature, rtol, with_dielectric=electric)
+    output = Output.of(times, cases, points_per_decade, cycles, internal)
+    check_cycles(output.cycles, steps)
     history = pieces(steps, mode, cases)
     if electric:
         history.insert(0, _switched_on(history[0], spread(field, "nominal_field", cases)))
     check_reach(points, history)
-    output = Output.of(times, cases, points_per_decade, cycles, internal)
-    check_cycles(output.cycles, history)
     stress_is_measured = any(piece.driven[0] and piece.controls[0] is Control.STRETCH for piece in history)
     recorder = Recorder(output)
     meter = CycleMeter(points, np.ones(cases), stress_is_measured)

@@ -10,7 +10,7 @@ import numpy as np
 from dielast.errors import InputError, shown
 from dielast.material.arguments import real_numbers
 from dielast.mechanics.cases import of_case
-from dielast.mechanics.course import Piece
+from dielast.mechanics.load import ElectricalStep, Step
 from dielast.numerics.arrays import Cases, Floats
 
 KEPT_WHOLE = 100  # number of cycles in a step up to which all are stored in full by default
@@ -85,9 +85,9 @@ def _kept_cycles(cycles: object) -> str | tuple[int, ...] | None:
     return tuple(numbers)
 
 
-def check_cycles(cycles: str | tuple[int, ...] | None, pieces: Sequence[Piece]) -> None:
-    """`InputError` for a cycle that exceeds the number of cycles in every waveform of the pieces."""
-    most = max((piece.cycles for piece in pieces), default=0)
+def check_cycles(cycles: str | tuple[int, ...] | None, steps: Sequence[Step] | Sequence[ElectricalStep]) -> None:
+    """`InputError` for a cycle that exceeds the number of cycles in every waveform of the steps."""
+    most = max((step.cycles for step in steps), default=0)
     if isinstance(cycles, tuple) and most and max(cycles) > most:
         raise InputError(f"{max(cycles)}: there {'is only 1' if most == 1 else f'are only {most}'} of them", argument="cycles")
 

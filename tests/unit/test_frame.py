@@ -410,7 +410,7 @@ def test_increments_are_those_of_the_exact_jacobian(boundary: str, dielectric: A
         stress = assembly.all_points.law.stress(assembly.springs(viscous, stretch))
         flow = 0.5 * viscous.reshape(stress.shape) * (3 * stress - stress.sum(axis=0)) * assembly.all_points.rate
         nominal = assembly.carried(stress, stretch, load.value(np.full(2, time))[2]) / stretch
-        rest = assembly.structure.force(nominal), assembly.seen(nominal) - both[-2:]
+        rest = assembly.structure.force(nominal), assembly.border_stresses(nominal) - both[-2:]
         return np.concatenate((flow.reshape(-1, 2), *rest))[:, 0]
 
     step, gamma, begin = 0.7, 0.2, 3.0

@@ -119,11 +119,10 @@ class Criterion:
     needs_springs: ClassVar[bool] = False
     """Whether the signal depends on the viscous stretches."""
 
-    found_in_jumps: ClassVar[bool] = True
-    """Whether it is looked for on the way to a voltage applied at once under which there is no equilibrium."""
-
     ends_equilibria: ClassVar[bool] = False
-    """Whether the event is placed at the end of that way, beyond which there is no equilibrium."""
+    """Whether a film has no equilibrium beyond the event: on the way to a voltage applied at once, it is not looked for, but placed
+    at the end.
+    """
 
     def signal(self, films: WatchedFilms) -> Signal | None:
         """The signal for these films; None if the event cannot happen in any of them, or if the criterion has a rate."""

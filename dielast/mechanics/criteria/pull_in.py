@@ -31,8 +31,7 @@ def stability_at(moment: Moment, timescale: TimeScale) -> Stability:
         rim, springs_alone = moment.surroundings.stiffness(modulus, moment.internal, moment.field)
         return Stability(rim, rim / springs_alone)
     membrane = moment.internal, moment.log_squared_stretch, moment.nominal_stress
-    watched = None if moment.points.circuit is None else timescale.watched(moment.age)
-    return stability(moment.points, modulus, moment.controls, *membrane, moment.field, watched)
+    return stability(moment.points, modulus, moment.controls, *membrane, moment.field, timescale.watched(moment.age))
 
 
 class PullIn(Criterion):
@@ -42,7 +41,6 @@ class PullIn(Criterion):
     marker: ClassVar[str] = "o"  # as in the paper's Fig. 13
     hatch: ClassVar[str] = "////"
     needs_springs: ClassVar[bool] = True
-    found_in_jumps: ClassVar[bool] = False
     ends_equilibria: ClassVar[bool] = True
 
     def signal(self, films: WatchedFilms) -> Signal | None:

@@ -121,9 +121,10 @@ def _gauss(share: float, points: int) -> tuple[Floats, Floats]:
 def _lagrange(nodes: Floats, at: Floats) -> tuple[Floats, Floats]:
     """Values and slopes (k, n) at places (k,) of the Lagrange polynomials, which are 1 at one node (n,) and 0 at the others."""
     value, slope = np.ones((2, at.size, nodes.size))
-    for one in range(nodes.size):
-        others = np.delete(nodes, one)
-        factors = (at[:, None] - others) / (nodes[one] - others)
-        value[:, one] = factors.prod(axis=1)
-        slope[:, one] = sum(np.delete(factors, row, axis=1).prod(axis=1) / (nodes[one] - others[row]) for row in range(others.size))
+    for node in range(nodes.size):
+        others = np.delete(nodes, node)
+        gaps = nodes[node] - others
+        factors = (at[:, None] - others) / gaps
+        value[:, node] = factors.prod(axis=1)
+        slope[:, node] = sum(np.delete(factors, row, axis=1).prod(axis=1) / gaps[row] for row in range(others.size))
     return value, slope

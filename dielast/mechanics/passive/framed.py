@@ -85,7 +85,7 @@ class Assembly:
         slope *= 2 / (stretch[:, None] * stretch)
         return slope
 
-    def seen(self, nominal: Floats) -> Floats:
+    def border_stresses(self, nominal: Floats) -> Floats:
         """The two stresses (2, cases) of the border from nominal stresses (2, P, cases)."""
         return np.stack((nominal[0, 0], np.einsum("pc,pc->c", self.structure.rim, nominal[1])))
 
@@ -202,7 +202,7 @@ class FramedArrowhead:
         change = structure.moved(out[border:-2])
         nominal += self.slope[:, 0] * change[0]
         nominal += self.slope[:, 1] * change[1]
-        out[-2:] = assembly.seen(nominal) - state[-2:]
+        out[-2:] = assembly.border_stresses(nominal) - state[-2:]
         change_of_stretch = (2 * change / self.stretch).reshape(2, 1, -1)
         right -= self.hold * change_of_stretch
         assert out.flags.c_contiguous  # otherwise `reshape` copies, and the increments of the springs are lost

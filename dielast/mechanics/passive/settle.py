@@ -62,7 +62,7 @@ def settle(at: Surroundings, internal: Floats, field: Floats, nearby: float | No
         newton_step = np.max(np.abs(factors.solve(-force)), axis=0)
         holds = settled & ~lost & (newton_step <= BALANCED)
         stable = holds & (factors.rim_stiffness() > 0) & np.all(np.isfinite(nominal), axis=(0, 1))
-    return Surroundings(assembly, np.concatenate((unknown, assembly.seen(nominal)))), stable
+    return Surroundings(assembly, np.concatenate((unknown, assembly.border_stresses(nominal)))), stable
 
 
 def _merit(force: Floats) -> Floats:
