@@ -18,10 +18,9 @@ from dielast.material.scatter import fewest_draws, interval
 from dielast.mechanics.stability import ONE_PERCENT, TimeScale
 from dielast.numerics.columns import Floats
 from dielast.numerics.edged_roots import EDGE, FAR, FOUND, LOW, OPEN
-from dielast.simulate.design_plan import UNFINISHED, Designed, DesignPlan, solve_draws, solve_films
+from dielast.simulate.design_plan import UNFINISHED, Designed, DesignPlan, Goal, solve_draws, solve_films
 from dielast.simulate.film_grid import axis_of, lay_out, prestretches_of
 from dielast.simulate.film_setup import MESH_RTOL, FilmSetup
-from dielast.simulate.goal import Goal
 
 if TYPE_CHECKING:
     from dielast.material.scatter import Sample

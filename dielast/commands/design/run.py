@@ -24,9 +24,18 @@ from dielast.recipe.cases import Case
 from dielast.report.report import Report
 from dielast.sharing.execution import Execution, share_out
 from dielast.simulate.design import FAILURE_PROBABILITY, YES, Design, check_draws, designed, plan_design, under_way
-from dielast.simulate.design_plan import CHUNK, UNFINISHED, Designed, DesignPlan, solve_draws, solve_films
+from dielast.simulate.design_plan import (
+    AREA_STRAIN,
+    CHUNK,
+    RELATIVE_STRETCH,
+    UNFINISHED,
+    Designed,
+    DesignPlan,
+    Goal,
+    solve_draws,
+    solve_films,
+)
 from dielast.simulate.film_setup import FilmSetup
-from dielast.simulate.goal import AREA_STRAIN, RELATIVE_STRETCH, Goal
 
 if TYPE_CHECKING:
     from dielast.material.scatter import Sample
