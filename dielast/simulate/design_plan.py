@@ -94,9 +94,7 @@ class Goal:
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class DesignPlan(Result):
-    """Films of a `grid` with their `goal`: `temperature` (films,) in degC, `prestretch` (films, 2), undeformed `thickness` (films,)
-    in
-    m, and `electrode_share` (films,) if they have a passive part.
+    """Films of a `grid` with their `goal`, and the `horizon` of their lives in s.
 
     For the draws, which are solved after the films: `voltage` (films,) in V is the voltage of the design, NaN where there is none,
     and `slope` (films,) the derivative of its square with respect to the logarithm of the stretch.
@@ -105,10 +103,6 @@ class DesignPlan(Result):
     grid: FilmGrid
     goal: Goal
     horizon: float
-    temperature: Floats
-    prestretch: Floats
-    thickness: Floats
-    electrode_share: Floats | None = None
     voltage: Floats = field(default_factory=lambda: np.zeros(0))
     slope: Floats = field(default_factory=lambda: np.zeros(0))
 

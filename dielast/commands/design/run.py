@@ -57,7 +57,7 @@ def run(cases: Sequence[Case[DesignRecipe]], inputs: Inputs, execution: Executio
             check_draws(len(sample), wanted.level, share)
     check_cells(_films(recipe), 0 if sample is None else len(sample))
     plan = _plan(recipe, material, sample)
-    warn_of_grid(recipe, material, plan.temperature, plan.grid.breakdown_field, recipe.goal.horizon)
+    warn_of_grid(recipe, material, plan.grid.temperature, plan.grid.breakdown_field, recipe.goal.horizon)
     films = plan.films * (1 + plan.grid.draws)
     solved = _solved(solve_films, plan, plan.chunks(size=_chunk(plan.films, execution)), execution, (0, films))
     plan, drawn = under_way(plan, solved), []
