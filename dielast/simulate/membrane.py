@@ -20,14 +20,15 @@ from dielast.mechanics.line import Ramp
 from dielast.mechanics.load import Mode, Step
 from dielast.mechanics.point import Points
 from dielast.mechanics.span import Control
+from dielast.mechanics.symmetric import EQUIBIAXIAL, UNIAXIAL, Symmetry
 from dielast.numerics.columns import Cases, Floats
 from dielast.numerics.integrate import Status
 from dielast.simulate.cycles import CycleMeter, CycleTable
 from dielast.simulate.film import Film
+from dielast.simulate.film_setup import check_limits
 from dielast.simulate.follow import follow
 from dielast.simulate.history import History, Outcome
 from dielast.simulate.output import Output, check_cycles, check_end, check_tolerance
-from dielast.simulate.reach import check_reach, symmetry_of
 from dielast.simulate.record import Recorder
 
 Test = ParamSpec("Test")
@@ -157,8 +158,10 @@ def simulate(
     points = Points.of(materials, temperature, rtol, with_dielectric=electric)
     history = pieces(steps, mode, cases)
     if electric:
-        history.insert(0, _switched_on(history[0], spread(field, "nominal_field", cases)))
-    check_reach(points, history)
+        # the field is applied at once, before the first piece
+        switched_on = None, None, spread(field, "nominal_field", cases)
+        history.insert(0, Ramp(history[0].controls, switched_on, np.zeros(cases)))
+    _check_reach(points, history)
     output = Output.of(times, cases, points_per_decade, cycles, internal)
     check_cycles(output.cycles, history)
     stress_is_measured = any(piece.driven[0] and piece.controls[0] is Control.STRETCH for piece in history)
@@ -182,9 +185,40 @@ def simulate(
     )
 
 
-def _switched_on(first: Piece, field: Floats) -> Piece:
-    """A nominal field (cases,) in V/m, applied at once before the `first` piece of a history, whose controls keep their values."""
-    return Ramp(first.controls, (None, None, field), np.zeros_like(field))
+def symmetry_of(pieces: Sequence[Piece]) -> Symmetry | None:
+    """The symmetry that a specimen at rest keeps throughout a history, None without one."""
+    stress = Control.STRESS
+
+    def free(target: Floats | None) -> bool:
+        return target is None or not np.any(target)
+
+    if all(
+        piece.controls[1] is stress and free(piece.target[1]) and free(piece.target[2]) and not any(piece.driven[1:])
+        for piece in pieces
+    ):
+        return UNIAXIAL
+    alike = all(
+        piece.controls[0] is piece.controls[1]
+        and piece.driven[0] == piece.driven[1]
+        and (piece.target[0] is piece.target[1] or np.array_equal(np.asarray(piece.target[0]), np.asarray(piece.target[1])))
+        for piece in pieces
+    )
+    return EQUIBIAXIAL if alike else None
+
+
+def _check_reach(points: Points, pieces: Sequence[Piece]) -> None:
+    """`InputError` for a stretch beyond the limit of the equilibrium spring, or of the branches if applied at once at rest."""
+    never = np.zeros(points.stress_floor.size, dtype=bool)
+    for index, piece in enumerate(pieces):
+        held = {
+            axis: target
+            for axis, (control, target) in enumerate(zip(piece.controls, piece.target, strict=False))
+            if control is Control.STRETCH and target is not None
+        }
+        check_limits(points, list(held.values()), piece.at_once if index == 0 else never, step=piece.origin)
+        for extreme in piece.extremes():
+            far = [extreme if piece.driven[axis] else value for axis, value in held.items()]
+            check_limits(points, far, never, step=piece.origin)
 
 
 def _prescribing(

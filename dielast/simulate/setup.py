@@ -28,11 +28,10 @@ from dielast.mechanics.symmetric import EQUIBIAXIAL
 from dielast.numerics.columns import Cases, Flags, Floats, paired
 from dielast.numerics.integrate import Status
 from dielast.simulate.film import Film
-from dielast.simulate.film_setup import FilmSetup, Stretched, pair_in_words, positive
+from dielast.simulate.film_setup import FilmSetup, Stretched, check_limits, pair_in_words, positive
 from dielast.simulate.follow import follow
 from dielast.simulate.history import REASONS
 from dielast.simulate.output import check_tolerance
-from dielast.simulate.reach import check_limits
 
 COARSER = 10.0 ** np.arange(-10, -1)  # tolerances to suggest where the requested one cannot be met
 

@@ -25,8 +25,8 @@ from dielast.mechanics.point import Points
 from dielast.numerics.columns import Floats
 from dielast.simulate.actuate import actuate
 from dielast.simulate.failure_map import plan_failure_map
+from dielast.simulate.film_setup import out_of_reach
 from dielast.simulate.membrane import creep, relax
-from dielast.simulate.reach import out_of_reach
 
 SOLID = Material(
     "soft", 26e3, Spectrum(np.array([100.0, 1.0]), np.array([2e4, 9e4])), NoShift(20.0), Gent(110.0), Gent(55.0), 4e-11
