@@ -21,7 +21,7 @@ from dielast.mechanics.stability import ONE_PERCENT, TimeScale
 from dielast.simulate.actuation_history import ActuationHistory, run_films
 from dielast.simulate.film_setup import MESH_RTOL, FilmSetup
 from dielast.simulate.history import joined
-from dielast.simulate.output import Output, check_cycles, check_end, stated_times
+from dielast.simulate.output import Output, check_end, stated_times
 from dielast.simulate.setup import Setup, set_up
 from dielast.simulate.wiring import Wiring
 
@@ -79,8 +79,6 @@ def actuate(
     """
     if stop_at not in (None, *names(), END):
         raise InputError(f"{stop_at!r}: it must be one of {', '.join((*names(), END))}", argument="stop_at")
-    if points_per_decade < 1:
-        raise InputError(f"{points_per_decade}: at least one is needed", argument="points_per_decade")
     if isinstance(steps, ElectricalStep):
         raise InputError("a list of steps is needed", argument="steps")
     for index, step in enumerate(steps):
@@ -107,8 +105,7 @@ def actuate(
     if setup.passive is not None and stated:
         only = "a film with a passive part, boundary frame or strip, can only be driven by an ideal source of voltage"
         raise InputError(f"{only}; its charge and energies are not computed", argument=stated[0])
-    output = Output.of(times, cases, points_per_decade, cycles)
-    check_cycles(output.cycles, pieces)
+    output = Output.of(times, cases, points_per_decade, cycles, pieces)
     duration = np.sum([piece.begin(np.zeros((3, cases))).duration for piece in pieces], axis=0)
     check_end(output.times, duration, "programme")
     profile_times = None if profile is None else stated_times(profile, cases, "profile")

@@ -33,19 +33,13 @@ SURROUNDED: dict[str, Controls] = {"frame": (Control.NEITHER, Control.NEITHER), 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class FilmSetup(Result):
-    """A film, and its treatment before the voltage; every value may be one number or one number per case.
+    """A film, and its treatment before the voltage, as in `actuate`; every value may be one number or one number per case.
 
-    `thickness` is the undeformed one in m. `prestretch` is equibiaxial, or a pair (tuple) with None for an axis free of stress; it
-    is reached at `prestretch_rate` (1/s, of the axis with the larger one; both ramp together) or at once, and held for `relax` s.
-
-    `boundary` says for each axis what holds the film under voltage: "dead-load" is the nominal stress reached, "clamped" the
-    stretch. With a passive part it is one word: the electrode covers a disc in the middle of a circular "frame", or a part of the
-    length of a "strip" between bars, whose width is clamped. `electrode_share` is then the radius of the electrode over that of the
-    frame, or its share of the length of the strip. The mesh of the film around a disc follows from `mesh_rtol` (see
-    `passive.mesh`).
-
-    A weight may provide the dead load: a `force` in N and the undeformed `width` in m on which it acts, along axis 1, or pairs with
-    None for an axis without weight. The weight acts from the beginning, and stretches an axis whose prestretch is None.
+    If the axes differ in prestretch, both ramp together. With a passive part, the electrode covers a disc in the middle of a
+    circular "frame", or a part of the length of a "strip" between bars, whose width is clamped; `electrode_share` is the radius of
+    the electrode over that of the frame, or its share of the length of the strip. The mesh of the film around a disc follows from
+    `mesh_rtol` (see `passive.mesh`). A `force` in N acts on the undeformed `width` in m along axis 1, or along both axes for pairs,
+    with None for an axis without weight; it stretches an axis whose prestretch is None.
     """
 
     thickness: ArrayLike

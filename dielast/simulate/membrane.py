@@ -28,7 +28,7 @@ from dielast.simulate.film import Film
 from dielast.simulate.film_setup import check_limits
 from dielast.simulate.follow import follow
 from dielast.simulate.history import History, Outcome
-from dielast.simulate.output import Output, check_cycles, check_end, check_tolerance
+from dielast.simulate.output import Output, check_end, check_tolerance
 from dielast.simulate.record import Recorder
 
 Test = ParamSpec("Test")
@@ -146,8 +146,6 @@ def simulate(
     if not np.all(np.isfinite(temperature)):
         raise InputError("every value must be finite", argument="temperature")
     check_tolerance(rtol)
-    if not isinstance(points_per_decade, int) or points_per_decade < 1:
-        raise InputError(f"{points_per_decade}: a whole number of at least one is needed", argument="points_per_decade")
     field = np.zeros(1) if nominal_field is None else numbers(nominal_field, "nominal_field")
     cases = case_count(steps, temperature, np.zeros(len(materials)), field)
     temperature = np.ascontiguousarray(np.broadcast_to(temperature, (cases,)))
@@ -162,8 +160,7 @@ def simulate(
         switched_on = None, None, spread(field, "nominal_field", cases)
         history.insert(0, Ramp(history[0].controls, switched_on, np.zeros(cases)))
     _check_reach(points, history)
-    output = Output.of(times, cases, points_per_decade, cycles, internal)
-    check_cycles(output.cycles, history)
+    output = Output.of(times, cases, points_per_decade, cycles, history, internal)
     stress_is_measured = any(piece.driven[0] and piece.controls[0] is Control.STRETCH for piece in history)
     recorder = Recorder(output)
     meter = CycleMeter(points, np.ones(cases), stress_is_measured)

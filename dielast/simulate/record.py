@@ -103,16 +103,7 @@ class Recorder:
         """Whether the values depend on the viscous stretches."""
         return self.watch is not None or self.output.internal
 
-    def begin(
-        self,
-        course: Course,
-        start: Floats,
-        alive: Flags,
-        jumped: Flags,
-        system: Films,
-        state: Floats,
-        last: bool,
-    ) -> None:
+    def begin(self, course: Course, start: Floats, alive: Flags, jumped: Flags, system: Films, state: Floats, last: bool) -> None:
         """Begin a piece of load at `start` (cases,) in s, for the cases that are `alive`; those in `jumped` jump to its first
         value.
         """
