@@ -20,7 +20,6 @@ _FORMULA = re.compile(
 )  # but -40 degC is not a formula
 BLOCK = 10_000  # rows that are written at a time
 LONGEST_HEADER = 300  # characters
-DURATIONS = ((86400.0, "d"), (3600.0, "h"), (60.0, "min"), (1.0, "s"), (1e-3, "ms"), (1e-6, "\N{MICRO SIGN}s"), (1e-9, "ns"))
 _HEADER = re.compile(r"(?P<name>.*?)\s*(?:\[(?P<square>[^\]]*)\]|\((?P<round>[^)]*)\)|\s/\s(?P<slash>\S+))\s*")
 
 
@@ -52,14 +51,6 @@ def split_header(header: str) -> tuple[str, str | None]:
     if match is None or not match["name"]:
         return header.strip(), None
     return match["name"], next(unit for unit in (match["square"], match["round"], match["slash"]) if unit is not None).strip()
-
-
-def lasting(seconds: float, digits: int = 9) -> str:
-    """A time as text, in the largest unit of which it is at least one."""
-    for unit, name in DURATIONS:
-        if seconds >= unit * (1 - 1e-9):
-            return f"{seconds / unit:.{digits}g} {name}"
-    return f"{seconds:.{digits}g} s"
 
 
 def spoken(name: str) -> str:

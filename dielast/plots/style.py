@@ -24,7 +24,7 @@ from matplotlib.path import Path as Outline
 from matplotlib.ticker import LogLocator, NullFormatter
 from numpy.typing import NDArray
 
-from dielast.io import table
+from dielast.simulate import durations
 
 # the colours of Okabe and Ito, ordered so that neighbours also differ in lightness: distinct for the colour-blind and in grey
 COLOURS = ("#000000", "#D55E00", "#0072B2", "#E69F00", "#009E73", "#CC79A7", "#56B4E9")
@@ -179,7 +179,7 @@ def degrees(temperature: float) -> str:
 
 def lasting(seconds: float, digits: int = 3) -> str:
     """A time in the largest unit of which it is at least one, for a label."""
-    return typeset(table.lasting(seconds, digits))
+    return typeset(durations.lasting(seconds, digits))
 
 
 def shade(axes: Axes, x: NDArray[np.float64], lower: NDArray[np.float64], upper: NDArray[np.float64], colour: str) -> None:

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from dielast.errors import InputError
 from dielast.io.result import TabularResult
-from dielast.io.table import Column, Table, lasting
+from dielast.io.table import Column, Table
 from dielast.material.arguments import real_number
 from dielast.material.breakdown import BreakdownLaw
 from dielast.material.material import Material
@@ -23,6 +23,7 @@ from dielast.mechanics.criteria.loss_of_tension import LossOfTension
 from dielast.mechanics.stability import ONE_PERCENT, TimeScale
 from dielast.numerics.columns import Cases, Floats
 from dielast.numerics.integrate import Status
+from dielast.simulate.durations import lasting
 from dielast.simulate.film_grid import axis_of, lay_out
 from dielast.simulate.film_setup import MESH_RTOL, FilmSetup
 from dielast.simulate.history import REASONS
