@@ -145,3 +145,15 @@ def number_columns(content: bytes, name: str, headers: Sequence[str]) -> list[ND
                 raise InputError(f'column "{header}": "{text}" is not a number', file=name, row=row + 2) from None
         columns.append(values)
     return columns
+
+
+def finite_columns(content: bytes, name: str, headers: Sequence[str], positive: bool = False) -> NDArray[np.float64]:
+    """The columns `headers` (k, n) of a table; raises `InputError` naming row and column of a cell that is not a finite number or,
+    with `positive`, not above 0.
+    """
+    columns = np.array(number_columns(content, name, headers))
+    wrong = ~np.isfinite(columns) | ((columns <= 0) & positive)
+    for row, column in np.argwhere(wrong.T)[:1]:
+        needed = "a positive number" if positive else "a number"
+        raise InputError(f'column "{headers[column]}": {needed} is needed', file=name, row=row + 2)
+    return columns

@@ -12,10 +12,10 @@ from dielast.io.table import Frame, to_frame
 from dielast.mechanics.course import Piece
 from dielast.mechanics.criteria import CRITERIA
 from dielast.mechanics.electric import CHARGE
-from dielast.mechanics.point import Points
+from dielast.mechanics.point_material import Points
 from dielast.mechanics.stability import TimeScale
 from dielast.mechanics.watch import Watch
-from dielast.numerics.columns import Cases, Floats
+from dielast.numerics.arrays import Cases, Floats
 from dielast.numerics.integrate import Status
 from dielast.simulate.cycles import CycleMeter, CycleTable
 from dielast.simulate.electrical import UNITS, Electrical, ElectricMeter, nominal
@@ -133,7 +133,7 @@ def run_films(
     reasons = [_reason(in_order, stops, end) for in_order, end in zip(events, reached.tolist(), strict=True)]
     damage = None
     if setup.damage is not None:  # NaN for films without a damage law
-        damage = record.exposed[0] * setup.damage.ask(part, lambda law, columns: np.ones(columns.size), np.nan)[:, None]
+        damage = record.exposed[0] * setup.damage.values(part, lambda law, columns: np.ones(columns.size), np.nan)[:, None]
     return ActuationHistory(
         temperature=setup.temperature[part],
         time=record.time,

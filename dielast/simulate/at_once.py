@@ -14,7 +14,7 @@ from dielast.mechanics.passive.settle import settle
 from dielast.mechanics.span import Controls
 from dielast.mechanics.stability import Fold
 from dielast.mechanics.watch import Watch
-from dielast.numerics.columns import Cases, Flags, Floats, paired, where
+from dielast.numerics.arrays import Cases, Flags, Floats, paired, where
 from dielast.numerics.integrate import Status
 from dielast.simulate.film import Film
 

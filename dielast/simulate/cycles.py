@@ -18,13 +18,12 @@ import numpy as np
 from dielast.io.result import TabularResult
 from dielast.io.table import Table, case_table
 from dielast.material.leakage import Leakage
-from dielast.mechanics.course import Course
-from dielast.mechanics.cycles import Cycles
+from dielast.mechanics.course import Course, Cycles
 from dielast.mechanics.passive.framed import FramedFilms
-from dielast.mechanics.point import Points
+from dielast.mechanics.point_material import Points
 from dielast.mechanics.span import Control, Load
 from dielast.mechanics.symmetric import Films
-from dielast.numerics.columns import Cases, Floats
+from dielast.numerics.arrays import Cases, Floats
 from dielast.numerics.stride import DenseSteps, Stride
 from dielast.simulate.electrical import NODES, WEIGHTS, flow
 

@@ -16,7 +16,7 @@ from dielast.material.breakdown import BreakdownLaw
 from dielast.material.material import Material
 from dielast.material.scatter import fewest_draws, interval
 from dielast.mechanics.stability import ONE_PERCENT, TimeScale
-from dielast.numerics.columns import Floats
+from dielast.numerics.arrays import Floats
 from dielast.numerics.edged_roots import EDGE, FAR, FOUND, LOW, OPEN
 from dielast.simulate.design_plan import UNFINISHED, Designed, DesignPlan, Goal, solve_draws, solve_films
 from dielast.simulate.film_grid import axis_of, lay_out

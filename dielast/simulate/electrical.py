@@ -20,12 +20,11 @@ import numpy as np
 
 from dielast.io.result import Result
 from dielast.material.leakage import Leakage
-from dielast.mechanics.charged import charge_rate
 from dielast.mechanics.electric import ELECTRIC, FIELD
 from dielast.mechanics.point_material import SYMMETRIC, Points
 from dielast.mechanics.span import Control, Controls, stretched
 from dielast.mechanics.symmetric import Films
-from dielast.numerics.columns import Cases, Flags, Floats, paired
+from dielast.numerics.arrays import Cases, Flags, Floats, paired
 from dielast.numerics.stride import DenseSteps, Stride
 from dielast.simulate.film import Film
 
@@ -220,9 +219,11 @@ def equilibrium_rate(films: Films, time: Floats, state: Floats) -> Floats:
     flowing[:, -1] = 0.0
     rate = np.zeros((-films.border, time.size))
     _, by_stretch, by_load = points.maxwell_tangent(log_squared, driven[ELECTRIC])
-    change = slope[ELECTRIC] if points.circuit is None else charge_rate(points, load, time, log_squared, driven[ELECTRIC])
-    if points.circuit is not None:
-        rate[0] = change
+    change, circuit = slope[ELECTRIC], points.circuit
+    if circuit is not None:
+        permittivity, log_area = points.permittivity_at(log_squared), log_squared[0] + log_squared[1]
+        supply = circuit.supply(permittivity, log_area, driven[ELECTRIC], load.value(time)[ELECTRIC], change)
+        rate[0] = change = supply - circuit.leak(permittivity, log_area, driven[ELECTRIC])
     tangent = np.einsum("nm,cnm->cm", modulus, half)[SYMMETRIC] - by_stretch
     tangent[(0, 1), (0, 1)] -= 0.5 * nominal_stress * np.exp(0.5 * log_squared)
     right = np.einsum("nm,abnm,bnm->am", modulus, half[SYMMETRIC], flowing) + by_load * change
@@ -236,7 +237,7 @@ def equilibrium_rate(films: Films, time: Floats, state: Floats) -> Floats:
     else:
         diagonal = np.stack((tangent[0, 0], tangent[1, 1]))
         rate_of_stretch = np.where(np.array(free)[:, None], right / np.where(diagonal > 0, diagonal, np.nan), 0.0)
-    open_rows = -films.border - (points.circuit is not None)
+    open_rows = -films.border - (circuit is not None)
     rate[-open_rows:] = rate_of_stretch[-open_rows:]
     return rate
 

@@ -21,7 +21,7 @@ from dielast.material.breakdown import BreakdownLaw
 from dielast.material.material import Material
 from dielast.mechanics.criteria.loss_of_tension import LossOfTension
 from dielast.mechanics.stability import ONE_PERCENT, TimeScale
-from dielast.numerics.columns import Cases, Floats
+from dielast.numerics.arrays import Cases, Floats
 from dielast.numerics.integrate import Status
 from dielast.simulate.durations import lasting
 from dielast.simulate.film_grid import axis_of, lay_out

@@ -6,14 +6,16 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from dielast.material.springs import Symmetry
 from dielast.mechanics.charged import ChargedPoints, ChargedSymmetricPoints
 from dielast.mechanics.criteria.criterion import Moment
 from dielast.mechanics.passive.framed import Assembly, FramedFilms, Surroundings
 from dielast.mechanics.passive.structure import Structure
-from dielast.mechanics.point import LoadedPoints, Points
+from dielast.mechanics.point import LoadedPoints
+from dielast.mechanics.point_material import Points
 from dielast.mechanics.span import Controls, Load, stretched
-from dielast.mechanics.symmetric import Films, SymmetricPoints, Symmetry
-from dielast.numerics.columns import Cases, Floats
+from dielast.mechanics.symmetric import Films, SymmetricPoints
+from dielast.numerics.arrays import Cases, Floats
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -15,12 +15,11 @@ from dielast.material.breakdown import BreakdownLaw
 from dielast.material.material import Material
 from dielast.mechanics.criteria import CRITERIA, failures_of
 from dielast.mechanics.criteria.criterion import Criterion, WatchedFilms
-from dielast.mechanics.event_arrays import EventArrays
 from dielast.mechanics.line import Ramp
 from dielast.mechanics.span import Controls
 from dielast.mechanics.stability import TimeScale
-from dielast.mechanics.watch import Watch
-from dielast.numerics.columns import Cases, Floats, paired
+from dielast.mechanics.watch import EventArrays, Watch
+from dielast.numerics.arrays import Cases, Floats, paired
 from dielast.simulate.film import Film
 from dielast.simulate.film_setup import FilmSetup, OfAxes
 from dielast.simulate.follow import follow

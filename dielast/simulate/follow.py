@@ -10,7 +10,7 @@ import numpy as np
 from dielast.mechanics.course import Course, Piece
 from dielast.mechanics.symmetric import Films
 from dielast.mechanics.watch import Watch
-from dielast.numerics.columns import Cases, Flags, Floats
+from dielast.numerics.arrays import Cases, Flags, Floats
 from dielast.numerics.integrate import Status, integrate
 from dielast.numerics.stride import Stride
 from dielast.simulate.at_once import apply_at_once

@@ -11,8 +11,8 @@ import numpy as np
 from dielast.io.result import TabularResult
 from dielast.io.table import Column, Table, case_table
 from dielast.mechanics.criteria.criterion import Criterion
-from dielast.mechanics.event_arrays import EventArrays
-from dielast.numerics.columns import Cases, Floats
+from dielast.mechanics.watch import EventArrays
+from dielast.numerics.arrays import Cases, Floats
 from dielast.numerics.integrate import Status
 from dielast.simulate.cycles import CycleTable
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from dielast.io.result import Result, TabularResult
 from dielast.io.table import Column, Table
-from dielast.numerics.columns import Floats
+from dielast.numerics.arrays import Floats
 from dielast.simulate.failure_map import FailureMap
 
 UNITS = {"slope": "1/V", "intercept": "1", "rms_residual": "1", "r_squared": "1"}

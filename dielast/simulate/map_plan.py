@@ -9,7 +9,7 @@ import numpy as np
 
 from dielast.io.result import Result
 from dielast.mechanics.criteria.loss_of_tension import LossOfTension
-from dielast.numerics.columns import Cases, Floats
+from dielast.numerics.arrays import Cases, Floats
 from dielast.simulate.film_grid import FilmGrid
 from dielast.simulate.history import first_of
 

@@ -12,16 +12,15 @@ from numpy.typing import ArrayLike
 
 from dielast.errors import InputError
 from dielast.material.material import Material
-from dielast.material.springs import SpringLaw
+from dielast.material.springs import EQUIBIAXIAL, UNIAXIAL, SpringLaw, Symmetry
 from dielast.mechanics.cases import numbers, spread
 from dielast.mechanics.course import Piece
 from dielast.mechanics.history import case_count, pieces
 from dielast.mechanics.line import Ramp
 from dielast.mechanics.load import Mode, Step
-from dielast.mechanics.point import Points
+from dielast.mechanics.point_material import Points
 from dielast.mechanics.span import Control
-from dielast.mechanics.symmetric import EQUIBIAXIAL, UNIAXIAL, Symmetry
-from dielast.numerics.columns import Cases, Floats
+from dielast.numerics.arrays import Cases, Floats
 from dielast.numerics.integrate import Status
 from dielast.simulate.cycles import CycleMeter, CycleTable
 from dielast.simulate.film import Film

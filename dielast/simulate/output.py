@@ -11,7 +11,7 @@ from dielast.errors import InputError, shown
 from dielast.material.arguments import real_numbers
 from dielast.mechanics.cases import of_case
 from dielast.mechanics.course import Piece
-from dielast.numerics.columns import Cases, Floats
+from dielast.numerics.arrays import Cases, Floats
 
 KEPT_WHOLE = 100  # number of cycles in a step up to which all are stored in full by default
 LEAST_RTOL, MOST_RTOL = 1e-12, 0.1

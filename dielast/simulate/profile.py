@@ -12,7 +12,7 @@ from dielast.io.table import Table, case_table
 from dielast.mechanics.passive.forms import Spread
 from dielast.mechanics.passive.framed import FramedFilms, Surroundings
 from dielast.mechanics.symmetric import Films
-from dielast.numerics.columns import Cases, Floats
+from dielast.numerics.arrays import Cases, Floats
 from dielast.simulate.record import Recorder
 
 UNITS = {

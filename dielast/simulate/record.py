@@ -6,12 +6,11 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from dielast.mechanics.chain import Chain
-from dielast.mechanics.course import Course
+from dielast.mechanics.course import Chain, Course
 from dielast.mechanics.electric import ELECTRIC
 from dielast.mechanics.symmetric import Films
 from dielast.mechanics.watch import Watch
-from dielast.numerics.columns import Cases, Flags, Floats, paired
+from dielast.numerics.arrays import Cases, Flags, Floats, paired
 from dielast.numerics.stride import Stride
 from dielast.simulate.electrical import EXTRA, ElectricMeter
 from dielast.simulate.output import Output

@@ -11,20 +11,19 @@ from numpy.typing import ArrayLike
 from dielast.errors import InputError, NumericsError
 from dielast.material.arguments import real_number
 from dielast.material.breakdown import Breakdown, BreakdownLaw
-from dielast.material.breakdown.following import FollowingField
 from dielast.material.damage import DamageLaw
-from dielast.material.laws_of_cases import LawsOfCases
+from dielast.material.laws_of_cases import FollowingField, LawsOfCases
 from dielast.material.material import Material
+from dielast.material.springs import EQUIBIAXIAL
 from dielast.mechanics.cases import of_case, one_set, spread
 from dielast.mechanics.criteria.criterion import WatchedFilms
 from dielast.mechanics.line import Ramp
 from dielast.mechanics.passive.forms import Spread, across_disc, across_strip, disc, strip
 from dielast.mechanics.passive.mesh import points_needed
-from dielast.mechanics.point import Points
+from dielast.mechanics.point_material import Points
 from dielast.mechanics.span import Control, Controls
 from dielast.mechanics.stability import TimeScale, damped
-from dielast.mechanics.symmetric import EQUIBIAXIAL
-from dielast.numerics.columns import Cases, Flags, Floats, paired
+from dielast.numerics.arrays import Cases, Flags, Floats, paired
 from dielast.numerics.integrate import Status
 from dielast.simulate.film import Film
 from dielast.simulate.film_setup import FilmSetup, Stretched, check_limits, pair_in_words, positive

@@ -10,10 +10,9 @@ from numpy.typing import ArrayLike
 from dielast.errors import InputError
 from dielast.material.leakage import Leakage
 from dielast.mechanics.cases import of_case, spread
-from dielast.mechanics.circuit import Circuit
-from dielast.mechanics.electric import CHARGE
-from dielast.mechanics.point import Points
-from dielast.numerics.columns import Cases, Flags, Floats
+from dielast.mechanics.electric import CHARGE, Circuit
+from dielast.mechanics.point_material import Points
+from dielast.numerics.arrays import Cases, Flags, Floats
 from dielast.simulate.film_setup import positive
 
 

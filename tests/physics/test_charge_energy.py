@@ -12,13 +12,14 @@ from numpy.typing import NDArray
 from dielast import actuate
 from dielast.material.dielectric import LinearPermittivity
 from dielast.material.leakage import Leakage
+from dielast.material.springs import EQUIBIAXIAL
 from dielast.mechanics.criteria.criterion import WatchedFilms
 from dielast.mechanics.history import electrical_pieces
 from dielast.mechanics.load import ChargeStep, ElectricalStep, VoltageStep
-from dielast.mechanics.point import Points
+from dielast.mechanics.point_material import Points
 from dielast.mechanics.span import Control, Controls
 from dielast.mechanics.stability import ONE_PERCENT
-from dielast.mechanics.symmetric import EQUIBIAXIAL, Films
+from dielast.mechanics.symmetric import Films
 from dielast.mechanics.watch import Watch
 from dielast.numerics.stride import DenseSteps, Stride
 from dielast.simulate.electrical import ElectricMeter, nominal

@@ -9,14 +9,14 @@ from numpy.typing import NDArray
 from dielast.material.material import Material
 from dielast.material.shift import NoShift
 from dielast.material.spectrum import Spectrum
-from dielast.material.springs import Gent
+from dielast.material.springs import EQUIBIAXIAL, Gent
 from dielast.mechanics.criteria.criterion import WatchedFilms
 from dielast.mechanics.history import electrical_pieces
 from dielast.mechanics.load import VoltageStep
-from dielast.mechanics.point import Points
+from dielast.mechanics.point_material import Points
 from dielast.mechanics.span import Control
 from dielast.mechanics.stability import ONE_PERCENT
-from dielast.mechanics.symmetric import EQUIBIAXIAL, Films
+from dielast.mechanics.symmetric import Films
 from dielast.mechanics.watch import Watch
 from dielast.numerics.stride import Stride
 from dielast.simulate.film import Film

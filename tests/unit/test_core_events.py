@@ -16,7 +16,8 @@ from dielast.material.springs import Gent
 from dielast.mechanics.criteria.criterion import Moment, Signal, WatchedFilms
 from dielast.mechanics.criteria.pull_in import PullIn
 from dielast.mechanics.load import VoltageStep
-from dielast.mechanics.point import LoadedPoints, Points
+from dielast.mechanics.point import LoadedPoints
+from dielast.mechanics.point_material import Points
 from dielast.mechanics.span import Control, Load
 from dielast.mechanics.stability import ONE_PERCENT, damped
 from dielast.mechanics.watch import Watch

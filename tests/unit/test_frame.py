@@ -18,7 +18,7 @@ from dielast.mechanics.passive import forms
 from dielast.mechanics.passive.framed import Assembly, FramedFilms, Surroundings
 from dielast.mechanics.passive.mesh import points_needed
 from dielast.mechanics.passive.structure import Factors
-from dielast.mechanics.point import Points
+from dielast.mechanics.point_material import Points
 from dielast.mechanics.span import Control, Load
 from dielast.mechanics.stability import stability
 from dielast.simulate.film_setup import FilmSetup
