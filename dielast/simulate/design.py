@@ -192,8 +192,8 @@ def check_draws(draws: int, level: float, failure_probability: float) -> None:
     if not 0 < failure_probability < 0.5:
         text = f"{failure_probability:g}: a share above 0 and below 0.5 is needed, such as 0.05"
         raise InputError(text, argument="failure_probability")
-    for name, wanted in (("level", level), ("failure_probability", 1 - 2 * failure_probability)):
-        if 0 < draws < (fewest := fewest_draws(wanted)):
+    for name, probability in (("level", level), ("failure_probability", 1 - 2 * failure_probability)):
+        if 0 < draws < (fewest := fewest_draws(probability)):
             raise InputError(f"{draws} draws do not tell it: at least {fewest} are needed", argument=name)
 
 

@@ -134,5 +134,5 @@ def follow(
         status = np.where(alive, result.status, status)
         steps += result.steps + result.rejected
         if watch is not None:
-            watch.finish(lambda some, load, film=film: film.take(some).equations(load))  # type: ignore[misc]
+            watch.finish(lambda columns, load, film=film: film.take(columns).equations(load))  # type: ignore[misc]
     return Followed(film, status, steps)

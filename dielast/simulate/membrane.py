@@ -135,19 +135,17 @@ def simulate(
     a case in which the numerics give up is an `Outcome`, not an error.
     """
     materials = [material] if isinstance(material, Material) else list(material)
-    if not materials or not all(isinstance(each, Material) for each in materials):
+    if not materials or not all(isinstance(entry, Material) for entry in materials):
         raise InputError("a Material, or a list of them, is needed")
     if isinstance(steps, Step):
         raise InputError("a list of steps is needed")
     if temperature is None:
         temperature = [material.reference_temperature for material in materials]
     temperature = numbers(temperature, "temperature")
-    if not np.all(np.isfinite(temperature)):
-        raise InputError("every value must be finite", argument="temperature")
     check_tolerance(rtol)
     field = np.zeros(1) if nominal_field is None else numbers(nominal_field, "nominal_field")
     cases = case_count(steps, temperature, np.zeros(len(materials)), field)
-    temperature = np.ascontiguousarray(np.broadcast_to(temperature, (cases,)))
+    temperature = spread(temperature, "temperature", cases)
     electric = bool(np.any(field))
     for entry in materials if electric else ():
         if not entry.permittivity:
@@ -161,8 +159,7 @@ def simulate(
     _check_reach(points, history)
     output = Output.of(times, cases, points_per_decade, cycles, history, internal)
     stress_is_measured = any(piece.driven[0] and piece.controls[0] is Control.STRETCH for piece in history)
-    recorder = Recorder(output)
-    meter = CycleMeter(points, np.ones(cases), stress_is_measured)
+    recorder, meter = Recorder(output), CycleMeter(points, np.ones(cases), stress_is_measured)
     followed = follow(Film.at_rest(points, symmetry_of(history)), history, rtol=rtol, recorders=[recorder], meter=meter)
     check_end(output.times, np.where(followed.status == Status.COMPLETED, followed.time, np.inf), "history")
     record = recorder.collect()
@@ -224,7 +221,7 @@ def _prescribing(
 
     `InputError` for histories that prescribe only the other control, which need the function named `other`.
     """
-    other_control = next(each.value for each in Control if each is not control)
+    other_control = next(another.value for another in Control if another is not control)
 
     @wraps(function)
     def run(*arguments: Test.args, **keywords: Test.kwargs) -> MembraneHistory:
