@@ -67,8 +67,7 @@ UNITS = {
 @dataclass(frozen=True, slots=True, eq=False)
 class Flow:
     """Currents of films at moments (k,): the nominal `field` and the field `source` of the source in V/m, the nominal `charge`
-    density
-    in C/m^2, and, in A/m^2 of undeformed area, the current `leak` through the film and the `current` from the source.
+    density in C/m^2, and, in A/m^2 of undeformed area, the current `leak` through the film and the `current` from the source.
     """
 
     field: Floats
@@ -80,8 +79,7 @@ class Flow:
 
 def nominal(points: Points, log_squared_stretch: Floats, acting: Floats) -> tuple[Floats, Floats]:
     """The nominal field in V/m and the nominal charge density in C/m^2 (cases,) of films at Lambda (2, cases); `acting` (cases,) is
-    the
-    one of them that the load prescribes or the state holds.
+    that of the two which the load prescribes or the state holds.
     """
     capacity = points.permittivity_at(log_squared_stretch) * np.exp(log_squared_stretch[0] + log_squared_stretch[1])
     if points.electric is FIELD:

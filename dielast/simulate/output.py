@@ -83,11 +83,7 @@ def _kept_cycles(cycles: object) -> str | tuple[int, ...] | None:
     if cycles is None or (isinstance(cycles, str) and cycles in ("all", "last")):
         return cycles
     numbers = [cycles] if isinstance(cycles, int) else list(cycles) if isinstance(cycles, Sequence) else []
-    if (
-        not numbers
-        or isinstance(cycles, str)
-        or any(isinstance(number, bool) or not isinstance(number, int) or number < 1 for number in numbers)
-    ):
+    if not numbers or any(isinstance(number, bool) or not isinstance(number, int) or number < 1 for number in numbers):
         raise InputError(f'{shown(cycles)}: "all", "last" or a list of their numbers from 1 is needed', argument="cycles")
     return tuple(numbers)
 
