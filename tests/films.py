@@ -16,8 +16,8 @@ from dielast.mechanics.point_material import Points
 from dielast.simulate.film import Film
 from dielast.simulate.follow import follow
 from dielast.simulate.history import Outcome
+from dielast.simulate.membrane import symmetry_of
 from dielast.simulate.output import Output
-from dielast.simulate.reach import symmetry_of
 from dielast.simulate.record import Recorder
 
 SOFT = Material(

@@ -21,7 +21,7 @@ from dielast.mechanics.stability import ONE_PERCENT, TimeScale
 from dielast.simulate.actuation_history import ActuationHistory, run_films
 from dielast.simulate.film_setup import MESH_RTOL, FilmSetup
 from dielast.simulate.history import joined
-from dielast.simulate.output import Output, check_cycles, check_end, stated_times
+from dielast.simulate.output import Output, check_end, stated_times
 from dielast.simulate.setup import Setup, set_up
 from dielast.simulate.wiring import Wiring
 
@@ -79,8 +79,6 @@ def actuate(
     """
     if stop_at not in (None, *names(), END):
         raise InputError(f"{stop_at!r}: it must be one of {', '.join((*names(), END))}", argument="stop_at")
-    if points_per_decade < 1:
-        raise InputError(f"{points_per_decade}: at least one is needed", argument="points_per_decade")
     if isinstance(steps, ElectricalStep):
         raise InputError("a list of steps is needed", argument="steps")
     for index, step in enumerate(steps):
@@ -101,18 +99,17 @@ def actuate(
     cases = setup.temperature.size
     charge = isinstance(next(iter(steps), None), ChargeStep)
     wiring = Wiring.of(charge, source_resistance, leakage, electrode_area, setup.thickness)
-    output = Output.of(times, cases, points_per_decade, cycles)
-    check_cycles(output.cycles, steps)
+    output = Output.of(times, cases, points_per_decade, cycles, steps)
     pieces = electrical_pieces(steps, setup.controls, np.ones(cases) if charge else setup.thickness)
     named = {"steps": charge, "source_resistance": source_resistance is not None, "leakage": leakage is not None}
     stated = [name for name, is_stated in {**named, "electrical": electrical}.items() if is_stated]
-    if setup.passive is not None and stated:
+    if setup.share is not None and stated:
         only = "a film with a passive part, boundary frame or strip, can only be driven by an ideal source of voltage"
         raise InputError(f"{only}; its charge and energies are not computed", argument=stated[0])
     duration = np.sum([piece.begin(np.zeros((3, cases))).duration for piece in pieces], axis=0)
     check_end(output.times, duration, "programme")
     profile_times = None if profile is None else stated_times(profile, cases, "profile")
-    if profile_times is not None and setup.passive is None:
+    if profile_times is not None and setup.share is None:
         raise InputError("it is of films with a passive part, boundary frame or strip", argument="profile")
     check_end(profile_times, duration, "programme", "profile")
     stops = _stops(stop_at, [material] if isinstance(material, Material) else list(material), setup)
@@ -154,5 +151,5 @@ def _stops(stop_at: str | None, materials: Sequence[Material], setup: Setup) -> 
         raise InputError(f"{shown(stop_at)} cannot happen: {needed}", argument="stop_at")
     stops = (ElectricalBreakdown.name,) if breakdown else failures_of(materials) if stop_at is None else (stop_at,)
     # a slack passive film wrinkles, which these equations do not describe
-    slack = setup.passive is not None and (breakdown or stop_at is None)
+    slack = setup.share is not None and (breakdown or stop_at is None)
     return (*stops, LossOfTension.name) if slack else stops

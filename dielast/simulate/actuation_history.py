@@ -103,8 +103,8 @@ def run_films(
     leakage = wiring.leakage.take(part) if electrical else None
     electric = None if leakage is None else ElectricMeter(leakage, part.size)
     recorders = [Recorder(output.take(part), watch, electric)]
-    if profile_times is not None and setup.passive is not None:
-        recorders.append(ProfileRecorder(Output(profile_times[part]), spread=setup.passive.spread(part)))
+    if profile_times is not None and (spread := setup.spread(part)) is not None:
+        recorders.append(ProfileRecorder(Output(profile_times[part]), spread=spread))
     meter = CycleMeter(points, begin[0], False, leakage)
     followed = follow(film, pieces, rtol=rtol, watch=watch, recorders=recorders, meter=meter)
     record, happened = recorders[0].collect(), watch.happened
@@ -131,6 +131,9 @@ def run_films(
     stretch, field = record.stretch, record.field
     events = [events_of(happened, case, float(thickness[case]), end) for case, end in enumerate(reached.tolist())]
     reasons = [_reason(in_order, stops, end) for in_order, end in zip(events, reached.tolist(), strict=True)]
+    damage = None
+    if setup.damage is not None:  # NaN for films without a damage law
+        damage = record.exposed[0] * setup.damage.values(part, lambda law, columns: np.ones(columns.size), np.nan)[:, None]
     return ActuationHistory(
         temperature=setup.temperature[part],
         time=record.time,
@@ -146,7 +149,7 @@ def run_films(
         events=tuple(events),
         outcome=tuple(map(Outcome.of, followed.status.tolist(), reached.tolist(), reasons)),
         cycles=meter.collect(),
-        damage=_damage(setup, part, record),
+        damage=damage,
         electrical=_electrical(record, thickness, wiring, part) if electrical else None,
         profiles=next((recorder.profiles(reached) for recorder in recorders if isinstance(recorder, ProfileRecorder)), None),
     )
@@ -164,15 +167,6 @@ def _reason(events: Sequence[Event], stops: Sequence[str], end: float) -> str:
     """The name of the event of `stops` at the `end` in s of a film, the first in `stops` of several; empty without one."""
     names = [event.name for event in events if event.time == end]
     return next((name for name in stops if name in names), "")
-
-
-def _damage(setup: Setup, part: Cases, record: Record) -> Floats | None:
-    """The damage (k, times) of the films `part` (k,), NaN for films without a damage law; None if no film has one."""
-    if setup.damage is None:
-        return None
-    ages = setup.damage.values(part, lambda law, columns: np.ones(columns.size), np.nan)
-    (damage,) = record.exposed
-    return np.asarray(damage * ages[:, None])
 
 
 def _electrical(record: Record, thickness: Floats, wiring: Wiring, part: Cases) -> Electrical:

@@ -25,11 +25,10 @@ from dielast.mechanics.span import Control, Load
 from dielast.mechanics.symmetric import Films
 from dielast.numerics.arrays import Cases, Floats
 from dielast.numerics.stride import DenseSteps, Stride
-from dielast.simulate.electrical import flow
+from dielast.simulate.electrical import NODES, WEIGHTS, flow
 
-_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(8)
-PLACES = np.concatenate(([0.0], 0.5 * (1 + _NODES), [1.0]))  # fractions of a step: Gauss points and both ends
-WEIGHTS = np.concatenate(([0.0], 0.5 * _WEIGHTS, [0.0]))
+PLACES = np.concatenate(([0.0], NODES, [1.0]))  # fractions of a step: Gauss points and both ends
+PLACE_WEIGHTS = np.pad(WEIGHTS, 1)
 FINE = np.linspace(0.0, 1.0, 33)
 # maps values at PLACES to those of their interpolating polynomial at FINE
 POLYNOMIAL = np.vander(FINE, PLACES.size) @ np.linalg.inv(np.vander(PLACES, PLACES.size))
@@ -191,7 +190,7 @@ class CycleMeter:
             elif control is Control.STRESS:  # integrated by parts, as the rate of the stretch has no closed form
                 power, boundary_term = power - stretch[axis] * slope[axis], boundary_term + nominal[axis] * stretch[axis]
         boundary_term = boundary_term.reshape(places, count)
-        work = steps.step * (WEIGHTS @ power.reshape(places, count)) + boundary_term[-1] - boundary_term[0]
+        work = steps.step * (PLACE_WEIGHTS @ power.reshape(places, count)) + boundary_term[-1] - boundary_term[0]
         turn = 2 * np.pi * (((begin[many] + local) / course.period[wide.cases]) - cycle[many]).reshape(places, count)
         fine = POLYNOMIAL @ measured
         # subtract the value at rest: the quadrature error of a constant must not appear as a component at the period
@@ -201,7 +200,7 @@ class CycleMeter:
         np.minimum.at(lowest, where, fine.min(axis=0))
         np.maximum.at(highest, where, fine.max(axis=0))
         for integral, part in ((total, measured), (cosine, deviation * np.cos(turn)), (sine, deviation * np.sin(turn))):
-            np.add.at(integral, where, steps.step * (WEIGHTS @ part))
+            np.add.at(integral, where, steps.step * (PLACE_WEIGHTS @ part))
         np.add.at(worked, where, work)
         for integral, part in zip((delivered, returned), () if sent is None else sent, strict=False):
             np.add.at(integral, where, steps.step * part)

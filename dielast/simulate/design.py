@@ -18,10 +18,9 @@ from dielast.material.scatter import fewest_draws, interval
 from dielast.mechanics.stability import ONE_PERCENT, TimeScale
 from dielast.numerics.arrays import Floats
 from dielast.numerics.edged_roots import EDGE, FAR, FOUND, LOW, OPEN
-from dielast.simulate.design_plan import UNFINISHED, Designed, DesignPlan, solve_draws, solve_films
-from dielast.simulate.film_grid import axis_of, lay_out, prestretches_of
+from dielast.simulate.design_plan import UNFINISHED, Designed, DesignPlan, Goal, solve_draws, solve_films
+from dielast.simulate.film_grid import axis_of, lay_out
 from dielast.simulate.film_setup import MESH_RTOL, FilmSetup
-from dielast.simulate.goal import Goal
 
 if TYPE_CHECKING:
     from dielast.material.scatter import Sample
@@ -193,8 +192,8 @@ def check_draws(draws: int, level: float, failure_probability: float) -> None:
     if not 0 < failure_probability < 0.5:
         text = f"{failure_probability:g}: a share above 0 and below 0.5 is needed, such as 0.05"
         raise InputError(text, argument="failure_probability")
-    for name, wanted in (("level", level), ("failure_probability", 1 - 2 * failure_probability)):
-        if 0 < draws < (fewest := fewest_draws(wanted)):
+    for name, probability in (("level", level), ("failure_probability", 1 - 2 * failure_probability)):
+        if 0 < draws < (fewest := fewest_draws(probability)):
             raise InputError(f"{draws} draws do not tell it: at least {fewest} are needed", argument=name)
 
 
@@ -220,28 +219,19 @@ def plan_design(
         raise InputError(f"{horizon:g} s: it must be positive", argument="horizon")
     if goal.at > horizon:
         raise InputError(f"{goal.at:g} s is longer than the horizon of {horizon:g} s", argument="at")
-    pairs = prestretches_of(film.prestretch)
-    thick = axis_of(film.thickness, "thickness")
-    shares = None if film.electrode_share is None else axis_of(film.electrode_share, "electrode_share")
-    temperatures = axis_of(material.reference_temperature if temperature is None else temperature, "temperature")
-    sizes = temperatures.size, thick.size, len(pairs), 1 if shares is None else shares.size, goal.target.size
-    of_temperature, of_thickness, of_pair, of_share, of_goal = (index.ravel() for index in np.indices(sizes))
-    film = replace(film, thickness=thick[of_thickness], electrode_share=None if shares is None else shares[of_share])
-    goal = goal.take(of_goal)
     goal.steps(film.controls)
     grid = lay_out(
         material,
         film,
-        prestretch=pairs[of_pair],
-        temperature=temperatures[of_temperature],
+        temperature=axis_of(material.reference_temperature if temperature is None else temperature, "temperature"),
         breakdown_field=breakdown_field,
         pull_in_timescale=pull_in_timescale,
         rtol=rtol,
         sample=sample,
         drawn_rtol=drawn_rtol,
+        copies=goal.target.size,
     )
-    films = temperatures[of_temperature], pairs[of_pair], thick[of_thickness], None if shares is None else shares[of_share]
-    return DesignPlan(grid, goal, horizon, *films)
+    return DesignPlan(grid, goal.take(np.arange(grid.temperature.size) % goal.target.size), horizon)
 
 
 def under_way(plan: DesignPlan, solved: Sequence[Designed]) -> DesignPlan:
@@ -267,10 +257,10 @@ def designed(
     mode = whole("mode").astype(str)
     because = np.select([state == FOUND, state == LOW, state == FAR], ["", CREEPS, LIMITED], mode)
     result = Design(
-        plan.temperature,
-        plan.prestretch,
-        plan.thickness,
-        plan.electrode_share,
+        plan.grid.temperature,
+        plan.grid.prestretch,
+        plan.grid.thickness,
+        plan.grid.electrode_share,
         goal.name,
         goal.target,
         goal.at,

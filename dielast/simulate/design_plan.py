@@ -5,18 +5,19 @@ The films of a chunk are searched together: a round is one run of all voltages t
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
+from dielast.errors import InputError
 from dielast.io.result import Result
 from dielast.mechanics.criteria.loss_of_tension import LossOfTension
+from dielast.mechanics.span import Control, Controls
 from dielast.numerics.arrays import Cases, Flags, Floats, paired
 from dielast.numerics.edged_roots import EDGE, ENDED, FAR, FOUND, OPEN, PASSED, SHORT, EdgedRoots
 from dielast.numerics.integrate import Status
-from dielast.simulate.film_grid import FilmGrid, Group
-from dielast.simulate.goal import Goal, voltage_about
+from dielast.simulate.film_grid import FilmGrid, Group, axis_of
 from dielast.simulate.history import first_of
 
 ROUNDS = 100  # of trials, at most: a bracket is halved every other round
@@ -29,13 +30,71 @@ SPREAD = np.array((0.75, 0.92, 1.13, 1.39))  # first voltages over the expected 
 CHUNK = 256  # films
 NONE, UNFINISHED = "none", "unfinished"
 Names = NDArray[np.object_]
+WAY = (0.1, 0.25, 0.5, 0.75, 1.0)  # fractions of the logarithm of the stretch at the goal
+RELATIVE_STRETCH, AREA_STRAIN = "relative_stretch", "area_strain"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Goal:
+    """A `target` (films,) to reach `at` a time in s after a constant voltage is applied.
+
+    `name` says what the target is: a relative stretch of axis 1 (relative to the prestretch), or an area strain of the active part
+    (relative to its prestretched area).
+    """
+
+    name: str
+    target: Floats
+    at: float
+
+    @classmethod
+    def of(cls, at: float, relative_stretch: ArrayLike | None, area_strain: ArrayLike | None) -> Goal:
+        """The goals from the arguments of `design`; `InputError` unless exactly one kind is stated, with possible values."""
+        if (relative_stretch is None) == (area_strain is None):
+            raise InputError("either a relative_stretch or an area_strain is needed", argument="goal")
+        name, stated = (RELATIVE_STRETCH, relative_stretch) if area_strain is None else (AREA_STRAIN, area_strain)
+        assert stated is not None
+        target = axis_of(stated, name)
+        if name == RELATIVE_STRETCH and np.any(target <= 1):
+            wrong = float(target.min())
+            raise InputError(f"{wrong:g}: a relative stretch above 1 is needed, such as 1.1", argument=name)
+        if np.any(target <= 0):
+            wrong = float(target.min())
+            raise InputError(f"{wrong:g}: an area strain above 0 is needed, such as 0.2 for 20 %", argument=name)
+        if not (np.isfinite(at) and at > 0):
+            raise InputError(f"{at:g} s: it must be positive", argument="at")
+        return cls(name, target, at)
+
+    def take(self, films: Cases) -> Goal:
+        """The goals of the selected films (k,)."""
+        return replace(self, target=self.target[films])
+
+    @property
+    def size(self) -> Floats:
+        """The logarithm (films,) of the relative stretch or area at the goals."""
+        return np.asarray(np.log(self.target) if self.name == RELATIVE_STRETCH else np.log1p(self.target))
+
+    def missed(self, stretch: Floats) -> Floats:
+        """The logarithmic distance (films,) of relative stretches (2, films) from the goals, negative short of them."""
+        return np.asarray(np.log(stretch[0] if self.name == RELATIVE_STRETCH else stretch[0] * stretch[1]) - self.size)
+
+    def reached(self, missed: Floats) -> Floats:
+        """The relative stretch or the area strain (films,) at the logarithmic distance `missed` (films,) from the goals."""
+        return np.asarray(np.exp(self.size + missed) if self.name == RELATIVE_STRETCH else np.expm1(self.size + missed))
+
+    def steps(self, controls: Controls) -> Floats:
+        """Estimated relative stretches (2, films) of both axes at the goals; `InputError` if the boundary excludes the goal."""
+        held = [control is Control.STRETCH for control in controls]
+        if all(held):
+            raise InputError("both axes are clamped: no voltage moves the film", argument="boundary")
+        if held[0] and self.name == RELATIVE_STRETCH:
+            raise InputError("axis 1 is clamped: state an area_strain instead", argument=RELATIVE_STRETCH)
+        stretch = np.exp(self.size / (1 if self.name == RELATIVE_STRETCH or any(held) else 2))
+        return np.stack([np.ones_like(stretch) if clamped else stretch for clamped in held])
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class DesignPlan(Result):
-    """Films of a `grid` with their `goal`: `temperature` (films,) in degC, `prestretch` (films, 2), undeformed `thickness` (films,)
-    in
-    m, and `electrode_share` (films,) if they have a passive part.
+    """Films of a `grid` with their `goal`, and the `horizon` of their lives in s.
 
     For the draws, which are solved after the films: `voltage` (films,) in V is the voltage of the design, NaN where there is none,
     and `slope` (films,) the derivative of its square with respect to the logarithm of the stretch.
@@ -44,10 +103,6 @@ class DesignPlan(Result):
     grid: FilmGrid
     goal: Goal
     horizon: float
-    temperature: Floats
-    prestretch: Floats
-    thickness: Floats
-    electrode_share: Floats | None = None
     voltage: Floats = field(default_factory=lambda: np.zeros(0))
     slope: Floats = field(default_factory=lambda: np.zeros(0))
 
@@ -88,12 +143,11 @@ class Designed:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Trials:
-    """Trials (t,) of voltages on columns of films: the `voltage`, or the voltage at which a film failed as it was applied at once;
+    """Trials (t,) of voltages on films: the `voltage`, or the voltage at which a film failed as it was applied at once;
     `value`, the distance to the goal; `ended`, the same where the film failed; `kind`, the outcome (see `edged_roots`); `time` in
     s and `mode` of the first event.
     """
 
-    columns: Cases
     voltage: Floats
     value: Floats
     ended: Floats
@@ -126,8 +180,7 @@ def solve_films(plan: DesignPlan, first: int, end: int) -> Designed:
         slope[found] = search.slope_at_root[found]
     lost = (state == OPEN) | ((state == FOUND) & ~(np.abs(missed) <= MET))
     state = np.where(lost, OPEN, state)
-    for column in np.flatnonzero(state == EDGE).tolist():
-        mode[column] = short.get(column, NONE)
+    mode[state == EDGE] = short[state == EDGE]
     mode[lost] = UNFINISHED
     missed = np.where(state == FOUND, missed, search.highest)
     return Designed(films, state, voltage, slope, missed, time, mode, rounds)
@@ -158,14 +211,12 @@ def _tolerance(goal: Goal, rtol: float) -> Floats:
     return np.maximum(np.minimum(CLOSE * MET, SHARE * goal.size), min(NOISE * rtol, MET))
 
 
-def _search(
-    plan: DesignPlan, part: Group, goal: Goal, search: EdgedRoots, beyond: Flags, rounds: int = 0
-) -> tuple[dict[int, str], int]:
+def _search(plan: DesignPlan, part: Group, goal: Goal, search: EdgedRoots, beyond: Flags, rounds: int = 0) -> tuple[Names, int]:
     """Try voltages until the search is over.
 
-    Returns, by column, how films failed short of their goals at the lowest such voltage, and the number of rounds in all.
+    Returns how films (k,) failed short of their goals at the lowest such voltage, and the number of rounds in all.
     """
-    lowest: dict[int, tuple[float, str]] = {}
+    lowest, modes = np.full(beyond.size, np.inf), np.full(beyond.size, NONE, dtype=object)
     while rounds < ROUNDS - 1:
         columns, voltage = search.trials()
         columns, voltage = columns[~beyond[columns]], voltage[~beyond[columns]]
@@ -176,11 +227,10 @@ def _search(
         with np.errstate(divide="ignore"):
             value = np.where(trials.kind == SHORT, trials.ended, trials.value)
             search.note(columns, trials.voltage, value, trials.kind, np.log(trials.time / goal.at))
-        for trial in np.flatnonzero(trials.kind == SHORT).tolist():
-            column, volts = int(columns[trial]), float(trials.voltage[trial])
-            if column not in lowest or volts < lowest[column][0]:
-                lowest[column] = volts, str(trials.mode[trial])
-    return {column: mode for column, (_, mode) in lowest.items()}, rounds
+        short = np.flatnonzero((trials.kind == SHORT) & (trials.voltage < lowest[columns]))
+        short = short[np.argsort(-trials.voltage[short])]  # of several trials of a film, the lowest is the last
+        lowest[columns[short]], modes[columns[short]] = trials.voltage[short], trials.mode[short]
+    return modes, rounds
 
 
 def _tried(plan: DesignPlan, part: Group, goal: Goal, columns: Cases, voltage: Floats, horizon: float) -> _Trials:
@@ -201,4 +251,39 @@ def _tried(plan: DesignPlan, part: Group, goal: Goal, columns: Cases, voltage: F
     voltage = np.where(halfway, failed_at, voltage)
     ended = goal.missed(lives.relative_stretch(end))
     passed = (halfway | (end.time > 0)) & (ended >= 0)
-    return _Trials(columns, voltage, value, ended, np.where(lived, ENDED, np.where(passed, PASSED, SHORT)), end.time, mode)
+    return _Trials(voltage, value, ended, np.where(lived, ENDED, np.where(passed, PASSED, SHORT)), end.time, mode)
+
+
+def voltage_about(group: Group, goal: Goal) -> tuple[Floats, Flags]:
+    """Estimates of the voltage (films,) in V that takes the films of a group to their goals, and whether (films,) a goal is beyond
+    the limit of the equilibrium spring.
+
+    Quasi-elastic approximation: the modulus of each spring is reduced to exp(-t/tau) at the time t of the goal, and its viscous
+    stretch is that after the prestretch. The estimate is the largest voltage that equilibrium needs on the way. A passive part is
+    neglected.
+    """
+    film = group.film
+    points, present = film.points, film.log_squared_stretch
+    internal = film.internal if film.assembly is None else 2 * np.log(film.internal[:, :, 0])
+    held = points.modulus * np.exp(-3 * points.rate * goal.at)
+    steps = goal.steps(group.watched.controls)
+    squared_field = np.zeros(steps.shape[1])
+    with np.errstate(all="ignore"):
+        before = _carried(group, held, internal, present)
+        for part in WAY:
+            stretch_on_way = steps**part
+            moved = present + 2 * np.log(stretch_on_way)
+            needed = np.max(np.where(steps > 1, _carried(group, held, internal, moved) - before * stretch_on_way, -np.inf), axis=0)
+            # where this estimate fails, use the field whose Maxwell stress is of the order of the moduli
+            needed = np.where(np.isfinite(needed) & (needed > 0), needed, held.sum(axis=0) * goal.size * part)
+            squared_field = np.maximum(squared_field, np.exp(-moved.sum(axis=0)) * needed / points.permittivity_at(moved))
+        squared = np.repeat(np.exp(moved)[:, None], points.modulus.shape[0], axis=1)
+        return np.asarray(group.thickness * np.sqrt(squared_field)), np.asarray(points.law.margin(squared)[0] <= 0)
+
+
+def _carried(group: Group, held: Floats, internal: Floats, log_squared_stretch: Floats) -> Floats:
+    """True stresses (2, films) in Pa of springs with moduli `held` (springs, films), at Lambda (2, films)."""
+    points = group.film.points
+    stress = points.law.stress(points.springs(internal, log_squared_stretch))
+    carried: Floats = np.einsum("nm,cnm->cm", held, stress)
+    return carried

@@ -20,7 +20,7 @@ import numpy as np
 
 from dielast.io.result import Result
 from dielast.material.leakage import Leakage
-from dielast.mechanics.electric import ELECTRIC, FIELD, Circuit
+from dielast.mechanics.electric import ELECTRIC, FIELD
 from dielast.mechanics.point_material import SYMMETRIC, Points
 from dielast.mechanics.span import Control, Controls, stretched
 from dielast.mechanics.symmetric import Films
@@ -67,8 +67,7 @@ UNITS = {
 @dataclass(frozen=True, slots=True, eq=False)
 class Flow:
     """Currents of films at moments (k,): the nominal `field` and the field `source` of the source in V/m, the nominal `charge`
-    density
-    in C/m^2, and, in A/m^2 of undeformed area, the current `leak` through the film and the `current` from the source.
+    density in C/m^2, and, in A/m^2 of undeformed area, the current `leak` through the film and the `current` from the source.
     """
 
     field: Floats
@@ -80,19 +79,12 @@ class Flow:
 
 def nominal(points: Points, log_squared_stretch: Floats, acting: Floats) -> tuple[Floats, Floats]:
     """The nominal field in V/m and the nominal charge density in C/m^2 (cases,) of films at Lambda (2, cases); `acting` (cases,) is
-    the
-    one of them that the load prescribes or the state holds.
+    that of the two which the load prescribes or the state holds.
     """
     capacity = points.permittivity_at(log_squared_stretch) * np.exp(log_squared_stretch[0] + log_squared_stretch[1])
     if points.electric is FIELD:
         return acting, capacity * acting
     return acting / capacity, acting
-
-
-def leak_of(leakage: Leakage, log_squared_stretch: Floats, field: Floats) -> Floats:
-    """The leakage current (cases,) in A/m^2 of undeformed area at a nominal field (cases,) in V/m."""
-    area = np.exp(0.5 * (log_squared_stretch[0] + log_squared_stretch[1]))
-    return np.asarray(leakage.current_density(field * area) * area)
 
 
 def flow(films: Films, leakage: Leakage, time: Floats, state: Floats, rate: Floats) -> Flow:
@@ -104,7 +96,8 @@ def flow(films: Films, leakage: Leakage, time: Floats, state: Floats, rate: Floa
     driven, slope = films.driven(time, state), load.slope(time)
     log_squared, _ = films.membrane(state, driven)
     field, charge = nominal(points, log_squared, driven[ELECTRIC])
-    leak = leak_of(leakage, log_squared, field)
+    area = np.exp(0.5 * (log_squared[0] + log_squared[1]))
+    leak = np.asarray(leakage.current_density(field * area) * area)
     circuit = points.circuit
     if circuit is None and points.electric is FIELD:
         # where both axes are equal, the last row belongs to both
@@ -193,32 +186,19 @@ class ElectricMeter:
         wide = steps.take(many)
         time = wide.time + fraction * wide.step
         flowing = flow(films.take(many), self.leakage.take(wide.cases), time, wide.state(fraction), wide.rate(fraction))
-        powers = np.stack(
-            (
-                flowing.source * flowing.current,
-                flowing.field * flowing.leak,
-                _heat(films.points.circuit, flowing, many),
-            )
-        )
+        drop, circuit = flowing.source - flowing.field, films.points.circuit
+        heat = drop * flowing.current
+        if circuit is not None and circuit.resistance is not None:
+            # a very small drop is below the tolerance of the charge; r i^2, which is never negative, is then more accurate
+            small = np.abs(drop) < NEXT_TO_NOTHING * np.abs(flowing.field)
+            heat = np.where(small, circuit.resistance[many] * flowing.current**2, heat)
+        powers = np.stack((flowing.source * flowing.current, flowing.field * flowing.leak, heat))
         weighted = np.einsum("n,rnk->rk", WEIGHTS, powers.reshape(3, NODES.size, count))
         return np.asarray(weighted * part * steps.step)
 
     @staticmethod
     def _rows(flowing: Flow, energies: Floats) -> Floats:
         return np.stack((flowing.charge, flowing.source, flowing.current, *energies))
-
-
-def _heat(circuit: Circuit | None, flowing: Flow, columns: Cases) -> Floats:
-    """The power (k,) in W/m^3 lost in the resistance, (E_s - E~) i.
-
-    Where the voltage drop is very small, it is below the tolerance of the charge; r i^2, which is never negative, is then more
-    accurate.
-    """
-    drop = flowing.source - flowing.field
-    heat = drop * flowing.current
-    if circuit is None or circuit.resistance is None:
-        return np.asarray(heat)
-    return np.where(np.abs(drop) < NEXT_TO_NOTHING * np.abs(flowing.field), circuit.resistance[columns] * flowing.current**2, heat)
 
 
 def equilibrium_rate(films: Films, time: Floats, state: Floats) -> Floats:
@@ -236,18 +216,15 @@ def equilibrium_rate(films: Films, time: Floats, state: Floats) -> Floats:
     flowing = points.rate * (3 * stress - stress.sum(axis=0))
     flowing[:, -1] = 0.0
     rate = np.zeros((-films.border, time.size))
-    charge_rate = np.zeros_like(time)
     _, by_stretch, by_load = points.maxwell_tangent(log_squared, driven[ELECTRIC])
-    circuit = points.circuit
-    if circuit is None:
-        charge_rate = slope[ELECTRIC]
-    else:
+    change, circuit = slope[ELECTRIC], points.circuit
+    if circuit is not None:
         permittivity, log_area = points.permittivity_at(log_squared), log_squared[0] + log_squared[1]
-        supply = circuit.supply(permittivity, log_area, driven[ELECTRIC], load.value(time)[ELECTRIC], slope[ELECTRIC])
-        rate[0] = charge_rate = supply - circuit.leak(permittivity, log_area, driven[ELECTRIC])
+        supply = circuit.supply(permittivity, log_area, driven[ELECTRIC], load.value(time)[ELECTRIC], change)
+        rate[0] = change = supply - circuit.leak(permittivity, log_area, driven[ELECTRIC])
     tangent = np.einsum("nm,cnm->cm", modulus, half)[SYMMETRIC] - by_stretch
     tangent[(0, 1), (0, 1)] -= 0.5 * nominal_stress * np.exp(0.5 * log_squared)
-    right = np.einsum("nm,abnm,bnm->am", modulus, half[SYMMETRIC], flowing) + by_load * charge_rate
+    right = np.einsum("nm,abnm,bnm->am", modulus, half[SYMMETRIC], flowing) + by_load * change
     free = [control is Control.STRESS for control in load.controls]
     if all(free):
         determinant = tangent[0, 0] * tangent[1, 1] - tangent[0, 1] * tangent[1, 0]

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from dielast.errors import InputError
 from dielast.io.result import TabularResult
 from dielast.io.table import Column, Table
-from dielast.material.arguments import real_number, real_numbers
+from dielast.material.arguments import real_number
 from dielast.material.breakdown import BreakdownLaw
 from dielast.material.material import Material
 from dielast.mechanics.criteria.loss_of_tension import LossOfTension
@@ -24,7 +24,7 @@ from dielast.mechanics.stability import ONE_PERCENT, TimeScale
 from dielast.numerics.arrays import Cases, Floats
 from dielast.numerics.integrate import Status
 from dielast.simulate.durations import lasting
-from dielast.simulate.film_grid import axis_of, lay_out, prestretches_of
+from dielast.simulate.film_grid import axis_of, lay_out
 from dielast.simulate.film_setup import MESH_RTOL, FilmSetup
 from dielast.simulate.history import REASONS
 from dielast.simulate.map_plan import Cells, MapPlan, column_of, solve_cells
@@ -199,38 +199,25 @@ def plan_failure_map(
     volts = axis_of(voltage, "voltage")
     if not np.all(volts >= 0):
         raise InputError(f"{volts.min():g} V: it must not be negative", argument="voltage")
-    pairs = prestretches_of(prestretch)
-    shares = None if setup.electrode_share is None else axis_of(setup.electrode_share, "electrode_share")
-    temperatures = axis_of(material.reference_temperature if temperature is None else temperature, "temperature")
-    setup = replace(setup, thickness=real_number(setup.thickness, "thickness"))
     if not 0 < real_number(horizon, "horizon") < np.inf:
         raise InputError(f"{horizon:g} s: it must be positive", argument="horizon")
     if not 0 <= real_number(ramp, "ramp") <= horizon:
         raise InputError(f"{ramp:g} s: it must lie between 0 and the horizon of {horizon:g} s", argument="ramp")
     stretch_times = _stretch_times(stretch_at, horizon)
-    sizes = temperatures.size, len(pairs), 1 if shares is None else shares.size
-    of_temperature, of_pair, of_share = (index.ravel() for index in np.indices(sizes))
-    if breakdown_field is not None and not isinstance(breakdown_field, BreakdownLaw):
-        given = real_numbers(breakdown_field, "breakdown_field").reshape(-1)
-        if given.size not in (1, len(pairs)):
-            text = f"{given.size} fields for {len(pairs)} prestretches: one, or one for each is needed"
-            raise InputError(text, argument="breakdown_field")
-        breakdown_field = given[of_pair] if given.size > 1 else given
-    share = None if shares is None else shares[of_share]
+    temperatures = axis_of(material.reference_temperature if temperature is None else temperature, "temperature")
     grid = lay_out(
         material,
-        replace(setup, electrode_share=share),
-        prestretch=pairs[of_pair],
-        temperature=temperatures[of_temperature],
+        replace(setup, thickness=real_number(setup.thickness, "thickness")),
+        temperature=temperatures,
         breakdown_field=breakdown_field,
         pull_in_timescale=pull_in_timescale,
         rtol=rtol,
         sample=sample,
         drawn_rtol=drawn_rtol,
     )
-    films = of_temperature == 0
-    axes = temperatures, pairs[of_pair[films]], volts, ramp, horizon
-    return MapPlan(grid, *axes, None if share is None else share[films], stretch_times)
+    films = slice(grid.temperature.size // temperatures.size)
+    share = None if grid.electrode_share is None else grid.electrode_share[films]
+    return MapPlan(grid, temperatures, grid.prestretch[films], volts, ramp, horizon, share, stretch_times)
 
 
 def _stretch_times(stretch_at: Mapping[str, float] | ArrayLike, horizon: float) -> dict[str, float]:

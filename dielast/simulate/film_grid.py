@@ -116,11 +116,16 @@ class Group:
 class FilmGrid:
     """Relaxed films in `groups`: those of the material (films,), then those of each of the `draws`.
 
-    `breakdown_field` (films,) in V/m is that of the films of the material, infinite where none is known; `failures` are the names
-    of the failures that can happen to them.
+    Of the films of the material: `temperature` (films,) in degC, `prestretch` (films, 2), undeformed `thickness` (films,) in m,
+    `electrode_share` (films,) if they have a passive part, and `breakdown_field` (films,) in V/m, infinite where none is known.
+    `failures` are the names of the failures that can happen to them.
     """
 
     groups: tuple[Group, ...]
+    temperature: Floats
+    prestretch: Floats
+    thickness: Floats
+    electrode_share: Floats | None
     breakdown_field: Floats
     failures: tuple[str, ...]
     draws: int = 0
@@ -176,51 +181,66 @@ def lay_out(
     material: Material,
     film: FilmSetup,
     *,
-    prestretch: Floats,
     temperature: Floats,
     breakdown_field: ArrayLike | BreakdownLaw | None,
     pull_in_timescale: TimeScale,
     rtol: float,
     sample: Sample | None = None,
     drawn_rtol: float | None = None,
+    copies: int = 1,
 ) -> FilmGrid:
-    """Prestretch and relax films of the material with `prestretch` (films, 2) and `temperature` (films,) in degC.
+    """Prestretch and relax films of the material, for every combination of the axes `temperature` (nt,) in degC, thickness,
+    prestretch and electrode share of the `film`, the last varying fastest, and of each so many `copies`.
 
-    With a `sample`, also the films of its draws, solved to `drawn_rtol`, by default a larger tolerance. Thickness and electrode
-    share of the `film`, and the breakdown field, are numbers or (films,). Raises `InputError` for invalid arguments.
+    A breakdown field may be a number, or one for each prestretch. With a `sample`, also the films of its draws, solved to
+    `drawn_rtol`, by default a larger tolerance. Raises `InputError` for invalid arguments.
     """
-    films, weights = temperature.size, film.forces
-    for axis, weight in enumerate(weights):
-        if weight is not None and np.any(prestretch[:, axis] != 1):
+    pairs, thick = prestretches_of(film.prestretch), axis_of(film.thickness, "thickness")
+    shares = None if film.electrode_share is None else axis_of(film.electrode_share, "electrode_share")
+    sizes = temperature.size, thick.size, len(pairs), 1 if shares is None else shares.size, copies
+    of_temperature, of_thickness, of_pair, of_share, _ = (index.ravel() for index in np.indices(sizes))
+    temperature, prestretch, thickness = temperature[of_temperature], pairs[of_pair], thick[of_thickness]
+    share = None if shares is None else shares[of_share]
+    if breakdown_field is not None and not isinstance(breakdown_field, BreakdownLaw):
+        fields = real_numbers(breakdown_field, "breakdown_field").reshape(-1)
+        if fields.size not in (1, len(pairs)):
+            text = f"{fields.size} fields for {len(pairs)} prestretches: one, or one for each is needed"
+            raise InputError(text, argument="breakdown_field")
+        breakdown_field = fields[of_pair] if fields.size > 1 else fields
+    for axis, weight in enumerate(film.forces):
+        if weight is not None and np.any(pairs[:, axis] != 1):
             stated = "the weight stretches it: a prestretch of 1 says so"
             raise InputError(f"axis {axis + 1}: {stated}", argument="prestretch")
 
-    def of_all(materials: Sequence[Material], field: ArrayLike | BreakdownLaw | None, thick: ArrayLike, tolerance: float) -> Setup:
+    def of_all(materials: Sequence[Material], field: ArrayLike | BreakdownLaw | None, thick: Floats, tolerance: float) -> Setup:
         """The setup of the films of all materials, one material after another."""
         first, second = (
-            np.tile(prestretch[:, axis], len(materials)) if weight is None else None for axis, weight in enumerate(weights)
+            np.tile(prestretch[:, axis], len(materials)) if weight is None else None for axis, weight in enumerate(film.forces)
         )
-        share = None if film.electrode_share is None else np.tile(film.electrode_share, len(materials))
         return set_up(
-            [material for material in materials for _ in range(films)] if len(materials) > 1 else materials,
-            replace(film, thickness=thick, prestretch=(first, second), electrode_share=share),
+            [material for material in materials for _ in temperature] if len(materials) > 1 else materials,
+            replace(
+                film,
+                thickness=thick,
+                prestretch=(first, second),
+                electrode_share=None if share is None else np.tile(share, len(materials)),
+            ),
             temperature=np.tile(temperature, len(materials)),
             breakdown_field=field,
             rtol=tolerance,
         )
 
-    setup = of_all([material], breakdown_field, film.thickness, rtol)
-    groups = Group.all_of(setup, pull_in_timescale, 0, rtol)
+    setup = of_all([material], breakdown_field, thickness, rtol)
+    groups, draws = Group.all_of(setup, pull_in_timescale, 0, rtol), 0
     failures = failures_of([material, *(() if sample is None else sample.materials)])
-    if sample is None:
-        return FilmGrid(groups, setup.breakdown_field, failures)
-    field = breakdown_field
-    if field is not None and not isinstance(field, BreakdownLaw):
-        field = np.tile(setup.breakdown_field, len(sample))
-    tolerance = drawn_rtol or max(rtol, DRAWN_RTOL)
-    thick = np.tile(setup.thickness, len(sample)) * np.repeat(sample.thickness_factor, films)
-    with in_a_draw(argument="sample"):
-        drawn = of_all(sample.aged(), field, thick, tolerance)
-        scaled = drawn.breakdown_field * np.repeat(sample.breakdown_factor, films)
-        groups += Group.all_of(replace(drawn, breakdown_field=scaled), pull_in_timescale, films, tolerance)
-    return FilmGrid(groups, setup.breakdown_field, failures, len(sample))
+    if sample is not None:
+        films, draws = temperature.size, len(sample)
+        field = breakdown_field
+        if field is not None and not isinstance(field, BreakdownLaw):
+            field = np.tile(setup.breakdown_field, draws)
+        tolerance = drawn_rtol or max(rtol, DRAWN_RTOL)
+        with in_a_draw(argument="sample"):
+            drawn = of_all(sample.aged(), field, np.tile(thickness, draws) * np.repeat(sample.thickness_factor, films), tolerance)
+            scaled = drawn.breakdown_field * np.repeat(sample.breakdown_factor, films)
+            groups += Group.all_of(replace(drawn, breakdown_field=scaled), pull_in_timescale, films, tolerance)
+    return FilmGrid(groups, temperature, prestretch, thickness, share, setup.breakdown_field, failures, draws)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -11,10 +13,14 @@ from dielast.errors import InputError
 from dielast.io.result import Result
 from dielast.mechanics.cases import of_case, spread
 from dielast.mechanics.span import Control, Controls
-from dielast.numerics.arrays import Floats
+from dielast.numerics.arrays import Cases, Flags, Floats
 from dielast.simulate.output import check_tolerance
 
+if TYPE_CHECKING:
+    from dielast.mechanics.point_material import Points
+
 MESH_RTOL = 1e-6
+PER_CENT = 20  # a larger stretch may be meant in per cent
 CLOSEST = 1e-8  # smallest distance of a share from 0 and from 1; closer films differ by less than rounding
 
 OfAxes = ArrayLike | tuple[ArrayLike | None, ArrayLike | None]  # the values of both axes, a pair if they differ
@@ -27,19 +33,13 @@ SURROUNDED: dict[str, Controls] = {"frame": (Control.NEITHER, Control.NEITHER), 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class FilmSetup(Result):
-    """A film, and its treatment before the voltage; every value may be one number or one number per case.
+    """A film, and its treatment before the voltage, as in `actuate`; every value may be one number or one number per case.
 
-    `thickness` is the undeformed one in m. `prestretch` is equibiaxial, or a pair (tuple) with None for an axis free of stress; it
-    is reached at `prestretch_rate` (1/s, of the axis with the larger one; both ramp together) or at once, and held for `relax` s.
-
-    `boundary` says for each axis what holds the film under voltage: "dead-load" is the nominal stress reached, "clamped" the
-    stretch. With a passive part it is one word: the electrode covers a disc in the middle of a circular "frame", or a part of the
-    length of a "strip" between bars, whose width is clamped. `electrode_share` is then the radius of the electrode over that of the
-    frame, or its share of the length of the strip. The mesh of the film around a disc follows from `mesh_rtol` (see
-    `passive.mesh`).
-
-    A weight may provide the dead load: a `force` in N and the undeformed `width` in m on which it acts, along axis 1, or pairs with
-    None for an axis without weight. The weight acts from the beginning, and stretches an axis whose prestretch is None.
+    If the axes differ in prestretch, both ramp together. With a passive part, the electrode covers a disc in the middle of a
+    circular "frame", or a part of the length of a "strip" between bars, whose width is clamped; `electrode_share` is the radius of
+    the electrode over that of the frame, or its share of the length of the strip. The mesh of the film around a disc follows from
+    `mesh_rtol` (see `passive.mesh`). A `force` in N acts on the undeformed `width` in m along axis 1, or along both axes for pairs,
+    with None for an axis without weight; it stretches an axis whose prestretch is None.
     """
 
     thickness: ArrayLike
@@ -171,3 +171,46 @@ def positive(value: ArrayLike, name: str, unit: str, cases: int) -> Floats:
     if np.any(values <= 0):
         raise InputError(f"{float(values.min()):g} {unit}: it must be positive", argument=name)
     return values
+
+
+def check_limits(
+    points: Points, held: Sequence[Floats], at_once: Flags, prestretch: Stretched | None = None, step: int | None = None
+) -> None:
+    """`InputError` for stretches of the axes `held`, each (cases,), beyond the limit of a spring (see `out_of_reach`).
+
+    They are those of the `prestretch` of both axes, or of a `step`, which the error names.
+    """
+    beyond, spring = out_of_reach(points, held, at_once)
+    if beyond.any():
+        case = int(np.argmax(beyond))
+        largest = max(float(stretch[case]) for stretch in held)
+        stated, argument = (f"stretch {largest:g}", None) if prestretch is None else (pair_in_words(prestretch, case), "prestretch")
+        limit = points.law.of_spring(int(spring[case]), case).describe_limit()
+        text = f"{stated} is beyond {limit}{_or_per_cent(largest)}"
+        raise InputError(text, step=step, argument=argument, case=of_case(case, beyond.size))
+
+
+def _or_per_cent(stretch: float) -> str:
+    """The question to add to an error about a `stretch` so large that it may be meant in per cent; empty for others."""
+    if stretch < PER_CENT:
+        return ""
+    share = stretch / 100
+    as_stretch = f", and a stretch of {stretch:g} % is {share:g}" if share >= 1 else ""
+    return f"; is it in per cent? a strain of {stretch:g} % is a stretch of {1 + share:g}{as_stretch}"
+
+
+def out_of_reach(points: Points, held: Sequence[Floats], at_once: Flags) -> tuple[Flags, Cases]:
+    """Whether (cases,) the stretches of the axes `held`, each (cases,), are beyond the limit of a spring, and the spring (cases,)
+    with the smallest margin.
+
+    It is the equilibrium spring, or any spring where the stretches are reached `at_once` from rest.
+    """
+    if not held:
+        return np.zeros(at_once.shape, dtype=bool), np.zeros(at_once.shape, dtype=np.intp)
+    squared = [np.square(stretch) for stretch in held]
+    # a free axis is assumed to contract as under uniaxial stress
+    squared_stretches = np.stack((squared[0], squared[1] if len(squared) == 2 else 1 / np.sqrt(squared[0])))
+    margin = points.law.margin(np.repeat(squared_stretches[:, None], points.modulus.shape[0], axis=1))
+    margin[1:, ~at_once] = np.inf
+    first = np.argmin(margin, axis=0)
+    return np.asarray(np.min(margin, axis=0) <= 0), first

@@ -89,7 +89,11 @@ def follow(
             if watch is not None:
                 watch.clock.jump(film.time, present[2], np.where(jumps, course.start[2], present[2]))
             before = film
-            film = apply_at_once(film, piece.controls, _acting(film, present, course.start), jumps, status, watch)
+            acting = course.start
+            if film.points.circuit is not None:  # the source jumps, and the charge as far as the circuit lets it
+                charge = film.points.circuit.charge_after(film.field, present[2], course.start[2])
+                acting = np.concatenate((course.start[:2], charge[None]))
+            film = apply_at_once(film, piece.controls, acting, jumps, status, watch)
             for recorder in recorders:
                 if recorder.electric is not None:
                     recorder.electric.leap(piece.controls, before, film)
@@ -130,13 +134,5 @@ def follow(
         status = np.where(alive, result.status, status)
         steps += result.steps + result.rejected
         if watch is not None:
-            watch.finish(lambda some, load, film=film: film.take(some).equations(load))  # type: ignore[misc]
+            watch.finish(lambda columns, load, film=film: film.take(columns).equations(load))  # type: ignore[misc]
     return Followed(film, status, steps)
-
-
-def _acting(film: Film, present: Floats, start: Floats) -> Floats:
-    """The values (3, cases) that act on films once the source has jumped from the `present` values to the `start` of a course."""
-    if film.points.circuit is None:
-        return start
-    charge = film.points.circuit.charge_after(film.field, present[2], start[2])
-    return np.concatenate((start[:2], charge[None]))

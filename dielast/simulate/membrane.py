@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from dielast.errors import InputError
 from dielast.material.material import Material
-from dielast.material.springs import SpringLaw
+from dielast.material.springs import EQUIBIAXIAL, UNIAXIAL, SpringLaw, Symmetry
 from dielast.mechanics.cases import numbers, spread
 from dielast.mechanics.course import Piece
 from dielast.mechanics.history import case_count, pieces
@@ -24,10 +24,10 @@ from dielast.numerics.arrays import Cases, Floats
 from dielast.numerics.integrate import Status
 from dielast.simulate.cycles import CycleMeter, CycleTable
 from dielast.simulate.film import Film
+from dielast.simulate.film_setup import check_limits
 from dielast.simulate.follow import follow
 from dielast.simulate.history import History, Outcome
-from dielast.simulate.output import Output, check_cycles, check_end, check_tolerance
-from dielast.simulate.reach import check_reach, symmetry_of
+from dielast.simulate.output import Output, check_end, check_tolerance
 from dielast.simulate.record import Recorder
 
 Test = ParamSpec("Test")
@@ -135,35 +135,31 @@ def simulate(
     a case in which the numerics give up is an `Outcome`, not an error.
     """
     materials = [material] if isinstance(material, Material) else list(material)
-    if not materials or not all(isinstance(each, Material) for each in materials):
+    if not materials or not all(isinstance(entry, Material) for entry in materials):
         raise InputError("a Material, or a list of them, is needed")
     if isinstance(steps, Step):
         raise InputError("a list of steps is needed")
     if temperature is None:
         temperature = [material.reference_temperature for material in materials]
     temperature = numbers(temperature, "temperature")
-    if not np.all(np.isfinite(temperature)):
-        raise InputError("every value must be finite", argument="temperature")
     check_tolerance(rtol)
-    if not isinstance(points_per_decade, int) or points_per_decade < 1:
-        raise InputError(f"{points_per_decade}: a whole number of at least one is needed", argument="points_per_decade")
     field = np.zeros(1) if nominal_field is None else numbers(nominal_field, "nominal_field")
     cases = case_count(steps, temperature, np.zeros(len(materials)), field)
-    temperature = np.ascontiguousarray(np.broadcast_to(temperature, (cases,)))
+    temperature = spread(temperature, "temperature", cases)
     electric = bool(np.any(field))
     for entry in materials if electric else ():
         if not entry.permittivity:
             raise InputError(f"{entry.name!r} has no permittivity, which a specimen under voltage needs", argument="material")
     points = Points.of(materials, temperature, rtol, with_dielectric=electric)
-    output = Output.of(times, cases, points_per_decade, cycles, internal)
-    check_cycles(output.cycles, steps)
+    output = Output.of(times, cases, points_per_decade, cycles, steps, internal)
     history = pieces(steps, mode, cases)
     if electric:
-        history.insert(0, _switched_on(history[0], spread(field, "nominal_field", cases)))
-    check_reach(points, history)
+        # the field is applied at once, before the first piece
+        switched_on = None, None, spread(field, "nominal_field", cases)
+        history.insert(0, Ramp(history[0].controls, switched_on, np.zeros(cases)))
+    _check_reach(points, history)
     stress_is_measured = any(piece.driven[0] and piece.controls[0] is Control.STRETCH for piece in history)
-    recorder = Recorder(output)
-    meter = CycleMeter(points, np.ones(cases), stress_is_measured)
+    recorder, meter = Recorder(output), CycleMeter(points, np.ones(cases), stress_is_measured)
     followed = follow(Film.at_rest(points, symmetry_of(history)), history, rtol=rtol, recorders=[recorder], meter=meter)
     check_end(output.times, np.where(followed.status == Status.COMPLETED, followed.time, np.inf), "history")
     record = recorder.collect()
@@ -182,9 +178,40 @@ def simulate(
     )
 
 
-def _switched_on(first: Piece, field: Floats) -> Piece:
-    """A nominal field (cases,) in V/m, applied at once before the `first` piece of a history, whose controls keep their values."""
-    return Ramp(first.controls, (None, None, field), np.zeros_like(field))
+def symmetry_of(pieces: Sequence[Piece]) -> Symmetry | None:
+    """The symmetry that a specimen at rest keeps throughout a history, None without one."""
+    stress = Control.STRESS
+
+    def free(target: Floats | None) -> bool:
+        return target is None or not np.any(target)
+
+    if all(
+        piece.controls[1] is stress and free(piece.target[1]) and free(piece.target[2]) and not any(piece.driven[1:])
+        for piece in pieces
+    ):
+        return UNIAXIAL
+    alike = all(
+        piece.controls[0] is piece.controls[1]
+        and piece.driven[0] == piece.driven[1]
+        and (piece.target[0] is piece.target[1] or np.array_equal(np.asarray(piece.target[0]), np.asarray(piece.target[1])))
+        for piece in pieces
+    )
+    return EQUIBIAXIAL if alike else None
+
+
+def _check_reach(points: Points, pieces: Sequence[Piece]) -> None:
+    """`InputError` for a stretch beyond the limit of the equilibrium spring, or of the branches if applied at once at rest."""
+    never = np.zeros(points.stress_floor.size, dtype=bool)
+    for index, piece in enumerate(pieces):
+        held = {
+            axis: target
+            for axis, (control, target) in enumerate(zip(piece.controls, piece.target, strict=False))
+            if control is Control.STRETCH and target is not None
+        }
+        check_limits(points, list(held.values()), piece.at_once if index == 0 else never, step=piece.origin)
+        for extreme in piece.extremes():
+            far = [extreme if piece.driven[axis] else value for axis, value in held.items()]
+            check_limits(points, far, never, step=piece.origin)
 
 
 def _prescribing(
@@ -194,7 +221,7 @@ def _prescribing(
 
     `InputError` for histories that prescribe only the other control, which need the function named `other`.
     """
-    other_control = next(each.value for each in Control if each is not control)
+    other_control = next(another.value for another in Control if another is not control)
 
     @wraps(function)
     def run(*arguments: Test.args, **keywords: Test.kwargs) -> MembraneHistory:

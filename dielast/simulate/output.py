@@ -29,9 +29,22 @@ class Output:
     internal: bool = False
 
     @classmethod
-    def of(cls, times: object, cases: int, points_per_decade: int, cycles: object = None, internal: bool = False) -> Output:
-        """The output from the arguments of a simulation of `cases` cases; `InputError` for invalid times or cycles."""
-        return cls(None if times is None else stated_times(times, cases), points_per_decade, _kept_cycles(cycles), internal)
+    def of(
+        cls,
+        times: object,
+        cases: int,
+        points_per_decade: int,
+        cycles: object,
+        steps: Sequence[Step] | Sequence[ElectricalStep],
+        internal: bool = False,
+    ) -> Output:
+        """The output from the arguments of a simulation of `cases` cases through `steps`; `InputError` for invalid arguments."""
+        if not isinstance(points_per_decade, int | np.integer) or points_per_decade < 1:
+            raise InputError(f"{points_per_decade}: a whole number of at least one is needed", argument="points_per_decade")
+        kept, most = _kept_cycles(cycles), max((step.cycles for step in steps), default=0)
+        if isinstance(kept, tuple) and most and max(kept) > most:
+            raise InputError(f"{max(kept)}: there {'is only 1' if most == 1 else f'are only {most}'} of them", argument="cycles")
+        return cls(None if times is None else stated_times(times, cases), points_per_decade, kept, internal)
 
     def take(self, cases: Cases) -> Output:
         """The output of the selected cases (k,)."""
@@ -76,20 +89,9 @@ def _kept_cycles(cycles: object) -> str | tuple[int, ...] | None:
     if cycles is None or (isinstance(cycles, str) and cycles in ("all", "last")):
         return cycles
     numbers = [cycles] if isinstance(cycles, int) else list(cycles) if isinstance(cycles, Sequence) else []
-    if (
-        not numbers
-        or isinstance(cycles, str)
-        or any(isinstance(number, bool) or not isinstance(number, int) or number < 1 for number in numbers)
-    ):
+    if not numbers or any(isinstance(number, bool) or not isinstance(number, int) or number < 1 for number in numbers):
         raise InputError(f'{shown(cycles)}: "all", "last" or a list of their numbers from 1 is needed', argument="cycles")
     return tuple(numbers)
-
-
-def check_cycles(cycles: str | tuple[int, ...] | None, steps: Sequence[Step] | Sequence[ElectricalStep]) -> None:
-    """`InputError` for a cycle that exceeds the number of cycles in every waveform of the steps."""
-    most = max((step.cycles for step in steps), default=0)
-    if isinstance(cycles, tuple) and most and max(cycles) > most:
-        raise InputError(f"{max(cycles)}: there {'is only 1' if most == 1 else f'are only {most}'} of them", argument="cycles")
 
 
 def check_end(times: Floats | None, end: Floats, what: str, argument: str = "times") -> None:

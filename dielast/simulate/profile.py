@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -56,25 +56,15 @@ class ProfileRecorder(Recorder):
         """Stresses need the viscous stretches."""
         return True
 
-    def _write(
-        self,
-        system: Films,
-        state: Floats,
-        pooled: Cases,
-        case: Cases,
-        row: Cases,
-        moment: Floats,
-        begin: Floats,
-        more: Sequence[Floats],
-    ) -> None:
-        """Store the profiles of films at `moment` (k,) in s since their span began."""
+    def _evaluated(self, system: Films, state: Floats, pooled: Cases, case: Cases, moment: Floats, begin: Floats) -> Floats:
+        """The profiles (rows, k) of films at `moment` (k,) in s since their span began."""
         films = system.take(pooled)
         assert isinstance(films, FramedFilms)
         now = Surroundings(films.assembly, state[films.border :])
         stresses = now.stresses(films.internal(state), films.load.value(moment)[2])
         at_points = np.concatenate((now.stretch(), stresses))
         profiles = np.einsum("rpc,apc->arc", self.spread.weight[..., case], at_points)
-        self._values[-1][:, case, row] = profiles.reshape(self.rows, -1)
+        return np.asarray(profiles.reshape(self.rows, -1))
 
     def profiles(self, ends: Floats) -> Profiles:
         """The profiles of each case up to its end (cases,) in s."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -102,16 +101,7 @@ class Recorder:
         """Whether the values depend on the viscous stretches."""
         return self.watch is not None or self.output.internal
 
-    def begin(
-        self,
-        course: Course,
-        start: Floats,
-        alive: Flags,
-        jumped: Flags,
-        system: Films,
-        state: Floats,
-        last: bool,
-    ) -> None:
+    def begin(self, course: Course, start: Floats, alive: Flags, jumped: Flags, system: Films, state: Floats, last: bool) -> None:
         """Begin a piece of load at `start` (cases,) in s, for the cases that are `alive`; those in `jumped` jump to its first
         value.
         """
@@ -135,7 +125,11 @@ class Recorder:
             more = [] if self.watch is None else [self.watch.exposed(case)]
             if self.electric is not None:
                 more.append(self.electric.now(system.take(case), state[:, case], case))
-            self._write(system, state[:, case], case, case, row, np.zeros(case.size), np.zeros(case.size), more)
+            at_start = np.zeros(case.size)
+            values = self._evaluated(system, state[:, case], case, case, at_start, at_start)
+            self._values[-1][:, case, row] = np.concatenate((values, *more))
+            if self.output.internal:
+                self._internal[-1][:, :, case, row] = system.internal(state[:, case])
 
     def _rows(self, course: Course, start: Floats, jumped: Flags) -> Floats:
         """Output times (cases, k) in s since a piece began, suited to its load and padded with NaN."""
@@ -174,7 +168,10 @@ class Recorder:
             if self.electric is not None:
                 more.append(self.electric.at(stride, pooled, moment))
             state = stride.dense(part, pooled, fraction)
-            self._write(stride.system, state, pooled, case, rows, moment, stride.begin[pooled], more)
+            values = self._evaluated(stride.system, state, pooled, case, moment, stride.begin[pooled])
+            self._values[-1][:, case, rows] = np.concatenate((values, *more))
+            if self.output.internal:
+                self._internal[-1][:, :, case, rows] = stride.system.internal(state)
         if self.electric is not None:
             done = np.zeros_like(stride.accepted) if self.watch is None else self.watch.done[stride.cases]
             self.electric.follow(stride, done)
@@ -194,21 +191,10 @@ class Recorder:
         first, second = zip(*due, strict=True)
         return np.concatenate(first), np.concatenate(second)
 
-    def _write(
-        self,
-        system: Films,
-        state: Floats,
-        pooled: Cases,
-        case: Cases,
-        row: Cases,
-        moment: Floats,
-        begin: Floats,
-        more: Sequence[Floats],
-    ) -> None:
-        """Store states (rows, k) of the columns `pooled` (k,) of the system, at output times `row` (k,) of `case` (k,).
+    def _evaluated(self, system: Films, state: Floats, pooled: Cases, case: Cases, moment: Floats, begin: Floats) -> Floats:
+        """The values (rows, k) of states (rows, k) of the columns `pooled` (k,) of the system, without those of other observers.
 
-        They are at `moment` (k,) in s since a span began, which was `begin` (k,) in s after the beginning of the piece; `more` are
-        exposures and electrical rows, each (rows, k).
+        They are at `moment` (k,) in s since a span began, which was `begin` (k,) in s after the beginning of the piece.
         """
         driven = system.driven(moment, state, pooled)
         log_squared, nominal = system.membrane(state, driven)
@@ -216,9 +202,7 @@ class Recorder:
         if self.watch is not None:
             at_output = self.watch.moment(system.take(pooled), case, begin, moment, state)
             determinant = self.watch.stability(at_output).determinant
-        self._values[-1][:, case, row] = np.concatenate((log_squared, nominal, driven[2:], determinant[None], *more))
-        if self.output.internal:
-            self._internal[-1][:, :, case, row] = system.internal(state)
+        return np.concatenate((log_squared, nominal, driven[2:], determinant[None]))
 
     def collect(self) -> Record:
         """The record of all pieces."""

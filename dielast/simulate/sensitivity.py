@@ -143,7 +143,7 @@ def life_sensitivity(material: Material, sample: Sample | None = None, *, seed: 
 
 def sensitivity_of_map(variation: Variation, result: FailureMap, drawn: Sequence[FailureMap]) -> Sensitivity:
     """The sensitivity of every cell of a map, from the maps of all draws of the variation, in their order."""
-    life = np.array([each.time_to_failure.ravel() for each in drawn])
+    life = np.array([draw.time_to_failure.ravel() for draw in drawn])
     return sensitivity_of(variation, life, failure_cells(result))
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -20,66 +20,26 @@ from dielast.mechanics.criteria.criterion import WatchedFilms
 from dielast.mechanics.line import Ramp
 from dielast.mechanics.passive.forms import Spread, across_disc, across_strip, disc, strip
 from dielast.mechanics.passive.mesh import points_needed
-from dielast.mechanics.passive.structure import Structure
 from dielast.mechanics.point_material import Points
 from dielast.mechanics.span import Control, Controls
 from dielast.mechanics.stability import TimeScale, damped
 from dielast.numerics.arrays import Cases, Flags, Floats, paired
 from dielast.numerics.integrate import Status
 from dielast.simulate.film import Film
-from dielast.simulate.film_setup import FilmSetup, Stretched, pair_in_words, positive
+from dielast.simulate.film_setup import FilmSetup, Stretched, check_limits, pair_in_words, positive
 from dielast.simulate.follow import follow
 from dielast.simulate.history import REASONS
 from dielast.simulate.output import check_tolerance
-from dielast.simulate.reach import check_limits
 
 COARSER = 10.0 ** np.arange(-10, -1)  # tolerances to suggest where the requested one cannot be met
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Passive:
-    """The passive parts of films: the `share` (cases,) of the electrode of a disc in a frame or of a strip, and the number of
-    `points` (cases,) in the passive part.
-    """
-
-    share: Floats
-    points: Cases
-    is_strip: bool
-
-    @classmethod
-    def of(cls, points: Points, share: Floats, first: Floats, second: Floats | None, mesh_rtol: float) -> Passive:
-        """The passive parts of films with these prestretches (cases,), strips if there is a second one.
-
-        Raises `InputError` for a `mesh_rtol` that no number of points meets.
-        """
-        if second is not None:
-            return cls(share, np.ones(share.size, dtype=np.intp), True)
-        needed = points_needed(points, share, first, mesh_rtol)
-        if not needed.all():
-            case = int(np.argmin(needed))
-            film = f"the film around an electrode of share {float(share[case])!r}, at prestretch {first[case]:g},"
-            exact = f"no division of {film} is so exact"
-            larger = next((rtol for rtol in COARSER if rtol > mesh_rtol and points_needed(points, share, first, rtol).all()), None)
-            instead = "nor so that a larger one would do" if larger is None else f"{larger:g} can be had"
-            raise InputError(f"{mesh_rtol:g}: {exact}; {instead}", argument="mesh_rtol", case=of_case(case, share.size))
-        return cls(share, needed, False)
-
-    def structure(self, cases: Cases, first: Floats, second: Floats) -> Structure:
-        """The structure of the films `cases` (k,), which all have the same number of points, at prestretches (k,)."""
-        share = self.share[cases]
-        return strip(share, first, second) if self.is_strip else disc(share, first, int(self.points[cases[0]]))
-
-    def spread(self, cases: Cases) -> Spread:
-        """The places of these films at which profiles are evaluated."""
-        share = self.share[cases]
-        return across_strip(share) if self.is_strip else across_disc(share, int(self.points[cases[0]]))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Setup:
     """Films before the prestretch: `thickness` (cases,) in m; `prestretch` of both axes (cases,), None for a free axis, reached
     within `ramp` (cases,) s and held for `relax` s; `hung` is the nominal stress (cases,) in Pa of a weight along each axis, or
-    None.
+    None. With a passive part, `share` (cases,) is that of the electrode of a disc in a frame or of a strip, and `mesh` (cases,) the
+    number of points in the passive part of a disc, 0 for a strip.
     """
 
     points: Points
@@ -92,8 +52,9 @@ class Setup:
     breakdown_field: Floats
     following: FollowingField | None = None
     damage: LawsOfCases[DamageLaw] | None = None
-    passive: Passive | None = None
     hung: Stretched = (None, None)
+    share: Floats | None = None
+    mesh: Cases = field(default_factory=lambda: np.zeros(0, dtype=np.intp))
 
     @property
     def alike(self) -> Flags:
@@ -112,9 +73,8 @@ class Setup:
         """
         circuit = np.zeros_like(self.alike) if with_circuit is None else with_circuit
         parts = [np.flatnonzero(alike & wired) for wired in (~circuit, circuit) for alike in (self.alike, ~self.alike)]
-        if self.passive is not None:
-            counts = self.passive.points
-            parts = [np.flatnonzero(counts == count) for count in np.flatnonzero(np.bincount(counts))]
+        if self.share is not None:
+            parts = [np.flatnonzero(self.mesh == count) for count in np.flatnonzero(np.bincount(self.mesh))]
         return [paired(part) for part in parts if part.size]
 
     def film(self, cases: Cases, rtol: float) -> Film:
@@ -132,9 +92,17 @@ class Setup:
                 argument="prestretch",
                 case=of_case(int(cases[lost]), self.temperature.size),
             )
-        if self.passive is None or first is None or second is None:
+        if self.share is None or first is None or second is None:
             return film
-        return film.framed(self.passive.structure(cases, first, second))
+        share, count = self.share[cases], int(self.mesh[cases[0]])
+        return film.framed(disc(share, first, count) if count else strip(share, first, second))
+
+    def spread(self, cases: Cases) -> Spread | None:
+        """The places of the films of one of the `groups` at which profiles are evaluated, None without a passive part."""
+        if self.share is None:
+            return None
+        share, count = self.share[cases], int(self.mesh[cases[0]])
+        return across_disc(share, count) if count else across_strip(share)
 
     def watched(self, film: Film, cases: Cases, timescale: TimeScale) -> WatchedFilms:
         """The data for criteria on the films `cases` (k,), which are prestretched and relaxed."""
@@ -219,13 +187,26 @@ def set_up(
     if any(load is not None for load in hung) and any(isinstance(law, Breakdown) and len(law.prestretch) > 1 for law in laws):
         needed_number = "a field over prestretch is not known of a film that a weight stretches: state one number"
         raise InputError(needed_number, argument="breakdown_field")
-    field, following = _breakdown(laws, np.sqrt(area), thickness)
+    breakdown, following = _breakdown(laws, np.sqrt(area), thickness)
     damage = LawsOfCases.of([entry.damage for entry in materials], cases) or None
-    passive = None
-    if share is not None:
-        passive = Passive.of(points, share, held[0], None if film.surrounded == "frame" else held[1], film.mesh_rtol)
-    ends = controls, field, following, damage, passive, hung
+    mesh = np.zeros(cases, dtype=np.intp)
+    if share is not None and film.surrounded == "frame":
+        mesh = _mesh(points, share, held[0], film.mesh_rtol)
+    ends = controls, breakdown, following, damage, hung, share, mesh
     return Setup(points, temperatures, thickness, prestretch, ramp, film.relax, *ends)
+
+
+def _mesh(points: Points, share: Floats, prestretch: Floats, mesh_rtol: float) -> Cases:
+    """The number of points (cases,) in the passive part of discs; `InputError` for a `mesh_rtol` that no number meets."""
+    needed = points_needed(points, share, prestretch, mesh_rtol)
+    if not needed.all():
+        case = int(np.argmin(needed))
+        film = f"the film around an electrode of share {float(share[case])!r}, at prestretch {prestretch[case]:g},"
+        larger = next((rtol for rtol in COARSER if rtol > mesh_rtol and points_needed(points, share, prestretch, rtol).all()), None)
+        instead = "nor so that a larger one would do" if larger is None else f"{larger:g} can be had"
+        text = f"{mesh_rtol:g}: no division of {film} is so exact; {instead}"
+        raise InputError(text, argument="mesh_rtol", case=of_case(case, share.size))
+    return needed
 
 
 def _breakdown(

@@ -25,8 +25,8 @@ from dielast.mechanics.point_material import Points
 from dielast.numerics.arrays import Floats
 from dielast.simulate.actuate import actuate
 from dielast.simulate.failure_map import plan_failure_map
+from dielast.simulate.film_setup import out_of_reach
 from dielast.simulate.membrane import creep, relax
-from dielast.simulate.reach import out_of_reach
 
 SOLID = Material(
     "soft", 26e3, Spectrum(np.array([100.0, 1.0]), np.array([2e4, 9e4])), NoShift(20.0), Gent(110.0), Gent(55.0), 4e-11
@@ -61,7 +61,7 @@ def driven(steps: list[VoltageStep], **change: Any) -> Callable[[], object]:
         ),
         (driven([VoltageStep(1e3)], material=[]), r"a material is needed"),
         (driven([VoltageStep(1e3)], temperature=np.nan), r"temperature: every value must be finite"),
-        (driven([VoltageStep(1e3)], points_per_decade=0), r"points_per_decade: 0: at least one is needed"),
+        (driven([VoltageStep(1e3)], points_per_decade=0), r"points_per_decade: 0: a whole number of at least one is needed"),
         (driven([VoltageStep(1e3)], prestretch=[1.5, 0.5]), r"case 1: prestretch: 0.5: it must not be below 1"),
         (driven([VoltageStep(1e3)], prestretch=(1.5, 8.0)), r"prestretch: 1.5 x 8 is beyond the Gent limit, J_lim = 55"),
         (driven([VoltageStep(duration=1.0, rate=1.0)]), r"step 0: a voltage, or the duration of a hold is needed"),

@@ -20,10 +20,9 @@ from dielast.mechanics.load import VoltageStep
 from dielast.plots.design import plot_design
 from dielast.simulate.actuate import actuate
 from dielast.simulate.design import FAILS_FIRST, OUT_OF_REACH, YES, Design, design, designed, plan_design, under_way
-from dielast.simulate.design_plan import MET, solve_draws, solve_films
+from dielast.simulate.design_plan import MET, Goal, solve_draws, solve_films
 from dielast.simulate.failure_map import failure_map
 from dielast.simulate.film_setup import FilmSetup
-from dielast.simulate.goal import Goal
 
 EMPTY = Spectrum(np.zeros(0), np.zeros(0))
 ELASTIC = Material("elastic", 26e3, EMPTY, NoShift(20.0), Gent(110.0), Gent(55.0), 4e-11, Breakdown((1.0,), (1e9,)))

@@ -16,7 +16,7 @@ from dielast.material.scatter import fewest_draws
 from dielast.recipe.base import RecipeBase
 from dielast.recipe.fields import Numbers, PositiveTime, Quantity, Section
 from dielast.recipe.file_fields import InputFile
-from dielast.simulate.goal import AREA_STRAIN, RELATIVE_STRETCH
+from dielast.simulate.design_plan import AREA_STRAIN, RELATIVE_STRETCH
 from dielast.units import LENGTH, STRAIN
 
 Thicknesses = Annotated[

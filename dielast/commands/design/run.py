@@ -24,9 +24,18 @@ from dielast.recipe.cases import Case
 from dielast.report.report import Report
 from dielast.sharing.execution import Execution, share_out
 from dielast.simulate.design import FAILURE_PROBABILITY, YES, Design, check_draws, designed, plan_design, under_way
-from dielast.simulate.design_plan import CHUNK, UNFINISHED, Designed, DesignPlan, solve_draws, solve_films
+from dielast.simulate.design_plan import (
+    AREA_STRAIN,
+    CHUNK,
+    RELATIVE_STRETCH,
+    UNFINISHED,
+    Designed,
+    DesignPlan,
+    Goal,
+    solve_draws,
+    solve_films,
+)
 from dielast.simulate.film_setup import FilmSetup
-from dielast.simulate.goal import AREA_STRAIN, RELATIVE_STRETCH, Goal
 
 if TYPE_CHECKING:
     from dielast.material.scatter import Sample
@@ -43,7 +52,7 @@ def run(cases: Sequence[Case[DesignRecipe]], inputs: Inputs, execution: Executio
     with in_keys(GOAL_KEYS):
         check_draws(0 if sample is None else len(sample), level, share)
     plan = _plan(recipe, material, sample)
-    warn_of_grid(recipe, material, plan.temperature, plan.grid.breakdown_field, recipe.goal.horizon)
+    warn_of_grid(recipe, material, plan.grid.temperature, plan.grid.breakdown_field, recipe.goal.horizon)
     solved = _solved(solve_films, plan, False, execution)
     plan = under_way(plan, solved)
     drawn = [] if sample is None else _solved(solve_draws, plan, True, execution)
