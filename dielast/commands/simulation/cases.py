@@ -65,9 +65,9 @@ def read_materials(cases: Sequence[Case[SimulationRecipe]], inputs: Inputs) -> l
     """The materials of the cases; a material that several cases share is read once."""
     first = {material_key(case): case for case in reversed(cases)}
     wrong = Mistakes()
-    known = {key: wrong.tried(partial(material_of, case, inputs)) for key, case in reversed(first.items())}
+    read = {key: wrong.tried(partial(material_of, case, inputs)) for key, case in reversed(first.items())}
     wrong.refuse()
-    materials = {key: material for key, material in known.items() if material is not None}
+    materials = {key: material for key, material in read.items() if material is not None}
     for material in materials.values():
         warn_of_material(material)
     return [materials[material_key(case)] for case in cases]

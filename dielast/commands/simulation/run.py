@@ -87,31 +87,31 @@ class Simulation(ABC):
         """The cases in batches of those that can be solved together."""
         factor = np.ones(len(cases)) if thickness_factor is None else thickness_factor
         # a case is repeated in the list for each draw; its steps are read once
-        known = {id(case): solver_steps(case.recipe, inputs) for case in {id(case): case for case in cases}.values()}
-        programmes = [known[id(case)] for case in cases]
+        steps = {id(case): solver_steps(case.recipe, inputs) for case in {id(case): case for case in cases}.values()}
+        histories = [steps[id(case)] for case in cases]
         groups: dict[Hashable, list[int]] = {}
-        for index, (case, entries) in enumerate(zip(cases, programmes, strict=True)):
+        for index, (case, entries) in enumerate(zip(cases, histories, strict=True)):
             output, shape = case.recipe.output, tuple(entry.shape for entry in entries)
             times = None if output.times is None else tuple(output.times)
             rows = (times, output.points_per_decade, output.cycles, case.recipe.solver.rtol)
             groups.setdefault((self.alike(case.recipe), rows, shape), []).append(index)
         batches = []
         for members in groups.values():
-            origin = [entry.origin for entry in programmes[members[0]]]
+            origin = [entry.origin for entry in histories[members[0]]]
             for part in divided(members, materials):
                 recipes, used = [cases[index].recipe for index in part], [materials[index] for index in part]
                 output = recipes[0].output
                 simulate = partial(
                     self.solver(recipes, factor[part]),
                     one_or_all(used),
-                    [joined(step, recipes[0]) for step in zip(*(programmes[index] for index in part), strict=True)],
+                    [joined(step, recipes[0]) for step in zip(*(histories[index] for index in part), strict=True)],
                     temperature=np.array(list(map(temperature_of, recipes, used))),
                     times=output.times,
                     points_per_decade=output.points_per_decade,
                     rtol=recipes[0].solver.rtol,
                     cycles=output.cycles,
                 )
-                terms = partial(in_recipe_terms, origin=origin, members=part, cases=len(known))
+                terms = partial(in_recipe_terms, origin=origin, members=part, cases=len(steps))
                 batches.append(SimulationBatch(part, simulate, self.result(recipes[0], used), terms))
         return batches
 
