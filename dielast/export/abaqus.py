@@ -10,8 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from dielast.export.code import Card, Code, ogden_terms
-from dielast.export.text import number, rows_of
+from dielast.export.code import Card, Code, number, ogden_terms, rows_of
 from dielast.material.shift import GAS_CONSTANT, WLF, Arrhenius, kelvin
 from dielast.material.springs import CardForm
 

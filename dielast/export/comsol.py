@@ -12,9 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from dielast.export.code import Card, Code, ogden_terms
-from dielast.export.text import number
-from dielast.material.shift import WLF, Arrhenius, ShiftTable, kelvin
+from dielast.export.code import Card, Code, number, ogden_terms
+from dielast.material.shift import ShiftTable, kelvin
 from dielast.material.springs import CardForm
 
 NAME = "material-comsol"
@@ -64,10 +63,6 @@ def _row(name: str, value: str, description: str) -> str:
     return f'{name} {value} "{description}"'
 
 
-def _gent(spring: CardForm, card: Card) -> list[str]:
-    return [_row("J_m", number(spring.constants["J_lim"]), "Gent: limit of I1 - 3")]
-
-
 def _yeoh(spring: CardForm, card: Card) -> list[str]:
     return [_row(f"c{power}", f"{number(value)}[Pa]", "Yeoh") for power, value in enumerate(spring.constants.values(), 1)]
 
@@ -83,25 +78,12 @@ def _arruda_boyce(spring: CardForm, card: Card) -> list[str]:
     ]
 
 
-def _mooney_rivlin(spring: CardForm, card: Card) -> list[str]:
-    constants = spring.constants
-    return [_row(name, f"{number(constants[name])}[Pa]", "Mooney-Rivlin, two parameters") for name in ("C10", "C01")]
-
-
 def _ogden(spring: CardForm, card: Card) -> list[str]:
     rows = []
     for index, (modulus, exponent) in enumerate(ogden_terms(spring), 1):
         rows += [_row(f"mu_{index}", f"{number(modulus)}[Pa]", "Ogden, W = sum mu_p/alpha_p (...)")]
         rows += [_row(f"alpha_{index}", number(exponent), "Ogden")]
     return rows
-
-
-def _wlf(law: WLF, card: Card) -> list[str]:
-    return [_row("C1_WLF", number(law.C1), "log10 a_T = -C1 (T-T_ref)/(C2+T-T_ref)"), _row("C2_WLF", f"{number(law.C2)}[K]", "")]
-
-
-def _arrhenius(law: Arrhenius, card: Card) -> list[str]:
-    return [_row("Q_arrhenius", f"{number(law.activation_energy)}[J/mol]", "a_T = exp(Q/R (1/T - 1/T_ref))")]
 
 
 def _table(law: Any) -> str:
@@ -125,14 +107,25 @@ SHIFT_NOTES = {
 CODE = Code(
     "comsol",
     {
-        "gent": _gent,
+        "gent": lambda spring, card: [_row("J_m", number(spring.constants["J_lim"]), "Gent: limit of I1 - 3")],
         "neo-hookean": lambda spring, card: [],
         "yeoh": _yeoh,
         "arruda-boyce": _arruda_boyce,
-        "mooney-rivlin": _mooney_rivlin,
+        "mooney-rivlin": lambda spring, card: [
+            _row(name, f"{number(value)}[Pa]", "Mooney-Rivlin, two parameters") for name, value in spring.constants.items()
+        ],
         "ogden": _ogden,
     },
-    {"wlf": _wlf, "arrhenius": _arrhenius, "table": lambda law, card: []},
+    {
+        "wlf": lambda law, card: [
+            _row("C1_WLF", number(law.C1), "log10 a_T = -C1 (T-T_ref)/(C2+T-T_ref)"),
+            _row("C2_WLF", f"{number(law.C2)}[K]", ""),
+        ],
+        "arrhenius": lambda law, card: [
+            _row("Q_arrhenius", f"{number(law.activation_energy)}[J/mol]", "a_T = exp(Q/R (1/T - 1/T_ref))")
+        ],
+        "table": lambda law, card: [],
+    },
     _files,
     units="SI",
 )

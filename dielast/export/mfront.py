@@ -14,8 +14,7 @@ from string import Template
 
 import numpy as np
 
-from dielast.export.code import Card, Code
-from dielast.export.text import number, rows_of
+from dielast.export.code import Card, Code, number, rows_of
 from dielast.material.shift import GAS_CONSTANT, WLF, Arrhenius, ShiftLaw, ShiftTable, kelvin
 from dielast.material.springs import CardForm
 

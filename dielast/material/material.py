@@ -10,7 +10,6 @@ from numpy.typing import ArrayLike
 from dielast.io.result import Result
 from dielast.material.arguments import real_number
 from dielast.material.breakdown import Breakdown, BreakdownLaw
-from dielast.material.calibrated import CalibratedRange
 from dielast.material.damage import DamageLaw
 from dielast.material.dielectric import VACUUM_PERMITTIVITY, ConstantPermittivity, DielectricLaw
 from dielast.material.modulus import CONSTANT_MODULUS, ModulusLaw
@@ -22,6 +21,18 @@ from dielast.numerics.arrays import Floats
 __all__ = ["NEO_HOOKEAN", "VACUUM_PERMITTIVITY", "Breakdown", "Material"]
 
 NEO_HOOKEAN = Gent()
+
+
+@dataclass(frozen=True, slots=True)
+class CalibratedRange(Result):
+    """The range of the tests to which a material was fitted: `modes` of loading, the largest first invariant I1 of the stretches,
+    the shortest and longest `time` in s, and the lowest and highest `temperature` in degC.
+    """
+
+    modes: tuple[str, ...]
+    largest_invariant: float
+    time: tuple[float, float]
+    temperature: tuple[float, float]
 
 
 @dataclass(frozen=True, slots=True, repr=False)

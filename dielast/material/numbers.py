@@ -6,34 +6,25 @@ Calibration and tables of draws change a material by these functions, without kn
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
-from dielast.material.law import Law
+from dielast.material.law import Constant, Law
 from dielast.material.material import Material
 from dielast.material.spectrum import Spectrum
-from dielast.units import STRESS, TIME, Dimension, parse
+from dielast.units import STRESS, TIME, parse
 
 Numbers = dict[str, dict[str, Any]]
 """Values in SI, each a number or a list of numbers, by section and key."""
 
-LISTS = {"shear_modulus": STRESS, "relaxation_time": TIME}
-"""Keys of the numbers of branches, with their dimensions."""
 SCALE = "scale"
 """The key of a common factor on the moduli of all branches."""
-
-
-@dataclass(frozen=True, slots=True)
-class Kind:
-    """The kind of a number: its `dimension` (None: a bare number), and whether it can only be positive."""
-
-    dimension: Dimension | None
-    positive: bool
-
-    @property
-    def unit(self) -> str:
-        """The unit of its values; "1" for a bare number."""
-        return "1" if self.dimension is None else self.dimension.unit
+MODULUS = Constant("shear_modulus", "Initial shear modulus.", STRESS, above=0.0)
+OF_BRANCHES = (
+    Constant("shear_modulus", "Shear moduli of all branches.", STRESS, above=0.0, many=True),
+    Constant("relaxation_time", "Relaxation times of all branches.", TIME, above=0.0, many=True),
+    Constant(SCALE, "Common factor on the moduli of all branches.", above=0.0),
+)
 
 
 def numbers_of(material: Material) -> Numbers:
@@ -53,19 +44,15 @@ def numbers_of(material: Material) -> Numbers:
     return numbers
 
 
-def kinds_of(material: Material) -> dict[str, dict[str, Kind]]:
-    """The kinds of the numbers, by section and key."""
-    kinds_by_section: dict[str, dict[str, Kind]] = {
-        "equilibrium": {"shear_modulus": Kind(STRESS, True)} if material.equilibrium_law.takes_modulus else {},
-        "nonequilibrium": {**{key: Kind(dimension, True) for key, dimension in LISTS.items()}, SCALE: Kind(None, True)},
+def constants_of(material: Material) -> dict[str, dict[str, Constant]]:
+    """The constants that the numbers are values of, by section and key."""
+    spring = material.equilibrium_law
+    constants = {
+        "equilibrium": (*([MODULUS] if spring.takes_modulus else []), *spring.constants),
+        "nonequilibrium": (*OF_BRANCHES, *material.nonequilibrium_law.constants),
+        **{section: law.constants for section, law in _laws(material).items()},
     }
-    springs: dict[str, Law] = {"equilibrium": material.equilibrium_law, "nonequilibrium": material.nonequilibrium_law}
-    for section, law in (springs | _laws(material)).items():
-        kinds = kinds_by_section.setdefault(section, {})
-        for constant in law.constants:
-            positive = any(bound is not None and bound >= 0 for bound in (constant.above, constant.at_least))
-            kinds.setdefault(constant.file_key, Kind(constant.dimension, positive))
-    return kinds_by_section
+    return {section: {constant.file_key: constant for constant in group} for section, group in constants.items()}
 
 
 def material_of(material: Material, numbers: Mapping[str, Mapping[str, Any]]) -> Material:

@@ -69,22 +69,21 @@ def warn_of_use(material: Material, temperature: ArrayLike) -> None:
     """Warn of temperatures (degC, any shape) that look wrong, or at which the shift law of the material was not measured."""
     warn_of_temperature(temperature, "the temperature is")
     values = np.atleast_1d(np.asarray(temperature, dtype=float))
-    if material.calibrated is not None:
-        low, high = material.calibrated.temperature
-        outside = values[(values < low - MARGIN) | (values > high + MARGIN)]
-        if outside.size:
-            worst, span = float(outside[0]), f"at {low:g}" if low == high else f"from {low:g} to {high:g}"
-            warn(f"the material was calibrated by tests {span} degC: at {worst:g} degC it is extrapolated")
+    calibrated = None if material.calibrated is None else material.calibrated.temperature
+    for measured, what in (
+        (calibrated, "the material was calibrated by tests"),
+        (material.measured_temperature, "the shift law was measured"),
+    ):
+        if measured is None:
+            continue
+        (low, high), beyond = measured, np.maximum(measured[0] - values, values - measured[1])
+        if np.any(beyond > MARGIN):
+            worst, span = float(values.flat[np.argmax(beyond)]), f"at {low:g}" if low == high else f"from {low:g} to {high:g}"
+            warn(f"{what} {span} degC: at {worst:g} degC it is extrapolated")
     away = values[np.abs(values - material.reference_temperature) > MARGIN]
     if away.size and len(material.spectrum) and not material.shift.depends_on_temperature:
         as_at = f"at {float(away[0]):g} degC it relaxes as at {material.reference_temperature:g} degC"
         warn(f"the material has no shift law, {as_at}: state [shift] in the material file")
-    if material.measured_temperature is not None:
-        low, high = material.measured_temperature
-        outside = values[(values < low - MARGIN) | (values > high + MARGIN)]
-        if outside.size:
-            worst = float(outside[np.argmax(np.maximum(low - outside, outside - high))])
-            warn(f"the shift law was measured from {low:g} to {high:g} degC: at {worst:g} degC it is extrapolated")
 
 
 def warn_of_lasting(material: Material, temperature: ArrayLike, time: ArrayLike) -> None:

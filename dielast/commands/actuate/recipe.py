@@ -13,7 +13,7 @@ from dielast.commands.simulation.recipe import COLUMNS, MAJOR_AXIS, MINOR_AXIS, 
 from dielast.commands.simulation.step_recipe import Aim, AnyOf, HistoryStep, starting
 from dielast.commands.simulation.uncertainty_recipe import SENSITIVITY_TEXT, FilmUncertainty
 from dielast.errors import InputError, Mistakes, Problem
-from dielast.handover.breakdown_section import BreakdownField
+from dielast.handover.law_section import BreakdownField
 from dielast.mechanics.criteria import END, names
 from dielast.recipe.fields import OneOf, Quantity, Section, Time, Voltage
 from dielast.recipe.file_fields import ColumnName

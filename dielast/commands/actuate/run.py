@@ -14,21 +14,20 @@ from dielast.commands.simulation.cases import case_result, last, one_or_list
 from dielast.commands.simulation.checks import warn_of_films
 from dielast.commands.simulation.result import CaseResult, at_event
 from dielast.commands.simulation.run import Figures, Simulation, report_of
-from dielast.handover.breakdown_section import breakdown
+from dielast.handover.law_section import breakdown
 from dielast.io.files import Inputs
-from dielast.io.table import Table
+from dielast.io.table import Table, case_table
 from dielast.material.leakage import Leakage
 from dielast.material.material import Material
 from dielast.mechanics.criteria import names
-from dielast.numerics.columns import Floats
+from dielast.numerics.arrays import Floats
 from dielast.recipe.cases import Case
 from dielast.report.report import Report
 from dielast.sharing.execution import Execution
 from dielast.simulate.actuate import actuate
 from dielast.simulate.actuation_history import ActuationHistory
-from dielast.simulate.events import event_columns
 from dielast.simulate.film_setup import MESH_RTOL
-from dielast.simulate.profile import profile_table
+from dielast.simulate.history import event_columns
 
 
 def run(cases: Sequence[Case[ActuateRecipe]], inputs: Inputs, execution: Execution) -> Report:
@@ -127,7 +126,7 @@ class Films(Simulation):
             title = titled(first.title, [cases[shown]], [materials[shown]], which)
             return plot_profile(profiles, title, place)
 
-        return {**tables, "profile.csv": profile_table(profiles)}, {"profile": figure}
+        return {**tables, "profile.csv": case_table(dict(enumerate(profiles)))}, {"profile": figure}
 
     def headline(self, cases: Sequence[Case[ActuateRecipe]], results: Sequence[CaseResult]) -> dict[str, dict[str, Any]]:
         """The last relative stretch of each case, and events by name in the cases in which they happen."""

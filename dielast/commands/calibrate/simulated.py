@@ -18,7 +18,7 @@ from dielast.errors import DielastError, InputError
 from dielast.io.files import Inputs, resolve
 from dielast.io.table import split_header
 from dielast.material.material import Material
-from dielast.numerics.columns import Floats
+from dielast.numerics.arrays import Floats
 from dielast.recipe.cases import Case
 from dielast.sharing.execution import solve_batches
 

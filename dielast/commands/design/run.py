@@ -17,7 +17,7 @@ from dielast.commands.simulation.grid import in_grid_terms, sample_for, warn_of_
 from dielast.commands.simulation.memory_needed import check_cells
 from dielast.commands.simulation.recipe import KEYS
 from dielast.errors import in_keys, placed
-from dielast.handover.breakdown_section import breakdown
+from dielast.handover.law_section import breakdown
 from dielast.io.files import Inputs
 from dielast.material.material import Material
 from dielast.recipe.cases import Case

@@ -16,7 +16,7 @@ from dielast.commands.simulation.grid import in_grid_terms, sample_for, warn_of_
 from dielast.commands.simulation.memory_needed import check_cells
 from dielast.commands.simulation.recipe import KEYS
 from dielast.errors import placed
-from dielast.handover.breakdown_section import breakdown
+from dielast.handover.law_section import breakdown
 from dielast.io.files import Inputs
 from dielast.io.table import Table
 from dielast.material.material import Material

@@ -15,7 +15,7 @@ from dielast.commands.simulation.result import CaseResult
 from dielast.commands.simulation.run import Simulation, report_of
 from dielast.io.files import Inputs
 from dielast.material.material import Material
-from dielast.numerics.columns import Floats
+from dielast.numerics.arrays import Floats
 from dielast.recipe.cases import Case
 from dielast.report.report import Report
 from dielast.sharing.execution import Execution

@@ -11,18 +11,18 @@ import numpy as np
 
 from dielast.commands.simulation.result import BoundedEvent, CaseResult
 from dielast.errors import in_a_draw
-from dielast.handover.breakdown_section import breakdown
+from dielast.handover.law_section import breakdown
 from dielast.io.files import Inputs
 from dielast.io.table import Column, Table
 from dielast.material.material import Material
 from dielast.material.scatter import Sample, interval
 from dielast.mechanics.cases import of_case
 from dielast.mechanics.criteria import named
-from dielast.numerics.columns import Flags, Floats
+from dielast.numerics.arrays import Flags, Floats
 from dielast.recipe.cases import Case
 from dielast.sharing.execution import Batch, Execution, solve_batches
-from dielast.simulate.events import UNITS, Event, event_columns
 from dielast.simulate.failure_map import FailureMap
+from dielast.simulate.history import EVENT_UNITS, Event, event_columns
 from dielast.simulate.lifetime import POWER, UNITS as LINE_UNITS, LifetimeLine
 from dielast.simulate.map_plan import column_of
 
@@ -170,7 +170,7 @@ def bounded_events(events: Sequence[Event], drawn: Sequence[Sequence[Event]], le
     for name, which, central in rows:
         same = [[event for event in draw if event.name == name][which : which + 1] for draw in drawn]
         bounds = {}
-        for number in UNITS:
+        for number in EVENT_UNITS:
             absent = np.inf if number == "time" else np.nan
             low, high = interval(np.array([float(getattr(draw[0], number)) if draw else absent for draw in same]), level)
             bounds[number] = float(low), float(high)
@@ -180,10 +180,10 @@ def bounded_events(events: Sequence[Event], drawn: Sequence[Sequence[Event]], le
 
 def bounded_event_columns(events: Sequence[Sequence[BoundedEvent]]) -> Table:
     """The table of events with bounds, by case; an event that happens in draws only has bounds only."""
-    absent = dict.fromkeys(UNITS, np.nan)
+    absent = dict.fromkeys(EVENT_UNITS, np.nan)
     table = event_columns([[row.event or Event(row.name, **absent) for row in rows] for rows in events])
     flat = [row for rows in events for row in rows]
-    bounds = {name: np.array([row.bounds[name] for row in flat], dtype=float).reshape(-1, 2).T for name in UNITS}
+    bounds = {name: np.array([row.bounds[name] for row in flat], dtype=float).reshape(-1, 2).T for name in EVENT_UNITS}
     return [*_between_bounds(table, bounds), Column("probability", "1", np.array([row.probability for row in flat], dtype=float))]
 
 

@@ -20,13 +20,12 @@ from dielast.io.files import Inputs
 from dielast.io.table import Column, Table, case_table
 from dielast.material.checks import warn_of_material
 from dielast.material.material import Material
-from dielast.numerics.columns import Floats
+from dielast.numerics.arrays import Floats
 from dielast.recipe.cases import Case
-from dielast.simulate.history import History
+from dielast.simulate.history import Event, History
 
 if TYPE_CHECKING:
     from dielast.commands.simulation.compare import Match
-    from dielast.simulate.events import Event
 
 PART = 2**14  # branches in a batch, over all cases: less than a second of work
 FINE = 4000  # points along a history for a comparison over another quantity than time
@@ -98,7 +97,7 @@ def result_columns(results: Sequence[CaseResult]) -> Table:
         # a quantity that a case lacks, such as the damage of a film without [damage], is empty
         empty = np.full(result.columns["time [s]"].size, np.nan)
         columns.append({header: result.columns.get(header, empty) for header in headers})
-    return case_table([result.temperature for result in results], columns)
+    return case_table(dict(enumerate(columns)), [result.temperature for result in results])
 
 
 def case_result(

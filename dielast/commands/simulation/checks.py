@@ -14,7 +14,7 @@ from dielast.commands.simulation.cases import last
 from dielast.commands.simulation.result import CaseResult
 from dielast.commands.simulation.solver_steps import Entry, aims, corners, lasting, reached
 from dielast.errors import and_more, warn
-from dielast.handover.breakdown_section import breakdown
+from dielast.handover.law_section import breakdown
 from dielast.material.breakdown import BreakdownLaw
 from dielast.material.checks import (
     FAINTEST,
@@ -30,7 +30,7 @@ from dielast.material.checks import (
 )
 from dielast.material.material import Material
 from dielast.material.use_checks import Pace, fastest_branch, warn_of_lasting, warn_of_paces, warn_of_stretches, warn_of_use
-from dielast.numerics.columns import Floats
+from dielast.numerics.arrays import Floats
 from dielast.recipe.cases import Case
 
 if TYPE_CHECKING:

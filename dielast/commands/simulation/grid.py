@@ -11,12 +11,12 @@ import numpy as np
 from dielast.commands.simulation.checks import AT_ONCE, prestretching, warn_of_no_breakdown, warn_of_setups
 from dielast.commands.simulation.grid_recipe import GridFilm
 from dielast.errors import Problem, warn
-from dielast.handover.breakdown_section import breakdown
+from dielast.handover.law_section import breakdown
 from dielast.io.files import Inputs
 from dielast.material.checks import warn_of_breakdown, warn_of_field, warn_of_material
 from dielast.material.material import Material
 from dielast.material.use_checks import Pace, fastest_branch, warn_of_lasting, warn_of_paces, warn_of_stretches, warn_of_use
-from dielast.numerics.columns import Floats
+from dielast.numerics.arrays import Floats
 from dielast.recipe.cases import Case
 
 if TYPE_CHECKING:

@@ -15,7 +15,7 @@ from dielast.commands.simulation.result import CaseResult, at_event
 from dielast.commands.simulation.uncertainty import interval_label
 from dielast.material.material import Material
 from dielast.mechanics.criteria import named
-from dielast.numerics.columns import Flags, Floats
+from dielast.numerics.arrays import Flags, Floats
 from dielast.plots.events import Band, Mark
 from dielast.plots.looks import Swept
 from dielast.plots.simulation import plot_cases

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from dielast.commands.simulation.recipe import MAJOR_AXIS, MINOR_AXIS
-from dielast.numerics.columns import Floats
+from dielast.numerics.arrays import Floats
 from dielast.numerics.random_streams import stream
 
 if TYPE_CHECKING:
-    from dielast.simulate.events import Event
+    from dielast.simulate.history import Event
 
 
 @dataclass(frozen=True, slots=True)

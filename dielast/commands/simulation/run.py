@@ -26,14 +26,13 @@ from dielast.commands.simulation.memory_needed import check_series
 from dielast.commands.simulation.result import CaseResult, with_axes, with_noise
 from dielast.commands.simulation.solver_steps import Entry, in_recipe_terms, joined, solver_steps
 from dielast.io.files import Inputs
-from dielast.io.table import Table
+from dielast.io.table import Table, case_table
 from dielast.material.material import Material
 from dielast.material.scatter import Sample
-from dielast.numerics.columns import Floats
+from dielast.numerics.arrays import Floats
 from dielast.recipe.cases import Case
 from dielast.report.report import Report
 from dielast.sharing.execution import Execution, solve_batches
-from dielast.simulate.cycles import cycle_table
 
 Figures = dict[str, Callable[[], Any]]
 
@@ -160,7 +159,7 @@ def report_of(simulation: Simulation, cases: Sequence[Case[Any]], inputs: Inputs
     more_tables, more_figures = simulation.extras(cases, materials, results)
     tables = {f"{kind}.csv": result_columns(results), **more_tables, **tables, "cases.csv": case_columns(cases)}
     if cycling:
-        tables["cycles.csv"] = cycle_table(cycling)
+        tables["cycles.csv"] = case_table(cycling)
     sections = simulation.headline(cases, results) | sections
     if matched:
         sections["compare"] = compare_headline(matched)

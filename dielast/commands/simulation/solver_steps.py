@@ -15,7 +15,7 @@ from dielast.errors import InputError, Problem, placed
 from dielast.io.files import Inputs
 from dielast.mechanics.cases import of_case
 from dielast.mechanics.load import ChargeStep, ElectricalStep, Path, Step, Track, VoltageStep, Waveform
-from dielast.numerics.columns import Floats
+from dielast.numerics.arrays import Floats
 from dielast.units import CHARGE, CHARGE_DENSITY, FORCE, TIME, TIMES, VOLTAGE
 
 if TYPE_CHECKING:

@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-from dielast.material.breakdown.law import BreakdownLaw
 from dielast.material.breakdown.power import PowerBreakdown
 from dielast.material.breakdown.table import Breakdown
-from dielast.material.law import Registry
+from dielast.material.law import BreakdownLaw, Registry
 
 __all__ = ["BREAKDOWNS", "Breakdown", "BreakdownLaw", "PowerBreakdown"]
 
-BREAKDOWNS: Registry[type[BreakdownLaw]] = Registry("breakdown law")
-BREAKDOWNS.register(Breakdown)
-BREAKDOWNS.register(PowerBreakdown)
+BREAKDOWNS: Registry[type[BreakdownLaw]] = Registry("breakdown law", Breakdown, PowerBreakdown)

@@ -10,9 +10,8 @@ from numpy.typing import ArrayLike
 
 from dielast.errors import InputError
 from dielast.material.dielectric.constant import VACUUM_PERMITTIVITY
-from dielast.material.dielectric.law import DielectricLaw
-from dielast.material.law import Constant, check_table
-from dielast.numerics.columns import Floats
+from dielast.material.law import Constant, DielectricLaw, check_table
+from dielast.numerics.arrays import Floats
 from dielast.units import TEMPERATURE, ZERO_CELSIUS
 
 ROUNDING = 1e-9  # of a temperature in kelvin: a rounded temperature still lies within the table

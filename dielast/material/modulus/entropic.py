@@ -10,9 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from dielast.errors import InputError
-from dielast.material.law import Constant
-from dielast.material.modulus.law import ModulusLaw
-from dielast.numerics.columns import Floats
+from dielast.material.law import Constant, ModulusLaw
+from dielast.numerics.arrays import Floats
 from dielast.units import THERMAL_EXPANSION, ZERO_CELSIUS, parse
 
 

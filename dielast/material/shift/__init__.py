@@ -11,8 +11,4 @@ from dielast.material.shift.wlf import WLF
 
 __all__ = ["GAS_CONSTANT", "SHIFTS", "WLF", "Arrhenius", "NoShift", "ShiftLaw", "ShiftTable", "kelvin"]
 
-SHIFTS: Registry[type[ShiftLaw]] = Registry("shift law")
-SHIFTS.register(WLF)
-SHIFTS.register(Arrhenius)
-SHIFTS.register(ShiftTable)
-SHIFTS.register(NoShift)
+SHIFTS: Registry[type[ShiftLaw]] = Registry("shift law", WLF, Arrhenius, ShiftTable, NoShift)

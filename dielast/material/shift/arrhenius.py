@@ -10,8 +10,7 @@ from numpy.typing import ArrayLike
 
 from dielast.errors import InputError, warn
 from dielast.material.law import Constant
-from dielast.material.shift.fit import FittedLaw, MovedLaw, fit_factor
-from dielast.material.shift.law import ShiftLaw
+from dielast.material.shift.law import FittedLaw, MovedLaw, ShiftLaw, fit_factor
 from dielast.numerics.arrays import Floats
 from dielast.units import MOLAR_ENERGY, ZERO_CELSIUS
 

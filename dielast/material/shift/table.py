@@ -107,10 +107,6 @@ class ShiftTable(Result, ShiftLaw):
         """The shift factors of the other law at the temperatures of this table."""
         return other.log10_shift_factor(np.array(self.temperature))
 
-    def allows(self, numbers: Floats) -> bool:
-        """Always True: a table may have any shift factors."""
-        return True
-
     @classmethod
     def summary_names(cls) -> dict[str, Constant]:
         """Empty: the table is a separate file."""

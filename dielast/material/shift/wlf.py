@@ -11,8 +11,7 @@ from numpy.typing import ArrayLike
 from dielast.errors import InputError, warn
 from dielast.material.law import Constant
 from dielast.material.shift.arrhenius import GAS_CONSTANT, Arrhenius
-from dielast.material.shift.fit import FittedLaw, MovedLaw, fit_factor, reduced_chi_square
-from dielast.material.shift.law import ShiftLaw
+from dielast.material.shift.law import FittedLaw, MovedLaw, ShiftLaw, fit_factor, reduced_chi_square
 from dielast.numerics.arrays import Floats
 from dielast.units import TEMPERATURE_DIFFERENCE, ZERO_CELSIUS
 

@@ -28,10 +28,4 @@ __all__ = [
     "gathered",
 ]
 
-SPRINGS: Registry[type[SpringLaw]] = Registry("spring law")
-SPRINGS.register(Gent)
-SPRINGS.register(NeoHookean)
-SPRINGS.register(Yeoh)
-SPRINGS.register(ArrudaBoyce)
-SPRINGS.register(MooneyRivlin)
-SPRINGS.register(Ogden)
+SPRINGS: Registry[type[SpringLaw]] = Registry("spring law", Gent, NeoHookean, Yeoh, ArrudaBoyce, MooneyRivlin, Ogden)

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from dielast.material.springs.law import SpringLaw
-from dielast.numerics.columns import Flags, Floats
+from dielast.numerics.arrays import Flags, Floats
 
 FURTHEST = 30.0  # largest stretch, and inverse of the smallest one, at which a law is examined
 POINTS = 400  # in each of extension and compression, in steps of 0.9 %
