@@ -22,7 +22,8 @@ from dielast.io.files import Inputs
 from dielast.material.material import Material
 from dielast.recipe.cases import Case
 from dielast.report.report import Report
-from dielast.sharing.execution import Execution, share_out
+from dielast.sharing.batches import share_out
+from dielast.sharing.execution import Execution
 from dielast.simulate.design import FAILURE_PROBABILITY, YES, Design, check_draws, designed, plan_design, under_way
 from dielast.simulate.design_plan import CHUNK, UNFINISHED, Designed, DesignPlan, solve_draws, solve_films
 from dielast.simulate.film_setup import FilmSetup

@@ -18,7 +18,8 @@ from dielast.io.files import KEPT, STORE, Inputs, write_files
 from dielast.numerics.integrate import Status
 from dielast.recipe.base import RecipeBase
 from dielast.recipe.cases import Case
-from dielast.sharing.execution import NOTHING_KEPT, Execution, share_out
+from dielast.sharing.batches import share_out
+from dielast.sharing.execution import NOTHING_KEPT, Execution
 from dielast.sharing.versions import VERSIONS
 from dielast.simulate.map_plan import Cells, MapPlan, column_of, solve_cells
 

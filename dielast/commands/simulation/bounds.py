@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from dielast.commands.simulation.cases import Batches
 from dielast.commands.simulation.result import BoundedEvent, CaseResult
 from dielast.errors import in_a_draw
 from dielast.handover.law_section import breakdown
-from dielast.io.files import Inputs
 from dielast.io.table import Column, Table
 from dielast.material.material import Material
 from dielast.material.scatter import Sample, interval
@@ -20,14 +20,12 @@ from dielast.mechanics.cases import of_case
 from dielast.mechanics.criteria import named
 from dielast.numerics.arrays import Flags, Floats
 from dielast.recipe.cases import Case
-from dielast.sharing.execution import Batch, Execution, solve_batches
+from dielast.sharing.batches import Batch, solve_batches
+from dielast.sharing.execution import Execution
 from dielast.simulate.failure_map import FailureMap
 from dielast.simulate.history import EVENT_UNITS, Event, event_columns
 from dielast.simulate.lifetime import POWER, UNITS as LINE_UNITS, LifetimeLine
 from dielast.simulate.map_plan import column_of
-
-if TYPE_CHECKING:
-    from dielast.commands.simulation.run import Simulation
 
 Band = tuple[Floats, Floats, Floats]
 
@@ -63,21 +61,20 @@ class CaseWithDraws:
 
 
 def bounded_cases(
-    simulation: Simulation,
+    batches: Batches,
     cases: Sequence[Case[Any]],
     samples: Sequence[Sample | None],
     results: Sequence[CaseResult],
-    inputs: Inputs,
     execution: Execution,
 ) -> list[CaseResult]:
-    """The results, with bounds in cases with draws."""
+    """The results, with bounds in cases with draws, which are divided into `batches`."""
     drawn: dict[int, CaseWithDraws] = {}
     for number, (case, sample, result) in enumerate(zip(cases, samples, results, strict=True)):
         if sample is not None:
             place = of_case(number, len(cases))
             with in_a_draw(key="uncertainty", case=place):
-                batches = simulation.batches(*drawn_case(case, sample, result), inputs, sample.thickness_factor)
-            drawn[number] = CaseWithDraws([len(drawn)], place, batches, result, case.recipe.uncertainty.level)
+                parts = batches(*drawn_case(case, sample, result), sample.thickness_factor)
+            drawn[number] = CaseWithDraws([len(drawn)], place, parts, result, case.recipe.uncertainty.level)
     bounds = dict(zip(drawn, solve_batches(list(drawn.values()), execution, "cases with draws"), strict=True))
     return [bounds.get(number, result) for number, result in enumerate(results)]
 

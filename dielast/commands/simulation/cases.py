@@ -49,6 +49,10 @@ class SimulationBatch:
         return [self.result(history, row) for row in range(len(self.members))]
 
 
+Batches = Callable[[Sequence[Case[Any]], Sequence[Material], Floats], Sequence[SimulationBatch]]
+"""Divides cases into batches, each case with its material and a factor (cases,) on the thickness."""
+
+
 def material_of(case: Case[Any], inputs: Inputs) -> Material:
     """The material of a case: that of its file, with the changes that the case states."""
     name = case.recipe.material

@@ -32,7 +32,8 @@ from dielast.material.scatter import Sample
 from dielast.numerics.arrays import Floats
 from dielast.recipe.cases import Case
 from dielast.report.report import Report
-from dielast.sharing.execution import Execution, solve_batches
+from dielast.sharing.batches import solve_batches
+from dielast.sharing.execution import Execution
 
 Figures = dict[str, Callable[[], Any]]
 
@@ -127,12 +128,16 @@ def report_of(simulation: Simulation, cases: Sequence[Case[Any]], inputs: Inputs
     cycling = {case: result.cycles for case, result in enumerate(results) if result.cycles is not None}
     intervals: dict[str, dict[str, Any]] = {}
     samples: Sequence[Sample | None] = [None] * len(cases)
+
+    def batches(cases: Sequence[Case[Any]], materials: Sequence[Material], factor: Floats) -> list[SimulationBatch]:
+        return simulation.batches(cases, materials, inputs, factor)
+
     if any(recipe.uncertainty is not None for recipe in recipes):
         from dielast.commands.simulation.bounds import bounded_cases
         from dielast.commands.simulation.uncertainty import samples_of, uncertainty_headline
 
         samples = samples_of(cases, materials, inputs)
-        results = bounded_cases(simulation, cases, samples, results, inputs, execution)
+        results = bounded_cases(batches, cases, samples, results, execution)
         intervals = uncertainty_headline([recipe.uncertainty for recipe in recipes], samples)
     tables: dict[str, Table] = {}
     sections: dict[str, dict[str, Any]] = {}
@@ -140,7 +145,7 @@ def report_of(simulation: Simulation, cases: Sequence[Case[Any]], inputs: Inputs
     if any(getattr(recipe, "sensitivity", False) for recipe in recipes):
         from dielast.commands.simulation.sensitivity import case_sensitivities, sensitivity_outputs
 
-        found = case_sensitivities(simulation, cases, materials, samples, results, inputs, execution)
+        found = case_sensitivities(batches, cases, materials, samples, results, execution)
         tables, sections, figures = sensitivity_outputs(found, cases, materials)
 
     def at_times(case: int, times: Floats) -> Mapping[str, Floats]:
