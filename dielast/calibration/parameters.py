@@ -15,8 +15,7 @@ import numpy as np
 from dielast.errors import InputError, Mistakes, Problem
 from dielast.io.result import Result
 from dielast.material.law import Constant
-from dielast.material.material import Material
-from dielast.material.numbers import SCALE, Numbers, constants_of, material_of, numbers_of
+from dielast.material.material import SCALE, Material, Numbers, constants_of, material_of, numbers_of
 from dielast.numerics.arrays import Floats
 
 WIDE = 100.0  # default bounds of a positive number, as a factor on either side of the start

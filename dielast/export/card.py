@@ -44,9 +44,9 @@ def export_card(material: Material, form: str, options: CardOptions | None = Non
     if form not in CODES:
         raise InputError(f"{shown(form)}: {nearest(form, CODES.names)}", argument="formats")
     options = options or CardOptions()
-    known = spring_names()
-    if options.hyperelastic is not None and options.hyperelastic not in known:
-        raise InputError(f"{shown(options.hyperelastic)}: {nearest(options.hyperelastic, known)}", argument="hyperelastic")
+    springs = spring_names()
+    if options.hyperelastic is not None and options.hyperelastic not in springs:
+        raise InputError(f"{shown(options.hyperelastic)}: {nearest(options.hyperelastic, springs)}", argument="hyperelastic")
     code = CODES[form]
     return code.write(prepare(material, code, options))
 
@@ -149,38 +149,38 @@ def _springs(material: Material, code: Code, options: CardOptions) -> tuple[str,
     first, rest = (law if options.J_lim is None else law.with_values({"J_lim": options.J_lim}) for law in stated)
     exact_for_both = {form.law for form in rest.forms() if form.exact}
     common = [form.law for form in first.forms() if form.exact and form.law in exact_for_both]
-    wanted = options.hyperelastic or (common[0] if common else first.name)
+    form_name = options.hyperelastic or (common[0] if common else first.name)
     possible = " or ".join(f'"{form}"' for form in code.springs if first.form(form) and rest.form(form))
     approximated = f"allow {possible} instead, which the card will name as an approximation"
     instead = approximated if possible else "no card can hold these springs"
-    if wanted not in code.springs:
-        raise InputError(f'{code.name} has no "{wanted}" law: {instead}', argument="hyperelastic")
+    if form_name not in code.springs:
+        raise InputError(f'{code.name} has no "{form_name}" law: {instead}', argument="hyperelastic")
     if options.hyperelastic is None and not common:
         alike = f"{code.name} has one law for the equilibrium spring and the branches alike"
         raise InputError(f"{alike}, not {_described(first)} and {_described(rest)}: {instead}", argument="hyperelastic")
-    forms = first.form(wanted), rest.form(wanted)
+    forms = first.form(form_name), rest.form(form_name)
     if forms[0] is None or forms[1] is None:
-        raise InputError(f'"{wanted}" cannot stand for {_titles(first, rest)}', argument="hyperelastic")
+        raise InputError(f'"{form_name}" cannot stand for {_titles(first, rest)}', argument="hyperelastic")
     if forms[0].constants and forms[0].needs and forms[1].needs:
         needs = forms[0].needs
         raise InputError(
-            f'"{wanted}" needs a {needs}, and the material has none: state {needs}', argument="hyperelastic", mentions=(needs,)
+            f'"{form_name}" needs a {needs}, and the material has none: state {needs}', argument="hyperelastic", mentions=(needs,)
         )
     if not code.separate_limits:
         _check_alike(first, rest, forms[0], forms[1], code)
     terms = len(forms[0].constants) // 2
-    if wanted == "ogden" and code.most_exponents is not None and terms > code.most_exponents:
+    if form_name == "ogden" and code.most_exponents is not None and terms > code.most_exponents:
         raise InputError(
             f'{code.name} takes at most {code.most_exponents} terms of an Ogden spring, not {terms}: allow "neo-hookean" instead, '
             "which the card will name as an approximation",
             argument="hyperelastic",
         )
-    notes = [f"Springs: {wanted}" + (f", {_constants(first, rest)}." if forms[0].constants else ".")]
-    as_stated = [law.form(wanted) for law in stated]
+    notes = [f"Springs: {form_name}" + (f", {_constants(first, rest)}." if forms[0].constants else ".")]
+    as_stated = [law.form(form_name) for law in stated]
     if all(form and form.exact for form in as_stated) and _constants(first, rest) == _constants(*stated):
-        return wanted, first, rest, notes
+        return form_name, first, rest, notes
     notes.append(f"APPROXIMATION, allowed by the recipe: the material's springs are {_titles(*stated)}.")
-    return wanted, first, rest, [*notes, *forms[0].notes]
+    return form_name, first, rest, [*notes, *forms[0].notes]
 
 
 def _check_alike(first: SpringLaw, rest: SpringLaw, one: CardForm, other: CardForm, code: Code) -> None:

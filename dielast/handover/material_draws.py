@@ -14,8 +14,7 @@ from dielast.errors import InputError, located
 from dielast.handover.material_file import parse_file
 from dielast.io.files import EXAMPLE, read_file, resolve
 from dielast.io.table import Column, Table, finite_columns
-from dielast.material.material import Material
-from dielast.material.numbers import constants_of, material_of, numbers_of
+from dielast.material.material import Material, constants_of, material_of, numbers_of
 from dielast.material.spectrum import Spectrum
 
 EQUILIBRIUM = "equilibrium_shear_modulus"

@@ -40,9 +40,6 @@ from dielast.recipe.validate import check
 NO_TABLE = "a material file is needed, which spectrum writes: material.toml"
 
 
-OPTIONAL = ("nonequilibrium", "shift", "dielectric", "breakdown", "damage", "temperature")  # tables of laws that a file may lack
-
-
 class SpringSection(LawSection):
     """A table that states the law of springs."""
 
@@ -249,10 +246,10 @@ def _model(*registered: tuple[str, ...]) -> type[MaterialFile]:
         "temperature": law_section(ScalingSection, MODULI, "constant", **SCALING_KEYS),
     }
     # a field that a model states again keeps its place, so that the keys stay in the order of the file
-    fields: dict[str, Any] = {
-        name: (section | None if name in OPTIONAL else section, copy(MaterialFile.model_fields[name]))
-        for name, section in sections.items()
-    }
+    fields: dict[str, Any] = {}
+    for name, section in sections.items():
+        field = copy(MaterialFile.model_fields[name])
+        fields[name] = section if field.is_required() else section | None, field
     return create_model("MaterialFile", __base__=MaterialFile, __doc__=MaterialFile.__doc__, **fields)
 
 
@@ -304,12 +301,12 @@ def write_material(material: Material, draws: str | None = None) -> bytes:
     ):
         document |= {} if law is None else {section: stated_law(law, default)}
     document |= stated_scaling(material)
-    if (known := material.calibrated) is not None:
+    if (calibrated := material.calibrated) is not None:
         document["calibrated"] = {
-            "modes": list(known.modes),
-            "largest_I1": float(f"{known.largest_invariant:.9g}"),
-            "time": [f"{value:.9g} s" for value in known.time],
-            "temperature": [f"{value:.9g} degC" for value in known.temperature],
+            "modes": list(calibrated.modes),
+            "largest_I1": float(f"{calibrated.largest_invariant:.9g}"),
+            "time": [f"{value:.9g} s" for value in calibrated.time],
+            "temperature": [f"{value:.9g} degC" for value in calibrated.temperature],
         }
     return tomli_w.dumps(document).encode()
 

@@ -38,8 +38,8 @@ def warn_of_material(material: Material) -> None:
     """Warn of constants that are most likely in another unit."""
     rest, branches = material.equilibrium_modulus, float(np.sum(material.spectrum.shear_modulus))
     if rest > 0 and not SOFTEST <= rest <= HARDEST:
-        known = f"rubbers at rest have {SOFTEST:g} Pa to {HARDEST / 1e6:g} MPa"
-        warn(f"the equilibrium shear modulus is {rest:g} Pa, but {known}: is it in another unit?")
+        usual = f"rubbers at rest have {SOFTEST:g} Pa to {HARDEST / 1e6:g} MPa"
+        warn(f"the equilibrium shear modulus is {rest:g} Pa, but {usual}: is it in another unit?")
     if rest + branches > GLASS:
         warn(f"the shear moduli add up to {rest + branches:g} Pa, more than any polymer's glass: are they in another unit?")
     if 0 < branches < RELAXING * rest:
@@ -71,9 +71,9 @@ def _outside(values: ArrayLike, low: float, high: float) -> Floats:
     return flat[(flat < low) | (flat > high)]
 
 
-def warn_of_prestretches(prestretch: Sequence[tuple[float, float]], known: Sequence[BreakdownLaw | None]) -> None:
+def warn_of_prestretches(prestretch: Sequence[tuple[float, float]], laws: Sequence[BreakdownLaw | None]) -> None:
     """Warn of prestretches, a pair for each film, outside the range of the breakdown law."""
-    films = [(pair, float(np.sqrt(pair[0] * pair[1])), law) for pair, law in zip(prestretch, known, strict=True) if law is not None]
+    films = [(pair, float(np.sqrt(pair[0] * pair[1])), law) for pair, law in zip(prestretch, laws, strict=True) if law is not None]
     outside = [(pair, value, text) for pair, value, law in films if (text := law.outside(value))]
     if not outside:
         return
@@ -85,8 +85,8 @@ def warn_of_prestretches(prestretch: Sequence[tuple[float, float]], known: Seque
 def warn_of_thickness(thickness: ArrayLike, whose: str = "film", thickest: float = THICKEST) -> None:
     """Warn of thicknesses (m, any shape) that no film or specimen (`whose`) has; `thickest` (m) is the limit."""
     for value in _outside(thickness, THINNEST, thickest)[:1]:
-        known = f"a {whose} has {THINNEST * 1e6:g} um to {thickest * 1e3:g} mm"
-        warn(f"the thickness is {value * 1e3:g} mm, but {known}: is it in another unit?")
+        usual = f"a {whose} has {THINNEST * 1e6:g} um to {thickest * 1e3:g} mm"
+        warn(f"the thickness is {value * 1e3:g} mm, but {usual}: is it in another unit?")
 
 
 def warn_of_field(highest: ArrayLike, breakdown: ArrayLike, charged: ArrayLike = False) -> None:
@@ -187,12 +187,12 @@ def warn_of_stretch(lowest: float, highest: float) -> None:
         warn("the stretch is 1 throughout, which is undeformed: is it a strain of 100 %, so that the stretch is 2?")
 
 
-def warn_of_elongation(stretch_1: ArrayLike, stretch_2: ArrayLike, room: ArrayLike) -> None:
+def warn_of_elongation(stretch_1: ArrayLike, stretch_2: ArrayLike, margin: ArrayLike) -> None:
     """Warn of films whose stretches (points,) under load are those of taut chains, or too small to be measured.
 
-    `room` (points,) is the distance to the limit of the equilibrium spring: 1 at rest, 0 at the limit.
+    `margin` (points,) is the distance to the limit of the equilibrium spring: 1 at rest, 0 at the limit.
     """
-    first, second, left = (np.asarray(values, dtype=float) for values in (stretch_1, stretch_2, room))
+    first, second, left = (np.asarray(values, dtype=float) for values in (stretch_1, stretch_2, margin))
     if not left.size:
         return
     k = int(np.argmin(left))

@@ -7,7 +7,7 @@ law, write its module and register its class in the package of its family.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from itertools import pairwise
 from typing import Any, ClassVar, Generic, Self, TypeVar
 
@@ -109,19 +109,20 @@ class Law:
         return tuple(constant.file_key for constant in cls.constants)
 
     def values(self) -> dict[str, Any]:
-        """The constants by name."""
-        return {constant.name: getattr(self, constant.name) for constant in self.constants}
+        """The values of the dataclass fields by name, without those that the law computes."""
+        return {field.name: getattr(self, field.name) for field in fields(self) if field.init}  # type: ignore[arg-type]
 
     def with_values(self, values: Mapping[str, Any]) -> Self:
-        """The law with other values of the stated constants."""
+        """The law with other values of the stated fields."""
         return replace(self, **values)  # type: ignore[type-var]
 
     def stated(self) -> dict[str, Any]:
         """The constants by their keys in a material file, without those that have their default."""
+        values = self.values()
         return {
-            constant.file_key: constant.stated(value)
-            for constant, value in zip(self.constants, self.values().values(), strict=True)
-            if constant.is_needed or value != constant.left_out
+            constant.file_key: constant.stated(values[constant.name])
+            for constant in self.constants
+            if constant.is_needed or values[constant.name] != constant.left_out
         }
 
     @classmethod

@@ -5,7 +5,6 @@ variance, and numbers changed one at a time, for derivatives.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from copy import deepcopy
 from dataclasses import dataclass, fields, is_dataclass, replace
 from itertools import chain
 from typing import Any
@@ -14,8 +13,7 @@ import numpy as np
 
 from dielast.errors import InputError
 from dielast.io.result import Result
-from dielast.material.material import Material
-from dielast.material.numbers import Numbers, material_of, numbers_of
+from dielast.material.material import Material, material_of, numbers_of
 from dielast.material.scatter import Sample
 from dielast.numerics.arrays import Floats, Index
 from dielast.numerics.random_streams import stream
@@ -176,11 +174,6 @@ def _changed(material: Material) -> Iterator[tuple[str, list[Material]]]:
             idle = section == "nonequilibrium" and not len(material.spectrum)
             if idle or (section, key) in ELSEWHERE or key in ABSCISSAE or not (np.all(np.isfinite(value)) and np.any(value)):
                 continue
-            yield f"{section}.{key}", [_with(material, numbers, section, key, factor) for factor in np.exp(STEPS).tolist()]
-
-
-def _with(material: Material, numbers: Numbers, section: str, key: str, factor: float) -> Material:
-    changed = deepcopy(numbers)
-    value = changed[section][key]
-    changed[section][key] = [factor * entry for entry in value] if isinstance(value, list | tuple) else factor * value
-    return material_of(material, changed)
+            factors = np.exp(STEPS).tolist()
+            changed = [[k * entry for entry in value] if isinstance(value, list | tuple) else k * value for k in factors]
+            yield f"{section}.{key}", [material_of(material, numbers | {section: values | {key: other}}) for other in changed]

@@ -98,7 +98,7 @@ def voltage_about(group: Group, goal: Goal) -> tuple[Floats, Flags]:
             needed = np.where(np.isfinite(needed) & (needed > 0), needed, held.sum(axis=0) * goal.size * part)
             squared_field = np.maximum(squared_field, np.exp(-moved.sum(axis=0)) * needed / points.permittivity_at(moved))
         squared = np.repeat(np.exp(moved)[:, None], points.modulus.shape[0], axis=1)
-        return np.asarray(group.thickness * np.sqrt(squared_field)), np.asarray(points.law.room(squared)[0] <= 0)
+        return np.asarray(group.thickness * np.sqrt(squared_field)), np.asarray(points.law.margin(squared)[0] <= 0)
 
 
 def _carried(group: Group, held: Floats, internal: Floats, log_squared_stretch: Floats) -> Floats:

@@ -91,7 +91,7 @@ def out_of_reach(points: Points, held: Sequence[Floats], at_once: Flags) -> tupl
     squared = [np.square(stretch) for stretch in held]
     # a free axis is assumed to contract as under uniaxial stress
     squared_stretches = np.stack((squared[0], squared[1] if len(squared) == 2 else 1 / np.sqrt(squared[0])))
-    room = points.law.room(np.repeat(squared_stretches[:, None], points.modulus.shape[0], axis=1))
-    room[1:, ~at_once] = np.inf
-    first = np.argmin(room, axis=0)
-    return np.asarray(np.min(room, axis=0) <= 0), first
+    margin = points.law.margin(np.repeat(squared_stretches[:, None], points.modulus.shape[0], axis=1))
+    margin[1:, ~at_once] = np.inf
+    first = np.argmin(margin, axis=0)
+    return np.asarray(np.min(margin, axis=0) <= 0), first

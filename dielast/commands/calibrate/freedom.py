@@ -11,8 +11,7 @@ from dielast.commands.calibrate.recipe import FreeValue
 from dielast.commands.simulation.uncertainty import read_members
 from dielast.errors import InputError, Mistakes, Problem, quoted, shown
 from dielast.io.files import Inputs
-from dielast.material.material import Material
-from dielast.material.numbers import constants_of
+from dielast.material.material import Material, constants_of
 from dielast.units import parse
 
 FEWEST_DRAWS = 10  # for a standard deviation

@@ -64,14 +64,14 @@ def warn_of_membranes(
     loaded = [case for case, aim in enumerate(targets) if any(aim)]
     if loaded:
         stretches = [_stretches(results[case]) for case in loaded]
-        room = [
-            materials[case].equilibrium_law.room(np.square(stretch))
+        margins = [
+            materials[case].equilibrium_law.margin(np.square(stretch))
             if materials[case].equilibrium_modulus > 0
             else np.ones(stretch.shape[1])
             for case, stretch in zip(loaded, stretches, strict=True)
         ]
         first, second = np.concatenate(stretches, axis=1)
-        warn_of_elongation(first, second, np.concatenate(room))
+        warn_of_elongation(first, second, np.concatenate(margins))
 
 
 def warn_of_films(

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from dielast.material.damage.inverse_power import InversePower
-from dielast.material.law import DamageLaw, Registry
-
-__all__ = ["DAMAGES", "DamageLaw", "InversePower"]
+from dielast.material.damage.inverse_power import InversePower as InversePower
+from dielast.material.law import DamageLaw as DamageLaw, Registry
 
 DAMAGES: Registry[type[DamageLaw]] = Registry("damage law", InversePower)

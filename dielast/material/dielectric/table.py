@@ -49,19 +49,19 @@ class PermittivityTable(DielectricLaw):
 
     def at(self, temperature: ArrayLike) -> Floats:
         """The permittivity, with linear interpolation."""
-        wanted = np.asarray(temperature, dtype=float)
+        values = np.asarray(temperature, dtype=float)
         low, high = self.temperature[0], self.temperature[-1]
-        slack = ROUNDING * (wanted + ZERO_CELSIUS)
-        outside = (wanted < low - slack) | (wanted > high + slack)
+        slack = ROUNDING * (values + ZERO_CELSIUS)
+        outside = (values < low - slack) | (values > high + slack)
         if np.any(outside):
-            first = float(wanted[outside].flat[0])
+            first = float(values[outside].flat[0])
             stated = f"{low:g} degC only" if low == high else f"{low:g} to {high:g} degC"
             raise InputError(
                 f"{first:g} degC is outside the permittivity table, which is for {stated}: state a permittivity for {first:g} degC "
                 "in [dielectric] of the material file",
                 argument="temperature",
             )
-        return np.asarray(VACUUM_PERMITTIVITY * np.interp(wanted, self.temperature, self.relative_permittivity))
+        return np.asarray(VACUUM_PERMITTIVITY * np.interp(values, self.temperature, self.relative_permittivity))
 
     def typical(self, temperature: float) -> Floats:
         """The permittivities of the table."""

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from itertools import combinations
 from typing import Any, ClassVar, Self
 
 import numpy as np
@@ -78,10 +79,10 @@ class ShiftLaw(Law):
         return ""
 
     @classmethod
-    def fit(cls, base: float, distance: Floats, wanted: Floats, whiten: Floats) -> FittedLaw:
+    def fit(cls, base: float, distance: Floats, log10_shift: Floats, whiten: Floats) -> FittedLaw:
         """Fit the law to shift factors by generalised least squares.
 
-        `wanted` (k,) is log10 a at temperatures `base` + `distance` (k,), relative to `base` (degC); `whiten` (k, k) makes its
+        `log10_shift` (k,) is log10 a at temperatures `base` + `distance` (k,), relative to `base` (degC); `whiten` (k, k) makes its
         errors independent, with variance 1.
         """
         raise InputError(f"the {cls.title} law cannot be fitted: state it in the material file")
@@ -107,7 +108,7 @@ class ShiftLaw(Law):
         for constant, header, value in zip(self.constants, self.drawn_headers(), numbers, strict=True):
             if not constant.is_allowed(value):
                 raise InputError(f'column "{header}": {value:g}: a number {constant.bounds} is needed')
-        return self.with_values(dict(zip(self.values(), numbers, strict=True)))
+        return self.with_values({constant.name: value for constant, value in zip(self.constants, numbers, strict=True)})
 
     def numbers_of(self, other: ShiftLaw) -> Floats:
         """The numbers of the `other` law, which was fitted in the same way, in the order of `drawn`."""
@@ -115,17 +116,17 @@ class ShiftLaw(Law):
 
     @classmethod
     def summary_names(cls) -> dict[str, Constant]:
-        """The constants by their names in a summary, which end with the unit."""
-        return {constant.name + constant.suffix: constant for constant in cls.constants}
+        """The constants that are single numbers, by their names in a summary, which end with the unit."""
+        return {constant.name + constant.suffix: constant for constant in cls.constants if not constant.many}
 
     def summary(self, covariance: Floats) -> dict[str, float]:
         """The constants for a summary, with standard errors and covariances from their `covariance` (p, p)."""
         summary: dict[str, float] = {}
-        for index, (key, constant) in enumerate(self.summary_names().items()):
+        names = self.summary_names()
+        for index, (key, constant) in enumerate(names.items()):
             summary |= {key: getattr(self, constant.name), f"{key}_stderr": float(np.sqrt(covariance[index, index]))}
-        for index, one in enumerate(self.constants):
-            for further, other in enumerate(self.constants[index + 1 :], index + 1):
-                summary[f"{one.name}_{other.name}_covariance{one.suffix}{other.suffix}"] = float(covariance[index, further])
+        for (i, first), (j, second) in combinations(enumerate(names.values()), 2):
+            summary[f"{first.name}_{second.name}_covariance{first.suffix}{second.suffix}"] = float(covariance[i, j])
         return summary
 
     @classmethod
@@ -137,13 +138,13 @@ class ShiftLaw(Law):
         return cls(reference_temperature, **named)  # type: ignore[call-arg]
 
 
-def fit_factor(whiten: Floats, column: Floats, wanted: Floats) -> tuple[float, Floats, Floats, float]:
-    """Fit `wanted` (k,) as a factor times `column` (k,): the factor, its variance (1, 1), its response (1, k) and the misfit."""
+def fit_factor(whiten: Floats, column: Floats, log10_shift: Floats) -> tuple[float, Floats, Floats, float]:
+    """`log10_shift` (k,) as a factor times `column` (k,): the factor, its variance (1, 1), its response (1, k) and the misfit."""
     white = whiten @ column
     variance = 1 / float(white @ white)
     response = variance * (white @ whiten)
-    value = float(response @ wanted)
-    return value, np.array([[variance]]), response[None, :], reduced_chi_square(whiten @ (wanted - value * column), 1)
+    value = float(response @ log10_shift)
+    return value, np.array([[variance]]), response[None, :], reduced_chi_square(whiten @ (log10_shift - value * column), 1)
 
 
 def reduced_chi_square(whitened: Floats, parameters: int) -> float:

@@ -64,7 +64,7 @@ class FirstInvariantLaw(SpringLaw):
         """W(I1)."""
         return self.energy_of(_invariant(squared_stretch)[0])
 
-    def room(self, squared_stretch: Floats) -> Floats:
+    def margin(self, squared_stretch: Floats) -> Floats:
         """1 - (I1 - 3)/(limit of I1 - 3)."""
         return np.asarray(1 - (_invariant(squared_stretch)[0] - 3) / (self.largest_invariant() - 3))
 

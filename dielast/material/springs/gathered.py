@@ -37,9 +37,9 @@ class JoinedLaw(SpringLaw):
         """Energies of each law."""
         return self._joined(lambda law, squared: (law.energy(squared),), squared_stretch)[0]
 
-    def room(self, squared_stretch: Floats) -> Floats:
+    def margin(self, squared_stretch: Floats) -> Floats:
         """Distances to the limit of each law."""
-        return self._joined(lambda law, squared: (law.room(squared),), squared_stretch)[0]
+        return self._joined(lambda law, squared: (law.margin(squared),), squared_stretch)[0]
 
     def axial_stress(self, symmetry: Symmetry, front: Floats, thickness: Floats) -> Floats:
         """p of each law."""
@@ -107,11 +107,11 @@ def gathered(laws: Sequence[tuple[SpringLaw, SpringLaw]], carrying: Flags) -> Sp
     if len(carrying) == 1:
         laws = [(first, first) for first, _ in laws]  # no case has branches
     kinds = [(_kind(first), _kind(rest)) for first, rest in laws]
-    known = list(dict.fromkeys(kinds))
-    if len(known) == 1:
+    different = list(dict.fromkeys(kinds))
+    if len(different) == 1:
         return _of_one_kind(laws, carrying)
-    which = np.array([known.index(kind) for kind in kinds])
-    members = [np.flatnonzero(which == index) for index in range(len(known))]
+    which = np.array([different.index(kind) for kind in kinds])
+    members = [np.flatnonzero(which == index) for index in range(len(different))]
     return JoinedLaw(
         tuple(_of_one_kind([laws[case] for case in cases.tolist()], carrying[:, cases]) for cases in members), which, -1
     )

@@ -77,7 +77,7 @@ class SpringLaw(Law):
         """Strain energy per undeformed volume over the shear modulus, shape (...); infinite outside the law's domain."""
         raise NotImplementedError
 
-    def room(self, squared_stretch: Floats) -> Floats:
+    def margin(self, squared_stretch: Floats) -> Floats:
         """The distance (...) of the stretches from the limit of the law's domain: 1 at rest, 0 at the limit, negative beyond.
 
         It is 1 everywhere for a law that holds at every stretch.
