@@ -117,7 +117,7 @@ def read_points(comparison: Comparison, inputs: Inputs, specimen: Specimen | Non
     Raises `InputError` naming the file and the line, the column or the values of `where`.
     """
     table = read_measured(inputs.read(comparison.file), comparison.file, comparison.text_format(), comparison.units)
-    rows, specimen = _rows(table, comparison), comparison.specimen or specimen
+    rows, specimen = rows_where(table, comparison.where), comparison.specimen or specimen
 
     def values_of(axis: str, header: str, column: str | None) -> Floats:
         name, unit = split_header(header)
@@ -149,14 +149,14 @@ def _label(comparison: Comparison) -> str:
     return f"measured, {Path(comparison.file).name}" + (f", {chosen}" if chosen else "")
 
 
-def _rows(table: MeasuredTable, comparison: Comparison) -> Flags:
-    """The rows that `where` selects."""
+def rows_where(table: MeasuredTable, values: Mapping[str, str | float]) -> Flags:
+    """The rows (rows,) that have these values in these columns; raises `InputError` if there is none."""
     keep = np.ones(table.lines.size, dtype=bool)
-    for name, value in comparison.where.items():
+    for name, value in values.items():
         keep &= table.equals(name, value)
     if not keep.any():
-        chosen = ", ".join(f"{name} = {value}" for name, value in comparison.where.items())
-        raise InputError(f"no row has {chosen}", file=comparison.file)
+        chosen = ", ".join(f"{name} = {value}" for name, value in values.items())
+        raise InputError(f"no row has {chosen}" if chosen else "no rows", file=table.source)
     return keep
 
 

@@ -121,17 +121,17 @@ def report_of(simulation: Simulation, cases: Sequence[Case[Any]], inputs: Inputs
     recipes, materials = [case.recipe for case in cases], read_materials(cases, inputs)
     kind = recipes[0].kind
     check_series(cases, simulation.width, inputs, execution.jobs)
-    clean = solve_batches(simulation.batches(cases, materials, inputs), execution)
+
+    def batches(cases: Sequence[Case[Any]], materials: Sequence[Material], factor: Floats | None = None) -> list[SimulationBatch]:
+        return simulation.batches(cases, materials, inputs, factor)
+
+    clean = solve_batches(batches(cases, materials), execution)
     simulation.warn(cases, materials, clean, [solver_steps(recipe, inputs) for recipe in recipes])
     results = [with_noise(result, recipe, case) for case, (result, recipe) in enumerate(zip(clean, recipes, strict=True))]
     columns = [with_axes(result.columns, recipe) for result, recipe in zip(results, recipes, strict=True)]
     cycling = {case: result.cycles for case, result in enumerate(results) if result.cycles is not None}
     intervals: dict[str, dict[str, Any]] = {}
     samples: Sequence[Sample | None] = [None] * len(cases)
-
-    def batches(cases: Sequence[Case[Any]], materials: Sequence[Material], factor: Floats) -> list[SimulationBatch]:
-        return simulation.batches(cases, materials, inputs, factor)
-
     if any(recipe.uncertainty is not None for recipe in recipes):
         from dielast.commands.simulation.bounds import bounded_cases
         from dielast.commands.simulation.uncertainty import samples_of, uncertainty_headline
@@ -145,13 +145,13 @@ def report_of(simulation: Simulation, cases: Sequence[Case[Any]], inputs: Inputs
     if any(getattr(recipe, "sensitivity", False) for recipe in recipes):
         from dielast.commands.simulation.sensitivity import case_sensitivities, sensitivity_outputs
 
-        found = case_sensitivities(batches, cases, materials, samples, results, execution)
-        tables, sections, figures = sensitivity_outputs(found, cases, materials)
+        sensitivities = case_sensitivities(batches, cases, materials, samples, results, execution)
+        tables, sections, figures = sensitivity_outputs(sensitivities, cases, materials)
 
     def at_times(case: int, times: Floats) -> Mapping[str, Floats]:
         output = recipes[case].output.model_copy(update={"times": times.tolist()})
         timed = Case(recipes[case].model_copy(update={"output": output}))
-        return with_axes(solve_batches(simulation.batches([timed], [materials[case]], inputs))[0].columns, timed.recipe)
+        return with_axes(solve_batches(batches([timed], [materials[case]]))[0].columns, timed.recipe)
 
     matched = matches(recipes[0], columns, inputs, at_times)
     axes = axes_of(cases, columns[0], simulation.measured, simulation.time_scale)
