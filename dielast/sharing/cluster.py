@@ -138,10 +138,10 @@ def _patience() -> float:
 
 
 def _check_versions(scheduler: str, client: Client) -> None:
-    known: dict[str, Any] = client.get_versions(packages=list(VERSIONS))
-    here = known["client"]["packages"]
+    versions: dict[str, Any] = client.get_versions(packages=list(VERSIONS))
+    here = versions["client"]["packages"]
     # the scheduler unpickles tasks as well
-    nodes = {"the scheduler itself": known["scheduler"]} | {f"worker {name}": node for name, node in known["workers"].items()}
+    nodes = {"the scheduler itself": versions["scheduler"]} | {f"worker {name}": node for name, node in versions["workers"].items()}
     differences = {name: _differing(here, node["packages"]) for name, node in nodes.items()}
     lines = [f"{name}: {other}" for name, other in differences.items() if other]
     if lines:

@@ -265,6 +265,14 @@ def test_a_sweep_of_the_voltage_is_a_curve_of_stretch_over_voltage(tmp_path: Pat
     assert np.asarray(failed.get_ydata()) == pytest.approx(ends[5])
 
 
+@pytest.mark.parametrize(
+    ("specimen", "section"), [('gauge_length = "50 mm"', False), ('width = "10 mm"\nthickness = "1 mm"', True)]
+)
+def test_a_cross_section_is_in_the_title_if_it_is_stated(tmp_path: Path, specimen: str, section: bool) -> None:
+    title = figure_of(tmp_path, f"{RELAX}{COARSE}[specimen]\n{specimen}\n").get_suptitle()
+    assert ("section 10" in title) is section
+
+
 def test_isochrones_join_equal_times_across_cases(tmp_path: Path) -> None:
     recipe = RELAX + '[output]\ntimes = ["1 s", "1 min", "1 h"]\n[sweep]\n"step.0.stretch" = [2.0, 1.2, 1.5]\n'
     figure = figure_of(tmp_path, recipe + '[plot]\nx = "step.0.stretch"\n')

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 from hypothesis import given, strategies as st
 
-from dielast.commands.actuate.electrical_recipe import ELECTRICAL_COLUMNS
+from dielast.commands.actuate.recipe import ELECTRICAL_COLUMNS
 from dielast.commands.registry import COMMANDS, read_cases
 from dielast.errors import InputError, quoted, shown, shown_path
 from dielast.handover.material_file import read_material

@@ -16,7 +16,8 @@ from dielast.material.material import Material
 from dielast.material.shift import NoShift
 from dielast.material.spectrum import Spectrum
 from dielast.material.springs import Gent
-from dielast.sharing.execution import Execution, solve_batches
+from dielast.sharing.batches import solve_batches
+from dielast.sharing.execution import Execution
 
 
 @dataclass(frozen=True)

@@ -3,32 +3,42 @@
 from __future__ import annotations
 
 from itertools import pairwise
-from typing import Annotated, Any, ClassVar, Literal, Self
+from typing import Annotated, ClassVar, Literal, Self
 
 import numpy as np
-from pydantic import Field, PlainValidator, WithJsonSchema, model_validator
+from pydantic import Field, model_validator
 
-from dielast.commands.actuate.electrical_recipe import (
-    ELECTRICAL_COLUMNS,
-    RATES,
-    Charge,
-    Electric,
-    ElectricalOutput,
-    ElectricRate,
-    LeakageSection,
-    SourceSection,
-)
 from dielast.commands.simulation.film_recipe import SHARE_TEXT, FilmBase, FilmSolver, Prestretch, PullInSection, Share
-from dielast.commands.simulation.recipe import COLUMNS, MAJOR_AXIS, MINOR_AXIS, SimulationRecipe
-from dielast.commands.simulation.step_recipe import Aim, HistoryStep, starting
+from dielast.commands.simulation.recipe import COLUMNS, MAJOR_AXIS, MINOR_AXIS, Output, SimulationRecipe
+from dielast.commands.simulation.step_recipe import Aim, AnyOf, HistoryStep, starting
 from dielast.commands.simulation.uncertainty_recipe import SENSITIVITY_TEXT, FilmUncertainty
-from dielast.errors import InputError, Mistakes, Problem, shown
+from dielast.errors import InputError, Mistakes, Problem
 from dielast.handover.law_section import BreakdownField
 from dielast.mechanics.criteria import END, names
-from dielast.recipe.fields import Section, Time, Voltage
+from dielast.recipe.fields import OneOf, Quantity, Section, Time, Voltage
 from dielast.recipe.file_fields import ColumnName
-from dielast.units import CHARGE, CHARGE_DENSITY, VOLTAGE
+from dielast.simulate.electrical import UNITS
+from dielast.units import (
+    CHARGE,
+    CHARGE_DENSITY,
+    CHARGE_DENSITY_RATE,
+    CHARGE_RATE,
+    CONDUCTIVITY,
+    FIELD,
+    RESISTANCE,
+    VOLTAGE,
+    VOLTAGE_RATE,
+)
 
+ELECTRICAL_COLUMNS = tuple(f"{name} [{unit}]" for name, unit in UNITS.items())
+RATES = {VOLTAGE.unit: VOLTAGE_RATE, CHARGE.unit: CHARGE_RATE, CHARGE_DENSITY.unit: CHARGE_DENSITY_RATE}
+"""The rate of a quantity, by its unit."""
+Charge = Annotated[tuple[float, str], AnyOf((CHARGE, CHARGE_DENSITY))]
+Electric = Annotated[tuple[float, str], AnyOf((VOLTAGE, CHARGE, CHARGE_DENSITY))]
+ElectricRate = Annotated[tuple[float, str], AnyOf((VOLTAGE_RATE, CHARGE_RATE, CHARGE_DENSITY_RATE))]
+Resistance = Annotated[float, Quantity(RESISTANCE, at_least=0.0)]
+Conductivity = Annotated[float, Quantity(CONDUCTIVITY, at_least=0.0)]
+LeakageField = Annotated[float, Quantity(FIELD, above=0.0)]
 OF_THE_ELECTRODE = (MAJOR_AXIS, MINOR_AXIS, "charge [C]", "current [A]")
 ELECTRICAL = "output.electrical = true"
 NEEDED_BY = {"source_voltage [V]": "[source]", "resistor_energy [J/m^3]": "[source]", "leaked_energy [J/m^3]": "[leakage]"}
@@ -43,25 +53,46 @@ FIELD_COLUMNS = (
 )
 
 
-def _stop(value: Any) -> str:
-    """The name of an event, or of the end."""
-    known = (*names(), END)
-    if value not in known:
-        raise InputError(f"{shown(value)}: {', '.join(map(shown, known[:-1]))} or {shown(END)} is needed")
-    return str(value)
-
-
-StopAt = Annotated[str, PlainValidator(_stop), WithJsonSchema({"enum": [*names(), END], "type": "string"})]
-
-
 class Stop(Section):
     """When a simulation ends."""
 
-    at: StopAt | None = Field(
+    at: Annotated[str, OneOf(lambda: [*names(), END])] | None = Field(
         None,
         description="The event at which the simulation stops, or the end of the last step. Default: breakdown, or the first "
         "failure where no breakdown field is known. With breakdown, or by default, a film with a passive part also stops at "
         "loss of tension.",
+    )
+
+
+class SourceSection(Section):
+    """The source of the voltage."""
+
+    resistance: Resistance = Field(
+        description="Resistance between the source and the electrode; needs film.electrode_diameter. The voltage of the electrode "
+        "is that of the source minus resistance times current. A disturbance over a time (pull_in.timescale) shorter "
+        "than the time constant of the circuit is at constant charge, a longer one at constant voltage; a film that "
+        "runs away only as fast as the circuit charges it has no pull-in."
+    )
+
+
+class LeakageSection(Section):
+    """Current through the film: the current density is conductivity exp(field/E_c) times the true field."""
+
+    conductivity: Conductivity = Field(description="Conductivity at a small field.")
+    field: LeakageField | None = Field(
+        None,
+        description="Increase E_c of the true field over which the conductivity grows by a factor e. Default: constant "
+        "conductivity.",
+    )
+
+
+class ElectricalOutput(Output):
+    """The times of the result, and whether it includes charge, current and energies."""
+
+    electrical: bool | None = Field(
+        None,
+        description="Whether to write charge, current and energies, and the efficiency of cycles. Default: true with charges, "
+        "[source] or [leakage]. Charge and current are per undeformed area; with film.electrode_diameter also in C and A.",
     )
 
 
@@ -185,11 +216,9 @@ class ActuateRecipe(SimulationRecipe):
 
     @model_validator(mode="after")
     def _columns_of_the_electrode(self) -> Self:
-        asked = [("plot.x", self.plot.x), ("plot.y", self.plot.y)]
-        for index, comparison in enumerate(self.compare):
-            asked += [(f"compare[{index}].x", comparison.x), (f"compare[{index}].y", comparison.y)]
+        drawn = {"plot": self.plot} | {f"compare[{index}]": comparison for index, comparison in enumerate(self.compare)}
         stated = {"[source]": self.source is not None, "[leakage]": self.leakage is not None, ELECTRICAL: self.electrical}
-        for key, header in asked:
+        for key, header in ((f"{place}.{axis}", getattr(axes, axis)) for place, axes in drawn.items() for axis in ("x", "y")):
             if header in OF_THE_ELECTRODE and self.film.electrode_diameter is None:
                 raise InputError(f'"{header}" needs the size of the electrode: state film.electrode_diameter', key=key)
             if header in ELECTRICAL_COLUMNS:
@@ -201,27 +230,23 @@ class ActuateRecipe(SimulationRecipe):
     @model_validator(mode="after")
     def _steps_of_the_control(self) -> Self:
         wrong = Mistakes()
-        other = "charge" if self.control == "voltage" else "voltage"
+        other, mismatch = "charge" if self.control == "voltage" else "voltage", f'does not go with control = "{self.control}"'
         for index, step in enumerate(self.step):
             if step.columns is not None and getattr(step.columns, other) is not None:
-                where = f"step[{index}].columns.{other}"
-                wrong.append(Problem(f'a column of the {other} does not go with control = "{self.control}"', key=where))
+                wrong.append(Problem(f"a column of the {other} {mismatch}", key=f"step[{index}].columns.{other}"))
             for key, unit in step.stated.items():
-                where = f"step[{index}].{key}"
+                text = None
                 if (unit == VOLTAGE.unit) != (self.control == "voltage"):
-                    stated, others = ("a voltage", "charges") if unit == VOLTAGE.unit else ("a charge", "voltages")
-                    both = f'all steps prescribe {others}, or state control = "{stated.removeprefix("a ")}"'
-                    wrong.append(Problem(f'{stated} does not go with control = "{self.control}": {both}', key=where))
+                    text = f'a {other} {mismatch}: all steps prescribe {self.control}s, or state control = "{other}"'
                 elif unit == CHARGE.unit and self.film.electrode_diameter is None:
-                    density = f'such as "{CHARGE_DENSITY.example}"'
-                    wrong.append(
-                        Problem(f"a charge needs film.electrode_diameter, or state a charge density, {density}", key=where)
-                    )
+                    text = f'a charge needs film.electrode_diameter, or state a charge density, such as "{CHARGE_DENSITY.example}"'
+                if text is not None:
+                    wrong.append(Problem(text, key=f"step[{index}].{key}"))
         wrong.refuse()
         return self
 
     @model_validator(mode="after")
-    def _a_source_of_voltage(self) -> Self:
+    def _source_and_boundary(self) -> Self:
         if self.source is not None and self.control == "charge":
             raise InputError(
                 'control = "charge" prescribes the current, so that a resistance has no effect: leave [source] out', key="source"
@@ -229,30 +254,20 @@ class ActuateRecipe(SimulationRecipe):
         if self.source is not None and self.source.resistance > 0 and self.film.electrode_diameter is None:
             needed = "the current through it depends on the size of the electrode: state film.electrode_diameter"
             raise InputError(needed, key="source.resistance")
-        return self
-
-    @model_validator(mode="after")
-    def _boundary_of_film(self) -> Self:
         self.film.check_boundary(self.solver, swept="film.boundary" in (self.sweep or ()))
         if self.output.profile is not None and self.film.shares is None:
             raise InputError('a profile needs a film with a passive part, boundary = "frame" or "strip"', key="output.profile")
         if self.film.shares is not None:
-            self._check_ideal_source(self.film.boundary[0])
+            stated = {
+                "control": self.control == "charge",
+                "source": self.source is not None,
+                "leakage": self.leakage is not None,
+                "output.electrical": bool(self.output.electrical),
+            }
+            only = f'a film with boundary = "{self.film.boundary[0]}" takes an ideal source of voltage alone'
+            text = f'{only}: leave it out, or state "dead-load" or "clamped"'
+            Mistakes(Problem(text, key=key) for key, is_stated in stated.items() if is_stated).refuse()
         return self
-
-    def _check_ideal_source(self, boundary: str) -> None:
-        """`InputError` for keys that a film with a passive part cannot take."""
-        stated = {
-            "control": self.control == "charge",
-            "source": self.source is not None,
-            "leakage": self.leakage is not None,
-            "output.electrical": bool(self.output.electrical),
-        }
-        wrong = Mistakes()
-        only = f'a film with boundary = "{boundary}" takes an ideal source of voltage alone'
-        text = f'{only}: leave it out, or state "dead-load" or "clamped"'
-        wrong += [Problem(text, key=key) for key, is_stated in stated.items() if is_stated]
-        wrong.refuse()
 
     @model_validator(mode="after")
     def _no_noise(self) -> Self:

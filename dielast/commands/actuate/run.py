@@ -53,16 +53,15 @@ class Films(Simulation):
     def solver(self, recipes: Sequence[ActuateRecipe], thickness_factor: Floats) -> partial[Any]:
         """The simulation of the films of the recipes."""
         recipe, films = recipes[0], [recipe.film for recipe in recipes]
-        leaks = [recipe.leakage for recipe in recipes]
+        sources, leaks = [recipe.source for recipe in recipes], [recipe.leakage for recipe in recipes]
+        resistance = [0.0 if source is None else source.resistance for source in sources]
         leakage = Leakage(
             [0.0 if leak is None else leak.conductivity for leak in leaks],
             [np.inf if leak is None or leak.field is None else leak.field for leak in leaks],
         )
         return partial(
             actuate,
-            source_resistance=[0.0 if one.source is None else one.source.resistance for one in recipes]
-            if self.has_source
-            else None,
+            source_resistance=resistance if self.has_source else None,
             leakage=leakage if self.has_leakage else None,
             electrode_area=np.array([film.electrode_area for film in films], dtype=float) if self.has_area else None,
             electrical=self.electrical,

@@ -20,7 +20,7 @@ from dielast.io.table import split_header
 from dielast.material.material import Material
 from dielast.numerics.arrays import Floats
 from dielast.recipe.cases import Case
-from dielast.sharing.execution import solve_batches
+from dielast.sharing.batches import solve_batches
 
 KINDS = ("relax", "creep", "actuate")
 

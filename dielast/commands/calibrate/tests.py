@@ -11,6 +11,7 @@ import numpy as np
 from dielast.calibration.experiment import Experiment, MeasuredTest
 from dielast.commands.calibrate.recipe import TestData
 from dielast.commands.calibrate.simulated import recipe_tests
+from dielast.commands.simulation.compare import rows_where
 from dielast.errors import InputError, Mistakes, located, placed, warn
 from dielast.io.files import Inputs
 from dielast.io.text_table import MeasuredTable, read_measured
@@ -61,7 +62,7 @@ def read_test(test: TestData, inputs: Inputs, temperature: float, name: str) -> 
     """A test of a table; raises `InputError` naming the file for columns that are missing or wrong."""
     assert test.file is not None
     table = read_measured(inputs.read(test.file), test.file, test.text_format(), test.units)
-    rows = _rows(table, test)
+    rows = rows_where(table, test.where)
     stretch = _quantity(table, test, "stretch", rows)
     stress = _quantity(table, test, "stress", rows)
     lines = table.lines[rows]
@@ -130,17 +131,6 @@ def _quantity(table: MeasuredTable, test: TestData, quantity: str, rows: Flags) 
     if wrong := mistaken(table, column, role):
         raise InputError(wrong, file=test.file)
     return read_as(table, role, column, test.specimen, rows)
-
-
-def _rows(table: MeasuredTable, test: TestData) -> Flags:
-    """The rows that `where` selects."""
-    keep = np.ones(table.lines.size, dtype=bool)
-    for name, value in test.where.items():
-        keep &= table.equals(name, value)
-    if not keep.any():
-        chosen = ", ".join(f"{name} = {value}" for name, value in test.where.items())
-        raise InputError(f"no row has {chosen}" if chosen else "no rows", file=test.file)
-    return keep
 
 
 def _thinned(time: Floats, stretch: Floats) -> np.ndarray[tuple[int], np.dtype[np.intp]]:

@@ -13,7 +13,7 @@ import numpy as np
 
 from dielast.commands.design.recipe import DesignRecipe
 from dielast.commands.simulation.cases import first_of_each, material_of
-from dielast.commands.simulation.grid import in_recipe_terms, sample_for, warn_of_design, warn_of_grid
+from dielast.commands.simulation.grid import in_grid_terms, sample_for, warn_of_design, warn_of_grid
 from dielast.commands.simulation.memory_needed import check_cells
 from dielast.commands.simulation.recipe import KEYS
 from dielast.errors import in_keys, placed
@@ -22,7 +22,8 @@ from dielast.io.files import Inputs
 from dielast.material.material import Material
 from dielast.recipe.cases import Case
 from dielast.report.report import Report
-from dielast.sharing.execution import Execution, share_out
+from dielast.sharing.batches import share_out
+from dielast.sharing.execution import Execution
 from dielast.simulate.design import FAILURE_PROBABILITY, YES, Design, check_draws, designed, plan_design, under_way
 from dielast.simulate.design_plan import (
     AREA_STRAIN,
@@ -102,7 +103,7 @@ def _plan(recipe: DesignRecipe, material: Material, sample: Sample | None) -> De
     targets = len(goal.relative_stretch or goal.area_strain or ())
     grid = (len(temperatures), *sizes, shares * targets)
     check_cells(prod(grid), 0 if sample is None else len(sample))
-    with placed(partial(in_recipe_terms, sizes=grid, temperatures=temperatures, keys=GOAL_KEYS)):
+    with placed(partial(in_grid_terms, sizes=grid, temperatures=temperatures, keys=GOAL_KEYS)):
         return plan_design(
             material,
             FilmSetup(**recipe.film.setup(recipe.solver.mesh_rtol)),

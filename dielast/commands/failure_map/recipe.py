@@ -102,18 +102,10 @@ class FailureMapRecipe(RecipeBase):
         return material_file()
 
     @model_validator(mode="after")
-    def _boundary_of_film(self) -> Self:
+    def _boundary_and_times(self) -> Self:
         self.film.check_boundary(self.solver)
-        return self
-
-    @model_validator(mode="after")
-    def _on_in_time(self) -> Self:
         if self.voltage.ramp > self.horizon:
             raise InputError(f"{self.voltage.ramp:g} s is longer than the horizon of {self.horizon:g} s", key="voltage.ramp")
-        return self
-
-    @model_validator(mode="after")
-    def _seen_in_time(self) -> Self:
         for name, time in () if self.stretch is None else self.stretch.at:
             if time > self.horizon:
                 raise InputError(f'"{name}" is longer than the horizon of {self.horizon:g} s', key="stretch.at")

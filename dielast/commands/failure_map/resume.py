@@ -18,7 +18,8 @@ from dielast.io.files import KEPT, STORE, Inputs, write_files
 from dielast.numerics.integrate import Status
 from dielast.recipe.base import RecipeBase
 from dielast.recipe.cases import Case
-from dielast.sharing.execution import NOTHING_KEPT, Execution, share_out
+from dielast.sharing.batches import share_out
+from dielast.sharing.execution import NOTHING_KEPT, Execution
 from dielast.sharing.versions import VERSIONS
 from dielast.simulate.map_plan import Cells, MapPlan, column_of, solve_cells
 
@@ -40,28 +41,28 @@ def fingerprint(case: Case[RecipeBase], inputs: Inputs) -> str:
 def solve(plan: MapPlan, key: str, execution: Execution) -> list[Cells]:
     """All cells of the plan, which are kept in the folder of the execution until all are solved."""
     store = None if execution.folder is None else execution.folder / STORE
-    note, keep = execution.note or _ignore, execution.keep or _ignore
-    known, changed = _load(store, key, plan)
-    done = sum(cells.status.size for cells in known.values())
-    if known:
+    note, keep = (tell or (lambda line: None) for tell in (execution.note, execution.keep))
+    kept, changed = _load(store, key, plan)
+    done = sum(cells.status.size for cells in kept.values())
+    if kept:
         note(f"goes on from an interrupted run, which solved {done} of {plan.cells} cells")
     elif changed:
         note(f"the {changed} cells of an interrupted run are discarded: {OTHERS} since")
-    waiting = [chunk for chunk in plan.chunks(CHUNK) if chunk[0] not in known]
-    saved, due = len(known), 0.0
+    waiting = [chunk for chunk in plan.chunks(CHUNK) if chunk[0] not in kept]
+    saved, due = len(kept), 0.0
 
     def save() -> None:
         nonlocal saved
-        if store is not None and len(known) > saved and done < plan.cells:
-            _save(store, key, list(known.values()))
-            saved = len(known)
+        if store is not None and len(kept) > saved and done < plan.cells:
+            _save(store, key, list(kept.values()))
+            saved = len(kept)
             keep(f"{done} of {plan.cells} cells are kept: {GOES_ON}")
 
-    keep(f"{done} of {plan.cells} cells are kept: {GOES_ON}" if known else NONE_SOLVED)
+    keep(f"{done} of {plan.cells} cells are kept: {GOES_ON}" if kept else NONE_SOLVED)
     try:
         with closing(_solved(plan, waiting, execution)) as solved:
             for cells in solved:
-                known[cells.first] = cells
+                kept[cells.first] = cells
                 done += cells.status.size
                 if time.monotonic() >= due:
                     save()
@@ -72,11 +73,7 @@ def solve(plan: MapPlan, key: str, execution: Execution) -> list[Cells]:
         save()
     if not saved:  # the map was too small to be saved in between
         keep(NOTHING_KEPT)
-    return list(known.values())
-
-
-def _ignore(line: str) -> None:
-    """Ignore a note."""
+    return list(kept.values())
 
 
 def _solved(plan: MapPlan, chunks: Sequence[tuple[int, int]], execution: Execution) -> Generator[Cells, None, None]:
@@ -117,12 +114,12 @@ def _load(store: Path | None, key: str, plan: MapPlan) -> tuple[dict[int, Cells]
             bounds = np.cumsum(saved["size"])[:-1]
             times = {name: np.split(saved[column_of(name)], bounds) for name in plan.watched}
             stretched = np.split(saved["stretched"], bounds, axis=2)
-            known = {
+            kept = {
                 int(first): Cells(int(first), {name: parts[chunk] for name, parts in times.items()}, status, stretched[chunk])
                 for chunk, (first, status) in enumerate(zip(saved["first"], np.split(saved["status"], bounds), strict=True))
             }
         chunks = set(plan.chunks(CHUNK))
-        return (known if all(_belongs(cells, chunks, plan) for cells in known.values()) else {}), 0
+        return (kept if all(_belongs(cells, chunks, plan) for cells in kept.values()) else {}), 0
     except Exception:  # zipfile and numpy raise many kinds of errors for a damaged file
         return {}, 0  # not written by dielast, or damaged: begin anew
 

@@ -12,7 +12,7 @@ import numpy as np
 from dielast.commands.failure_map.recipe import FailureMapRecipe
 from dielast.commands.failure_map.resume import fingerprint, solve
 from dielast.commands.simulation.cases import first_of_each, material_of
-from dielast.commands.simulation.grid import in_recipe_terms, sample_for, warn_of_failures, warn_of_map
+from dielast.commands.simulation.grid import in_grid_terms, sample_for, warn_of_failures, warn_of_map
 from dielast.commands.simulation.memory_needed import check_cells
 from dielast.commands.simulation.recipe import KEYS
 from dielast.errors import placed
@@ -89,7 +89,7 @@ def _plan(recipe: FailureMapRecipe, material: Material, sample: Sample | None) -
     sizes = (len(temperatures), *recipe.film.sizes)
     check_cells(prod(sizes) * voltage.size, 0 if sample is None else len(sample))
     keys = KEYS if recipe.uncertainty is not None else KEYS | {"sample": "sensitivity"}
-    with placed(partial(in_recipe_terms, sizes=sizes, temperatures=temperatures, keys=keys)):
+    with placed(partial(in_grid_terms, sizes=sizes, temperatures=temperatures, keys=keys)):
         return plan_failure_map(
             material,
             voltage=voltage,

@@ -2,31 +2,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from dielast.commands.simulation.cases import Batches
 from dielast.commands.simulation.result import BoundedEvent, CaseResult
 from dielast.errors import in_a_draw
 from dielast.handover.law_section import breakdown
-from dielast.io.files import Inputs
-from dielast.io.table import Column
+from dielast.io.table import Column, Table
 from dielast.material.material import Material
 from dielast.material.scatter import Sample, interval
 from dielast.mechanics.cases import of_case
 from dielast.mechanics.criteria import named
 from dielast.numerics.arrays import Flags, Floats
 from dielast.recipe.cases import Case
-from dielast.sharing.execution import Batch, Execution, solve_batches
+from dielast.sharing.batches import Batch, solve_batches
+from dielast.sharing.execution import Execution
 from dielast.simulate.failure_map import FailureMap
-from dielast.simulate.history import EVENT_UNITS, Event
+from dielast.simulate.history import EVENT_UNITS, Event, event_columns
 from dielast.simulate.lifetime import POWER, UNITS as LINE_UNITS, LifetimeLine
 from dielast.simulate.map_plan import column_of
-
-if TYPE_CHECKING:
-    from dielast.commands.simulation.run import Simulation
 
 Band = tuple[Floats, Floats, Floats]
 
@@ -37,7 +36,6 @@ RUNS_DOWN = (
     "nominal_stress_2 [Pa]",
     "stability [1]",
 )  # columns that fall towards a failure; the others rise
-LINE = (*LINE_UNITS, *POWER)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -63,21 +61,20 @@ class CaseWithDraws:
 
 
 def bounded_cases(
-    simulation: Simulation,
+    batches: Batches,
     cases: Sequence[Case[Any]],
     samples: Sequence[Sample | None],
     results: Sequence[CaseResult],
-    inputs: Inputs,
     execution: Execution,
 ) -> list[CaseResult]:
-    """The results, with bounds in cases with draws."""
+    """The results, with bounds in cases with draws, which are divided into `batches`."""
     drawn: dict[int, CaseWithDraws] = {}
     for number, (case, sample, result) in enumerate(zip(cases, samples, results, strict=True)):
         if sample is not None:
             place = of_case(number, len(cases))
             with in_a_draw(key="uncertainty", case=place):
-                batches = simulation.batches(*drawn_case(case, sample, result), inputs, sample.thickness_factor)
-            drawn[number] = CaseWithDraws([len(drawn)], place, batches, result, case.recipe.uncertainty.level)
+                parts = batches(*drawn_case(case, sample, result), sample.thickness_factor)
+            drawn[number] = CaseWithDraws([len(drawn)], place, parts, result, case.recipe.uncertainty.level)
     bounds = dict(zip(drawn, solve_batches(list(drawn.values()), execution, "cases with draws"), strict=True))
     return [bounds.get(number, result) for number, result in enumerate(results)]
 
@@ -117,14 +114,14 @@ def bounded(result: CaseResult, drawn: Sequence[CaseResult], level: float, faile
     holds the share of draws that had not failed by each time. A draw that ends for another reason is no longer counted.
     """
     time = result.columns["time [s]"]
-    there = np.isfinite(_stacked([each.columns["time [s]"] for each in drawn], time.size))
+    there = np.isfinite(_stacked([draw.columns["time [s]"] for draw in drawn], time.size))
     lost = ~there & np.array(failed if failed is not None else [False] * len(drawn))[:, None]
     determined = ~_passed(time) if failed is not None else np.ones(time.size, dtype=bool)
     columns: dict[str, Floats] = {}
     for header, values in result.columns.items():
         columns[header] = values
         if header not in result.stated:
-            table = _stacked([each.columns[header] for each in drawn], time.size)
+            table = _stacked([draw.columns[header] for draw in drawn], time.size)
             beyond = -np.inf if header in RUNS_DOWN else np.inf
             low, high = interval(np.where(determined, np.where(lost, beyond, table), np.nan), level)
             columns[_beside(header, "lower")], columns[_beside(header, "upper")] = low, high
@@ -160,43 +157,34 @@ def bounded_events(events: Sequence[Event], drawn: Sequence[Sequence[Event]], le
     A draw without the event counts as an infinite time, so that a time may have no upper bound. Bounds of other quantities are
     those of the draws in which the event happens.
     """
-    seen: dict[str, int] = {}
+    count: Counter[str] = Counter()
     rows: list[tuple[str, int, Event | None]] = []
-    for own_event in events:
-        rows.append((own_event.name, seen.get(own_event.name, 0), own_event))
-        seen[own_event.name] = seen.get(own_event.name, 0) + 1
-    rows += [(name, 0, None) for name in dict.fromkeys(happened.name for draw in drawn for happened in draw) if name not in seen]
+    for event in events:
+        rows.append((event.name, count[event.name], event))
+        count[event.name] += 1
+    rows += [(name, 0, None) for name in dict.fromkeys(event.name for draw in drawn for event in draw) if name not in count]
     result = []
-    for name, which, event in rows:
-        same = [[happened for happened in draw if happened.name == name][which : which + 1] for draw in drawn]
-        lower, upper = {}, {}
+    for name, which, central in rows:
+        same = [[event for event in draw if event.name == name][which : which + 1] for draw in drawn]
+        bounds = {}
         for number in EVENT_UNITS:
             absent = np.inf if number == "time" else np.nan
             low, high = interval(np.array([float(getattr(draw[0], number)) if draw else absent for draw in same]), level)
-            lower[number], upper[number] = float(low), float(high)
-        result.append(BoundedEvent(name, event, lower, upper, sum(map(len, same)) / len(same)))
+            bounds[number] = float(low), float(high)
+        result.append(BoundedEvent(name, central, bounds, sum(map(len, same)) / len(same)))
     return result
 
 
-def bounded_event_columns(events: Sequence[Sequence[BoundedEvent]]) -> list[Column]:
+def bounded_event_columns(events: Sequence[Sequence[BoundedEvent]]) -> Table:
     """The table of events with bounds, by case; an event that happens in draws only has bounds only."""
-    flat = [(case, event) for case, of_case in enumerate(events) for event in of_case]
-    rows = [event for _, event in flat]
-    central = [
-        Column(name, unit, np.array([np.nan if row.event is None else getattr(row.event, name) for row in rows], dtype=float))
-        for name, unit in EVENT_UNITS.items()
-    ]
-    sides = [row.lower for row in rows], [row.upper for row in rows]
-    bounds = {name: [np.array([row[name] for row in side], dtype=float) for side in sides] for name in EVENT_UNITS}
-    return [
-        Column("case", None, np.array([case for case, _ in flat], dtype=np.int64)),
-        Column("event", None, [row.name for row in rows]),
-        *_between_bounds(central, bounds),
-        Column("probability", "1", np.array([row.probability for row in rows], dtype=float)),
-    ]
+    absent = dict.fromkeys(EVENT_UNITS, np.nan)
+    table = event_columns([[row.event or Event(row.name, **absent) for row in rows] for rows in events])
+    flat = [row for rows in events for row in rows]
+    bounds = {name: np.array([row.bounds[name] for row in flat], dtype=float).reshape(-1, 2).T for name in EVENT_UNITS}
+    return [*_between_bounds(table, bounds), Column("probability", "1", np.array([row.probability for row in flat], dtype=float))]
 
 
-def _between_bounds(columns: Sequence[Column], bounds: Mapping[str, Sequence[Floats]]) -> list[Column]:
+def _between_bounds(columns: Sequence[Column], bounds: Mapping[str, Iterable[Floats]]) -> list[Column]:
     """The columns, followed by their lower and upper bounds, if they have any."""
     result = []
     for column in columns:
@@ -210,34 +198,32 @@ def map_bounds(drawn: Sequence[FailureMap], level: float) -> dict[str, tuple[Flo
     """Lower and upper bounds of times and stretches of a map by column name; infinite for a time beyond the horizon, and for the
     stretch of a film that has failed before.
     """
-    known = np.array([each.failure_mode != "unfinished" for each in drawn])
+    finished = np.array([draw.failure_mode != "unfinished" for draw in drawn])
     bounds = {}
     for name in (*drawn[0].times, FAILURE):
-        times = np.array([each.time_to_failure if name == FAILURE else each.times[name] for each in drawn])
-        bounds[column_of(name)] = interval(np.where(np.isnan(times), np.where(known, np.inf, np.nan), times), level)
+        times = np.array([draw.time_to_failure if name == FAILURE else draw.times[name] for draw in drawn])
+        bounds[column_of(name)] = interval(np.where(np.isnan(times), np.where(finished, np.inf, np.nan), times), level)
     for when in drawn[0].relative_stretch:
         # a failed film counts as above every stretch
-        failed = np.array([each.time_to_failure < each.stretch_at[when] for each in drawn])
+        failed = np.array([draw.time_to_failure < draw.stretch_at[when] for draw in drawn])
         for axis in range(len(drawn[0].relative_stretch[when])):
-            stretch = np.array([each.relative_stretch[when][axis] for each in drawn])
+            stretch = np.array([draw.relative_stretch[when][axis] for draw in drawn])
             bounds[f"relative_stretch_{axis + 1} after {when}"] = interval(np.where(failed, np.inf, stretch), level)
     return bounds
 
 
-def failure_probability(drawn: Sequence[FailureMap]) -> Floats:
-    """Share of the draws that fail within the horizon, among those with a known result."""
-    failed = np.array([np.isfinite(each.time_to_failure) for each in drawn])
-    known = np.array([each.failure_mode != "unfinished" for each in drawn])
-    return np.asarray(np.sum(failed, axis=0) / np.maximum(np.sum(known, axis=0), 1))
-
-
 def bounded_map_columns(columns: Sequence[Column], drawn: Sequence[FailureMap], level: float) -> list[Column]:
-    """The table of a map with bounds of each time, and the probability of failure."""
-    failing = Column("failure_probability", "1", failure_probability(drawn).ravel())
-    return [*_between_bounds(columns, map_bounds(drawn, level)), failing]
+    """The table of a map with bounds of each time, and the probability of failure: the share of the draws that fail within the
+    horizon, among those with a known result.
+    """
+    failed = np.array([np.isfinite(draw.time_to_failure) for draw in drawn])
+    finished = np.array([draw.failure_mode != "unfinished" for draw in drawn])
+    probability = np.sum(failed, axis=0) / np.maximum(np.sum(finished, axis=0), 1)
+    return [*_between_bounds(columns, map_bounds(drawn, level)), Column("failure_probability", "1", probability.ravel())]
 
 
 def bounded_line_columns(columns: Sequence[Column], drawn: Sequence[Sequence[LifetimeLine]], level: float) -> list[Column]:
     """The table of lifetime lines with bounds of each number, from the lines of all draws."""
-    numbers = {name: np.array([[getattr(line, name) for line in lines] for lines in drawn], dtype=float) for name in LINE}
+    names = (*LINE_UNITS, *POWER)
+    numbers = {name: np.array([[getattr(line, name) for line in lines] for lines in drawn], dtype=float) for name in names}
     return _between_bounds(columns, {name: interval(values, level) for name, values in numbers.items()})

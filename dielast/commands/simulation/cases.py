@@ -49,6 +49,10 @@ class SimulationBatch:
         return [self.result(history, row) for row in range(len(self.members))]
 
 
+Batches = Callable[[Sequence[Case[Any]], Sequence[Material], Floats], Sequence[SimulationBatch]]
+"""Divides cases into batches, each case with its material and a factor (cases,) on the thickness."""
+
+
 def material_of(case: Case[Any], inputs: Inputs) -> Material:
     """The material of a case: that of its file, with the changes that the case states."""
     name = case.recipe.material
@@ -64,9 +68,9 @@ def read_materials(cases: Sequence[Case[SimulationRecipe]], inputs: Inputs) -> l
     """The materials of the cases; a material that several cases share is read once."""
     first = {material_key(case): case for case in reversed(cases)}
     wrong = Mistakes()
-    known = {key: wrong.tried(partial(material_of, case, inputs)) for key, case in reversed(first.items())}
+    read = {key: wrong.tried(partial(material_of, case, inputs)) for key, case in reversed(first.items())}
     wrong.refuse()
-    materials = {key: material for key, material in known.items() if material is not None}
+    materials = {key: material for key, material in read.items() if material is not None}
     for material in materials.values():
         warn_of_material(material)
     return [materials[material_key(case)] for case in cases]

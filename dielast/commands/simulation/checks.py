@@ -124,9 +124,9 @@ def warn_of_films(
         warn(_cases([index for index, _ in broken]) + beyond)
 
 
-def warn_of_no_breakdown(known: Sequence[bool], materials: Sequence[Material]) -> None:
-    """Warn of films without a `known` breakdown field and without damage: only pull-in ends them."""
-    if not any(known) and all(material.damage is None for material in materials):
+def warn_of_no_breakdown(has_limit: Sequence[bool], materials: Sequence[Material]) -> None:
+    """Warn of films of which none `has_limit`, a breakdown field, and without damage: only pull-in ends them."""
+    if not any(has_limit) and all(material.damage is None for material in materials):
         warn("no breakdown field is known, so that pull-in alone ends a film: state [breakdown] field")
 
 
@@ -222,9 +222,9 @@ def prestretching(prestretch: tuple[float, float], rate: float | None, relax: fl
     return (further / rate if rate else 0.0) + relax or np.inf if further else np.inf
 
 
-def _loads(entries: Sequence[Entry], rest: float, end: float, asked: Sequence[float] | None) -> Iterator[tuple[str, float]]:
+def _loads(entries: Sequence[Entry], rest: float, end: float, outputs: Sequence[float] | None) -> Iterator[tuple[str, float]]:
     """For each load of the recipe's steps up to the `end`: a clause about it, and its duration in s; for a load at once, the time
-    until the first output of interest, which is among the times `asked` for if there are any.
+    until the first output of interest, which is among the times of the `outputs` in s if these are stated.
     """
     present, start = rest, 0.0
     groups = [list(group) for _, group in groupby(entries, key=lambda entry: entry.origin)]
@@ -245,24 +245,24 @@ def _loads(entries: Sequence[Entry], rest: float, end: float, asked: Sequence[fl
         whole = (moved > 0) & (moved >= WHOLE * np.ptp(at)) & ~(times[first] >= end)
         for a, b in zip(first[whole].tolist(), last_of[whole].tolist(), strict=True):
             step, begins, ends = f"step[{group[0].origin}]", float(times[a]), float(times[b])
-            seen = next((time - begins for time in asked or () if time > begins), None)
+            first_output = next((time - begins for time in outputs or () if time > begins), None)
             if ends > begins:
-                one = "takes" if b - a == moves.size else "goes up or down within"
+                verb = "takes" if b - a == moves.size else "goes up or down within"
                 took = min(ends, end) - begins
-                if seen is not None and seen >= took:
-                    yield f"{step} is first looked at after", seen
-                elif seen is not None or asked is None:
-                    yield f"{step} {one}", took
-            elif seen is not None:
-                yield f"{step} comes at once, and the first output after it is after", seen
-            elif asked is None and (follows := _following(begins, float(times[-1]), groups[number + 1 :], values[b], end)) > 0:
+                if first_output is not None and first_output >= took:
+                    yield f"{step} is first looked at after", first_output
+                elif first_output is not None or outputs is None:
+                    yield f"{step} {verb}", took
+            elif first_output is not None:
+                yield f"{step} comes at once, and the first output after it is after", first_output
+            elif outputs is None and (follows := _following(begins, float(times[-1]), groups[number + 1 :], values[b], end)) > 0:
                 yield f"{step} comes at once, and the first thousandth of what follows takes", EARLY * follows
         present, start = values[-1], float(times[-1])
 
 
-def _following(at: float, own_end: float, later: Sequence[Sequence[Entry]], present: float, end: float) -> float:
-    """The duration in s after a load at once at the time `at` (s), in its step, which ends at `own_end`, or in the next."""
-    follows = own_end - at
+def _following(at: float, step_end: float, later: Sequence[Sequence[Entry]], present: float, end: float) -> float:
+    """The duration in s after a load at once at the time `at` (s), in its step, which ends at `step_end`, or in the next."""
+    follows = step_end - at
     if follows == 0 and later:
         for entry in later[0]:
             follows += lasting(entry, present)

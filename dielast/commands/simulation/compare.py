@@ -97,8 +97,8 @@ def match(
         if header not in columns:
             raise InputError(f'"{header}" is no column of the result; there are {", ".join(columns)}', key=f"{key}.{axis}")
     x, y = read_points(comparison, inputs, specimen)
-    found = fine(np.unique(x[x >= 0]) if comparison.x == "time [s]" else None)
-    model = _interpolate(comparison, x, found[comparison.x], found[comparison.y])
+    simulated = fine(np.unique(x[x >= 0]) if comparison.x == "time [s]" else None)
+    model = _interpolate(comparison, x, simulated[comparison.x], simulated[comparison.y])
     missed = int(np.count_nonzero(np.isnan(model)))
     if missed == x.size:
         raise InputError(
@@ -117,41 +117,31 @@ def read_points(comparison: Comparison, inputs: Inputs, specimen: Specimen | Non
     Raises `InputError` naming the file and the line, the column or the values of `where`.
     """
     table = read_measured(inputs.read(comparison.file), comparison.file, comparison.text_format(), comparison.units)
-    rows = _rows(table, comparison)
-    known = comparison.specimen or specimen
-    x = _axis(table, comparison, "x", comparison.x, comparison.x_column, known, rows)
-    return x, _axis(table, comparison, "y", comparison.y, comparison.y_column, known, rows)
+    rows, specimen = rows_where(table, comparison.where), comparison.specimen or specimen
 
+    def values_of(axis: str, header: str, column: str | None) -> Floats:
+        name, unit = split_header(header)
+        quantity = QUANTITIES.get(header)
+        chosen: str | int = column or name
+        if quantity == "time" and column is None:
+            chosen = comparison.columns.time or name
+        elif quantity in MACHINE:
+            stated = bool(roles_of(header) & comparison.columns.by_role.keys())
+            if stated or (column is None and not table.has(name) and any(map(table.has, KNOWN_AS[quantity]))):
+                role, chosen = role_in(table, quantity, comparison.columns)
+            else:
+                # the unit tells an extension from a stretch, and a force from a stress
+                stated_unit = table.units[table.find(chosen, axis)] or (table.stated_units or {}).get(axis)
+                raw, dimension = MACHINE[quantity]
+                role = raw if stated_unit is not None and kind_of(stated_unit) is dimension else quantity
+            if role != quantity:
+                return read_as(table, role, chosen, specimen, rows, axis)
+        values = table.column(chosen, axis, DIMENSIONS.get(unit or "1", NUMBER), rows)
+        if "stretch" in name:
+            warn_of_measured_stretch(table.names[table.find(chosen, axis)], values, comparison.file)
+        return values
 
-def _axis(
-    table: MeasuredTable,
-    comparison: Comparison,
-    axis: str,
-    header: str,
-    column: str | None,
-    specimen: Specimen | None,
-    rows: Flags,
-) -> Floats:
-    name, unit = split_header(header)
-    quantity = QUANTITIES.get(header)
-    wanted: str | int = column or name
-    if quantity == "time" and column is None:
-        wanted = comparison.columns.time or name
-    elif quantity in MACHINE:
-        stated = bool(roles_of(header) & comparison.columns.by_role.keys())
-        if stated or (column is None and not table.has(name) and any(map(table.has, KNOWN_AS[quantity]))):
-            role, wanted = role_in(table, quantity, comparison.columns)
-        else:
-            # the unit tells an extension from a stretch, and a force from a stress
-            unit_of_column = table.units[table.find(wanted, axis)] or (table.stated_units or {}).get(axis)
-            raw, dimension = MACHINE[quantity]
-            role = raw if unit_of_column is not None and kind_of(unit_of_column) is dimension else quantity
-        if role != quantity:
-            return read_as(table, role, wanted, specimen, rows, axis)
-    values = table.column(wanted, axis, DIMENSIONS.get(unit or "1", NUMBER), rows)
-    if "stretch" in name:
-        warn_of_measured_stretch(table.names[table.find(wanted, axis)], values, comparison.file)
-    return values
+    return values_of("x", comparison.x, comparison.x_column), values_of("y", comparison.y, comparison.y_column)
 
 
 def _label(comparison: Comparison) -> str:
@@ -159,14 +149,14 @@ def _label(comparison: Comparison) -> str:
     return f"measured, {Path(comparison.file).name}" + (f", {chosen}" if chosen else "")
 
 
-def _rows(table: MeasuredTable, comparison: Comparison) -> Flags:
-    """The rows that `where` selects."""
+def rows_where(table: MeasuredTable, values: Mapping[str, str | float]) -> Flags:
+    """The rows (rows,) that have these values in these columns; raises `InputError` if there is none."""
     keep = np.ones(table.lines.size, dtype=bool)
-    for name, value in comparison.where.items():
+    for name, value in values.items():
         keep &= table.equals(name, value)
     if not keep.any():
-        chosen = ", ".join(f"{name} = {value}" for name, value in comparison.where.items())
-        raise InputError(f"no row has {chosen}", file=comparison.file)
+        chosen = ", ".join(f"{name} = {value}" for name, value in values.items())
+        raise InputError(f"no row has {chosen}" if chosen else "no rows", file=table.source)
     return keep
 
 

@@ -37,7 +37,7 @@ def sample_for(case: Case[Any], material: Material, inputs: Inputs) -> Sample | 
     return sample_of(case, material, inputs)
 
 
-def in_recipe_terms(problem: Problem, sizes: Sequence[int], temperatures: Sequence[float], keys: Mapping[str, str]) -> Problem:
+def in_grid_terms(problem: Problem, sizes: Sequence[int], temperatures: Sequence[float], keys: Mapping[str, str]) -> Problem:
     """A problem of the solver, whose cases are the films of the grid, with the key of the recipe. `sizes` are the numbers of
     temperatures, thicknesses, prestretches, and of the films that have these in common.
     """

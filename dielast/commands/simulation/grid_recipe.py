@@ -36,11 +36,11 @@ def _spelled(pair: tuple[float, float]) -> str:
 
 def distinct(values: tuple[Value, ...], spelled: Callable[[Value], str]) -> tuple[Value, ...]:
     """The axis of a grid, whose values differ in the digits that tables show."""
-    seen = set[str]()
+    texts = set[str]()
     for text in map(spelled, values):
-        if text in seen:
+        if text in texts:
             raise InputError(f"{text} is stated twice: the values of a map's axis must differ")
-        seen.add(text)
+        texts.add(text)
     return values
 
 

@@ -19,8 +19,8 @@ CELL = 200  # bytes of a cell of a map in each draw: three times, mode and outco
 
 def check_series(cases: Sequence[Case[Any]], columns: int, inputs: Inputs, jobs: int) -> None:
     """Raise `NumericsError` if tables of so many `columns`, and the draws of `jobs` cases at a time, do not fit in memory."""
-    known: dict[str, int] = {}
-    rows = [_rows(case.recipe, inputs, known) for case in cases]
+    points: dict[str, int] = {}
+    rows = [_rows(case.recipe, inputs, points) for case in cases]
     draws = [0 if case.recipe.uncertainty is None else case.recipe.uncertainty.draws for case in cases]
     together = sorted((count * many for count, many in zip(rows, draws, strict=True)), reverse=True)[:jobs]
     what = f"{len(cases)} case{'s' * (len(cases) > 1)} of {max(rows)} rows{f', each drawn {max(draws)} times,' * any(draws)}"
@@ -36,8 +36,8 @@ def check_cells(cells: int, draws: int) -> None:
     check_memory(float(CELL) * cells * (1 + draws), what, "state fewer voltages, prestretches, temperatures or draws")
 
 
-def _rows(recipe: SimulationRecipe, inputs: Inputs, known: dict[str, int]) -> int:
-    """Estimated number of rows in the table of a case; `known` are the points of the tables that have been read."""
+def _rows(recipe: SimulationRecipe, inputs: Inputs, points: dict[str, int]) -> int:
+    """Estimated number of rows in the table of a case; `points` are the numbers of points of the tables that have been read."""
     if recipe.output.times is not None:
         return len(recipe.output.times)
     count, jumped = 0, False
@@ -49,9 +49,9 @@ def _rows(recipe: SimulationRecipe, inputs: Inputs, known: dict[str, int]) -> in
         count += 1 if at_once else decades * recipe.output.points_per_decade + EVEN_ROWS
         jumped = at_once
         if step.table is not None:
-            if step.table not in known:
-                known[step.table] = inputs.read(step.table).count(b"\n")
-            count += known[step.table]
+            if step.table not in points:
+                points[step.table] = inputs.read(step.table).count(b"\n")
+            count += points[step.table]
         elif getattr(step, "waveform", None) is not None:
             cycles = step.cycles or 1
             # a row of cycles.csv takes about as much

@@ -33,7 +33,7 @@ def swept(cases: Sequence[Case[Any]], materials: Sequence[Material] = ()) -> lis
                 texts = [f"{name} = {lasting(value, 6)}" for value in numbers]
             factors.append(Swept(label, tuple(numbers), tuple(texts)))
             continue
-        texts = [f"{name} = {_said(value)}" for value in values]
+        texts = [f"{name} = {_printed(value)}" for value in values]
         if key == "material" and materials:
             names = _names(materials)
             texts = names if len(set(names)) == len(set(values)) else texts
@@ -44,32 +44,27 @@ def swept(cases: Sequence[Case[Any]], materials: Sequence[Material] = ()) -> lis
 def labels(cases: Sequence[Case[Any]], materials: Sequence[Material]) -> list[str]:
     """The labels of the cases for a legend; a material by the part of its name that differs from the others."""
     factors = swept(cases, materials)
-    return [", ".join(one.text(case) for one in factors) for case in range(len(cases))]
+    return [", ".join(factor.text(case) for factor in factors) for case in range(len(cases))]
 
 
-def _on_a_scale(values: Sequence[Any], known: tuple[list[float], str] | None) -> tuple[list[float], str] | None:
+def _on_a_scale(values: Sequence[Any], scale: tuple[list[float], str] | None) -> tuple[list[float], str] | None:
     """The values as numbers in the unit of figures, with that unit; None if the key has no unit."""
-    if known is None:
+    if scale is None:
         return None
-    numbers, unit = known
+    numbers, unit = scale
     if unit in UNITS:
         shown, factor = unit_for(unit, max(map(abs, numbers)))
-        return [_exact(value * factor) for value in numbers], shown
+        # without the rounding errors of a change of units
+        return [float(f"{value * factor:.12g}") for value in numbers], shown
     # the texts of plain numbers share no unit, even if they share their last digit
-    texts = [value if isinstance(value, str) else "" for value in values]
-    stated = [re.fullmatch(r"\s*([-+.\deE]+)\s*(\S.*?)\s*", text) for text in texts]
-    units = {one[2] for one in stated if one is not None}
-    if len(units) == 1 and None not in stated:
-        return [float(one[1]) for one in stated if one is not None], typeset(units.pop())
+    stated = [re.fullmatch(r"\s*([-+.\deE]+)\s*(\S.*?)\s*", value) if isinstance(value, str) else None for value in values]
+    matches = [match for match in stated if match is not None]
+    if len(matches) == len(values) and len(units := {match[2] for match in matches}) == 1:
+        return [float(match[1]) for match in matches], typeset(units.pop())
     return numbers, "" if unit == "1" else unit
 
 
-def _exact(value: float) -> float:
-    """A number without the rounding errors of a change of units."""
-    return float(f"{value:.12g}")
-
-
-def _said(value: Any) -> str:
+def _printed(value: Any) -> str:
     """A value of the recipe, for print."""
     if isinstance(value, bool):
         return "yes" if value else "no"
@@ -77,9 +72,9 @@ def _said(value: Any) -> str:
         return number(value, 6)
     if isinstance(value, list):
         numbers = all(isinstance(entry, int | float) for entry in value)
-        return (TIMES if numbers and len(value) == 2 else ", ").join(map(_said, value))
+        return (TIMES if numbers and len(value) == 2 else ", ").join(map(_printed, value))
     if isinstance(value, dict):
-        return ", ".join(f"{key.replace('_', ' ')} {_said(inner)}" for key, inner in value.items())
+        return ", ".join(f"{key.replace('_', ' ')} {_printed(inner)}" for key, inner in value.items())
     text = str(value)
     return typeset(Path(text).name if Path(text).is_absolute() else text)
 
@@ -101,17 +96,24 @@ def _names(materials: Sequence[Material]) -> list[str]:
 
 def titled(title: str | None, cases: Sequence[Case[Any]], materials: Sequence[Material], more: str = "") -> str:
     """The title of a figure with a line below it for material, temperature and film, and `more`."""
-    parts = [_range(_temperatures(cases, materials), degrees)]
     recipes = [case.recipe for case in cases]
+    temperatures: list[float] = []
+    for recipe, material in zip(recipes, materials, strict=True):
+        stated = material.reference_temperature if recipe.temperature is None else recipe.temperature
+        temperatures += stated if isinstance(stated, list | tuple) else [stated]
+    parts = [_range(temperatures, degrees)]
     films: list[FilmBase] = [recipe.film for recipe in recipes if hasattr(recipe, "film")]
-    if not films:
-        parts.append(_shared([recipe.mode for recipe in recipes]))
-        specimens = [getattr(recipe, "specimen", None) for recipe in recipes]
-        if None not in specimens:
-            sides = [(1e3 * one.width, 1e3 * one.thickness) for one in specimens if one is not None]
-            parts.append(_shared([f"section {number(width)}{TIMES}{number(thick)} mm" for width, thick in sides]))
-    else:
+    if films:
         parts += _films(films)
+    else:
+        parts.append(_shared([recipe.mode for recipe in recipes]))
+        sections = [
+            f"section {number(1e3 * specimen.width)}{TIMES}{number(1e3 * specimen.thickness)} mm"
+            for specimen in (recipe.specimen for recipe in recipes)
+            if specimen is not None and specimen.area is not None
+        ]
+        if len(sections) == len(recipes):
+            parts.append(_shared(sections))
     return headed(title, [material.name for material in materials], *parts, more)
 
 
@@ -124,33 +126,17 @@ def headed(title: str | None, names: Sequence[str], *more: str) -> str:
     return f"{title}\n{line}" if title else line
 
 
-def _temperatures(cases: Sequence[Case[Any]], materials: Sequence[Material]) -> list[float]:
-    temperatures: list[float] = []
-    for case, material in zip(cases, materials, strict=True):
-        stated = case.recipe.temperature
-        if stated is None:
-            temperatures.append(material.reference_temperature)
-        else:
-            temperatures += stated if isinstance(stated, list | tuple) else [stated]
-    return temperatures
-
-
 def _films(films: Sequence[FilmBase]) -> list[str]:
     """Thickness, prestretch, time at the prestretch, and boundary of films."""
     thickness = _range([1e3 * value for film in films for value in film.thicknesses], number)
-    parts = [f"film {thickness} mm", _prestretched([pair for film in films for pair in film.prestretches])]
-    held = [lasting(film.relax) for film in films if film.relax > 0]
-    parts += [f"relaxed {_shared(held)}"] if len(held) == len(films) and _shared(held) else []
-    if all(film.boundary[0] == film.boundary[1] for film in films):
-        return [*parts, _shared([film.boundary[0].replace("-", " ") for film in films])]
-    return [*parts, _shared([TIMES.join(film.boundary).replace("-", " ") for film in films])]
-
-
-def _prestretched(pairs: Sequence[tuple[float, float]]) -> str:
+    pairs = [pair for film in films for pair in film.prestretches]
     if all(first == second for first, second in pairs):
-        return "prestretch " + _range([first for first, _ in pairs], number)
-    one = _shared([f"{number(first)}{TIMES}{number(second)}" for first, second in pairs])
-    return f"prestretch {one}" if one else ""
+        prestretch = "prestretch " + _range([first for first, _ in pairs], number)
+    else:
+        prestretch = _shared([f"prestretch {number(first)}{TIMES}{number(second)}" for first, second in pairs])
+    relaxed = _shared([f"relaxed {lasting(film.relax)}" if film.relax > 0 else "" for film in films])
+    boundaries = [TIMES.join(dict.fromkeys(film.boundary)).replace("-", " ") for film in films]
+    return [f"film {thickness} mm", prestretch, relaxed, _shared(boundaries)]
 
 
 def _range(values: Sequence[float], spelled: Callable[[float], str]) -> str:

@@ -111,6 +111,7 @@ def picture(
         failures = [rows + place for place, mark in enumerate(curve.marks) if mark.is_failure]
         failed.append(int(np.flatnonzero(np.isin(order, failures))[0]) if failures else None)
         bands.append(_parted(curve))
+    spans = [event.bounds["time"] for result in results for event in result.bounded_events if event.event is not None]
     return plot_cases(
         lines,
         labels(cases, materials),
@@ -123,7 +124,7 @@ def picture(
         swept(cases, materials),
         bands,
         interval,
-        [event.span for result in results for event in result.bounded_events if event.event is not None] if x == "time [s]" else (),
+        spans if x == "time [s]" else (),
         failed,
     )
 

@@ -70,11 +70,11 @@ def roles_of(header: str) -> set[str]:
 
 def _column(header: str, info: ValidationInfo) -> str:
     """A column of the result; the model of the recipe lists them as `COLUMNS`."""
-    known = (info.context or {}).get("columns")
-    if known and header not in known:
-        near = [column for column in known if split_header(column)[0] == split_header(header)[0]]
-        near = near or difflib.get_close_matches(header, known, n=1, cutoff=0.8)
-        hint = f'did you mean "{near[0]}"?' if near else "there are " + ", ".join(known)
+    columns = (info.context or {}).get("columns")
+    if columns and header not in columns:
+        near = [column for column in columns if split_header(column)[0] == split_header(header)[0]]
+        near = near or difflib.get_close_matches(header, columns, n=1, cutoff=0.8)
+        hint = f'did you mean "{near[0]}"?' if near else "there are " + ", ".join(columns)
         raise InputError(f'"{header}" is no column of the result; {hint}')
     return header
 

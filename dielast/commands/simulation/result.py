@@ -18,18 +18,14 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class BoundedEvent:
-    """An event of a case (None if it happens in draws only), with bounds of its numbers by name, and its probability."""
+    """An event of a case (None if it happens in draws only), its probability, and lower and upper bounds of its numbers by name.
+    The upper bound of the time is infinite if the event may never happen.
+    """
 
     name: str
     event: Event | None
-    lower: Mapping[str, float]
-    upper: Mapping[str, float]
+    bounds: Mapping[str, tuple[float, float]]
     probability: float
-
-    @property
-    def span(self) -> tuple[float, float]:
-        """Lower and upper bound of the time, infinite if the event may never happen."""
-        return self.lower["time"], self.upper["time"]
 
 
 @dataclass(frozen=True, slots=True)

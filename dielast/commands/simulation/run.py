@@ -32,7 +32,8 @@ from dielast.material.scatter import Sample
 from dielast.numerics.arrays import Floats
 from dielast.recipe.cases import Case
 from dielast.report.report import Report
-from dielast.sharing.execution import Execution, solve_batches
+from dielast.sharing.batches import solve_batches
+from dielast.sharing.execution import Execution
 
 Figures = dict[str, Callable[[], Any]]
 
@@ -86,31 +87,31 @@ class Simulation(ABC):
         """The cases in batches of those that can be solved together."""
         factor = np.ones(len(cases)) if thickness_factor is None else thickness_factor
         # a case is repeated in the list for each draw; its steps are read once
-        known = {id(case): solver_steps(case.recipe, inputs) for case in {id(case): case for case in cases}.values()}
-        programmes = [known[id(case)] for case in cases]
+        steps = {id(case): solver_steps(case.recipe, inputs) for case in {id(case): case for case in cases}.values()}
+        histories = [steps[id(case)] for case in cases]
         groups: dict[Hashable, list[int]] = {}
-        for index, (case, entries) in enumerate(zip(cases, programmes, strict=True)):
+        for index, (case, entries) in enumerate(zip(cases, histories, strict=True)):
             output, shape = case.recipe.output, tuple(entry.shape for entry in entries)
             times = None if output.times is None else tuple(output.times)
             rows = (times, output.points_per_decade, output.cycles, case.recipe.solver.rtol)
             groups.setdefault((self.alike(case.recipe), rows, shape), []).append(index)
         batches = []
         for members in groups.values():
-            origin = [entry.origin for entry in programmes[members[0]]]
+            origin = [entry.origin for entry in histories[members[0]]]
             for part in divided(members, materials):
                 recipes, used = [cases[index].recipe for index in part], [materials[index] for index in part]
                 output = recipes[0].output
                 simulate = partial(
                     self.solver(recipes, factor[part]),
                     one_or_all(used),
-                    [joined(step, recipes[0]) for step in zip(*(programmes[index] for index in part), strict=True)],
+                    [joined(step, recipes[0]) for step in zip(*(histories[index] for index in part), strict=True)],
                     temperature=np.array(list(map(temperature_of, recipes, used))),
                     times=output.times,
                     points_per_decade=output.points_per_decade,
                     rtol=recipes[0].solver.rtol,
                     cycles=output.cycles,
                 )
-                terms = partial(in_recipe_terms, origin=origin, members=part, cases=len(known))
+                terms = partial(in_recipe_terms, origin=origin, members=part, cases=len(steps))
                 batches.append(SimulationBatch(part, simulate, self.result(recipes[0], used), terms))
         return batches
 
@@ -120,7 +121,11 @@ def report_of(simulation: Simulation, cases: Sequence[Case[Any]], inputs: Inputs
     recipes, materials = [case.recipe for case in cases], read_materials(cases, inputs)
     kind = recipes[0].kind
     check_series(cases, simulation.width, inputs, execution.jobs)
-    clean = solve_batches(simulation.batches(cases, materials, inputs), execution)
+
+    def batches(cases: Sequence[Case[Any]], materials: Sequence[Material], factor: Floats | None = None) -> list[SimulationBatch]:
+        return simulation.batches(cases, materials, inputs, factor)
+
+    clean = solve_batches(batches(cases, materials), execution)
     simulation.warn(cases, materials, clean, [solver_steps(recipe, inputs) for recipe in recipes])
     results = [with_noise(result, recipe, case) for case, (result, recipe) in enumerate(zip(clean, recipes, strict=True))]
     columns = [with_axes(result.columns, recipe) for result, recipe in zip(results, recipes, strict=True)]
@@ -132,7 +137,7 @@ def report_of(simulation: Simulation, cases: Sequence[Case[Any]], inputs: Inputs
         from dielast.commands.simulation.uncertainty import samples_of, uncertainty_headline
 
         samples = samples_of(cases, materials, inputs)
-        results = bounded_cases(simulation, cases, samples, results, inputs, execution)
+        results = bounded_cases(batches, cases, samples, results, execution)
         intervals = uncertainty_headline([recipe.uncertainty for recipe in recipes], samples)
     tables: dict[str, Table] = {}
     sections: dict[str, dict[str, Any]] = {}
@@ -140,13 +145,13 @@ def report_of(simulation: Simulation, cases: Sequence[Case[Any]], inputs: Inputs
     if any(getattr(recipe, "sensitivity", False) for recipe in recipes):
         from dielast.commands.simulation.sensitivity import case_sensitivities, sensitivity_outputs
 
-        found = case_sensitivities(simulation, cases, materials, samples, results, inputs, execution)
-        tables, sections, figures = sensitivity_outputs(found, cases, materials)
+        sensitivities = case_sensitivities(batches, cases, materials, samples, results, execution)
+        tables, sections, figures = sensitivity_outputs(sensitivities, cases, materials)
 
     def at_times(case: int, times: Floats) -> Mapping[str, Floats]:
         output = recipes[case].output.model_copy(update={"times": times.tolist()})
         timed = Case(recipes[case].model_copy(update={"output": output}))
-        return with_axes(solve_batches(simulation.batches([timed], [materials[case]], inputs))[0].columns, timed.recipe)
+        return with_axes(solve_batches(batches([timed], [materials[case]]))[0].columns, timed.recipe)
 
     matched = matches(recipes[0], columns, inputs, at_times)
     axes = axes_of(cases, columns[0], simulation.measured, simulation.time_scale)

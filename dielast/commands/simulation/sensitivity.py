@@ -4,26 +4,24 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from dielast.commands.simulation.bounds import drawn_case
+from dielast.commands.simulation.cases import Batches
 from dielast.commands.simulation.result import CaseResult
 from dielast.commands.simulation.uncertainty_recipe import Uncertainty
 from dielast.errors import InputError, in_a_draw, warn
-from dielast.io.files import Inputs
 from dielast.io.table import Column, Table
 from dielast.material.material import Material
 from dielast.material.scatter import Sample
 from dielast.mechanics.cases import of_case
 from dielast.mechanics.criteria import named
 from dielast.recipe.cases import Case
-from dielast.sharing.execution import Execution, solve_batches
+from dielast.sharing.batches import solve_batches
+from dielast.sharing.execution import Execution
 from dielast.simulate.sensitivity import LifeShares, Sensitivity, Variation, sensitivity_of, variation_for
-
-if TYPE_CHECKING:
-    from dielast.commands.simulation.run import Simulation
 
 SENSITIVITY = "sensitivity"
 
@@ -37,12 +35,11 @@ def variation_of(material: Material, sample: Sample | None, stated: Uncertainty 
 
 
 def case_sensitivities(
-    simulation: Simulation,
+    batches: Batches,
     cases: Sequence[Case[Any]],
     materials: Sequence[Material],
     samples: Sequence[Sample | None],
     results: Sequence[CaseResult],
-    inputs: Inputs,
     execution: Execution,
 ) -> list[Sensitivity]:
     """The sensitivity of the time to the first failure, of the cases whose recipe states it."""
@@ -54,8 +51,8 @@ def case_sensitivities(
         # a run that only gives a life needs one row
         brief = replace(result, columns={"time [s]": np.zeros(1)})
         with in_a_draw(key=SENSITIVITY if sample is None else "uncertainty", case=of_case(number, len(cases))):
-            batches = simulation.batches(*drawn_case(case, variation.sample, brief), inputs, variation.sample.thickness_factor)
-            runs = solve_batches(batches, execution, "further runs")
+            parts = batches(*drawn_case(case, variation.sample, brief), variation.sample.thickness_factor)
+            runs = solve_batches(parts, execution, "further runs")
         life = np.array([[_life(run)] for run in runs])
         sensitivities.append(sensitivity_of(variation, life, [Column("case", None, np.array([number]))]))
     return sensitivities

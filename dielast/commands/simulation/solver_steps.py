@@ -48,34 +48,26 @@ class Entry:
         return (self.control, self.rate is None, self.duration is None, self.duration == 0, self.still, path)
 
 
-def values_of(entries: Sequence[Entry], name: str) -> Floats | None:
-    """One value of the same step of several cases, as an array (cases,), or of shape () if all entries are those of one case."""
-    first = getattr(entries[0], name)
-    if first is None:
-        return None
-    alike = all(entry is entries[0] for entry in entries)
-    return np.array(first) if alike else np.array([getattr(entry, name) for entry in entries])
+def joined(entries: Sequence[Entry], recipe: Any) -> Step | ElectricalStep:
+    """The same step of several cases as one of the solver; `recipe` is that of one of the cases. Its values are arrays (cases,), or
+    of shape () if all entries are those of one case.
+    """
+    first = entries[0]
+    alike = all(entry is first for entry in entries)
 
+    def of_cases(values: Sequence[Any]) -> Floats | None:
+        return None if values[0] is None else np.array(values[0] if alike else values)
 
-def target_of(entries: Sequence[Entry]) -> Floats | Path | None:
-    """The target of the same step of several cases, as in `values_of`, or the path of all of them."""
-    first = entries[0].target
-    if isinstance(first, Track):
-        return first
-    if isinstance(first, Waveform):
-        if all(entry is entries[0] for entry in entries):
-            return first
+    target: Any = first.target
+    if not isinstance(target, Path):
+        target = of_cases([entry.target for entry in entries])
+    elif isinstance(target, Waveform) and not alike:
         waves = [entry.target for entry in entries if isinstance(entry.target, Waveform)]
         low, high, period = ([getattr(wave, part) for wave in waves] for part in ("low", "high", "period"))
-        return Waveform(low, high, period, first.cycles, first.shape)
-    return values_of(entries, "target")
-
-
-def joined(entries: Sequence[Entry], recipe: Any) -> Step | ElectricalStep:
-    """The same step of several cases as one of the solver, with arrays as in `values_of`; `recipe` is that of one of the cases."""
-    targets: Any = {} if entries[0].control is None else {entries[0].control: target_of(entries)}
+        target = Waveform(low, high, period, target.cycles, target.shape)
     step_type = STEPS.get(_control(recipe, recipe.step[0]), Step)
-    return step_type(**targets, rate=values_of(entries, "rate"), duration=values_of(entries, "duration"))
+    rate, duration = of_cases([entry.rate for entry in entries]), of_cases([entry.duration for entry in entries])
+    return step_type(**({} if first.control is None else {first.control: target}), rate=rate, duration=duration)
 
 
 def solver_steps(recipe: Any, inputs: Inputs) -> list[Entry]:
@@ -158,33 +150,33 @@ def _followed(index: int, step: Any, recipe: Any, inputs: Inputs) -> list[Entry]
     points = read_measured(inputs.read(name), name, TextFormat(sheet=step.sheet))
     key = f"step[{index}].columns"
 
-    def named(role: str, column: str | int) -> str | int:
-        """The column; it must exist."""
+    def check(role: str, column: str | int) -> None:
+        """The column must exist."""
         with placed(lambda problem: problem.within(key=f"{key}.{role}")):
             points.find(column, role)
-        return column
 
-    at = named("time", (columns and columns.time) or "time")
+    time_column = (columns and columns.time) or "time"
+    check("time", time_column)
     if control in ("voltage", "charge"):
         role, column = control, (columns and getattr(columns, control)) or control
-        if not (column == "charge" and points.has("charge_density")):
-            named(role, column)
+        if column == "charge" and not points.has("charge") and points.has("charge_density"):
+            column = "charge_density"
         jumps = points.has("true_field")
     else:
         with placed(lambda problem: problem.within(key=key)):
             role, column = role_in(points, control, columns)
-        jumps = named(role, column) in OWN
-    time = ascending_times(points, name, jumps, at)
+        jumps = column in OWN
+    check(role, column)
+    time = ascending_times(points, name, jumps, time_column)
     if control == "voltage":
-        return tracks(index, control, time, points.column(column, control, VOLTAGE))
-    if control == "charge":
-        return tracks(index, control, time, _charges(index, points, column, recipe))
-    values = read_as(points, role, column, recipe.specimen)
-    if control == "stretch":
-        for row in np.flatnonzero(values <= 0)[:1]:
-            raise InputError(
-                f"stretch {values[row]:g}: a number above 0 is needed (1 is undeformed)", file=name, line=points.lines[row]
-            )
+        values = points.column(column, control, VOLTAGE)
+    elif control == "charge":
+        values = _charges(index, points, column, recipe)
+    else:
+        values = read_as(points, role, column, recipe.specimen)
+        for row in np.flatnonzero(values <= 0)[:1] if control == "stretch" else ():
+            needed = f"stretch {values[row]:g}: a number above 0 is needed (1 is undeformed)"
+            raise InputError(needed, file=name, line=points.lines[row])
     return tracks(index, control, time, values)
 
 
@@ -212,17 +204,15 @@ def _control(recipe: Any, step: Any) -> str:
 
 def _charges(index: int, points: MeasuredTable, column: str | int, recipe: Any) -> Floats:
     """Charges in C/m^2 of undeformed area from a table of such charges, or of charges of the electrode."""
-    if column == "charge" and not points.has(column) and points.has("charge_density"):
-        column = "charge_density"
-    dense = points.names[points.find(column, "charge")].strip() == "charge_density"
-    if not dense:
+    is_density = points.names[points.find(column, "charge")].strip() == "charge_density"
+    if not is_density:
         # the unit tells charge densities from charges
         with suppress(InputError):
             points.check(column, "charge", CHARGE_DENSITY)
-            dense = True
-    values = points.column(column, "charge", CHARGE_DENSITY if dense else CHARGE)
-    if dense:
-        return values
+            is_density = True
+    if is_density:
+        return points.column(column, "charge", CHARGE_DENSITY)
+    values = points.column(column, "charge", CHARGE)
     if recipe.film.electrode_diameter is None:
         raise InputError("a table of charges in C needs film.electrode_diameter", key=f"step[{index}].table")
     return values / _area_for(CHARGE.unit, recipe)

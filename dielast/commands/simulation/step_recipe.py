@@ -67,8 +67,8 @@ class Aim(NamedTuple):
         return wrong_way(self.rate, move, self.quantity, self.unit) + hint
 
 
-OF_A_TABLE = ("columns", "sheet")
-"""Keys of a step that go with its table."""
+OF_A_TABLE, OF_A_WAVEFORM = ("columns", "sheet"), ("low", "high", "period", "cycles")
+"""Keys of a step that go with its table, and with its waveform."""
 
 
 class HistoryStep(Section):
@@ -95,13 +95,9 @@ class HistoryStep(Section):
         """The target of the step, if the recipe states one."""
         return None
 
-    def details(self) -> tuple[str, ...]:
-        """Keys that go with a waveform."""
-        return ("low", "high", "period", "cycles")
-
     @model_validator(mode="after")
     def _whole_waveform(self) -> Self:
-        stated = [key for key in self.details() if getattr(self, key) is not None]
+        stated = [key for key in OF_A_WAVEFORM if getattr(self, key) is not None]
         if self.waveform is None and stated:
             raise InputError(f"{stated[0]} goes with waveform")
         if self.waveform is not None and (missing := [key for key in ("high", "period") if key not in stated]):
@@ -110,12 +106,12 @@ class HistoryStep(Section):
 
     @model_validator(mode="after")
     def _one_action(self) -> Self:
-        known = [key for key in type(self).model_fields if key not in ("rate", "duration", *OF_A_TABLE, *self.details())]
-        actions = [key for key in known if getattr(self, key) is not None]
+        possible = [key for key in type(self).model_fields if key not in ("rate", "duration", *OF_A_TABLE, *OF_A_WAVEFORM)]
+        actions = [key for key in possible if getattr(self, key) is not None]
         paces = [key for key in ("rate", "duration") if getattr(self, key, None) is not None]
         if len(actions) != 1:
             instead = f", not {' and '.join(actions)} together" if actions else ""
-            raise InputError(f"one of {', '.join(known)} is needed{instead}")
+            raise InputError(f"one of {', '.join(possible)} is needed{instead}")
         if actions[0] in ("hold", "table", "waveform") and paces:
             raise InputError(f"{paces[0]} does not go with {actions[0]}")
         if len(paces) > 1:

@@ -36,8 +36,8 @@ def sample_of(case: Case[Any], material: Material, inputs: Inputs) -> Sample:
     scatter: dict[str, Any] = uncertainty.scatter() if isinstance(uncertainty, FilmUncertainty) else {}
     if "damage" in scatter and material.damage is None:
         raise InputError(f"{name} has no [damage] that could scatter", key="uncertainty.damage")
-    known = getattr(case.recipe, "breakdown", None) or material.breakdown or material.damage
-    if "breakdown_field" in scatter and known is None:
+    field = getattr(case.recipe, "breakdown", None) or material.breakdown or material.damage
+    if "breakdown_field" in scatter and field is None:
         missing = "no breakdown field is known that could scatter: [breakdown] field in the recipe or the material file"
         raise InputError(missing, key="uncertainty.breakdown_field")
     if not members and not scatter:
@@ -87,9 +87,9 @@ def read_members(name: str, inputs: Inputs, material: Material, changes: Mapping
     return parse_draws(inputs.read(table), table, material)
 
 
-def _differ(one: Spectrum, other: Spectrum) -> bool:
+def _differ(first: Spectrum, second: Spectrum) -> bool:
     """Whether two spectra differ in times or moduli."""
-    pairs = ((one.relaxation_time, other.relaxation_time), (one.shear_modulus, other.shear_modulus))
+    pairs = ((first.relaxation_time, second.relaxation_time), (first.shear_modulus, second.shear_modulus))
     return not all(np.array_equal(first, second) for first, second in pairs)
 
 
@@ -114,37 +114,31 @@ def uncertainty_headline(
     uncertainties: Sequence[Uncertainty | None], samples: Sequence[Sample | None]
 ) -> dict[str, dict[str, Any]]:
     """The section of a summary that says what the intervals of the cases are; none without them."""
-    known = [
-        (stated, sample) for stated, sample in zip(uncertainties, samples, strict=True) if stated is not None and sample is not None
+    pairs = zip(uncertainties, samples, strict=True)
+    rows = [
+        {"draws": len(sample), "materials": len(set(map(id, sample.materials))), "seed": stated.seed, "level": stated.level}
+        for stated, sample in pairs
+        if stated is not None and sample is not None
     ]
-    if not known:
+    if not rows:
         return {}
-    numbers: dict[str, list[float | int]] = {
-        "draws": [len(sample) for _, sample in known],
-        "materials": [len({id(member) for member in sample.materials}) for _, sample in known],
-        "seed": [stated.seed for stated, _ in known],
-        "level": [stated.level for stated, _ in known],
-    }
-    return {"uncertainty": {key: values[0] if len(set(values)) == 1 else one_or_list(values) for key, values in numbers.items()}}
+    values = {key: [row[key] for row in rows] for key in rows[0]}
+    return {"uncertainty": {key: row[0] if len(set(row)) == 1 else one_or_list(row) for key, row in values.items()}}
 
 
 def samples_of(cases: Sequence[Case[Any]], materials: Sequence[Material], inputs: Inputs) -> list[Sample | None]:
     """The draws of every case, none in cases without `[uncertainty]`."""
-    known: dict[str, Sample] = {}
+    drawn: dict[str, Sample] = {}
     samples: list[Sample | None] = []
     for case, material in zip(cases, materials, strict=True):
-        wanted: Uncertainty | None = case.recipe.uncertainty
-        if wanted is None:
-            samples.append(None)
-            continue
-        key = f"{material_key(case)}\n{wanted!r}"
-        if key not in known:
-            known[key] = sample_of(case, material, inputs)
-        samples.append(known[key])
+        key = f"{material_key(case)}\n{case.recipe.uncertainty!r}"
+        if case.recipe.uncertainty is not None and key not in drawn:
+            drawn[key] = sample_of(case, material, inputs)
+        samples.append(drawn.get(key))
     return samples
 
 
 def interval_label(recipes: Sequence[Any]) -> str:
     """What a legend calls the bands of these recipes, such as "90 % interval"."""
-    levels = sorted({each.uncertainty.level for each in recipes if each.uncertainty is not None})
+    levels = sorted({recipe.uncertainty.level for recipe in recipes if recipe.uncertainty is not None})
     return " and ".join(f"{100 * level:g} %" for level in levels) + " interval" + "s" * (len(levels) > 1)

@@ -129,8 +129,6 @@ class FilmUncertainty(Uncertainty):
 
     def scatter(self) -> dict[str, Scatter | DamageScatter]:
         """The distributions by the quantity that scatters."""
-        field = None if self.breakdown_field is None else self.breakdown_field.scatter()
-        thickness = None if self.thickness is None else NormalScatter(self.thickness)
-        damage = None if self.damage is None else self.damage.scatter()
-        known = {"breakdown_field": field, "thickness": thickness, "damage": damage}
-        return {name: scatter for name, scatter in known.items() if scatter is not None}
+        stated = {"breakdown_field": self.breakdown_field, "damage": self.damage}
+        scatter = {name: section.scatter() for name, section in stated.items() if section is not None}
+        return scatter if self.thickness is None else scatter | {"thickness": NormalScatter(self.thickness)}
