@@ -66,9 +66,10 @@ def read_all(data: MeasuredData, inputs: Inputs) -> Dataset:
         if deformation == "shear" and machine:
             what = f"{' and '.join(machine)} are of a test in tension, but this one is in shear"
             raise InputError(f"{what}: state strain and stress, or modulus", file=part.table.source)
-    if data.test is None:
-        for part in parts:
-            _warn_of_tension(part)
+    for part in parts if data.test is None else ():
+        if not part.is_export:  # read as a test in tension by default, but the names may be those of one in shear
+            used = [part.table.names[part.table.find(part.columns[role], role)] for role in MECHANICAL if role in part.columns]
+            warn_of_tension(used, part.table.source)
     if kind.over_frequency and (data.ramp is not None or data.discard_before > 0):
         raise InputError("ramp and discard_before are times of a test over time: a frequency sweep has none")
     labels: dict[tuple[int, str], int] = {}
@@ -127,13 +128,6 @@ def _check_columns(part: Part, data: MeasuredData) -> None:
             problems = [Problem(instead, file=part.table.source)] if instead else error.problems
             wrong += [problem.adding(key) for problem in problems]
     wrong.refuse()
-
-
-def _warn_of_tension(part: Part) -> None:
-    """Warn of a plain table that is read as one of tension (the default), but looks like one of shear."""
-    if not part.is_export:
-        used = [part.table.names[part.table.find(part.columns[role], role)] for role in MECHANICAL if role in part.columns]
-        warn_of_tension(used, part.table.source)
 
 
 def _check_viscosity(parts: list[Part], readings: list[Readings]) -> None:

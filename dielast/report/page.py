@@ -5,7 +5,7 @@ from __future__ import annotations
 from base64 import b64encode
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from html import escape
-from pathlib import PurePath
+from pathlib import Path, PurePath
 
 from dielast.io.table import parse_csv
 from dielast.report.chain import StoredResult, makers, outdated
@@ -14,31 +14,6 @@ from dielast.report.summary import rows, summary_sections
 MOST_ROWS, FIRST_ROWS, LAST_ROWS = 30, 15, 5  # rows: a longer table is shortened to its first and last rows
 MOST_COLUMNS = 12
 TYPES = {"png": "image/png", "svg": "image/svg+xml"}
-STYLE = """\
-body { margin: 2rem auto; max-width: 62rem; padding: 0 1rem; background: #fff; color: #111; font: 1rem/1.45 sans-serif; }
-h1, h2, h3 { line-height: 1.2; }
-h2 { margin-top: 3rem; padding-top: .6rem; border-top: 2px solid #111; }
-img { display: block; max-width: 100%; height: auto; }
-figure { margin: 1.5rem 0; }
-figcaption, caption, .note { color: #444; font-size: .9rem; text-align: left; }
-.wide { overflow-x: auto; }
-.summary { display: flex; flex-wrap: wrap; align-items: flex-start; gap: 0 2.5rem; }
-table { margin: 1rem 0; border-collapse: collapse; font-size: .85rem; font-variant-numeric: tabular-nums; }
-caption { padding: .2rem 0; }
-th, td { padding: .15rem .6rem; border-bottom: 1px solid #ccc; text-align: left; vertical-align: top; }
-td.number, th.number { text-align: right; }
-code { font-size: .85rem; overflow-wrap: anywhere; }
-.warnings { margin: 1rem 0; padding: .1rem 1rem; border: 1px solid #8a5a00; border-left-width: .5rem; background: #fff7e6; }
-@media print {
-  body { margin: 0; max-width: none; font-size: 10pt; }
-  h2, h3, caption { break-after: avoid; }
-  figure, tr, .warnings { break-inside: avoid; }
-  section + section { break-before: page; }
-  .wide { overflow: visible; }
-  table { font-size: 7pt; }
-  th, td { padding: .1rem .25rem; overflow-wrap: anywhere; }
-}
-"""
 # the browser loads nothing from elsewhere, whatever the page holds
 POLICY = "default-src 'none'; img-src data:; style-src 'unsafe-inline'"
 
@@ -48,6 +23,7 @@ def html_page(results: Sequence[StoredResult], descriptions: Mapping[str, str]) 
 
     The same results make the same bytes. Raises `InputError` for a table that dielast did not write.
     """
+    style = Path(__file__).with_name("page.css").read_text(encoding="utf-8")
     title = " → ".join(dict.fromkeys(result.kind for result in results))
     warnings = [list(result.warnings) for result in results]
     for number, text in reversed(outdated(results)):
@@ -56,7 +32,7 @@ def html_page(results: Sequence[StoredResult], descriptions: Mapping[str, str]) 
         '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n',
         f'<meta http-equiv="Content-Security-Policy" content="{POLICY}">\n',
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n',
-        f"<title>{escape(title)}</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n<main>\n",
+        f"<title>{escape(title)}</title>\n<style>\n{style}</style>\n</head>\n<body>\n<main>\n",
         f"<h1>{escape(title)}</h1>\n",
         *_contents(results, warnings),
     ]
