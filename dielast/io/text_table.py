@@ -62,6 +62,10 @@ class MeasuredTable:
         """The units of the columns, None where none is stated."""
         return tuple(header.unit for header in self.headers)
 
+    def error(self, text: str, row: int | None = None) -> InputError:
+        """The error about the table, or about its row with this index."""
+        return InputError(text, file=self.source, line=None if row is None else self.lines[row])
+
     def find(self, wanted: str | int, role: str) -> int:
         """Index of the column called `wanted`: its header as the file spells it, `name [unit]`, or its name without the unit.
 
@@ -70,7 +74,7 @@ class MeasuredTable:
         if isinstance(wanted, int):
             if 1 <= wanted <= len(self.names):
                 return wanted - 1
-            raise InputError(f"column {wanted} is wanted for {role}, but there are {len(self.names)} columns", file=self.source)
+            raise self.error(f"column {wanted} is wanted for {role}, but there are {len(self.names)} columns")
         texts = [header.text for header in self.headers]
         spelled = [header.spelled or header.text for header in self.headers]
         unitless = [header.name if header.unit is None else "" for header in self.headers]
@@ -81,14 +85,14 @@ class MeasuredTable:
             for spelling, text in ways:
                 matches = [index for index, cell in enumerate(spelling) if cell and same(cell) == same(text)]
                 if len(matches) > 1:
-                    raise InputError(f'column "{wanted}" for {role} appears {len(matches)} times', file=self.source)
+                    raise self.error(f'column "{wanted}" for {role} appears {len(matches)} times')
                 if matches:
                     return matches[0]
         # the names as in the file, with the units from the row below them
         there = [cell if split_header(cell)[1] else text for cell, text in zip(spelled, texts, strict=True)]
         near = difflib.get_close_matches(wanted, there, n=1)
         hint = f'did you mean "{near[0]}"?' if near else "there are " + ", ".join(f'"{header}"' for header in there)
-        raise InputError(f'no column "{wanted}" for {role}; {hint}', file=self.source)
+        raise self.error(f'no column "{wanted}" for {role}; {hint}')
 
     def has(self, name: str) -> bool:
         """Whether a column is called `name`."""
@@ -123,11 +127,11 @@ class MeasuredTable:
         for row in wrong[:1]:
             what = f'"{cells[row]}" is not a finite number' if cells[row] else "the cell is empty"
             more = f" ({wrong.size} such cells)" if wrong.size > 1 else ""
-            raise InputError(f"{here}: {what}{more}", file=self.source, line=self.lines[row])
+            raise self.error(f"{here}: {what}{more}", row)
         with np.errstate(over="ignore"):
             values = numbers * scale + offset
         for row in np.flatnonzero(~np.isfinite(values))[:1]:
-            raise InputError(f"{here}: the number is too large", file=self.source, line=self.lines[row])
+            raise self.error(f"{here}: the number is too large", row)
         return values
 
     def check(self, wanted: str | int, role: str, dimension: Dimension | None) -> None:

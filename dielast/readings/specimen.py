@@ -37,7 +37,7 @@ def role_in(table: MeasuredTable, quantity: str, columns: MachineColumns | None)
     by_role = {} if columns is None else columns.by_role
     stated = [role for role in dict.fromkeys(role_of.values()) if role in by_role]
     if len(stated) > 1:
-        raise InputError(f"columns.{' and columns.'.join(stated)} are the same quantity: one of them is needed", file=table.source)
+        raise table.error(f"columns.{' and columns.'.join(stated)} are the same quantity: one of them is needed")
     if stated:
         return stated[0], by_role[stated[0]]
     name = next((name for name in role_of if table.has(name)), None)
@@ -45,9 +45,7 @@ def role_in(table: MeasuredTable, quantity: str, columns: MachineColumns | None)
         roles = list(dict.fromkeys(role_of.values()))
         there = ", ".join(f'"{name}"' for name in table.names)
         keys = f"columns.{', columns.'.join(roles[:-1])} or columns.{roles[-1]}"
-        raise InputError(
-            f"no column is called {', '.join(roles[:-1])} or {roles[-1]}; there are {there}: state {keys}", file=table.source
-        )
+        raise table.error(f"no column is called {', '.join(roles[:-1])} or {roles[-1]}; there are {there}: state {keys}")
     return role_of[name], name
 
 
@@ -65,7 +63,7 @@ def read_as(
     if the specimen lacks what the role needs.
     """
     if lacking := unmeasured((role,), specimen):
-        raise InputError(f'column "{table.names[table.find(column, role)]}": {lacking}', file=table.source)
+        raise table.error(f'column "{table.names[table.find(column, role)]}": {lacking}')
     table = table if rows is None else table.only(rows)
     values = table.column(column, key or role, ROLES[role])
     with np.errstate(over="ignore"):
@@ -74,7 +72,7 @@ def read_as(
         elif role == "force":
             values = nominal_stress(values, specimen)
     for row in np.flatnonzero(~np.isfinite(values))[:1]:
-        raise InputError(f"the {role} is too large a number for its specimen", file=table.source, line=table.lines[row])
+        raise table.error(f"the {role} is too large a number for its specimen", row)
     return values
 
 

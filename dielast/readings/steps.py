@@ -173,7 +173,7 @@ def _of_wide(table: MeasuredTable, file: int, data: MeasuredData, columns: Colum
     measured = _stated(data, columns) if columns is not None else _measured(ExportedStep("", table, None), data, True)
     if measured is None:
         there = ", ".join(f'"{name}"' for name in table.names)
-        raise InputError(f"columns are needed: at {temperature:g} degC there are {there}", file=table.source)
+        raise table.error(f"columns are needed: at {temperature:g} degC there are {there}")
     kind, roles = measured
     return Part(table, roles, kind, file, TABLE, "tension", temperature=temperature)
 
@@ -250,8 +250,4 @@ def _refuse_running_clock(step: ExportedStep, before: ExportedStep, columns: Map
         return
     earlier, later = _numbers(before.table, same[0]), _numbers(table, index)
     if earlier and later and 0 < earlier[-1] <= later[0]:
-        raise InputError(
-            f'column "{name}" runs on from the step before into step "{step.name}": export the step time as well',
-            file=table.source,
-            line=table.lines[0],
-        )
+        raise table.error(f'column "{name}" runs on from the step before into step "{step.name}": export the step time as well', 0)

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from dielast.errors import InputError, warn
+from dielast.errors import warn
 from dielast.io.table import spoken
 from dielast.material.checks import warn_of_strain
 from dielast.material.measurement_kind import RELAXATION
@@ -85,7 +85,7 @@ def _complete(part: Part, roles: list[str]) -> Part:
             file=part.table.source,
         )
     if not np.any(rows):
-        raise InputError(f'step "{part.step}" has no row with all of {", ".join(roles)}', file=part.table.source)
+        raise part.table.error(f'step "{part.step}" has no row with all of {", ".join(roles)}')
     return part.only(rows)
 
 
@@ -95,7 +95,7 @@ def _in_time(part: Part, data: MeasuredData) -> Part:
     kept = time >= data.first_time if data.first_time > 0 else time > 0 if part.is_export else np.ones(time.size, dtype=bool)
     _refuse(part, (time <= 0) & kept, "time", "is not above zero; discard_before drops the points up to a time")
     if not np.any(kept):
-        raise InputError(f"no points are left from {data.first_time:g} s on (see discard_before and ramp)", file=part.table.source)
+        raise part.table.error(f"no points are left from {data.first_time:g} s on (see discard_before and ramp)")
     return part.only(kept)
 
 
@@ -107,12 +107,8 @@ def _angular_frequency(part: Part) -> Array:
     if len(measured) == 2:
         hertz, omega = measured["frequency"], measured["angular_frequency"]
         for k in np.flatnonzero(np.abs(2 * np.pi * hertz / omega - 1) > FREQUENCY_AGREEMENT)[:1]:
-            raise InputError(
-                f"frequency {hertz[k]:.4g} Hz and angular frequency {omega[k]:.4g} rad/s "
-                f"contradict each other: {hertz[k]:.4g} Hz are {2 * np.pi * hertz[k]:.4g} rad/s",
-                file=part.table.source,
-                line=part.table.lines[k],
-            )
+            both = f"frequency {hertz[k]:.4g} Hz and angular frequency {omega[k]:.4g} rad/s"
+            raise part.table.error(f"{both} contradict each other: {hertz[k]:.4g} Hz are {2 * np.pi * hertz[k]:.4g} rad/s", k)
     return measured["angular_frequency"] if "angular_frequency" in measured else 2 * np.pi * measured["frequency"]
 
 
@@ -158,33 +154,30 @@ def _warn_of_held(part: Part, held: Array, answer: Array) -> None:
 def _stated_temperature(part: Part, data: MeasuredData) -> float:
     if part.temperature is not None:
         return part.temperature
-    source, in_step = part.table.source, part.temperature_in_step()
+    in_step = part.temperature_in_step()
     if isinstance(data, MeasurementData) and (data.temperatures is not None or data.temperature_in_name is not None):
-        return _temperature_of_file(data, part.file, source)
+        return _temperature_of_file(data, part)
     if in_step is not None:
         return in_step
     if isinstance(data, CurveData):
         if data.reference_temperature is None:
-            raise InputError('the data state no temperature: state reference_temperature = "20 degC"', file=source)
+            raise part.table.error('the data state no temperature: state reference_temperature = "20 degC"')
         return data.reference_temperature
     if part.is_export:
-        raise InputError(
-            f'step "{part.step}" has no temperature: export it, or say temperatures or temperature_in_name', file=source
-        )
+        raise part.table.error(f'step "{part.step}" has no temperature: export it, or say temperatures or temperature_in_name')
     assert isinstance(data, MeasurementData)
-    raise InputError(
-        f'temperatures are needed from {data.sources}, or from headers such as "E (20 °C) [MPa]"; {ONE_TEMPERATURE}', file=source
-    )
+    headers = 'headers such as "E (20 °C) [MPa]"'
+    raise part.table.error(f"temperatures are needed from {data.sources}, or from {headers}; {ONE_TEMPERATURE}")
 
 
-def _temperature_of_file(data: MeasurementData, index: int, name: str) -> float:
-    """The temperature in degC that the recipe, or the name of the file, states for the file of this `index`."""
+def _temperature_of_file(data: MeasurementData, part: Part) -> float:
+    """The temperature in degC that the recipe, or the name of the file, states for the file of a part."""
     if data.temperatures is not None:
-        return float(data.temperatures[index])
+        return float(data.temperatures[part.file])
     pattern = re.escape(data.temperature_in_name or "").replace(r"\{degC\}", r"(?P<degC>[+-]?\d+(?:\.\d+)?)")
-    match = re.search(pattern.replace(r"\{K\}", r"(?P<K>\d+(?:\.\d+)?)"), Path(name).name)
+    match = re.search(pattern.replace(r"\{K\}", r"(?P<K>\d+(?:\.\d+)?)"), Path(part.table.source).name)
     if match is None:
-        raise InputError(f'the name does not fit temperature_in_name = "{data.temperature_in_name}"', file=name)
+        raise part.table.error(f'the name does not fit temperature_in_name = "{data.temperature_in_name}"')
     groups = match.groupdict()
     return float(groups["degC"]) if groups.get("degC") else float(groups["K"]) - ZERO_CELSIUS
 
@@ -193,12 +186,12 @@ def _refuse(part: Part, wrong: NDArray[np.bool_], role: str, why: str) -> None:
     if np.any(wrong):
         first, count = int(np.flatnonzero(wrong)[0]), int(np.count_nonzero(wrong))
         more = f" ({count} such rows)" if count > 1 else ""
-        raise InputError(f"{role} {why}{more}", file=part.table.source, line=part.table.lines[first])
+        raise part.table.error(f"{role} {why}{more}", first)
 
 
 def _refuse_most(part: Part, wrong: NDArray[np.bool_]) -> None:
     """`InputError` if most values are zero or negative: only a few can be a noise floor."""
     if 2 * np.count_nonzero(wrong) > wrong.size:
-        many, first = part.kind.values, part.table.lines[np.flatnonzero(wrong)[0]]
+        many, first = part.kind.values, int(np.flatnonzero(wrong)[0])
         text = f"{np.count_nonzero(wrong)} of {wrong.size} {many} are zero or negative: positive {many} are needed"
-        raise InputError(text, file=part.table.source, line=first)
+        raise part.table.error(text, first)
