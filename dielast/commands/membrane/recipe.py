@@ -12,7 +12,7 @@ from dielast.commands.simulation.recipe import SimulationRecipe
 from dielast.commands.simulation.result_columns import COLUMNS
 from dielast.commands.simulation.step_recipe import Aim, HistoryStep, starting
 from dielast.errors import InputError, shown
-from dielast.readings.columns_recipe import MachineColumns, Specimen, unmeasured
+from dielast.readings.specimen_recipe import MachineColumns, Specimen, unmeasured
 from dielast.recipe.fields import Force, StrainRate, Stress
 from dielast.units import FORCE, FORCE_RATE, STRESS, STRESS_RATE, Dimension, decimal_comma, parse
 

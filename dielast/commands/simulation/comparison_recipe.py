@@ -8,7 +8,7 @@ from pydantic import Field, PlainValidator, WithJsonSchema, model_validator
 
 from dielast.commands.simulation.result_columns import ResultColumn, roles_of
 from dielast.errors import InputError, shown
-from dielast.readings.columns_recipe import MachineColumns, Specimen
+from dielast.readings.specimen_recipe import MachineColumns, Specimen
 from dielast.recipe.base import TextTable, units_of
 from dielast.recipe.file_fields import InputFile
 
