@@ -8,7 +8,6 @@ of units below the names, or from the recipe; they are never guessed.
 from __future__ import annotations
 
 import difflib
-import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -31,7 +30,7 @@ from dielast.io.cells import (
     split_lines,
 )
 from dielast.io.header import ColumnHeader, filled_width, read_header, temperatures_in
-from dielast.io.table import split_header
+from dielast.io.table import as_number, split_header
 from dielast.io.workbook import is_workbook
 from dielast.units import NUMBER, Dimension, conversion, is_ambiguous, is_unit
 
@@ -108,7 +107,7 @@ class MeasuredTable:
         index = self.find(wanted, "where")
         if isinstance(value, str):
             return np.array([cell == value for cell in self.cells[index]])
-        return np.array([_number(cell.replace(self.decimal, ".")) == value for cell in self.cells[index]])
+        return np.array([as_number(cell.replace(self.decimal, ".")) == value for cell in self.cells[index]])
 
     def column(
         self, wanted: str | int, role: str, dimension: Dimension, rows: NDArray[np.bool_] | None = None
@@ -122,7 +121,7 @@ class MeasuredTable:
         index = self.find(wanted, role)
         scale, offset = self._conversion(index, wanted, role, dimension)
         here, cells = f'column "{self.names[index]}"', self.cells[index]
-        numbers = np.array([_number(cell.replace(self.decimal, ".")) for cell in cells])
+        numbers = np.array([as_number(cell.replace(self.decimal, ".")) for cell in cells])
         wrong = np.flatnonzero(~np.isfinite(numbers))
         for row in wrong[:1]:
             what = f'"{cells[row]}" is not a finite number' if cells[row] else "the cell is empty"
@@ -227,13 +226,6 @@ def _first_data_row(rows: Sequence[Sequence[str]], width: int, decimal: str) -> 
         if width and is_data and not is_header and temperatures_in(row) is None:
             return index
     return None
-
-
-def _number(cell: str) -> float:
-    try:
-        return float(cell.replace("\u2212", "-"))
-    except ValueError:
-        return math.nan
 
 
 def _alike(unit: str, other: str, dimension: Dimension) -> bool:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from base64 import b64encode
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from html import escape
 from pathlib import Path, PurePath
 
-from dielast.io.table import parse_csv
+from dielast.io.table import as_number, parse_csv
 from dielast.report.chain import StoredResult, makers, outdated
 from dielast.report.summary import rows, summary_sections
 
@@ -126,7 +127,8 @@ def _table(name: str, columns: Mapping[str, Sequence[str]]) -> Iterator[str]:
     notes = [f"{FIRST_ROWS + LAST_ROWS} of {count} rows"] if long else []
     notes += [f"{len(shown)} of {len(columns)} columns"] if len(columns) > len(shown) else []
     caption = f"{name}{': ' if notes else ''}{' and '.join(notes)}{', all of them in the file' if notes else ''}"
-    aligned = {header: ' class="number"' if all(map(_is_number, columns[header])) else "" for header in shown}
+    numbers = [header for header in shown if not any(math.isnan(as_number(cell or "0")) for cell in columns[header])]
+    aligned = {header: ' class="number"' if header in numbers else "" for header in shown}
     heads = "".join(f'<th scope="col"{aligned[header]}>{_text(header)}</th>' for header in shown)
     gap = f'<td colspan="{len(shown)}">… {count - FIRST_ROWS - LAST_ROWS} rows left out …</td>'
     cells = (
@@ -143,14 +145,6 @@ def _grid(caption: str, heads: str, lines: Iterable[str]) -> Iterator[str]:
     yield f"<thead><tr>{heads}</tr></thead>\n<tbody>\n"
     yield from (f"<tr>{line}</tr>\n" for line in lines)
     yield "</tbody>\n</table>\n</div>\n"
-
-
-def _is_number(cell: str) -> bool:
-    try:
-        float(cell or "0")
-    except ValueError:
-        return False
-    return True
 
 
 def _text(value: object) -> str:
