@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from dielast.errors import InputError
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
+from dielast.numerics.arrays import Floats, Index
 
 WIDEST = 4  # spread of the readings of one set, in tolerances
 SHORTEST = 3  # number of points of a run
 
 
-def isotherms(temperature: Array, abscissa: Array, source: Index, label: Index, tolerance: float) -> list[tuple[float, Index]]:
+def isotherms(temperature: Floats, abscissa: Floats, source: Index, label: Index, tolerance: float) -> list[tuple[float, Index]]:
     """The temperature in degC and the rows of each run, by ascending temperature; all arguments of shape (n,).
 
     Rows with a nonnegative `label` belong to the set of that label; the others are sorted by temperature and divided at gaps wider
@@ -46,17 +43,17 @@ def isotherms(temperature: Array, abscissa: Array, source: Index, label: Index, 
     return sorted(runs, key=lambda run: run[0])
 
 
-def _check_spread(readings: Array, tolerance: float, what: str, why: str) -> None:
+def _check_spread(readings: Floats, tolerance: float, what: str, why: str) -> None:
     if np.ptp(readings) > WIDEST * tolerance:
         raise InputError(f"{what} from {readings.min():g} to {readings.max():g} degC {why}")
 
 
-def _level(readings: Array) -> float:
+def _level(readings: Floats) -> float:
     """The mean of a set's readings, which scatter with the thermostat; equal readings are returned without rounding."""
     return float(readings[0]) if np.ptp(readings) == 0 else round(float(np.mean(readings)), 6)
 
 
-def _runs(rows: Index, abscissa: Array, source: Index) -> list[Index]:
+def _runs(rows: Index, abscissa: Floats, source: Index) -> list[Index]:
     """The `rows` of one temperature by run: a new run begins with a new file, or where the abscissa restarts.
 
     Points in no order are one run.

@@ -7,21 +7,20 @@ from numpy.typing import NDArray
 
 from dielast.errors import InputError, as_toml
 from dielast.io.text_table import MeasuredTable
+from dielast.numerics.arrays import Floats
 from dielast.readings.columns_recipe import ROLES
 from dielast.readings.specimen_recipe import GAUGE, SECTION, MachineColumns, Specimen, unmeasured
 from dielast.units import FORCE, LENGTH, MASS, STIFFNESS, STRAIN, STRESS, TORQUE, kind_of
 
-Array = NDArray[np.float64]
 
-
-def strain_of(extension: Array, specimen: Specimen | None) -> Array:
+def strain_of(extension: Floats, specimen: Specimen | None) -> Floats:
     """Nominal strain (n,) from an extension (n,) in m, by the gauge length; raises `InputError` if that is not stated."""
     if specimen is None or specimen.gauge_length is None:
         raise InputError(str(unmeasured(("extension",), specimen)))
     return extension / specimen.gauge_length
 
 
-def nominal_stress(force: Array, specimen: Specimen | None) -> Array:
+def nominal_stress(force: Floats, specimen: Specimen | None) -> Floats:
     """Nominal stress (n,) in Pa from a force (n,) in N, by the undeformed section; raises `InputError` if that is not stated."""
     if specimen is None or specimen.area is None:
         raise InputError(str(unmeasured(("force",), specimen)))
@@ -57,7 +56,7 @@ def read_as(
     specimen: Specimen | None,
     rows: NDArray[np.bool_] | None = None,
     key: str | None = None,
-) -> Array:
+) -> Floats:
     """The stretch (1) or nominal stress (Pa) from a `column` of a `role`, such as an extension, shape (rows,).
 
     `key` is the role under which the recipe states the unit of the column. Raises `InputError` with the file for a wrong unit, or

@@ -13,14 +13,13 @@ from dielast.errors import warn
 from dielast.io.table import spoken
 from dielast.material.checks import warn_of_strain
 from dielast.material.measurement_kind import RELAXATION
+from dielast.numerics.arrays import Floats
 from dielast.readings.isotherms import WIDEST
 from dielast.readings.recipe import CurveData, MeasuredData, MeasurementData
 from dielast.readings.specimen import nominal_stress, strain_of
 from dielast.readings.specimen_recipe import Specimen
 from dielast.readings.steps import Part
 from dielast.units import ZERO_CELSIUS
-
-Array = NDArray[np.float64]
 
 FREQUENCY_AGREEMENT = 0.01  # relative tolerance between columns of frequency and of angular frequency
 HELD, CHANGES = 0.02, 0.2  # spread relative to the largest value: at most that of a held quantity, at least that of another
@@ -34,11 +33,11 @@ ONE_TEMPERATURE = (
 class Readings:
     """Rows (n,) in SI and degC: abscissa, one or two ordinates (c, n), Young's or tensile; labels of sets, -1 for none."""
 
-    temperature: Array
-    abscissa: Array
-    ordinates: Array
+    temperature: Floats
+    abscissa: Floats
+    ordinates: Floats
     label: NDArray[np.intp]
-    viscosity: Array
+    viscosity: Floats
 
 
 def read_part(part: Part, data: MeasuredData, per_shear: float, labels: dict[tuple[int, str], int]) -> Readings:
@@ -99,7 +98,7 @@ def _in_time(part: Part, data: MeasuredData) -> Part:
     return part.only(kept)
 
 
-def _angular_frequency(part: Part) -> Array:
+def _angular_frequency(part: Part) -> Floats:
     """Angular frequency in rad/s; if the table has both frequencies, they must agree, as it is unknown which is right."""
     measured = {role: part.column(role) for role in ("frequency", "angular_frequency") if role in part.columns}
     for role, values in measured.items():
@@ -112,7 +111,7 @@ def _angular_frequency(part: Part) -> Array:
     return measured["angular_frequency"] if "angular_frequency" in measured else 2 * np.pi * measured["frequency"]
 
 
-def _ordinates(part: Part, per_shear: float, specimen: Specimen | None) -> Array:
+def _ordinates(part: Part, per_shear: float, specimen: Specimen | None) -> Floats:
     """Young's moduli in Pa or tensile compliance in 1/Pa, (c, n); stress over strain is the modulus of Sec. 2.1.1 of the paper."""
     columns, column = part.columns, part.column
     if part.kind.over_frequency:
@@ -140,7 +139,7 @@ def _ordinates(part: Part, per_shear: float, specimen: Specimen | None) -> Array
     return np.asarray(scale * over[1] / under[1])[None]
 
 
-def _warn_of_held(part: Part, held: Array, answer: Array) -> None:
+def _warn_of_held(part: Part, held: Floats, answer: Floats) -> None:
     """Warn if the strain of a relaxation test, or the stress of a creep test, changes, and the other of the two does not."""
     spread = [float(np.ptp(np.abs(values))) / float(np.max(np.abs(values), initial=1e-300)) for values in (held, answer)]
     if spread[0] > CHANGES > HELD > spread[1]:
