@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from dielast.errors import InputError, as_toml
 from dielast.io.text_table import MeasuredTable
-from dielast.numerics.arrays import Floats
+from dielast.numerics.arrays import Flags, Floats
 from dielast.readings.columns_recipe import ROLES
 from dielast.readings.specimen_recipe import GAUGE, SECTION, MachineColumns, Specimen, unmeasured
 from dielast.units import FORCE, LENGTH, MASS, STIFFNESS, STRAIN, STRESS, TORQUE, kind_of
@@ -54,7 +53,7 @@ def read_as(
     role: str,
     column: str | int,
     specimen: Specimen | None,
-    rows: NDArray[np.bool_] | None = None,
+    rows: Flags | None = None,
     key: str | None = None,
 ) -> Floats:
     """The stretch (1) or nominal stress (Pa) from a `column` of a `role`, such as an extension, shape (rows,).

@@ -7,13 +7,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from dielast.errors import warn
 from dielast.io.table import spoken
 from dielast.material.checks import warn_of_strain
 from dielast.material.measurement_kind import RELAXATION
-from dielast.numerics.arrays import Floats
+from dielast.numerics.arrays import Flags, Floats, Index
 from dielast.readings.isotherms import WIDEST
 from dielast.readings.recipe import CurveData, MeasuredData, MeasurementData
 from dielast.readings.specimen import nominal_stress, strain_of
@@ -36,7 +35,7 @@ class Readings:
     temperature: Floats
     abscissa: Floats
     ordinates: Floats
-    label: NDArray[np.intp]
+    label: Index
     viscosity: Floats
 
 
@@ -181,14 +180,14 @@ def _temperature_of_file(data: MeasurementData, part: Part) -> float:
     return float(groups["degC"]) if groups.get("degC") else float(groups["K"]) - ZERO_CELSIUS
 
 
-def _refuse(part: Part, wrong: NDArray[np.bool_], role: str, why: str) -> None:
+def _refuse(part: Part, wrong: Flags, role: str, why: str) -> None:
     if np.any(wrong):
         first, count = int(np.flatnonzero(wrong)[0]), int(np.count_nonzero(wrong))
         more = f" ({count} such rows)" if count > 1 else ""
         raise part.table.error(f"{role} {why}{more}", first)
 
 
-def _refuse_most(part: Part, wrong: NDArray[np.bool_]) -> None:
+def _refuse_most(part: Part, wrong: Flags) -> None:
     """`InputError` if most values are zero or negative: only a few can be a noise floor."""
     if 2 * np.count_nonzero(wrong) > wrong.size:
         many, first = part.kind.values, int(np.flatnonzero(wrong)[0])
