@@ -117,12 +117,12 @@ def _one_deformation(parts: list[Part], data: MeasuredData) -> str:
 def _check_columns(part: Part, data: MeasuredData) -> None:
     """`InputError` for all columns of a plain table that are missing or in a wrong unit, with the keys of the recipe."""
     wrong = Mistakes()
-    for role, wanted in part.columns.items() if not part.is_export else ():
+    for role, column in part.columns.items() if not part.is_export else ():
         try:
-            part.table.check(wanted, role, ROLES.get(role))
+            part.table.check(column, role, ROLES.get(role))
         except InputError as error:
             key = f" (data.columns.{role})" if data.columns is not None and role in data.columns.model_fields_set else ""
-            instead = mistaken(part.table, wanted, role)
+            instead = mistaken(part.table, column, role)
             problems = [Problem(instead, file=part.table.source)] if instead else error.problems
             wrong += [problem.adding(key) for problem in problems]
     wrong.refuse()

@@ -82,12 +82,12 @@ KNOWN_AS = {
 }
 
 
-def mistaken(table: MeasuredTable, wanted: str | int, role: str) -> str | None:
+def mistaken(table: MeasuredTable, column: str | int, role: str) -> str | None:
     """What to write instead if the unit of a column is clearly that of another quantity than its `role`, such as a force for a
     stress; None if the unit does not show it.
     """
     try:
-        index = table.find(wanted, role)
+        index = table.find(column, role)
     except InputError:
         return None
     unit = table.units[index] or (table.stated_units or {}).get(role)
@@ -98,7 +98,7 @@ def mistaken(table: MeasuredTable, wanted: str | int, role: str) -> str | None:
     if instead is None:
         return None
     article = "an" if role == "extension" else "a"
-    return f'column "{table.names[index]}" [{unit}] is {kind.name}, not {article} {role}: {instead.format(column=as_toml(wanted))}'
+    return f'column "{table.names[index]}" [{unit}] is {kind.name}, not {article} {role}: {instead.format(column=as_toml(column))}'
 
 
 def _columns(role: str, needed: str) -> str:

@@ -80,15 +80,15 @@ def parts_of(content: bytes, source: str, file: int, data: MeasuredData) -> tupl
     Raises `InputError` with the file, and the line or step.
     """
     text = decode(content, source, data.text_format())
-    known = None if data.is_plain else recognise(text)
-    if known is None:
+    layout = None if data.is_plain else recognise(text)
+    if layout is None:
         return _plain_parts(content, source, file, data), []
     try:
-        steps = known.read(text, source)
+        steps = layout.read(text, source)
     except InputError as error:
         if data.columns is None:
             raise
-        raise error.adding(f' (or is it no {known.NAME} export? say format = "table")') from None
+        raise error.adding(f' (or is it no {layout.NAME} export? say format = "table")') from None
     decimal = None if is_workbook(content) else data.decimal
     steps = [
         replace(step, table=replace(step.table, stated_units=data.units, decimal=decimal or step.table.decimal)) for step in steps
@@ -106,11 +106,11 @@ def parts_of(content: bytes, source: str, file: int, data: MeasuredData) -> tupl
         kind, columns = measured
         if not kind.over_frequency and number > 1:
             _refuse_running_clock(step, steps[number - 2], columns)
-        parts.append(Part(step.table, columns, kind, file, known.NAME, step.deformation, step.name))
+        parts.append(Part(step.table, columns, kind, file, layout.NAME, step.deformation, step.name))
     if not parts:
-        wanted = KINDS[data.measurement].tests if data.measurement else "frequency sweep, relaxation or creep test"
+        tests = KINDS[data.measurement].tests if data.measurement else "frequency sweep, relaxation or creep test"
         there = "; ".join(_what_is_there(step) for step in steps[:3]) + (" ..." if len(steps) > 3 else "")
-        raise InputError(f"no {wanted} found in this {known.NAME} export: {there or 'it has no steps'}", file=source)
+        raise InputError(f"no {tests} found in this {layout.NAME} export: {there or 'it has no steps'}", file=source)
     return parts, left_out
 
 
@@ -227,10 +227,10 @@ def _measured(step: ExportedStep, data: MeasuredData, chosen: bool) -> Measured 
             possible[kind] = ["time", kind.value]
         elif {"strain", "stress"} <= by_role.keys() and (hinted or (chosen and data.measurement == kind.name)):
             possible[kind] = ["time", "strain", "stress"]
-    wanted = [KINDS[data.measurement]] if data.measurement else list(possible)
+    kinds = [KINDS[data.measurement]] if data.measurement else list(possible)
     if data.measurement is None and len(possible) > 1:
-        wanted = [kind for kind in possible if kind.name[:5] in name] or wanted
-    for kind in wanted:
+        kinds = [kind for kind in possible if kind.name[:5] in name] or kinds
+    for kind in kinds:
         if kind in possible:
             return kind, {role: by_role[role] for role in ("temperature", *possible[kind]) if role in by_role}
     return None

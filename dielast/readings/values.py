@@ -133,14 +133,14 @@ def _ordinates(part: Part, per_shear: float, specimen: Specimen | None) -> Float
     stress = column("stress") if "stress" in columns else nominal_stress(column("force"), specimen)
     warn_of_strain(strain)
     over, under = (("stress", stress), ("strain", strain))[:: part.kind.stiffness_power]
-    _warn_of_held(part, held=under[1], answer=over[1])
+    _warn_of_held(part, held=under[1], response=over[1])
     _refuse(part, under[1] == 0, under[0], f"is zero, so {over[0]} / {under[0]} is no {plain}")
     return np.asarray(scale * over[1] / under[1])[None]
 
 
-def _warn_of_held(part: Part, held: Floats, answer: Floats) -> None:
+def _warn_of_held(part: Part, held: Floats, response: Floats) -> None:
     """Warn if the strain of a relaxation test, or the stress of a creep test, changes, and the other of the two does not."""
-    spread = [float(np.ptp(np.abs(values))) / float(np.max(np.abs(values), initial=1e-300)) for values in (held, answer)]
+    spread = [float(np.ptp(np.abs(values))) / float(np.max(np.abs(values), initial=1e-300)) for values in (held, response)]
     if spread[0] > CHANGES > HELD > spread[1]:
         constant, other = ("stress", "creep") if part.kind is RELAXATION else ("strain", "relaxation")
         warn(

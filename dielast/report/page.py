@@ -37,9 +37,9 @@ def html_page(results: Sequence[StoredResult], descriptions: Mapping[str, str]) 
         f"<h1>{escape(title)}</h1>\n",
         *_contents(results, warnings),
     ]
-    known = makers(results)
+    holders = makers(results)
     for index, result in enumerate(results):
-        parts += _section(index, results, warnings[index], known, descriptions.get(result.kind, ""))
+        parts += _section(index, results, warnings[index], holders, descriptions.get(result.kind, ""))
     parts.append("</main>\n</body>\n</html>\n")
     return "".join(parts).encode("utf-8", "backslashreplace")
 
@@ -61,7 +61,7 @@ def _section(
     index: int,
     results: Sequence[StoredResult],
     warnings: Sequence[str],
-    known: Mapping[str, Sequence[tuple[int, str]]],
+    holders: Mapping[str, Sequence[tuple[int, str]]],
     description: str,
 ) -> Iterator[str]:
     result = results[index]
@@ -95,7 +95,7 @@ def _section(
     for name, content in result.tables.items():
         yield from _table(name, parse_csv(content, f"{result.folder}/{name}"))
     yield "<h3>Inputs</h3>\n"
-    yield from _files("What the run read", ("input", "SHA-256", "made by"), _origins(result, index, results, known))
+    yield from _files("What the run read", ("input", "SHA-256", "made by"), _origins(result, index, results, holders))
     yield "<h3>Files</h3>\n"
     files = ((f"<code>{_text(name)}</code>", f"<code>{digest}</code>") for name, digest in result.files.items())
     yield from _files(f"What the report found in {result.folder}", ("file", "SHA-256"), files)
@@ -103,10 +103,10 @@ def _section(
 
 
 def _origins(
-    result: StoredResult, index: int, results: Sequence[StoredResult], known: Mapping[str, Sequence[tuple[int, str]]]
+    result: StoredResult, index: int, results: Sequence[StoredResult], holders: Mapping[str, Sequence[tuple[int, str]]]
 ) -> Iterator[tuple[str, ...]]:
     for name, digest in result.inputs:
-        makers_of = [number for number, _ in known.get(digest, ()) if number != index]
+        makers_of = [number for number, _ in holders.get(digest, ()) if number != index]
         links = [f'<a href="#result-{number + 1}">{number + 1}. {_text(_name(results[number]))}</a>' for number in makers_of]
         origin = ", ".join(links) or ("ships with dielast" if name.startswith("example:") else "")
         yield f"<code>{_text(name)}</code>", f"<code>{_text(digest)}</code>", origin
