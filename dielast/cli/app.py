@@ -205,8 +205,8 @@ def _schema() -> int:
     return 0
 
 
-def _print_version(wanted: bool) -> None:
-    if wanted:
+def _print_version(stated: bool) -> None:
+    if stated:
         from dielast.cli.version import version
 
         typer.echo(version())
@@ -219,8 +219,8 @@ def _main(
     pass
 
 
-def application(asked: str | None = None) -> typer.Typer:
-    """The command line; with only the command `asked` for, if it is known, because typer takes long to build all of them."""
+def application(only: str | None = None) -> typer.Typer:
+    """The command line; with `only` one command, if it is known, because typer takes long to build all of them."""
     app = typer.Typer(
         name="dielast",
         help="Dielectric elastomers: from relaxation measurements to a prediction of motion and failure.",
@@ -240,7 +240,7 @@ def application(asked: str | None = None) -> typer.Typer:
         "schema": (_schema, None),
     }
     names = [*COMMANDS, *helpers]
-    for name in [asked] if asked is not None and asked in names else names:
+    for name in [only] if only is not None and only in names else names:
         if name in helpers:
             function, text = helpers[name]
             app.command(name, help=text, cls=PlainUsage)(function)

@@ -50,7 +50,15 @@ class RecipeCommand(PlainUsage):
         """Write a short recipe of this kind, and where to find more."""
         kind = str(self.name)
         recipe = textwrap.indent(COMMANDS[kind].short_recipe(), "  ")
-        formatter.write(f"\nA short recipe, which runs as it is:\n\n{recipe}\n{_pointers(kind)}\n{EXIT_CODES}\n")
+        pointers = {
+            f"dielast new {kind} > my.toml": "a longer recipe, with comments",
+            f"dielast {kind} my.toml -o out": "run it, with results in the folder out",
+            "dielast validate my.toml": "check it and the files it names",
+            "dielast schema > dielast.json": "every key with its meaning, for editors",
+        }
+        width = max(map(len, pointers))
+        listed_pointers = "".join(f"  {command:{width}}   {meaning}\n" for command, meaning in pointers.items())
+        formatter.write(f"\nA short recipe, which runs as it is:\n\n{recipe}\n{listed_pointers}\n{EXIT_CODES}\n")
 
 
 def report_usage(error: Any) -> int:
@@ -74,14 +82,3 @@ def listed(names: Iterable[str], word: str = "and") -> str:
     """The names as a sentence lists them: a, b and c."""
     *first, last = names
     return f"{', '.join(first)} {word} {last}" if first else last
-
-
-def _pointers(kind: str) -> str:
-    lines = {
-        f"dielast new {kind} > my.toml": "a longer recipe, with comments",
-        f"dielast {kind} my.toml -o out": "run it, with results in the folder out",
-        "dielast validate my.toml": "check it and the files it names",
-        "dielast schema > dielast.json": "every key with its meaning, for editors",
-    }
-    width = max(map(len, lines))
-    return "".join(f"  {command:{width}}   {meaning}\n" for command, meaning in lines.items())

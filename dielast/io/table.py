@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -51,6 +52,14 @@ def split_header(header: str) -> tuple[str, str | None]:
     if match is None or not match["name"]:
         return header.strip(), None
     return match["name"], next(unit for unit in (match["square"], match["round"], match["slash"]) if unit is not None).strip()
+
+
+def as_number(cell: str) -> float:
+    """The number in a cell, also with the minus sign of typography; NaN for other text."""
+    try:
+        return float(cell.replace("\u2212", "-"))
+    except ValueError:
+        return math.nan
 
 
 def spoken(name: str) -> str:

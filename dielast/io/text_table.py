@@ -8,7 +8,6 @@ of units below the names, or from the recipe; they are never guessed.
 from __future__ import annotations
 
 import difflib
-import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -31,7 +30,7 @@ from dielast.io.cells import (
     split_lines,
 )
 from dielast.io.header import ColumnHeader, filled_width, read_header, temperatures_in
-from dielast.io.table import split_header
+from dielast.io.table import as_number, split_header
 from dielast.io.workbook import is_workbook
 from dielast.units import NUMBER, Dimension, conversion, is_ambiguous, is_unit
 
@@ -62,33 +61,37 @@ class MeasuredTable:
         """The units of the columns, None where none is stated."""
         return tuple(header.unit for header in self.headers)
 
-    def find(self, wanted: str | int, role: str) -> int:
-        """Index of the column called `wanted`: its header as the file spells it, `name [unit]`, or its name without the unit.
+    def error(self, text: str, row: int | None = None) -> InputError:
+        """The error about the table, or about its row with this index."""
+        return InputError(text, file=self.source, line=None if row is None else self.lines[row])
+
+    def find(self, column: str | int, role: str) -> int:
+        """Index of the column called `column`: its header as the file spells it, `name [unit]`, or its name without the unit.
 
         A number counts columns from 1. Raises `InputError` if there is no such column, or several of them.
         """
-        if isinstance(wanted, int):
-            if 1 <= wanted <= len(self.names):
-                return wanted - 1
-            raise InputError(f"column {wanted} is wanted for {role}, but there are {len(self.names)} columns", file=self.source)
+        if isinstance(column, int):
+            if 1 <= column <= len(self.names):
+                return column - 1
+            raise self.error(f"column {column} is wanted for {role}, but there are {len(self.names)} columns")
         texts = [header.text for header in self.headers]
         spelled = [header.spelled or header.text for header in self.headers]
         unitless = [header.name if header.unit is None else "" for header in self.headers]
-        asked = ColumnHeader(*split_header(wanted))
-        ways = ((spelled, wanted), (texts, asked.text), (self.names, wanted), (unitless, asked.name))
+        parsed = ColumnHeader(*split_header(column))
+        ways = ((spelled, column), (texts, parsed.text), (self.names, column), (unitless, parsed.name))
         # first with, then without regard to upper and lower case: T and t may be two columns
         for same in (str.strip, _plain):
             for spelling, text in ways:
                 matches = [index for index, cell in enumerate(spelling) if cell and same(cell) == same(text)]
                 if len(matches) > 1:
-                    raise InputError(f'column "{wanted}" for {role} appears {len(matches)} times', file=self.source)
+                    raise self.error(f'column "{column}" for {role} appears {len(matches)} times')
                 if matches:
                     return matches[0]
         # the names as in the file, with the units from the row below them
         there = [cell if split_header(cell)[1] else text for cell, text in zip(spelled, texts, strict=True)]
-        near = difflib.get_close_matches(wanted, there, n=1)
+        near = difflib.get_close_matches(column, there, n=1)
         hint = f'did you mean "{near[0]}"?' if near else "there are " + ", ".join(f'"{header}"' for header in there)
-        raise InputError(f'no column "{wanted}" for {role}; {hint}', file=self.source)
+        raise self.error(f'no column "{column}" for {role}; {hint}')
 
     def has(self, name: str) -> bool:
         """Whether a column is called `name`."""
@@ -99,46 +102,46 @@ class MeasuredTable:
         chosen = rows.tolist()
         return replace(self, cells=tuple(list(compress(cells, chosen)) for cells in self.cells), lines=self.lines[rows])
 
-    def equals(self, wanted: str | int, value: str | float) -> NDArray[np.bool_]:
+    def equals(self, column: str | int, value: str | float) -> NDArray[np.bool_]:
         """Which rows hold `value` in a column, shape (rows,): the same text, or the same number."""
-        index = self.find(wanted, "where")
+        index = self.find(column, "where")
         if isinstance(value, str):
             return np.array([cell == value for cell in self.cells[index]])
-        return np.array([_number(cell.replace(self.decimal, ".")) == value for cell in self.cells[index]])
+        return np.array([as_number(cell.replace(self.decimal, ".")) == value for cell in self.cells[index]])
 
     def column(
-        self, wanted: str | int, role: str, dimension: Dimension, rows: NDArray[np.bool_] | None = None
+        self, column: str | int, role: str, dimension: Dimension, rows: NDArray[np.bool_] | None = None
     ) -> NDArray[np.float64]:
         """The column in `dimension.unit`, shape (rows,); on request only those `rows` (mask).
 
         Raises `InputError` naming the line for text, empty cells and NaN, or the column for missing, contradicting and wrong units.
         """
         if rows is not None:
-            return self.only(rows).column(wanted, role, dimension)
-        index = self.find(wanted, role)
-        scale, offset = self._conversion(index, wanted, role, dimension)
+            return self.only(rows).column(column, role, dimension)
+        index = self.find(column, role)
+        scale, offset = self._conversion(index, column, role, dimension)
         here, cells = f'column "{self.names[index]}"', self.cells[index]
-        numbers = np.array([_number(cell.replace(self.decimal, ".")) for cell in cells])
+        numbers = np.array([as_number(cell.replace(self.decimal, ".")) for cell in cells])
         wrong = np.flatnonzero(~np.isfinite(numbers))
         for row in wrong[:1]:
             what = f'"{cells[row]}" is not a finite number' if cells[row] else "the cell is empty"
             more = f" ({wrong.size} such cells)" if wrong.size > 1 else ""
-            raise InputError(f"{here}: {what}{more}", file=self.source, line=self.lines[row])
+            raise self.error(f"{here}: {what}{more}", row)
         with np.errstate(over="ignore"):
             values = numbers * scale + offset
         for row in np.flatnonzero(~np.isfinite(values))[:1]:
-            raise InputError(f"{here}: the number is too large", file=self.source, line=self.lines[row])
+            raise self.error(f"{here}: the number is too large", row)
         return values
 
-    def check(self, wanted: str | int, role: str, dimension: Dimension | None) -> None:
+    def check(self, column: str | int, role: str, dimension: Dimension | None) -> None:
         """Raise `InputError` as `column` does for a missing column or a wrong unit; without a `dimension` for the former alone."""
-        index = self.find(wanted, role)
+        index = self.find(column, role)
         if dimension is not None:
-            self._conversion(index, wanted, role, dimension)
+            self._conversion(index, column, role, dimension)
 
-    def _conversion(self, index: int, wanted: str | int, role: str, dimension: Dimension) -> tuple[float, float]:
+    def _conversion(self, index: int, column: str | int, role: str, dimension: Dimension) -> tuple[float, float]:
         name, in_header = self.names[index], self.units[index]
-        in_mapping = split_header(wanted)[1] if isinstance(wanted, str) and in_header is None else None
+        in_mapping = split_header(column)[1] if isinstance(column, str) and in_header is None else None
         stated = (self.stated_units or {}).get(role, in_mapping)
         here = f'column "{name}"'
         place: Where = {"file": self.source, "line": self.header_line or None}
@@ -223,13 +226,6 @@ def _first_data_row(rows: Sequence[Sequence[str]], width: int, decimal: str) -> 
         if width and is_data and not is_header and temperatures_in(row) is None:
             return index
     return None
-
-
-def _number(cell: str) -> float:
-    try:
-        return float(cell.replace("\u2212", "-"))
-    except ValueError:
-        return math.nan
 
 
 def _alike(unit: str, other: str, dimension: Dimension) -> bool:

@@ -49,10 +49,10 @@ def sheet_text(content: bytes, source: str, sheet: str | int | None = None, deci
         )
     import subprocess  # imported here, as text files do not need it
 
-    wanted = ("", "") if sheet is None else ("number" if isinstance(sheet, int) else "name", str(sheet))
+    chosen = ("", "") if sheet is None else ("number" if isinstance(sheet, int) else "name", str(sheet))
     # so that both processes import the same modules
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path)), "RUST_BACKTRACE": "0"}
-    command = [sys.executable, "-P", "-c", "from dielast.io.workbook import serve; serve()", *wanted, decimal or ""]
+    command = [sys.executable, "-P", "-c", "from dielast.io.workbook import serve; serve()", *chosen, decimal or ""]
     try:
         done = subprocess.run(command, input=content, capture_output=True, timeout=SECONDS, env=environment, check=False)
     except subprocess.TimeoutExpired:
@@ -85,10 +85,10 @@ def serve() -> None:
     except BaseException as error:  # a damaged file may raise any error, even a panic of Rust
         reason = " ".join(str(error).split()) or type(error).__name__
         text, code = f"the workbook cannot be read: {reason[:200]}", _REFUSED
-    answer = text.encode("utf-8", "replace")
-    if len(answer) > LONGEST_TEXT:
-        answer, code = _TOO_LARGE.encode(), _REFUSED
-    sys.stdout.buffer.write(answer)
+    encoded = text.encode("utf-8", "replace")
+    if len(encoded) > LONGEST_TEXT:
+        encoded, code = _TOO_LARGE.encode(), _REFUSED
+    sys.stdout.buffer.write(encoded)
     sys.stdout.buffer.flush()
     os._exit(code)
 

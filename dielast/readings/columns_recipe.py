@@ -1,4 +1,4 @@
-"""Columns of tables by role, what they say of the measurement, and the specimen by which extension and force are converted."""
+"""`[data] columns` of `mastercurve`: which column of a table is what, and what that says of the measurement."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pydantic import Field, model_validator
 from dielast import units
 from dielast.errors import InputError
 from dielast.material.measurement_kind import KindName
-from dielast.recipe.fields import Length, Section
+from dielast.readings.specimen_recipe import NamedColumns
 from dielast.recipe.file_fields import ColumnName
 
 OVER_TIME = ("time", "modulus", "strain", "stretch", "stress", "extension", "force", "compliance")
@@ -19,8 +19,6 @@ MODULI = ({"storage", "loss"}, {"storage", "tan_delta"}, {"complex_modulus", "ta
 """The columns from which the two moduli of a sweep can be computed."""
 MECHANICAL = ("modulus", "strain", "stress", "compliance", "storage", "loss", "complex_modulus")
 """What differs between tension and shear."""
-GAUGE = 'gauge_length = "80 mm"'
-SECTION = 'width = "6 mm", thickness = "0.5 mm"'
 
 _Column: TypeAlias = ColumnName | None
 
@@ -30,15 +28,6 @@ def _of(dimension: units.Dimension, description: str) -> Any:
     field: Any = Field(None, description=description)
     field.metadata.append(dimension)
     return field
-
-
-class NamedColumns(Section):
-    """Names or numbers of columns, each under the role that the column has."""
-
-    @property
-    def by_role(self) -> dict[str, str | int]:
-        """The columns that are stated, by their role."""
-        return {role: column for role in type(self).model_fields if (column := getattr(self, role)) is not None}
 
 
 class Columns(NamedColumns):
@@ -129,50 +118,3 @@ def _check_sweep(columns: Collection[str]) -> None:
         raise InputError(f"{ways}, are needed" + (f", not {' and '.join(measured)}" if measured else ""))
     if "frequency" not in columns and "angular_frequency" not in columns:
         raise InputError("frequency (in Hz) or angular_frequency (in rad/s) is needed")
-
-
-class MachineColumns(NamedColumns):
-    """Columns of a table that a testing machine wrote, where they have other names than usual."""
-
-    time: _Column = Field(None, description='Time. Default: "time".')
-    stretch: _Column = Field(None, description="Stretch; or strain, or extension.")
-    strain: _Column = Field(None, description="Strain, which is stretch - 1.")
-    extension: _Column = Field(None, description="Extension, a length; needs specimen.gauge_length.")
-    stress: _Column = Field(None, description="Nominal stress; or force.")
-    force: _Column = Field(None, description="Force; needs specimen.width and thickness.")
-
-
-class Specimen(Section):
-    """The undeformed specimen: the length that an extension is divided by, and the cross-section that a force acts on."""
-
-    gauge_length: Length | None = Field(None, description="Undeformed length that the extension is divided by.")
-    width: Length | None = Field(None, description="Undeformed width of the cross-section that the force acts on.")
-    thickness: Length | None = Field(None, description="Undeformed thickness of the cross-section that the force acts on.")
-
-    @model_validator(mode="after")
-    def _whole_section(self) -> Self:
-        if self.width is not None and self.thickness is None:
-            raise InputError("width and thickness go together: they are the cross-section that a force acts on")
-        return self
-
-    @property
-    def area(self) -> float | None:
-        """Cross-section in m^2, if it is stated."""
-        return None if self.width is None or self.thickness is None else self.width * self.thickness
-
-
-def unmeasured(roles: Collection[str], specimen: Specimen | None) -> str | None:
-    """What the recipe must state about the `specimen` for extension or force among `roles`, as a message; None if nothing."""
-    lacking = [
-        (role, what)
-        for role, what, known in (
-            ("extension", GAUGE, specimen is not None and specimen.gauge_length is not None),
-            ("force", SECTION, specimen is not None and specimen.area is not None),
-        )
-        if role in roles and not known
-    ]
-    if not lacking:
-        return None
-    what = " and ".join(f"{'an' if role == 'extension' else 'a'} {role}" for role, _ in lacking)
-    verb = "need" if len(lacking) > 1 else "needs"
-    return f"{what} {verb} the undeformed specimen: specimen = {{ {', '.join(needed for _, needed in lacking)} }}"

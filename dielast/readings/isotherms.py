@@ -62,6 +62,6 @@ def _runs(rows: Index, abscissa: Floats, source: Index) -> list[Index]:
     if np.count_nonzero(np.diff(along) < 0) > np.count_nonzero(np.diff(along) > 0):
         with np.errstate(over="ignore"):
             along = 1 / along  # a sweep from high to low frequency
-    anew = (np.diff(source[rows]) != 0) | (along[1:] < 0.5 * along[:-1])
-    runs = np.split(rows, np.flatnonzero(anew) + 1)
+    restarts = (np.diff(source[rows]) != 0) | (along[1:] < 0.5 * along[:-1])
+    runs = np.split(rows, np.flatnonzero(restarts) + 1)
     return runs if min(run.size for run in runs) >= SHORTEST else [rows]

@@ -65,10 +65,11 @@ def read_all(data: MeasuredData, inputs: Inputs) -> Dataset:
         machine = [role for role in ("extension", "force") if role in part.columns]
         if deformation == "shear" and machine:
             what = f"{' and '.join(machine)} are of a test in tension, but this one is in shear"
-            raise InputError(f"{what}: state strain and stress, or modulus", file=part.table.source)
-    if data.test is None:
-        for part in parts:
-            _warn_of_tension(part)
+            raise part.table.error(f"{what}: state strain and stress, or modulus")
+    for part in parts if data.test is None else ():
+        if not part.is_export:  # read as a test in tension by default, but the names may be those of one in shear
+            used = [part.table.names[part.table.find(part.columns[role], role)] for role in MECHANICAL if role in part.columns]
+            warn_of_tension(used, part.table.source)
     if kind.over_frequency and (data.ramp is not None or data.discard_before > 0):
         raise InputError("ramp and discard_before are times of a test over time: a frequency sweep has none")
     labels: dict[tuple[int, str], int] = {}
@@ -106,9 +107,7 @@ def _one_deformation(parts: list[Part], data: MeasuredData) -> str:
     deformations = {part.deformation: part for part in parts}
     for deformation, part in deformations.items():
         if deformation is None:
-            raise InputError(
-                'the export does not name the kind of modulus: state test = "tension" or "shear"', file=part.table.source
-            )
+            raise part.table.error('the export does not name the kind of modulus: state test = "tension" or "shear"')
     if len(deformations) > 1:
         tests = " and ".join(f"{deformation} ({part.table.source})" for deformation, part in deformations.items())
         raise InputError(f'there are tests in {tests}: leave one out, or state test = "tension" or "shear"')
@@ -118,22 +117,15 @@ def _one_deformation(parts: list[Part], data: MeasuredData) -> str:
 def _check_columns(part: Part, data: MeasuredData) -> None:
     """`InputError` for all columns of a plain table that are missing or in a wrong unit, with the keys of the recipe."""
     wrong = Mistakes()
-    for role, wanted in part.columns.items() if not part.is_export else ():
+    for role, column in part.columns.items() if not part.is_export else ():
         try:
-            part.table.check(wanted, role, ROLES.get(role))
+            part.table.check(column, role, ROLES.get(role))
         except InputError as error:
             key = f" (data.columns.{role})" if data.columns is not None and role in data.columns.model_fields_set else ""
-            instead = mistaken(part.table, wanted, role)
+            instead = mistaken(part.table, column, role)
             problems = [Problem(instead, file=part.table.source)] if instead else error.problems
             wrong += [problem.adding(key) for problem in problems]
     wrong.refuse()
-
-
-def _warn_of_tension(part: Part) -> None:
-    """Warn of a plain table that is read as one of tension (the default), but looks like one of shear."""
-    if not part.is_export:
-        used = [part.table.names[part.table.find(part.columns[role], role)] for role in MECHANICAL if role in part.columns]
-        warn_of_tension(used, part.table.source)
 
 
 def _check_viscosity(parts: list[Part], readings: list[Readings]) -> None:
@@ -146,10 +138,8 @@ def _check_viscosity(parts: list[Part], readings: list[Readings]) -> None:
         stated = [role for role in ("frequency", "angular_frequency") if role in part.columns]
         for off, truth in ((2 * np.pi, "Hz"), (1 / (2 * np.pi), "rad/s")):
             if abs(np.log(factor / off)) < VISCOSITY_AGREEMENT:
-                warn(
-                    f"the complex viscosity fits if what is stated as {spoken(stated[0])} is in {truth}",
-                    file=part.table.source,
-                )
+                text = f"the complex viscosity fits if what is stated as {spoken(stated[0])} is in {truth}"
+                warn(text, file=part.table.source)
                 return
         if abs(np.log(factor)) > VISCOSITY_AGREEMENT:
             warn(f"complex modulus over angular frequency is {factor:.3g} times the complex viscosity", file=part.table.source)

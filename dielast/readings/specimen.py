@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from dielast.errors import InputError, as_toml
 from dielast.io.text_table import MeasuredTable
-from dielast.numerics.arrays import Floats
-from dielast.readings.columns_recipe import GAUGE, ROLES, SECTION, MachineColumns, Specimen, unmeasured
+from dielast.numerics.arrays import Flags, Floats
+from dielast.readings.columns_recipe import ROLES
+from dielast.readings.specimen_recipe import GAUGE, SECTION, MachineColumns, Specimen, unmeasured
 from dielast.units import FORCE, LENGTH, MASS, STIFFNESS, STRAIN, STRESS, TORQUE, kind_of
 
 
@@ -36,7 +36,7 @@ def role_in(table: MeasuredTable, quantity: str, columns: MachineColumns | None)
     by_role = {} if columns is None else columns.by_role
     stated = [role for role in dict.fromkeys(role_of.values()) if role in by_role]
     if len(stated) > 1:
-        raise InputError(f"columns.{' and columns.'.join(stated)} are the same quantity: one of them is needed", file=table.source)
+        raise table.error(f"columns.{' and columns.'.join(stated)} are the same quantity: one of them is needed")
     if stated:
         return stated[0], by_role[stated[0]]
     name = next((name for name in role_of if table.has(name)), None)
@@ -44,9 +44,7 @@ def role_in(table: MeasuredTable, quantity: str, columns: MachineColumns | None)
         roles = list(dict.fromkeys(role_of.values()))
         there = ", ".join(f'"{name}"' for name in table.names)
         keys = f"columns.{', columns.'.join(roles[:-1])} or columns.{roles[-1]}"
-        raise InputError(
-            f"no column is called {', '.join(roles[:-1])} or {roles[-1]}; there are {there}: state {keys}", file=table.source
-        )
+        raise table.error(f"no column is called {', '.join(roles[:-1])} or {roles[-1]}; there are {there}: state {keys}")
     return role_of[name], name
 
 
@@ -55,7 +53,7 @@ def read_as(
     role: str,
     column: str | int,
     specimen: Specimen | None,
-    rows: NDArray[np.bool_] | None = None,
+    rows: Flags | None = None,
     key: str | None = None,
 ) -> Floats:
     """The stretch (1) or nominal stress (Pa) from a `column` of a `role`, such as an extension, shape (rows,).
@@ -64,7 +62,7 @@ def read_as(
     if the specimen lacks what the role needs.
     """
     if lacking := unmeasured((role,), specimen):
-        raise InputError(f'column "{table.names[table.find(column, role)]}": {lacking}', file=table.source)
+        raise table.error(f'column "{table.names[table.find(column, role)]}": {lacking}')
     table = table if rows is None else table.only(rows)
     values = table.column(column, key or role, ROLES[role])
     with np.errstate(over="ignore"):
@@ -73,7 +71,7 @@ def read_as(
         elif role == "force":
             values = nominal_stress(values, specimen)
     for row in np.flatnonzero(~np.isfinite(values))[:1]:
-        raise InputError(f"the {role} is too large a number for its specimen", file=table.source, line=table.lines[row])
+        raise table.error(f"the {role} is too large a number for its specimen", row)
     return values
 
 
@@ -84,12 +82,12 @@ KNOWN_AS = {
 }
 
 
-def mistaken(table: MeasuredTable, wanted: str | int, role: str) -> str | None:
+def mistaken(table: MeasuredTable, column: str | int, role: str) -> str | None:
     """What to write instead if the unit of a column is clearly that of another quantity than its `role`, such as a force for a
     stress; None if the unit does not show it.
     """
     try:
-        index = table.find(wanted, role)
+        index = table.find(column, role)
     except InputError:
         return None
     unit = table.units[index] or (table.stated_units or {}).get(role)
@@ -100,7 +98,7 @@ def mistaken(table: MeasuredTable, wanted: str | int, role: str) -> str | None:
     if instead is None:
         return None
     article = "an" if role == "extension" else "a"
-    return f'column "{table.names[index]}" [{unit}] is {kind.name}, not {article} {role}: {instead.format(column=as_toml(wanted))}'
+    return f'column "{table.names[index]}" [{unit}] is {kind.name}, not {article} {role}: {instead.format(column=as_toml(column))}'
 
 
 def _columns(role: str, needed: str) -> str:

@@ -9,7 +9,6 @@ from dataclasses import dataclass, replace
 from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
 from dielast.errors import InputError, located, shown
 from dielast.io.cells import decode, is_number
@@ -18,6 +17,7 @@ from dielast.io.table import split_header
 from dielast.io.text_table import MeasuredTable, read_measured
 from dielast.io.workbook import is_workbook
 from dielast.material.measurement_kind import CREEP, KINDS, OSCILLATION, RELAXATION, MeasurementKind
+from dielast.numerics.arrays import Flags, Floats
 from dielast.readings.columns_recipe import MODULI, ROLES, Columns
 from dielast.readings.instruments import ExportedStep, recognise
 from dielast.readings.instruments.export import Deformation, columns_by_role, plain
@@ -55,15 +55,15 @@ class Part:
         """Whether the part is from an export; rows without measured values are then not mistakes of the user."""
         return self.format != TABLE
 
-    def only(self, rows: NDArray[np.bool_]) -> Part:
+    def only(self, rows: Flags) -> Part:
         """The part with only those `rows` (mask)."""
         return replace(self, table=self.table.only(rows))
 
-    def column(self, role: str) -> NDArray[np.float64]:
+    def column(self, role: str) -> Floats:
         """The numbers (rows,) in the column of `role`, in SI; raises `InputError` with the file, and the line or column."""
         return self.table.column(self.columns[role], role, ROLES[role])
 
-    def filled(self, role: str) -> NDArray[np.bool_]:
+    def filled(self, role: str) -> Flags:
         """Mask (rows,) of the rows with a reading in the column of `role`, not a mark for a missing one."""
         cells = self.table.cells[self.table.find(self.columns[role], role)]
         return np.array([cell.strip("-").casefold() not in _NOTHING for cell in cells], dtype=bool)
@@ -80,15 +80,15 @@ def parts_of(content: bytes, source: str, file: int, data: MeasuredData) -> tupl
     Raises `InputError` with the file, and the line or step.
     """
     text = decode(content, source, data.text_format())
-    known = None if data.is_plain else recognise(text)
-    if known is None:
+    layout = None if data.is_plain else recognise(text)
+    if layout is None:
         return _plain_parts(content, source, file, data), []
     try:
-        steps = known.read(text, source)
+        steps = layout.read(text, source)
     except InputError as error:
         if data.columns is None:
             raise
-        raise error.adding(f' (or is it no {known.NAME} export? say format = "table")') from None
+        raise error.adding(f' (or is it no {layout.NAME} export? say format = "table")') from None
     decimal = None if is_workbook(content) else data.decimal
     steps = [
         replace(step, table=replace(step.table, stated_units=data.units, decimal=decimal or step.table.decimal)) for step in steps
@@ -106,11 +106,11 @@ def parts_of(content: bytes, source: str, file: int, data: MeasuredData) -> tupl
         kind, columns = measured
         if not kind.over_frequency and number > 1:
             _refuse_running_clock(step, steps[number - 2], columns)
-        parts.append(Part(step.table, columns, kind, file, known.NAME, step.deformation, step.name))
+        parts.append(Part(step.table, columns, kind, file, layout.NAME, step.deformation, step.name))
     if not parts:
-        wanted = KINDS[data.measurement].tests if data.measurement else "frequency sweep, relaxation or creep test"
+        tests = KINDS[data.measurement].tests if data.measurement else "frequency sweep, relaxation or creep test"
         there = "; ".join(_what_is_there(step) for step in steps[:3]) + (" ..." if len(steps) > 3 else "")
-        raise InputError(f"no {wanted} found in this {known.NAME} export: {there or 'it has no steps'}", file=source)
+        raise InputError(f"no {tests} found in this {layout.NAME} export: {there or 'it has no steps'}", file=source)
     return parts, left_out
 
 
@@ -173,7 +173,7 @@ def _of_wide(table: MeasuredTable, file: int, data: MeasuredData, columns: Colum
     measured = _stated(data, columns) if columns is not None else _measured(ExportedStep("", table, None), data, True)
     if measured is None:
         there = ", ".join(f'"{name}"' for name in table.names)
-        raise InputError(f"columns are needed: at {temperature:g} degC there are {there}", file=table.source)
+        raise table.error(f"columns are needed: at {temperature:g} degC there are {there}")
     kind, roles = measured
     return Part(table, roles, kind, file, TABLE, "tension", temperature=temperature)
 
@@ -227,10 +227,10 @@ def _measured(step: ExportedStep, data: MeasuredData, chosen: bool) -> Measured 
             possible[kind] = ["time", kind.value]
         elif {"strain", "stress"} <= by_role.keys() and (hinted or (chosen and data.measurement == kind.name)):
             possible[kind] = ["time", "strain", "stress"]
-    wanted = [KINDS[data.measurement]] if data.measurement else list(possible)
+    kinds = [KINDS[data.measurement]] if data.measurement else list(possible)
     if data.measurement is None and len(possible) > 1:
-        wanted = [kind for kind in possible if kind.name[:5] in name] or wanted
-    for kind in wanted:
+        kinds = [kind for kind in possible if kind.name[:5] in name] or kinds
+    for kind in kinds:
         if kind in possible:
             return kind, {role: by_role[role] for role in ("temperature", *possible[kind]) if role in by_role}
     return None
@@ -250,8 +250,4 @@ def _refuse_running_clock(step: ExportedStep, before: ExportedStep, columns: Map
         return
     earlier, later = _numbers(before.table, same[0]), _numbers(table, index)
     if earlier and later and 0 < earlier[-1] <= later[0]:
-        raise InputError(
-            f'column "{name}" runs on from the step before into step "{step.name}": export the step time as well',
-            file=table.source,
-            line=table.lines[0],
-        )
+        raise table.error(f'column "{name}" runs on from the step before into step "{step.name}": export the step time as well', 0)

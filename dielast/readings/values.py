@@ -7,17 +7,16 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
-from dielast.errors import InputError, warn
+from dielast.errors import warn
 from dielast.io.table import spoken
 from dielast.material.checks import warn_of_strain
 from dielast.material.measurement_kind import RELAXATION
-from dielast.numerics.arrays import Floats
-from dielast.readings.columns_recipe import Specimen
+from dielast.numerics.arrays import Flags, Floats, Index
 from dielast.readings.isotherms import WIDEST
 from dielast.readings.recipe import CurveData, MeasuredData, MeasurementData
 from dielast.readings.specimen import nominal_stress, strain_of
+from dielast.readings.specimen_recipe import Specimen
 from dielast.readings.steps import Part
 from dielast.units import ZERO_CELSIUS
 
@@ -36,7 +35,7 @@ class Readings:
     temperature: Floats
     abscissa: Floats
     ordinates: Floats
-    label: NDArray[np.intp]
+    label: Index
     viscosity: Floats
 
 
@@ -84,7 +83,7 @@ def _complete(part: Part, roles: list[str]) -> Part:
             file=part.table.source,
         )
     if not np.any(rows):
-        raise InputError(f'step "{part.step}" has no row with all of {", ".join(roles)}', file=part.table.source)
+        raise part.table.error(f'step "{part.step}" has no row with all of {", ".join(roles)}')
     return part.only(rows)
 
 
@@ -94,7 +93,7 @@ def _in_time(part: Part, data: MeasuredData) -> Part:
     kept = time >= data.first_time if data.first_time > 0 else time > 0 if part.is_export else np.ones(time.size, dtype=bool)
     _refuse(part, (time <= 0) & kept, "time", "is not above zero; discard_before drops the points up to a time")
     if not np.any(kept):
-        raise InputError(f"no points are left from {data.first_time:g} s on (see discard_before and ramp)", file=part.table.source)
+        raise part.table.error(f"no points are left from {data.first_time:g} s on (see discard_before and ramp)")
     return part.only(kept)
 
 
@@ -106,12 +105,8 @@ def _angular_frequency(part: Part) -> Floats:
     if len(measured) == 2:
         hertz, omega = measured["frequency"], measured["angular_frequency"]
         for k in np.flatnonzero(np.abs(2 * np.pi * hertz / omega - 1) > FREQUENCY_AGREEMENT)[:1]:
-            raise InputError(
-                f"frequency {hertz[k]:.4g} Hz and angular frequency {omega[k]:.4g} rad/s "
-                f"contradict each other: {hertz[k]:.4g} Hz are {2 * np.pi * hertz[k]:.4g} rad/s",
-                file=part.table.source,
-                line=part.table.lines[k],
-            )
+            both = f"frequency {hertz[k]:.4g} Hz and angular frequency {omega[k]:.4g} rad/s"
+            raise part.table.error(f"{both} contradict each other: {hertz[k]:.4g} Hz are {2 * np.pi * hertz[k]:.4g} rad/s", k)
     return measured["angular_frequency"] if "angular_frequency" in measured else 2 * np.pi * measured["frequency"]
 
 
@@ -138,14 +133,14 @@ def _ordinates(part: Part, per_shear: float, specimen: Specimen | None) -> Float
     stress = column("stress") if "stress" in columns else nominal_stress(column("force"), specimen)
     warn_of_strain(strain)
     over, under = (("stress", stress), ("strain", strain))[:: part.kind.stiffness_power]
-    _warn_of_held(part, held=under[1], answer=over[1])
+    _warn_of_held(part, held=under[1], response=over[1])
     _refuse(part, under[1] == 0, under[0], f"is zero, so {over[0]} / {under[0]} is no {plain}")
     return np.asarray(scale * over[1] / under[1])[None]
 
 
-def _warn_of_held(part: Part, held: Floats, answer: Floats) -> None:
+def _warn_of_held(part: Part, held: Floats, response: Floats) -> None:
     """Warn if the strain of a relaxation test, or the stress of a creep test, changes, and the other of the two does not."""
-    spread = [float(np.ptp(np.abs(values))) / float(np.max(np.abs(values), initial=1e-300)) for values in (held, answer)]
+    spread = [float(np.ptp(np.abs(values))) / float(np.max(np.abs(values), initial=1e-300)) for values in (held, response)]
     if spread[0] > CHANGES > HELD > spread[1]:
         constant, other = ("stress", "creep") if part.kind is RELAXATION else ("strain", "relaxation")
         warn(
@@ -157,47 +152,44 @@ def _warn_of_held(part: Part, held: Floats, answer: Floats) -> None:
 def _stated_temperature(part: Part, data: MeasuredData) -> float:
     if part.temperature is not None:
         return part.temperature
-    source, in_step = part.table.source, part.temperature_in_step()
+    in_step = part.temperature_in_step()
     if isinstance(data, MeasurementData) and (data.temperatures is not None or data.temperature_in_name is not None):
-        return _temperature_of_file(data, part.file, source)
+        return _temperature_of_file(data, part)
     if in_step is not None:
         return in_step
     if isinstance(data, CurveData):
         if data.reference_temperature is None:
-            raise InputError('the data state no temperature: state reference_temperature = "20 degC"', file=source)
+            raise part.table.error('the data state no temperature: state reference_temperature = "20 degC"')
         return data.reference_temperature
     if part.is_export:
-        raise InputError(
-            f'step "{part.step}" has no temperature: export it, or say temperatures or temperature_in_name', file=source
-        )
+        raise part.table.error(f'step "{part.step}" has no temperature: export it, or say temperatures or temperature_in_name')
     assert isinstance(data, MeasurementData)
-    raise InputError(
-        f'temperatures are needed from {data.sources}, or from headers such as "E (20 °C) [MPa]"; {ONE_TEMPERATURE}', file=source
-    )
+    headers = 'headers such as "E (20 °C) [MPa]"'
+    raise part.table.error(f"temperatures are needed from {data.sources}, or from {headers}; {ONE_TEMPERATURE}")
 
 
-def _temperature_of_file(data: MeasurementData, index: int, name: str) -> float:
-    """The temperature in degC that the recipe, or the name of the file, states for the file of this `index`."""
+def _temperature_of_file(data: MeasurementData, part: Part) -> float:
+    """The temperature in degC that the recipe, or the name of the file, states for the file of a part."""
     if data.temperatures is not None:
-        return float(data.temperatures[index])
+        return float(data.temperatures[part.file])
     pattern = re.escape(data.temperature_in_name or "").replace(r"\{degC\}", r"(?P<degC>[+-]?\d+(?:\.\d+)?)")
-    match = re.search(pattern.replace(r"\{K\}", r"(?P<K>\d+(?:\.\d+)?)"), Path(name).name)
+    match = re.search(pattern.replace(r"\{K\}", r"(?P<K>\d+(?:\.\d+)?)"), Path(part.table.source).name)
     if match is None:
-        raise InputError(f'the name does not fit temperature_in_name = "{data.temperature_in_name}"', file=name)
+        raise part.table.error(f'the name does not fit temperature_in_name = "{data.temperature_in_name}"')
     groups = match.groupdict()
     return float(groups["degC"]) if groups.get("degC") else float(groups["K"]) - ZERO_CELSIUS
 
 
-def _refuse(part: Part, wrong: NDArray[np.bool_], role: str, why: str) -> None:
+def _refuse(part: Part, wrong: Flags, role: str, why: str) -> None:
     if np.any(wrong):
         first, count = int(np.flatnonzero(wrong)[0]), int(np.count_nonzero(wrong))
         more = f" ({count} such rows)" if count > 1 else ""
-        raise InputError(f"{role} {why}{more}", file=part.table.source, line=part.table.lines[first])
+        raise part.table.error(f"{role} {why}{more}", first)
 
 
-def _refuse_most(part: Part, wrong: NDArray[np.bool_]) -> None:
+def _refuse_most(part: Part, wrong: Flags) -> None:
     """`InputError` if most values are zero or negative: only a few can be a noise floor."""
     if 2 * np.count_nonzero(wrong) > wrong.size:
-        many, first = part.kind.values, part.table.lines[np.flatnonzero(wrong)[0]]
+        many, first = part.kind.values, int(np.flatnonzero(wrong)[0])
         text = f"{np.count_nonzero(wrong)} of {wrong.size} {many} are zero or negative: positive {many} are needed"
-        raise InputError(text, file=part.table.source, line=first)
+        raise part.table.error(text, first)

@@ -71,13 +71,13 @@ def makers(results: Sequence[StoredResult]) -> dict[str, list[tuple[int, str]]]:
 
 def outdated(results: Sequence[StoredResult]) -> list[tuple[int, str]]:
     """(number of a result, message) for each input that has the name of another result's file, but other content."""
-    known = makers(results)
+    holders = makers(results)
     messages = []
     for index, result in enumerate(results):
         for stated, digest in result.inputs:
             path = PurePath(stated)
             for other in results:
-                if digest not in known and path.parent.name == other.home and path.name in other.files and other is not result:
+                if digest not in holders and path.parent.name == other.home and path.name in other.files and other is not result:
                     text = f"was made from another {path.name} than the one in {other.folder} now: run it again"
                     messages.append((index, text))
     return messages

@@ -19,7 +19,7 @@ from typing import Any, NamedTuple
 
 from dielast.errors import InputError, located
 from dielast.io.files import read_file
-from dielast.io.table import parse_csv
+from dielast.io.table import as_number, parse_csv
 from dielast.io.toml import parse_toml
 
 # numbers this far below the largest of their column are rounding errors, and their ratios mean nothing
@@ -125,12 +125,12 @@ def _tables(name: str, content: bytes, golden: Path, usual: Tolerance, special: 
         if len(cells) != len(then[header]):
             yield f"{name}: {len(cells)} rows; golden {len(then[header])}"
             return
-        numbers = [(_number(a), _number(b)) for a, b in zip(cells, then[header], strict=True)]
+        expected = list(map(as_number, then[header]))
         tolerance = special.get(header, usual)
-        floor = NEGLIGIBLE * max((abs(b) for _, b in numbers if b is not None), default=0.0)
-        for row, (a, b) in enumerate(zip(cells, then[header], strict=True)):
-            x, y = numbers[row]
-            same = tolerance.holds(x, y, floor) if x is not None and y is not None else a == b
+        floor = NEGLIGIBLE * max(map(abs, filter(math.isfinite, expected)), default=0.0)
+        for row, (a, b, y) in enumerate(zip(cells, then[header], expected, strict=True)):
+            x = as_number(a)
+            same = tolerance.holds(x, y, floor) if math.isfinite(x) and math.isfinite(y) else a == b
             if not same:
                 yield f"{name}: row {row + 2}: {header}: {a or 'empty'}; golden {b or 'empty'}"
 
@@ -154,11 +154,3 @@ def _flat(value: Any, path: str = "") -> dict[str, float]:
     if isinstance(value, list):
         return {key: number for index, inner in enumerate(value) for key, number in _flat(inner, f"{path}[{index}]").items()}
     return {}
-
-
-def _number(text: str) -> float | None:
-    try:
-        value = float(text)
-    except ValueError:
-        return None
-    return value if math.isfinite(value) else None

@@ -2,43 +2,19 @@
 
 from __future__ import annotations
 
+import math
 from base64 import b64encode
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from html import escape
-from pathlib import PurePath
+from pathlib import Path, PurePath
 
-from dielast.io.table import parse_csv
+from dielast.io.table import as_number, parse_csv
 from dielast.report.chain import StoredResult, makers, outdated
 from dielast.report.summary import rows, summary_sections
 
 MOST_ROWS, FIRST_ROWS, LAST_ROWS = 30, 15, 5  # rows: a longer table is shortened to its first and last rows
 MOST_COLUMNS = 12
 TYPES = {"png": "image/png", "svg": "image/svg+xml"}
-STYLE = """\
-body { margin: 2rem auto; max-width: 62rem; padding: 0 1rem; background: #fff; color: #111; font: 1rem/1.45 sans-serif; }
-h1, h2, h3 { line-height: 1.2; }
-h2 { margin-top: 3rem; padding-top: .6rem; border-top: 2px solid #111; }
-img { display: block; max-width: 100%; height: auto; }
-figure { margin: 1.5rem 0; }
-figcaption, caption, .note { color: #444; font-size: .9rem; text-align: left; }
-.wide { overflow-x: auto; }
-.summary { display: flex; flex-wrap: wrap; align-items: flex-start; gap: 0 2.5rem; }
-table { margin: 1rem 0; border-collapse: collapse; font-size: .85rem; font-variant-numeric: tabular-nums; }
-caption { padding: .2rem 0; }
-th, td { padding: .15rem .6rem; border-bottom: 1px solid #ccc; text-align: left; vertical-align: top; }
-td.number, th.number { text-align: right; }
-code { font-size: .85rem; overflow-wrap: anywhere; }
-.warnings { margin: 1rem 0; padding: .1rem 1rem; border: 1px solid #8a5a00; border-left-width: .5rem; background: #fff7e6; }
-@media print {
-  body { margin: 0; max-width: none; font-size: 10pt; }
-  h2, h3, caption { break-after: avoid; }
-  figure, tr, .warnings { break-inside: avoid; }
-  section + section { break-before: page; }
-  .wide { overflow: visible; }
-  table { font-size: 7pt; }
-  th, td { padding: .1rem .25rem; overflow-wrap: anywhere; }
-}
-"""
 # the browser loads nothing from elsewhere, whatever the page holds
 POLICY = "default-src 'none'; img-src data:; style-src 'unsafe-inline'"
 
@@ -48,6 +24,7 @@ def html_page(results: Sequence[StoredResult], descriptions: Mapping[str, str]) 
 
     The same results make the same bytes. Raises `InputError` for a table that dielast did not write.
     """
+    style = Path(__file__).with_name("page.css").read_text(encoding="utf-8")
     title = " → ".join(dict.fromkeys(result.kind for result in results))
     warnings = [list(result.warnings) for result in results]
     for number, text in reversed(outdated(results)):
@@ -56,13 +33,13 @@ def html_page(results: Sequence[StoredResult], descriptions: Mapping[str, str]) 
         '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n',
         f'<meta http-equiv="Content-Security-Policy" content="{POLICY}">\n',
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n',
-        f"<title>{escape(title)}</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n<main>\n",
+        f"<title>{escape(title)}</title>\n<style>\n{style}</style>\n</head>\n<body>\n<main>\n",
         f"<h1>{escape(title)}</h1>\n",
         *_contents(results, warnings),
     ]
-    known = makers(results)
+    holders = makers(results)
     for index, result in enumerate(results):
-        parts += _section(index, results, warnings[index], known, descriptions.get(result.kind, ""))
+        parts += _section(index, results, warnings[index], holders, descriptions.get(result.kind, ""))
     parts.append("</main>\n</body>\n</html>\n")
     return "".join(parts).encode("utf-8", "backslashreplace")
 
@@ -84,7 +61,7 @@ def _section(
     index: int,
     results: Sequence[StoredResult],
     warnings: Sequence[str],
-    known: Mapping[str, Sequence[tuple[int, str]]],
+    holders: Mapping[str, Sequence[tuple[int, str]]],
     description: str,
 ) -> Iterator[str]:
     result = results[index]
@@ -118,7 +95,7 @@ def _section(
     for name, content in result.tables.items():
         yield from _table(name, parse_csv(content, f"{result.folder}/{name}"))
     yield "<h3>Inputs</h3>\n"
-    yield from _files("What the run read", ("input", "SHA-256", "made by"), _origins(result, index, results, known))
+    yield from _files("What the run read", ("input", "SHA-256", "made by"), _origins(result, index, results, holders))
     yield "<h3>Files</h3>\n"
     files = ((f"<code>{_text(name)}</code>", f"<code>{digest}</code>") for name, digest in result.files.items())
     yield from _files(f"What the report found in {result.folder}", ("file", "SHA-256"), files)
@@ -126,10 +103,10 @@ def _section(
 
 
 def _origins(
-    result: StoredResult, index: int, results: Sequence[StoredResult], known: Mapping[str, Sequence[tuple[int, str]]]
+    result: StoredResult, index: int, results: Sequence[StoredResult], holders: Mapping[str, Sequence[tuple[int, str]]]
 ) -> Iterator[tuple[str, ...]]:
     for name, digest in result.inputs:
-        makers_of = [number for number, _ in known.get(digest, ()) if number != index]
+        makers_of = [number for number, _ in holders.get(digest, ()) if number != index]
         links = [f'<a href="#result-{number + 1}">{number + 1}. {_text(_name(results[number]))}</a>' for number in makers_of]
         origin = ", ".join(links) or ("ships with dielast" if name.startswith("example:") else "")
         yield f"<code>{_text(name)}</code>", f"<code>{_text(digest)}</code>", origin
@@ -150,7 +127,8 @@ def _table(name: str, columns: Mapping[str, Sequence[str]]) -> Iterator[str]:
     notes = [f"{FIRST_ROWS + LAST_ROWS} of {count} rows"] if long else []
     notes += [f"{len(shown)} of {len(columns)} columns"] if len(columns) > len(shown) else []
     caption = f"{name}{': ' if notes else ''}{' and '.join(notes)}{', all of them in the file' if notes else ''}"
-    aligned = {header: ' class="number"' if all(map(_is_number, columns[header])) else "" for header in shown}
+    numbers = [header for header in shown if not any(math.isnan(as_number(cell or "0")) for cell in columns[header])]
+    aligned = {header: ' class="number"' if header in numbers else "" for header in shown}
     heads = "".join(f'<th scope="col"{aligned[header]}>{_text(header)}</th>' for header in shown)
     gap = f'<td colspan="{len(shown)}">… {count - FIRST_ROWS - LAST_ROWS} rows left out …</td>'
     cells = (
@@ -167,14 +145,6 @@ def _grid(caption: str, heads: str, lines: Iterable[str]) -> Iterator[str]:
     yield f"<thead><tr>{heads}</tr></thead>\n<tbody>\n"
     yield from (f"<tr>{line}</tr>\n" for line in lines)
     yield "</tbody>\n</table>\n</div>\n"
-
-
-def _is_number(cell: str) -> bool:
-    try:
-        float(cell or "0")
-    except ValueError:
-        return False
-    return True
 
 
 def _text(value: object) -> str:

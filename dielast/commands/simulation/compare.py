@@ -15,8 +15,8 @@ from dielast.io.table import split_header
 from dielast.io.text_table import MeasuredTable, read_measured
 from dielast.material.checks import warn_of_measured_stretch
 from dielast.numerics.arrays import Flags, Floats
-from dielast.readings.columns_recipe import Specimen
 from dielast.readings.specimen import KNOWN_AS, read_as, role_in
+from dielast.readings.specimen_recipe import Specimen
 from dielast.units import (
     CHARGE,
     CHARGE_DENSITY,

@@ -42,4 +42,4 @@ FORMATS: tuple[Format, ...] = (trios, rheocompass, rheoplus, universal_analysis,
 
 def recognise(text: str) -> Format | None:
     """The format of `text`, None if it is not an export."""
-    return next((known for known in FORMATS if known.sniff(text)), None)
+    return next((layout for layout in FORMATS if layout.sniff(text)), None)
