@@ -60,10 +60,7 @@ class WeightedCurve:
 
     @property
     def constant_scale(self) -> Floats:
-        """The scale of each constant, (constants,): the value at which it alone would reach the last point, where it has the
-        largest
-        effect.
-        """
+        """The scale of each constant, (constants,): that with which it alone would reach the last point, where it acts most."""
         return np.asarray(self.size[-1] / np.max(np.abs(self.kind.constants(self.time[-1:])), axis=(1, 2)))
 
     def averaged(self) -> WeightedCurve:
