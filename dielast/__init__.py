@@ -48,7 +48,7 @@ if TYPE_CHECKING:  # the public names, of which this is the only list: type chec
         NumericsError as NumericsError,
     )
     from dielast.export.card import export_card as export_card
-    from dielast.export.options import CardOptions as CardOptions
+    from dielast.export.code import CardOptions as CardOptions
     from dielast.handover.material_draws import read_draws as read_draws
     from dielast.handover.material_file import read_material as read_material, write_material as write_material
     from dielast.material.breakdown import PowerBreakdown as PowerBreakdown

@@ -99,13 +99,12 @@ def bootstrap_master_curve(
                     drift=master.stated.drift,
                 )
                 values = master.law.numbers_of(drawn.law)
+                master.law.redrawn(values.tolist())  # no material relaxes more slowly when it is warmer
             except (InputError, NumericsError):
                 continue
             finally:
                 if progress is not None:
                     progress(draw + 1, draws)
-        if not master.law.allows(values):
-            continue  # no material relaxes more slowly when it is warmer
         rows.append((draw, drawn.log10_shift_factor, drawn.vertical_shift, values, _on_grid(drawn, grid)))
     if 2 * len(rows) < draws:
         raise NumericsError(f"only {len(rows)} of {draws} draws give a master curve: the data are too poor for an uncertainty")

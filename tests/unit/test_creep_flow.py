@@ -14,8 +14,7 @@ from numpy.typing import NDArray
 from dielast.commands.spectrum import run as workflow
 from dielast.commands.spectrum.recipe import Fit
 from dielast.errors import DielastWarning, InputError
-from dielast.handover.mastercurve_draws import ReadDraws
-from dielast.handover.mastercurve_folder import ReducedCurve
+from dielast.handover.mastercurve_folder import ReadDraws, ReducedCurve
 from dielast.io.files import Inputs
 from dielast.material.material import Material
 from dielast.material.measurement_kind import CREEP

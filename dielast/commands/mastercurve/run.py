@@ -9,7 +9,7 @@ import numpy as np
 
 from dielast.commands.mastercurve.recipe import KEYS, MasterCurveRecipe
 from dielast.errors import InputError, in_keys
-from dielast.handover.mastercurve_draws import CURVES, DRAWS, LAWS
+from dielast.handover.mastercurve_folder import CURVES, DRAWS, LAWS
 from dielast.io.files import Inputs
 from dielast.io.table import Column, Table
 from dielast.material.checks import warn_of_curve, warn_of_temperature

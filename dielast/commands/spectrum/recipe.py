@@ -8,8 +8,8 @@ from pydantic import Field, model_validator
 
 from dielast.commands.spectrum.export import ExportSection
 from dielast.errors import InputError
-from dielast.handover.breakdown_section import BreakdownField
-from dielast.readings.curve_recipe import CurveData
+from dielast.handover.law_section import BreakdownField
+from dielast.readings.recipe import CurveData
 from dielast.recipe.base import Dielectric, RecipeBase
 from dielast.recipe.fields import Modulus, PositiveModulus, PositiveTime, RelaxationTime, Section, Temperatures
 from dielast.recipe.file_fields import InputFolder

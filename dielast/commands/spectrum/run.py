@@ -14,10 +14,9 @@ from dielast.commands.spectrum.export import EXPORT_KEYS, ExportSection
 from dielast.commands.spectrum.recipe import FIT_KEYS, REDUCE_KEYS, Fit, MaterialConstants, Reduce, RelaxationTimes, SpectrumRecipe
 from dielast.errors import DielastWarning, InputError, Mistakes, Problem, in_keys, located, warn
 from dielast.export.card import export_cards
-from dielast.export.options import CardOptions
-from dielast.handover.breakdown_section import breakdown
-from dielast.handover.mastercurve_draws import DRAWS, read_curve_draws
-from dielast.handover.mastercurve_folder import ReducedCurve, read_master_curve
+from dielast.export.code import CardOptions
+from dielast.handover.law_section import breakdown
+from dielast.handover.mastercurve_folder import DRAWS, ReducedCurve, read_curve_draws, read_master_curve
 from dielast.handover.material_draws import draw_columns
 from dielast.handover.material_file import permittivity, write_material
 from dielast.io.files import Inputs
@@ -28,7 +27,7 @@ from dielast.material.measurement_kind import CREEP, RELAXATION
 from dielast.material.shift import ShiftLaw
 from dielast.material.spectrum import Spectrum
 from dielast.material.springs import Gent
-from dielast.numerics.columns import Floats
+from dielast.numerics.arrays import Floats
 from dielast.recipe.cases import Case
 from dielast.relaxation.continuous import ContinuousSpectrum, continuous_spectrum
 from dielast.relaxation.creep import fit_creep
