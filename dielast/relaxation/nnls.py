@@ -200,7 +200,7 @@ def _relative_rows(curve: WeightedCurve, process_time: Floats, scale: Floats, kn
     """
     design = curve.kind.processes(curve.time, process_time) * scale / curve.values[..., None]
     constants = curve.kind.constants(curve.time)
-    target = 1 - sum(value * answer for value, answer in zip(known, constants, strict=True) if value is not None) / curve.values
+    target = 1 - sum(value * response for value, response in zip(known, constants, strict=True) if value is not None) / curve.values
     unknown = _unknown(known)
     single = constants[unknown] * curve.constant_scale[unknown, None, None] / curve.values
     columns = [design.reshape(-1, process_time.size), single.reshape(len(single), curve.values.size).T]
