@@ -15,6 +15,7 @@ from dielast.errors import InputError, warn
 from dielast.io.result import TabularResult
 from dielast.io.table import Column, Table
 from dielast.numerics.arrays import Floats
+from dielast.relaxation.checks import rms
 from dielast.relaxation.ends import votes
 from dielast.relaxation.nnls import WeightedCurve, fit_strengths
 from dielast.relaxation.result import SpectrumFit
@@ -64,8 +65,7 @@ def continuous_spectrum(fit: SpectrumFit, points_per_decade: int = 10) -> Contin
     grid = np.geomspace(longest, shortest, max(count, 2))
     kind = fit.kind
     curve = WeightedCurve(time, np.atleast_2d(fit.measured) / 3, votes(np.log10(time)), kind)
-    known = (fit.equilibrium_shear_modulus,)
-    solution = fit_strengths(curve, grid, known, least=LEAST_SMOOTHING)
+    solution = fit_strengths(curve, grid, (fit.equilibrium_shear_modulus,), least=LEAST_SMOOTHING)
     model = kind.processes(time, grid) @ solution.strength + kind.constants(time)[0] * fit.equilibrium_shear_modulus
     pieces = int(np.count_nonzero(np.diff((solution.strength > 0).astype(int)) > 0)) + int(solution.strength[0] > 0)
     if pieces > MOST_PIECES:
@@ -74,5 +74,4 @@ def continuous_spectrum(fit: SpectrumFit, points_per_decade: int = 10) -> Contin
             "was made of a discrete spectrum; only the course of H on average means something"
         )
     width = float(np.log(longest / shortest) / (grid.size - 1))
-    error = float(np.sqrt(np.mean((model / curve.values - 1) ** 2)))
-    return ContinuousSpectrum(grid, solution.strength / width, width, solution.smoothing, error)
+    return ContinuousSpectrum(grid, solution.strength / width, width, solution.smoothing, rms(model / curve.values - 1))

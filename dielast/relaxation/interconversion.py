@@ -31,9 +31,8 @@ _HALVINGS = 64  # of a bracket in log distance: the width of a bracket of 300 de
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class RetardationSpectrum(TabularResult):
-    """`retardation_time` (s) and `compliance` (1/Pa, shear), both (N,), slowest first; `glassy_compliance` in 1/Pa; and `fluidity`
-    in
-    1/(Pa s), the inverse of the viscosity, 0 for a solid.
+    """`retardation_time` (s) and `compliance` (1/Pa, shear), both (N,), slowest first; `glassy_compliance` in 1/Pa; `fluidity`, the
+    inverse of the viscosity, in 1/(Pa s), 0 for a solid.
 
     Raises `InputError` if the lists differ in length, a time is not positive, or another number is negative or not finite.
     """
@@ -93,8 +92,7 @@ def retardation_from_relaxation(spectrum: Spectrum, equilibrium_modulus: float =
 
 
 def response(kind: MeasurementKind, spectrum: Spectrum, equilibrium_modulus: float, time: Floats) -> Floats:
-    """The response (channels, n) of a solid with this `spectrum` and `equilibrium_modulus` (shear, Pa) in a test of this `kind`, in
-    shear.
+    """The response (channels, n) in shear of a solid with this `spectrum` and `equilibrium_modulus` (Pa) to a test of this `kind`.
 
     `time` (n,) in s is one over the angular frequency of an oscillation.
     """

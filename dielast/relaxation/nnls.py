@@ -60,10 +60,7 @@ class WeightedCurve:
 
     @property
     def constant_scale(self) -> Floats:
-        """The scale of each constant, (constants,): the value at which it alone would reach the last point, where it has the
-        largest
-        effect.
-        """
+        """The scale of each constant, (constants,): that with which it alone would reach the last point, where it acts most."""
         return np.asarray(self.size[-1] / np.max(np.abs(self.kind.constants(self.time[-1:])), axis=(1, 2)))
 
     def averaged(self) -> WeightedCurve:
@@ -203,7 +200,7 @@ def _relative_rows(curve: WeightedCurve, process_time: Floats, scale: Floats, kn
     """
     design = curve.kind.processes(curve.time, process_time) * scale / curve.values[..., None]
     constants = curve.kind.constants(curve.time)
-    target = 1 - sum(value * answer for value, answer in zip(known, constants, strict=True) if value is not None) / curve.values
+    target = 1 - sum(value * response for value, response in zip(known, constants, strict=True) if value is not None) / curve.values
     unknown = _unknown(known)
     single = constants[unknown] * curve.constant_scale[unknown, None, None] / curve.values
     columns = [design.reshape(-1, process_time.size), single.reshape(len(single), curve.values.size).T]

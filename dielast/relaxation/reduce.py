@@ -88,12 +88,12 @@ def reduce_spectrum(
     temperatures = (shift.reference_temperature,) if temperatures is None else tuple(temperatures)
     log10_shift = _check(window, temperatures, tolerance, shift)
     felt = _UNFELT * tolerance
-    wanted = _Wanted.over(spectrum, equilibrium_modulus, window, log10_shift, _PER_DECADE, felt)
-    proof = _Wanted.over(spectrum, equilibrium_modulus, window, log10_shift, _PROOF_PER_DECADE, felt / 10)
+    responses = _Responses.over(spectrum, equilibrium_modulus, window, log10_shift, _PER_DECADE, felt)
+    proof = _Responses.over(spectrum, equilibrium_modulus, window, log10_shift, _PROOF_PER_DECADE, felt / 10)
     few, many, smallest = 0, len(spectrum), None
     while many - few > 1:  # more branches, less error
         number = min((few + many) // 2, 2 * few + 4)
-        trials = _candidates(wanted, number, spectrum)
+        trials = _candidates(responses, number, spectrum)
         trial = next((reduced for reduced in trials if np.max(np.abs(proof.error(reduced))) <= tolerance), None)
         if trial is None:
             few = number
@@ -143,7 +143,7 @@ def _check(window: tuple[float, float], temperatures: Sequence[float], tolerance
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Wanted:
+class _Responses:
     """The responses `full` (m + r,) of the full spectrum: G at reduced times `time` (m,), then its means from `start` to `end`
     (r,).
     """
@@ -157,7 +157,7 @@ class _Wanted:
     @classmethod
     def over(
         cls, spectrum: Spectrum, equilibrium: float, window: tuple[float, float], log10_shift: Floats, dense: int, felt: float
-    ) -> _Wanted:
+    ) -> _Responses:
         """At `dense` times per decade; means begin where the integral of G exceeds `felt` times its value for the longest."""
         count = int(np.ceil(dense * np.log10(window[1] / window[0]))) + 1
         time = (np.geomspace(*window, max(count, 3)) / 10 ** log10_shift[:, None]).reshape(-1)
@@ -170,34 +170,29 @@ class _Wanted:
             starts.append(np.append(0.0, before[area > felt * area[-1]]))
             ends.append(np.full(starts[-1].size, end))
         start, end = np.concatenate(starts), np.concatenate(ends)
-        full = equilibrium + _answers(time, start, end, spectrum.relaxation_time) @ spectrum.shear_modulus
+        full = equilibrium + _unit_responses(time, start, end, spectrum.relaxation_time) @ spectrum.shear_modulus
         least = 1e-12 * (equilibrium + spectrum.shear_modulus.sum())
         if np.any(relaxed_out := full[: time.size] <= least):
             at = float(time[relaxed_out.argmax()])
             raise InputError(f"the full spectrum has relaxed to nothing at a reduced time of {at:.3g} s: end the window before")
         return cls(time, start, end, full, equilibrium)
 
-    @property
-    def earliest(self) -> float:
-        """The shortest reduced time at which means begin."""
-        return float(self.start[self.start > 0].min())
-
-    def answers(self, tau: Floats) -> Floats:
+    def of_units(self, tau: Floats) -> Floats:
         """The responses of branches of modulus 1 at these relaxation times, (m + r, branches)."""
-        return _answers(self.time, self.start, self.end, tau)
+        return _unit_responses(self.time, self.start, self.end, tau)
 
     def error(self, spectrum: Spectrum) -> Floats:
         """Relative errors (m + r,) of a spectrum."""
-        return (self.equilibrium + self.answers(spectrum.relaxation_time) @ spectrum.shear_modulus) / self.full - 1
+        return (self.equilibrium + self.of_units(spectrum.relaxation_time) @ spectrum.shear_modulus) / self.full - 1
 
     def slopes(self, tau: Floats) -> Floats:
-        """The derivatives of `answers` with respect to ln tau."""
+        """The derivatives of `of_units` with respect to ln tau."""
         share, first, last = (time[:, None] / tau for time in (self.time, self.start, self.end))
         mean = _mean(first, last)
         return np.concatenate([share * np.exp(-share), mean + (first * np.exp(-first) - last * np.exp(-last)) / (last - first)])
 
 
-def _answers(time: Floats, start: Floats, end: Floats, tau: Floats) -> Floats:
+def _unit_responses(time: Floats, start: Floats, end: Floats, tau: Floats) -> Floats:
     """exp(-t/tau) at each `time` (m,), followed by its mean from each `start` to its `end` (r,): (m + r, branches)."""
     return np.concatenate([np.exp(-time[:, None] / tau), _mean(start[:, None] / tau, end[:, None] / tau)])
 
@@ -207,35 +202,29 @@ def _mean(first: Floats, last: Floats) -> Floats:
     return np.asarray(np.exp(-first) * -np.expm1(first - last) / (last - first))
 
 
-def _candidates(wanted: _Wanted, number: int, spectrum: Spectrum) -> Iterator[Spectrum]:
-    """Spectra of `number` branches whose largest error is a local minimum, from several starts."""
-    low = max(float(np.log(wanted.earliest)), float(np.log(spectrum.relaxation_time[-1])))
-    high = min(float(np.log(wanted.time.max() * _REACH)), float(np.log(spectrum.relaxation_time[0])))
-    low, high = min(low, high), max(low, high)
-    for start in _starts(wanted, number, spectrum, low, high):
-        yield _improved(wanted, start, low, high)
-
-
-def _starts(wanted: _Wanted, number: int, spectrum: Spectrum, low: float, high: float) -> list[Floats]:
-    """ln tau (number,) of the starts."""
-    share = (np.arange(number) + 0.5) / number
-    fine = np.linspace(low, high, 400)
-    step = wanted.full[: wanted.time.size]
-    order = np.argsort(wanted.time)
+def _candidates(responses: _Responses, number: int, spectrum: Spectrum) -> Iterator[Spectrum]:
+    """Spectra of `number` branches whose largest error is a local minimum, from times that are even in log time and from times that
+    are even in relaxed modulus.
+    """
+    tau, share = spectrum.relaxation_time, (np.arange(number) + 0.5) / number
+    fastest, slowest = max(responses.start[responses.start > 0].min(), tau[-1]), min(responses.time.max() * _REACH, tau[0])
+    low, high = sorted(np.log([fastest, slowest]).tolist())
+    yield _improved(responses, low + share * (high - low), low, high)
+    fine, order = np.linspace(low, high, 400), np.argsort(responses.time)
     # the square root of relaxed modulus over modulus: a compromise between even in time and even in modulus
-    level = np.interp(fine, np.log(wanted.time[order]), step[order])
-    present = np.exp(-((fine[:, None] - np.log(spectrum.relaxation_time)) ** 2)) @ spectrum.shear_modulus / level
+    level = np.interp(fine, np.log(responses.time[order]), responses.full[: responses.time.size][order])
+    present = np.exp(-((fine[:, None] - np.log(tau)) ** 2)) @ spectrum.shear_modulus / level
     relaxed = np.cumsum(np.sqrt(present) + 1e-12)
-    return [low + share * (high - low), np.interp(share * relaxed[-1], relaxed, fine)]
+    yield _improved(responses, np.interp(share * relaxed[-1], relaxed, fine), low, high)
 
 
-def _improved(wanted: _Wanted, log_tau: Floats, low: float, high: float) -> Spectrum:
+def _improved(responses: _Responses, log_tau: Floats, low: float, high: float) -> Spectrum:
     """The spectrum near `log_tau` whose largest relative error is a local minimum with respect to times and moduli."""
-    moduli, best = _programme(wanted, log_tau, None, 0.0, low, high)[1:]
+    moduli, best = _programme(responses, log_tau, None, 0.0, low, high)[1:]
     trust = _WIDEST
     for _ in range(_ROUNDS):
-        new_log_tau, _, _ = _programme(wanted, log_tau, moduli, trust, low, high)
-        trial_moduli, error = _programme(wanted, new_log_tau, None, 0.0, low, high)[1:]
+        new_log_tau, _, _ = _programme(responses, log_tau, moduli, trust, low, high)
+        trial_moduli, error = _programme(responses, new_log_tau, None, 0.0, low, high)[1:]
         if error < best * (1 - _GAIN):
             log_tau, moduli, best = new_log_tau, trial_moduli, error
             trust = min(1.5 * trust, _WIDEST)
@@ -247,7 +236,7 @@ def _improved(wanted: _Wanted, log_tau: Floats, low: float, high: float) -> Spec
 
 
 def _programme(
-    wanted: _Wanted, log_tau: Floats, moduli: Floats | None, trust: float, low: float, high: float
+    responses: _Responses, log_tau: Floats, moduli: Floats | None, trust: float, low: float, high: float
 ) -> tuple[Floats, Floats, float]:
     """ln tau, moduli and the largest relative error from a linear programme: at fixed times, or, if `moduli` are stated, linearised
     about them with changes of ln tau up to `trust`.
@@ -255,13 +244,13 @@ def _programme(
     from scipy.optimize import linprog
 
     tau = np.exp(log_tau)
-    answers = wanted.answers(tau) / wanted.full[:, None]
-    scale = 1 / answers.max(axis=0)
-    columns, bounds = answers * scale, [(0.0, None)] * tau.size
+    unit = responses.of_units(tau) / responses.full[:, None]
+    scale = 1 / unit.max(axis=0)
+    columns, bounds = unit * scale, [(0.0, None)] * tau.size
     if moduli is not None:
-        columns = np.column_stack([columns, wanted.slopes(tau) * moduli / wanted.full[:, None]])
+        columns = np.column_stack([columns, responses.slopes(tau) * moduli / responses.full[:, None]])
         bounds += [(max(low - place, -trust), min(high - place, trust)) for place in log_tau.tolist()]
-    target = 1 - wanted.equilibrium / wanted.full
+    target = 1 - responses.equilibrium / responses.full
     ones = np.ones((target.size, 1))
     # there is always a solution; if rounding stops one method, another succeeds
     for method in ("highs", "highs-ipm", "highs-ds"):

@@ -18,6 +18,7 @@ from dielast.errors import DielastWarning, InputError, NumericsError, warn
 from dielast.material.spectrum import Spectrum
 from dielast.numerics.arrays import Floats, Index
 from dielast.numerics.random_streams import stream
+from dielast.relaxation.checks import rms
 from dielast.relaxation.result import SpectrumFit
 
 SEED = 1  # equal draws of a master curve give equal draws of its spectrum
@@ -107,7 +108,7 @@ def draw_spectra(
     # the draws already contain the misfit that is due to noise
     square, noise = float(np.mean(missed**2)), float(np.mean(np.var(follows, axis=0)))
     missed = missed * np.sqrt(max(1 - noise / square, 0.0)) if square > 0 else missed
-    misfit, scatter = float(np.sqrt(np.mean(missed**2))), float(np.sqrt(np.mean(curves.deviations(curves.abscissa)[:, 0] ** 2)))
+    misfit, scatter = rms(missed), rms(curves.deviations(curves.abscissa)[:, 0])
     if misfit > DOUBTED * scatter:
         warn(
             f"the model misses the curve by {misfit:.2%} rms, far more than the {scatter:.2%} by which noise makes the curve "
@@ -120,10 +121,8 @@ def draw_spectra(
         moduli = moduli[:, : len(spectrum)]
     elif spectrum is not None:
         change = _Change.of(spectrum, fit)
-        fitted_modulus = equilibrium[:, None] + moduli @ np.exp(-change.time / fitted.relaxation_time[:, None])
-        equilibrium, moduli = change.added(
-            fit.equilibrium_shear_modulus, spectrum.shear_modulus, fitted_modulus / change.modulus - 1
-        )
+        stiffer = (equilibrium[:, None] + moduli @ np.exp(-change.time / fitted.relaxation_time[:, None])) / change.modulus - 1
+        equilibrium, moduli = change.added(fit.equilibrium_shear_modulus, spectrum.shear_modulus, stiffer)
     return SpectrumDraws(used, equilibrium, moduli, misfit, scatter)
 
 
@@ -146,12 +145,10 @@ class _Change:
         """For a `target` in place of the spectrum of a fit: the smallest relative changes of its moduli that nearly suffice."""
         tau = target.relaxation_time
         time = np.geomspace(tau[-1] / 2, 10 * tau[0], int(TIMES_PER_DECADE * np.log10(20 * tau[0] / tau[-1])) + 1)
-        modulus = fit.spectrum.relaxation_modulus(time, fit.equilibrium_shear_modulus)
-        carried = target.relaxation_modulus(tau, fit.equilibrium_shear_modulus)
-        equilibrium_size = (
-            max(fit.equilibrium_shear_modulus, SMALL * carried[0]) if fit.equilibrium_shear_modulus > 0 else 0.0
-        )  # a melt stays one
-        size = np.append(np.maximum(target.shear_modulus, SMALL * carried), equilibrium_size)
+        equilibrium = fit.equilibrium_shear_modulus
+        modulus, carried = fit.spectrum.relaxation_modulus(time, equilibrium), target.relaxation_modulus(tau, equilibrium)
+        of_equilibrium = max(equilibrium, SMALL * carried[0]) if equilibrium > 0 else 0.0  # a melt stays one
+        size = np.append(np.maximum(target.shear_modulus, SMALL * carried), of_equilibrium)
         effect = np.column_stack([np.exp(-time[:, None] / tau), np.ones(time.size)]) * size / modulus[:, None]
         normal = effect.T @ effect + RELUCTANCE * time.size * np.eye(size.size)
         return cls(time, modulus, size[:, None] * np.linalg.solve(normal, effect.T))

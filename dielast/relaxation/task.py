@@ -58,10 +58,9 @@ class FitTask:
         method: Method = "nnls",
         fewest: int = 1,
     ) -> None:
-        """Check and sort `columns`, abscissa and ordinates (n,) of a master curve in Pa or 1/Pa (Young's or tensile); check the
-        others.
+        """Raise `InputError` for points or arguments that allow no fit; a `method` needs `fewest` branches.
 
-        A `method` needs `fewest` branches. Raises `InputError` for points or arguments that allow no fit.
+        `columns` are abscissa and ordinates (n,) of a master curve in Pa or 1/Pa (Young's or tensile), in any order.
         """
         abscissa, *values = sorted_points(kind, columns)
         self.branches, self.keep = checked_counts(method, branches, fewest, keep)
@@ -164,9 +163,7 @@ class FitTask:
         )
 
     def warn_of_equilibrium(self, fitted: float) -> None:
-        """Warn of an equilibrium modulus (shear, Pa) that was `fitted` without a plateau, or is stated and far below a plateau; not
-        for a liquid.
-        """
+        """Warn if the modulus of a solid (shear, Pa) was `fitted` without a plateau, or is stated and far below a plateau."""
         falling = -self.plateau.slope > LEVEL_SLOPE
         if self.liquid or (self.equilibrium is not None and falling):
             return

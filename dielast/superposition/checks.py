@@ -56,9 +56,7 @@ def find_undetermined(
     fit alone is too small. One channel must therefore show a significant slope or, with free `vertical` shifts of notable error, a
     significant curvature. With `peaks`, as in loss moduli and tan delta, a curvature is as good as a slope.
     """
-    stderr = fit.noise_stderr
-    undetermined = []
-    shaped = have_shape(points, splines, fit.shift, peaks)
+    stderr, shaped, undetermined = fit.noise_stderr, have_shape(points, splines, fit.shift, peaks), []
     for k in np.flatnonzero(stderr > 0):
         if not shaped[k]:
             reason = "the curve is a plateau" if np.any(points.lift) else "tan delta is level"

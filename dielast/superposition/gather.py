@@ -69,7 +69,7 @@ def usable_curves(curves: Sequence[Measurement]) -> tuple[Gathered, Binned]:
             floor = f" ({lost[k]} are noise floor)" if lost[k] else ""
             omitted[k] = f"only {count[k]} distinct points in log {axis}{floor}; at least {MIN_BINS} are needed"
         if not omitted and m > 2:
-            omitted = find_isolated(m, binned.curve, binned.log_modulus[0], data.kind)
+            omitted = find_isolated(binned, data.kind)
         if not omitted:
             break
         why = {data.temperature[k]: f"{_where(curves, data.temperature[k])}: {reason}" for k, reason in omitted.items()}

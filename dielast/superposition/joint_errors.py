@@ -90,9 +90,7 @@ def tilt_errors(points: FitPoints, prior: Prior, state: State) -> tuple[Floats, 
 
 
 def leave_out(points: FitPoints, prior: Prior, state: State, misfit: Misfit) -> tuple[Floats, tuple[float, ...]]:
-    """The covariance (2m, 2m) of the shifts as each part of all curves is omitted in turn, and, for each channel, the distance of
-    the
-    omitted points from their prediction, as in `MasterFit`.
+    """The covariance (2m, 2m) of the shifts as each part of all curves is omitted in turn, and `left_out` of `MasterFit`.
 
     Where curves do not superpose, a shift depends on the part of the curves that determines it; the scatter does not show this.
     """

@@ -67,12 +67,10 @@ class MasterFit:
 
 
 def fit_master(points: FitPoints, starts: Sequence[Floats], anchor: int, vertical: bool, drift: Floats | None = None) -> MasterFit:
-    """Fit the smooth curve and all shifts together, from each of the starting values (m,); the curve numbered `anchor` is not
-    shifted.
+    """The best of the fits of the smooth curve and all shifts from each of the starting values (m,).
 
-    With `vertical`, the curves are also shifted along the modulus. A stated `drift` is the expected covariance (m, m) of the
-    vertical offsets. Knots are refined until Akaike's criterion no longer improves; the best of the fits from several starts is
-    returned.
+    The curve numbered `anchor` is not shifted. With `vertical`, the curves are also shifted along the modulus. A stated `drift` is
+    the expected covariance (m, m) of the vertical offsets. Knots are refined until Akaike's criterion no longer improves.
     """
     m = points.curves
     best: tuple[float, State, Prior] | None = None

@@ -41,9 +41,8 @@ class Prior:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class State:
-    """The best splines for given shifts and vertical shifts `theta` (2m,), with the cost, its gradient and normal matrix with
-    respect
-    to the free parameters, and the weights used.
+    """The best splines for given shifts and vertical shifts `theta` (2m,), the weights used, and the cost, with its gradient and
+    normal matrix with respect to the free parameters.
     """
 
     theta: Floats

@@ -100,11 +100,11 @@ def build_master_curve(
     binned = replace(binned, log_modulus=binned.log_modulus + imposed[binned.curve])
     anchor, free = _steepest(binned), vertical == "free"
     drifts = walk(data.order, stated.drift / np.log(10)) if stated.drift > 0 else None
-    start = starting_shifts(temperature, binned.curve, binned.log_time, binned.log_modulus[0], anchor, data.kind)
+    start = starting_shifts(temperature, binned, anchor, data.kind)
     if swept:
-        basis_fit = fit_sweeps(temperature, binned, start, anchor, free, on, drifts)
+        basis_fit = fit_sweeps(binned, start, anchor, free, on, drifts)
     else:
-        points = points_of(binned, temperature.size)
+        points = points_of(binned)
         fit = fit_master(points, [start], anchor, free, drifts)
         basis_fit = BasisFit(fit, "moduli", points, fit.splines)
     outlying = warn_of_outliers(data, imposed, basis_fit.fit, 1 if basis_fit.on == "storage" else len(data.ordinates))

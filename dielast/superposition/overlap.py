@@ -8,8 +8,9 @@ from typing import TypeAlias
 import numpy as np
 
 from dielast.errors import InputError
-from dielast.material.measurement_kind import RELAXATION, MeasurementKind
-from dielast.numerics.arrays import Flags, Floats, Index
+from dielast.material.measurement_kind import MeasurementKind
+from dielast.numerics.arrays import Flags, Floats
+from dielast.superposition.binning import Binned
 
 Monotone: TypeAlias = tuple[Floats, Floats]
 """Ascending levels of log modulus, and the log times at which a monotonic curve passes them."""
@@ -24,16 +25,14 @@ USUAL_OFFSET = 0.02  # decades; usual difference of two specimens
 REFUTED = 12.0  # squared standard deviations at which a point counts as much against a shift as a matching point counts for it
 
 
-def starting_shifts(
-    temperature: Floats, curve: Index, log_time: Floats, log_modulus: Floats, anchor: int, kind: MeasurementKind = RELAXATION
-) -> Floats:
+def starting_shifts(temperature: Floats, data: Binned, anchor: int, kind: MeasurementKind) -> Floats:
     """log10 a of each curve, relative to the curve numbered `anchor`, from the distance of the curves at equal modulus.
 
-    `temperature` (m,) in degC, ascending; the points (n,) are sorted by curve, then time. Each curve is first made monotonic
-    (isotonic regression), to be insensitive to noise and bumps. The distance is a median, to be insensitive to a bad section.
-    Raises `InputError` if the curves fall into groups with no modulus in common.
+    `temperature` (m,) in degC, ascending. The first channel of each curve is first made monotonic (isotonic regression), to be
+    insensitive to noise and bumps. The distance is a median, to be insensitive to a bad section. Raises `InputError` if the curves
+    fall into groups with no modulus in common.
     """
-    falling, bottom, top, common = _falling(temperature.size, curve, log_time, log_modulus)
+    falling, bottom, top, common = _falling(data)
     shift = np.zeros(temperature.size)
     placed = np.zeros(temperature.size, dtype=bool)
     placed[anchor] = True
@@ -41,7 +40,8 @@ def starting_shifts(
     while not np.all(placed):
         reachable = [int(k) for k in by_distance if not placed[k] and np.any(common[k, placed] > -TOUCH)]
         if not reachable:
-            rising = np.array([_slope(log_time[curve == k], log_modulus[curve == k]) > 0 for k in range(temperature.size)])
+            spans = pairwise(data.bounds)
+            rising = np.array([_slope(data.log_time[a:b], data.log_modulus[0, a:b]) > 0 for a, b in spans])
             raise _no_overlap(temperature, bottom, top, common, placed, kind, rising)
         new = reachable[0]
         placed_overlapping = np.flatnonzero(placed & (common[new] > -TOUCH))
@@ -55,16 +55,13 @@ def starting_shifts(
     return shift
 
 
-def find_isolated(curves: int, curve: Index, log_modulus: Floats, kind: MeasurementKind) -> dict[int, str]:
-    """The numbers of single curves that share no modulus with any other, and the reason; empty if there are separate groups.
-
-    The points (n,) are sorted by curve, then time.
-    """
-    _, bottom, top, common = _falling(curves, curve, np.arange(curve.size, dtype=float), log_modulus)
+def find_isolated(data: Binned, kind: MeasurementKind) -> dict[int, str]:
+    """The numbers of single curves that share no modulus with any other, and the reason; empty if there are separate groups."""
+    _, bottom, top, common = _falling(data)
     joined = common > -TOUCH
     alone = np.count_nonzero(joined, axis=1) == 1
     main = joined & ~alone
-    for _ in range(curves):  # transitive closure of overlap
+    for _ in alone:  # transitive closure of overlap
         main = (main.astype(int) @ main.astype(int)) > 0
     if not np.any(alone) or np.count_nonzero(~alone) < 2 or not np.all(main[np.ix_(~alone, ~alone)]):
         return {}
@@ -75,10 +72,9 @@ def find_isolated(curves: int, curve: Index, log_modulus: Floats, kind: Measurem
     }
 
 
-def _falling(curves: int, curve: Index, log_time: Floats, log_modulus: Floats) -> tuple[list[Monotone], Floats, Floats, Floats]:
+def _falling(data: Binned) -> tuple[list[Monotone], Floats, Floats, Floats]:
     """The monotonic fit to each curve, its lowest and highest level (m,), and the overlap (m, m) of any two curves in decades."""
-    bounds = np.searchsorted(curve, np.arange(curves + 1))
-    falling = [_monotone(log_time[a:b], _without_jumps(log_modulus[a:b])) for a, b in pairwise(bounds)]
+    falling = [_monotone(data.log_time[a:b], _without_jumps(data.log_modulus[0, a:b])) for a, b in pairwise(data.bounds)]
     bottom, top = np.array([(level[0], level[-1]) for level, _ in falling]).T
     return falling, bottom, top, np.minimum(top[:, None], top) - np.maximum(bottom[:, None], bottom)
 
@@ -150,18 +146,16 @@ def _no_overlap(
     return InputError(f"no overlap between {both}: measure {kind.more_overlap}, or at a temperature in between")
 
 
-def matching_shifts(curves: int, curve: Index, log_time: Floats, log_modulus: Floats, anchor: int) -> Floats:
-    """log10 a of each curve of sweeps, relative to the curve numbered `anchor`, from the best match of both moduli with a
-    neighbour.
+def matching_shifts(data: Binned, anchor: int) -> Floats:
+    """log10 a of each sweep, relative to the one numbered `anchor`, from the best match of both moduli with a neighbour.
 
-    `log_modulus` is (2, k). Trial shifts of a curve are compared with the next curve towards the anchor: points that both moduli of
+    Trial shifts of a curve are compared with the next curve towards the anchor: points that both moduli of
     the neighbour predict count for a shift, others against it; an offset common to both moduli costs little. This works for a level
     storage modulus, and for a loss modulus that rises and falls, which have no distance at equal modulus.
     """
-    bounds = np.searchsorted(curve, np.arange(curves + 1))
-    parts = [(log_time[a:b], log_modulus[:, a:b]) for a, b in pairwise(bounds)]
-    shift = np.zeros(curves)
-    for outwards in (range(anchor - 1, -1, -1), range(anchor + 1, curves)):
+    parts = [(data.log_time[a:b], data.log_modulus[:, a:b]) for a, b in pairwise(data.bounds)]
+    shift = np.zeros(len(parts))
+    for outwards in (range(anchor - 1, -1, -1), range(anchor + 1, len(parts))):
         last = anchor
         for k in outwards:
             shift[k] = shift[last] + _best_match(parts[k], parts[last], 1 if k < last else -1)

@@ -44,7 +44,7 @@ class FitPoints:
         return np.asarray(along * self.lift if np.any(self.lift) else along)
 
 
-def points_of(data: Binned, curves: int, beta: float = 0.0) -> FitPoints:
+def points_of(data: Binned, beta: float = 0.0) -> FitPoints:
     """The channels of `data`, one after another, the second minus `beta` times the first."""
     value, variance, lift = data.log_modulus, data.variance, np.ones(len(data.log_modulus))
     if beta:
@@ -54,7 +54,7 @@ def points_of(data: Binned, curves: int, beta: float = 0.0) -> FitPoints:
     channels, size = value.shape
     channel = np.repeat(np.arange(channels), size)
     curve, log_time = np.tile(data.curve, channels), np.tile(data.log_time, channels)
-    return FitPoints(curve, log_time, value.ravel(), variance.ravel(), curves, channel, lift[channel], channels)
+    return FitPoints(curve, log_time, value.ravel(), variance.ravel(), data.bounds.size - 1, channel, lift[channel], channels)
 
 
 def one_channel(points: FitPoints, channel: int) -> FitPoints:
@@ -64,9 +64,9 @@ def one_channel(points: FitPoints, channel: int) -> FitPoints:
     return FitPoints(*parts, points.curves, np.zeros_like(parts[0]), np.ones(parts[0].size))
 
 
-def loss_tangent(data: Binned, curves: int) -> FitPoints:
+def loss_tangent(data: Binned) -> FitPoints:
     """Tan delta, which no vertical shift changes."""
-    ratio = one_channel(points_of(data, curves, 1.0), 1)
+    ratio = one_channel(points_of(data, 1.0), 1)
     return replace(ratio, lift=np.zeros(ratio.curve.size))
 
 

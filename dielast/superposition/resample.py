@@ -33,9 +33,8 @@ SIGNIFICANT = 3.0  # standard errors of the correlation of neighbours
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Channel:
-    """One ordinate of all points (n,): `fitted` values, relative residuals `rest` minus the mean residual (m,) of their
-    measurement,
-    and the `correlation` of neighbours.
+    """One ordinate of all points (n,): `fitted` values, relative residuals `rest` minus the `mean` (m,) of their measurement, and
+    the `correlation` of neighbours.
     """
 
     fitted: Floats
@@ -158,8 +157,7 @@ def _neighbours(owner: Index, rest: Floats) -> float:
 
 
 def _smooth(owner: Index, x: Floats, values: Floats, lift: Floats, repeated: float) -> tuple[Floats, Floats]:
-    """Logarithm of the shifted values on a smooth curve through all points (n,), and the fraction of its variance that each
-    residual
+    """Logarithm of the shifted values on a smooth curve through all points (n,), and the share of its variance that each residual
     retains after the fit. Akaike's criterion selects the knot spacing; `repeated` correlated points count as one independent point.
     """
     good = values > 0

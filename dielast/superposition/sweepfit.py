@@ -12,7 +12,7 @@ is rejected, and among several that do, the one with the most certain shifts is 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import Literal, TypeVar
 
 import numpy as np
 
@@ -25,6 +25,7 @@ from dielast.superposition.overlap import matching_shifts
 from dielast.superposition.points import FitPoints, loss_tangent, one_channel, points_of
 from dielast.superposition.spline import Spline
 
+Array = TypeVar("Array", Floats, Flags)
 Basis = Literal["moduli", "tan-delta", "storage"]
 
 UNKNOWN = 0.5  # decades; larger standard errors are equally bad
@@ -39,10 +40,8 @@ MISSED = 1.5  # mean square distance of omitted points, in variances, above whic
 
 @dataclass(frozen=True, slots=True, eq=False)
 class BasisFit:
-    """A fit of all channels (storage before loss modulus), the basis `on` which it was shifted, and the points and curves of the
-    basis.
-
-    `others` are the shifts from other bases, for comparison.
+    """A fit of all channels (storage before loss modulus), the basis `on` which it was shifted, with its points and curves, and the
+    shifts from `others`, for comparison.
     """
 
     fit: MasterFit
@@ -63,13 +62,7 @@ class OtherShifts:
 
 
 def fit_sweeps(
-    temperature: Floats,
-    data: Binned,
-    start: Floats,
-    anchor: int,
-    vertical: bool,
-    on: Basis | Literal["auto"],
-    drift: Floats | None,
+    data: Binned, start: Floats, anchor: int, vertical: bool, on: Basis | Literal["auto"], drift: Floats | None
 ) -> BasisFit:
     """Fit frequency sweeps on the basis `on`, or with "auto" on the best basis that predicts omitted points.
 
@@ -77,32 +70,29 @@ def fit_sweeps(
     of the storage moduli, and the best match of both moduli with a neighbour. With "auto" the result includes the shifts from the
     other bases. `drift` is that of `fit_master`.
     """
-    m = temperature.size
-    raw, ratio = points_of(data, m), loss_tangent(data, m)
+    m = start.size
+    raw, ratio = points_of(data), loss_tangent(data)
     storage, loss = one_channel(raw, 0), one_channel(raw, 1)
-    starts = [matching_shifts(m, data.curve, data.log_time, data.log_modulus, anchor), start]
+    starts = [matching_shifts(data, anchor), start]
     together = fit_master(raw, starts, anchor, vertical, drift)
     alone = fit_master(storage, [together.shift, start], anchor, vertical, drift)
     firm = have_shape(storage, alone.splines, alone.shift, False)
-    if on != "storage":
-        connected = np.flatnonzero(~_apart(storage, loss, firm, anchor))
-        if 2 <= connected.size < m:
-            part = None if drift is None else drift[np.ix_(connected, connected)]
-            place = int(np.searchsorted(connected, anchor))
-            joined = fit_sweeps(temperature[connected], _only(data, connected), start[connected], place, vertical, on, part)
-            basis_points = {"moduli": raw, "tan-delta": ratio, "storage": storage}[joined.on]
-            others = tuple(_other_of_all(other, connected, m) for other in joined.others)
-            inside = np.tile(np.isin(data.curve, connected), len(data.log_modulus))
-            return replace(joined, fit=_spread(joined.fit, connected, inside, start), points=basis_points, others=others)
+    connected = np.flatnonzero(~_apart(storage, loss, firm, anchor))
+    if on != "storage" and 2 <= connected.size < m:
+        part = None if drift is None else drift[np.ix_(connected, connected)]
+        place = int(np.searchsorted(connected, anchor))
+        joined = fit_sweeps(_only(data, connected), start[connected], place, vertical, on, part)
+        points = {"moduli": raw, "tan-delta": ratio, "storage": storage}[joined.on]
+        return _of_all_curves(joined, connected, points, np.tile(np.isin(data.curve, connected), len(data.log_modulus)), start)
     if on == "storage":
         return _on_storage(alone, storage, loss, anchor)
     beta = _common(raw, together.residual)
     points, fit = raw, together
     if beta:
-        points = points_of(data, m, beta)
+        points = points_of(data, beta)
         fit = fit_master(points, [together.shift], anchor, vertical, drift)
+    moduli = _uncombined(fit, beta)
     if on == "moduli":
-        moduli = _uncombined(fit, beta)
         return BasisFit(moduli, on, raw, moduli.splines)
     tangent = fit_master(ratio, [fit.shift, starts[0]], anchor, False)
     shaped = have_shape(ratio, tangent.splines, tangent.shift, True)
@@ -117,10 +107,9 @@ def fit_sweeps(
     if taken == "storage":
         return replace(_on_storage(alone, storage, loss, anchor), others=others)
     if taken == "moduli":
-        moduli = _uncombined(fit, beta)
-        return BasisFit(moduli, "moduli", raw, moduli.splines, others)
+        return BasisFit(moduli, taken, raw, moduli.splines, others)
     held = _uncombined(fit_held(points, tangent, anchor, vertical), beta)
-    return BasisFit(replace(held, offset_spread=fit.offset_spread), "tan-delta", ratio, tangent.splines, others)
+    return BasisFit(replace(held, offset_spread=fit.offset_spread), taken, ratio, tangent.splines, others)
 
 
 def _choose(fits: dict[Basis, MasterFit], tangent_tells: bool) -> Basis:
@@ -165,18 +154,9 @@ def warn_of_others(temperature: Floats, taken: BasisFit, weight: Floats) -> None
         )
 
 
-def _other_of_all(other: OtherShifts, curves: Index, m: int) -> OtherShifts:
-    """The shifts of the numbered `curves` as shifts of all m curves, of which the others are not comparable."""
-    shift, comparable = np.zeros(m), np.zeros(m, dtype=bool)
-    covariance = np.zeros((m, m))
-    shift[curves], comparable[curves], covariance[np.ix_(curves, curves)] = other.shift, other.comparable, other.covariance
-    return OtherShifts(other.on, shift, covariance, comparable)
-
-
 def _apart(storage: FitPoints, loss: FitPoints, shaped: Flags, anchor: int) -> Flags:
-    """Mask (m,) of curves without a connection to the others: the storage modulus is level, not `shaped`, and the loss modulus has
-    no
-    value in common with that of the next curve towards the anchor. At any shift, such a curve contradicts one of the moduli.
+    """Mask (m,) of curves without a connection to the others, which at any shift contradict one of the moduli: the storage modulus
+    is level, not `shaped`, and the loss modulus has no value in common with that of the next curve towards the anchor.
     """
     apart = np.zeros(storage.curves, dtype=bool)
     low, high = (np.array([edge(loss.log_modulus[loss.curve == k]) for k in range(loss.curves)]) for edge in (np.min, np.max))
@@ -191,34 +171,37 @@ def _apart(storage: FitPoints, loss: FitPoints, shaped: Flags, anchor: int) -> F
 def _only(data: Binned, curves: Index) -> Binned:
     """The points of the numbered `curves`, numbered from 0."""
     selected = np.isin(data.curve, curves)
-    new = np.searchsorted(curves, data.curve[selected])
-    return replace(
-        data,
-        curve=new,
-        log_time=data.log_time[selected],
-        log_modulus=data.log_modulus[:, selected],
-        variance=data.variance[:, selected],
-    )
+    new, rows = np.searchsorted(curves, data.curve[selected]), (data.log_modulus[:, selected], data.variance[:, selected])
+    return Binned(new, data.log_time[selected], *rows, data.bin_of_point)
 
 
-def _spread(fit: MasterFit, curves: Index, inside: Flags, elsewhere: Floats) -> MasterFit:
+def _of_all_curves(joined: BasisFit, curves: Index, points: FitPoints, inside: Flags, elsewhere: Floats) -> BasisFit:
     """The fit of the numbered `curves` as a fit of all m curves: the others stay at `elsewhere` (m,), with infinite errors.
 
-    `inside` (n,) marks the points of the fitted curves; the residuals of other points are NaN.
+    `points` are those of all curves, `inside` (n,) marks the points of the fitted ones; the residuals of other points are NaN.
     """
-    m = elsewhere.size
-    basis_points = (elsewhere.copy(), np.zeros(m), np.full(m, np.inf), np.zeros(m))
-    for values, part in zip(basis_points, (fit.shift, fit.vertical, fit.noise_stderr, fit.misfit.by_curve), strict=True):
-        values[curves] = part
-    shift, vertical, stderr, by_curve = basis_points
-    residual = np.full(inside.size, np.nan)
-    residual[inside] = fit.residual
-    covariance = np.zeros((2 * m, 2 * m))
-    covariance[np.ix_(*2 * (np.concatenate((curves, m + curves)),))] = fit.covariance
-    misfit = replace(fit.misfit, by_curve=by_curve)
-    return replace(
-        fit, shift=shift, vertical=vertical, covariance=covariance, noise_stderr=stderr, residual=residual, misfit=misfit
+    fit, m = joined.fit, elsewhere.size
+
+    def among(values: Array, others: float | Floats, numbers: Index = curves, size: int = m) -> Array:
+        """Values (k,) or (k, k) of the fitted curves beside those of `others`."""
+        result = np.full((size,) * values.ndim, others, dtype=values.dtype)
+        result[np.ix_(*[numbers] * values.ndim)] = values
+        return result
+
+    whole = replace(
+        fit,
+        shift=among(fit.shift, elsewhere),
+        vertical=among(fit.vertical, 0.0),
+        covariance=among(fit.covariance, 0.0, np.concatenate((curves, m + curves)), 2 * m),
+        noise_stderr=among(fit.noise_stderr, np.inf),
+        residual=among(fit.residual, np.nan, np.flatnonzero(inside), inside.size),
+        misfit=replace(fit.misfit, by_curve=among(fit.misfit.by_curve, 0.0)),
     )
+    others = [
+        replace(o, shift=among(o.shift, 0.0), covariance=among(o.covariance, 0.0), comparable=among(o.comparable, False))
+        for o in joined.others
+    ]
+    return BasisFit(whole, joined.on, points, joined.splines, tuple(others))
 
 
 def _on_storage(alone: MasterFit, storage: FitPoints, loss: FitPoints, anchor: int) -> BasisFit:
@@ -236,14 +219,14 @@ def _common(points: FitPoints, residual: Floats) -> float:
     """The fraction of the first channel's scatter that the second shares: the slope of a line through their residuals, or 0."""
     series = points.series
     middle = np.array([np.median(residual[series == k]) for k in range(series[-1] + 1)])
-    one, other = (_cut(part) for part in (residual - middle[series]).reshape(2, -1))
+    one, other = (_clipped(part) for part in (residual - middle[series]).reshape(2, -1))
     square, product = float(one @ one), float(one @ other)
     if product**2 <= CORRELATED**2 / one.size * square * float(other @ other):
         return 0.0
     return product / square
 
 
-def _cut(residual: Floats) -> Floats:
+def _clipped(residual: Floats) -> Floats:
     bound = OUTLIER * float(np.median(np.abs(residual))) / 0.6745
     return np.clip(residual, -bound, bound)
 
@@ -253,13 +236,11 @@ def _uncombined(fit: MasterFit, beta: float) -> MasterFit:
     if not beta:
         return fit
     storage, rest = fit.residual.reshape(2, -1)
-
-    def both(splines: tuple[Spline, ...]) -> tuple[Spline, ...]:
-        one, other = splines
-        return one, replace(other, coefficient=other.coefficient + beta * one.coefficient)
-
-    residual = np.concatenate((storage, rest + beta * storage))
-    return replace(fit, splines=both(fit.splines), placed=both(fit.placed), residual=residual)
+    splines, placed = (
+        (first, replace(second, coefficient=second.coefficient + beta * first.coefficient))
+        for first, second in (fit.splines, fit.placed)
+    )
+    return replace(fit, splines=splines, placed=placed, residual=np.concatenate((storage, rest + beta * storage)))
 
 
 def _uncertainty(fit: MasterFit) -> float:

@@ -11,7 +11,9 @@ from numpy.typing import NDArray
 from scipy.optimize import isotonic_regression
 
 from dielast.errors import InputError
+from dielast.material.measurement_kind import RELAXATION
 from dielast.superposition import overlap
+from dielast.superposition.binning import Binned
 from dielast.superposition.overlap import JUMP, TOUCH, starting_shifts
 
 Array = NDArray[np.float64]
@@ -22,7 +24,7 @@ def shifts(curves: list[tuple[Array, Array]], anchor: int = 0, temperature: list
     number = np.repeat(np.arange(len(curves)), [x.size for x, _ in curves])
     x, y = np.concatenate([x for x, _ in curves]), np.concatenate([y for _, y in curves])
     at: Array = np.array(temperature or [10.0 * k for k in range(len(curves))])
-    return starting_shifts(at, number, x, y, anchor)
+    return starting_shifts(at, Binned(number, x, y[None], np.zeros((1, x.size)), number), anchor, RELAXATION)
 
 
 def fall(x: Array) -> Array:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -42,7 +42,8 @@ def run(cases: Sequence[Case[MasterCurveRecipe]], inputs: Inputs, execution: Exe
             drift=recipe.data.drift or 0.0,
         )
     warn_of_curve(result.glassy_modulus, result.equilibrium_modulus if _levels_off(result) else None)
-    drawn = None
+    written = {"shift-factors.csv": result.shift_columns(), "mastercurve.csv": result.columns()}
+    numbers = headline(result, recipe, dataset)
     if uncertainty is not None:
         drawn = bootstrap_master_curve(
             dataset.in_order,
@@ -52,16 +53,15 @@ def run(cases: Sequence[Case[MasterCurveRecipe]], inputs: Inputs, execution: Exe
             **shift.model_dump(include={"law", "vertical", "thermal_expansion"}),
             progress=None if (hears := execution.progress) is None else lambda done, of: hears(done, of, "draws"),
         )
+        written |= curve_tables(drawn, result.kind)
+        numbers["uncertainty"] = draws_headline(drawn, uncertainty.draws, uncertainty.seed)
 
     def figure() -> Any:
         from dielast.plots.mastercurve import plot_master_curve
 
         return plot_master_curve(result, dataset.measurements, recipe.title)
 
-    if drawn is None or uncertainty is None:
-        return Report(tables(result), headline(result, recipe, dataset), figure)
-    numbers = {**headline(result, recipe, dataset), "uncertainty": draws_headline(drawn, uncertainty.draws, uncertainty.seed)}
-    return Report({**tables(result), **curve_tables(drawn, result.kind)}, numbers, figure)
+    return Report(written, numbers, figure)
 
 
 def _levels_off(result: MasterCurve) -> bool:
@@ -71,30 +71,15 @@ def _levels_off(result: MasterCurve) -> bool:
     return float(np.ptp(end)) <= PLATEAU_SLOPE * LAST_STRETCH
 
 
-def tables(result: MasterCurve) -> dict[str, Table]:
-    """The tables of a master curve by file name."""
-    return {
-        "shift-factors.csv": result.shift_columns(),
-        "mastercurve.csv": result.columns(),
-    }
-
-
-def _expansion(recipe: MasterCurveRecipe) -> dict[str, str]:
-    """The thermal expansion of the vertical shift, if it has one, as recipes and material files state it."""
-    if recipe.shift.vertical != "density-temperature" or not recipe.shift.thermal_expansion:
-        return {}
-    return {"thermal_expansion": f"{recipe.shift.thermal_expansion:.9g} /K"}
-
-
-def headline(result: MasterCurve, recipe: MasterCurveRecipe, dataset: Dataset) -> Mapping[str, Mapping[str, Any]]:
+def headline(result: MasterCurve, recipe: MasterCurveRecipe, dataset: Dataset) -> dict[str, dict[str, Any]]:
     """The headline numbers of a master curve by section of the summary."""
-    fit = result.shift_fit
+    fit, expansion = result.shift_fit, recipe.shift.thermal_expansion if recipe.shift.vertical == "density-temperature" else 0.0
     return {
         "shift": {
             "reference_temperature_degC": result.reference_temperature,
             "law": recipe.shift.law,
             "vertical": recipe.shift.vertical,
-            **_expansion(recipe),
+            **({"thermal_expansion": f"{expansion:.9g} /K"} if expansion else {}),  # as recipes and material files state it
             **({"on": result.shifted_on} if len(result.ordinates) > 1 else {}),
             **fit.law.summary(fit.covariance),
             "law_misfit": fit.misfit,

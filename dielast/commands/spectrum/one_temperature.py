@@ -25,7 +25,7 @@ def read_curve(data: CurveData, inputs: Inputs) -> ReducedCurve:
     Raises `InputError` naming file and line, column or step, or if there are several temperatures.
     """
     dataset = read_all(data, inputs)
-    temperature = [one.temperature for one in dataset.measurements]
+    temperature = [test.temperature for test in dataset.measurements]
     if max(temperature) - min(temperature) > data.temperature_tolerance:
         tests = f"there are tests from {min(temperature):g} to {max(temperature):g} degC"
         raise InputError(f'{tests}, and a spectrum is made of one temperature: "dielast mastercurve" joins several', file=data.file)
@@ -34,7 +34,7 @@ def read_curve(data: CurveData, inputs: Inputs) -> ReducedCurve:
         raise InputError(
             f"the test was at {measured:g} degC, but reference_temperature is {stated:g} degC: leave one out", file=data.file
         )
-    columns = _positive(np.concatenate([one.columns for one in dataset.measurements], axis=1), data.file)
+    columns = _positive(np.concatenate([test.columns for test in dataset.measurements], axis=1), data.file)
     _warn_of_several(columns, data.file)
     at = measured if stated is None else stated
     exported = set(dataset.formats) != {TABLE}  # of a plain table the recipe says it all

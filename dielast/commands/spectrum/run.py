@@ -74,9 +74,8 @@ def curve_of(recipe: SpectrumRecipe, inputs: Inputs) -> ReducedCurve:
     """The curve that a recipe names; raises `InputError` if it cannot be read."""
     if recipe.data is None:
         return read_master_curve(str(recipe.mastercurve), inputs)
-    from dielast.commands.spectrum.one_temperature import (
-        read_curve,
-    )  # imports readers that the folder of a master curve does not need
+    # imports readers that the folder of a master curve does not need
+    from dielast.commands.spectrum.one_temperature import read_curve
 
     return read_curve(recipe.data, inputs)
 
@@ -207,16 +206,14 @@ def _warn_of_unmeasured(result: SpectrumFit, shift: ShiftLaw, reduction: Reducti
     known_from, known_to = float(result.reduced_time[0]) / BEYOND, float(result.reduced_time[-1]) * BEYOND
     temperatures = np.unique(reduction.test_temperature)
     faster = 10 ** -shift.log10_shift_factor(temperatures)
-    out = [
-        f"to {faster.max() * reduce.window[1]:.3g} s at {temperatures[faster.argmax()]:g} degC",
-        f"from {faster.min() * reduce.window[0]:.3g} s at {temperatures[faster.argmin()]:g} degC",
-    ]
-    beyond = [faster.max() * reduce.window[1] > known_to, faster.min() * reduce.window[0] < known_from]
-    if any(beyond):
-        reach = " and ".join(text for text, is_out in zip(out, beyond, strict=True) if is_out)
+    first, last = faster.min() * reduce.window[0], faster.max() * reduce.window[1]
+    reach = [f"to {last:.3g} s at {temperatures[faster.argmax()]:g} degC"] if last > known_to else []
+    reach += [f"from {first:.3g} s at {temperatures[faster.argmin()]:g} degC"] if first < known_from else []
+    if reach:
         warn(
-            f"reduce.window reaches {reach} in reduced time, but the master curve is known from {result.reduced_time[0]:.3g} to "
-            f"{result.reduced_time[-1]:.3g} s: beyond, the reduced spectrum agrees with a whole one that is itself extrapolated"
+            f"reduce.window reaches {' and '.join(reach)} in reduced time, but the master curve is known from "
+            f"{result.reduced_time[0]:.3g} to {result.reduced_time[-1]:.3g} s: beyond, the reduced spectrum agrees with a whole "
+            "one that is itself extrapolated"
         )
 
 
