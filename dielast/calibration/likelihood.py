@@ -4,13 +4,11 @@ The fit is by weighted least squares, which needs no assumption about the model'
 of all measured values (`scatter`). With weighted differences z, their covariance M, and the projection P on the space of the
 derivatives of z by the parameters at the fit, the likelihood has the covariance
 
-    S = P M P + v (1 - P),    v = tr A^2 / tr A,    A = (1 - P) M (1 - P).
+    S = P M P + (1 - P) M (1 - P):
 
-Of the differences from the true curve, P z alone moves the fit, so that its distribution is known for any model (Hartley 1964,
-Biometrika 51, 347). Outside this space, where curved models go, differences count as in least squares, over their mean square per
-degree of freedom (Satterthwaite 1946): A would rule out any difference that it takes for improbable, and intervals of curved models
-would be too narrow. The likelihood compares the curves of other parameters with those of the fit. Its curvature at the fit gives
-the covariance of least squares under M, the "sandwich" (Huber 1967; White 1980, DOI 10.2307/1912934).
+which is M without the correlation between the two parts, which least squares does not use. The likelihood compares the curves of
+other parameters with those of the fit. Its curvature at the fit gives the covariance of least squares under M, the "sandwich"
+(Huber 1967; White 1980, DOI 10.2307/1912934).
 
 M is the mean over all possible scatters. As the fit does not depend on the scatter, the covariance of the parameters is the mean of
 the covariances under the possible scatters, and a parameter has a mixture of Student's distributions, one for each scatter (Hoeting
@@ -22,6 +20,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.linalg import solve_triangular
 from scipy.special import fdtrc, fdtri
 
 from dielast.calibration.estimate import Left, basis_of, likely
@@ -93,11 +92,9 @@ def likelihood_of(fit: Fit, scatters: Scatters | None = None) -> Likelihood:
     basis = basis_of(slopes[:, ~fit.at_bound])
     whole = scatters.covariance(curves) * np.outer(weight, weight)
     inside = whole @ basis
-    within = basis.T @ inside
-    outside = whole - basis @ inside.T - inside @ basis.T + basis @ within @ basis.T
-    size = float(np.sum(np.square(outside)) / np.trace(outside))
-    beyond = (np.eye(weight.size) - basis @ basis.T) / np.sqrt(size)
-    whiten = np.concatenate((np.linalg.solve(np.linalg.cholesky(within), basis.T), beyond)) * weight
+    crossed = basis @ inside.T - basis @ (basis.T @ inside) @ basis.T  # P M (1 - P)
+    root = np.linalg.cholesky(whole - crossed - crossed.T)
+    whiten = solve_triangular(root, np.diag(weight), lower=True)
     model, prior = np.concatenate(curves.model), problem.prior
 
     def residuals(coordinates: Floats, fits: Cases) -> Floats:
