@@ -15,7 +15,7 @@ from dielast.calibration.laboratory import Laboratory
 from dielast.calibration.levenberg import Residuals, with_slopes
 from dielast.calibration.parameters import ParameterSpace
 from dielast.calibration.scatter import Curves, Scatter, Whitening
-from dielast.numerics.columns import Cases, Floats
+from dielast.numerics.arrays import Cases, Floats
 
 FEWEST = 4  # branches of a spectrum with a smoothness
 WEIGHTS = np.geomspace(1e-3, 1e4, 22)

@@ -15,7 +15,7 @@ import numpy as np
 
 from dielast.calibration.levenberg import minimise
 from dielast.calibration.likelihood import Likelihood, prior_alone
-from dielast.numerics.columns import Floats
+from dielast.numerics.arrays import Floats
 
 DECISIVE = 0.999  # level at which an end of the range is ruled out: wrongly in one case of a thousand
 NEAR, BEYOND = 0.5, 1.07  # points of a profile, as shares of the half widths of the stated and of the decisive interval

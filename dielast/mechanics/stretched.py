@@ -18,7 +18,7 @@ import numpy as np
 
 from dielast.material.springs import SpringLaw, Symmetry
 from dielast.mechanics.elimination import Eliminated, flow_of
-from dielast.numerics.columns import Cases, Flags, Floats
+from dielast.numerics.arrays import ByCase, Cases, Flags, Floats
 from dielast.numerics.integrate import Status, integrate
 from dielast.numerics.stride import DenseSteps, Stride
 
@@ -26,7 +26,7 @@ ROUNDING = 3e-15  # least tolerance for an elastic strain: ten times the roundin
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Branches:
+class Branches(ByCase):
     """Branches of `rate` 1/(3 tau) (cases,) in 1/s, whose stretch in axis 1 is `start` + `slope` t, both (cases,).
 
     A state (rows, cases) holds e of axis 1; without a `symmetry` it also holds e of axis 2, which is held at stretch 1. `scale`
@@ -39,11 +39,6 @@ class Branches:
     symmetry: Symmetry | None
     start: Floats
     slope: Floats
-
-    def take(self, cases: Cases) -> Branches:
-        """The selected cases (k,)."""
-        rate, scale, start, slope = (values[cases] for values in (self.rate, self.scale, self.start, self.slope))
-        return Branches(self.law.take(cases), rate, scale, self.symmetry, start, slope)
 
     def strain_rate(self, time: Floats) -> Floats:
         """dLambda/dt (cases,) of axis 1 at `time` (cases,) in s since the span began."""
