@@ -10,11 +10,10 @@ import numpy as np
 from dielast.calibration.estimate import estimate
 from dielast.calibration.experiment import Experiment
 from dielast.calibration.laboratory import Laboratory
-from dielast.calibration.levenberg import MOST_ITERATIONS, Solutions, minimise, with_slopes
+from dielast.calibration.levenberg import MOST_ITERATIONS, Watcher, minimise
 from dielast.calibration.parameters import Free, ParameterSpace, parameter_space
-from dielast.calibration.problem import Problem, weights_of
+from dielast.calibration.problem import Problem, smooth_branches, weights_of
 from dielast.calibration.scatter import FIRST_LENGTH, FIRST_SHARE, USUAL_SCATTER, Curves, Scatter
-from dielast.calibration.smoothness import smooth_branches
 from dielast.errors import InputError, NumericsError
 from dielast.io.result import Result
 from dielast.material.material import Material
@@ -60,6 +59,11 @@ class Fit(Result):
         material = self.space.materials(self.coordinates[None])[0]
         assert material is not None
         return material
+
+    @property
+    def misfit(self) -> float:
+        """The relative rms error over all fitted tests."""
+        return float(np.sqrt(np.mean(np.square(self.curves.differences)) / np.mean(np.square(self.curves.measured))))
 
     @property
     def same_share(self) -> float:
@@ -128,61 +132,54 @@ def fit_material(
     kept = [test for test, values in zip(tests, answers, strict=True) if np.any(np.all(np.isfinite(values), axis=1))]
     if not kept:
         raise NumericsError(f"no start can follow any of the tests{_furthest(tests)}")
-    fit = fit_space(space, Laboratory(kept), start, specimen_scatter, watch)
+    fit = _fit(Problem(space, Laboratory(kept), np.zeros((len(space),) * 2)), start, specimen_scatter, watch)
     return replace(fit, left_out=tuple(test.name for test in tests if test not in kept))
 
 
-def fit_space(
-    space: ParameterSpace, laboratory: Laboratory, start: Floats, specimen_scatter: float | None = None, watch: Watch | None = None
-) -> Fit:
-    """`fit_material` from the coordinates `start` (starts, p)."""
-    problem = Problem(space, laboratory)
-    lower, upper = space.bounds
+def _fit(problem: Problem, start: Floats, specimen_scatter: float | None, watch: Watch | None) -> Fit:
+    """The best fit from the coordinates `start` (starts, p)."""
+    lower, upper = problem.space.bounds
     curves = problem.curves()
-    kept = USUAL_SCATTER if specimen_scatter is None else specimen_scatter
-    scatter = Scatter(np.full(len(curves.values), 0.01), FIRST_SHARE, FIRST_LENGTH, kept)
-    state = _State(np.clip(start, lower, upper)[0])
+    specimens = USUAL_SCATTER if specimen_scatter is None else specimen_scatter
+    scatter = Scatter(np.full(len(curves.values), 0.01), FIRST_SHARE, FIRST_LENGTH, specimens)
+    best = np.clip(start, lower, upper)[0]  # so far, for an interrupt
 
-    def look(what: str, curves: Curves, scatter: Scatter) -> Callable[[int, Floats, Floats], None]:
-        total = sum(float(place[-1]) for place in curves.places) / scatter.piece
+    def watcher(task: str) -> Watcher:
+        total, error = sum(float(place[-1]) for place in curves.places) / scatter.piece, scatter.model_error
 
-        def seen(iteration: int, cost: Floats, at: Floats) -> None:
-            best = int(np.argmin(cost))
-            state.coordinates = at[best].copy()
+        def watched(iteration: int, cost: Floats, at: Floats) -> None:
+            nonlocal best
+            least = int(np.argmin(cost))
+            best = at[least].copy()
             if watch is not None:
-                watch(what, iteration + 1, MOST_ITERATIONS, scatter.model_error * float(np.sqrt(cost[best] / max(total, 1e-12))))
+                watch(task, iteration + 1, MOST_ITERATIONS, error * float(np.sqrt(cost[least] / max(total, 1e-12))))
 
-        return seen
+        return watched
 
-    def shown(curves: Curves, before: Scatter, slopes: Floats) -> Scatter:
-        weight, stated = np.concatenate(weights_of(curves, before)), specimen_scatter is not None
-        return estimate(curves, curves.differences, weight, slopes, known_beforehand(problem), before.specimen, stated)
+    def estimated(slopes: Floats) -> Scatter:
+        weight, stated = np.concatenate(weights_of(curves, scatter)), specimen_scatter is not None
+        return estimate(curves, curves.differences, weight, slopes, problem.prior, scatter.specimen, stated)
 
     finished, ends = True, np.zeros(1)
     try:
-        solutions = minimise(problem.weighted(curves, scatter), start, lower, upper, watch=look("starts", curves, scatter))
+        solutions = minimise(problem.weighted(curves, scatter), start, lower, upper, watch=watcher("starts"))
         if not np.isfinite(solutions.cost[solutions.best]):
-            raise NumericsError(f"no start can follow all tests{_furthest(laboratory.tests)}")
-        ends = solutions.cost
-        at = solutions.coordinates[solutions.best]
+            raise NumericsError(f"no start can follow all tests{_furthest(problem.laboratory.tests)}")
+        ends, best = solutions.cost, solutions.coordinates[solutions.best]
         for _ in range(ROUNDS):
-            curves = problem.curves(at)
-            slopes = slopes_at(problem, at)
-            scatter = shown(curves, scatter, slopes)
-            problem = replace(problem, smoothness=smooth_branches(problem, curves, scatter, slopes, at))
-            again: Solutions = minimise(
-                problem.weighted(curves, scatter), at[None], lower, upper, watch=look("refined", curves, scatter)
-            )
-            at = again.coordinates[0]
+            curves = problem.curves(best)
+            slopes = problem.slopes(best)
+            scatter = estimated(slopes)
+            problem = replace(problem, smoothness=smooth_branches(problem, curves, scatter, slopes, best))
+            refined = problem.weighted(curves, scatter)
+            best = minimise(refined, best[None], lower, upper, watch=watcher("refined")).coordinates[0]
     except KeyboardInterrupt:
-        finished, at = False, state.coordinates
-    curves = problem.curves(at)
+        finished = False
+    curves = problem.curves(best)
     if not np.all(np.isfinite(np.concatenate(curves.model))):
         raise KeyboardInterrupt
-    slopes = slopes_at(problem, at)
-    if finished:
-        scatter = shown(curves, scatter, slopes)
-    return Fit(problem, at, scatter, curves, slopes, ends, finished)
+    slopes = problem.slopes(best)
+    return Fit(problem, best, estimated(slopes) if finished else scatter, curves, slopes, ends, finished)
 
 
 def _furthest(tests: Sequence[Experiment]) -> str:
@@ -192,22 +189,3 @@ def _furthest(tests: Sequence[Experiment]) -> str:
         return ""
     stretch, name = max(reached)
     return f"; {name} reaches a stretch of {stretch:.4g}: check its unit, and the limits of the springs"
-
-
-@dataclass(slots=True)
-class _State:
-    """The best coordinates (p,) so far, for an interrupt."""
-
-    coordinates: Floats
-
-
-def slopes_at(problem: Problem, at: Floats) -> Floats:
-    """The derivatives (n, p) of all modelled values by the coordinates (p,)."""
-    upper, moves = problem.space.bounds[1], np.ones((1, at.size), dtype=bool)
-    _, slopes = with_slopes(lambda q, _: problem.answers(q), at[None], np.zeros(1, dtype=np.intp), upper, moves)
-    return np.asarray(slopes[0])
-
-
-def known_beforehand(problem: Problem) -> Floats:
-    """The precision (p, p) of the prior, smoothness included."""
-    return problem.precision + problem.smoothness if problem.smoothness.size else problem.precision

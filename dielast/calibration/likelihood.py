@@ -24,7 +24,7 @@ from scipy.linalg import solve_triangular
 from scipy.special import fdtrc, fdtri
 
 from dielast.calibration.estimate import Left, basis_of, likely
-from dielast.calibration.fit import Fit, known_beforehand
+from dielast.calibration.fit import Fit
 from dielast.calibration.levenberg import Residuals
 from dielast.calibration.problem import Problem, root_of, weights_of
 from dielast.calibration.scatter import Curves, Scatter, Scatters, covariance_of
@@ -86,7 +86,7 @@ def likelihood_of(fit: Fit, scatters: Scatters | None = None) -> Likelihood:
     problem, curves = fit.problem, fit.curves
     weight = np.concatenate(weights_of(curves, fit.scatter))
     if scatters is None:
-        scatters = likely(curves, curves.differences, weight, fit.slopes, known_beforehand(problem), fit.scatter)
+        scatters = likely(curves, curves.differences, weight, fit.slopes, problem.prior, fit.scatter)
     slopes = weight[:, None] * fit.slopes
     # a parameter at a bound is not a solution of least squares
     basis = basis_of(slopes[:, ~fit.at_bound])
@@ -95,15 +95,15 @@ def likelihood_of(fit: Fit, scatters: Scatters | None = None) -> Likelihood:
     crossed = basis @ inside.T - basis @ (basis.T @ inside) @ basis.T  # P M (1 - P)
     root = np.linalg.cholesky(whole - crossed - crossed.T)
     whiten = solve_triangular(root, np.diag(weight), lower=True)
-    model, known = np.concatenate(curves.model), known_beforehand(problem)
+    model, prior = np.concatenate(curves.model), problem.prior
 
     def residuals(coordinates: Floats, fits: Cases) -> Floats:
         moved = (problem.answers(coordinates) - model) @ whiten.T
-        return np.concatenate((moved, (coordinates - fit.coordinates) @ root_of(known)), axis=1)
+        return np.concatenate((moved, (coordinates - fit.coordinates) @ root_of(prior)), axis=1)
 
     slopes = whiten @ fit.slopes
     information = slopes.T @ slopes
-    covariance = _covariance(information + known, ~fit.at_bound)
+    covariance = _covariance(information + prior, ~fit.at_bound)
     follows = np.where(np.isfinite(covariance), covariance, 0.0) @ slopes.T @ whiten
     pieces = np.array([Left.of(curves, member, weight, fit.slopes[:, ~fit.at_bound]).known for member in scatters.members])
     variance, freedom = (
@@ -169,5 +169,5 @@ def _covariance(precision: Floats, moving: Flags) -> Floats:
 def prior_alone(problem: Problem, information: Floats) -> Flags:
     """Whether parameters (p,) are determined by the prior only, and not by the data."""
     seen = np.diag(information)
-    known = np.diag(problem.precision)
+    known = np.diag(problem.space.precision)
     return np.asarray(seen <= np.maximum(0.1 * known, SEEN * float(np.max(seen, initial=0.0))))

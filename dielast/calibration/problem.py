@@ -1,16 +1,24 @@
-"""The fit as a problem of least squares: residuals of tests and priors as functions of the coordinates."""
+"""The fit as a problem of least squares: residuals of tests and priors as functions of the coordinates.
+
+Moduli of branches have a prior that is smooth over log time, with a smoothness that the data determine: it is on second differences
+of the log moduli over log time (Honerkamp and Weese 1993, DOI 10.1007/BF00396042), and its weight has the greatest evidence of the
+linearised problem (MacKay 1992, DOI 10.1162/neco.1992.4.3.415).
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
 from dielast.calibration.laboratory import Laboratory
-from dielast.calibration.levenberg import Residuals
+from dielast.calibration.levenberg import Residuals, with_slopes
 from dielast.calibration.parameters import ParameterSpace
-from dielast.calibration.scatter import Curves, Scatter
+from dielast.calibration.scatter import Curves, Scatter, Whitening
 from dielast.numerics.arrays import Cases, Floats
+
+FEWEST = 4  # branches of a spectrum with a smoothness
+WEIGHTS = np.geomspace(1e-3, 1e4, 22)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -19,16 +27,22 @@ class Problem:
 
     space: ParameterSpace
     laboratory: Laboratory
-    smoothness: Floats = field(default_factory=lambda: np.zeros((0, 0)))
+    smoothness: Floats
 
     @property
-    def precision(self) -> Floats:
-        """The precision (p, p) of the priors about `space.centre`, without smoothness."""
-        return self.space.precision
+    def prior(self) -> Floats:
+        """The precision (p, p) of the priors, with smoothness."""
+        return self.space.precision + self.smoothness
 
     def answers(self, coordinates: Floats) -> Floats:
         """The simulated values (k, n) of all tests, one test after another, at coordinates (k, p)."""
         return np.concatenate(self.laboratory.answers(self.space.materials(coordinates)), axis=1)
+
+    def slopes(self, at: Floats) -> Floats:
+        """The derivatives (n, p) of all simulated values by the coordinates `at` (p,)."""
+        moves, alone = np.ones((1, at.size), dtype=bool), np.zeros(1, dtype=np.intp)
+        _, slopes = with_slopes(lambda q, _: self.answers(q), at[None], alone, self.space.bounds[1], moves)
+        return np.asarray(slopes[0])
 
     def curves(self, coordinates: Floats | None = None) -> Curves:
         """The measured curves with the model at coordinates (p,); without coordinates, the measured values stand for the model."""
@@ -43,11 +57,8 @@ class Problem:
 
     def beforehand(self, coordinates: Floats) -> Floats:
         """The residuals (k, 2p) of priors and smoothness at coordinates (k, p)."""
-        away = coordinates - self.space.centre
-        parts = [away @ root_of(self.space.precision)]
-        if self.smoothness.size:
-            parts.append(coordinates @ root_of(self.smoothness))
-        return np.concatenate(parts, axis=1)
+        expected = (coordinates - self.space.centre) @ root_of(self.space.precision)
+        return np.concatenate((expected, coordinates @ root_of(self.smoothness)), axis=1)
 
     def weighted(self, curves: Curves, scatter: Scatter, chosen: Floats | None = None) -> Residuals:
         """Residuals of weighted least squares; `chosen` (fits, tests) are factors on the weight of each test in each fit.
@@ -87,3 +98,41 @@ def root_of(precision: Floats) -> Floats:
     """A square root (p, p) of a precision that may be singular."""
     values, vectors = np.linalg.eigh(precision)
     return np.asarray(vectors * np.sqrt(np.maximum(values, 0.0)) @ vectors.T)
+
+
+def smooth_branches(problem: Problem, curves: Curves, scatter: Scatter, slopes: Floats, at: Floats) -> Floats:
+    """The precision (p, p) for smooth free moduli of branches; 0 if there are too few of them.
+
+    `slopes` (n, p) are the derivatives of all modelled values at coordinates `at` (p,).
+    """
+    places = [
+        k for k, parameter in enumerate(problem.space.parameters) if parameter.name.startswith("nonequilibrium.shear_modulus[")
+    ]
+    if len(places) < FEWEST:
+        return np.zeros((at.size, at.size))
+    time = np.log([problem.space.material.spectrum.relaxation_time[problem.space.parameters[k].index or 0] for k in places])
+    bends = np.zeros((len(places) - 2, at.size))
+    for row in range(len(places) - 2):
+        first, middle, last = (time[row + offset] for offset in range(3))
+        share = (middle - first) / (last - first)
+        # over the typical spacing, so that the weight does not depend on the number of branches in a decade
+        size = abs(last - first) / 2
+        bends[row, places[row : row + 3]] = np.array((1 - share, -1.0, share)) / size
+    rough = bends.T @ bends
+    whiten = Whitening(curves, scatter)
+    miss, jacobian = whiten(-curves.differences), whiten(slopes.T).T
+    prior = problem.space.precision
+    normal = jacobian.T @ jacobian + prior
+    # the linearised problem about the point where all coordinates are zero
+    target = jacobian.T @ (jacobian @ at - miss) + prior @ problem.space.centre
+    best, chosen = -np.inf, 0.0
+    for weight in WEIGHTS:
+        matrix = normal + weight * rough
+        values = np.linalg.eigvalsh(matrix)
+        if values[0] <= 1e-12 * values[-1]:
+            continue
+        gain = float(target @ np.linalg.solve(matrix, target))
+        evidence = gain - float(np.sum(np.log(values))) + len(bends) * np.log(weight)
+        if evidence > best:
+            best, chosen = evidence, float(weight)
+    return chosen * rough

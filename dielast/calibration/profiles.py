@@ -1,7 +1,8 @@
 """Profile likelihoods: the uncertainty of each parameter with all others refitted, and a verdict (Raue et al. 2009, DOI
 10.1093/bioinformatics/btp358).
 
-All profiles are followed at once, outwards from the fit, each point from where the last ones lead to.
+All profiles are followed at once, outwards from the fit, each point from where the last ones lead to. Where the others have several
+minima, a point may be above the least one: an interval is that of the course that leads on from the fit.
 """
 
 from __future__ import annotations

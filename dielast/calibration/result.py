@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -190,39 +190,21 @@ def calibrate(
     `fit_material`.
     """
     fit = fit_material(material, tests, free, starts=starts, specimen_scatter=specimen_scatter, watch=watch)
-    likelihood = likelihood_of(fit)
+    likelihood, misfit = likelihood_of(fit), fit.misfit
+    report: Watch = watch or (lambda *progress: None)
     profiles: tuple[Profile, ...] = ()
     drawn = np.zeros((0, len(fit.space)))
     try:
         if fit.finished:
-            say(watch, "profiles", fit)
+            report("profiles", 0, 1, misfit)
             profiles = tuple(profiles_of(likelihood, level))
             if draws:
-                drawn = draw(likelihood, profiles, draws, seed=seed, watch=_moves(watch, fit))
+                drawn = draw(likelihood, profiles, draws, seed=seed, watch=lambda done, total: report("draws", done, total, misfit))
     except KeyboardInterrupt:
         fit = replace(fit, finished=False)
     comparisons = compare_tests(fit, likelihood, drawn, validate, level)
     lost = tuple(comparison.test.name for comparison in comparisons if not comparison.followed)
     return Calibration(fit, likelihood, profiles, drawn, comparisons, level, (*fit.left_out, *lost))
-
-
-def say(watch: Watch | None, what: str, fit: Fit) -> None:
-    """Report the progress of the calibration."""
-    if watch is not None:
-        watch(what, 0, 1, misfit_of(fit))
-
-
-def misfit_of(fit: Fit) -> float:
-    """The relative rms error over all fitted tests."""
-    measured = fit.curves.measured
-    return float(np.sqrt(np.mean(np.square(fit.curves.differences)) / np.mean(np.square(measured))))
-
-
-def _moves(watch: Watch | None, fit: Fit) -> Callable[[int, int], None] | None:
-    if watch is None:
-        return None
-    heard, misfit = watch, misfit_of(fit)
-    return lambda done, total: heard("draws", done, total, misfit)
 
 
 def _stderr(value: float, scale: float | None, error: float) -> float:

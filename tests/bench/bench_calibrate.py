@@ -18,6 +18,7 @@ from scipy.optimize import least_squares
 from dielast import WLF, Free, Gent, Material, MeasuredTest, NoShift, Spectrum, Yeoh, calibrate, relax
 from dielast.calibration.fit import STARTS, fit_material
 from dielast.calibration.laboratory import Laboratory
+from dielast.calibration.levenberg import minimise
 from dielast.calibration.likelihood import likelihood_of
 from dielast.calibration.profiles import profiles_of
 from dielast.io.table import to_frame
@@ -104,6 +105,35 @@ def bench_temperatures() -> None:
             miss = float(np.mean((model - measured) ** 2))
             print(f"    {what}: rms {np.sqrt(miss / np.mean(measured**2)):.2%}, R2 {1 - miss / np.var(measured):.2%}")
         print("   ", dict(zip(fit.space.names, [float(f"{v:.4g}") for v in fit.space.values(fit.coordinates)], strict=True)))
+
+
+def bench_misfit(count: int = 20, error: float = 0.2) -> None:
+    """How often 90 % intervals hold the truth of tests like the curves of all temperatures, if the model is 20 % off."""
+    names = [f"nonequilibrium.{key}" for key in ("shear_modulus", "relaxation_time", "J_lim")]
+    spectrum = Spectrum([230.0, 1.7, 0.05, 0.0016], [18e3, 70e3, 310e3, 1.8e6])
+    truth = Material("t", 18e3, spectrum, WLF(20.0, 6.0, 81.0), Gent(60.0), Gent(15.4))
+    free = {key: Free() for key in ("equilibrium.shear_modulus", "equilibrium.J_lim", *names, "shift.C1", "shift.C2")}
+    free["nonequilibrium.J_lim"], free["equilibrium.J_lim"] = Free(min=2, max=1e4), Free(min=2, max=1e4)
+    curves = [loading(k) for k in range(100, 128, 2)]
+    clean = Laboratory(curves).answers([truth])
+    held = []
+    for number in range(count):
+        random, tests = np.random.default_rng([number, 11]), []
+        for test, (stress,) in zip(curves, clean, strict=True):
+            distance = np.sqrt(3) * np.abs(test.place[:, None] - test.place) / 0.5
+            along = np.linalg.cholesky((1 + distance) * np.exp(-distance) + 1e-9 * np.eye(stress.size))
+            level = np.sqrt(0.5 * np.square(stress) + 0.5 * np.mean(np.square(stress)))
+            off = level * (error * along @ random.standard_normal(stress.size) + 0.01 * random.standard_normal(stress.size))
+            tests.append(replace(test, stress=stress * np.exp(0.05 * random.standard_normal()) + off))
+        fit = fit_material(truth, tests, free, starts=1)
+        likelihood, place = likelihood_of(fit), fit.space.start
+        start, itself = np.tile(fit.coordinates, (place.size, 1)), np.eye(place.size, dtype=bool)
+        start[itself] = place
+        rise = minimise(likelihood.residuals, start, *fit.space.bounds, fixed=itself).cost
+        held.append(rise <= likelihood.thresholds(0.9))
+    for name, share in zip(fit.space.names, np.mean(held, axis=0), strict=True):
+        print(f"{name}: truth held {share:.0%}")
+    print(f"all: {np.mean(held):.0%} of {count} experiments")
 
 
 def bench_relaxation() -> None:
@@ -212,5 +242,5 @@ def bench_coverage(count: int = 100, first: int = 0, specimen_scatter: float | N
 
 
 if __name__ == "__main__":
-    for name in sys.argv[1:] or ("loading", "temperatures", "relaxation", "coupled", "speed", "starts", "coverage"):
+    for name in sys.argv[1:] or ("loading", "temperatures", "misfit", "relaxation", "coupled", "speed", "starts", "coverage"):
         globals()[f"bench_{name}"]()

@@ -29,12 +29,11 @@ from dielast import (
 from dielast.calibration.fit import fit_material, starts_of
 from dielast.calibration.history import corners, path_length
 from dielast.calibration.laboratory import Laboratory
+from dielast.calibration.laws import cross_validation_error, stabilities
 from dielast.calibration.levenberg import minimise
 from dielast.calibration.likelihood import Likelihood, likelihood_of
 from dielast.calibration.parameters import parameter_space
-from dielast.calibration.ranking import cross_validation_error
 from dielast.calibration.scatter import Curves, Scatter, Scatters, Whitening, covariance_of, noise_of, specimen_factors
-from dielast.calibration.stability import stabilities
 from dielast.errors import DielastWarning, InputError, NumericsError
 from dielast.handover.material_draws import draw_columns, parse_draws
 from dielast.handover.material_file import parse_material, write_material

@@ -28,8 +28,8 @@ def test_profiles_follow_a_narrow_valley_to_the_end_of_the_interval(size: int, b
         follows = (at[:, 1:] - at[:, :-1] - at[:, :-1] ** 2) / NARROW
         return np.concatenate((at[:, :1] / WIDTH, follows), axis=1)
 
-    space = SimpleNamespace(bounds=(np.full(size, -bound), np.full(size, bound)))
-    fit = SimpleNamespace(coordinates=np.zeros(size), space=space, problem=SimpleNamespace(precision=np.zeros((size, size))))
+    space = SimpleNamespace(bounds=(np.full(size, -bound), np.full(size, bound)), precision=np.zeros((size, size)))
+    fit = SimpleNamespace(coordinates=np.zeros(size), space=space, problem=SimpleNamespace(space=space))
     likelihood: Any = SimpleNamespace(
         fit=fit,
         residuals=residuals,

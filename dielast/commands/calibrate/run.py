@@ -12,11 +12,10 @@ import numpy as np
 
 from dielast.calibration.experiment import Experiment, MeasuredTest
 from dielast.calibration.fit import MANY, Watch
+from dielast.calibration.laws import Stability, cross_validation_error, stabilities
 from dielast.calibration.parameters import Free
 from dielast.calibration.profiles import Verdict
-from dielast.calibration.ranking import cross_validation_error
 from dielast.calibration.result import Calibration, calibrate, range_of
-from dielast.calibration.stability import Stability, stabilities
 from dielast.commands.calibrate.freedom import free_of
 from dielast.commands.calibrate.recipe import CalibrateRecipe
 from dielast.commands.calibrate.tests import read_tests
