@@ -147,13 +147,19 @@ class SymmetricArrowhead(BorderedStep):
             residual += gamma_i * self.load_term
         self._solve(residual, out, time, state, history, gamma_i)
         right *= self.inverse
-        np.multiply(self.follows, self._change_of_stretch(out[-1:], gamma_i), out=out[: system.border])
+        change_of_stretch = out[-1] if self.prescribed_change is None else gamma_i * self.prescribed_change
+        np.multiply(self.follows, change_of_stretch, out=out[: system.border])
         out[: system.border] += right
         return out
 
     def _border(self, right: Floats, out: Floats | None = None) -> Floats:
         """The last row (1, cases) of the increment for a right-hand side (1, cases)."""
         return np.asarray(np.multiply(self.border_inverse, right, out=out))
+
+    def _solve(
+        self, residual: Floats, increment: Floats, time: Floats, state: Floats, history: Floats | None, gamma_i: float
+    ) -> None:
+        np.multiply(self.border_inverse, residual, out=increment[-1])
 
     def _change_of_stretch(self, border: Floats, gamma_i: float) -> Floats:
         """The increment of Lambda (1, cases) that belongs to the last row `border` (1, cases)."""
