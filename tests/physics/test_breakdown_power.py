@@ -55,7 +55,7 @@ def test_a_clamped_film_has_the_breakdown_field_of_its_prestretch() -> None:
     assert event.voltage == pytest.approx(limit * THICKNESS / 3.0, rel=1e-10)
 
 
-@pytest.mark.parametrize(("prestretch", "voltage"), [((1.9, 1.9), 4.6e3), ((2.0, 1.6), 4.9e3)])
+@pytest.mark.parametrize(("prestretch", "voltage"), [((2.0, 1.6), 4.9e3)])
 def test_events_are_those_of_the_peer(prestretch: tuple[float, float], voltage: float) -> None:
     law, up, hold = PowerBreakdown(16e6, 1.13, 0.1, 0.3e-3), 0.5, 8.0
     there = Film(

@@ -72,16 +72,14 @@ def test_an_elastic_film_under_dead_load_ages_at_the_field_that_it_settles_at() 
     ("exponent", "boundary"),
     [
         (1.0, "dead-load"),
-        (18.5, "dead-load"),
         (200.0, "dead-load"),
-        (3.5, ("dead-load", "clamped")),
-        (200.0, ("dead-load", "clamped")),
+        (18.5, ("dead-load", "clamped")),
     ],
 )
 def test_the_damage_is_the_integral_of_the_history(exponent: float, boundary: Any) -> None:
     """scipy's quadrature of the run's own field, up to the moment of failure, is 1."""
     programme = [VoltageStep(3.4e3, duration=UP), VoltageStep.hold(2.0), VoltageStep(0.0, duration=0.3)]
-    programme.append(VoltageStep(Waveform(0.0, 3.6e3, 1.0, 6)))
+    programme.append(VoltageStep(Waveform(0.0, 3.6e3, 1.0, 3)))
     film: dict[str, Any] = {"thickness": THICKNESS, "prestretch": (1.9, 1.6), "relax": 60.0, "boundary": boundary}
     whole = actuate(GENT, programme, stop_at="end", **film)
     assert whole.outcome[0].completed
