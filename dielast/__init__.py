@@ -48,7 +48,7 @@ if TYPE_CHECKING:  # the public names, of which this is the only list: type chec
         NumericsError as NumericsError,
     )
     from dielast.export.card import export_card as export_card
-    from dielast.export.options import CardOptions as CardOptions
+    from dielast.export.code import CardOptions as CardOptions
     from dielast.handover.material_draws import read_draws as read_draws
     from dielast.handover.material_file import read_material as read_material, write_material as write_material
     from dielast.material.breakdown import PowerBreakdown as PowerBreakdown
@@ -92,14 +92,14 @@ if TYPE_CHECKING:  # the public names, of which this is the only list: type chec
     from dielast.plots.spectrum import plot_spectrum as plot_spectrum
     from dielast.relaxation.continuous import ContinuousSpectrum as ContinuousSpectrum, continuous_spectrum as continuous_spectrum
     from dielast.relaxation.creep import fit_creep as fit_creep
-    from dielast.relaxation.fit import SpectrumFit as SpectrumFit, fit_spectrum as fit_spectrum
+    from dielast.relaxation.fit import fit_oscillation as fit_oscillation, fit_spectrum as fit_spectrum
     from dielast.relaxation.interconversion import (
         RetardationSpectrum as RetardationSpectrum,
         relaxation_from_retardation as relaxation_from_retardation,
         retardation_from_relaxation as retardation_from_relaxation,
     )
-    from dielast.relaxation.oscillation import fit_oscillation as fit_oscillation
     from dielast.relaxation.reduce import Reduction as Reduction, reduce_spectrum as reduce_spectrum
+    from dielast.relaxation.result import SpectrumFit as SpectrumFit
     from dielast.simulate.actuate import actuate as actuate
     from dielast.simulate.actuation_history import ActuationHistory as ActuationHistory
     from dielast.simulate.design import Design as Design, design as design
@@ -120,7 +120,8 @@ if TYPE_CHECKING:  # the public names, of which this is the only list: type chec
         MasterCurveDraws as MasterCurveDraws,
         bootstrap_master_curve as bootstrap_master_curve,
     )
-    from dielast.superposition.mastercurve import MasterCurve as MasterCurve, build_master_curve as build_master_curve
+    from dielast.superposition.mastercurve import build_master_curve as build_master_curve
+    from dielast.superposition.result import MasterCurve as MasterCurve
 
 
 @cache

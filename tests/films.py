@@ -12,12 +12,13 @@ from dielast.material.shift import NoShift
 from dielast.material.spectrum import Spectrum
 from dielast.material.springs import Gent
 from dielast.mechanics.course import Piece
-from dielast.mechanics.point import Points
-from dielast.simulate.film import Film, Outcome
+from dielast.mechanics.point_material import Points
+from dielast.simulate.film import Film
 from dielast.simulate.follow import follow
+from dielast.simulate.history import Outcome
+from dielast.simulate.output import Output
 from dielast.simulate.reach import symmetry_of
 from dielast.simulate.record import Recorder
-from dielast.simulate.wanted import Wanted
 
 SOFT = Material(
     "soft",
@@ -43,9 +44,8 @@ class Followed:
 
 def followed(points: Points, pieces: Sequence[Piece], *, points_per_decade: int = 30, rtol: float = 1e-6) -> Followed:
     """Points at rest under pieces of load."""
-    cases = points.rate.shape[1]
-    recorder = Recorder(Wanted(None, points_per_decade), cases, points.rate.shape[0])
-    result = follow(Film.at_rest(points, symmetry_of(pieces)), pieces, rtol=rtol, recorder=recorder)
+    recorder = Recorder(Output(None, points_per_decade))
+    result = follow(Film.at_rest(points, symmetry_of(pieces)), pieces, rtol=rtol, recorders=[recorder])
     record = recorder.collect()
     outcome = tuple(map(Outcome.of, result.status.tolist(), result.time.tolist()))
     return Followed(record.time, record.values[:2], record.nominal_stress, outcome, result.steps)

@@ -11,15 +11,18 @@ from numpy.typing import NDArray
 
 from dielast.errors import DielastWarning
 from dielast.material.material import Breakdown, Material
+from dielast.material.measurement import RelaxationCurve
 from dielast.material.scatter import draw_sample, interval
 from dielast.material.shift import WLF
 from dielast.material.spectrum import Spectrum
 from dielast.material.springs import Gent
-from dielast.relaxation.fit import Method, SpectrumFit, fit_spectrum
+from dielast.relaxation.fit import fit_spectrum
+from dielast.relaxation.result import Method, SpectrumFit
 from dielast.relaxation.spectrum_draws import CurveDraws, draw_spectra
 from dielast.simulate.failure_map import failure_map, plan_failure_map, solve_map
 from dielast.superposition.bootstrap import bootstrap_master_curve
-from dielast.superposition.mastercurve import MasterCurve, RelaxationCurve, build_master_curve
+from dielast.superposition.mastercurve import build_master_curve
+from dielast.superposition.result import MasterCurve
 from reconstruction import EQUILIBRIUM_MODULUS, spectrum
 
 TRUTH = Material(

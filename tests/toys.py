@@ -12,9 +12,9 @@ from dielast.material.breakdown import BREAKDOWNS, BreakdownLaw
 from dielast.material.dielectric import DIELECTRICS, DielectricLaw
 from dielast.material.law import Constant
 from dielast.material.shift import SHIFTS, ShiftLaw
-from dielast.material.shift.fit import FittedLaw, MovedLaw, fit_factor
+from dielast.material.shift.law import FittedLaw, MovedLaw, fit_factor
 from dielast.material.springs import SPRINGS, SpringLaw
-from dielast.numerics.columns import Floats
+from dielast.numerics.arrays import Floats
 from dielast.units import FIELD, PERMITTIVITY, Dimension
 
 

@@ -13,7 +13,7 @@ from dielast.calibration.laboratory import Laboratory
 from dielast.calibration.likelihood import Likelihood
 from dielast.io.result import TabularResult
 from dielast.io.table import Column, Table
-from dielast.numerics.columns import Floats
+from dielast.numerics.arrays import Floats
 
 PARTS = 16  # equally likely parts of the scatter about a draw
 

@@ -29,7 +29,7 @@ from dielast.calibration.scatter import (
     noise_of,
     specimen_factors,
 )
-from dielast.numerics.columns import Floats
+from dielast.numerics.arrays import Floats
 
 SHARES = 0.002 * 3.0 ** np.arange(0, 5.5, 0.5)  # sizes of the model's error that are tried
 LENGTHS = (0.03, 0.1, 0.3, 1.0, 3.0)  # lengths of its correlation that are tried: from close points to a whole curve

@@ -13,7 +13,7 @@ from dielast.errors import InputError
 from dielast.io.result import Result
 from dielast.material.material import Material
 from dielast.mechanics.load import Mode
-from dielast.numerics.columns import Floats
+from dielast.numerics.arrays import Floats
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)

@@ -18,7 +18,7 @@ from dielast.calibration.smoothness import smooth_branches
 from dielast.errors import InputError, NumericsError
 from dielast.io.result import Result
 from dielast.material.material import Material
-from dielast.numerics.columns import Flags, Floats
+from dielast.numerics.arrays import Flags, Floats
 
 STARTS = 8
 INSIDE = 0.1  # least distance of starts from the bounds, as a share of the range

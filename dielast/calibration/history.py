@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from dielast.numerics.columns import Cases, Floats
+from dielast.numerics.arrays import Cases, Floats
 
 TOLERANCE = 1e-3  # of the range of the values: lets straight lines remove the noise of a machine
 

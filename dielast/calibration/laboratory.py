@@ -17,7 +17,7 @@ from dielast.material.material import Material
 from dielast.material.springs import EQUIBIAXIAL, UNIAXIAL, SpringLaw, gathered
 from dielast.mechanics.load import Mode, Step, Track
 from dielast.mechanics.stretched import Histories, carried
-from dielast.numerics.columns import Cases, Flags, Floats
+from dielast.numerics.arrays import Cases, Flags, Floats
 from dielast.simulate.membrane import relax
 
 RTOL = 1e-5  # of the solver

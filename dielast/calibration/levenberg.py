@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dielast.numerics.columns import Cases, Flags, Floats
+from dielast.numerics.arrays import Cases, Flags, Floats
 
 DIFFERENCE = 1e-3  # of a coordinate, for derivatives: far above the tolerance of the solver, and small for a logarithm
 FIRST_DAMPING, LEAST_DAMPING, MOST_DAMPING = 1e-2, 1e-9, 1e9

@@ -28,7 +28,7 @@ from dielast.calibration.fit import Fit, known_beforehand
 from dielast.calibration.levenberg import Residuals
 from dielast.calibration.problem import Problem, root_of, weights_of
 from dielast.calibration.scatter import Curves, Scatter, Scatters, covariance_of
-from dielast.numerics.columns import Cases, Flags, Floats
+from dielast.numerics.arrays import Cases, Flags, Floats
 from dielast.numerics.roots import fall
 
 MOST_FREEDOM = 1e6  # degrees of freedom beyond which no quantile changes

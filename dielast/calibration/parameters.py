@@ -14,9 +14,9 @@ import numpy as np
 
 from dielast.errors import InputError, Mistakes, Problem
 from dielast.io.result import Result
-from dielast.material.material import Material
-from dielast.material.numbers import SCALE, Kind, Numbers, kinds_of, material_of, numbers_of
-from dielast.numerics.columns import Floats
+from dielast.material.law import Constant
+from dielast.material.material import SCALE, Material, Numbers, constants_of, material_of, numbers_of
+from dielast.numerics.arrays import Floats
 
 WIDE = 100.0  # default bounds of a positive number, as a factor on either side of the start
 TINY = 1e-3  # of the start: replaces a modulus of 0 in a draw, which has no logarithm
@@ -158,7 +158,7 @@ def parameter_space(material: Material, free: Mapping[str, Free]) -> ParameterSp
 
 def _parameters(material: Material, path: str, known: Free) -> list[Parameter]:
     """The parameter that a path leads to, or those of a list."""
-    numbers, kinds = numbers_of(material), kinds_of(material)
+    numbers, kinds = numbers_of(material), constants_of(material)
     match = _KEY.fullmatch(path)
     section, key = (match["section"], match["key"]) if match else ("", "")
     if key not in kinds.get(section, {}):
@@ -217,7 +217,7 @@ def _between(times: Sequence[float], k: int) -> Free:
     return Free(min=float(np.exp(low)), max=float(np.exp(high)))
 
 
-def _size(material: Material, section: str, kind: Kind) -> float:
+def _size(material: Material, section: str, kind: Constant) -> float:
     """The scale of a number of either sign: the modulus of the spring for a stress, 1 for a bare number."""
     if kind.unit != "Pa":
         return 1.0
@@ -227,15 +227,15 @@ def _size(material: Material, section: str, kind: Kind) -> float:
 
 
 def _parameter(
-    section: str, key: str, index: int | None, kind: Kind, known: Free, value: float | None, size: float, path: str
+    section: str, key: str, index: int | None, kind: Constant, known: Free, value: float | None, size: float, path: str
 ) -> Parameter:
     """A parameter with its bounds; `value` is that of the material, `size` the scale of a number of either sign."""
     start = known.start if known.start is not None else known.prior if known.prior is not None else value
-    if start is None or not np.isfinite(start) or (kind.positive and start <= 0):
+    if start is None or not np.isfinite(start) or (kind.is_positive and start <= 0):
         if known.min is None or known.max is None:
             raise InputError("the material states no value to start from: state start, or min and max", key=path)
-        start = float(np.sqrt(known.min * known.max)) if kind.positive and known.min > 0 else 0.5 * (known.min + known.max)
-    scale = None if kind.positive else max(abs(start), size)
+        start = float(np.sqrt(known.min * known.max)) if kind.is_positive and known.min > 0 else 0.5 * (known.min + known.max)
+    scale = None if kind.is_positive else max(abs(start), size)
     spread = 0.0 if scale is None else SIGNED * scale
     lower = known.min if known.min is not None else start / WIDE if scale is None else start - spread
     upper = known.max if known.max is not None else start * WIDE if scale is None else start + spread

@@ -13,7 +13,7 @@ import numpy as np
 
 from dielast.calibration.likelihood import Likelihood
 from dielast.calibration.profiles import Profile
-from dielast.numerics.columns import Cases, Floats
+from dielast.numerics.arrays import Cases, Floats
 from dielast.numerics.random_streams import stream
 
 FEWEST_WALKERS, MOST_WALKERS = 40, 200

@@ -10,7 +10,7 @@ from dielast.calibration.laboratory import Laboratory
 from dielast.calibration.levenberg import Residuals
 from dielast.calibration.parameters import ParameterSpace
 from dielast.calibration.scatter import Curves, Scatter
-from dielast.numerics.columns import Cases, Floats
+from dielast.numerics.arrays import Cases, Floats
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -17,10 +17,9 @@ from dielast.calibration.profiles import Profile, Verdict, profiles_of
 from dielast.calibration.scatter import specimen_factors
 from dielast.io.result import TabularResult
 from dielast.io.table import Column, Table
-from dielast.material.calibrated import CalibratedRange
-from dielast.material.material import Material
+from dielast.material.material import CalibratedRange, Material
 from dielast.mechanics.load import Mode
-from dielast.numerics.columns import Floats
+from dielast.numerics.arrays import Floats
 
 LEVEL = 0.9
 

@@ -20,7 +20,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from dielast.numerics.columns import Cases, Floats
+from dielast.numerics.arrays import Cases, Floats
 
 LEAST_NOISE = 1e-3  # of the level: no machine measures better
 USUAL_SCATTER = 0.05  # of the stress of specimens

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from dielast.calibration.scatter import Curves, Scatter, Whitening
-from dielast.numerics.columns import Floats
+from dielast.numerics.arrays import Floats
 
 if TYPE_CHECKING:
     from dielast.calibration.problem import Problem

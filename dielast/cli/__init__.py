@@ -7,8 +7,7 @@ import os
 import signal
 import sys
 
-from dielast.cli.interrupt import leave
-from dielast.cli.streams import mend_streams, report_refusal
+from dielast.cli.terminal import leave, mend_streams, report_refusal
 
 
 def main() -> None:

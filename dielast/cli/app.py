@@ -5,15 +5,16 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable
 from enum import StrEnum
+from functools import wraps
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
 from dielast.cli.help import EXIT_CODES, START, PlainUsage, RecipeCommand, listed
-from dielast.cli.interrupt import leave
-from dielast.cli.streams import give_up_output, is_unread, report_refusal
+from dielast.cli.terminal import give_up_output, is_unread, leave, report_refusal
 from dielast.commands.registry import COMMANDS
+from dielast.errors import InputError, NumericsError, Problem, nearest, shown
 
 
 class PlotFormat(StrEnum):
@@ -69,38 +70,42 @@ Json = Annotated[bool, typer.Option("--json", help="Print the summary as JSON.")
 Quiet = Annotated[bool, typer.Option("-q", "--quiet", help="No summary, no progress.")]
 
 
-def _exit_with(action: Callable[[], int]) -> None:
-    """Exit with the code of `action`; every error is one line on standard error."""
-    from dielast.errors import InputError, NumericsError
+def _exits(command: Callable[..., int]) -> Callable[..., None]:
+    """The `command`, ending with the exit code that it returns; every error is one line on standard error."""
 
-    try:
-        code = action()
-        sys.stdout.flush()
-    except (InputError, NumericsError) as error:
-        for line in (*getattr(error, "__notes__", ()), *error.messages):
-            print(line, file=sys.stderr)
-        code = 3 if isinstance(error, NumericsError) else 2
-    except KeyboardInterrupt:
-        print(leave.message(), file=sys.stderr)
-        code = 130
-    except MemoryError:
-        from dielast.sharing.memory import OUT_OF_MEMORY
+    @wraps(command)
+    def run(*arguments: Any, **options: Any) -> None:
+        try:
+            code = command(*arguments, **options)
+            sys.stdout.flush()
+        except (InputError, NumericsError) as error:
+            for line in (*getattr(error, "__notes__", ()), *error.messages):
+                print(line, file=sys.stderr)
+            code = 3 if isinstance(error, NumericsError) else 2
+        except KeyboardInterrupt:
+            print(leave.message(), file=sys.stderr)
+            code = 130
+        except MemoryError:
+            from dielast.sharing.memory import OUT_OF_MEMORY
 
-        print(OUT_OF_MEMORY, file=sys.stderr)
-        code = 3
-    except UnicodeEncodeError as error:
-        about = error.object[max(0, error.start - 40) : error.end + 40]
-        print(f"a path or a value has a character that this locale cannot write: {about!a}", file=sys.stderr)
-        code = 2
-    except OSError as error:
-        if is_unread(error):
-            give_up_output()  # the reader of standard output has gone
-            code = 0
-        else:
-            code = report_refusal(error)
-    raise typer.Exit(code)
+            print(OUT_OF_MEMORY, file=sys.stderr)
+            code = 3
+        except UnicodeEncodeError as error:
+            about = error.object[max(0, error.start - 40) : error.end + 40]
+            print(f"a path or a value has a character that this locale cannot write: {about!a}", file=sys.stderr)
+            code = 2
+        except OSError as error:
+            if is_unread(error):
+                give_up_output()  # the reader of standard output has gone
+                code = 0
+            else:
+                code = report_refusal(error)
+        raise typer.Exit(code)
+
+    return run
 
 
+@_exits
 def _run(
     context: typer.Context,
     recipe: Recipe,
@@ -114,15 +119,12 @@ def _run(
     scheduler: Scheduler = None,
     json: Json = False,
     quiet: Quiet = False,
-) -> None:
-    def action() -> int:
-        from dielast.cli.run import Options, run
+) -> int:
+    from dielast.cli.run import Options, run
 
-        formats = tuple(dict.fromkeys(form.value for form in plot or [PlotFormat.PNG] if form is not PlotFormat.NONE))
-        options = Options(out, formats, tuple(set_ or ()), golden, rtol, depfile, jobs, json, quiet, scheduler)
-        return run(str(context.info_name), recipe, options)
-
-    _exit_with(action)
+    formats = tuple(dict.fromkeys(form.value for form in plot or [PlotFormat.PNG] if form is not PlotFormat.NONE))
+    options = Options(out, formats, tuple(set_ or ()), golden, rtol, depfile, jobs, json, quiet, scheduler)
+    return run(str(context.info_name), recipe, options)
 
 
 def _kinds(incomplete: str) -> list[str]:
@@ -130,59 +132,77 @@ def _kinds(incomplete: str) -> list[str]:
     return [kind for kind in COMMANDS if kind.startswith(incomplete)]
 
 
-def _new(kind: Annotated[str, typer.Argument(metavar="KIND", autocompletion=_kinds, hidden=True)]) -> None:
-    def action() -> int:
-        from dielast.cli.helpers import print_starter
+@_exits
+def _new(kind: Annotated[str, typer.Argument(metavar="KIND", autocompletion=_kinds, hidden=True)]) -> int:
+    if kind not in COMMANDS:
+        raise InputError(f"{shown(kind)} is no kind of recipe: {nearest(kind, COMMANDS)}")
+    sys.stdout.write(COMMANDS[kind].starter())
+    return 0
 
-        return print_starter(kind)
 
-    _exit_with(action)
-
-
-def _validate(files: Annotated[list[Path], typer.Argument(metavar="FILE...", hidden=True)]) -> None:
+@_exits
+def _validate(files: Annotated[list[Path], typer.Argument(metavar="FILE...", hidden=True)]) -> int:
     """Check recipes and the files they name.
 
     Nothing is simulated or written; spectrum recipes are fitted to check them.
     Load files and material files can be checked by themselves.
     """
+    from dielast.commands.inspect import warnings_of
 
-    def action() -> int:
-        from dielast.cli.helpers import validate_files
+    mistakes: list[Problem] = []
+    for path in files:
+        try:
+            caught = warnings_of(path)
+        except InputError as error:
+            mistakes += error.problems
+            continue
+        print(f"{path}: ok", flush=True)
+        for message in caught:
+            print(f"warning: {path}: {message}", file=sys.stderr)
+    if mistakes:
+        # a load file may be stated by itself and by a recipe
+        raise InputError(*{str(problem): problem for problem in mistakes}.values())
+    return 0
 
-        return validate_files(files)
 
-    _exit_with(action)
-
-
+@_exits
 def _report(
     folders: Annotated[list[Path], typer.Argument(metavar="FOLDER...", parser=_path, hidden=True)],
     out: Annotated[
         Path, typer.Option("-o", "--out", metavar="FILE", parser=_path, show_default="report.html", help="The page.")
     ] = Path("report.html"),
-) -> None:
+) -> int:
     """Put results on one HTML page that needs no other file.
 
     Figures, headline numbers, tables, warnings and inputs of each folder; a
     folder follows those it was made from. Long tables are shortened.
     """
+    from dielast.io.files import check_folder, check_targets, write_files
+    from dielast.report.chain import outdated, read_results
+    from dielast.report.page import html_page
 
-    def action() -> int:
-        from dielast.cli.helpers import write_report
+    if out.suffix.lower() not in (".html", ".htm"):
+        raise InputError("a report is HTML: a name such as report.html is needed (see --out)", file=out)
+    check_folder(out.parent, "for the report is needed (see --out)")
+    results = read_results(folders, {kind: command.files for kind, command in COMMANDS.items()})
+    check_targets([out], [path for result in results for path in result.paths])
+    page = html_page(results, {kind: COMMANDS[kind].help for kind in {result.kind for result in results}})
+    write_files(out.parent, {out.name: page})
+    print(f"report: {', '.join(result.folder for result in results)} in {out}", flush=True)
+    for index, text in outdated(results):
+        print(f"warning: {results[index].folder}: {text}", file=sys.stderr)
+    return 0
 
-        return write_report(folders, out)
 
-    _exit_with(action)
-
-
-def _schema() -> None:
+@_exits
+def _schema() -> int:
     """Print the JSON Schema of recipes, for editors."""
+    import json
 
-    def action() -> int:
-        from dielast.cli.helpers import print_schema
+    from dielast.recipe.schema import recipe_schema
 
-        return print_schema()
-
-    _exit_with(action)
+    print(json.dumps(recipe_schema(COMMANDS), indent=2))
+    return 0
 
 
 def _print_version(wanted: bool) -> None:

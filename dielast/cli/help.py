@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import sys
+import textwrap
 from collections.abc import Iterable
 from typing import Any
 
@@ -48,7 +49,7 @@ class RecipeCommand(PlainUsage):
     def format_epilog(self, ctx: Any, formatter: Any) -> None:
         """Write a short recipe of this kind, and where to find more."""
         kind = str(self.name)
-        recipe = "".join(f"  {line}" if line.strip() else line for line in COMMANDS[kind].short_recipe().splitlines(keepends=True))
+        recipe = textwrap.indent(COMMANDS[kind].short_recipe(), "  ")
         formatter.write(f"\nA short recipe, which runs as it is:\n\n{recipe}\n{_pointers(kind)}\n{EXIT_CODES}\n")
 
 

@@ -15,13 +15,11 @@ from typing import Any
 
 from dielast import __version__
 from dielast.cli.help import listed
-from dielast.cli.interrupt import leave, working
-from dielast.cli.progress import Bar
+from dielast.cli.terminal import Bar, leave, working
 from dielast.commands.registry import COMMANDS, others_in, read_cases
 from dielast.errors import DielastError, DielastWarning, InputError
 from dielast.io.files import STORE, Inputs, as_text, check_folder, check_targets, depfile, read_file, write_files
-from dielast.recipe.cases import Case
-from dielast.recipe.overrides import settings
+from dielast.recipe.cases import Case, settings
 from dielast.report.report import Source, contents, left_over, summarise
 from dielast.report.summary import print_summary
 from dielast.sharing.execution import NOTHING_KEPT, Execution
@@ -61,9 +59,9 @@ def run(kind: str, path: Path, options: Options) -> int:
     if options.golden is not None:
         _check_golden(options.golden, out)
     bar = Bar(options.quiet, options.jobs)
-    execution = Execution(options.jobs, out, bar, options.scheduler, None if options.quiet else _print_note, _keep)
+    execution = Execution(options.jobs, out, bar, options.scheduler, None if options.quiet else _print_note, leave.keep)
     source = Source(as_text(path.name), content, settings(options.overrides, type(cases[0].recipe)))
-    _keep(NOTHING_KEPT)
+    leave.keep(NOTHING_KEPT)
     try:
         files, summary, inputs, caught = compute(kind, cases, path, options.plots, execution, source)
     finally:
@@ -134,15 +132,10 @@ def _write(out: Path, files: Mapping[str, bytes], recipe: Path, inputs: Inputs, 
     check_targets(results + ([rule] if rule is not None else []), read)
     with working():
         write_files(out, files)
-        _keep("the results are written")
+        leave.keep("the results are written")
         (out / STORE).unlink(missing_ok=True)
         if rule is not None:
             write_files(rule.parent, {rule.name: depfile(results, read).encode("utf-8", "surrogateescape")})
-
-
-def _keep(what: str) -> None:
-    """Set what an interrupt leaves from now on, for its message."""
-    leave.kept = what
 
 
 def _finite(value: Any) -> Any:

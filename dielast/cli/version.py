@@ -24,7 +24,7 @@ def commit(top: Path) -> str | None:
     try:
         folder = top / ".git"
         if folder.is_file():  # in a worktree or a submodule
-            folder = top / _after("gitdir:", folder)
+            folder = top / _text(folder).removeprefix("gitdir:").strip()
         head = _text(folder / "HEAD")
         if not head.startswith("ref:"):
             return _checked(head)
@@ -41,13 +41,6 @@ def commit(top: Path) -> str | None:
 
 def _text(path: Path) -> str:
     return path.read_text(encoding="utf-8").strip()
-
-
-def _after(word: str, path: Path) -> str:
-    text = _text(path)
-    if not text.startswith(word):
-        raise ValueError(path)
-    return text.removeprefix(word).strip()
 
 
 def _checked(text: str) -> str | None:

@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from dielast.commands.command import Command
-from dielast.recipe.kinds import maker_of
 
 if TYPE_CHECKING:
     from dielast.recipe.cases import Case
@@ -66,5 +65,5 @@ def others_in(folder: Path, kind: str) -> list[str]:
     if not foreign:  # usually: avoid importing other commands
         return []
     others = {other: command for other, command in COMMANDS.items() if other != kind}
-    makers = {maker_of(others, name) for name in foreign}
-    return [other for other in others if other in makers]
+    makers = [[other for other, command in others.items() if name in command.files] for name in foreign]
+    return [other for other in others if [other] in makers]

@@ -11,8 +11,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from itertools import chain
 
-from dielast.export.code import Card, Code, ogden_terms
-from dielast.export.text import number, rows_of
+from dielast.export.code import Card, Code, number, ogden_terms, rows_of
 from dielast.material.shift import GAS_CONSTANT, WLF, Arrhenius
 from dielast.material.springs import CardForm
 
@@ -49,14 +48,6 @@ def _data(numbers: Iterable[str]) -> list[str]:
     return [f"TBDATA,{6 * line + 1},{','.join(row)}" for line, row in enumerate(rows_of(numbers, 6))]
 
 
-def _gent(spring: CardForm, card: Card) -> list[str]:
-    return _hyperelastic(card, "GENT", 3, "Gent: mu, J_m, d", [spring.modulus, spring.constants["J_lim"]])
-
-
-def _yeoh(spring: CardForm, card: Card) -> list[str]:
-    return _hyperelastic(card, "YEOH", 3, "Yeoh: C10, C20, C30, d1, d2, d3", spring.constants.values(), 3)
-
-
 def _arruda_boyce(spring: CardForm, card: Card) -> list[str]:
     constants = spring.constants["mu"], spring.constants["locking_stretch"]
     notes = [f"! {note}" for note in spring.notes]
@@ -88,9 +79,13 @@ def _arrhenius(law: Arrhenius, card: Card) -> list[str]:
 CODE = Code(
     "ansys",
     {
-        "gent": _gent,
+        "gent": lambda spring, card: _hyperelastic(
+            card, "GENT", 3, "Gent: mu, J_m, d", [spring.modulus, spring.constants["J_lim"]]
+        ),
         "neo-hookean": lambda spring, card: _hyperelastic(card, "NEO", 2, "neo-Hookean: mu, d", [spring.modulus]),
-        "yeoh": _yeoh,
+        "yeoh": lambda spring, card: _hyperelastic(
+            card, "YEOH", 3, "Yeoh: C10, C20, C30, d1, d2, d3", spring.constants.values(), 3
+        ),
         "arruda-boyce": _arruda_boyce,
         "mooney-rivlin": lambda spring, card: _hyperelastic(
             card, "MOONEY", 2, "Mooney-Rivlin: C10, C01, d", spring.constants.values()

@@ -1,23 +1,82 @@
-"""What a finite-element code can represent, and a material as a card of the code states it."""
+"""How a card is written, what a finite-element code can represent, and a material as a card of the code states it."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
+from itertools import islice
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from dielast.errors import InputError
-from dielast.export.options import UNITS, CardOptions, Units
-from dielast.export.text import number, temperature
 from dielast.material.shift import ShiftLaw
 from dielast.material.springs import CardForm, SpringLaw
+from dielast.units import ZERO_CELSIUS
 
 LARGEST_LOSS = 1e-7  # of the equilibrium modulus, in a code that takes it for one minus the sum of ratios
 Lines = list[str]
+
+
+@dataclass(frozen=True, slots=True)
+class Units:
+    """A consistent system of units: factors from SI, and the names of the units."""
+
+    stress: float
+    density: float
+    molar_energy: float
+    names: str
+
+
+UNITS = {
+    "SI": Units(1.0, 1.0, 1.0, "m, kg, s, N, Pa"),
+    "mm-t-s": Units(1e-6, 1e-12, 1e3, "mm, tonne, s, N, MPa"),
+    "mm-N-MPa": Units(1e-6, 1e-12, 1e3, "mm, tonne, s, N, MPa"),
+}
+MODULI = ("instantaneous", "long-term")
+SCALES = ("degC", "K")
+
+
+@dataclass(frozen=True, slots=True)
+class CardOptions:
+    """How a card is written; SI, degC.
+
+    units: "SI", "mm-t-s" or "mm-N-MPa" (equal to mm-t-s). temperature_scale: "degC" or "K", scale of the model's temperatures.
+    hyperelastic: None keeps the material's springs; the name of a law, such as "neo-hookean", replaces their law. J_lim: one limit
+    for all springs, for codes that take only one. moduli: "instantaneous" or "long-term", for codes that allow both. bulk_modulus
+    (Pa) or poisson_ratio (at time zero): for a compressible card; the material is incompressible. density in kg/m^3.
+    temperature (degC): temperature of the card for a code that cannot carry the shift law. notes: further lines for the card's
+    comments, ASCII. Raises `InputError` for an unknown or contradictory option.
+    """
+
+    units: str = "SI"
+    temperature_scale: str = "degC"
+    hyperelastic: str | None = None
+    J_lim: float | None = None
+    moduli: str = "instantaneous"
+    bulk_modulus: float | None = None
+    poisson_ratio: float | None = None
+    density: float | None = None
+    temperature: float | None = None
+    notes: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        for key, value, known in (
+            ("units", self.units, tuple(UNITS)),
+            ("temperature_scale", self.temperature_scale, SCALES),
+            ("moduli", self.moduli, MODULI),
+        ):
+            if value not in known:
+                raise InputError(f'"{value}": one of {", ".join(str(name) for name in known if name)} is needed', argument=key)
+        for key, number in (("J_lim", self.J_lim), ("bulk_modulus", self.bulk_modulus), ("density", self.density)):
+            if number is not None and not 0 < number < math.inf:
+                raise InputError(f"{number:g}: a positive number is needed", argument=key)
+        if self.poisson_ratio is not None and not 0 <= self.poisson_ratio < 0.5:
+            raise InputError(f"{self.poisson_ratio:g}: at least 0 and below 0.5 is needed", argument="poisson_ratio")
+        if self.bulk_modulus is not None and self.poisson_ratio is not None:
+            raise InputError("state bulk_modulus or poisson_ratio, not both", argument="bulk_modulus")
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,6 +103,17 @@ class Code:
     absolute: tuple[str, ...] = ()
     units: str | None = None
     most_exponents: int | None = None
+
+
+def number(value: float) -> str:
+    """15 significant digits, fewer where that would take more than the 20 characters that Abaqus reads."""
+    return next(text for digits in range(15, 0, -1) if len(text := f"{value:.{digits}g}") <= 20)
+
+
+def rows_of(numbers: Iterable[str], width: int) -> list[tuple[str, ...]]:
+    """The numbers in rows of at most so many."""
+    rest = iter(numbers)
+    return list(iter(lambda: tuple(islice(rest, width)), ()))
 
 
 def ogden_terms(spring: CardForm) -> list[tuple[float, float]]:
@@ -84,14 +154,9 @@ class Card:
         """Shear modulus at time zero."""
         return math.fsum((self.equilibrium, *self.modulus.tolist()))
 
-    @property
-    def compressibility(self) -> float:
-        """2/K, zero for an incompressible card."""
-        return 0.0 if self.bulk is None else 2 / self.bulk
-
     def compressibilities(self, terms: int) -> list[float]:
-        """The same for a volumetric energy of so many `terms`, of which all but the first are zero."""
-        return [self.compressibility, *[0.0] * (terms - 1)]
+        """2/K, zero for an incompressible card, for a volumetric energy of so many `terms`, of which all but the first are zero."""
+        return [0.0 if self.bulk is None else 2 / self.bulk, *[0.0] * (terms - 1)]
 
     @property
     def branches(self) -> list[tuple[float, float]]:
@@ -116,7 +181,7 @@ class Card:
 
     def temperature(self, value: float) -> str:
         """A temperature in degC as a number on the model's scale."""
-        return temperature(value, self.options.temperature_scale)
+        return number(value + ZERO_CELSIUS if self.options.temperature_scale == "K" else value)
 
     def ratios_below_one(self) -> list[str]:
         """Modulus of every branch over the instantaneous one, as it is written.

@@ -12,10 +12,10 @@ from typing import Any
 
 import numpy as np
 
-from dielast.export.code import Card, Code, ogden_terms
-from dielast.export.text import number
-from dielast.material.shift import WLF, Arrhenius, ShiftTable, kelvin
+from dielast.export.code import Card, Code, number, ogden_terms
+from dielast.material.shift import ShiftTable
 from dielast.material.springs import CardForm
+from dielast.units import ZERO_CELSIUS
 
 NAME = "material-comsol"
 
@@ -55,17 +55,13 @@ def _parameters(card: Card) -> str:
         lines.append(_row("kappa", f"{number(card.bulk)}[Pa]", "bulk modulus"))
     if card.density is not None:
         lines.append(_row("rho", f"{number(card.density)}[kg/m^3]", "density"))
-    reference = f"{number(kelvin(card.shift.reference_temperature))}[K]"
+    reference = f"{number(card.shift.reference_temperature + ZERO_CELSIUS)}[K]"
     lines += [_row("T_ref", reference, "temperature at which the relaxation times hold"), *card.shift_lines()]
     return "".join(line + "\n" for line in lines)
 
 
 def _row(name: str, value: str, description: str) -> str:
     return f'{name} {value} "{description}"'
-
-
-def _gent(spring: CardForm, card: Card) -> list[str]:
-    return [_row("J_m", number(spring.constants["J_lim"]), "Gent: limit of I1 - 3")]
 
 
 def _yeoh(spring: CardForm, card: Card) -> list[str]:
@@ -83,11 +79,6 @@ def _arruda_boyce(spring: CardForm, card: Card) -> list[str]:
     ]
 
 
-def _mooney_rivlin(spring: CardForm, card: Card) -> list[str]:
-    constants = spring.constants
-    return [_row(name, f"{number(constants[name])}[Pa]", "Mooney-Rivlin, two parameters") for name in ("C10", "C01")]
-
-
 def _ogden(spring: CardForm, card: Card) -> list[str]:
     rows = []
     for index, (modulus, exponent) in enumerate(ogden_terms(spring), 1):
@@ -96,19 +87,11 @@ def _ogden(spring: CardForm, card: Card) -> list[str]:
     return rows
 
 
-def _wlf(law: WLF, card: Card) -> list[str]:
-    return [_row("C1_WLF", number(law.C1), "log10 a_T = -C1 (T-T_ref)/(C2+T-T_ref)"), _row("C2_WLF", f"{number(law.C2)}[K]", "")]
-
-
-def _arrhenius(law: Arrhenius, card: Card) -> list[str]:
-    return [_row("Q_arrhenius", f"{number(law.activation_energy)}[J/mol]", "a_T = exp(Q/R (1/T - 1/T_ref))")]
-
-
 def _table(law: Any) -> str:
     """Lines of temperature in K and log10 a."""
     shift = law.log10_shift_factor(np.array(law.temperature)).tolist()
     rows = zip(law.temperature, shift, strict=True)
-    return "".join(f"{number(kelvin(at))} {number(value)}\n" for at, value in rows)
+    return "".join(f"{number(at + ZERO_CELSIUS)} {number(value)}\n" for at, value in rows)
 
 
 def _branches(card: Card, unit: float) -> str:
@@ -125,14 +108,25 @@ SHIFT_NOTES = {
 CODE = Code(
     "comsol",
     {
-        "gent": _gent,
+        "gent": lambda spring, card: [_row("J_m", number(spring.constants["J_lim"]), "Gent: limit of I1 - 3")],
         "neo-hookean": lambda spring, card: [],
         "yeoh": _yeoh,
         "arruda-boyce": _arruda_boyce,
-        "mooney-rivlin": _mooney_rivlin,
+        "mooney-rivlin": lambda spring, card: [
+            _row(name, f"{number(value)}[Pa]", "Mooney-Rivlin, two parameters") for name, value in spring.constants.items()
+        ],
         "ogden": _ogden,
     },
-    {"wlf": _wlf, "arrhenius": _arrhenius, "table": lambda law, card: []},
+    {
+        "wlf": lambda law, card: [
+            _row("C1_WLF", number(law.C1), "log10 a_T = -C1 (T-T_ref)/(C2+T-T_ref)"),
+            _row("C2_WLF", f"{number(law.C2)}[K]", ""),
+        ],
+        "arrhenius": lambda law, card: [
+            _row("Q_arrhenius", f"{number(law.activation_energy)}[J/mol]", "a_T = exp(Q/R (1/T - 1/T_ref))")
+        ],
+        "table": lambda law, card: [],
+    },
     _files,
     units="SI",
 )

@@ -8,8 +8,7 @@ is left out: the series in the source (FEArrudaBoyce.cpp) has other coefficients
 
 from __future__ import annotations
 
-from dielast.export.code import Card, Code, ogden_terms
-from dielast.export.text import number
+from dielast.export.code import Card, Code, number, ogden_terms
 from dielast.material.springs import CardForm
 
 
@@ -50,21 +49,9 @@ def _elastic(kind: str, constants: dict[str, float]) -> list[str]:
     return [f'      <elastic type="{kind}">', *values, "      </elastic>"]
 
 
-def _gent(spring: CardForm, card: Card) -> list[str]:
-    return _elastic("Gent", {"G": spring.modulus, "Jm": spring.constants["J_lim"]})
-
-
-def _yeoh(spring: CardForm, card: Card) -> list[str]:
-    """c_i of (I1 - 3)^i."""
-    return _elastic("Yeoh", {f"c{power}": value for power, value in enumerate(spring.constants.values(), 1)})
-
-
-def _neo_hookean(spring: CardForm, card: Card) -> list[str]:
-    return _elastic("Mooney-Rivlin", {"c1": spring.modulus / 2, "c2": 0.0})
-
-
-def _mooney_rivlin(spring: CardForm, card: Card) -> list[str]:
-    return _elastic("Mooney-Rivlin", {"c1": spring.constants["C10"], "c2": spring.constants["C01"]})
+def _numbered(spring: CardForm) -> dict[str, float]:
+    """The constants of the spring as c1, c2 and so on."""
+    return {f"c{index}": value for index, value in enumerate(spring.constants.values(), 1)}
 
 
 def _ogden(spring: CardForm, card: Card) -> list[str]:
@@ -77,7 +64,13 @@ def _ogden(spring: CardForm, card: Card) -> list[str]:
 
 CODE = Code(
     "febio",
-    {"gent": _gent, "neo-hookean": _neo_hookean, "mooney-rivlin": _mooney_rivlin, "ogden": _ogden, "yeoh": _yeoh},
+    {
+        "gent": lambda spring, card: _elastic("Gent", {"G": spring.modulus, "Jm": spring.constants["J_lim"]}),
+        "neo-hookean": lambda spring, card: _elastic("Mooney-Rivlin", {"c1": spring.modulus / 2, "c2": 0.0}),
+        "mooney-rivlin": lambda spring, card: _elastic("Mooney-Rivlin", _numbered(spring)),
+        "ogden": _ogden,
+        "yeoh": lambda spring, card: _elastic("Yeoh", _numbered(spring)),  # c_i of (I1 - 3)^i
+    },
     {},
     _files,
     most_terms=6,

@@ -14,10 +14,10 @@ from string import Template
 
 import numpy as np
 
-from dielast.export.code import Card, Code
-from dielast.export.text import number, rows_of
-from dielast.material.shift import GAS_CONSTANT, WLF, Arrhenius, ShiftLaw, ShiftTable, kelvin
+from dielast.export.code import Card, Code, number, rows_of
+from dielast.material.shift import GAS_CONSTANT, WLF, Arrhenius, ShiftLaw, ShiftTable
 from dielast.material.springs import CardForm
+from dielast.units import ZERO_CELSIUS
 
 _BEHAVIOUR = Template("""\
 @DSL DefaultFiniteStrain;
@@ -141,7 +141,7 @@ def _listed(values: Iterable[float]) -> str:
 
 def _temperatures(law: ShiftLaw) -> list[str]:
     """C++ of the temperatures Tm, in the middle of the increment, and Tr, the reference."""
-    return ["  const real Tm = T + dT / 2;", f"  const real Tr = {number(kelvin(law.reference_temperature))};"]
+    return ["  const real Tm = T + dT / 2;", f"  const real Tr = {number(law.reference_temperature + ZERO_CELSIUS)};"]
 
 
 def _wlf(law: WLF, card: Card) -> list[str]:
@@ -162,7 +162,7 @@ def _arrhenius(law: Arrhenius, card: Card) -> list[str]:
 
 def _table(law: ShiftTable, card: Card) -> list[str]:
     """Linear interpolation of log10 a over T."""
-    absolute = [kelvin(value) for value in law.temperature]
+    absolute = [value + ZERO_CELSIUS for value in law.temperature]
     count = len(absolute)
     if count == 1:
         return []

@@ -4,11 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence, Set
 from itertools import chain
-from typing import Annotated, Any, ClassVar, Self, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self, TypeVar
 
 from pydantic import Field, create_model, model_validator
 
-from dielast.material.law import Constant, Law, Registry
+from dielast.errors import InputError
+from dielast.material.breakdown import BREAKDOWNS, BreakdownLaw
+from dielast.material.law import Constant, Law, ModulusLaw, Registry
+from dielast.material.material import Material
+from dielast.material.modulus import CONSTANT_MODULUS
 from dielast.recipe.fields import Numbers, OneOf, Quantity, Section
 
 Kind = TypeVar("Kind", bound="FamilySection")
@@ -23,16 +27,14 @@ class FamilySection(Section):
 class LawSection(FamilySection):
     """A table that states one law and its constants."""
 
+    EXAMPLE_PLACE: ClassVar[tuple[float, ...]] = ()
+    """Arguments for `stated` with which every law that is correctly stated can be made."""
     law: Annotated[str, OneOf(tuple)]
 
     @model_validator(mode="after")
     def _can_be_stated(self) -> Self:
-        self.check()
+        self.stated(*self.EXAMPLE_PLACE)
         return self
-
-    def check(self) -> None:
-        """Raise `InputError` if the law cannot be made from its constants."""
-        self.stated()
 
     def law_stated(self) -> str:
         """The name of the law."""
@@ -51,7 +53,7 @@ class LawSection(FamilySection):
 
         `given` are the keys of the constants that are stated for the other law.
         """
-        taken = {constant.file_key for constant in self.FAMILY[law].constants}
+        taken = self.FAMILY[law].file_keys()
         return {key: value for key, value in values.items() if key in taken or key not in law_constants(self.FAMILY)}
 
     def constants(self) -> dict[str, Any]:
@@ -98,3 +100,70 @@ def _annotation(constants: Sequence[Constant]) -> Any:
         return list[number] if constant.many else number
     quantity = Quantity(constant.dimension, constant.at_least, constant.above, many=constant.many)
     return Annotated[tuple[float, ...] if constant.many else float, quantity]
+
+
+SCALING_KEYS = {
+    key: f"Moduli of {springs}: entropic ones are proportional to T in kelvin."
+    for key, springs in {"equilibrium": "the equilibrium spring", "nonequilibrium": "all branches"}.items()
+}
+"""Keys that state a law -> their descriptions."""
+
+
+class ScalingSection(FamilySection):
+    """How moduli change with temperature; for relaxation times see [shift]."""
+
+    @model_validator(mode="after")
+    def _can_be_stated(self) -> Self:
+        taken = {key for springs in SCALING_KEYS for key in self.FAMILY[getattr(self, springs)].file_keys()}
+        for key in law_constants(self.FAMILY):
+            if getattr(self, key) is not None and key not in taken:
+                takes = " or ".join(f'"{law.name}"' for law in self.FAMILY if key in law.file_keys())
+                raise InputError(f"belongs to moduli that are {takes}: state {' or '.join(SCALING_KEYS)} = {takes}", key=key)
+        for key in SCALING_KEYS:
+            self.scaling(key)
+        return self
+
+    def scaling(self, springs: str) -> ModulusLaw:
+        """The law for `springs`, one of `SCALING_KEYS`; raises `InputError` if a constant of the law is missing."""
+        law: type[ModulusLaw] = self.FAMILY[getattr(self, springs)]
+        return law(**law.arguments({key: getattr(self, key) for key in law.file_keys()}))
+
+
+def stated_scaling(material: Material) -> dict[str, Any]:
+    """The table that states how the moduli of the material change with temperature; empty if they are constant.
+
+    Raises `InputError` if the equilibrium spring and the branches need different values of one key.
+    """
+    laws = {"equilibrium": material.equilibrium_scaling, "nonequilibrium": material.nonequilibrium_scaling}
+    stated: dict[str, Any] = {key: law.name for key, law in laws.items() if law.name != CONSTANT_MODULUS.name}
+    constants: dict[str, Any] = {}
+    for law in laws.values():
+        for key in law.file_keys():
+            value = law.stated().get(key)
+            if constants.setdefault(key, value) != value:
+                raise InputError(f"a material file has one {key} for the equilibrium spring and the branches, not two")
+    stated |= {key: value for key, value in constants.items() if value is not None}
+    return {"temperature": stated} if stated else {}
+
+
+class BreakdownSection(LawSection):
+    """Breakdown field: one for all prestretches, a table over prestretch, or a law over the present stretch and thickness."""
+
+
+def breakdown_section() -> type[BreakdownSection]:
+    """The table with the keys of the laws that are registered at present."""
+    return law_section(BreakdownSection, BREAKDOWNS, "table", law="Law of the breakdown field. Default: table.")
+
+
+def breakdown(section: BreakdownSection | None) -> BreakdownLaw | None:
+    """The law of the breakdown field; None if none is stated."""
+    if section is None:
+        return None
+    law: BreakdownLaw = section.stated()
+    return law
+
+
+if TYPE_CHECKING:
+    BreakdownField = BreakdownSection
+else:
+    BreakdownField = breakdown_section()

@@ -11,12 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dielast.errors import InputError, located
-from dielast.handover.material_file import draws_file, parse_material
-from dielast.handover.tables import finite_columns
+from dielast.handover.material_file import parse_file
 from dielast.io.files import EXAMPLE, read_file, resolve
-from dielast.io.table import Column, Table
-from dielast.material.material import Material
-from dielast.material.numbers import kinds_of, material_of, numbers_of
+from dielast.io.table import Column, Table, finite_columns
+from dielast.material.material import Material, constants_of, material_of, numbers_of
 from dielast.material.spectrum import Spectrum
 
 EQUILIBRIUM = "equilibrium_shear_modulus"
@@ -53,8 +51,8 @@ def draw_columns(number: NDArray[np.int64], materials: Sequence[Material]) -> Ta
 def _further(materials: Sequence[Material]) -> Table:
     """The columns of all other constants that differ between the materials."""
     numbers, columns = [numbers_of(material) for material in materials], []
-    for section, kinds in kinds_of(materials[0]).items():
-        keys = [key for key in kinds if section not in _OWN and f"{section}.{key}" not in _OWN and key in numbers[0][section]]
+    for section, constants in constants_of(materials[0]).items():
+        keys = [key for key in constants if section not in _OWN and f"{section}.{key}" not in _OWN and key in numbers[0][section]]
         values = {key: np.array([np.atleast_1d(stated[section][key]) for stated in numbers], dtype=float) for key in keys}
         if all(np.all(drawn == drawn[0]) for drawn in values.values()):
             continue
@@ -62,7 +60,7 @@ def _further(materials: Sequence[Material]) -> Table:
         for key, drawn in values.items():
             path, many = f"{section}.{key}", np.ndim(numbers[0][section][key]) > 0
             names = [f"{path}_{k + 1}" for k in range(drawn.shape[1])] if many else [path]
-            columns += [Column(name, kinds[key].unit, column) for name, column in zip(names, drawn.T, strict=True)]
+            columns += [Column(name, constants[key].unit, column) for name, column in zip(names, drawn.T, strict=True)]
     return columns
 
 
@@ -117,7 +115,7 @@ def _with_further(member: Material, further: Sequence[re.Match[str]], values: Se
     for match, value in zip(further, values, strict=True):
         section, key, place = match["section"], match["key"], match["place"]
         constants = numbers.get(section, {})
-        if place is None and key in kinds_of(member).get(section, {}):
+        if place is None and key in constants_of(member).get(section, {}):
             constants[key] = value
         elif place is not None and isinstance(constants.get(key), list | tuple) and 0 < int(place) <= len(constants[key]):
             constants[key] = [*constants[key][: int(place) - 1], value, *constants[key][int(place) :]]
@@ -139,10 +137,10 @@ def read_draws(path: str | Path) -> tuple[Material, ...]:
     Raises `InputError` with a line for every mistake, and if the material has no draws.
     """
     content = read_file(resolve(Path(), path), str(path))
-    material, name = parse_material(content, str(path)), draws_file(content, str(path))
-    if name is None:
+    stated = parse_file(content, str(path))
+    if stated.draws is None:
         raise InputError(
             "the material has no draws: mastercurve with [uncertainty] and then spectrum make them, or calibrate", file=path
         )
-    table = beside(str(path), name)
-    return parse_draws(read_file(resolve(Path(), table), table), table, material)
+    table = beside(str(path), stated.draws)
+    return parse_draws(read_file(resolve(Path(), table), table), table, stated.material())

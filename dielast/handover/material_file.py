@@ -12,16 +12,23 @@ import numpy as np
 from pydantic import Field, create_model, model_validator
 
 from dielast.errors import InputError
-from dielast.handover.breakdown_section import BreakdownSection, breakdown_section
-from dielast.handover.law_section import LawSection, law_constants, law_section, stated_law
-from dielast.handover.scaling_section import SCALING_KEYS, ScalingSection, stated_scaling
+from dielast.handover.law_section import (
+    SCALING_KEYS,
+    BreakdownSection,
+    LawSection,
+    ScalingSection,
+    breakdown_section,
+    law_constants,
+    law_section,
+    stated_law,
+    stated_scaling,
+)
 from dielast.io.files import read_file, resolve
 from dielast.io.toml import parse_toml
 from dielast.material.breakdown import BREAKDOWNS
-from dielast.material.calibrated import CalibratedRange
 from dielast.material.damage import DAMAGES
 from dielast.material.dielectric import DIELECTRICS, ConstantPermittivity, DielectricLaw
-from dielast.material.material import NEO_HOOKEAN, Material
+from dielast.material.material import NEO_HOOKEAN, CalibratedRange, Material
 from dielast.material.modulus import CONSTANT_MODULUS, MODULI
 from dielast.material.shift import SHIFTS, NoShift, ShiftLaw
 from dielast.material.spectrum import Spectrum
@@ -31,9 +38,6 @@ from dielast.recipe.fields import Modulus, Section, Temperature, Time
 from dielast.recipe.validate import check
 
 NO_TABLE = "a material file is needed, which spectrum writes: material.toml"
-
-
-OPTIONAL = ("nonequilibrium", "shift", "dielectric", "breakdown", "damage", "temperature")  # tables of laws that a file may lack
 
 
 class SpringSection(LawSection):
@@ -107,14 +111,7 @@ class Nonequilibrium(SpringSection):
 class ShiftSection(LawSection):
     """The shift law and its constants."""
 
-    def at(self, reference_temperature: float) -> ShiftLaw:
-        """The law for relaxation times that hold at `reference_temperature` (degC)."""
-        law: ShiftLaw = self.stated(reference_temperature)
-        return law
-
-    def check(self) -> None:
-        """Raise `InputError` if no reference temperature allows the law."""
-        self.at(0.0)
+    EXAMPLE_PLACE = (0.0,)  # a reference temperature
 
 
 class DielectricSection(LawSection):
@@ -125,7 +122,7 @@ class DielectricSection(LawSection):
         if "law" in self.model_fields_set:
             return self.law
         stated = {key for key in self.model_fields_set if getattr(self, key) is not None}
-        law: type[DielectricLaw] = min(self.FAMILY, key=lambda law: len(stated - {constant.file_key for constant in law.constants}))
+        law: type[DielectricLaw] = min(self.FAMILY, key=lambda law: len(stated.difference(law.file_keys())))
         return law.name
 
     def for_material(self) -> float | DielectricLaw | None:
@@ -202,7 +199,8 @@ class MaterialFile(Section):
     def shift_law(self) -> ShiftLaw:
         """How relaxation times change with temperature."""
         there = self.reference_temperature
-        return NoShift(there) if self.shift is None else self.shift.at(there)
+        law: ShiftLaw = NoShift(there) if self.shift is None else self.shift.stated(there)
+        return law
 
     def material(self) -> Material:
         """The material that the file describes."""
@@ -248,10 +246,10 @@ def _model(*registered: tuple[str, ...]) -> type[MaterialFile]:
         "temperature": law_section(ScalingSection, MODULI, "constant", **SCALING_KEYS),
     }
     # a field that a model states again keeps its place, so that the keys stay in the order of the file
-    fields: dict[str, Any] = {
-        name: (section | None if name in OPTIONAL else section, copy(MaterialFile.model_fields[name]))
-        for name, section in sections.items()
-    }
+    fields: dict[str, Any] = {}
+    for name, section in sections.items():
+        field = copy(MaterialFile.model_fields[name])
+        fields[name] = section if field.is_required() else section | None, field
     return create_model("MaterialFile", __base__=MaterialFile, __doc__=MaterialFile.__doc__, **fields)
 
 
@@ -260,14 +258,14 @@ def permittivity(section: Dielectric) -> float | None:
     return ConstantPermittivity(section.permittivity or 0.0, section.relative_permittivity).permittivity or None
 
 
+def parse_file(content: bytes, source: str) -> MaterialFile:
+    """The material file in these bytes, with the name of the table of its draws; `InputError` with a line for every mistake."""
+    return check(material_file(), parse_toml(content, source, NO_TABLE), source, Path())
+
+
 def parse_material(content: bytes, source: str) -> Material:
     """The material in the bytes of a material file; raises `InputError` with a line for every mistake."""
-    return check(material_file(), parse_toml(content, source, NO_TABLE), source, Path()).material()
-
-
-def draws_file(content: bytes, source: str) -> str | None:
-    """The name that a material file states for the table of its draws, or None; raises `InputError` as `parse_material` does."""
-    return check(material_file(), parse_toml(content, source, NO_TABLE), source, Path()).draws
+    return parse_file(content, source).material()
 
 
 def read_material(path: str | Path) -> Material:
@@ -296,19 +294,19 @@ def write_material(material: Material, draws: str | None = None) -> bytes:
         },
         "shift": stated_law(material.shift),
     }
-    if material.dielectric is not None:
-        document["dielectric"] = stated_law(material.dielectric, "constant")
-    if material.breakdown is not None:
-        document["breakdown"] = stated_law(material.breakdown, "table")
-    if material.damage is not None:
-        document["damage"] = stated_law(material.damage, "inverse-power")
+    for law, section, default in (
+        (material.dielectric, "dielectric", "constant"),
+        (material.breakdown, "breakdown", "table"),
+        (material.damage, "damage", "inverse-power"),
+    ):
+        document |= {} if law is None else {section: stated_law(law, default)}
     document |= stated_scaling(material)
-    if (known := material.calibrated) is not None:
+    if (calibrated := material.calibrated) is not None:
         document["calibrated"] = {
-            "modes": list(known.modes),
-            "largest_I1": float(f"{known.largest_invariant:.9g}"),
-            "time": [f"{value:.9g} s" for value in known.time],
-            "temperature": [f"{value:.9g} degC" for value in known.temperature],
+            "modes": list(calibrated.modes),
+            "largest_I1": float(f"{calibrated.largest_invariant:.9g}"),
+            "time": [f"{value:.9g} s" for value in calibrated.time],
+            "temperature": [f"{value:.9g} degC" for value in calibrated.temperature],
         }
     return tomli_w.dumps(document).encode()
 

@@ -22,6 +22,7 @@ _SNIFFED_LINES = 200
 _NUMBER = {
     ".": re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d+)?"),
     ",": re.compile(r"[+-]?(\d+(,\d*)?|,\d+)([eE][+-]?\d+)?"),
+    None: re.compile(r"[+-]?(\d+([.,]\d*)?|[.,]\d+)([eE][+-]?\d+)?"),
 }
 
 
@@ -37,18 +38,20 @@ class TextFormat:
     """Sheet of a workbook: its name, or its number from 1; None: the first."""
 
 
-def decode(
-    content: bytes, source: str, encoding: str | None = None, sheet: str | int | None = None, decimal: str | None = None
-) -> str:
-    """The text in `content`: in the stated `encoding`, else UTF-8, UTF-16 if recognised, or latin-1.
+RECOGNISED = TextFormat()
 
-    Lines end in a line feed. For a workbook it is the text of a `sheet`, see `sheet_text`. Raises `InputError` naming `source` for
+
+def decode(content: bytes, source: str, form: TextFormat = RECOGNISED) -> str:
+    """The text in `content`: in the stated encoding, else UTF-8, UTF-16 if recognised, or latin-1.
+
+    Lines end in a line feed. For a workbook it is the text of a sheet, see `sheet_text`. Raises `InputError` naming `source` for
     content that is not text, an unknown encoding, or a workbook that cannot be read.
     """
     if is_workbook(content):
-        return sheet_text(content, source, sheet, decimal)
-    if sheet is not None:
-        raise InputError(f"sheet = {shown(sheet)} is stated, but this is no workbook", file=source)
+        return sheet_text(content, source, form.sheet, form.decimal)
+    if form.sheet is not None:
+        raise InputError(f"sheet = {shown(form.sheet)} is stated, but this is no workbook", file=source)
+    encoding = form.encoding
     if encoding is None:
         if content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
             encoding = "utf-16"
@@ -124,6 +127,6 @@ def modal_width(rows: Sequence[Sequence[str]], decimal: str) -> int:
     return max(widths, key=lambda width: widths[width]) if widths else 0
 
 
-def is_number(cell: str, decimal: str) -> bool:
-    """Whether a cell is a number written with this decimal mark."""
+def is_number(cell: str, decimal: str | None = None) -> bool:
+    """Whether a cell is a number written with this decimal mark, or with a point or a comma."""
     return _NUMBER[decimal].fullmatch(cell) is not None

@@ -7,11 +7,10 @@ import hashlib
 import os
 import re
 import time
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
 
 from dielast.errors import InputError
-from dielast.io.lock import alone_in
 
 LARGEST = 256 << 20  # bytes of an input file: more than ten million rows
 EXAMPLE = "example:"
@@ -19,6 +18,10 @@ STORE = ".unfinished"
 """The file in which a long run keeps its cells until its result is written."""
 KEPT = "what is solved is kept, and the same command goes on from there"
 PAUSES = (0.05, 0.1, 0.2, 0.4)  # s after each attempt to replace a file
+LONGEST_WAIT = 5.0  # s until another process has written its files; it takes milliseconds
+LOCK = ".lock"
+"""The file that is locked where folders cannot be, as on Windows; it is removed afterwards."""
+Locking = Callable[[int], None]
 _TEMPORARY = re.compile(r"\..+\.\d+\.part")
 
 
@@ -28,10 +31,10 @@ class Inputs:
     def __init__(self, folder: Path) -> None:
         """Paths that are not absolute are taken relative to `folder`, which holds the recipe."""
         self.folder = folder
-        self.names: list[str] = []
-        """The names of all inputs, also of those that could not be read."""
-        self._digests: dict[tuple[str, str], None] = {}
-        self._paths: list[Path] = []
+        self.digests: list[tuple[str, str]] = []
+        """For each file read, in order: its name in the recipe (the last part of an absolute path), and its SHA-256."""
+        self.paths: list[Path] = []
+        """Every file read, in the order of reading."""
 
     def read(self, name: str | Path) -> bytes:
         """The bytes of a file, or of an example that ships with dielast (`example:NAME`).
@@ -39,24 +42,15 @@ class Inputs:
         Raises `InputError` if it cannot be read.
         """
         path = resolve(self.folder, name)
-        self.names.append(str(name))
         content = read_file(path, str(name))
         # an absolute path belongs to this machine and has no place in a result
         shown = Path(name).name if Path(name).is_absolute() else str(name)
-        self._digests[as_text(shown), sha256(content)] = None
-        if path not in self._paths:
-            self._paths.append(path)
+        digest = as_text(shown), sha256(content)
+        if digest not in self.digests:
+            self.digests.append(digest)
+        if path not in self.paths:
+            self.paths.append(path)
         return content
-
-    @property
-    def digests(self) -> tuple[tuple[str, str], ...]:
-        """For each file read, in order: its name in the recipe (the last part of an absolute path), and its SHA-256."""
-        return tuple(self._digests)
-
-    @property
-    def paths(self) -> tuple[Path, ...]:
-        """Every file read, in the order of reading."""
-        return tuple(self._paths)
 
 
 def sha256(content: bytes) -> str:
@@ -84,7 +78,12 @@ def read_file(path: Path, name: str) -> bytes:
         with path.open("rb") as file:
             content = file.read(LARGEST + 1)
     except (OSError, ValueError) as error:  # ValueError: a NUL in the name
-        raise InputError(_unreadable(path, name, error), file=name) from None
+        reason = (getattr(error, "strerror", None) or "cannot be read").lower()
+        if os.path.isdir(path):
+            reason = "is a folder, a file is needed"
+        elif isinstance(error, FileNotFoundError):
+            reason = f"no such file{of_backslashes(name)}"
+        raise InputError(reason, file=name) from None
     if len(content) > LARGEST:
         raise InputError(f"larger than {LARGEST >> 20} MiB, which no table or recipe should be", file=name)
     return content
@@ -101,14 +100,6 @@ def exists(path: Path) -> bool:
         return path.exists()
     except (OSError, ValueError):
         return False
-
-
-def _unreadable(path: Path, name: str, error: OSError | ValueError) -> str:
-    """Why `path`, stated as `name`, could not be read, in a few words."""
-    if os.path.isdir(path):
-        return "is a folder, a file is needed"
-    reason = getattr(error, "strerror", None) or "cannot be read"
-    return f"no such file{of_backslashes(name)}" if isinstance(error, FileNotFoundError) else reason.lower()
 
 
 def of_backslashes(name: str) -> str:
@@ -174,8 +165,10 @@ def write_files(folder: Path, contents: Mapping[str, bytes]) -> None:
     try:
         folder.mkdir(parents=True, exist_ok=True)
         with alone_in(folder) as alone:
-            if alone:
-                _sweep(folder)
+            for entry in folder.iterdir() if alone else ():
+                if _TEMPORARY.fullmatch(entry.name):  # an unfinished file of a killed run
+                    with contextlib.suppress(OSError):
+                        entry.unlink()
             for name, content in contents.items():
                 part = folder / f".{name}.{os.getpid()}.part"
                 parts.append((part, folder / name))
@@ -204,6 +197,55 @@ def _replace(part: Path, target: Path) -> None:
     raise InputError("cannot be replaced: permission denied; close the program that has it open, if any", file=target)
 
 
+@contextlib.contextmanager
+def alone_in(folder: Path) -> Iterator[bool]:
+    """Wait until no other process writes into `folder`, at most `LONGEST_WAIT`; True if this process is then the only one.
+
+    False if the file system has no locks, or if another process keeps its lock, as a suspended process does. Ctrl-C just as this
+    process gets the lock may leave it locked, too.
+    """
+    locking, of_file = _locking()
+    handle = None
+    with contextlib.suppress(OSError):
+        if locking is not None:
+            handle = os.open(folder / LOCK, os.O_RDWR | os.O_CREAT) if of_file else os.open(folder, os.O_RDONLY)
+    try:
+        yield locking is not None and handle is not None and _acquired(locking, handle)
+    finally:
+        if handle is not None:
+            os.close(handle)  # releases the lock
+            if of_file:
+                with contextlib.suppress(OSError):  # another process has opened the file, and will remove it
+                    os.unlink(folder / LOCK)
+
+
+def _acquired(locking: Locking, handle: int) -> bool:
+    deadline = time.monotonic() + LONGEST_WAIT
+    while time.monotonic() < deadline:
+        try:
+            locking(handle)
+        except (BlockingIOError, PermissionError):  # another process has the lock (POSIX, Windows)
+            time.sleep(0.01)
+        except OSError:  # the file system has no locks
+            return False
+        else:
+            return True
+    return False
+
+
+def _locking() -> tuple[Locking | None, bool]:
+    """A function that locks an open file or raises `OSError` at once (None if there is none), and whether it locks only files."""
+    with contextlib.suppress(ImportError):
+        import fcntl
+
+        return lambda handle: fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB), False
+    with contextlib.suppress(ImportError):
+        import msvcrt
+
+        return lambda handle: msvcrt.locking(handle, msvcrt.LK_NBLCK, 1), True  # type: ignore[attr-defined, unused-ignore]
+    return None, False
+
+
 def depfile(targets: Iterable[Path], dependencies: Iterable[Path]) -> str:
     """A make rule by which every target depends on every dependency; make accepts that a dependency has been deleted.
 
@@ -229,11 +271,3 @@ def _make_name(shown: str) -> str:
     drive, rest = os.path.splitdrive(shown)  # make accepts the colon of a drive on Windows
     rest = rest.replace(os.sep, "/").replace("$", "$$").replace("#", "\\#").replace(" ", "\\ ").replace(":", "\\:")
     return drive.replace(os.sep, "/") + rest
-
-
-def _sweep(folder: Path) -> None:
-    """Remove the unfinished files of killed runs, while no other process writes into `folder`."""
-    for entry in folder.iterdir():
-        if _TEMPORARY.fullmatch(entry.name):
-            with contextlib.suppress(OSError):
-                entry.unlink()

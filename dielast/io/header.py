@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import accumulate
 
 from dielast.errors import InputError
 from dielast.io.table import LONGEST_HEADER, split_header
@@ -17,23 +18,28 @@ _TEMPERATURE = re.compile(rf"(?<![A-Za-z0-9.,])(?P<number>{_NUMBER})\s*_?(?P<uni
 
 
 @dataclass(frozen=True, slots=True)
-class Header:
-    """The header of each column: its name, its unit (None if none is stated), its cell as `spelled` in the file, and the
-    `temperature` in degC that a row above the names states for it (None if none is stated).
+class ColumnHeader:
+    """The header of a column: its name, its unit (None if none is stated), its cell as `spelled` in the file (empty if there is
+    none), and the `temperature` in degC that a row above the names states for it (None if none is stated).
     """
 
-    names: tuple[str, ...]
-    units: tuple[str | None, ...]
-    spelled: tuple[str, ...]
-    temperature: tuple[float | None, ...]
+    name: str
+    unit: str | None = None
+    spelled: str = ""
+    temperature: float | None = None
+
+    @property
+    def text(self) -> str:
+        """The header cell of a result, `name [unit]`."""
+        return self.name if self.unit is None else f"{self.name} [{self.unit}]"
 
 
 # tan(d) and G(t): the brackets hold no unit
 _ARGUMENT = re.compile(r"\w['\"]*\([^()]*\)$")
 
 
-def read_header(source: str, above: Sequence[Sequence[str]], columns: int, aligned: bool) -> Header:
-    """The header of so many `columns` in the rows `above` the data: a row of names, and perhaps rows of units and temperatures.
+def read_header(source: str, above: Sequence[Sequence[str]], columns: int, aligned: bool) -> tuple[ColumnHeader, ...]:
+    """The headers of so many `columns` in the rows `above` the data: a row of names, and perhaps rows of units and temperatures.
 
     `aligned` says whether blanks separate the cells, so that empty cells do not show. Raises `InputError` if the row of names and
     the rows of data differ in their number of cells.
@@ -42,9 +48,11 @@ def read_header(source: str, above: Sequence[Sequence[str]], columns: int, align
     place = next((k for k in reversed(range(len(tables))) if temperatures_in(tables[k]) is not None), None)
     over: list[float | None] = [None] * columns
     if place is not None:
-        over = _spread(temperatures_in(tables.pop(place)) or [], columns)
+        # an empty cell takes the temperature of the cell before it, as in merged cells
+        stated = [*(temperatures_in(tables.pop(place)) or ()), *over][:columns]
+        over = list(accumulate(stated, lambda before, level: before if level is None else level))
     if not tables:
-        return Header(tuple(str(number) for number in range(1, columns + 1)), (None,) * columns, (), tuple(over))
+        return tuple(ColumnHeader(str(number), temperature=level) for number, level in enumerate(over, start=1))
     names, below = tables[-1], list[str]()
     if len(tables) > 1 and any(names) and all(map(_is_unit_cell, names)):
         names, below = tables[-2], [cell.strip("[]()").strip() for cell in names]
@@ -54,14 +62,14 @@ def read_header(source: str, above: Sequence[Sequence[str]], columns: int, align
         # a name with the separator in it, or a column without a name: the names cannot be matched with the columns
         counts = f"the header has {filled_width(names)} cells, the rows have {columns}"
         raise InputError(f"{counts}; quote cells that hold the separator, or skip_rows", file=source)
-    spelled = tuple(name.lstrip("# ") for name in _padded(names, columns))
-    # beside a row of units, tan(d) and G(t) are names
-    split = [(name, None) if any(below) and _ARGUMENT.search(name) else split_header(name) for name in spelled]
-    # in the row of units an empty cell states nothing; a dash states that the column has no unit
-    units = tuple(
-        unit if unit is not None else cell or None for (_, unit), cell in zip(split, _padded(below, columns), strict=True)
-    )
-    return Header(tuple(name for name, _ in split), units, spelled, tuple(over))
+    headers = []
+    for cell, cell_below, level in zip(names, [*below, *[""] * columns], over, strict=False):
+        spelled = cell.lstrip("# ")
+        # beside a row of units, tan(d) and G(t) are names
+        name, unit = (spelled, None) if any(below) and _ARGUMENT.search(spelled) else split_header(spelled)
+        # in the row of units an empty cell states nothing; a dash states that the column has no unit
+        headers.append(ColumnHeader(name, unit if unit is not None else cell_below or None, spelled, level))
+    return tuple(headers)
 
 
 def filled_width(row: Sequence[str]) -> int:
@@ -99,7 +107,8 @@ def temperature_in(text: str, unit: str | None = None) -> tuple[float, str] | No
         other = f'call it "{before[:-1]} (-{number} {degree})" or "{before[:-1]} ({number} {degree})"'
         raise InputError(f'column "{text}": {number} or -{number} {degree}? {other}')
     scale, offset = conversion(_spelled_out(degree), TEMPERATURE)
-    rest = _EMPTY.sub("", before + after if _open(before) else f"{_BEFORE.sub('', before)} {_AFTER.sub('', after)}")
+    bracketed = before.count("(") > before.count(")") or before.count("[") > before.count("]")
+    rest = _EMPTY.sub("", before + after if bracketed else f"{_BEFORE.sub('', before)} {_AFTER.sub('', after)}")
     return round(float(number) * scale + offset, 9), " ".join(rest.split())
 
 
@@ -142,23 +151,6 @@ def _spelled_out(unit: str) -> str:
     return {"C": "°C", "F": "°F"}.get(text, text)
 
 
-def _open(text: str) -> bool:
-    """Whether a bracket in the text before a temperature is still open at its end."""
-    return text.count("(") > text.count(")") or text.count("[") > text.count("]")
-
-
-def _spread(temperatures: Sequence[float | None], columns: int) -> list[float | None]:
-    """Temperatures of columns: an empty cell takes the temperature of the cell before it, as in merged cells."""
-    spread: list[float | None] = []
-    for temperature in [*temperatures[:columns], *[None] * (columns - len(temperatures))]:
-        spread.append(temperature if temperature is not None or not spread else spread[-1])
-    return spread
-
-
 def _is_unit_cell(cell: str) -> bool:
     text = cell.strip()
     return is_unit(text.strip("[]()")) or (len(text) > 1 and text[0] + text[-1] in ("[]", "()"))
-
-
-def _padded(row: Sequence[str], columns: int) -> list[str]:
-    return [*row[:columns], *[""] * (columns - len(row))]

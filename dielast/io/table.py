@@ -66,16 +66,17 @@ def plural(name: str) -> str:
     return text[:-1] + "ies" if text.endswith("y") else text + "s"
 
 
-def case_table(temperature: Sequence[float], cases: Sequence[Mapping[str, NDArray[np.float64]]]) -> Table:
-    """The table of several cases at their `temperature` (degC), one below the other; each has its columns (rows,) by header."""
-    counts = [next(iter(case.values())).size for case in cases]
-    columns = [
-        Column("case", None, np.repeat(np.arange(len(cases)), counts)),
-        Column("temperature", "degC", np.repeat(np.asarray(temperature, dtype=float), counts)),
-    ]
-    for header in cases[0]:
-        name, unit = header.rstrip("]").split(" [")
-        columns.append(Column(name, unit, np.concatenate([case[header] for case in cases])))
+def case_table(cases: Mapping[int, Mapping[str, NDArray[np.float64]]], temperature: Sequence[float] | None = None) -> Table:
+    """The table of several cases by number, one below the other; each has its columns (rows,) by header, after its number and, if
+    stated, its `temperature` in degC.
+    """
+    counts = [next(iter(case.values())).size for case in cases.values()]
+    columns = [Column("case", None, np.repeat(list(cases), counts))]
+    if temperature is not None:
+        columns.append(Column("temperature", "degC", np.repeat(np.asarray(temperature, dtype=float), counts)))
+    for header in next(iter(cases.values())):
+        name, _, unit = header.rstrip("]").partition(" [")
+        columns.append(Column(name, unit or None, np.concatenate([case[header] for case in cases.values()])))
     return columns
 
 
@@ -143,4 +144,16 @@ def number_columns(content: bytes, name: str, headers: Sequence[str]) -> list[ND
             except ValueError:
                 raise InputError(f'column "{header}": "{text}" is not a number', file=name, row=row + 2) from None
         columns.append(values)
+    return columns
+
+
+def finite_columns(content: bytes, name: str, headers: Sequence[str], positive: bool = False) -> NDArray[np.float64]:
+    """The columns `headers` (k, n) of a table; raises `InputError` naming row and column of a cell that is not a finite number or,
+    with `positive`, not above 0.
+    """
+    columns = np.array(number_columns(content, name, headers))
+    wrong = ~np.isfinite(columns) | ((columns <= 0) & positive)
+    for row, column in np.argwhere(wrong.T)[:1]:
+        needed = "a positive number" if positive else "a number"
+        raise InputError(f'column "{headers[column]}": {needed} is needed', file=name, row=row + 2)
     return columns

@@ -12,12 +12,14 @@ import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import compress
 
 import numpy as np
 from numpy.typing import NDArray
 
 from dielast.errors import InputError, Where
 from dielast.io.cells import (
+    RECOGNISED,
     SEPARATORS,
     TextFormat,
     decode,
@@ -28,7 +30,7 @@ from dielast.io.cells import (
     split_cells,
     split_lines,
 )
-from dielast.io.header import filled_width, read_header, temperatures_in
+from dielast.io.header import ColumnHeader, filled_width, read_header, temperatures_in
 from dielast.io.table import split_header
 from dielast.io.workbook import is_workbook
 from dielast.units import NUMBER, Dimension, conversion, is_ambiguous, is_unit
@@ -36,23 +38,29 @@ from dielast.units import NUMBER, Dimension, conversion, is_ambiguous, is_unit
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MeasuredTable:
-    """The cells of a table as text: a list of rows for each of `names`; `lines` holds each row's line in the file (from 1).
+    """The cells of a table as text: a list of rows for each of `headers`; `lines` holds each row's line in the file (from 1).
 
-    `header_line` is the line of the units in a file with several tables, for messages; else 0. `spelled` holds the header cells as
-    in the file; default: `name [unit]`. `stated_units` are those of the recipe, by role; None if the recipe has no key for them.
-    `over` holds the temperatures in degC that a row above the names states for each column.
+    `header_line` is the line of the units in a file with several tables, for messages; else 0. `stated_units` are those of the
+    recipe, by role; None if the recipe has no key for them.
     """
 
     source: str
-    names: tuple[str, ...]
-    units: tuple[str | None, ...]
+    headers: tuple[ColumnHeader, ...]
     cells: tuple[list[str], ...]
     lines: NDArray[np.int64]
     decimal: str
     stated_units: Mapping[str, str] | None = None
     header_line: int = 0
-    spelled: tuple[str, ...] = ()
-    over: tuple[float | None, ...] = ()
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The names of the columns."""
+        return tuple(header.name for header in self.headers)
+
+    @property
+    def units(self) -> tuple[str | None, ...]:
+        """The units of the columns, None where none is stated."""
+        return tuple(header.unit for header in self.headers)
 
     def find(self, wanted: str | int, role: str) -> int:
         """Index of the column called `wanted`: its header as the file spells it, `name [unit]`, or its name without the unit.
@@ -63,11 +71,11 @@ class MeasuredTable:
             if 1 <= wanted <= len(self.names):
                 return wanted - 1
             raise InputError(f"column {wanted} is wanted for {role}, but there are {len(self.names)} columns", file=self.source)
-        headers = [_header_of(name, unit) for name, unit in zip(self.names, self.units, strict=True)]
-        spelled = self.spelled or headers
-        unitless = [name if unit is None else "" for name, unit in zip(self.names, self.units, strict=True)]
-        bare, unit = split_header(wanted)
-        ways = ((spelled, wanted), (headers, _header_of(bare, unit)), (self.names, wanted), (unitless, bare))
+        texts = [header.text for header in self.headers]
+        spelled = [header.spelled or header.text for header in self.headers]
+        unitless = [header.name if header.unit is None else "" for header in self.headers]
+        asked = ColumnHeader(*split_header(wanted))
+        ways = ((spelled, wanted), (texts, asked.text), (self.names, wanted), (unitless, asked.name))
         # first with, then without regard to upper and lower case: T and t may be two columns
         for same in (str.strip, _plain):
             for spelling, text in ways:
@@ -77,7 +85,7 @@ class MeasuredTable:
                 if matches:
                     return matches[0]
         # the names as in the file, with the units from the row below them
-        there = [cell if split_header(cell)[1] else header for cell, header in zip(spelled, headers, strict=True)]
+        there = [cell if split_header(cell)[1] else text for cell, text in zip(spelled, texts, strict=True)]
         near = difflib.get_close_matches(wanted, there, n=1)
         hint = f'did you mean "{near[0]}"?' if near else "there are " + ", ".join(f'"{header}"' for header in there)
         raise InputError(f'no column "{wanted}" for {role}; {hint}', file=self.source)
@@ -86,13 +94,17 @@ class MeasuredTable:
         """Whether a column is called `name`."""
         return any(_plain(name) == _plain(known) for known in self.names)
 
+    def only(self, rows: NDArray[np.bool_]) -> MeasuredTable:
+        """The table with only those `rows` (mask)."""
+        chosen = rows.tolist()
+        return replace(self, cells=tuple(list(compress(cells, chosen)) for cells in self.cells), lines=self.lines[rows])
+
     def equals(self, wanted: str | int, value: str | float) -> NDArray[np.bool_]:
         """Which rows hold `value` in a column, shape (rows,): the same text, or the same number."""
         index = self.find(wanted, "where")
         if isinstance(value, str):
             return np.array([cell == value for cell in self.cells[index]])
-        decimal = self.decimal
-        return np.array([_number(cell.replace(decimal, ".")) == value for cell in self.cells[index]])
+        return np.array([_number(cell.replace(self.decimal, ".")) == value for cell in self.cells[index]])
 
     def column(
         self, wanted: str | int, role: str, dimension: Dimension, rows: NDArray[np.bool_] | None = None
@@ -101,13 +113,21 @@ class MeasuredTable:
 
         Raises `InputError` naming the line for text, empty cells and NaN, or the column for missing, contradicting and wrong units.
         """
+        if rows is not None:
+            return self.only(rows).column(wanted, role, dimension)
         index = self.find(wanted, role)
         scale, offset = self._conversion(index, wanted, role, dimension)
+        here, cells = f'column "{self.names[index]}"', self.cells[index]
+        numbers = np.array([_number(cell.replace(self.decimal, ".")) for cell in cells])
+        wrong = np.flatnonzero(~np.isfinite(numbers))
+        for row in wrong[:1]:
+            what = f'"{cells[row]}" is not a finite number' if cells[row] else "the cell is empty"
+            more = f" ({wrong.size} such cells)" if wrong.size > 1 else ""
+            raise InputError(f"{here}: {what}{more}", file=self.source, line=self.lines[row])
         with np.errstate(over="ignore"):
-            values = _numbers(self, index, rows) * scale + offset
+            values = numbers * scale + offset
         for row in np.flatnonzero(~np.isfinite(values))[:1]:
-            line = (self.lines if rows is None else self.lines[rows])[row]
-            raise InputError(f'column "{self.names[index]}": the number is too large', file=self.source, line=line)
+            raise InputError(f"{here}: the number is too large", file=self.source, line=self.lines[row])
         return values
 
     def check(self, wanted: str | int, role: str, dimension: Dimension | None) -> None:
@@ -144,15 +164,14 @@ class MeasuredTable:
 
 
 def read_measured(
-    content: bytes, source: str, form: TextFormat | None = None, units: Mapping[str, str] | None = None
+    content: bytes, source: str, form: TextFormat = RECOGNISED, units: Mapping[str, str] | None = None
 ) -> MeasuredTable:
     """The table in the bytes `content` of the file `source`; `units` are those that the recipe states, by role, None if it has no
     key for them.
 
     Raises `InputError` if the text cannot be decoded, or if no table of numbers can be found in it.
     """
-    form = form or TextFormat()
-    text = decode(content, source, form.encoding, form.sheet, form.decimal)
+    text = decode(content, source, form)
     if not is_workbook(content):
         return _table(text, source, form, units)
     try:
@@ -183,16 +202,13 @@ def _table(text: str, source: str, form: TextFormat, units: Mapping[str, str] | 
     # numbers are aligned by blanks, but the names above them may be separated by tabs
     above = [split_cells(line, "\t" if separator == " " and "\t" in line else separator) for _, line in filled[:first]]
     columns = max(width, min(map(len, data)), filled_width(data[0]))
-    header = read_header(source, above, columns, separator == " " and not any("\t" in line for _, line in filled[:first]))
-    names = header.names
+    headers = read_header(source, above, columns, separator == " " and not any("\t" in line for _, line in filled[:first]))
     for line, row in zip(lines, data, strict=True):
-        if filled_width(row) > len(names):
-            raise InputError(f"{filled_width(row)} cells, but the table has {len(names)} columns", file=source, line=line)
-        row[len(names) :] = [""] * (len(names) - len(row))
+        if filled_width(row) > columns:
+            raise InputError(f"{filled_width(row)} cells, but the table has {columns} columns", file=source, line=line)
+        row[columns:] = [""] * (columns - len(row))
     cells = tuple(list(column) for column in zip(*data, strict=True))
-    return MeasuredTable(
-        source, names, header.units, cells, np.array(lines), decimal, units, spelled=header.spelled, over=header.temperature
-    )
+    return MeasuredTable(source, headers, cells, np.array(lines), decimal, units)
 
 
 def _first_data_row(rows: Sequence[Sequence[str]], width: int, decimal: str) -> int | None:
@@ -202,33 +218,11 @@ def _first_data_row(rows: Sequence[Sequence[str]], width: int, decimal: str) -> 
         is_data = 2 * numeric >= width
         if wide != width:  # columns of different length make the first rows the widest, and a row may end in empty cells
             is_data = is_data and len(row) >= width and numeric == sum(map(bool, row))
-        # a row of temperatures is a header
-        if width and is_data and not _names_columns(row) and temperatures_in(row) is None:
+        # a name with a unit, such as `time [s]` before temperatures, and a row of temperatures belong to the header
+        is_header = any(is_unit(unit) for cell in row if (unit := split_header(cell)[1]) is not None)
+        if width and is_data and not is_header and temperatures_in(row) is None:
             return index
     return None
-
-
-def _names_columns(row: Sequence[str]) -> bool:
-    """Whether a row, mostly of numbers, contains a name with a unit, such as `time [s]` before temperatures."""
-    return any(unit is not None and is_unit(unit) for cell in row for unit in split_header(cell)[1:])
-
-
-def _header_of(name: str, unit: str | None) -> str:
-    return name if unit is None else f"{name} [{unit}]"
-
-
-def _numbers(table: MeasuredTable, index: int, rows: NDArray[np.bool_] | None) -> NDArray[np.float64]:
-    chosen = np.arange(table.lines.size) if rows is None else np.flatnonzero(rows)
-    cells = [table.cells[index][row] for row in chosen]
-    plain = [cell.replace(",", ".") for cell in cells] if table.decimal == "," else cells
-    values = np.array([_number(cell) for cell in plain])
-    wrong = np.flatnonzero(~np.isfinite(values))
-    if wrong.size:
-        first = int(wrong[0])
-        what = f'"{cells[first]}" is not a finite number' if cells[first] else "the cell is empty"
-        more = f" ({wrong.size} such cells)" if wrong.size > 1 else ""
-        raise InputError(f'column "{table.names[index]}": {what}{more}', file=table.source, line=table.lines[chosen[first]])
-    return values
 
 
 def _number(cell: str) -> float:

@@ -41,6 +41,14 @@ def real_number(value: Any, name: str) -> float:
     return float(array)
 
 
+def whole_number(value: Any, name: str) -> int:
+    """One whole number; `InputError` with the argument `name` as in `real_number`, and for a fraction."""
+    number = real_number(value, name)
+    if not number.is_integer():
+        raise InputError(f"{number:g}: a whole number is needed", argument=name)
+    return int(number)
+
+
 def _number(value: Any) -> float:
     if isinstance(value, str):
         raise TypeError

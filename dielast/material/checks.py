@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 from dielast.errors import and_more, warn
 from dielast.material.breakdown import BreakdownLaw
 from dielast.material.material import VACUUM_PERMITTIVITY, Material
+from dielast.numerics.arrays import Floats
 from dielast.units import ZERO_CELSIUS
 
 SOFTEST, HARDEST = 100.0, 1e8  # Pa, shear modulus of a rubber at rest: from gels to leather
@@ -37,22 +38,22 @@ def warn_of_material(material: Material) -> None:
     """Warn of constants that are most likely in another unit."""
     rest, branches = material.equilibrium_modulus, float(np.sum(material.spectrum.shear_modulus))
     if rest > 0 and not SOFTEST <= rest <= HARDEST:
-        known = f"rubbers at rest have {SOFTEST:g} Pa to {HARDEST / 1e6:g} MPa"
-        warn(f"the equilibrium shear modulus is {rest:g} Pa, but {known}: is it in another unit?")
+        usual = f"rubbers at rest have {SOFTEST:g} Pa to {HARDEST / 1e6:g} MPa"
+        warn(f"the equilibrium shear modulus is {rest:g} Pa, but {usual}: is it in another unit?")
     if rest + branches > GLASS:
         warn(f"the shear moduli add up to {rest + branches:g} Pa, more than any polymer's glass: are they in another unit?")
     if 0 < branches < RELAXING * rest:
         beside = f"beside an equilibrium modulus of {rest:g} Pa"
         warn(f"the branches add up to {branches:.3g} Pa {beside}, so that relaxation does not show: are they in another unit?")
-    for law, whose in ((material.equilibrium_law, "equilibrium"), (material.nonequilibrium_law, "nonequilibrium")):
-        if reason := law.warning(whose):
+    for reason in (material.equilibrium_law.warning("equilibrium"), material.nonequilibrium_law.warning("nonequilibrium")):
+        if reason:
             warn(reason)
     warn_of_temperature(material.reference_temperature, "the reference temperature is")
     if reason := material.shift.warning():
         warn(reason)
     if material.dielectric is not None:
-        relatives = np.atleast_1d(material.dielectric.typical(material.reference_temperature)) / VACUUM_PERMITTIVITY
-        for relative in relatives[~((relatives >= 1) & (relatives <= LARGEST_PERMITTIVITY))][:1]:
+        relatives = material.dielectric.typical(material.reference_temperature) / VACUUM_PERMITTIVITY
+        for relative in _outside(relatives, 1, LARGEST_PERMITTIVITY)[:1]:
             warn(f"the permittivity is {relative:.3g} times that of the vacuum: is it relative, or in another unit?")
     if material.breakdown is not None:
         warn_of_breakdown(material.breakdown.typical_fields())
@@ -60,29 +61,32 @@ def warn_of_material(material: Material) -> None:
 
 def warn_of_breakdown(field: ArrayLike) -> None:
     """Warn of breakdown fields (V/m, any shape) outside of those of polymer films."""
-    values = np.atleast_1d(np.asarray(field, dtype=float))
-    for value in values[(values < FAINTEST) | (values > STRONGEST)][:1]:
+    for value in _outside(field, FAINTEST, STRONGEST)[:1]:
         warn(f"a breakdown field of {value:g} V/m: films break down at 1 to 1000 MV/m, so is it in another unit?")
 
 
-def warn_of_prestretches(prestretch: Sequence[tuple[float, float]], known: Sequence[BreakdownLaw | None]) -> None:
+def _outside(values: ArrayLike, low: float, high: float) -> Floats:
+    """Those of the values (any shape) that are below `low` or above `high`, (k,)."""
+    flat = np.ravel(np.asarray(values, dtype=float))
+    return flat[(flat < low) | (flat > high)]
+
+
+def warn_of_prestretches(prestretch: Sequence[tuple[float, float]], laws: Sequence[BreakdownLaw | None]) -> None:
     """Warn of prestretches, a pair for each film, outside the range of the breakdown law."""
-    films = [(pair, float(np.sqrt(pair[0] * pair[1])), law) for pair, law in zip(prestretch, known, strict=True)]
-    outside = [(pair, value, law) for pair, value, law in films if law is not None and not law.is_known_at(value)]
+    films = [(pair, float(np.sqrt(pair[0] * pair[1])), law) for pair, law in zip(prestretch, laws, strict=True) if law is not None]
+    outside = [(pair, value, text) for pair, value, law in films if (text := law.outside(value))]
     if not outside:
         return
-    (first, second), value, law = outside[0]
+    (first, second), value, text = outside[0]
     what = f"prestretch {first:g}" if first == second else f"prestretch {first:g} x {second:g} (as {value:.4g} equibiaxial)"
-    others = len({pair for pair, _, _ in outside}) - 1
-    warn(f"{what}{and_more(others)}: {law.outside(value)}")
+    warn(f"{what}{and_more(len({pair for pair, _, _ in outside}) - 1)}: {text}")
 
 
 def warn_of_thickness(thickness: ArrayLike, whose: str = "film", thickest: float = THICKEST) -> None:
     """Warn of thicknesses (m, any shape) that no film or specimen (`whose`) has; `thickest` (m) is the limit."""
-    values = np.atleast_1d(np.asarray(thickness, dtype=float))
-    for value in values[(values < THINNEST) | (values > thickest)][:1]:
-        known = f"a {whose} has {THINNEST * 1e6:g} um to {thickest * 1e3:g} mm"
-        warn(f"the thickness is {value * 1e3:g} mm, but {known}: is it in another unit?")
+    for value in _outside(thickness, THINNEST, thickest)[:1]:
+        usual = f"a {whose} has {THINNEST * 1e6:g} um to {thickest * 1e3:g} mm"
+        warn(f"the thickness is {value * 1e3:g} mm, but {usual}: is it in another unit?")
 
 
 def warn_of_field(highest: ArrayLike, breakdown: ArrayLike, charged: ArrayLike = False) -> None:
@@ -183,12 +187,12 @@ def warn_of_stretch(lowest: float, highest: float) -> None:
         warn("the stretch is 1 throughout, which is undeformed: is it a strain of 100 %, so that the stretch is 2?")
 
 
-def warn_of_elongation(stretch_1: ArrayLike, stretch_2: ArrayLike, room: ArrayLike) -> None:
+def warn_of_elongation(stretch_1: ArrayLike, stretch_2: ArrayLike, margin: ArrayLike) -> None:
     """Warn of films whose stretches (points,) under load are those of taut chains, or too small to be measured.
 
-    `room` (points,) is the distance to the limit of the equilibrium spring: 1 at rest, 0 at the limit.
+    `margin` (points,) is the distance to the limit of the equilibrium spring: 1 at rest, 0 at the limit.
     """
-    first, second, left = (np.asarray(values, dtype=float) for values in (stretch_1, stretch_2, room))
+    first, second, left = (np.asarray(values, dtype=float) for values in (stretch_1, stretch_2, margin))
     if not left.size:
         return
     k = int(np.argmin(left))

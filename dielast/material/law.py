@@ -1,4 +1,4 @@
-"""Base of all laws: a name, constants with units, and a registry of laws by name.
+"""Bases of the laws of a material (for springs and shifts in their packages), with constants in units; a registry of laws by name.
 
 A law is a frozen dataclass whose methods hold all that is particular to it, so that no other module depends on its type. To add a
 law, write its module and register its class in the package of its family.
@@ -7,11 +7,15 @@ law, write its module and register its class in the package of its family.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from itertools import pairwise
-from typing import Any, ClassVar, Generic, TypeVar
+from typing import Any, ClassVar, Generic, Self, TypeVar
+
+import numpy as np
+from numpy.typing import ArrayLike
 
 from dielast.errors import InputError, nearest, shown
+from dielast.numerics.arrays import Floats
 from dielast.units import Dimension
 
 
@@ -48,6 +52,11 @@ class Constant:
     def unit(self) -> str:
         """The unit of its value; "1" for a bare number."""
         return "1" if self.dimension is None else self.dimension.unit
+
+    @property
+    def is_positive(self) -> bool:
+        """Whether its bounds exclude negative values."""
+        return any(bound is not None and bound >= 0 for bound in (self.above, self.at_least))
 
     @property
     def suffix(self) -> str:
@@ -94,13 +103,26 @@ class Law:
     title: ClassVar[str]
     constants: ClassVar[tuple[Constant, ...]] = ()
 
+    @classmethod
+    def file_keys(cls) -> tuple[str, ...]:
+        """The keys of the constants in a material file."""
+        return tuple(constant.file_key for constant in cls.constants)
+
+    def values(self) -> dict[str, Any]:
+        """The values of the dataclass fields by name, without those that the law computes."""
+        return {field.name: getattr(self, field.name) for field in fields(self) if field.init}  # type: ignore[arg-type]
+
+    def with_values(self, values: Mapping[str, Any]) -> Self:
+        """The law with other values of the stated fields."""
+        return replace(self, **values)  # type: ignore[type-var]
+
     def stated(self) -> dict[str, Any]:
         """The constants by their keys in a material file, without those that have their default."""
-        values = [(constant, getattr(self, constant.name)) for constant in self.constants]
+        values = self.values()
         return {
-            constant.file_key: constant.stated(value)
-            for constant, value in values
-            if constant.is_needed or value != constant.left_out
+            constant.file_key: constant.stated(values[constant.name])
+            for constant in self.constants
+            if constant.is_needed or values[constant.name] != constant.left_out
         }
 
     @classmethod
@@ -113,9 +135,110 @@ class Law:
         needed = {constant.file_key for constant in cls.constants if constant.is_needed}
         if needed - named:
             raise InputError(f'law "{cls.name}" needs {" and ".join(sorted(needed - named))}')
-        if others := named - {constant.file_key for constant in cls.constants}:
+        if others := named.difference(cls.file_keys()):
             raise InputError(f'law "{cls.name}" does not take {" and ".join(sorted(others))}')
         return {constant.name: constant.value(stated.get(constant.file_key)) for constant in cls.constants}
+
+
+class ModulusLaw(Law):
+    """Base of the laws of moduli over temperature; a law defines `factor`."""
+
+    __slots__ = ()
+    depends_on_temperature: ClassVar[bool] = True
+
+    def factor(self, temperature: ArrayLike, reference_temperature: float) -> Floats:
+        """Modulus over that at `reference_temperature`, at temperatures (any shape), all in degC; `InputError` for a temperature
+        at which the law does not hold.
+        """
+        raise NotImplementedError
+
+
+LogRatio = tuple[Floats, Floats, Floats]
+"""ln(eps/eps_0), its derivatives (2, ...) and its second derivatives 11, 12, 22 (3, ...), see `DielectricLaw.log_ratio`."""
+
+
+class DielectricLaw(Law):
+    """Base of the dielectric laws; a law defines `at`, and `log_ratio` if the permittivity depends on stretch."""
+
+    __slots__ = ()
+    depends_on_stretch: ClassVar[bool] = False
+
+    def brief(self) -> float | DielectricLaw | None:
+        """The shortest form that `Material` takes: a number in F/m for a constant permittivity, None for none."""
+        return self
+
+    def at(self, temperature: ArrayLike) -> Floats:
+        """The permittivity in F/m of the undeformed film at temperatures in degC, of the same shape; raises `InputError` for a
+        temperature at which it is unknown.
+        """
+        raise NotImplementedError
+
+    def typical(self, temperature: float) -> Floats:
+        """Permittivities in F/m (any shape), to check the constants; `temperature` is the reference temperature in degC."""
+        return self.at(temperature)
+
+    def log_ratio(self, log_squared_stretch: Floats) -> LogRatio:
+        """ln(eps/eps_0), with eps_0 that of the undeformed film, and its derivatives in Lambda_i = 2 ln lambda_i, at Lambda (2,
+        ...).
+
+        It must be symmetric in the axes. It is not finite where the law gives no positive permittivity.
+        """
+        shape = np.shape(log_squared_stretch)[1:]
+        return np.zeros(shape), np.zeros((2, *shape)), np.zeros((3, *shape))
+
+
+class BreakdownLaw(Law):
+    """Base of the breakdown laws; a law defines `at` and `scaled`, and with `follows_film` also `of_film`."""
+
+    __slots__ = ()
+
+    follows_film: ClassVar[bool] = False
+    """Whether the field depends on the present stretch and thickness: the law is then evaluated at all times, else once, at the
+    prestretch. The constants of such a law are numbers, and it must also take arrays of them.
+    """
+
+    def at(self, prestretch: ArrayLike) -> Floats:
+        """The field in V/m at equibiaxial prestretches of any shape; for unequal ones, pass the square root of their product."""
+        raise NotImplementedError
+
+    def of_film(self, stretch: ArrayLike, thickness: ArrayLike) -> Floats:
+        """The field in V/m of films at a `stretch` sqrt(l1 l2) and a present `thickness` in m, of any shape."""
+        return self.at(stretch)
+
+    def scaled(self, factor: float) -> Self:
+        """The law for a breakdown field `factor` times as large, at every prestretch."""
+        raise NotImplementedError
+
+    def outside(self, prestretch: float) -> str:
+        """For a warning of a prestretch outside the range of the law: the field that is taken, and how to state another; empty for
+        a prestretch within the range.
+        """
+        return ""
+
+    def typical_fields(self) -> Floats:
+        """Fields (k,) in V/m, to check whether they are those of films."""
+        return np.atleast_1d(self.at(1.0))
+
+
+class DamageLaw(Law):
+    """Base of the damage laws; a law defines `rate`, `lasting` and `scaled`.
+
+    Its constants are numbers, and it must also take arrays of them.
+    """
+
+    __slots__ = ()
+
+    def rate(self, field: ArrayLike) -> Floats:
+        """dD/dt in 1/s at the magnitude of the true field in V/m, of any shape; the film fails where the integral D reaches 1."""
+        raise NotImplementedError
+
+    def lasting(self, factor: float) -> Self:
+        """The law of a film that fails at `factor` times the damage."""
+        raise NotImplementedError
+
+    def scaled(self, factor: float) -> Self:
+        """The law of a film that withstands a field `factor` times as large for the same damage."""
+        raise NotImplementedError
 
 
 def check_table(table: str, points: tuple[str, Sequence[float]], values: tuple[str, Sequence[float]]) -> None:
@@ -135,9 +258,9 @@ Entry = TypeVar("Entry", bound=Any)
 class Registry(Generic[Entry]):
     """The entries of one `kind`, by name and in the order of registration."""
 
-    def __init__(self, kind: str) -> None:
+    def __init__(self, kind: str, *entries: Entry) -> None:
         self.kind = kind
-        self._entries: dict[str, Entry] = {}
+        self._entries: dict[str, Entry] = {entry.name: entry for entry in entries}
 
     def register(self, entry: Entry) -> Entry:
         """Add an entry under its name; also a decorator of a class."""

@@ -8,7 +8,7 @@ from typing import Any, Generic, TypeVar
 
 import numpy as np
 
-from dielast.material.law import Law
+from dielast.material.law import BreakdownLaw, DielectricLaw, Law, LogRatio
 from dielast.numerics.arrays import Floats, Index
 
 Kind = TypeVar("Kind", bound=Law)
@@ -46,26 +46,86 @@ class LawsOfCases(Generic[Kind]):
         """The laws of some of the cases."""
         return replace(self, number=self.number[cases], place=self.place[cases])
 
-    def ask(self, cases: Index, answer: Callable[[Kind, Index], Floats], without: float) -> Floats:
-        """The values (k,) for `cases` (k,) of a function `answer`, which is called with a law, whose constants are (m,), and the
+    def values(self, cases: Index, of_law: Callable[[Kind, Index], Floats], without: float) -> Floats:
+        """The values (k,) for `cases` (k,) of a function `of_law`, which is called with a law, whose constants are (m,), and the
         indices (m,) in `cases` that have this law; `without` is the value for a case without a law.
         """
         result, number = np.full(cases.size, without), self.number[cases]
         for index, law in enumerate(self.laws):
             columns = np.flatnonzero(number == index)
             if columns.size:
-                result[columns] = answer(_of_places(law, self.place[cases[columns]]), columns)
+                place = self.place[cases[columns]]
+                constants = {name: value[place] for name, value in law.values().items() if value is not None}
+                result[columns] = of_law(law.with_values(constants), columns)
         return result
 
 
 def _stacked(laws: Sequence[Kind]) -> Kind:
     """One law with the constants of laws of one class as arrays (k,)."""
-    values = {constant.name: [getattr(law, constant.name) for law in laws] for constant in laws[0].constants}
-    arrays = {name: None if set(column) == {None} else np.array(column, dtype=float) for name, column in values.items()}
-    return replace(laws[0], **arrays)  # type: ignore[type-var]
+    columns = {name: [law.values()[name] for law in laws] for name in laws[0].values()}
+    return laws[0].with_values(
+        {name: None if set(column) == {None} else np.array(column, dtype=float) for name, column in columns.items()}
+    )
 
 
-def _of_places(law: Kind, place: Index) -> Kind:
-    """The law with the constants at the indices (m,)."""
-    values = {constant.name: getattr(law, constant.name) for constant in law.constants}
-    return replace(law, **{name: value[place] for name, value in values.items() if value is not None})  # type: ignore[type-var]
+@dataclass(frozen=True, slots=True, eq=False)
+class FollowingField:
+    """Breakdown `laws` that depend on the present stretch and thickness, for films of an undeformed `thickness` (cases,) in m;
+    `at_prestretch` (cases,) is their field in V/m at the prestretch, 1 for films with a constant breakdown field.
+    """
+
+    laws: LawsOfCases[BreakdownLaw]
+    thickness: Floats
+    at_prestretch: Floats
+
+    @classmethod
+    def of(cls, laws: LawsOfCases[BreakdownLaw], thickness: Floats, prestretch: Floats) -> FollowingField:
+        """For films (cases,) at a `prestretch` sqrt(l1 l2)."""
+        relaxed = cls(laws, thickness, np.ones_like(thickness))
+        every = np.arange(thickness.size)
+        return cls(laws, thickness, relaxed.ratio(every, 4 * np.log(prestretch)))
+
+    def take(self, cases: Index) -> FollowingField:
+        """The laws of some of the films."""
+        return FollowingField(self.laws.take(cases), self.thickness[cases], self.at_prestretch[cases])
+
+    def ratio(self, cases: Index, log_area: Floats) -> Floats:
+        """The breakdown field of `cases` (k,) at 2 ln(l1 l2) = `log_area` (k,), over that at the prestretch.
+
+        l = exp(log_area/4), and, as films are incompressible, h = H exp(-log_area/2).
+        """
+        stretch, thickness = np.exp(0.25 * log_area), self.thickness[cases] * np.exp(-0.5 * log_area)
+        begin = self.at_prestretch[cases]
+        return self.laws.values(cases, lambda law, k: law.of_film(stretch[k], thickness[k]) / begin[k], 1.0)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class StretchedDielectrics:
+    """The `laws`, and the index `which` (cases,) of the law of each case."""
+
+    laws: tuple[DielectricLaw, ...]
+    which: Index
+
+    def take(self, cases: Index) -> StretchedDielectrics:
+        """The dielectrics of the selected cases (k,)."""
+        return StretchedDielectrics(self.laws, self.which[cases])
+
+    def log_ratio(self, log_squared_stretch: Floats) -> LogRatio:
+        """`DielectricLaw.log_ratio` of the laws of the cases, at Lambda (2, cases)."""
+        if len(self.laws) == 1:
+            return self.laws[0].log_ratio(log_squared_stretch)
+        cases = self.which.size
+        value, slope, bend = np.empty(cases), np.empty((2, cases)), np.empty((3, cases))
+        for number, law in enumerate(self.laws):
+            here = self.which == number
+            value[here], slope[:, here], bend[:, here] = law.log_ratio(log_squared_stretch[:, here])
+        return value, slope, bend
+
+
+def stretched_dielectrics(laws: Sequence[DielectricLaw], cases: int) -> StretchedDielectrics | None:
+    """The dielectrics of cases, from one law for each case or one for all; None if no permittivity depends on stretch."""
+    if not any(law.depends_on_stretch for law in laws):
+        return None
+    different = tuple(dict.fromkeys(laws))
+    number = {law: place for place, law in enumerate(different)}
+    return StretchedDielectrics(different, np.broadcast_to(np.array([number[law] for law in laws]), (cases,)))

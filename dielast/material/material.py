@@ -1,27 +1,55 @@
-"""A dielectric elastomer: an equilibrium spring, relaxation processes, a shift law, a dielectric."""
+"""A dielectric elastomer: an equilibrium spring, relaxation processes, a shift law, a dielectric.
+
+Calibration and tables of draws change a material by its numbers, by section and key of its file, without knowledge of its laws.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from dielast.io.result import Result
 from dielast.material.arguments import real_number
-from dielast.material.breakdown import Breakdown, BreakdownLaw
-from dielast.material.calibrated import CalibratedRange
+from dielast.material.breakdown import Breakdown as Breakdown, BreakdownLaw
 from dielast.material.damage import DamageLaw
-from dielast.material.dielectric import VACUUM_PERMITTIVITY, ConstantPermittivity, DielectricLaw
+from dielast.material.dielectric import VACUUM_PERMITTIVITY as VACUUM_PERMITTIVITY, ConstantPermittivity, DielectricLaw
+from dielast.material.law import Constant, Law
 from dielast.material.modulus import CONSTANT_MODULUS, ModulusLaw
 from dielast.material.shift import ShiftLaw
 from dielast.material.spectrum import Spectrum
 from dielast.material.springs import Gent, SpringLaw
 from dielast.numerics.arrays import Floats
-
-__all__ = ["NEO_HOOKEAN", "VACUUM_PERMITTIVITY", "Breakdown", "Material"]
+from dielast.units import STRESS, TIME, parse
 
 NEO_HOOKEAN = Gent()
+
+Numbers = dict[str, dict[str, Any]]
+"""Values in SI, each a number or a list of numbers, by section and key."""
+
+SCALE = "scale"
+"""The key of a common factor on the moduli of all branches."""
+MODULUS = Constant("shear_modulus", "Initial shear modulus.", STRESS, above=0.0)
+OF_BRANCHES = (
+    Constant("shear_modulus", "Shear moduli of all branches.", STRESS, above=0.0, many=True),
+    Constant("relaxation_time", "Relaxation times of all branches.", TIME, above=0.0, many=True),
+    Constant(SCALE, "Common factor on the moduli of all branches.", above=0.0),
+)
+
+
+@dataclass(frozen=True, slots=True)
+class CalibratedRange(Result):
+    """The range of the tests to which a material was fitted: `modes` of loading, the largest first invariant I1 of the stretches,
+    the shortest and longest `time` in s, and the lowest and highest `temperature` in degC.
+    """
+
+    modes: tuple[str, ...]
+    largest_invariant: float
+    time: tuple[float, float]
+    temperature: tuple[float, float]
 
 
 @dataclass(frozen=True, slots=True, repr=False)
@@ -73,3 +101,69 @@ class Material(Result):
         """
         shift_factor = 10 ** self.shift.log10_shift_factor(temperature)
         return np.asarray(shift_factor[..., None] * self.spectrum.relaxation_time)
+
+
+def numbers_of(material: Material) -> Numbers:
+    """All numbers of a material that may be varied, by section and key of its file."""
+    modulus, spring = material.equilibrium_modulus, material.equilibrium_law
+    numbers: Numbers = {
+        "equilibrium": {**({"shear_modulus": modulus} if spring.takes_modulus else {}), **_read(spring, spring.in_file(modulus))},
+        "nonequilibrium": {
+            "shear_modulus": material.spectrum.shear_modulus.tolist(),
+            "relaxation_time": material.spectrum.relaxation_time.tolist(),
+            SCALE: 1.0,
+            **_read(material.nonequilibrium_law, material.nonequilibrium_law.stated()),
+        },
+    }
+    for section, law in _laws(material).items():
+        numbers[section] = _read(law, law.stated())
+    return numbers
+
+
+def constants_of(material: Material) -> dict[str, dict[str, Constant]]:
+    """The constants that the numbers are values of, by section and key."""
+    spring = material.equilibrium_law
+    constants = {
+        "equilibrium": (*([MODULUS] if spring.takes_modulus else []), *spring.constants),
+        "nonequilibrium": (*OF_BRANCHES, *material.nonequilibrium_law.constants),
+        **{section: law.constants for section, law in _laws(material).items()},
+    }
+    return {section: {constant.file_key: constant for constant in group} for section, group in constants.items()}
+
+
+def material_of(material: Material, numbers: Mapping[str, Mapping[str, Any]]) -> Material:
+    """The material with other numbers; raises `InputError` for numbers that its laws do not allow."""
+    equilibrium, branches = dict(numbers["equilibrium"]), dict(numbers["nonequilibrium"])
+    modulus = equilibrium.pop("shear_modulus", None)
+    spring = type(material.equilibrium_law).of_file(equilibrium, modulus)
+    moduli, times, factor = (branches.pop(key) for key in ("shear_modulus", "relaxation_time", SCALE))
+    changed: dict[str, Any] = {
+        "equilibrium_modulus": spring.initial_modulus() if modulus is None else modulus,
+        "equilibrium_law": spring,
+        "spectrum": Spectrum(times, [factor * value for value in moduli]),  # type: ignore[arg-type]
+        "nonequilibrium_law": type(material.nonequilibrium_law).of_file(branches, None),
+    }
+    for section, law in _laws(material).items():
+        place = (material.reference_temperature,) if section == "shift" else ()
+        made = type(law)(*place, **law.arguments(numbers[section]))
+        changed["permittivity" if section == "dielectric" else section] = made
+    return replace(material, **changed)
+
+
+def _laws(material: Material) -> dict[str, Law]:
+    """The laws of a material other than the springs, by section."""
+    laws = {"shift": material.shift, "dielectric": material.dielectric, "breakdown": material.breakdown, "damage": material.damage}
+    return {section: law for section, law in laws.items() if law is not None}
+
+
+def _read(law: Law, stated: Mapping[str, Any]) -> dict[str, Any]:
+    """The constants of a law as numbers in SI, None for one left out without a value."""
+    values_by_key: dict[str, Any] = {}
+    for constant in law.constants:
+        value = stated.get(constant.file_key, constant.left_out)
+        if value is None:
+            continue
+        texts = value if isinstance(value, list | tuple) else [value]
+        numbers = [parse(text, constant.dimension) if isinstance(text, str) and constant.dimension else text for text in texts]
+        values_by_key[constant.file_key] = numbers if isinstance(value, list | tuple) else numbers[0]
+    return values_by_key

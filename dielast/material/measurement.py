@@ -132,7 +132,7 @@ class FrequencySweep(Measurement):
 
 def measurement_of(kind: MeasurementKind, temperature: float, columns: Floats, source: str, time_offset: float) -> Measurement:
     """The measurement of a `kind` with abscissa and ordinates `columns` (1 + c, n)."""
-    made: Any = next(known for known in (RelaxationCurve, CreepCurve, FrequencySweep) if known.KIND is kind)
+    made: Any = next(curve for curve in (RelaxationCurve, CreepCurve, FrequencySweep) if curve.KIND is kind)
     offset = {} if kind.over_frequency else {"time_offset": time_offset}
     measurement: Measurement = made(temperature, *columns, source, **offset)
     return measurement

@@ -45,20 +45,20 @@ class MeasurementKind:
     """Label of the ordinates in a figure, with their unit."""
     label_factor: float
     """Factor from SI into the unit of `label`."""
-    ends: tuple[str, str]
-    """Adjectives for the ends of short and of long times."""
-    regions: tuple[str, str]
-    """Names of the regions of short and of long times."""
-    more_overlap: str
-    """How to measure so that two curves have a modulus in common."""
     step: str
     """The quantity whose step is the origin of time; empty if there is none."""
     remedy: str
     """Advice for curves that do not superpose."""
-    time_power: int
-    stiffness_power: int
     processes: Callable[[Floats, Floats], Floats]
     constants: Callable[[Floats], Floats]
+    time_power: int = 1
+    stiffness_power: int = 1
+    ends: tuple[str, str] = ("short", "long")
+    """Adjectives for the ends of short and of long times."""
+    regions: tuple[str, str] = ("short times", "long times")
+    """Names of the regions of short and of long times."""
+    more_overlap: str = "longer"
+    """How to measure so that two curves have a modulus in common."""
 
     @property
     def falling_power(self) -> int:
@@ -76,7 +76,6 @@ class MeasurementKind:
         return f"reduced_{self.abscissa[0]}", self.abscissa[1]
 
 
-_OVER_TIME = {"ends": ("short", "long"), "regions": ("short times", "long times"), "more_overlap": "longer", "time_power": 1}
 _RAMP = "check that time is counted from the %s step and that no ramp is left in (ramp, discard_before)"
 
 
@@ -105,10 +104,8 @@ RELAXATION = MeasurementKind(  # G(t) = G_e + sum G_k exp(-t/tau_k)
     ordinates=(("relaxation_modulus", "Pa"),),
     label="Young's relaxation modulus [MPa]",
     label_factor=1e-6,
-    **_OVER_TIME,  # type: ignore[arg-type]
     step="strain",
     remedy=_RAMP % "strain",
-    stiffness_power=1,
     processes=_decay,
     constants=lambda time: np.ones((1, 1, time.size)),
 )
@@ -123,7 +120,6 @@ CREEP = MeasurementKind(  # J(t) = J_0 + sum J_k (1 - exp(-t/lambda_k)) + t/eta
     ordinates=(("creep_compliance", "1/Pa"),),
     label="tensile creep compliance [1/MPa]",
     label_factor=1e6,
-    **_OVER_TIME,  # type: ignore[arg-type]
     step="stress",
     remedy=_RAMP % "stress",
     stiffness_power=-1,
@@ -147,7 +143,6 @@ OSCILLATION = MeasurementKind(  # G'(w) = G_e + sum G_k (w tau_k)^2/(1 + (w tau_
     step="",
     remedy="check that the highest frequencies are free of resonance and inertia, and the stiffest readings of compliance",
     time_power=-1,
-    stiffness_power=1,
     processes=_oscillate,
     constants=lambda time: np.stack([np.ones(time.size), np.zeros(time.size)])[None],
 )

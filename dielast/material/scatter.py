@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Protocol
 
 import numpy as np
 
@@ -14,13 +13,6 @@ from dielast.io.table import Column, Table
 from dielast.material.material import Material
 from dielast.numerics.arrays import Floats
 from dielast.numerics.random_streams import stream
-
-
-class Scatter(Protocol):
-    """The scatter of a positive quantity."""
-
-    def factors(self, quantile: Floats) -> Floats:
-        """Factors on the stated value, of the shape of `quantile`, which lies between 0 and 1."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,7 +29,7 @@ class NormalScatter:
             raise InputError(f"a relative scatter of {self.relative:g}: at least 0 and below 1 is needed")
 
     def factors(self, quantile: Floats) -> Floats:
-        """Factors on the stated value."""
+        """Factors on the stated value, of the shape of `quantile`, which lies between 0 and 1."""
         if self.relative == 0:
             return np.ones_like(quantile)
         from statistics import NormalDist  # a slow import
@@ -64,6 +56,9 @@ class WeibullScatter:
     def factors(self, quantile: Floats) -> Floats:
         """Factors on the stated value."""
         return np.asarray((-np.log1p(-np.clip(quantile, 1e-15, 1 - 1e-15))) ** (1 / self.shape))
+
+
+Scatter = NormalScatter | WeibullScatter
 
 
 @dataclass(frozen=True, slots=True)
@@ -172,8 +167,7 @@ def interval(values: Floats, level: float) -> tuple[Floats, Floats]:
     not happened) are allowed. NaN does not count as a draw; with too few draws the bounds are NaN. Raises `InputError` for a level
     that is not between 0 and 1.
     """
-    if not 0 < level < 1:
-        raise InputError(f"{level:g}: a probability above 0 and below 1 is needed, such as 0.9", argument="level")
+    fewest_draws(level)
     ordered = np.sort(values, axis=0)  # NaN last
     count = np.sum(~np.isnan(values), axis=0)
     tail = 0.5 * (1 - level) * (count + 1)

@@ -38,29 +38,29 @@ def warn_of_falling_tension(material: Material, stretch: ArrayLike, mode: str | 
         return
     first, second = values[:, int(np.argmax(falls))].tolist()
     if mode is None:
-        where, known = f"stretches of {first:.4g} x {second:.4g}", ""
+        where, rises = f"stretches of {first:.4g} x {second:.4g}", ""
     else:
         low, high = stable_range(law, mode)
         ends = [f"above {low:.4g}"] * (low > 0) + [f"below {high:.4g}"] * (high < np.inf)
-        where, known = f"a stretch of {first:.4g}", f"; in {mode} loading it rises {' and '.join(ends)} only"
+        where, rises = f"a stretch of {first:.4g}", f"; in {mode} loading it rises {' and '.join(ends)} only"
     warn(
-        f"at {where} the {law.title} law of the equilibrium spring is unstable: its tension falls with the stretch{known}; check "
+        f"at {where} the {law.title} law of the equilibrium spring is unstable: its tension falls with the stretch{rises}; check "
         "whether its constants were fitted to such stretches"
     )
 
 
 def warn_of_range(material: Material, stretch: ArrayLike, mode: str | None) -> None:
     """Warn of stretches (2, points) beyond the tests that a material was calibrated by; on the path of a `mode` if stated."""
-    known, values = material.calibrated, np.asarray(stretch, dtype=float)
-    if known is None or not values.size:
+    calibrated, values = material.calibrated, np.asarray(stretch, dtype=float)
+    if calibrated is None or not values.size:
         return
     first, second = values
     invariant = first**2 + second**2 + (first * second) ** -2.0
     largest = float(np.max(invariant[np.isfinite(invariant)], initial=3.0))
-    tested = f"{' and '.join(known.modes)} tests up to I1 = {known.largest_invariant:.4g}"
-    if largest > known.largest_invariant * (1 + BEYOND_TESTS):
+    tested = f"{' and '.join(calibrated.modes)} tests up to I1 = {calibrated.largest_invariant:.4g}"
+    if largest > calibrated.largest_invariant * (1 + BEYOND_TESTS):
         warn(f"the stretches reach I1 = {largest:.4g}, but the material was calibrated by {tested}: it is extrapolated")
-    elif mode not in known.modes and largest > 3 + UNTESTED * (known.largest_invariant - 3):
+    elif mode not in calibrated.modes and largest > 3 + UNTESTED * (calibrated.largest_invariant - 3):
         other = "loading with unequal stretches" if mode is None else f"{mode} loading"
         warn(f"the material was calibrated by {tested} only: in {other} its law is extrapolated")
 
@@ -69,33 +69,32 @@ def warn_of_use(material: Material, temperature: ArrayLike) -> None:
     """Warn of temperatures (degC, any shape) that look wrong, or at which the shift law of the material was not measured."""
     warn_of_temperature(temperature, "the temperature is")
     values = np.atleast_1d(np.asarray(temperature, dtype=float))
-    if material.calibrated is not None:
-        low, high = material.calibrated.temperature
-        outside = values[(values < low - MARGIN) | (values > high + MARGIN)]
-        if outside.size:
-            worst, span = float(outside[0]), f"at {low:g}" if low == high else f"from {low:g} to {high:g}"
-            warn(f"the material was calibrated by tests {span} degC: at {worst:g} degC it is extrapolated")
+    calibrated = None if material.calibrated is None else material.calibrated.temperature
+    for measured, what in (
+        (calibrated, "the material was calibrated by tests"),
+        (material.measured_temperature, "the shift law was measured"),
+    ):
+        if measured is None:
+            continue
+        (low, high), beyond = measured, np.maximum(measured[0] - values, values - measured[1])
+        if np.any(beyond > MARGIN):
+            worst, span = float(values.flat[np.argmax(beyond)]), f"at {low:g}" if low == high else f"from {low:g} to {high:g}"
+            warn(f"{what} {span} degC: at {worst:g} degC it is extrapolated")
     away = values[np.abs(values - material.reference_temperature) > MARGIN]
     if away.size and len(material.spectrum) and not material.shift.depends_on_temperature:
         as_at = f"at {float(away[0]):g} degC it relaxes as at {material.reference_temperature:g} degC"
         warn(f"the material has no shift law, {as_at}: state [shift] in the material file")
-    if material.measured_temperature is not None:
-        low, high = material.measured_temperature
-        outside = values[(values < low - MARGIN) | (values > high + MARGIN)]
-        if outside.size:
-            worst = float(outside[np.argmax(np.maximum(low - outside, outside - high))])
-            warn(f"the shift law was measured from {low:g} to {high:g} degC: at {worst:g} degC it is extrapolated")
 
 
 def warn_of_lasting(material: Material, temperature: ArrayLike, time: ArrayLike) -> None:
     """Warn of times in s at temperatures in degC, both (k,), that are longer than the tests that a material was calibrated by;
     times at different temperatures are compared by the shift law.
     """
-    known = material.calibrated
+    calibrated = material.calibrated
     values, heat = np.atleast_1d(np.asarray(time, dtype=float)), np.atleast_1d(np.asarray(temperature, dtype=float))
-    if known is None or not values.size:
+    if calibrated is None or not values.size:
         return
-    tested = known.time[1] / 10 ** float(material.shift.log10_shift_factor(np.array(known.temperature[1])))
+    tested = calibrated.time[1] / 10 ** float(material.shift.log10_shift_factor(np.array(calibrated.temperature[1])))
     longest = tested * 10 ** np.asarray(material.shift.log10_shift_factor(heat))
     k = int(np.argmax(values / longest))
     if values[k] > LONGER * longest[k]:

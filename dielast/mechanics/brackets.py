@@ -1,4 +1,9 @@
-"""Steps of the integrator within which a signal falls to zero, and the time of its first zero in them."""
+"""Steps of the integrator within which a signal falls to zero or an exposure reaches 1, and the time of that.
+
+An exposure of a film is the integral of a rate over the time of the voltage programme, computed beside the states. The rate is
+integrated over the dense output of each step, by adaptive quadrature. The integral is as accurate as the states, and does not
+shorten the steps, as it would if it were itself a state.
+"""
 
 from __future__ import annotations
 
@@ -10,15 +15,16 @@ import numpy as np
 from dielast.mechanics.criteria.criterion import Moment, Signal
 from dielast.mechanics.span import Load
 from dielast.mechanics.symmetric import Films
-from dielast.numerics.columns import Cases, Floats
+from dielast.numerics.arrays import ByCase, Cases, Floats
+from dielast.numerics.quadrature import integrals
 from dielast.numerics.roots import fall, samples
-from dielast.numerics.stride import DenseSteps
+from dielast.numerics.stride import DenseSteps, Stride
 
 NEARBY = 1e-3  # half-width, as a fraction of the step, of the difference quotient for the slope of a signal
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Brackets:
+class Brackets(ByCase):
     """Steps of columns (k,) over which a signal falls from `last` (k,) to `value` (k,).
 
     The span of `load` that contains the step began `begin` (k,) s after the voltage programme; the magnitude of the voltage last
@@ -34,58 +40,85 @@ class Brackets:
     exposed: Floats
     """The integrals of exposure at the beginning of the steps (exposures, k)."""
 
-    @classmethod
-    def joined(cls, parts: list[Brackets]) -> Brackets:
-        """The columns of all parts, in the order of the parts."""
-        names = ("begin", "switched_on", "last", "value", "exposed")
-        numbers = (np.concatenate([getattr(part, name) for part in parts], axis=-1) for name in names)
-        return cls(DenseSteps.joined([part.steps for part in parts]), Load.joined([part.load for part in parts]), *numbers)
-
-    def sampled(self, signal: Signal, system: Films, needs_springs: bool) -> tuple[Floats, Floats]:
-        """Samples of the signal in the steps, and their fractions of the steps, both (samples, k); see `roots.samples`."""
-        return samples(self._along(signal, system, needs_springs), self.last, self.value)
+    def sampled(self, signal: Signal, system: Films, needs_springs: bool) -> Floats:
+        """Samples (samples, k) of the signal in the steps; see `roots.samples`."""
+        return samples(self._along(signal, system, needs_springs), self.last, self.value)[0]
 
     def first_fall(self, signal: Signal, system: Films, needs_springs: bool) -> tuple[Floats, Moment]:
-        """The time (k,) in s since the span began at which the signal first falls to zero, and the films at that moment."""
+        """The time (k,) in s since the span began at which the signal first falls to zero, and the films at that moment.
+
+        The dense output is of a lower order than the steps. So the step is repeated up to the zero of the signal along the dense
+        output, and one step of Newton's method removes the residual of the signal there.
+        """
         along = self._along(signal, system, needs_springs)
         values, fractions = samples(along, self.last, self.value)
         first, every = np.argmax(~(values > 0), axis=0), np.arange(self.last.size)
         fraction = fall(along, fractions[first - 1, every], fractions[first, every])
-        return self._by_steps(signal, along, system, fraction)
-
-    def _by_steps(
-        self, signal: Signal, along: Callable[[Floats], Floats], system: Films, fraction: Floats
-    ) -> tuple[Floats, Moment]:
-        """The time and the moment of the zero that the signal has `along` the dense output at a `fraction` (k,) of the step.
-
-        The dense output is of a lower order than the steps. So the step is repeated up to this fraction, and one step of Newton's
-        method removes the residual of the signal there.
-        """
         low, high = np.maximum(fraction - NEARBY, 0.0), np.minimum(fraction + NEARBY, 1.0)
         with np.errstate(all="ignore"):  # a correction that is not finite is discarded
             slope = (along(high) - along(low)) / (high - low)
             state = self.steps.anew(system, fraction)
-            end = fraction - signal(self._moment(fraction, state, system)) / slope
+            end = fraction - signal(self.at(fraction, state, system)[1]) / slope
         exact = (end >= 0) & (end <= 1)
         end = np.where(exact, end, fraction)
         state = self.steps.state(end) + np.where(exact, state - self.steps.state(fraction), 0.0)
-        return self._time(end), self._moment(end, state, system)
+        return self.at(end, state, system)
 
     def _along(self, signal: Signal, system: Films, needs_springs: bool) -> Callable[[Floats], Floats]:
         """The signal (k,) as a function of the fractions (k,) of the steps."""
-        every: Cases = np.arange(self.last.size)
-        steps = self.steps if needs_springs else self.steps.take(every, slice(system.border, None))
-        return lambda fraction: signal(self.at(fraction, steps, system)[1])
+        steps = self.steps if needs_springs else self.steps.rows(slice(system.border, None))
+        return lambda fraction: signal(self.at(fraction, steps.state(fraction), system)[1])
 
-    def at(self, fraction: Floats, steps: DenseSteps, system: Films) -> tuple[Floats, Moment]:
-        """The time (k,) in s since the span began at fractions (k,) of the steps, and the films then."""
-        return self._time(fraction), self._moment(fraction, steps.state(fraction), system)
+    def at(self, fraction: Floats, state: Floats, system: Films) -> tuple[Floats, Moment]:
+        """The time (k,) in s since the span began at fractions (k,) of the steps, and the films in the `state` (rows, k) then."""
+        time = np.asarray(self.steps.time + fraction * self.steps.step)
+        return time, Moment.of(system, self.steps.cases, self.begin + time - self.switched_on, time, state)
 
-    def _time(self, fraction: Floats) -> Floats:
-        """The time (k,) in s since the span began at fractions (k,) of the steps."""
-        return np.asarray(self.steps.time + fraction * self.steps.step)
 
-    def _moment(self, fraction: Floats, state: Floats, system: Films) -> Moment:
-        """The films in the `state` (rows, k) at fractions (k,) of the steps."""
-        time = self._time(fraction)
-        return Moment.of(system, self.steps.cases, self.begin + time - self.switched_on, time, state)
+class Exposure:
+    """The integral `total` (cases,) of a `rate` in 1/s, which is a function of a moment and does not depend on the springs."""
+
+    def __init__(self, rate: Signal, cases: int) -> None:
+        self.rate, self.total = rate, np.zeros(cases)
+        self.before = self.after = np.zeros(0)
+        """The integrals (pool,) at both ends of the last step that was followed; `after` counts only where it is accepted."""
+
+    def follow(self, stride: Stride, system: Films) -> None:
+        """Add a step."""
+        steps = DenseSteps.of(stride, slice(system.border, None), np.arange(stride.cases.size))
+        self.before = self.total[stride.cases]
+        self.after = self.before + self._within(steps, system, stride.accepted.astype(float))
+        self.total[stride.cases[stride.accepted]] = self.after[stride.accepted]
+
+    def along(self, stride: Stride, system: Films, columns: Cases, fraction: Floats) -> Floats:
+        """The integrals (k,) of `columns` (k,) at fractions (k,) of the last step that was followed."""
+        steps = DenseSteps.of(stride, slice(system.border, None), columns)
+        return self.before[columns] + self._within(steps, system.take(columns), fraction)
+
+    def at(self, brackets: Brackets, before: Floats, time: Floats, system: Films) -> Floats:
+        """The integrals (k,) at `time` (k,) within steps, given the integrals `before` (k,) at the beginning of these steps."""
+        steps = brackets.steps.rows(slice(system.border, None))
+        return before + self._within(steps, system, np.clip((time - steps.time) / steps.step, 0.0, 1.0))
+
+    def reached(self, brackets: Brackets, system: Films) -> tuple[Floats, Moment]:
+        """The time (k,) in s since the span began at which the integral reaches 1, and the films then.
+
+        The integral is `last` at the beginning of a step and `value` at its end.
+        """
+        begin, end = np.zeros_like(brackets.last), np.ones_like(brackets.last)
+        steps = brackets.steps.rows(slice(system.border, None))
+        part = fall(lambda part: 1 - brackets.last - self._within(steps, system, part), begin, end)
+        return brackets.at(part, brackets.steps.state(part), system)
+
+    def _within(self, steps: DenseSteps, system: Films, part: Floats) -> Floats:
+        """The integral (k,) over the first `part` (k,) of the steps, whose states hold the rows of the border."""
+
+        def rate(columns: Cases, fraction: Floats) -> Floats:
+            is_subset = not np.array_equal(columns, all_columns)
+            chosen, films = (steps.take(columns), system.take(columns)) if is_subset else (steps, system)
+            time = chosen.time + fraction * chosen.step
+            return self.rate(Moment.of(films, chosen.cases, np.zeros_like(time), time, chosen.state(fraction)))
+
+        all_columns = np.arange(part.size)
+        with np.errstate(all="ignore"):  # where the rate overflows, the film fails
+            return integrals(rate, np.zeros_like(part), part) * steps.step

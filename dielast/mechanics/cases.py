@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from dielast.errors import InputError
 from dielast.material.arguments import real_numbers
-from dielast.numerics.columns import Floats
+from dielast.numerics.arrays import Floats
 
 
 def of_case(case: int, cases: int) -> int | None:

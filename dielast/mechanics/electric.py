@@ -1,4 +1,4 @@
-"""The electrical load: the electrical quantity that is prescribed, and the Maxwell stress that it causes.
+"""The electrical load: the quantity that is prescribed, the Maxwell stress that it causes, and the circuit of the film.
 
 A film of nominal field V/L_3 has the true field E = (V/L_3) lambda_1 lambda_2 and the Maxwell stress eps E^2, equal in axes 1 and 2
 (Eq. 6 of DOI 10.1115/1.4030850). Both depend on the stretches through the area, here as
@@ -12,49 +12,54 @@ of L = log_area + ln eps, and eps E^2 = -2 dU/dL. So if the permittivity depends
 
 Under a prescribed field, m_i/lambda_i = eps E~^2 lambda_1^2 lambda_2^2/lambda_i + E~^2 lambda_1^2 lambda_2^2 (d eps/d lambda_i)/2,
 E~ the nominal field: the second term is electrostriction (Zhao and Suo, J. Appl. Phys. 104 (2008) 123530).
+
+A film whose charge is an unknown has a circuit: a source, with a resistance or of a prescribed charge, and leakage through the
+film. Per undeformed area of the electrode, charge is conserved:
+
+    dD~/dt = i - j(E) lambda_1 lambda_2,    i = (E_s - E~)/r,  or  i = dD_s/dt.
+
+Here D~ is the nominal charge density in C/m^2, E~ = D~/C the nominal field, C = eps lambda_1^2 lambda_2^2 the capacitance (for unit
+undeformed thickness, in F/m) and E = E~ lambda_1 lambda_2 the true field. E_s is the voltage of the source over the undeformed
+thickness L_3, r = R A/L_3 in ohm m for a resistance R and an undeformed area A, and D_s the charge that the source has delivered. A
+constant D_s is an open circuit. At constant C, D~ approaches C E_s as exp(-t/(r C)); with a constant conductivity sigma, the film
+in an open circuit discharges as exp(-sigma t/eps), whatever its stretch.
+
+Derivatives in Lambda_i = 2 ln lambda_i, with g_i = d ln C/dLambda_i = 1 + d ln eps/dLambda_i:
+
+    d i/dLambda_i = E~ g_i/r,    d(j lambda_1 lambda_2)/dLambda_i = lambda_1 lambda_2 (j/2 - dj/dE E (g_i - 1/2)).
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 
-from dielast.numerics.columns import Floats
+from dielast.material.leakage import Leakage
+from dielast.numerics.arrays import ByCase, Floats
 
 ELECTRIC = 2  # row of the prescribed electrical quantity among the values of a load
 
 
-class ElectricalLoad(Protocol):
-    """A prescribed electrical quantity: `prescribed` is its value, `permittivity` is in F/m at the present stretch of the film."""
+@dataclass(frozen=True, slots=True)
+class FieldControl:
+    """The nominal field V/L_3 (V/m) is prescribed, as by a voltage source: eps E^2 = eps (V/L_3)^2 exp(log_area).
+
+    In the methods, `permittivity` is in F/m at the present stretch of the film, and `prescribed` the value of the quantity.
+    """
 
     def stress(self, permittivity: Floats, log_area: Floats, prescribed: Floats) -> Floats:
         """The Maxwell stress eps E^2 in Pa."""
-
-    def linearised(self, permittivity: Floats, log_area: Floats, prescribed: Floats) -> tuple[Floats, Floats, Floats]:
-        """The Maxwell stress, and its derivatives in `log_area` (equal to that in ln eps) and in the prescribed quantity."""
-
-    def true_field(self, permittivity: Floats, log_area: Floats, prescribed: Floats) -> Floats:
-        """The true field E in V/m."""
-
-
-@dataclass(frozen=True, slots=True)
-class FieldControl:
-    """The nominal field V/L_3 (V/m) is prescribed, as by a voltage source: eps E^2 = eps (V/L_3)^2 exp(log_area)."""
-
-    def stress(self, permittivity: Floats, log_area: Floats, prescribed: Floats) -> Floats:
-        """eps E^2."""
         return np.asarray(permittivity * np.square(prescribed) * np.exp(log_area))
 
     def linearised(self, permittivity: Floats, log_area: Floats, prescribed: Floats) -> tuple[Floats, Floats, Floats]:
-        """eps E^2, its derivative in `log_area`, which is the same, and 2 eps (V/L_3) exp(log_area)."""
+        """eps E^2, and its derivatives in `log_area` (equal to that in ln eps) and in the prescribed quantity."""
         slope = 2 * permittivity * prescribed * np.exp(log_area)
         stress = 0.5 * slope * prescribed
         return stress, stress, slope
 
     def true_field(self, permittivity: Floats, log_area: Floats, prescribed: Floats) -> Floats:
-        """E = (V/L_3) exp(log_area/2)."""
+        """The true field E = (V/L_3) exp(log_area/2) in V/m."""
         return np.asarray(prescribed * np.exp(0.5 * log_area))
 
 
@@ -67,18 +72,75 @@ class ChargeControl:
     """
 
     def stress(self, permittivity: Floats, log_area: Floats, prescribed: Floats) -> Floats:
-        """eps E^2."""
+        """The Maxwell stress eps E^2 in Pa."""
         return np.asarray(np.square(prescribed) / permittivity * np.exp(-log_area))
 
     def linearised(self, permittivity: Floats, log_area: Floats, prescribed: Floats) -> tuple[Floats, Floats, Floats]:
-        """eps E^2, its derivative -eps E^2 in `log_area`, and 2 D~/eps exp(-log_area)."""
+        """eps E^2, and its derivatives in `log_area` and in the prescribed quantity."""
         slope = 2 * prescribed / permittivity * np.exp(-log_area)
         stress = 0.5 * slope * prescribed
         return stress, -stress, slope
 
     def true_field(self, permittivity: Floats, log_area: Floats, prescribed: Floats) -> Floats:
-        """E = D~/eps exp(-log_area/2)."""
+        """The true field E = D~/eps exp(-log_area/2) in V/m."""
         return np.asarray(prescribed / permittivity * np.exp(-0.5 * log_area))
 
 
 FIELD, CHARGE = FieldControl(), ChargeControl()
+ElectricalLoad = FieldControl | ChargeControl
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Circuit(ByCase):
+    """A `leakage` law with constants (cases,), and the `resistance` r (cases,) in ohm m of the source, None if its charge is
+    prescribed.
+
+    In the methods, all arrays (cases,) unless stated: `source` is the prescribed quantity, E_s in V/m or D_s in C/m^2, `slope` its
+    rate and `bend` the rate of `slope`; `permittivity` is that of the film at its present stretch, `share` are g_i (2, cases), and
+    `log_area` is Lambda_1 + Lambda_2.
+    """
+
+    leakage: Leakage
+    resistance: Floats | None = None
+
+    def charge_after(self, charge: Floats, before: Floats, after: Floats) -> Floats:
+        """D~ (cases,) after the source jumps: no charge flows through a resistance in no time."""
+        return charge if self.resistance is not None else charge + (after - before)
+
+    def leak(self, permittivity: Floats, log_area: Floats, charge: Floats) -> Floats:
+        """The leakage current density j lambda_1 lambda_2 (cases,) in A/m^2 of undeformed area."""
+        area = np.exp(0.5 * log_area)
+        return np.asarray(self.leakage.current_density(charge / (permittivity * area)) * area)
+
+    def supply(self, permittivity: Floats, log_area: Floats, charge: Floats, source: Floats, slope: Floats) -> Floats:
+        """The current density i (cases,) from the source in A/m^2 of undeformed area."""
+        if self.resistance is None:
+            return slope
+        return (source - charge * np.exp(-log_area) / permittivity) / self.resistance
+
+    def supply_change(self, slope: Floats, bend: Floats) -> Floats:
+        """di/dt (cases,) at constant stretches and charge."""
+        return bend if self.resistance is None else slope / self.resistance
+
+    def linearised(self, permittivity: Floats, share: Floats, log_area: Floats, charge: Floats) -> tuple[Floats, Floats]:
+        """The derivatives of dD~/dt in D~ (cases,), at most 0, and in Lambda (2, cases)."""
+        area = np.exp(0.5 * log_area)
+        true_field = charge / (permittivity * area)
+        conductivity = self.leakage.slope(true_field)
+        by_charge = -conductivity / permittivity
+        by_stretch = area * (conductivity * true_field * (share - 0.5) - 0.5 * self.leakage.current_density(true_field))
+        if self.resistance is not None:
+            by_charge = by_charge - np.exp(-log_area) / (permittivity * self.resistance)
+            by_stretch = by_stretch + share * (charge * np.exp(-log_area) / (permittivity * self.resistance))
+        return by_charge, by_stretch
+
+    def released(self, permittivity: Floats, share: Floats, log_area: Floats, charge: Floats, time: Floats) -> Floats:
+        """dD~/dLambda (2, cases) at a `time` (cases,) in s after a small disturbance of the stretches.
+
+        It is 0 at time 0, when no charge has flowed yet. Later it is the charge that the circuit lets flow: through a resistance,
+        in the limit of long times, as much as at a constant voltage.
+        """
+        by_charge, by_stretch = self.linearised(permittivity, share, log_area, charge)
+        flows = by_charge < 0
+        response = -np.expm1(by_charge * time) / np.where(flows, -by_charge, 1.0)
+        return np.asarray(by_stretch * np.where(flows, response, time))

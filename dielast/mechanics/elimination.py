@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dielast.numerics.columns import Floats
+from dielast.numerics.arrays import Floats
 
 
 def flow_of(stress: Floats, factor: Floats) -> Floats:
@@ -24,9 +24,7 @@ def flow_of(stress: Floats, factor: Floats) -> Floats:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Eliminated:
-    """D^-1 of the springs as `diagonal` and `off_diagonal` entries (2, n, cases), and their contributions Q, `share` (2, 2, n,
-    cases).
-    """
+    """D^-1 of the springs as `diagonal` and `off_diagonal` entries (2, n, cases); `share` (2, 2, n, cases) is Q."""
 
     diagonal: Floats
     off_diagonal: Floats

@@ -9,13 +9,11 @@ from numpy.typing import ArrayLike
 
 from dielast.errors import InputError, located, shown
 from dielast.mechanics.cases import numbers, one_set, spread
-from dielast.mechanics.chain import Chain
-from dielast.mechanics.course import Piece
-from dielast.mechanics.cycles import Cycles
+from dielast.mechanics.course import Chain, Cycles, Piece
 from dielast.mechanics.line import Ramp, lasts_at
 from dielast.mechanics.load import ElectricalStep, Mode, Path, Step, Waveform
 from dielast.mechanics.span import Control, Controls
-from dielast.numerics.columns import Floats
+from dielast.numerics.arrays import Floats
 
 
 def case_count(steps: Sequence[Step], *others: ArrayLike) -> int:
@@ -97,12 +95,11 @@ def path_pieces(
     base = np.full((3, scale.size), np.nan)
     if lateral is not None:
         base[1] = lateral
-    driven_rows = np.array(driven)
     if isinstance(path, Waveform):
-        return [Cycles.of(controls, base, driven_rows, path, scale, origin)]
+        return [Cycles.of(controls, base, driven, path, scale, origin)]
     time, value = np.asarray(path.time, dtype=float), path.values()
     scale = spread(path.scale, "scale", scale.size) * scale
-    chain = Chain.of(controls, base, driven_rows, time - time[0], value, scale, origin)
+    chain = Chain.of(controls, base, driven, time - time[0], value, scale, origin)
     ramp = Ramp(controls, chain.target, np.full(scale.size, time[0]), origin=origin)
     if time.size == 1:
         return [ramp]

@@ -7,7 +7,7 @@ import numpy as np
 from dielast.mechanics.electric import ELECTRIC
 from dielast.mechanics.point_material import SYMMETRIC, Points
 from dielast.mechanics.span import Control, stretched
-from dielast.numerics.columns import Flags, Floats
+from dielast.numerics.arrays import Flags, Floats
 
 ITERATIONS, HALVINGS = 200, 60  # at most; halvings of one Newton step
 FEW, SELDOM = 12, 3  # the same in a search nearby, where Newton's method takes about 5 iterations without any halving

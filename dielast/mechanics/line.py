@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
+from typing import ClassVar
 
 import numpy as np
 
 from dielast.errors import InputError, located
 from dielast.mechanics.cases import of_case
 from dielast.mechanics.span import Control, Controls, Load
-from dielast.numerics.columns import Cases, Flags, Floats
+from dielast.numerics.arrays import Cases, Flags, Floats
 
 RAMP_DECADES = 3  # of log-spaced rows before the end of a ramp or of the first cycle
 HOLD_DECADES = 6  # of log-spaced rows before the end of a hold, at least
@@ -34,8 +35,8 @@ class Ramp:
     rate: Floats | None = None
     paced: Control = Control.STRETCH
     origin: int = 0
-    driven: Flags = field(init=False, default_factory=lambda: np.zeros(3, dtype=bool))
-    cycles: int = field(init=False, default=0)
+    driven: ClassVar = (False, False, False)
+    cycles: ClassVar[int] = 0
 
     @property
     def at_once(self) -> Flags:
@@ -94,11 +95,12 @@ class Line:
     start: Floats
     end: Floats
     duration: Floats
-    spans: int = field(init=False)
-    cycles: int = field(init=False, default=0)
+    cycles: ClassVar[int] = 0
 
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "spans", 2 if np.any(self._passes) else 1)
+    @property
+    def spans(self) -> int:
+        """The number of spans."""
+        return 2 if np.any(self._passes) else 1
 
     @property
     def _passes(self) -> Flags:

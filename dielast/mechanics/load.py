@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 from dielast.errors import InputError, shown
 from dielast.io.result import Result
 from dielast.mechanics.cases import numbers
-from dielast.numerics.columns import Floats
+from dielast.numerics.arrays import Floats
 
 SHAPES = ("sine", "triangle")
 

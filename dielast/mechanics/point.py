@@ -16,6 +16,7 @@ depends on the cases beside it.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -23,9 +24,7 @@ from dielast.mechanics.electric import ELECTRIC
 from dielast.mechanics.elimination import Eliminated, flow_of
 from dielast.mechanics.point_material import Points
 from dielast.mechanics.span import Control, Load, UnderLoad, stretched
-from dielast.numerics.columns import Cases, Floats
-
-__all__ = ["FOLLOWER_WEIGHT", "Arrowhead", "LoadedPoints", "Points"]
+from dielast.numerics.arrays import Floats
 
 # weight of unknowns that respond at once to a moving load: within a step they are less smooth than the error estimate at its end
 # shows
@@ -39,14 +38,8 @@ class LoadedPoints(UnderLoad):
     points: Points
     load: Load
 
-    @property
-    def border(self) -> int:
-        """Index of the first row of the border, counted from the end of the state."""
-        return -2
-
-    def take(self, cases: Cases) -> LoadedPoints:
-        """The selected cases (k,)."""
-        return type(self)(self.points.take(cases), self.load.take(cases))
+    border: ClassVar[int] = -2
+    """Index of the first row of the border, counted from the end of the state."""
 
     def pack(self, internal: Floats, log_squared_stretch: Floats, nominal_stress: Floats) -> Floats:
         """State (2n + 2, cases) from x (2, n, cases), Lambda and nominal stress (2, cases)."""
@@ -86,11 +79,36 @@ class LoadedPoints(UnderLoad):
         return Arrowhead(self, time, state, step, gamma)
 
 
-class Arrowhead:
+class BorderedStep:
+    """Common to the linear systems of one step, with or without symmetry: the solution for the last `unknowns` rows, those of the
+    stretches or stresses of the film.
+    """
+
+    unknowns: ClassVar[int]
+    load_term: Floats
+
+    def _border(self, right: Floats, out: Floats | None = None) -> Floats:
+        """The last rows (unknowns, cases) of the increment for a right-hand side (unknowns, cases)."""
+        raise NotImplementedError
+
+    def _drive(self, by_load: Floats, change: Floats) -> None:
+        """Add the right-hand side due to the rate of the electrical quantity; `by_load` is the derivative of the Maxwell stress."""
+        self.load_term += by_load * change[ELECTRIC]
+
+    def _solve(
+        self, residual: Floats, increment: Floats, time: Floats, state: Floats, history: Floats | None, gamma_i: float
+    ) -> None:
+        """Write the border of the increment for the right-hand side `residual`."""
+        self._border(residual, out=increment[-self.unknowns :])
+
+
+class Arrowhead(BorderedStep):
     """The linear system of one step, factorised; its cost is linear in the number of springs.
 
     The block of a spring is D = 1/gamma + h/(3 tau) F K (`elimination`), and the condensed tangent is sum Q / gamma.
     """
+
+    unknowns: ClassVar[int] = 2
 
     def __init__(self, system: LoadedPoints, time: Floats, state: Floats, step: Floats, gamma: float) -> None:
         self.system, self.gamma = system, gamma
@@ -135,11 +153,10 @@ class Arrowhead:
     def increment(self, time: Floats, state: Floats, history: Floats | None, gamma_i: float, out: Floats) -> Floats:
         """The increment u_i of the stage at `time` and `state`, in `out`; `history` is sum_j c_ij u_j, None in the first stage."""
         system = self.system
-        points, load = system.points, system.load
+        points = system.points
         driven = system.driven(time, state)
         log_squared, nominal = system.membrane(state, driven)
         stress = self.stress if history is None else points.law.stress(points.springs(system.internal(state), log_squared))
-        border = out[-2:]
         right = flow_of(stress, self.flow)
         if history is not None:
             right += history[: system.border].reshape(right.shape)
@@ -150,12 +167,8 @@ class Arrowhead:
             residual += points.maxwell_stress(log_squared, driven[ELECTRIC])
         if gamma_i:
             residual += gamma_i * self.load_term
-        self._solve(residual, border, out, time, state, history, gamma_i)
-        change_of_stretch = border.copy()
-        for axis, control in enumerate(load.controls):
-            if control is Control.STRETCH:
-                np.multiply(self.prescribed_change[axis], gamma_i, out=change_of_stretch[axis])
-        change_of_stretch = change_of_stretch[:, None]
+        self._solve(residual, out, time, state, history, gamma_i)
+        change_of_stretch = self._change_of_stretch(out[-2:], gamma_i)[:, None]
         right -= change_of_stretch * (1 / self.gamma)
         assert out.flags.c_contiguous  # otherwise `reshape` copies, and the increments of the springs are lost
         internal = out[: system.border].reshape(right.shape)
@@ -163,19 +176,14 @@ class Arrowhead:
         internal += change_of_stretch
         return out
 
-    def _drive(self, by_load: Floats, change: Floats) -> None:
-        """Add the right-hand side due to the rate of the electrical quantity; `by_load` is the derivative of the Maxwell stress."""
-        self.load_term += by_load * change[ELECTRIC]
+    def _border(self, right: Floats, out: Floats | None = None) -> Floats:
+        """The last two rows (2, cases) of the increment for a right-hand side (2, cases)."""
+        return np.einsum("bcm,cm->bm", self.inverse, right, out=out)
 
-    def _solve(
-        self,
-        residual: Floats,
-        border: Floats,
-        increment: Floats,
-        time: Floats,
-        state: Floats,
-        history: Floats | None,
-        gamma_i: float,
-    ) -> None:
-        """Write `border`, the last two rows of the increment, from the right-hand side `residual` (2, cases)."""
-        np.einsum("bcm,cm->bm", self.inverse, residual, out=border)
+    def _change_of_stretch(self, border: Floats, gamma_i: float) -> Floats:
+        """The increment of Lambda (2, cases) that belongs to the last two rows `border` (2, cases)."""
+        change = border.copy()
+        for axis, control in enumerate(self.system.load.controls):
+            if control is Control.STRETCH:
+                np.multiply(self.prescribed_change[axis], gamma_i, out=change[axis])
+        return change

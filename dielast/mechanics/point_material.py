@@ -7,25 +7,25 @@ spring. The last axis of arrays is the cases.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
 
 from dielast.errors import InputError
-from dielast.material.dielectric import DielectricLaw, StretchedDielectrics, stretched_dielectrics
+from dielast.material.law import DielectricLaw
+from dielast.material.laws_of_cases import StretchedDielectrics, stretched_dielectrics
 from dielast.material.material import Material
 from dielast.material.springs import SpringLaw, gathered
 from dielast.mechanics.cases import of_case
-from dielast.mechanics.circuit import Circuit
-from dielast.mechanics.electric import FIELD, ElectricalLoad
-from dielast.numerics.columns import Cases, Floats
+from dielast.mechanics.electric import FIELD, Circuit, ElectricalLoad
+from dielast.numerics.arrays import ByCase, Floats
 
 SYMMETRIC = np.array(((0, 1), (1, 2)))  # indices of the entries 11, 12, 22 in a symmetric 2x2 matrix
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Points:
+class Points(ByCase):
     """The material of points.
 
     - `modulus` (n, cases): shear moduli in Pa, row 0 that of the equilibrium spring.
@@ -80,14 +80,9 @@ class Points:
         stretching = stretched_dielectrics(dielectrics, width) if len(dielectrics) == len(materials) else None
         return cls(modulus, rate, gathered(laws, modulus > 0), permittivity, floor, stretching=stretching)
 
-    def take(self, cases: Cases) -> Points:
-        """The points of the selected cases (k,)."""
-        # np.take returns contiguous arrays, indexing does not
-        modulus, rate = np.take(self.modulus, cases, axis=1), np.take(self.rate, cases, axis=1)
-        stretching = None if self.stretching is None else self.stretching.take(cases)
-        law, permittivity, floor = self.law.take(cases), self.permittivity[cases], self.stress_floor[cases]
-        circuit = None if self.circuit is None else self.circuit.take(cases)
-        return Points(modulus, rate, law, permittivity, floor, self.electric, stretching, circuit)
+    def undamped(self) -> Points:
+        """The points without stress in the last spring, the damper (`stability.damped`)."""
+        return replace(self, modulus=np.concatenate((self.modulus[:-1], np.zeros_like(self.modulus[-1:]))))
 
     def springs(self, internal: Floats, log_squared_stretch: Floats) -> Floats:
         """Squared elastic stretches (2, n, cases) at x (2, n, cases) and Lambda (2, cases)."""

@@ -12,7 +12,7 @@ from typing import Self
 
 import numpy as np
 
-from dielast.numerics.columns import Cases, Flags, Floats
+from dielast.numerics.arrays import ByCase, Cases, Flags, Floats
 
 
 class Control(Enum):
@@ -32,16 +32,12 @@ def stretched(controls: Controls) -> Flags:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Wave:
+class Wave(ByCase):
     """swing (cos(angle) - cos(angle + pace t)) with `swing` (3, cases), `angle` in rad and `pace` in rad/s (cases,)."""
 
     swing: Floats
     angle: Floats
     pace: Floats
-
-    def take(self, cases: Cases) -> Wave:
-        """The selected cases (k,)."""
-        return Wave(self.swing[:, cases], self.angle[cases], self.pace[cases])
 
     def value(self, time: Floats) -> Floats:
         """Values (3, cases) at `time` (cases,) in s."""
@@ -58,7 +54,7 @@ class Wave:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Load:
+class Load(ByCase):
     """A straight line start + rate t in each case, `start` and `rate` (3, cases), plus a `wave` if there is one.
 
     `moving` (cases,) marks cases whose load varies; `still` says that no load varies, `electric` that there is a Maxwell stress.
@@ -85,19 +81,6 @@ class Load:
         """The straight line from `start` to `end` (3, cases) within `duration` (cases,); constant where the duration is 0."""
         rate = np.where(duration > 0, end - start, 0.0) / np.where(duration > 0, duration, 1.0)
         return cls(controls, start, np.asarray(rate))
-
-    @classmethod
-    def joined(cls, loads: list[Load]) -> Load:
-        """The cases of all loads; these have the same controls, and all or none of them have waves."""
-        start, rate = (np.concatenate([getattr(load, name) for load in loads], axis=1) for name in ("start", "rate"))
-        waves = [load.wave for load in loads if load.wave is not None]
-        parts = [np.concatenate([getattr(wave, name) for wave in waves], axis=-1) for name in ("swing", "angle", "pace") if waves]
-        return cls(loads[0].controls, start, rate, Wave(*parts) if waves else None)
-
-    def take(self, cases: Cases) -> Load:
-        """The selected cases (k,)."""
-        wave = None if self.wave is None else self.wave.take(cases)
-        return Load(self.controls, self.start[:, cases], self.rate[:, cases], wave)
 
     def put(self, columns: Cases, other: Load) -> Load:
         """This load, with its `columns` (k,) replaced by those of `other`, a load of k cases."""
@@ -127,17 +110,12 @@ class Load:
         return np.zeros_like(self.rate) if self.wave is None else self.wave.bend(time)
 
 
-class UnderLoad:
+class UnderLoad(ByCase):
     """Common to all forms of films: frozen dataclasses with a `load`, which is one smooth span of load in each case."""
 
     __slots__ = ()
 
     load: Load
-
-    @property
-    def border(self) -> int:
-        """Index of the first row of the border, counted from the end of the state."""
-        raise NotImplementedError
 
     @property
     def electric(self) -> bool:

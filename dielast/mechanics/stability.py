@@ -13,7 +13,7 @@ Eq. 9 takes every branch as frozen. If a disturbance is watched for a time theta
 Under a prescribed charge, the tangent is that at fixed charge, and a film of constant permittivity never pulls in. In a circuit,
 charge flows while the film is watched. Behind a source with a resistance, the charge is constant for theta far below the time
 constant r C of the circuit, and the voltage is constant for theta far above it, where the film pulls in as it would without a
-resistance (`circuit`).
+resistance (`electric`).
 """
 
 from __future__ import annotations
@@ -25,9 +25,9 @@ import numpy as np
 
 from dielast.errors import InputError
 from dielast.mechanics.electric import ELECTRIC
-from dielast.mechanics.point import Points
+from dielast.mechanics.point_material import Points
 from dielast.mechanics.span import Control, stretched
-from dielast.numerics.columns import Floats
+from dielast.numerics.arrays import Floats
 
 FOLD_STEPS, FOLD_REACH = 6, 1e-2  # number of Newton steps to a fold, and its largest relative distance from the start
 DAMPER_MODULUS_RATIO = 1e4  # modulus of the damper over that of the equilibrium spring
@@ -40,7 +40,7 @@ SLOWEST_RATE = 1e4
 class TimeScale:
     """The time theta for which a disturbance is watched: `share` times the time since the voltage began to rise, plus `seconds`.
 
-    Raises `InputError` unless both are finite and not negative. For the clock of the share see `mechanics.clock`.
+    Raises `InputError` unless both are finite and not negative. For the clock of the share see `watch.VoltageClock`.
     """
 
     share: float = 0.01
@@ -62,15 +62,8 @@ class TimeScale:
         """A fixed time in s; 0 is the criterion of Eq. 9 as printed, with every branch frozen."""
         return cls(0.0, seconds)
 
-    @property
-    def literal(self) -> bool:
-        """Whether every branch counts as frozen."""
-        return self.share == 0 and self.seconds == 0
-
     def weight(self, points: Points, time: Floats) -> Floats:
         """The fraction exp(-theta/tau) (n, cases) of stiffness that springs keep at `time` (cases,) in s since the voltage rose."""
-        if self.literal:
-            return np.ones_like(points.rate)
         return np.exp(points.rate * (-3 * self.watched(time)))
 
     def watched(self, time: Floats) -> Floats:
@@ -105,8 +98,7 @@ def stability(
     watched: Floats | None = None,
 ) -> Stability:
     """Stability at x (2, n, cases), or (1, n, cases) if both axes are equal, Lambda and nominal stress (2, cases), and the
-    prescribed
-    `electrical` quantity (cases,), such as the nominal field in V/m.
+    prescribed `electrical` quantity (cases,), such as the nominal field in V/m.
 
     `weighted_modulus` (n, cases) in Pa is the modulus of each spring times the fraction that it retains. `watched` (cases,) is the
     time scale in s, in which charge flows in a circuit; without it the charge is frozen, like a branch.
@@ -188,36 +180,30 @@ class Fold:
         Time and Lambda are unchanged in cases where Newton's method does not converge nearby.
         """
         start = np.concatenate((self.log_squared_stretch, self.time[None]))
-        scale = np.stack((np.full_like(self.time, 1e-5), np.full_like(self.time, 1e-5), 1e-5 * self.time))
+        unit = np.stack((np.ones_like(self.time), np.ones_like(self.time), self.time))
+        scale = 1e-5 * unit
         stress = self.points.law.stress(self.points.springs(self.internal, self.log_squared_stretch))
         rate = self.points.rate * (3 * stress - stress.sum(axis=0))
         unknown = start.copy()
         with np.errstate(all="ignore"):
             for _ in range(FOLD_STEPS):
-                slopes = [
-                    (self._residual(unknown + scale * unit, rate) - self._residual(unknown - scale * unit, rate)) / 2
-                    for unit in np.eye(3)[:, :, None]
-                ]
+                moves = [scale * axis for axis in np.eye(3)[:, :, None]]
+                slopes = [(self._residual(unknown + move, rate) - self._residual(unknown - move, rate)) / 2 for move in moves]
                 matrix = np.moveaxis(np.array(slopes), (0, 1, 2), (2, 1, 0))
-                regular = np.isfinite(matrix).all(axis=(1, 2)) & (
-                    np.abs(np.linalg.det(np.where(np.isfinite(matrix), matrix, 0.0))) > 0
-                )
+                finite = np.isfinite(matrix)
+                regular = finite.all(axis=(1, 2)) & (np.abs(np.linalg.det(np.where(finite, matrix, 0.0))) > 0)
                 matrix[~regular] = np.eye(3)
                 step = scale * np.linalg.solve(matrix, -self._residual(unknown, rate).T[:, :, None])[:, :, 0].T
                 unknown = unknown + np.where(regular, step, np.nan)
-            near = np.all(
-                np.abs(unknown - start) <= FOLD_REACH * np.stack((np.ones_like(self.time), np.ones_like(self.time), self.time)),
-                axis=0,
-            )
+            near = np.all(np.abs(unknown - start) <= FOLD_REACH * unit, axis=0)
             near &= np.all(np.abs(step) <= 1e-8 * np.maximum(np.abs(unknown), 1e-3), axis=0)
             refined = np.where(near, unknown, start)
             internal, _, nominal, _ = self._film(refined, rate)
         return refined[2], internal, refined[:2], nominal
 
     def _residual(self, unknown: Floats, rate: Floats) -> Floats:
-        """The residual (3, cases): the imbalance of free axes over the modulus of the equilibrium spring, or the deviation of
-        driven
-        axes in Lambda, and the margin.
+        """The residual (3, cases): the margin, and for both axes before it the imbalance over the modulus of the equilibrium spring
+        where the axis is free, the deviation in Lambda where it is driven.
         """
         log_squared, time = unknown[:2], unknown[2]
         internal, driven, nominal, carried = self._film(unknown, rate)

@@ -1,12 +1,13 @@
 """Specimens of prescribed stretch, branch by branch: the branches are independent, as all have the stretch of the specimen.
 
-The viscous stretch of a branch follows from the history of the stretch, its relaxation time and its law, whatever its modulus:
+The elastic strain e = Lambda - x of a branch follows from the history of the stretch, its relaxation time and its law, whatever its
+modulus:
 
-    dx/dt = f p(Lambda(t) - x) / (3 tau),    s = sum mu p / lambda,
+    de/dt = dLambda/dt - f p(e) / (3 tau),    s = sum mu p / lambda,
 
 with Lambda = 2 ln lambda, x = 2 ln xi and f = `Symmetry.flow` (Sec. 3 of DOI 10.1115/1.4030850). So materials that differ only in
 moduli share all branches, and materials that differ in some branches share the others. If axis 2 is held at stretch 1, the flow is
-that of `elimination`.
+that of `elimination`. The elastic strain of a fast branch is far smaller than x, and its stress is as exact as this strain.
 """
 
 from __future__ import annotations
@@ -17,35 +18,35 @@ import numpy as np
 
 from dielast.material.springs import SpringLaw, Symmetry
 from dielast.mechanics.elimination import Eliminated, flow_of
-from dielast.numerics.columns import Cases, Flags, Floats
+from dielast.numerics.arrays import ByCase, Cases, Flags, Floats
 from dielast.numerics.integrate import Status, integrate
 from dielast.numerics.stride import DenseSteps, Stride
 
+ROUNDING = 3e-15  # least tolerance for an elastic strain: ten times the rounding error of A - C
+
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Branches:
+class Branches(ByCase):
     """Branches of `rate` 1/(3 tau) (cases,) in 1/s, whose stretch in axis 1 is `start` + `slope` t, both (cases,).
 
-    A state (rows, cases) holds x of axis 1; without a `symmetry` it also holds x of axis 2, which is held at stretch 1.
+    A state (rows, cases) holds e of axis 1; without a `symmetry` it also holds e of axis 2, which is held at stretch 1. `scale`
+    (cases,) is the strain over which errors count.
     """
 
     law: SpringLaw
     rate: Floats
+    scale: Floats
     symmetry: Symmetry | None
     start: Floats
     slope: Floats
 
-    def take(self, cases: Cases) -> Branches:
-        """The selected cases (k,)."""
-        return Branches(self.law.take(cases), self.rate[cases], self.symmetry, self.start[cases], self.slope[cases])
-
-    def log_squared(self, time: Floats) -> Floats:
-        """Lambda (cases,) of axis 1 at `time` (cases,) in s since the span began."""
-        return np.asarray(2 * np.log(self.start + self.slope * time))
+    def strain_rate(self, time: Floats) -> Floats:
+        """dLambda/dt (cases,) of axis 1 at `time` (cases,) in s since the span began."""
+        return np.asarray(2 * self.slope / (self.start + self.slope * time))
 
     def error(self, state: Floats, increment: Floats) -> Floats:
-        """Largest relative error (cases,) of the viscous stretches."""
-        return np.asarray(0.5 * np.max(np.abs(increment), axis=0))
+        """Largest error (cases,) of the elastic stretches over the `scale`."""
+        return np.asarray(0.5 * np.max(np.abs(increment), axis=0) / self.scale)
 
     def linearise(self, time: Floats, state: Floats, step: Floats, gamma: float) -> AxialStep | PlanarStep:
         """The linear system of a step (cases,) in s that starts at `time` and `state`."""
@@ -57,21 +58,18 @@ class AxialStep:
 
     def __init__(self, system: Branches, time: Floats, state: Floats, step: Floats, gamma: float) -> None:
         assert system.symmetry is not None
-        self.system, self.symmetry, self.flow = system, system.symmetry, system.symmetry.flow * step * system.rate
-        self.stress, tangent = system.law.axial_tangent(system.symmetry, *elastic(system.symmetry, self._at(time, state)))
-        tangent *= self.flow
-        self.change = tangent * (2 * step * system.slope / (system.start + system.slope * time))
-        self.inverse = 1 / (tangent + 1 / gamma)
-
-    def _at(self, time: Floats, state: Floats) -> Floats:
-        return self.system.log_squared(time) - state
+        self.system, self.symmetry, self.step = system, system.symmetry, step
+        self.flow = system.symmetry.flow * step * system.rate
+        self.stress, tangent = system.law.axial_tangent(system.symmetry, *elastic(system.symmetry, state))
+        self.change = -0.5 * np.square(step * system.strain_rate(time))
+        self.inverse = 1 / (tangent * self.flow + 1 / gamma)
 
     def increment(self, time: Floats, state: Floats, history: Floats | None, gamma_i: float, out: Floats) -> Floats:
         """The increment u_i of the stage at `time` and `state`, in `out`; `history` is sum_j c_ij u_j, None in the first stage."""
         stress = self.stress
         if history is not None:
-            stress = self.system.law.axial_stress(self.symmetry, *elastic(self.symmetry, self._at(time, state)))
-        right = stress * self.flow
+            stress = self.system.law.axial_stress(self.symmetry, *elastic(self.symmetry, state))
+        right = self.step * self.system.strain_rate(time) - stress * self.flow
         if history is not None:
             right += history
         if gamma_i:
@@ -83,25 +81,20 @@ class PlanarStep:
     """The linear system of one step of branches whose axis 2 is held: one 2x2 block per branch."""
 
     def __init__(self, system: Branches, time: Floats, state: Floats, step: Floats, gamma: float) -> None:
-        self.system, self.flow = system, step * system.rate
-        self.stress, tangent = system.law.tangent(self._squared(time, state))
+        self.system, self.step, self.flow = system, step, step * system.rate
+        self.stress, tangent = system.law.tangent(np.exp(state[:, None]))
         self.springs = Eliminated.of(np.ones_like(self.flow), tangent, self.flow, 1 / gamma)
-        change_of_stretch = 2 * step * system.slope / (system.start + system.slope * time)
-        self.change = flow_of(tangent[:2] * change_of_stretch, self.flow)
-
-    def _squared(self, time: Floats, state: Floats) -> Floats:
-        elastic = -state[:, None]
-        elastic[0] += self.system.log_squared(time)
-        return np.exp(elastic, out=elastic)
+        self.change = -0.5 * np.square(step * system.strain_rate(time))
 
     def increment(self, time: Floats, state: Floats, history: Floats | None, gamma_i: float, out: Floats) -> Floats:
         """As in `AxialStep`."""
-        stress = self.stress if history is None else self.system.law.stress(self._squared(time, state))
-        right = flow_of(stress, self.flow)
+        stress = self.stress if history is None else self.system.law.stress(np.exp(state[:, None]))
+        right = -flow_of(stress, self.flow)
+        right[0] += self.step * self.system.strain_rate(time)
         if history is not None:
             right += history[:, None]
         if gamma_i:
-            right += gamma_i * self.change
+            right[0] += gamma_i * self.change
         increment = np.empty_like(right)
         self.springs.solve(right, increment)
         out[:] = increment[:, 0]
@@ -135,6 +128,21 @@ class Histories:
         rise = self.stretch[cases, index + 1] - start[columns]
         slope[columns] = np.where(lasts > 0, rise, 0.0) / np.where(lasts > 0, lasts, 1.0)
         return replace(system, start=start, slope=slope), lasts
+
+    def largest_elastic_strain(self, rate: Floats) -> Floats:
+        """The largest |Lambda - x| (cases,) at the corners, of linear branches of `rate` 1/(3 tau) (cases,) in 1/s.
+
+        Between corners at which Lambda differs by D after a time h, d(Lambda - x)/dt = D/h - (Lambda - x)/tau.
+        """
+        log_squared, lasts = 2 * np.log(self.stretch), np.diff(self.time, axis=1) * 3 * rate[:, None]
+        fading, rise = np.exp(-lasts), np.diff(log_squared, axis=1)
+        rise *= np.where(lasts > 0, -np.expm1(-lasts) / np.where(lasts > 0, lasts, 1.0), 1.0)
+        strain = log_squared[:, 0]
+        largest = np.abs(strain)
+        for span in range(self.spans):
+            strain = fading[:, span] * strain + rise[:, span]
+            largest = np.maximum(largest, np.abs(strain))
+        return np.asarray(largest)
 
     def smooth(self, index: Cases) -> Flags:
         """False (k,): every corner is a kink."""
@@ -176,30 +184,30 @@ def carried(
     """The nominal stress (cases, k) in axis 1 of branches, over their shear moduli, at `times` (cases, k) in s.
 
     `stretch` (cases, k) is the stretch at these times, `rate` (cases,) is 1/(3 tau) in 1/s, 0 for an elastic spring. `symmetry` is
-    that of the load, None if axis 2 is held; `law` is for arrays (..., 1, cases). `rtol` bounds the local relative error of the
-    viscous stretches. The stress is NaN where a branch cannot follow its history.
+    that of the load, None if axis 2 is held; `law` is for arrays (..., 1, cases). `rtol` bounds the local error of the elastic
+    stretches over the largest elastic strain of a linear branch: the strain of a fast branch is small, but its modulus may be
+    large. The stress is NaN where a branch cannot follow its history.
     """
-    count, (rows, lasting) = rate.size, (2 if symmetry is None else 1, histories.time[:, -1])
-    viscous = np.zeros((rows, count, times.shape[1]))
-    flowing = np.flatnonzero(rate > 0)
-    lost = np.zeros(count, dtype=bool)
-    if flowing.size:
-        flowing_histories = Histories(histories.time[flowing], histories.stretch[flowing])
-        start, zero = flowing_histories.stretch[:, 0], np.zeros(flowing.size)
-        system = Branches(law.take(flowing), rate[flowing], symmetry, start, zero)
-        steps = _Steps()
-        ended = integrate(
-            system, np.zeros((rows, flowing.size)), lasting[flowing], rtol=rtol, observe=steps, spans=flowing_histories
-        )
-        lost[flowing] = ended.status != Status.COMPLETED
-        if steps.parts:
-            viscous[:, flowing] = steps.states(times[flowing], lasting[flowing])
     log_squared = 2 * np.log(stretch)
+    strain = log_squared[None] if symmetry is not None else np.stack((log_squared, np.zeros_like(log_squared)))
+    flowing = np.flatnonzero(rate > 0)
+    lost = np.zeros(rate.size, dtype=bool)
+    if flowing.size:
+        history = Histories(histories.time[flowing], histories.stretch[flowing])
+        scale = np.clip(history.largest_elastic_strain(rate[flowing]), ROUNDING / rtol, 1.0)
+        start, zero = history.stretch[:, 0], np.zeros(flowing.size)
+        system = Branches(law.take(flowing), rate[flowing], scale, symmetry, start, zero)
+        steps, opening = _Steps(), np.zeros((strain.shape[0], flowing.size))
+        opening[0] = 2 * np.log(start)
+        ended = integrate(system, opening, history.time[:, -1], rtol=rtol, observe=steps, spans=history)
+        lost[flowing] = ended.status != Status.COMPLETED
+        strain[:, flowing] = opening[:, :, None]
+        if steps.parts:
+            strain[:, flowing] = steps.states(times[flowing], history.time[:, -1])
     with np.errstate(all="ignore"):
         if symmetry is None:
-            squared = np.exp(np.stack((log_squared, np.zeros_like(log_squared))) - viscous)
-            stress = law.stress(np.moveaxis(squared, 1, 2))[0].T
+            stress = law.stress(np.moveaxis(np.exp(strain), 1, 2))[0].T
         else:
-            stress = law.axial_stress(symmetry, *(side.T for side in elastic(symmetry, log_squared - viscous[0]))).T
+            stress = law.axial_stress(symmetry, *(side.T for side in elastic(symmetry, strain[0]))).T
         stress = stress / stretch
     return np.where(np.isfinite(stress) & ~lost[:, None], stress, np.nan)

@@ -8,17 +8,17 @@ the stress is prescribed, the nominal stress s_1 if the stretch is.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
-from dielast.material.springs import EQUIBIAXIAL, UNIAXIAL, Symmetry
+from dielast.material.springs import UNIAXIAL, Symmetry
 from dielast.mechanics.electric import ELECTRIC
 from dielast.mechanics.passive.framed import FramedFilms
-from dielast.mechanics.point import FOLLOWER_WEIGHT, LoadedPoints, Points
+from dielast.mechanics.point import FOLLOWER_WEIGHT, BorderedStep, LoadedPoints
+from dielast.mechanics.point_material import Points
 from dielast.mechanics.span import Control, Load, UnderLoad
-from dielast.numerics.columns import Cases, Floats
-
-__all__ = ["EQUIBIAXIAL", "UNIAXIAL", "Films", "SymmetricPoints", "Symmetry"]
+from dielast.numerics.arrays import Floats
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -29,14 +29,8 @@ class SymmetricPoints(UnderLoad):
     load: Load
     symmetry: Symmetry
 
-    @property
-    def border(self) -> int:
-        """Index of the first row of the border, counted from the end of the state."""
-        return -1
-
-    def take(self, cases: Cases) -> SymmetricPoints:
-        """The selected cases (k,)."""
-        return type(self)(self.points.take(cases), self.load.take(cases), self.symmetry)
+    border: ClassVar[int] = -1
+    """Index of the first row of the border, counted from the end of the state."""
 
     def pack(self, internal: Floats, log_squared_stretch: Floats, nominal_stress: Floats) -> Floats:
         """State (n + 1, cases) from x (2, n, cases), Lambda and nominal stress (2, cases)."""
@@ -56,12 +50,12 @@ class SymmetricPoints(UnderLoad):
 
     def error(self, state: Floats, increment: Floats) -> Floats:
         """Largest relative error (cases,) of stretches, stress and viscous stretches due to an `increment` of the `state`."""
-        error = np.abs(increment)
+        error = np.abs(increment[-1])
         if self.load.controls[0] is Control.STRETCH:
-            error[-1] *= 2 * FOLLOWER_WEIGHT / (np.abs(state[-1]) + self.points.stress_floor)
+            error *= 2 * FOLLOWER_WEIGHT / (np.abs(state[-1]) + self.points.stress_floor)
         else:
-            error[-1] *= np.where(self.load.moving, FOLLOWER_WEIGHT, 1.0)
-        return np.asarray(0.5 * np.max(error, axis=0))
+            error *= np.where(self.load.moving, FOLLOWER_WEIGHT, 1.0)
+        return np.asarray(0.5 * np.maximum(np.max(np.abs(increment[: self.border]), axis=0), error))
 
     def linearise(self, time: Floats, state: Floats, step: Floats, gamma: float) -> SymmetricArrowhead:
         """The linear system of a step (cases,) in s that starts at `time` and `state`."""
@@ -88,8 +82,10 @@ class SymmetricPoints(UnderLoad):
         return front, thickness
 
 
-class SymmetricArrowhead:
+class SymmetricArrowhead(BorderedStep):
     """The linear system of one step, factorised: `point.Arrowhead` with scalars in place of 2x2 blocks."""
+
+    unknowns: ClassVar[int] = 1
 
     def __init__(self, system: SymmetricPoints, time: Floats, state: Floats, step: Floats, gamma: float) -> None:
         self.system, self.gamma = system, gamma
@@ -108,9 +104,9 @@ class SymmetricArrowhead:
         self._condense(load, step * load.slope(time), driven, log_squared, nominal)
 
     def _condense(self, load: Load, change: Floats, driven: Floats, log_squared: Floats, nominal: Floats) -> None:
-        """Set the inverse (cases,) of the border's entry, and the right-hand side due to the rates of the prescribed values;
-        `change`
-        (3, cases) is these rates times the step.
+        """Set the inverse (cases,) of the border's entry, and the right-hand side due to the rates of the prescribed values.
+
+        `change` (3, cases) is these rates times the step.
         """
         points = self.system.points
         stretch = np.exp(0.5 * log_squared)
@@ -124,11 +120,11 @@ class SymmetricArrowhead:
         if load.controls[0] is Control.STRESS:
             self.prescribed_change = None
             self.load_term += stretch * change[0]
-            self.border = 1 / tangent
+            self.border_inverse = 1 / tangent
         else:
             self.prescribed_change = 2 * change[0] / driven[0]
             self.load_term -= tangent * self.prescribed_change
-            self.border = -1 / stretch
+            self.border_inverse = -1 / stretch
 
     def increment(self, time: Floats, state: Floats, history: Floats | None, gamma_i: float, out: Floats) -> Floats:
         """The increment u_i of the stage at `time` and `state`, in `out`; `history` is sum_j c_ij u_j, None in the first stage."""
@@ -149,24 +145,19 @@ class SymmetricArrowhead:
             residual += points.equibiaxial_maxwell_stress(log_squared, driven[ELECTRIC])
         if gamma_i:
             residual += gamma_i * self.load_term
-        residual = self._solve(residual, out, time, state, history, gamma_i)
-        out[-1] = residual
-        change_of_stretch = residual if self.prescribed_change is None else gamma_i * self.prescribed_change
+        self._solve(residual, out, time, state, history, gamma_i)
         right *= self.inverse
-        np.multiply(self.follows, change_of_stretch, out=out[: system.border])
+        np.multiply(self.follows, self._change_of_stretch(out[-1:], gamma_i), out=out[: system.border])
         out[: system.border] += right
         return out
 
-    def _drive(self, by_load: Floats, change: Floats) -> None:
-        """Add the right-hand side due to the rate of the electrical quantity; `by_load` is the derivative of the Maxwell stress."""
-        self.load_term += by_load * change[ELECTRIC]
+    def _border(self, right: Floats, out: Floats | None = None) -> Floats:
+        """The last row (1, cases) of the increment for a right-hand side (1, cases)."""
+        return np.asarray(np.multiply(self.border_inverse, right, out=out))
 
-    def _solve(
-        self, residual: Floats, increment: Floats, time: Floats, state: Floats, history: Floats | None, gamma_i: float
-    ) -> Floats:
-        """The last row (cases,) of the increment, from the right-hand side `residual` (cases,)."""
-        residual *= self.border
-        return residual
+    def _change_of_stretch(self, border: Floats, gamma_i: float) -> Floats:
+        """The increment of Lambda (1, cases) that belongs to the last row `border` (1, cases)."""
+        return border if self.prescribed_change is None else gamma_i * self.prescribed_change[None]
 
 
 Films = LoadedPoints | SymmetricPoints | FramedFilms

@@ -1,4 +1,4 @@
-"""Events of films, located on the dense output of the stepper.
+"""Events of films, located on the dense output of the stepper, and how long the voltage has been on.
 
 An event is the fall to zero of the signal of a criterion, which is positive at first. `Watch` evaluates every signal in the middle
 and at the end of every step, and stores a bracket where a signal falls. All brackets of a piece of load are refined together at the
@@ -8,22 +8,97 @@ end of the piece.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 
 import numpy as np
 
-from dielast.mechanics.brackets import Brackets
-from dielast.mechanics.clock import VoltageClock
+from dielast.mechanics.brackets import Brackets, Exposure
 from dielast.mechanics.criteria.criterion import Criterion, Moment, Signal, WatchedFilms
 from dielast.mechanics.criteria.pull_in import stability_at
-from dielast.mechanics.event_arrays import EventArrays
-from dielast.mechanics.exposure import Exposure
 from dielast.mechanics.span import Load
 from dielast.mechanics.stability import Stability
 from dielast.mechanics.symmetric import Films
-from dielast.numerics.columns import Cases, Flags, Floats, paired, where
+from dielast.numerics.arrays import ByCase, Cases, Flags, Floats, paired, where
 from dielast.numerics.roots import CLOSE
 from dielast.numerics.stride import DenseSteps, Stride
+
+JUST_INSIDE = 0.01  # fraction of a span, from either end, at which the magnitude of the voltage shows whether it rises at that end
+
+
+@dataclass(slots=True, eq=False)
+class VoltageClock:
+    """A clock that restarts whenever the magnitude of the voltage begins to rise after a hold or a fall.
+
+    The time scale of pull-in is a share of its time.
+
+    `started` (cases,) is the time of the last restart in s since the voltage programme began; `rising` (cases,) says whether the
+    magnitude rises now.
+    """
+
+    started: Floats
+    rising: Flags
+
+    @classmethod
+    def at_rest(cls, cases: int) -> VoltageClock:
+        """The clock before the programme."""
+        return cls(np.zeros(cases), np.zeros(cases, dtype=bool))
+
+    def age(self, cases: Cases, time: Floats) -> Floats:
+        """The time (k,) in s since the last restart, of cases (k,) at times (k,) in s since the programme began."""
+        return np.asarray(time - self.started[cases])
+
+    def jump(self, time: Floats, before: Floats, after: Floats) -> None:
+        """The nominal field jumps from `before` to `after` at a `time`, all (cases,)."""
+        up = np.abs(after) > np.abs(before)
+        self.started = np.where(up & ~self.rising, time, self.started)
+        self.rising = np.where(after == before, self.rising, up)
+
+    def follow(self, stride: Stride, load: Load, start: Floats) -> Cases:
+        """Follow a step of a piece that began at `start` (cases,) in s; returns the columns in which the clock restarted."""
+        opening, ending = stride.accepted & (stride.time == 0), stride.accepted & (stride.until == stride.duration)
+        restarted = np.zeros(0, dtype=np.intp)
+        if opening.any() or ending.any():
+            # within a span the magnitude is monotonic, or rises and then falls
+            begin, after_begin, before_end, end = (
+                np.abs(load.value(share * stride.duration)[2]) for share in (0.0, JUST_INSIDE, 1 - JUST_INSIDE, 1.0)
+            )
+            restarted = np.flatnonzero(opening & (after_begin > begin) & ~self.rising[stride.cases])
+            self.started[stride.cases[restarted]] = (start[stride.cases] + stride.begin)[restarted]
+            self.rising[stride.cases[opening]] = (after_begin > begin)[opening]
+            self.rising[stride.cases[ending]] = (end > before_end)[ending]
+        return restarted
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class EventArrays(ByCase):
+    """The first event of one criterion: arrays (cases,), NaN for films without that event.
+
+    `time` is in s since the voltage programme began, `field` the nominal field in V/m; Lambda and the mechanical nominal stress in
+    Pa are (2, cases); `determinant` is that of pull-in, `exposed` (exposures, cases) are the integrals of exposure.
+    """
+
+    time: Floats
+    field: Floats
+    log_squared_stretch: Floats
+    nominal_stress: Floats
+    determinant: Floats
+    exposed: Floats
+
+    @classmethod
+    def never(cls, cases: int, exposures: int) -> EventArrays:
+        """No events yet, in films with this number of `exposures`."""
+        return cls(*(np.full((*axes, cases), np.nan) for axes in ((), (), (2,), (2,), (), (exposures,))))
+
+    @property
+    def row(self) -> Floats:
+        """A row of output at the event (6 + exposures, cases): Lambda, nominal stress, field, determinant, exposures."""
+        single = self.field[None], self.determinant[None]
+        return np.concatenate((self.log_squared_stretch, self.nominal_stress, *single, self.exposed))
+
+    def put(self, cases: Cases, part: EventArrays) -> None:
+        """Write the events `part` of the cases (k,)."""
+        for one in fields(self):
+            getattr(self, one.name)[..., cases] = getattr(part, one.name)
 
 
 @dataclass(slots=True, eq=False)
@@ -31,25 +106,17 @@ class Lookout:
     """The state of the search for one criterion.
 
     `signal` is None if the criterion has a rate or cannot be met, `exposure` is None unless it has a rate. `seen` (cases,) marks
-    the cases in which the event has happened, `last` (cases,) is the signal at the last evaluation, `brackets` contain the events
-    of the present piece of load, and `happened` the events that have been located.
+    the cases in which the event has happened, `last` (cases,) is the signal (or the exposure) at the last evaluation, `brackets`
+    contain the events of the present piece of load, and `happened` the events that have been located.
     """
 
     criterion: Criterion
     signal: Signal | None
+    exposure: Exposure | None
     seen: Flags
     last: Floats
     happened: EventArrays
-    exposure: Exposure | None = None
     brackets: list[Brackets] = field(default_factory=list)
-
-    @classmethod
-    def of(cls, criterion: Criterion, films: WatchedFilms) -> Lookout:
-        """The search for a criterion before the first step."""
-        cases = films.breakdown_field.size
-        signal, rate = criterion.signal(films), criterion.rate(films)
-        exposure = None if rate is None else Exposure(rate, cases)
-        return cls(criterion, signal, np.zeros(cases, dtype=bool), np.ones(cases), EventArrays.never(cases, 0), exposure)
 
 
 class Watch:
@@ -64,10 +131,20 @@ class Watch:
     def __init__(self, films: WatchedFilms, criteria: Iterable[Criterion], until: Sequence[str], ends: Sequence[str] = ()) -> None:
         cases = films.breakdown_field.size
         self.films, self.until, self.ends = films, until, ends
-        self.lookouts = [Lookout.of(criterion, films) for criterion in criteria]
-        self.exposures = {one.criterion.name: one.exposure for one in self.lookouts if one.exposure is not None}
-        for lookout in self.lookouts:
-            lookout.happened = EventArrays.never(cases, len(self.exposures))
+        rates = [(criterion, criterion.rate(films)) for criterion in criteria]
+        exposures = {criterion: Exposure(rate, cases) for criterion, rate in rates if rate is not None}
+        self.exposures = list(exposures.values())
+        self.lookouts = [
+            Lookout(
+                criterion,
+                criterion.signal(films),
+                exposures.get(criterion),
+                np.zeros(cases, dtype=bool),
+                np.ones(cases),
+                EventArrays.never(cases, len(exposures)),
+            )
+            for criterion, _ in rates
+        ]
         self.clock = VoltageClock.at_rest(cases)
         self._start = np.zeros(cases)
         self._begun = False
@@ -112,41 +189,37 @@ class Watch:
         """Store the brackets of signals that fall within the step; returns the mask (pool,) of columns whose case ends with it."""
         system, cases = _films(stride), stride.cases
         restarted = self.clock.follow(stride, system.load, self._start)
-        exposed = {name: exposure.follow(stride, system) for name, exposure in self.exposures.items()}
+        for exposure in self.exposures:
+            exposure.follow(stride, system)
         opening = halfway = ending = None
         for lookout in self.lookouts:
-            wanted = stride.accepted & ~lookout.seen[cases]
-            if lookout.signal is None or not wanted.any():
+            watched = stride.accepted & ~lookout.seen[cases]
+            if (lookout.signal is None and lookout.exposure is None) or not watched.any():
                 continue
-            if halfway is None:
-                halfway = self._moment(stride, stride.time + 0.5 * stride.step, stride.halfway())
-                ending = self._moment(stride, stride.until, stride.after)
-            assert ending is not None
-            if restarted.size:  # signals depend on the clock, and jump where it restarts
-                opening = opening or self._moment(stride, stride.time, stride.before)
-                lookout.last[cases[restarted]] = lookout.signal(opening)[restarted]
-            last, half, value = lookout.last[cases], lookout.signal(halfway), lookout.signal(ending)
-            fallen = wanted & ~((half > 0) & (value > 0))
-            # the minimum of the parabola, where it lies within the step
-            curvature = last - 2 * half + value
-            bottom = half - np.square(value - last) / (8 * np.where(curvature > 0, curvature, np.inf))
-            dips = where(wanted & ~fallen & (bottom < CLOSE) & (np.abs(value - last) < 2 * curvature))
-            if dips.size:
-                brackets = self._brackets(stride, dips, last, value)
-                sampled = brackets.sampled(lookout.signal, system.take(dips), lookout.criterion.needs_springs)[0]
-                fallen[dips] = np.any(sampled <= 0, axis=0)
+            if lookout.exposure is not None:
+                last, value = lookout.exposure.before, lookout.exposure.after
+                fallen = watched & ~(value < 1)
+            else:
+                assert lookout.signal is not None
+                halfway = halfway or self._moment(stride, stride.time + 0.5 * stride.step, stride.halfway())
+                ending = ending or self._moment(stride, stride.until, stride.after)
+                if restarted.size:  # signals depend on the clock, and jump where it restarts
+                    opening = opening or self._moment(stride, stride.time, stride.before)
+                    lookout.last[cases[restarted]] = lookout.signal(opening)[restarted]
+                last, half, value = lookout.last[cases], lookout.signal(halfway), lookout.signal(ending)
+                fallen = watched & ~((half > 0) & (value > 0))
+                # the minimum of the parabola, where it lies within the step
+                curvature = last - 2 * half + value
+                bottom = half - np.square(value - last) / (8 * np.where(curvature > 0, curvature, np.inf))
+                dips = where(watched & ~fallen & (bottom < CLOSE) & (np.abs(value - last) < 2 * curvature))
+                if dips.size:
+                    brackets = self._brackets(stride, dips, last, value)
+                    sampled = brackets.sampled(lookout.signal, system.take(dips), lookout.criterion.needs_springs)
+                    fallen[dips] = np.any(sampled <= 0, axis=0)
             if fallen.any():
                 lookout.brackets.append(self._brackets(stride, where(fallen), last, value))
                 lookout.seen[cases[fallen]] = True
-            lookout.last[cases[wanted]] = value[wanted]
-        for lookout in self.lookouts:
-            wanted = stride.accepted & ~lookout.seen[cases]
-            if lookout.exposure is not None and wanted.any():
-                last, value = exposed[lookout.criterion.name]
-                fallen = wanted & ~(value < 1)
-                if fallen.any():
-                    lookout.brackets.append(self._brackets(stride, where(fallen), last, value))
-                    lookout.seen[cases[fallen]] = True
+            lookout.last[cases[watched]] = value[watched]
         done = self.done[cases]
         return done if done.any() else None
 
@@ -164,10 +237,9 @@ class Watch:
                 assert lookout.signal is not None
                 time, moment = brackets.first_fall(lookout.signal, system, criterion.needs_springs)
             time, moment = criterion.refined(self.films, time, moment, brackets.load)
-            parts = zip(self.exposures.values(), brackets.exposed, strict=True)
-            self.note(
-                lookout, brackets.begin + time, moment, [exposure.at(brackets, before, time, system) for exposure, before in parts]
-            )
+            parts = zip(self.exposures, brackets.exposed, strict=True)
+            exposed = [exposure.at(brackets, before, time, system) for exposure, before in parts]
+            self.note(lookout, brackets.begin + time, moment, exposed)
             lookout.brackets = []
 
     def note(self, lookout: Lookout, time: Floats, moment: Moment, exposed: Sequence[Floats] | None = None) -> None:
@@ -185,11 +257,11 @@ class Watch:
 
     def exposed(self, cases: Cases) -> Floats:
         """The exposures (exposures, k) at the end of the last step."""
-        return np.reshape([exposure.total[cases] for exposure in self.exposures.values()], (len(self.exposures), cases.size))
+        return np.reshape([exposure.total[cases] for exposure in self.exposures], (len(self.exposures), cases.size))
 
     def exposed_along(self, stride: Stride, columns: Cases, fraction: Floats) -> Floats:
         """The exposures (exposures, k) at fractions (k,) of the last step."""
-        parts = [exposure.along(stride, _films(stride), columns, fraction) for exposure in self.exposures.values()]
+        parts = [exposure.along(stride, _films(stride), columns, fraction) for exposure in self.exposures]
         return np.reshape(parts, (len(self.exposures), columns.size))
 
     def stability(self, moment: Moment) -> Stability:
@@ -214,7 +286,7 @@ class Watch:
             self.clock.started[cases],
             last[columns],
             value[columns],
-            np.reshape([exposure.before[columns] for exposure in self.exposures.values()], (len(self.exposures), columns.size)),
+            np.reshape([exposure.before[columns] for exposure in self.exposures], (len(self.exposures), columns.size)),
         )
 
 

@@ -1,6 +1,13 @@
-"""Array types: `Floats` (float64), `Flags` (booleans), `Index` (integers that index another array)."""
+"""Array types, and how cases are selected: the last axis of arrays is the cases, and no result may depend on their number.
+
+`Floats` are float64, `Flags` booleans, `Index` integers that index another array; `Cases` index cases, or the columns of an array.
+"""
 
 from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import fields
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,3 +15,53 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 Index = NDArray[np.intp]
+Cases = Index
+
+
+def paired(columns: Cases) -> Cases:
+    """The columns (k,); a single column is repeated, to shape (2,).
+
+    numpy sums an array of shape (n, 1) in a different order than an array of shape (n, 2), and so rounds differently. No result may
+    depend on how many cases run together, so at least two columns are selected wherever sums over springs or stages follow.
+    Both copies then write the same result to the same column.
+    """
+    return np.repeat(columns, 2) if columns.size == 1 else columns
+
+
+def where(mask: Flags) -> Cases:
+    """The columns (k,) in which a mask is true; a single column is repeated (`paired`)."""
+    return paired(np.flatnonzero(mask))
+
+
+class ByCase:
+    """A dataclass of arrays whose last axis is the cases, and of objects with a method `take`; other fields hold for all cases."""
+
+    __slots__ = ()
+
+    def take(self, cases: Cases) -> Self:
+        """The selected cases (k,)."""
+        return type(self)(*(_taken(getattr(self, name), cases) for name in _arguments(type(self))))
+
+    @classmethod
+    def joined(cls, parts: Sequence[Self]) -> Self:
+        """The cases of all parts, in the order of the parts, which have the same fields that hold for all cases."""
+        return cls(*(_joined([getattr(part, name) for part in parts]) for name in _arguments(cls)))
+
+
+def _arguments(kind: type[Any]) -> tuple[str, ...]:
+    """The names of the fields that the constructor of a dataclass takes, in their order."""
+    return tuple(field.name for field in fields(kind) if field.init)
+
+
+def _taken(value: Any, cases: Cases) -> Any:
+    """The selected cases of the value of a field."""
+    if isinstance(value, np.ndarray):
+        return value.take(cases, axis=-1)  # contiguous, as sums over springs need it; indexing is not
+    return value.take(cases) if hasattr(value, "take") else value
+
+
+def _joined(values: list[Any]) -> Any:
+    """The cases of all values of a field."""
+    if isinstance(values[0], np.ndarray):
+        return np.concatenate(values, axis=-1)
+    return values[0].joined(values) if isinstance(values[0], ByCase) else values[0]

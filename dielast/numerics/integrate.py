@@ -13,15 +13,12 @@ from enum import IntEnum
 
 import numpy as np
 
-from dielast.numerics.columns import Cases, Flags, Floats, paired
+from dielast.numerics.arrays import Cases, Flags, Floats, paired
 from dielast.numerics.rosenbrock import RODAS5P, Rosenbrock
-from dielast.numerics.stride import Observer, Stride, advance
-from dielast.numerics.system import Spans, System
-from dielast.numerics.whereabouts import Whereabouts
+from dielast.numerics.stride import Observer, Spans, Stride, System, Whereabouts, advance
 
-POOL = (
-    32_000  # numbers in the state of the cases that advance together: large enough to amortise Python calls, small enough to cache
-)
+# numbers in the state of the cases that advance together: large enough to amortise Python calls, small enough to cache
+POOL = 32_000
 SAFETY, SHRINK, GROW = 0.9, 0.1, 8.0  # safety factor and bounds of the step size controller
 FIRST_MOVE = 5.0  # change of the state in the first step, in tolerances
 PROBED = 10.0 ** -np.arange(10)  # fractions of the proposed first step at which transients are looked for
@@ -140,7 +137,7 @@ class _Pool:
     def _refill(self, starting: Cases) -> None:
         """Drop the columns of cases that have ended, and add columns of the `starting` cases."""
         keep, count = np.flatnonzero(self.active), starting.size
-        at = self.at.take(keep).joined(Whereabouts.start(starting, self.durations[starting]))
+        at = Whereabouts.joined([self.at.take(keep), Whereabouts.start(starting, self.durations[starting])])
         state = np.concatenate((self.state[:, keep], self.result.state[:, starting]), axis=1)
         system = self.system_of_all.take(at.cases)
         if self.spans is not None and at.cases.size:

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from dielast.numerics.columns import Cases, Floats
+from dielast.numerics.arrays import Cases, Floats
 
 # Nodes and weights of the 15-point Kronrod rule on (-1, 1), from an end to the middle, and the weights of the 7-point Gauss rule at
 # the same nodes, as in QUADPACK (Piessens, de Doncker-Kapenga, Ueberhuber and Kahaner, Springer 1983).

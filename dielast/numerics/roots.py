@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from dielast.numerics.columns import Floats
+from dielast.numerics.arrays import Floats
 
 Signal = Callable[[Floats], Floats]
 

@@ -1,15 +1,84 @@
-"""One step of many cases, and the states within it (dense output)."""
+"""One step of many cases: the interface of the stepper to the equations that it integrates and to the spans of the load, the
+position of the cases in time, and the states within a step (dense output).
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Protocol
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any, Protocol, Self
 
 import numpy as np
 
-from dielast.numerics.columns import Cases, Flags, Floats, paired
+from dielast.numerics.arrays import ByCase, Cases, Flags, Floats, paired
 from dielast.numerics.rosenbrock import Rosenbrock
-from dielast.numerics.system import System
+
+
+class Linearised(Protocol):
+    """The linear system of one step."""
+
+    def increment(self, time: Floats, state: Floats, history: Floats | None, gamma_i: float, out: Floats) -> Floats:
+        """The increment u_i (rows, cases) of the stage at `time` and `state`, written to the contiguous array `out`.
+
+        `history` is sum_j c_ij u_j, None in the first stage.
+        """
+
+
+class System(Protocol):
+    """Differential-algebraic equations of index 1 for states of shape (rows, cases); the cases are independent."""
+
+    def take(self, cases: Cases) -> Self:
+        """The equations of the selected cases (k,)."""
+
+    def linearise(self, time: Floats, state: Floats, step: Floats, gamma: float) -> Linearised:
+        """The linear system of a step (cases,) in s that starts at `time` and `state`."""
+
+    def error(self, state: Floats, increment: Floats) -> Floats:
+        """The relative error (cases,) of a `state` (rows, cases) that is wrong by an `increment` (rows, cases)."""
+
+
+class Spans(Protocol):
+    """The spans of the load, one after another; the load is smooth within a span. The duration of a span may be 0."""
+
+    @property
+    def spans(self) -> int:
+        """The number of spans."""
+
+    def lasts(self, cases: Cases, index: Cases) -> Floats:
+        """Durations (k,) in s of the spans `index` (k,) of `cases` (k,)."""
+
+    def enter(self, system: Any, columns: Cases, cases: Cases, index: Cases) -> tuple[Any, Floats]:
+        """The system whose `columns` (k,), of `cases` (k,), enter the spans `index` (k,), and the durations (k,) of these spans."""
+
+    def smooth(self, index: Cases) -> Flags:
+        """Whether the load is smooth (without a kink) at the beginning of the spans `index` (k,)."""
+
+
+@dataclass(slots=True, eq=False)
+class Whereabouts(ByCase):
+    """The position of each column of a pool: all arrays (pool,).
+
+    A column integrates a case of index `cases` through the span of index `span`, which lasts `duration` s and begins `begin` s
+    after the start of the integration. `time` in s is the time since the span began, `rounding` in s the rounding error of `time`
+    (compensated summation). `next_step` is the step size to try, `last_step` and `last_error` (in tolerances) are those of the last
+    accepted step, 0 before the first.
+    """
+
+    cases: Cases
+    span: Cases
+    begin: Floats
+    duration: Floats
+    time: Floats
+    rounding: Floats
+    next_step: Floats
+    last_step: Floats
+    last_error: Floats
+
+    @classmethod
+    def start(cls, cases: Cases, duration: Floats) -> Whereabouts:
+        """Columns of `cases` (k,) at the beginning of their first span, which lasts `duration` (k,) s."""
+        zero = np.zeros((6, cases.size))
+        return cls(cases, np.zeros_like(cases), zero[0], duration, *zero[1:])
 
 
 def advance(system: System, method: Rosenbrock, time: Floats, state: Floats, step: Floats, increments: Floats) -> Floats:
@@ -74,15 +143,12 @@ class Stride:
         return np.asarray(state)
 
 
-class Observer(Protocol):
-    """A function that is called after every step."""
-
-    def __call__(self, stride: Stride) -> Flags | None:
-        """Mask (pool,) of the columns whose case stops at `stride.after`; None if no case stops."""
+Observer = Callable[[Stride], Flags | None]
+"""A function that is called after every step; returns a mask (pool,) of columns whose case stops at `stride.after`, or None."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class DenseSteps:
+class DenseSteps(ByCase):
     """Stored dense output of columns (k,) of strides: polynomials in the fraction of the step, `coefficients` (5, rows, k)."""
 
     method: Rosenbrock
@@ -99,16 +165,9 @@ class DenseSteps:
         coefficients = np.concatenate((ends, inner))
         return cls(stride.method, stride.cases[columns], stride.time[columns], stride.step[columns], coefficients)
 
-    @classmethod
-    def joined(cls, parts: list[DenseSteps]) -> DenseSteps:
-        """The columns of all parts, in the order of the parts."""
-        fields = ((part.cases, part.time, part.step, part.coefficients) for part in parts)
-        return cls(parts[0].method, *(np.concatenate(field, axis=-1) for field in zip(*fields, strict=True)))
-
-    def take(self, columns: Cases, rows: slice = slice(None)) -> DenseSteps:
-        """The selected columns (k,) and rows."""
-        coefficients = self.coefficients[:, rows][:, :, columns]
-        return DenseSteps(self.method, self.cases[columns], self.time[columns], self.step[columns], coefficients)
+    def rows(self, rows: slice) -> DenseSteps:
+        """The selected rows."""
+        return replace(self, coefficients=self.coefficients[:, rows])
 
     def state(self, fraction: Floats) -> Floats:
         """States (rows, k) at fractions (k,) of the steps."""

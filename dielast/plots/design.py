@@ -14,6 +14,7 @@ from matplotlib.patches import Rectangle
 from matplotlib.transforms import ScaledTranslation
 from numpy.typing import NDArray
 
+from dielast.numerics.arrays import Floats
 from dielast.plots.quantities import unit_for
 from dielast.plots.strips import limits, ticks_within
 from dielast.plots.style import (
@@ -31,7 +32,6 @@ from dielast.plots.style import (
 )
 from dielast.simulate.design import FAILS_FIRST, OUT_OF_REACH, YES, Design
 
-Array = NDArray[np.float64]
 MOST_LINES = 7
 ROOM = 1.6  # factor by which the time axis extends beyond the longest and below the shortest time
 WIDTH = 180.0  # points: about the width of the axes
@@ -53,11 +53,11 @@ class _Axis:
     """A quantity in which films differ: its label, the `values` (films,), and their `texts` in a legend."""
 
     label: str
-    values: Array
+    values: Floats
     texts: Sequence[str]
 
     @property
-    def levels(self) -> Array:
+    def levels(self) -> Floats:
         """The distinct values, ascending."""
         return np.unique(self.values)
 
@@ -159,7 +159,7 @@ class _Strip:
         return any(self.marker)
 
 
-def _strips(result: Design, life: Array) -> tuple[_Strip, _Strip]:
+def _strips(result: Design, life: Floats) -> tuple[_Strip, _Strip]:
     """The strips above the times, for films that live longer, and below them."""
     above = np.where(np.isposinf(life), "film", "")
     below = np.array([CROSSES.get(reason, "") for reason in result.reached.tolist()])
@@ -174,7 +174,7 @@ def _side_by_side(along: _Axis, lines: int) -> int:
     return max(1, min(lines, int(WIDTH * float(gaps.min(initial=1.0)) / APART) - 1))
 
 
-def _lives(axes: Axes, along: _Axis, result: Design, life: Array, lines: Sequence[NDArray[np.intp]], looks: Sequence[Any]) -> None:
+def _lives(axes: Axes, along: _Axis, result: Design, life: Floats, lines: Sequence[NDArray[np.intp]], looks: Sequence[Any]) -> None:
     """The times, above them marks of films that live longer than the horizon, and below them those of films without a life."""
     above, below = _strips(result, life)
     known = life[np.isfinite(life) & (life > 0)]
@@ -208,7 +208,7 @@ def _lives(axes: Axes, along: _Axis, result: Design, life: Array, lines: Sequenc
                     axes.plot(along.values[some], np.full(some.size, foot + ROW * (row + 0.75)), **look | at | mark)
 
 
-def _frontier(axes: Axes, along: _Axis, life: Array) -> bool:
+def _frontier(axes: Axes, along: _Axis, life: Floats) -> bool:
     """Draw the longest life of all films at each goal; returns whether it is known at any goal."""
     lives = np.where(np.isnan(life), 0.0, life)
     best = np.array([np.max(lives[along.values == level]) for level in along.levels])

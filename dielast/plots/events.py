@@ -14,17 +14,17 @@ from matplotlib.transforms import ScaledTranslation
 from numpy.typing import NDArray
 
 from dielast.mechanics.criteria import named, names
+from dielast.numerics.arrays import Floats
 from dielast.plots.looks import Arrangement
 from dielast.plots.style import SHADE
 
-Array = NDArray[np.float64]
 BAR = 0.8  # line width of the bar through an event
 TIP = 3.0  # points, between the end of the axes and the middle of a marker at it
 LEAST_SEEN = 0.02  # share of the height of the axes: a narrower band is hidden by its line
 
 Mark = tuple[int, str, float, float]
 Span = tuple[float, float]
-Band = tuple[Array, Array, Array]
+Band = tuple[Floats, Floats, Floats]
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,7 +36,7 @@ class View:
     factors: tuple[float, float]
     log: tuple[bool, bool]
 
-    def seen(self, x: Array, y: Array) -> NDArray[np.bool_]:
+    def seen(self, x: Floats, y: Floats) -> NDArray[np.bool_]:
         """Which points can be drawn on the axes."""
         return np.isfinite(x) & np.isfinite(y) & ((x > 0) | (not self.log[0])) & ((y > 0) | (not self.log[1]))
 

@@ -25,7 +25,7 @@ from dielast.plots.superposition import (
     shift_factors,
     where_determined,
 )
-from dielast.superposition.mastercurve import MasterCurve
+from dielast.superposition.result import MasterCurve
 
 
 class MeasuredCurve(Protocol):

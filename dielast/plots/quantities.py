@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from dielast.numerics.arrays import Floats
+
 # SI unit -> units from the largest to the smallest: name, factor from SI, and the least magnitude for which it is taken
 UNITS: dict[str, tuple[tuple[str, float, float], ...]] = {
     "V": (("kV", 1e-3, 100.0), ("V", 1.0, 0.0)),
@@ -46,7 +46,7 @@ def unit_for(unit: str, largest: float) -> tuple[str, float]:
     return unit, 1.0
 
 
-def axis_of(header: str, values: Iterable[Array] = ()) -> tuple[str, float]:
+def axis_of(header: str, values: Iterable[Floats] = ()) -> tuple[str, float]:
     """The label of an axis that shows these `values` of a column, and the factor from SI into the unit shown."""
     name, _, rest = header.partition(" [")
     unit = rest.rstrip("]")

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 
 from dielast.plots.style import COLOURS, degrees, log_axis, panels, row_legend, spread, style
 from dielast.relaxation.continuous import ContinuousSpectrum
-from dielast.relaxation.interconversion import answer
+from dielast.relaxation.interconversion import response
 from dielast.relaxation.reduce import Reduction
 from dielast.relaxation.result import SpectrumFit
 
@@ -101,7 +101,7 @@ def _draw_reduced(axes: Axes, result: SpectrumFit, reduction: Reduction) -> None
     if not within.any():
         return
     kind = result.kind
-    model = kind.label_factor * 3.0**kind.stiffness_power * answer(kind, spectrum, equilibrium, time[within])
+    model = kind.label_factor * 3.0**kind.stiffness_power * response(kind, spectrum, equilibrium, time[within])
     label = f"reduced to {len(spectrum)}, in its window"
     for index, channel in enumerate(model):
         abscissa = result.reduced_abscissa[within]

@@ -12,10 +12,10 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
+from dielast.numerics.arrays import Floats
 from dielast.plots.style import COLOURS, MARKERS, TEMPERATURES, degrees, spread, typeset
-from dielast.superposition.mastercurve import MasterCurve
+from dielast.superposition.result import MasterCurve
 
-Array = NDArray[np.float64]
 MOST_IN_LEGEND = 6  # temperatures; more are told by a colour bar
 HEIGHT = 95.0  # points, about, of the axes of the shift factors
 POINTS = 300  # about so many on the master curve, so that they do not run together
@@ -32,8 +32,8 @@ def where_determined(result: MasterCurve) -> NDArray[np.bool_]:
 
 def points(
     axes: Axes,
-    position: Array,
-    value: Array,
+    position: Floats,
+    value: Floats,
     colour: ScalarMappable,
     temperature: float,
     index: int,

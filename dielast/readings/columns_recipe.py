@@ -1,81 +1,71 @@
-"""`[data] columns` of `mastercurve`: which column of a table is what, and what that says of the measurement."""
+"""Columns of tables by role, what they say of the measurement, and the specimen by which extension and force are converted."""
 
 from __future__ import annotations
 
 from collections.abc import Collection
-from typing import Self
+from typing import Any, Self, TypeAlias
 
 from pydantic import Field, model_validator
 
+from dielast import units
 from dielast.errors import InputError
 from dielast.material.measurement_kind import KindName
-from dielast.readings.specimen_recipe import NamedColumns
+from dielast.recipe.fields import Length, Section
 from dielast.recipe.file_fields import ColumnName
-from dielast.units import (
-    ANGULAR_FREQUENCY,
-    COMPLIANCE,
-    FORCE,
-    FREQUENCY,
-    LENGTH,
-    NUMBER,
-    STRAIN,
-    STRESS,
-    TEMPERATURE,
-    TIME,
-    VISCOSITY,
-)
 
-ROLES = {
-    "temperature": TEMPERATURE,
-    "time": TIME,
-    "modulus": STRESS,
-    "strain": STRAIN,
-    "stretch": NUMBER,
-    "stress": STRESS,
-    "extension": LENGTH,
-    "force": FORCE,
-    "compliance": COMPLIANCE,
-    "frequency": FREQUENCY,
-    "angular_frequency": ANGULAR_FREQUENCY,
-    "storage": STRESS,
-    "loss": STRESS,
-    "tan_delta": NUMBER,
-    "complex_modulus": STRESS,
-    "complex_viscosity": VISCOSITY,
-}
 OVER_TIME = ("time", "modulus", "strain", "stretch", "stress", "extension", "force", "compliance")
 OVER_FREQUENCY = ("frequency", "angular_frequency", "storage", "loss", "tan_delta", "complex_modulus", "complex_viscosity")
 MODULI = ({"storage", "loss"}, {"storage", "tan_delta"}, {"complex_modulus", "tan_delta"})
 """The columns from which the two moduli of a sweep can be computed."""
 MECHANICAL = ("modulus", "strain", "stress", "compliance", "storage", "loss", "complex_modulus")
 """What differs between tension and shear."""
+GAUGE = 'gauge_length = "80 mm"'
+SECTION = 'width = "6 mm", thickness = "0.5 mm"'
+
+_Column: TypeAlias = ColumnName | None
+
+
+def _of(dimension: units.Dimension, description: str) -> Any:
+    """The field of a column with numbers of a `dimension`."""
+    field: Any = Field(None, description=description)
+    field.metadata.append(dimension)
+    return field
+
+
+class NamedColumns(Section):
+    """Names or numbers of columns, each under the role that the column has."""
+
+    @property
+    def by_role(self) -> dict[str, str | int]:
+        """The columns that are stated, by their role."""
+        return {role: column for role in type(self).model_fields if (column := getattr(self, role)) is not None}
 
 
 class Columns(NamedColumns):
     """Columns of a relaxation or creep test over time, or of a frequency sweep."""
 
-    temperature: ColumnName | None = Field(None, description="Temperature, where one file holds several temperatures.")
-    set: ColumnName | None = Field(
+    temperature: _Column = _of(units.TEMPERATURE, "Temperature, where one file holds several temperatures.")
+    set: _Column = Field(
         None,
         description="A label or number that is the same in all rows at one temperature. Default: temperature_tolerance separates "
         "them.",
     )
-    time: ColumnName | None = Field(None, description='Time since the start of the test. Default: "time".')
-    modulus: ColumnName | None = Field(None, description="Relaxation modulus.")
-    strain: ColumnName | None = Field(None, description="Strain, with stress or force; instead of modulus or compliance.")
-    stretch: ColumnName | None = Field(None, description="Stretch, which is 1 + strain; instead of strain.")
-    stress: ColumnName | None = Field(None, description="Nominal stress, with strain, stretch or extension.")
-    extension: ColumnName | None = Field(None, description="Extension, a length, instead of strain; needs specimen.gauge_length.")
-    force: ColumnName | None = Field(None, description="Force, instead of stress; needs specimen.width and thickness.")
-    compliance: ColumnName | None = Field(None, description="Creep compliance.")
-    frequency: ColumnName | None = Field(None, description="Frequency of a sweep, in Hz.")
-    angular_frequency: ColumnName | None = Field(None, description="Angular frequency of a sweep, in rad/s.")
-    storage: ColumnName | None = Field(None, description="Storage modulus, with loss or tan_delta.")
-    loss: ColumnName | None = Field(None, description="Loss modulus.")
-    tan_delta: ColumnName | None = Field(None, description="Loss modulus over storage modulus, with storage or complex_modulus.")
-    complex_modulus: ColumnName | None = Field(None, description="Magnitude of the complex modulus, with tan_delta.")
-    complex_viscosity: ColumnName | None = Field(
-        None, description="Magnitude of the complex viscosity, by which the unit of the frequencies, Hz or rad/s, is checked."
+    time: _Column = _of(units.TIME, 'Time since the start of the test. Default: "time".')
+    modulus: _Column = _of(units.STRESS, "Relaxation modulus.")
+    strain: _Column = _of(units.STRAIN, "Strain, with stress or force; instead of modulus or compliance.")
+    stretch: _Column = _of(units.NUMBER, "Stretch, which is 1 + strain; instead of strain.")
+    stress: _Column = _of(units.STRESS, "Nominal stress, with strain, stretch or extension.")
+    extension: _Column = _of(units.LENGTH, "Extension, a length, instead of strain; needs specimen.gauge_length.")
+    force: _Column = _of(units.FORCE, "Force, instead of stress; needs specimen.width and thickness.")
+    compliance: _Column = _of(units.COMPLIANCE, "Creep compliance.")
+    frequency: _Column = _of(units.FREQUENCY, "Frequency of a sweep, in Hz.")
+    angular_frequency: _Column = _of(units.ANGULAR_FREQUENCY, "Angular frequency of a sweep, in rad/s.")
+    storage: _Column = _of(units.STRESS, "Storage modulus, with loss or tan_delta.")
+    loss: _Column = _of(units.STRESS, "Loss modulus.")
+    tan_delta: _Column = _of(units.NUMBER, "Loss modulus over storage modulus, with storage or complex_modulus.")
+    complex_modulus: _Column = _of(units.STRESS, "Magnitude of the complex modulus, with tan_delta.")
+    complex_viscosity: _Column = _of(
+        units.VISCOSITY, "Magnitude of the complex viscosity, by which the unit of the frequencies, Hz or rad/s, is checked."
     )
 
     @property
@@ -107,6 +97,10 @@ class Columns(NamedColumns):
         return self
 
 
+ROLES = {role: mark for role, field in Columns.model_fields.items() for mark in field.metadata if isinstance(mark, units.Dimension)}
+"""The dimension of the numbers in a column by its role."""
+
+
 def _check_over_time(columns: Collection[str]) -> None:
     strains, stresses = (
         [role for role in pair if role in columns] for pair in (("strain", "stretch", "extension"), ("stress", "force"))
@@ -135,3 +129,50 @@ def _check_sweep(columns: Collection[str]) -> None:
         raise InputError(f"{ways}, are needed" + (f", not {' and '.join(measured)}" if measured else ""))
     if "frequency" not in columns and "angular_frequency" not in columns:
         raise InputError("frequency (in Hz) or angular_frequency (in rad/s) is needed")
+
+
+class MachineColumns(NamedColumns):
+    """Columns of a table that a testing machine wrote, where they have other names than usual."""
+
+    time: _Column = Field(None, description='Time. Default: "time".')
+    stretch: _Column = Field(None, description="Stretch; or strain, or extension.")
+    strain: _Column = Field(None, description="Strain, which is stretch - 1.")
+    extension: _Column = Field(None, description="Extension, a length; needs specimen.gauge_length.")
+    stress: _Column = Field(None, description="Nominal stress; or force.")
+    force: _Column = Field(None, description="Force; needs specimen.width and thickness.")
+
+
+class Specimen(Section):
+    """The undeformed specimen: the length that an extension is divided by, and the cross-section that a force acts on."""
+
+    gauge_length: Length | None = Field(None, description="Undeformed length that the extension is divided by.")
+    width: Length | None = Field(None, description="Undeformed width of the cross-section that the force acts on.")
+    thickness: Length | None = Field(None, description="Undeformed thickness of the cross-section that the force acts on.")
+
+    @model_validator(mode="after")
+    def _whole_section(self) -> Self:
+        if self.width is not None and self.thickness is None:
+            raise InputError("width and thickness go together: they are the cross-section that a force acts on")
+        return self
+
+    @property
+    def area(self) -> float | None:
+        """Cross-section in m^2, if it is stated."""
+        return None if self.width is None or self.thickness is None else self.width * self.thickness
+
+
+def unmeasured(roles: Collection[str], specimen: Specimen | None) -> str | None:
+    """What the recipe must state about the `specimen` for extension or force among `roles`, as a message; None if nothing."""
+    lacking = [
+        (role, what)
+        for role, what, known in (
+            ("extension", GAUGE, specimen is not None and specimen.gauge_length is not None),
+            ("force", SECTION, specimen is not None and specimen.area is not None),
+        )
+        if role in roles and not known
+    ]
+    if not lacking:
+        return None
+    what = " and ".join(f"{'an' if role == 'extension' else 'a'} {role}" for role, _ in lacking)
+    verb = "need" if len(lacking) > 1 else "needs"
+    return f"{what} {verb} the undeformed specimen: specimen = {{ {', '.join(needed for _, needed in lacking)} }}"

@@ -2,24 +2,16 @@
 
 from __future__ import annotations
 
-import re
-from pathlib import Path
-
 import numpy as np
-from numpy.typing import NDArray
 
 from dielast.errors import InputError
-from dielast.readings.recipe import MeasurementData
-from dielast.units import ZERO_CELSIUS
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
+from dielast.numerics.arrays import Floats, Index
 
 WIDEST = 4  # spread of the readings of one set, in tolerances
 SHORTEST = 3  # number of points of a run
 
 
-def isotherms(temperature: Array, abscissa: Array, source: Index, label: Index, tolerance: float) -> list[tuple[float, Index]]:
+def isotherms(temperature: Floats, abscissa: Floats, source: Index, label: Index, tolerance: float) -> list[tuple[float, Index]]:
     """The temperature in degC and the rows of each run, by ascending temperature; all arguments of shape (n,).
 
     Rows with a nonnegative `label` belong to the set of that label; the others are sorted by temperature and divided at gaps wider
@@ -51,29 +43,17 @@ def isotherms(temperature: Array, abscissa: Array, source: Index, label: Index, 
     return sorted(runs, key=lambda run: run[0])
 
 
-def temperature_of_file(data: MeasurementData, index: int, name: str) -> float:
-    """The temperature in degC that the recipe, or the name of the file, states for the file of this `index`."""
-    if data.temperatures is not None:
-        return float(data.temperatures[index])
-    pattern = re.escape(data.temperature_in_name or "").replace(r"\{degC\}", r"(?P<degC>[+-]?\d+(?:\.\d+)?)")
-    match = re.search(pattern.replace(r"\{K\}", r"(?P<K>\d+(?:\.\d+)?)"), Path(name).name)
-    if match is None:
-        raise InputError(f'the name does not fit temperature_in_name = "{data.temperature_in_name}"', file=name)
-    groups = match.groupdict()
-    return float(groups["degC"]) if groups.get("degC") else float(groups["K"]) - ZERO_CELSIUS
-
-
-def _check_spread(readings: Array, tolerance: float, what: str, why: str) -> None:
+def _check_spread(readings: Floats, tolerance: float, what: str, why: str) -> None:
     if np.ptp(readings) > WIDEST * tolerance:
         raise InputError(f"{what} from {readings.min():g} to {readings.max():g} degC {why}")
 
 
-def _level(readings: Array) -> float:
+def _level(readings: Floats) -> float:
     """The mean of a set's readings, which scatter with the thermostat; equal readings are returned without rounding."""
     return float(readings[0]) if np.ptp(readings) == 0 else round(float(np.mean(readings)), 6)
 
 
-def _runs(rows: Index, abscissa: Array, source: Index) -> list[Index]:
+def _runs(rows: Index, abscissa: Floats, source: Index) -> list[Index]:
     """The `rows` of one temperature by run: a new run begins with a new file, or where the abscissa restarts.
 
     Points in no order are one run.

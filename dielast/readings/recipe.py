@@ -1,16 +1,15 @@
-"""`[data]` of `mastercurve`: files of measurements, which column holds what, and what was measured."""
+"""`[data]` of `mastercurve` and `spectrum`: files of measurements, which column holds what, and what was measured."""
 
 from __future__ import annotations
 
 from collections.abc import Collection
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import Field, field_validator, model_validator
 
 from dielast.errors import InputError
 from dielast.material.measurement_kind import KindName
-from dielast.readings.columns_recipe import ROLES, Columns
-from dielast.readings.specimen_recipe import Specimen, unmeasured
+from dielast.readings.columns_recipe import ROLES, Columns, Specimen, unmeasured
 from dielast.recipe.base import TextTable, units_of
 from dielast.recipe.fields import PositiveTime, Share, Temperature, TemperatureDifference, TemperatureError, Time
 from dielast.recipe.file_fields import InputFile, InputFiles, Step
@@ -61,7 +60,7 @@ class MeasuredData(TextTable):
     @property
     def names(self) -> tuple[str, ...]:
         """The names of the files, in their order."""
-        raise NotImplementedError
+        return (self.file,) if self.file is not None else ()
 
     @property
     def roles(self) -> Collection[str]:
@@ -145,7 +144,7 @@ class MeasurementData(MeasuredData):
     @property
     def names(self) -> tuple[str, ...]:
         """The names of the files, in their order."""
-        return (self.file,) if self.file is not None else self.files or ()
+        return self.files or super().names
 
     @property
     def is_plain(self) -> bool:
@@ -158,18 +157,16 @@ class MeasurementData(MeasuredData):
         return "columns.temperature" if self.file else "one of columns.temperature, temperatures, temperature_in_name"
 
     @property
-    def states_temperatures(self) -> bool:
-        """Whether the recipe states where the temperatures stand."""
-        in_column = self.columns is not None and self.columns.temperature is not None
-        return in_column or self.temperatures is not None or self.temperature_in_name is not None
+    def temperature_keys(self) -> list[str]:
+        """The keys that state the temperatures, or where they stand."""
+        in_column = ["columns.temperature"] if "temperature" in self.roles else []
+        return in_column + [key for key in ("temperatures", "temperature_in_name") if getattr(self, key) is not None]
 
     @model_validator(mode="after")
     def _one_source(self) -> Self:
         if (self.file is None) == (self.files is None):
             raise InputError("either file or files is needed")
-        stated = [name for name in ("temperatures", "temperature_in_name") if getattr(self, name) is not None]
-        if self.columns is not None and self.columns.temperature is not None:
-            stated.insert(0, "columns.temperature")
+        stated = self.temperature_keys
         headed = self.columns is None or self.file is not None or self.layout == "wide"  # perhaps, which reading tells
         if len(stated) + headed == 0 or len(stated) > 1 or (self.file and stated not in ([], ["columns.temperature"])):
             raise InputError(
@@ -184,3 +181,35 @@ class MeasurementData(MeasuredData):
         if self.temperature_in_name is not None and not any(mark in self.temperature_in_name for mark in ("{degC}", "{K}")):
             raise InputError('temperature_in_name needs {degC} or {K} where the number stands, such as "dma_{degC}C.csv"')
         return self
+
+
+class CurveColumns(Columns):
+    """Columns of a test or a master curve at one temperature, over time or frequency, or over their reduced values."""
+
+    @property
+    def by_role(self) -> dict[str, str | int]:
+        """The columns that are stated, by role; without a measured quantity among them, the modulus is the column "modulus"."""
+        columns = super().by_role
+        return columns if columns.keys() - {"temperature", "set", "time"} else {**columns, "modulus": "modulus"}
+
+
+class CurveData(MeasuredData):
+    """One test at one temperature, or a master curve from elsewhere: relaxation, creep or oscillation."""
+
+    ELSEWHERE: ClassVar = {
+        "files": "files of several temperatures are for mastercurve; a spectrum has one file",
+        "temperatures": "several temperatures are for mastercurve; a spectrum has one: reference_temperature",
+        "temperature": "the temperature of the test is reference_temperature",
+        "temperature_in_name": "the temperature of the test is reference_temperature",
+        "layout": "one column for each temperature is for mastercurve; a spectrum has one temperature",
+        "temperature_stderr": "errors of shift factors are for mastercurve; a spectrum has one temperature",
+        "drift": "a drift from one temperature to the next is for mastercurve; a spectrum has one temperature",
+    }
+
+    file: InputFile = Field(description="The test or the curve, a table of numbers or an instrument's export.")
+    columns: CurveColumns | None = Field(
+        None, description='Which column holds what; an instrument\'s export needs none. Default: "time" and "modulus".'
+    )
+    reference_temperature: Temperature | None = Field(
+        None, description="Temperature of the test or curve, which has no shift law. Default: the temperature that the data state."
+    )

@@ -7,20 +7,19 @@ from numpy.typing import NDArray
 
 from dielast.errors import InputError, as_toml
 from dielast.io.text_table import MeasuredTable
-from dielast.readings.specimen_recipe import GAUGE, SECTION, MachineColumns, Specimen, unmeasured
-from dielast.units import FORCE, LENGTH, MASS, NUMBER, STIFFNESS, STRAIN, STRESS, TORQUE, kind_of
+from dielast.numerics.arrays import Floats
+from dielast.readings.columns_recipe import GAUGE, ROLES, SECTION, MachineColumns, Specimen, unmeasured
+from dielast.units import FORCE, LENGTH, MASS, STIFFNESS, STRAIN, STRESS, TORQUE, kind_of
 
-Array = NDArray[np.float64]
 
-
-def strain_of(extension: Array, specimen: Specimen | None) -> Array:
+def strain_of(extension: Floats, specimen: Specimen | None) -> Floats:
     """Nominal strain (n,) from an extension (n,) in m, by the gauge length; raises `InputError` if that is not stated."""
     if specimen is None or specimen.gauge_length is None:
         raise InputError(str(unmeasured(("extension",), specimen)))
     return extension / specimen.gauge_length
 
 
-def nominal_stress(force: Array, specimen: Specimen | None) -> Array:
+def nominal_stress(force: Floats, specimen: Specimen | None) -> Floats:
     """Nominal stress (n,) in Pa from a force (n,) in N, by the undeformed section; raises `InputError` if that is not stated."""
     if specimen is None or specimen.area is None:
         raise InputError(str(unmeasured(("force",), specimen)))
@@ -58,7 +57,7 @@ def read_as(
     specimen: Specimen | None,
     rows: NDArray[np.bool_] | None = None,
     key: str | None = None,
-) -> Array:
+) -> Floats:
     """The stretch (1) or nominal stress (Pa) from a `column` of a `role`, such as an extension, shape (rows,).
 
     `key` is the role under which the recipe states the unit of the column. Raises `InputError` with the file for a wrong unit, or
@@ -66,15 +65,15 @@ def read_as(
     """
     if lacking := unmeasured((role,), specimen):
         raise InputError(f'column "{table.names[table.find(column, role)]}": {lacking}', file=table.source)
-    values = table.column(column, key or role, DIMENSION[role], rows)
+    table = table if rows is None else table.only(rows)
+    values = table.column(column, key or role, ROLES[role])
     with np.errstate(over="ignore"):
         if role in ("strain", "extension"):
             values = 1 + (strain_of(values, specimen) if role == "extension" else values)
         elif role == "force":
             values = nominal_stress(values, specimen)
     for row in np.flatnonzero(~np.isfinite(values))[:1]:
-        line = (table.lines if rows is None else table.lines[rows])[row]
-        raise InputError(f"the {role} is too large a number for its specimen", file=table.source, line=line)
+        raise InputError(f"the {role} is too large a number for its specimen", file=table.source, line=table.lines[row])
     return values
 
 
@@ -83,7 +82,6 @@ KNOWN_AS = {
     "stretch": {name: name for name in ("stretch", "strain", "extension")} | {"stretch_1": "stretch"},
     "stress": {"force": "force", "stress": "stress", "nominal_stress": "stress", "nominal_stress_1": "stress"},
 }
-DIMENSION = {"stretch": NUMBER, "strain": STRAIN, "extension": LENGTH, "stress": STRESS, "force": FORCE}
 
 
 def mistaken(table: MeasuredTable, wanted: str | int, role: str) -> str | None:
@@ -98,23 +96,17 @@ def mistaken(table: MeasuredTable, wanted: str | int, role: str) -> str | None:
     kind = kind_of(unit) if unit is not None else None
     if kind is None:
         return None
-    column = f'column "{table.names[index]}" [{unit}] is {kind.name}'
-    if (instead := _INSTEAD.get((role, kind.unit))) is not None:
-        return f"{column}, not {_A[role]}: {instead.format(column=as_toml(wanted))}"
-    return None
+    instead = _INSTEAD.get((role, kind.unit))
+    if instead is None:
+        return None
+    article = "an" if role == "extension" else "a"
+    return f'column "{table.names[index]}" [{unit}] is {kind.name}, not {article} {role}: {instead.format(column=as_toml(wanted))}'
 
 
 def _columns(role: str, needed: str) -> str:
     return f"state columns.{role} = {{column}} instead, and specimen = {{{{ {needed} }}}}"
 
 
-_A = {
-    "stress": "a stress",
-    "strain": "a strain",
-    "modulus": "a modulus",
-    "force": "a force",
-    "extension": "an extension",
-}
 _BY_GEOMETRY = "export the stress, or a modulus, which takes the geometry that the rheometer knows"
 _INSTEAD: dict[tuple[str, str], str] = {
     ("stress", FORCE.unit): _columns("force", SECTION),

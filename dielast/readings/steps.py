@@ -1,4 +1,4 @@
-"""The parts of the files of a recipe's measurements: plain tables, and the suitable steps of instruments' exports."""
+"""The parts of the files of a recipe's measurements: plain tables, by temperature if they are wide, and steps of exports."""
 
 from __future__ import annotations
 
@@ -11,17 +11,17 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from dielast.errors import InputError, shown
+from dielast.errors import InputError, located, shown
 from dielast.io.cells import decode, is_number
+from dielast.io.header import ColumnHeader, temperature_in
+from dielast.io.table import split_header
 from dielast.io.text_table import MeasuredTable, read_measured
 from dielast.io.workbook import is_workbook
 from dielast.material.measurement_kind import CREEP, KINDS, OSCILLATION, RELAXATION, MeasurementKind
-from dielast.readings.columns_recipe import MODULI, Columns
-from dielast.readings.curve_recipe import CurveColumns, CurveData
+from dielast.readings.columns_recipe import MODULI, ROLES, Columns
 from dielast.readings.instruments import ExportedStep, recognise
-from dielast.readings.instruments.names import Deformation, columns_by_role, plain
-from dielast.readings.recipe import MeasuredData, MeasurementData
-from dielast.readings.wide import by_temperature
+from dielast.readings.instruments.export import Deformation, columns_by_role, plain
+from dielast.readings.recipe import CurveColumns, CurveData, MeasuredData, MeasurementData
 
 Measured: TypeAlias = tuple[MeasurementKind, Mapping[str, str | int]]
 """The kind of measurement, and the columns by role."""
@@ -55,13 +55,13 @@ class Part:
         """Whether the part is from an export; rows without measured values are then not mistakes of the user."""
         return self.format != TABLE
 
-    def rows(self, roles: Sequence[str]) -> NDArray[np.bool_]:
-        """Mask (rows,) of the rows to read for `roles`: all rows of a plain table, the complete rows of an export."""
-        rows = np.ones(self.table.lines.size, dtype=bool)
-        if self.is_export:
-            for role in roles:
-                rows &= self.filled(role)
-        return rows
+    def only(self, rows: NDArray[np.bool_]) -> Part:
+        """The part with only those `rows` (mask)."""
+        return replace(self, table=self.table.only(rows))
+
+    def column(self, role: str) -> NDArray[np.float64]:
+        """The numbers (rows,) in the column of `role`, in SI; raises `InputError` with the file, and the line or column."""
+        return self.table.column(self.columns[role], role, ROLES[role])
 
     def filled(self, role: str) -> NDArray[np.bool_]:
         """Mask (rows,) of the rows with a reading in the column of `role`, not a mark for a missing one."""
@@ -79,7 +79,7 @@ def parts_of(content: bytes, source: str, file: int, data: MeasuredData) -> tupl
 
     Raises `InputError` with the file, and the line or step.
     """
-    text = decode(content, source, data.encoding, data.sheet, data.decimal)
+    text = decode(content, source, data.text_format())
     known = None if data.is_plain else recognise(text)
     if known is None:
         return _plain_parts(content, source, file, data), []
@@ -118,10 +118,10 @@ def _plain_parts(content: bytes, source: str, file: int, data: MeasuredData) -> 
     """The parts of a plain table: one, or one for each temperature that its headers state."""
     table = read_measured(content, source, data.text_format(), data.units)
     columns = CurveColumns() if data.columns is None and isinstance(data, CurveData) else data.columns
-    if isinstance(data, MeasurementData) and not data.states_temperatures and data.layout != "long":
+    if isinstance(data, MeasurementData) and not data.temperature_keys and data.layout != "long":
         least = 1 if data.layout == "wide" else 2
         unit = data.units.get("temperature") if data.layout == "wide" else None
-        tables = by_temperature(table, unit, "compliance" if data.measurement == "creep" else "modulus")
+        tables = _by_temperature(table, unit, "compliance" if data.measurement == "creep" else "modulus")
         if len(tables) >= least:
             return [_of_wide(part, file, data, columns, temperature) for temperature, part in tables]
         if data.layout == "wide":
@@ -132,6 +132,40 @@ def _plain_parts(content: bytes, source: str, file: int, data: MeasuredData) -> 
         raise InputError("steps are wanted, but this is no instrument's export that dielast knows", file=source)
     kind, roles = _stated(data, columns)
     return [Part(table, roles, kind, file, TABLE, "tension")]
+
+
+def _by_temperature(table: MeasuredTable, unit: str | None, nameless: str) -> list[tuple[float, MeasuredTable]]:
+    """A table for each temperature in degC in the headers of `table`, or in the row above them, in their order.
+
+    Each has the columns of its temperature and the columns without a temperature, such as a common time, and the rows in which the
+    former are not empty; the names no longer contain the temperature. `unit` is that of bare numbers in headers, None if these are
+    not temperatures; `nameless` is the name of a column whose header is only a temperature. Raises `InputError` if a dash before a
+    temperature may or may not be a sign.
+    """
+    unnamed = not any(header.spelled for header in table.headers)  # a row of temperatures and no other
+    headers = []
+    for header in table.headers:
+        spelled, level = header.spelled or header.name, header.temperature
+        with located(file=table.source):
+            stated = temperature_in(spelled, unit)
+        if stated is not None:
+            level, rest = stated
+            name, stated_unit = split_header(rest if rest[:1].isalpha() else f"{nameless} {rest}")
+            in_row_below = stated_unit is None and header.unit != split_header(spelled)[1]
+            headers.append(ColumnHeader(name, header.unit if in_row_below else stated_unit, temperature=level))
+        else:
+            headers.append(replace(header, name=nameless) if unnamed and level is not None else header)
+    used = [k for k, header in enumerate(headers) if header.name or any(table.cells[k])]
+    shared = [k for k in used if headers[k].temperature is None]
+    parts: list[tuple[float, MeasuredTable]] = []
+    for level in dict.fromkeys(header.temperature for header in headers):
+        columns = [k for k in used if headers[k].temperature == level]
+        rows = np.array([any(cells) for cells in zip(*(table.cells[k] for k in columns), strict=True)], dtype=bool)
+        if level is not None and rows.any():
+            filled, kept = table.only(rows), [*shared, *columns]
+            plain = tuple(ColumnHeader(headers[k].name, headers[k].unit) for k in kept)
+            parts.append((level, replace(filled, headers=plain, cells=tuple(filled.cells[k] for k in kept))))
+    return parts
 
 
 def _of_wide(table: MeasuredTable, file: int, data: MeasuredData, columns: Columns | None, temperature: float) -> Part:
@@ -183,8 +217,10 @@ def _measured(step: ExportedStep, data: MeasuredData, chosen: bool) -> Measured 
     possible: dict[MeasurementKind, Sequence[str]] = {}
     moduli = next((roles for roles in MODULI if roles <= by_role.keys()), None)
     swept = [role for role in ("frequency", "angular_frequency") if role in by_role]
-    if moduli and swept and _varies(step.table, by_role[swept[0]] - 1):
-        possible[OSCILLATION] = [*swept, *moduli, "complex_viscosity"]
+    if moduli and swept:
+        frequencies = [abs(number) for number in _numbers(step.table, by_role[swept[0]] - 1)]
+        if len(frequencies) > 1 and max(frequencies) > _SWEPT * min(frequencies):
+            possible[OSCILLATION] = [*swept, *moduli, "complex_viscosity"]
     for kind, hint in _OVER_TIME if "time" in by_role else ():
         hinted = hint in name and "recover" not in name
         if kind.value in by_role and (hinted or OSCILLATION not in possible):
@@ -200,9 +236,8 @@ def _measured(step: ExportedStep, data: MeasuredData, chosen: bool) -> Measured 
     return None
 
 
-def _varies(table: MeasuredTable, index: int) -> bool:
-    values = [abs(float(cell.replace(",", "."))) for cell in table.cells[index] if is_number(cell, table.decimal)]
-    return len(values) > 1 and max(values) > _SWEPT * min(values)
+def _numbers(table: MeasuredTable, index: int) -> list[float]:
+    return [float(cell.replace(",", ".")) for cell in table.cells[index] if is_number(cell, table.decimal)]
 
 
 def _refuse_running_clock(step: ExportedStep, before: ExportedStep, columns: Mapping[str, str | int]) -> None:
@@ -213,10 +248,7 @@ def _refuse_running_clock(step: ExportedStep, before: ExportedStep, columns: Map
     same = [k for k, earlier in enumerate(before.table.names) if earlier == name]
     if plain(name) not in ("time", "zeit") or not same:
         return
-    earlier, later = (
-        [float(cell.replace(",", ".")) for cell in one.cells[k] if is_number(cell, one.decimal)]
-        for one, k in ((before.table, same[0]), (table, index))
-    )
+    earlier, later = _numbers(before.table, same[0]), _numbers(table, index)
     if earlier and later and 0 < earlier[-1] <= later[0]:
         raise InputError(
             f'column "{name}" runs on from the step before into step "{step.name}": export the step time as well',

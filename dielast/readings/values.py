@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import re
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,16 +13,13 @@ from dielast.errors import InputError, warn
 from dielast.io.table import spoken
 from dielast.material.checks import warn_of_strain
 from dielast.material.measurement_kind import RELAXATION
-from dielast.readings.columns_recipe import ROLES
-from dielast.readings.curve_recipe import CurveData
-from dielast.readings.isotherms import WIDEST, temperature_of_file
-from dielast.readings.recipe import MeasuredData, MeasurementData
+from dielast.numerics.arrays import Floats
+from dielast.readings.columns_recipe import Specimen
+from dielast.readings.isotherms import WIDEST
+from dielast.readings.recipe import CurveData, MeasuredData, MeasurementData
 from dielast.readings.specimen import nominal_stress, strain_of
-from dielast.readings.specimen_recipe import Specimen
 from dielast.readings.steps import Part
 from dielast.units import ZERO_CELSIUS
-
-Array = NDArray[np.float64]
 
 FREQUENCY_AGREEMENT = 0.01  # relative tolerance between columns of frequency and of angular frequency
 HELD, CHANGES = 0.02, 0.2  # spread relative to the largest value: at most that of a held quantity, at least that of another
@@ -35,65 +33,76 @@ ONE_TEMPERATURE = (
 class Readings:
     """Rows (n,) in SI and degC: abscissa, one or two ordinates (c, n), Young's or tensile; labels of sets, -1 for none."""
 
-    temperature: Array
-    abscissa: Array
-    ordinates: Array
+    temperature: Floats
+    abscissa: Floats
+    ordinates: Floats
     label: NDArray[np.intp]
-    viscosity: Array
+    viscosity: Floats
 
 
 def read_part(part: Part, data: MeasuredData, per_shear: float, labels: dict[tuple[int, str], int]) -> Readings:
     """The readings of a part; `per_shear` is Young's modulus over the measured one, `labels` number the sets of all parts."""
-    table, roles = part.table, [role for role in part.columns if role not in ("complex_viscosity", "set")]
-    rows = part.rows(roles)
-    _warn_of_gaps(part, roles, rows)
-    if not part.kind.over_frequency:
-        rows[rows] = _in_time(part, rows, data)
-
-    def column(role: str) -> Array:
-        return table.column(part.columns[role], role, ROLES[role], rows)
-
-    lines = table.lines[rows]
-    abscissa = _angular_frequency(part, column, lines) if part.kind.over_frequency else column("time") - data.time_offset
+    part = _complete(part, [role for role in part.columns if role not in ("complex_viscosity", "set")])
+    if part.kind.over_frequency:
+        abscissa = _angular_frequency(part)
+    else:
+        part = _in_time(part, data)
+        abscissa = part.column("time") - data.time_offset
     if "temperature" in part.columns:
-        temperature = column("temperature")
-        _refuse(part, lines, temperature <= -ZERO_CELSIUS, "temperature", "is at or below absolute zero")
+        temperature = part.column("temperature")
+        _refuse(part, temperature <= -ZERO_CELSIUS, "temperature", "is at or below absolute zero")
         if part.is_export and np.ptp(temperature) <= WIDEST * data.temperature_tolerance:
             temperature = np.full(abscissa.size, round(float(np.mean(temperature)), 6))  # a step is one isothermal set
     else:
         temperature = np.full(abscissa.size, _stated_temperature(part, data))
     label = np.full(abscissa.size, -1)
     if "set" in part.columns:
-        cells = table.cells[table.find(part.columns["set"], "set")]
-        label = np.array([labels.setdefault((part.file, cells[row]), len(labels)) for row in np.flatnonzero(rows)], dtype=np.intp)
+        cells = part.table.cells[part.table.find(part.columns["set"], "set")]
+        label = np.array([labels.setdefault((part.file, cell), len(labels)) for cell in cells], dtype=np.intp)
     viscosity = np.zeros(abscissa.size)
-    if "complex_viscosity" in part.columns and (not part.is_export or part.filled("complex_viscosity")[rows].all()):
-        viscosity = per_shear * column("complex_viscosity")
+    if "complex_viscosity" in part.columns and (not part.is_export or part.filled("complex_viscosity").all()):
+        viscosity = per_shear * part.column("complex_viscosity")
     with np.errstate(all="ignore"):
-        ordinates = _ordinates(part, column, lines, per_shear, data.specimen)
-    _refuse(part, lines, ~np.all(np.isfinite(ordinates), axis=0), part.kind.name, "is too large a number")
-    _refuse_most(part, lines, np.any(ordinates <= 0, axis=0))
+        ordinates = _ordinates(part, per_shear, data.specimen)
+    _refuse(part, ~np.all(np.isfinite(ordinates), axis=0), part.kind.name, "is too large a number")
+    _refuse_most(part, np.any(ordinates <= 0, axis=0))
     return Readings(temperature, abscissa, ordinates, label, viscosity)
 
 
-def _in_time(part: Part, rows: NDArray[np.bool_], data: MeasuredData) -> NDArray[np.bool_]:
-    """Mask of the `rows` to use: from the first time of the recipe on, and in an export those after the step."""
-    time = part.table.column(part.columns["time"], "time", ROLES["time"], rows)
+def _complete(part: Part, roles: list[str]) -> Part:
+    """The part with only those rows of an export that have all readings; warns of rows that have only some of them."""
+    if not part.is_export:
+        return part
+    filled = {role: part.filled(role) for role in roles}
+    rows = np.all(list(filled.values()), axis=0)
+    partly = np.any([mask for role, mask in filled.items() if role not in ("temperature", "time")], axis=0) & ~rows
+    if np.any(partly):
+        first, count = int(part.table.lines[np.flatnonzero(partly)[0]]), int(np.count_nonzero(partly))
+        many = f"{count} points lack" if count > 1 else "1 point lacks"
+        warn(
+            f'step "{part.step}": {many} a reading and {"are" if count > 1 else "is"} left out (line {first})',
+            file=part.table.source,
+        )
+    if not np.any(rows):
+        raise InputError(f'step "{part.step}" has no row with all of {", ".join(roles)}', file=part.table.source)
+    return part.only(rows)
+
+
+def _in_time(part: Part, data: MeasuredData) -> Part:
+    """The part with only the rows to use: from the first time of the recipe on, and in an export those after the step."""
+    time = part.column("time")
     kept = time >= data.first_time if data.first_time > 0 else time > 0 if part.is_export else np.ones(time.size, dtype=bool)
-    lines = part.table.lines[rows]
-    _refuse(part, lines, (time <= 0) & kept, "time", "is not above zero; discard_before drops the points up to a time")
+    _refuse(part, (time <= 0) & kept, "time", "is not above zero; discard_before drops the points up to a time")
     if not np.any(kept):
         raise InputError(f"no points are left from {data.first_time:g} s on (see discard_before and ramp)", file=part.table.source)
-    return kept
+    return part.only(kept)
 
 
-def _angular_frequency(part: Part, column: Callable[[str], Array], lines: NDArray[np.int64]) -> Array:
+def _angular_frequency(part: Part) -> Floats:
     """Angular frequency in rad/s; if the table has both frequencies, they must agree, as it is unknown which is right."""
-    measured = {}
-    for role in ("frequency", "angular_frequency"):
-        if role in part.columns:
-            measured[role] = column(role)
-            _refuse(part, lines, measured[role] <= 0, spoken(role), "is not above zero")
+    measured = {role: part.column(role) for role in ("frequency", "angular_frequency") if role in part.columns}
+    for role, values in measured.items():
+        _refuse(part, values <= 0, spoken(role), "is not above zero")
     if len(measured) == 2:
         hertz, omega = measured["frequency"], measured["angular_frequency"]
         for k in np.flatnonzero(np.abs(2 * np.pi * hertz / omega - 1) > FREQUENCY_AGREEMENT)[:1]:
@@ -101,24 +110,22 @@ def _angular_frequency(part: Part, column: Callable[[str], Array], lines: NDArra
                 f"frequency {hertz[k]:.4g} Hz and angular frequency {omega[k]:.4g} rad/s "
                 f"contradict each other: {hertz[k]:.4g} Hz are {2 * np.pi * hertz[k]:.4g} rad/s",
                 file=part.table.source,
-                line=lines[k],
+                line=part.table.lines[k],
             )
     return measured["angular_frequency"] if "angular_frequency" in measured else 2 * np.pi * measured["frequency"]
 
 
-def _ordinates(
-    part: Part, column: Callable[[str], Array], lines: NDArray[np.int64], per_shear: float, specimen: Specimen | None
-) -> Array:
+def _ordinates(part: Part, per_shear: float, specimen: Specimen | None) -> Floats:
     """Young's moduli in Pa or tensile compliance in 1/Pa, (c, n); stress over strain is the modulus of Sec. 2.1.1 of the paper."""
-    columns = part.columns
+    columns, column = part.columns, part.column
     if part.kind.over_frequency:
         if "loss" in columns:
             moduli = np.stack((column("storage"), column("loss")))
         elif "storage" in columns:
-            moduli = column("storage") * np.stack((np.ones(lines.size), column("tan_delta")))
+            moduli = column("storage") * np.stack((np.ones(part.table.lines.size), column("tan_delta")))
         else:
             tangent = column("tan_delta")
-            moduli = column("complex_modulus") / np.hypot(1.0, tangent) * np.stack((np.ones(lines.size), tangent))
+            moduli = column("complex_modulus") / np.hypot(1.0, tangent) * np.stack((np.ones(tangent.size), tangent))
         return np.asarray(per_shear * moduli)
     # a modulus is stress over strain, a compliance strain over stress; shear moduli are a third of Young's
     scale, plain = per_shear**part.kind.stiffness_power, part.kind.value
@@ -132,11 +139,11 @@ def _ordinates(
     warn_of_strain(strain)
     over, under = (("stress", stress), ("strain", strain))[:: part.kind.stiffness_power]
     _warn_of_held(part, held=under[1], answer=over[1])
-    _refuse(part, lines, under[1] == 0, under[0], f"is zero, so {over[0]} / {under[0]} is no {plain}")
+    _refuse(part, under[1] == 0, under[0], f"is zero, so {over[0]} / {under[0]} is no {plain}")
     return np.asarray(scale * over[1] / under[1])[None]
 
 
-def _warn_of_held(part: Part, held: Array, answer: Array) -> None:
+def _warn_of_held(part: Part, held: Floats, answer: Floats) -> None:
     """Warn if the strain of a relaxation test, or the stress of a creep test, changes, and the other of the two does not."""
     spread = [float(np.ptp(np.abs(values))) / float(np.max(np.abs(values), initial=1e-300)) for values in (held, answer)]
     if spread[0] > CHANGES > HELD > spread[1]:
@@ -152,7 +159,7 @@ def _stated_temperature(part: Part, data: MeasuredData) -> float:
         return part.temperature
     source, in_step = part.table.source, part.temperature_in_step()
     if isinstance(data, MeasurementData) and (data.temperatures is not None or data.temperature_in_name is not None):
-        return temperature_of_file(data, part.file, source)
+        return _temperature_of_file(data, part.file, source)
     if in_step is not None:
         return in_step
     if isinstance(data, CurveData):
@@ -169,35 +176,28 @@ def _stated_temperature(part: Part, data: MeasuredData) -> float:
     )
 
 
-def _warn_of_gaps(part: Part, roles: list[str], rows: NDArray[np.bool_]) -> None:
-    """Warn of rows of an export with only a part of the necessary readings."""
-    if not part.is_export:
-        return
-    partly = np.any([part.filled(role) for role in roles if role not in ("temperature", "time")], axis=0) & ~rows
-    if np.any(partly):
-        first, count = int(part.table.lines[np.flatnonzero(partly)[0]]), int(np.count_nonzero(partly))
-        many = f"{count} points lack" if count > 1 else "1 point lacks"
-        warn(
-            f'step "{part.step}": {many} a reading and {"are" if count > 1 else "is"} left out (line {first})',
-            file=part.table.source,
-        )
-    if not np.any(rows):
-        raise InputError(f'step "{part.step}" has no row with all of {", ".join(roles)}', file=part.table.source)
+def _temperature_of_file(data: MeasurementData, index: int, name: str) -> float:
+    """The temperature in degC that the recipe, or the name of the file, states for the file of this `index`."""
+    if data.temperatures is not None:
+        return float(data.temperatures[index])
+    pattern = re.escape(data.temperature_in_name or "").replace(r"\{degC\}", r"(?P<degC>[+-]?\d+(?:\.\d+)?)")
+    match = re.search(pattern.replace(r"\{K\}", r"(?P<K>\d+(?:\.\d+)?)"), Path(name).name)
+    if match is None:
+        raise InputError(f'the name does not fit temperature_in_name = "{data.temperature_in_name}"', file=name)
+    groups = match.groupdict()
+    return float(groups["degC"]) if groups.get("degC") else float(groups["K"]) - ZERO_CELSIUS
 
 
-def _refuse(part: Part, lines: NDArray[np.int64], wrong: NDArray[np.bool_], role: str, why: str) -> None:
+def _refuse(part: Part, wrong: NDArray[np.bool_], role: str, why: str) -> None:
     if np.any(wrong):
         first, count = int(np.flatnonzero(wrong)[0]), int(np.count_nonzero(wrong))
-        raise InputError(
-            f"{role} {why}" + (f" ({count} such rows)" if count > 1 else ""), file=part.table.source, line=lines[first]
-        )
+        more = f" ({count} such rows)" if count > 1 else ""
+        raise InputError(f"{role} {why}{more}", file=part.table.source, line=part.table.lines[first])
 
 
-def _refuse_most(part: Part, lines: NDArray[np.int64], wrong: NDArray[np.bool_]) -> None:
+def _refuse_most(part: Part, wrong: NDArray[np.bool_]) -> None:
     """`InputError` if most values are zero or negative: only a few can be a noise floor."""
     if 2 * np.count_nonzero(wrong) > wrong.size:
-        many = part.kind.values
-        first, count = lines[np.flatnonzero(wrong)[0]], np.count_nonzero(wrong)
-        raise InputError(
-            f"{count} of {wrong.size} {many} are zero or negative: positive {many} are needed", file=part.table.source, line=first
-        )
+        many, first = part.kind.values, part.table.lines[np.flatnonzero(wrong)[0]]
+        text = f"{np.count_nonzero(wrong)} of {wrong.size} {many} are zero or negative: positive {many} are needed"
+        raise InputError(text, file=part.table.source, line=first)

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import codecs
-from typing import TYPE_CHECKING, Literal, Self
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Literal, Protocol, Self
 
 from pydantic import AfterValidator, BaseModel, Field, field_validator, model_validator
 
@@ -25,6 +26,22 @@ class RecipeBase(Section):
     def material_model(cls) -> type[BaseModel] | None:
         """The model of the material file whose keys a sweep and --set may state as well; None for recipes without a material."""
         return None
+
+
+class Kind(Protocol):
+    """A kind of recipe as this package needs it; the commands pass in the kinds that exist."""
+
+    @property
+    def model(self) -> type[RecipeBase]:
+        """The model of its recipes."""
+
+    @property
+    def files(self) -> tuple[str, ...]:
+        """The names of all files that its runs may write, besides figures and summaries."""
+
+
+Kinds = Mapping[str, Kind]
+"""Every kind of recipe by its name."""
 
 
 class TextTable(Section):

@@ -12,16 +12,15 @@ from functools import partial
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
-from pydantic import create_model
+from pydantic import BaseModel, create_model
 
-from dielast.errors import InputError, Mistakes, Problem, located, nearest, placed, quoted, shown, shown_path
+from dielast.errors import InputError, Mistakes, Problem, as_toml, located, nearest, placed, quoted, shown, shown_path
 from dielast.io.files import read_file, resolve
 from dielast.io.toml import parse_toml
-from dielast.recipe.base import RecipeBase
+from dielast.recipe.base import Kinds, RecipeBase
 from dielast.recipe.fields import Section, dimension_of, on_one_scale
-from dielast.recipe.kinds import Kinds
-from dielast.recipe.overrides import read_override
-from dielast.recipe.paths import read_path, set_key
+from dielast.recipe.file_fields import is_path
+from dielast.recipe.paths import keys_of, read_override, read_path, set_key
 from dielast.recipe.validate import Mistake, Place, examine, field_at, in_order, on_the_way, unknown_key
 
 Recipe = TypeVar("Recipe", bound=RecipeBase, covariant=True)
@@ -51,7 +50,7 @@ class Case(Generic[Recipe]):
     def on_one_scale(self, key: str, values: Sequence[Any]) -> tuple[list[float], str] | None:
         """The `values` of a swept key as numbers, and their unit; None unless they are quantities of one dimension."""
         material = self.recipe.material_model() if key in self.of_material else None
-        path = read_path(key) or (key,)
+        path = keys_of(key)
         return on_one_scale(values, None if material is None else dimension_of(field_at(material, path)))
 
 
@@ -68,21 +67,20 @@ def read_cases(
     source, folder = str(path), path.parent
     sweep = values.get("sweep") if "sweep" in model.model_fields else None
     settings, mistakes = _combinations(sweep, source) if isinstance(sweep, dict) else ([{}], [])
-    beyond = {key for key in settings[0] if _is_of_material(model, read_path(key) or (key,))}
+    of_material_file = {key: material for key in settings[0] if (material := _material_with(model, keys_of(key)))}
     mistakes += [
         (("sweep", key), Problem(unknown, file=source, key=f"sweep.{quoted(key)}"))
-        for key in settings[0]
-        if key in beyond and (unknown := _unknown_of_material(model, read_path(key) or (key,)))
+        for key, material in of_material_file.items()
+        if (unknown := unknown_key(material, keys_of(key), {}))
     ]
     # a key that only a wrong list of the sweep would set is not reported as missing
     unset = [keys for place, _ in mistakes if len(place) > 1 and (keys := read_path(str(place[1])))]
     cases, wrong = [], 0
     for setting in settings:
-        case_values = copy.deepcopy(
-            values, {id(sweep): sweep}
-        )  # the sweep is not copied: it grows with the number of cases and is never changed
-        stated_of_material = of_material | {key: value for key, value in setting.items() if key in beyond}
-        in_recipe = {key: value for key, value in setting.items() if key not in beyond}
+        # the sweep is not copied: it grows with the number of cases and is never changed
+        case_values = copy.deepcopy(values, {id(sweep): sweep})
+        stated_of_material = of_material | {key: value for key, value in setting.items() if key in of_material_file}
+        in_recipe = {key: value for key, value in setting.items() if key not in of_material_file}
         case_mistakes, empty = _set(kinds, case_values, in_recipe, model, source, folder)
         recipe = examine(model, case_values, source, folder, kinds)
         if isinstance(recipe, list):
@@ -98,6 +96,25 @@ def read_cases(
     if mistakes or wrongly_set:
         raise InputError(*wrongly_set, *in_order(mistakes, values))
     return tuple(cases)
+
+
+def settings(overrides: Sequence[str], model: type[BaseModel]) -> list[str]:
+    """The `overrides` of a recipe of `model` in one spelling, absolute paths without their folders, which depend on the machine."""
+    stated = [read_override(override) for override in overrides]
+    return [f"{shown_path(keys)} = {as_toml(_without_folders(model, keys, value))}" for keys, value in stated]
+
+
+def _without_folders(model: type[BaseModel], keys: Place, value: Any) -> Any:
+    if isinstance(value, list):
+        return [_without_folders(model, keys, entry) for entry in value]
+    if isinstance(value, dict):
+        return {key: _without_folders(model, (*keys, key), entry) for key, entry in value.items()}
+    if not isinstance(value, str) or not Path(value).is_absolute():
+        return value
+    if len(keys) > 1 and keys[0] == "sweep":  # the last key is the path of the swept key
+        keys = read_path(str(keys[-1])) or keys
+    field = field_at(model, keys)
+    return Path(value).name if field is not None and is_path(field) else value
 
 
 def _read_values(
@@ -116,8 +133,9 @@ def _read_values(
     stated = values.get("kind")
     model = kinds[stated].model if isinstance(stated, str) and stated in kinds else None
     for override, (keys, value) in read:
-        if model is not None and _is_of_material(model, keys):
-            if unknown := _unknown_of_material(model, keys):
+        material = None if model is None else _material_with(model, keys)
+        if material is not None:
+            if unknown := unknown_key(material, keys, {}):
                 wrong.append(Problem(unknown, key=f"--set {override}"))
             of_material[shown_path(keys)] = value
         else:
@@ -136,18 +154,12 @@ def _override(values: dict[str, Any], override: str, keys: Sequence[str], value:
         set_key(values, keys, value)
 
 
-def _is_of_material(model: type[RecipeBase], path: Place) -> bool:
-    """Whether a path leads to a key of the material file, and not of the recipe."""
+def _material_with(model: type[RecipeBase], path: Place) -> type[BaseModel] | None:
+    """The model of the material file if a path leads to a key of this file, and not of the recipe; else None."""
     material = model.material_model()
     if material is None or path[0] not in material.model_fields or path[0] == NOT_CHANGED or field_at(model, path) is not None:
-        return False
-    return field_at(model, path[:1]) is None or field_at(material, path) is not None
-
-
-def _unknown_of_material(model: type[RecipeBase], path: Place) -> str | None:
-    """The mistake in the path of a key of the material file, or None."""
-    material = model.material_model()
-    return None if material is None else unknown_key(material, path, {})
+        return None
+    return material if field_at(model, path[:1]) is None or field_at(material, path) is not None else None
 
 
 def _set(
@@ -165,7 +177,7 @@ def _set(
         mistakes += [(("load",), problem) for problem in error.problems]
         empty += [("load",)] if isinstance(values.get("step"), list) else [("load",), ("step",)]
     for key, value in setting.items():
-        path = read_path(key) or (key,)
+        path = keys_of(key)
         try:
             with located(file=source, key=f"sweep.{quoted(key)}"):
                 if path == ("step",) and "load" in values:
@@ -185,7 +197,7 @@ def _from_sweep(place: Place, setting: Mapping[str, Any], values: Mapping[str, A
         known = key in inner if isinstance(inner, dict) else isinstance(inner, list) and isinstance(key, int) and key < len(inner)
         inner = inner[key] if known else None
     for key in setting:
-        path = read_path(key) or (key,)
+        path = keys_of(key)
         # a swept value sets all that it contains, and the tables on its path that the recipe lacks
         if on_the_way(place, path) and (len(place) >= len(path) or inner is None):
             return f" (from sweep.{quoted(key)})"
@@ -210,7 +222,7 @@ def _combinations(sweep: dict[str, Any], source: str) -> tuple[list[dict[str, An
         mistakes.append((("sweep",), Problem(f'"{sweep["mode"]}": {needed}', file=source, key="sweep.mode")))
     lists: dict[str, list[Any]] = {}
     for key in [key for key in sweep if not (key == "mode" and stated)]:
-        path = shown_path(read_path(key) or (key,))  # step[0].rate is step.0.rate
+        path = shown_path(keys_of(key))  # step[0].rate is step.0.rate
         wrong = _not_swept(key, sweep[key]) or (f"{path} is swept twice" if path in lists else None)
         if wrong is None:
             lists[path] = sweep[key]

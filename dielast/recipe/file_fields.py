@@ -40,12 +40,8 @@ def _existing(name: Any, info: ValidationInfo, kind: str, test: Callable[[Path],
     return name
 
 
-def _file(name: Any, info: ValidationInfo) -> str:
-    return _existing(name, info, "file", Path.is_file)
-
-
-def _folder(name: Any, info: ValidationInfo) -> str:
-    return _existing(name, info, "folder", Path.is_dir)
+_file = partial(_existing, kind="file", test=Path.is_file)
+_folder = partial(_existing, kind="folder", test=Path.is_dir)
 
 
 def _files(names: Any, info: ValidationInfo) -> tuple[str, ...]:
@@ -73,10 +69,16 @@ def _files(names: Any, info: ValidationInfo) -> tuple[str, ...]:
     return tuple(Path(path if base else os.path.relpath(path, folder)).as_posix() for path in matches)
 
 
-def _name_or_number(noun: str, name: Any) -> str | int:
-    if isinstance(name, bool) or (not (isinstance(name, str) and name) and not (isinstance(name, int) and name >= 1)):
-        raise InputError(f"{shown(name)}: a {noun}'s name, or its number from 1, is needed")
-    return name
+def _name_or_number(noun: str, description: str) -> tuple[PlainValidator, WithJsonSchema]:
+    """How a name, or a number from 1, is checked and described."""
+
+    def read(name: Any) -> str | int:
+        if isinstance(name, bool) or (not (isinstance(name, str) and name) and not (isinstance(name, int) and name >= 1)):
+            raise InputError(f"{shown(name)}: a {noun}'s name, or its number from 1, is needed")
+        return name
+
+    schema = {"anyOf": [{"type": "string"}, {"type": "integer", "minimum": 1}], "description": description}
+    return PlainValidator(read), WithJsonSchema(schema)
 
 
 NAMES_FILES = "names files or folders"
@@ -93,24 +95,9 @@ InputFiles = Annotated[
     WithJsonSchema({"anyOf": [{"type": "array", "items": _PATH}, {"type": "string", "format": "glob pattern"}]}),
     NAMES_FILES,
 ]
-_NAME_OR_NUMBER: dict[str, Any] = {"anyOf": [{"type": "string"}, {"type": "integer", "minimum": 1}]}
-ColumnName = Annotated[
-    str | int,
-    PlainValidator(partial(_name_or_number, "column")),
-    WithJsonSchema({**_NAME_OR_NUMBER, "description": "A column's header, its name without the unit, or its number from 1."}),
-]
-SheetName = Annotated[
-    str | int,
-    PlainValidator(partial(_name_or_number, "sheet")),
-    WithJsonSchema({**_NAME_OR_NUMBER, "description": "A sheet's name, or its number from 1."}),
-]
+ColumnName = Annotated[str | int, *_name_or_number("column", "A column's header, its name without the unit, or its number from 1.")]
+SheetName = Annotated[str | int, *_name_or_number("sheet", "A sheet's name, or its number from 1.")]
 Step = Annotated[
     str | int,
-    PlainValidator(partial(_name_or_number, "step")),
-    WithJsonSchema(
-        {
-            **_NAME_OR_NUMBER,
-            "description": "A step of an instrument's export: its name, in which * and ? stand for any text, or its number.",
-        }
-    ),
+    *_name_or_number("step", "A step of an instrument's export: its name, in which * and ? stand for any text, or its number."),
 ]

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import os
 import re
 import tomllib
 from collections.abc import Sequence
 from typing import Any
 
 from dielast.errors import InputError, shown_path
-from dielast.io.toml import DEEPEST
+from dielast.io.toml import DEEPEST, load
 
 # a part without quotes may hold more than TOML allows here: the message about an unknown key is clearer than one about TOML
 _PART = r"""\s*+("(?:[^"\\]|\\.)*+"|'[^']*+'|[^."'=][^.=]*+)\s*+"""
@@ -22,9 +23,14 @@ def read_path(text: str) -> tuple[str, ...] | None:
     if not re.fullmatch(_PATH, text):
         return None
     try:
-        return tuple(key for part in re.findall(_PART, text) for key in _keys_of(part))
+        return tuple(key for part in re.findall(_PART, text) for key in _keys_in(part))
     except tomllib.TOMLDecodeError:  # an unknown escape
         return None
+
+
+def keys_of(text: str) -> tuple[str, ...]:
+    """The keys of a path; text that is not a path is a key."""
+    return read_path(text) or (text,)
 
 
 def read_setting(text: str) -> tuple[tuple[str, ...], str] | None:
@@ -34,7 +40,24 @@ def read_setting(text: str) -> tuple[tuple[str, ...], str] | None:
     return (keys, match["value"].strip()) if match and keys else None
 
 
-def _keys_of(part: str) -> list[str]:
+def read_override(override: str) -> tuple[tuple[str, ...], Any]:
+    """The path of keys and the value of `PATH=VALUE`; a VALUE that is not TOML is text. Raises `InputError`."""
+    try:
+        # bytes that the locale could not decode are read as UTF-8
+        override = os.fsencode(override).decode()
+    except UnicodeDecodeError:
+        raise InputError("not UTF-8 text", key=f"--set {override!a}") from None
+    setting = read_setting(override)
+    if setting is None:
+        raise InputError("PATH=VALUE is needed, such as fit.branches=20", key=f"--set {override}")
+    keys, text = setting
+    try:
+        return keys, load(f"value = {text}")["value"]
+    except (ValueError, RecursionError):
+        return keys, text
+
+
+def _keys_in(part: str) -> list[str]:
     """The key of a part, and the indices in brackets after it, as in `step[0]`."""
     if part[0] in "\"'":
         return list(tomllib.loads(f"{part} = 0"))

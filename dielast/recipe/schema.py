@@ -7,8 +7,8 @@ from typing import Any
 
 from pydantic.json_schema import models_json_schema
 
+from dielast.recipe.base import Kinds
 from dielast.recipe.fields import UNIT
-from dielast.recipe.kinds import Kinds
 
 
 def recipe_schema(kinds: Kinds) -> dict[str, Any]:

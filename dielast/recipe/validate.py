@@ -16,9 +16,9 @@ from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails
 
 from dielast.errors import DielastError, InputError, Problem, shown, shown_path
+from dielast.recipe.base import Kinds
 from dielast.recipe.fields import Section
-from dielast.recipe.kinds import Kinds, or_makers
-from dielast.recipe.paths import read_path
+from dielast.recipe.paths import keys_of
 from dielast.units import decimal_comma
 
 Model = TypeVar("Model", bound=BaseModel)
@@ -62,7 +62,7 @@ def examine(
 ) -> Model | list[Mistake]:
     """`values` as a `model`, or every mistake in them; messages also suggest keys and files of the other `kinds`."""
     sweep = values.get("sweep")
-    swept = {shown_path(read_path(key) or (key,)): listed for key, listed in sweep.items()} if isinstance(sweep, dict) else {}
+    swept = {shown_path(keys_of(key)): listed for key, listed in sweep.items()} if isinstance(sweep, dict) else {}
     context = {
         "folder": folder,
         "columns": getattr(model, "COLUMNS", ()),
@@ -77,8 +77,11 @@ def examine(
 
 
 def _maker_of(kinds: Kinds, file: str, key: str | None) -> str | None:
-    """The kind of recipe that makes a file; or a folder, whose `key` has the name of the kind."""
-    return or_makers(kinds, file) if key is None else key if key in kinds else None
+    """The one or two commands that write a file of this name; for a folder, its `key` is the name of the command."""
+    if key is not None:
+        return key if key in kinds else None
+    makers = [name for name, kind in kinds.items() if file in kind.files]
+    return " or dielast ".join(makers) if len(makers) in (1, 2) else None
 
 
 def in_order(mistakes: Iterable[Mistake], values: Mapping[str, Any]) -> list[Problem]:

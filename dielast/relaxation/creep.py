@@ -15,11 +15,11 @@ from dielast.errors import warn
 from dielast.material.measurement_kind import CREEP
 from dielast.material.spectrum import Spectrum
 from dielast.numerics.arrays import Floats
-from dielast.relaxation.checks import LEVEL_SLOPE, TimeRange
+from dielast.relaxation.checks import TimeRange
 from dielast.relaxation.interconversion import RetardationSpectrum, relaxation_from_retardation, retardation_from_relaxation
 from dielast.relaxation.nnls import Known, Solution, Total, WeightedCurve, fit_strengths
 from dielast.relaxation.result import SpectrumFit
-from dielast.relaxation.task import FitTask
+from dielast.relaxation.task import LEVEL_SLOPE, FitTask
 
 LEAST_GLASSY = 0.01  # of the first compliance: a smaller glassy compliance cannot be measured
 FLOWS = -0.8  # d log(1/J)/d log t: a compliance that rises more steeply is clearly that of a melt
@@ -54,7 +54,7 @@ def fit_creep(
     the material flows, and if it does not show the glassy compliance, so that the fastest branch is a guess.
     """
     columns = (reduced_time, creep_compliance)
-    task = FitTask.of(CREEP, columns, branches, retardation_time, equilibrium_modulus, glassy_modulus, keep, liquid)
+    task = FitTask(CREEP, columns, branches, retardation_time, equilibrium_modulus, glassy_modulus, keep, liquid)
     curve, softest, prescribed = task.curve, task.plateau, task.equilibrium
     process_time, known, total, is_open = _what_to_fit(task, flows)
     solution = _with_glassy(curve, process_time, known, total)
@@ -81,9 +81,9 @@ def fit_creep(
     elif prescribed is not None or equilibrium > 0 or softest.slope >= FLOWS:
         task.warn_of_equilibrium(equilibrium)
 
-    truncated = keep is not None and keep < len(spectrum)
+    truncated = task.keep is not None and task.keep < len(spectrum)
     if truncated:
-        spectrum = spectrum.slowest(keep or 1)
+        spectrum = spectrum.slowest(task.keep or 1)
     kept = retardation_from_relaxation(spectrum, equilibrium) if truncated else retardation
     model = kept.creep_compliance(curve.time)[None]
     return task.finish("nnls", spectrum, equilibrium, model, truncated, smoothing=solution.smoothing, retardation=kept)
@@ -95,14 +95,14 @@ def _what_to_fit(task: FitTask, flows: bool | None) -> tuple[Floats, Known, Tota
     glassy_compliance = None if task.glassy is None else 1 / task.glassy
     fluid, solid = (glassy_compliance, None), (glassy_compliance, 0.0)
     if equilibrium is not None and equilibrium > 0:  # the compliances of a solid add up to that after infinite time
-        return task.place(solid, kept=1.0), solid, Total(1 / equilibrium, (1.0, 0.0)), False
-    process_time = task.place(fluid, kept=1.0)
+        return task.place(solid), solid, Total(1 / equilibrium, (1.0, 0.0)), False
+    process_time = task.place(fluid)
     if equilibrium == 0 or flows:
         return process_time, fluid, None, False
     if flows is False or not _demands_flow(curve, process_time, glassy_compliance):
         return process_time, solid, None, False
     if task.times[1] is None:
-        slower = task.place(solid, times=(task.times[0], SLOWER * float(curve.time[-1])), kept=1.0)
+        slower = task.place(solid, longest=SLOWER * float(curve.time[-1]))
         if not _demands_flow(curve, slower, glassy_compliance):
             return slower, solid, None, True
     return process_time, fluid, None, False

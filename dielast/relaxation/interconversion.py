@@ -92,7 +92,7 @@ def retardation_from_relaxation(spectrum: Spectrum, equilibrium_modulus: float =
     return RetardationSpectrum(zeros, compliance, 1 / total, fluidity)
 
 
-def answer(kind: MeasurementKind, spectrum: Spectrum, equilibrium_modulus: float, time: Floats) -> Floats:
+def response(kind: MeasurementKind, spectrum: Spectrum, equilibrium_modulus: float, time: Floats) -> Floats:
     """The response (channels, n) of a solid with this `spectrum` and `equilibrium_modulus` (shear, Pa) in a test of this `kind`, in
     shear.
 

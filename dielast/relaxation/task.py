@@ -3,35 +3,40 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from dielast.material.measurement_kind import MeasurementKind
+from dielast.errors import InputError, warn
+from dielast.material.measurement_kind import CREEP, MeasurementKind
 from dielast.material.spectrum import Spectrum
 from dielast.numerics.arrays import Floats
 from dielast.relaxation.checks import (
+    POOR_FIT,
     TimeRange,
-    check_counts,
-    check_liquid,
-    check_moduli,
-    check_times,
-    fit_errors,
-    range_of_times,
+    checked_counts,
+    checked_moduli,
+    checked_times,
+    rms,
     sorted_points,
-    warn_of_equilibrium,
+    what_rises,
 )
-from dielast.relaxation.ends import End, extremes, long_time_end, votes
-from dielast.relaxation.interconversion import answer
+from dielast.relaxation.ends import extremes, long_time_end, votes
+from dielast.relaxation.interconversion import response
 from dielast.relaxation.nnls import Known, Total, WeightedCurve, fit_strengths, place_times
 from dielast.relaxation.result import Method, SpectrumFit
 
 SEEN_AWAY = 10.0  # ratio of a time at which a process still affects the curve to the time of the process
+# a stated equilibrium modulus so far below the end of a levelled curve, extrapolated by DECADES_BEYOND, is warned of
+BELOW_CURVE = 0.1
+DECADES_BEYOND = 2.0
+LOOKS_LIKE_SHEAR = (2.5, 3.5)  # ratio of two moduli that suggests Young's over shear
+LEVEL_SLOPE = 0.045  # decades of modulus per decade of time, about 10 %: a smaller slope at the end is a plateau
+NEAR_END = 10**0.1  # a curve determines processes up to a tenth of a decade beyond its end
 
 
-@dataclass(frozen=True, slots=True, eq=False)
 class FitTask:
     """A checked `curve` (shear), its values as `measured` (channels, n), and the requests for its spectrum; `plateau` is the end of
     the curve as a shear modulus with its slope.
@@ -40,19 +45,8 @@ class FitTask:
     `glassy` are prescribed shear moduli in Pa. `keep` is the number of `branches` to keep, None for all.
     """
 
-    curve: WeightedCurve
-    measured: Floats
-    plateau: End
-    branches: int
-    times: TimeRange
-    equilibrium: float | None
-    glassy: float | None
-    keep: int | None
-    liquid: bool
-
-    @classmethod
-    def of(
-        cls,
+    def __init__(
+        self,
         kind: MeasurementKind,
         columns: Sequence[ArrayLike],
         branches: int,
@@ -61,40 +55,57 @@ class FitTask:
         glassy_modulus: float | None,
         keep: int | None,
         liquid: bool,
-        *,
         method: Method = "nnls",
         fewest: int = 1,
-    ) -> FitTask:
+    ) -> None:
         """Check and sort `columns`, abscissa and ordinates (n,) of a master curve in Pa or 1/Pa (Young's or tensile); check the
         others.
 
         A `method` needs `fewest` branches. Raises `InputError` for points or arguments that allow no fit.
         """
         abscissa, *values = sorted_points(kind, columns)
-        equilibrium = check_liquid(liquid, equilibrium_modulus)
-        check_counts(method, branches, fewest, keep)
-        check_times(times)
+        self.branches, self.keep = checked_counts(method, branches, fewest, keep)
+        self.times = checked_times(times, "retardation_time" if kind is CREEP else "relaxation_time")
         ascending = slice(None, None, kind.time_power)
-        time, measured = (abscissa**kind.time_power)[ascending], np.stack(values)[:, ascending]
-        curve = WeightedCurve(time, measured * 3.0**-kind.stiffness_power, votes(np.log10(time)), kind)
-        check_moduli(equilibrium, glassy_modulus, *extremes(np.log10(time), 3 * curve.stiffness))
-        plateau = long_time_end(np.log10(time), curve.stiffness)
-        return cls(curve, measured, plateau, branches, times, _shear(equilibrium), _shear(glassy_modulus), keep, liquid)
+        time, self.measured = (abscissa**kind.time_power)[ascending], np.stack(values)[:, ascending]
+        self.curve = curve = WeightedCurve(time, self.measured * 3.0**-kind.stiffness_power, votes(np.log10(time)), kind)
+        self.equilibrium, self.glassy = checked_moduli(
+            equilibrium_modulus, glassy_modulus, liquid, *extremes(np.log10(time), 3 * curve.stiffness)
+        )
+        self.plateau = long_time_end(np.log10(time), curve.stiffness)
+        self.liquid = liquid
 
-    @property
-    def kept(self) -> float:
-        """The fraction of the decades of times that the kept branches cover."""
-        return 1.0 if self.keep is None or self.branches < 2 else (self.keep - 1) / (self.branches - 1)
+    def range_of_times(
+        self, default: tuple[float, float], seen_at: tuple[float, float], longest: float | None = None
+    ) -> tuple[float, float]:
+        """The shortest and the `longest` time of a process in s: as stated, else `default`.
 
-    def place(self, known: Known, past: float = 1.0, times: TimeRange | None = None, kept: float | None = None) -> Floats:
+        The shortest and the longest process have their effect on the curve at `seen_at` times their time; warns if that is beyond
+        the curve. Of branches of which only the slowest are kept, only their times count.
+        """
+        time, wanted = self.curve.time, (self.times[0], longest or self.times[1])
+        first, last = (float(usual if end is None else end) for end, usual in zip(wanted, default, strict=True))
+        if first >= last:
+            raise InputError(f"no relaxation time lies between min = {first:.3g} s and max = {last:.3g} s: state both")
+        least = first
+        if self.keep is not None and self.branches > 1 and self.curve.kind is not CREEP:  # whose branches follow from a conversion
+            least = last * (first / last) ** ((self.keep - 1) / (self.branches - 1))
+        if seen_at[0] * least < time[0] / NEAR_END or seen_at[1] * last > time[-1] * NEAR_END:
+            warn(
+                f"relaxation times from {least:.3g} to {last:.3g} s reach beyond what the curve, from {time[0]:.3g} to "
+                f"{time[-1]:.3g} s, determines: the spectrum is extrapolated"
+            )
+        return first, last
+
+    def place(self, known: Known, past: float = 1.0, longest: float | None = None) -> Floats:
         """Times of the processes for nnls in s, slowest first, by default up to a factor `past` beyond the ends of the curve.
 
-        `times` and `kept` are by default those of the task.
+        The `longest` time is by default that of the task.
         """
-        curve, times = self.curve, self.times if times is None else times
-        default, seen = (curve.time[0] / past, curve.time[-1] * past), (SEEN_AWAY, 1 / SEEN_AWAY)
-        shortest, longest = range_of_times(times, default, curve.time, seen, self.kept if kept is None else kept)
-        return place_times(curve, self.branches, shortest, longest, (times[0] is None, times[1] is None), known)
+        time = self.curve.time
+        ends = self.range_of_times((time[0] / past, time[-1] * past), (SEEN_AWAY, 1 / SEEN_AWAY), longest)
+        movable = self.times[0] is None, (longest or self.times[1]) is None
+        return place_times(self.curve, self.branches, *ends, movable, known)
 
     def fit_moduli(self, past: float) -> SpectrumFit:
         """Moduli by non-negative least squares, with equilibrium and glassy modulus where prescribed."""
@@ -117,36 +128,63 @@ class FitTask:
     ) -> SpectrumFit:
         """The result for a spectrum that may be `truncated`, with a warning if it fits poorly.
 
-        `model` (channels, n), shear, is by default the response of the spectrum; `rest` are further fields of `SpectrumFit`.
+        `model` (channels, n), shear, is by default the response of the spectrum; `rest` are further fields of `SpectrumFit`. The
+        errors of a truncated spectrum are those at the times from its shortest relaxation time on.
         """
         curve, kind = self.curve, self.curve.kind
         if model is None:
-            model = answer(kind, spectrum, equilibrium, curve.time)
+            model = response(kind, spectrum, equilibrium, curve.time)
         if truncated is None:
             truncated = self.keep is not None and self.keep < self.branches
-        shortest = float(spectrum.relaxation_time[-1]) if truncated else None
-        rms, worst = fit_errors(model / curve.values - 1, curve.time, shortest)
+        error, compared = model / curve.values - 1, curve
+        if truncated:
+            shortest = float(spectrum.relaxation_time[-1])
+            late = curve.time >= shortest
+            if not np.any(late):
+                raise InputError(f"the curve ends before {shortest:.3g} s, the shortest relaxation time kept: keep more branches")
+            error = error[:, late]
+            compared = replace(curve, time=curve.time[late], values=curve.values[:, late], weight=curve.weight[late])
+        mean, worst = rms(error), float(np.max(np.abs(error)))
+        if mean > POOR_FIT:
+            advice = what_rises(compared) or "try more branches or another method"
+            warn(f"the spectrum misses the curve by {mean:.1%} rms and {worst:.1%} at worst: {advice}")
         pair = (self.measured, model * 3.0**kind.stiffness_power)
-        measured, answered = (values[0] if len(values) == 1 else values for values in pair)
+        measured, modelled = (values[0] if len(values) == 1 else values for values in pair)
         return SpectrumFit(
             method=method,
             spectrum=spectrum,
             equilibrium_shear_modulus=equilibrium,
-            rms_relative_error=rms,
+            rms_relative_error=mean,
             max_relative_error=worst,
             reduced_time=curve.time,
             measured=measured,
-            model=answered,
+            model=modelled,
             test=kind.name,
             **rest,
         )
 
-    def warn_of_equilibrium(self, equilibrium: float) -> None:
-        """Warn of an equilibrium modulus (shear, Pa) that contradicts the end of the curve, unless the material is a liquid."""
-        if not self.liquid:
-            warn_of_equilibrium(self.equilibrium, equilibrium, self.plateau)
-
-
-def _shear(modulus: float | None) -> float | None:
-    """The shear modulus of an incompressible material from Young's modulus, or None."""
-    return None if modulus is None else modulus / 3
+    def warn_of_equilibrium(self, fitted: float) -> None:
+        """Warn of an equilibrium modulus (shear, Pa) that was `fitted` without a plateau, or is stated and far below a plateau; not
+        for a liquid.
+        """
+        falling = -self.plateau.slope > LEVEL_SLOPE
+        if self.liquid or (self.equilibrium is not None and falling):
+            return
+        if falling:
+            warn(
+                f"the curve has not levelled off: it falls by {1 - 10**self.plateau.slope:.0%} in its last decade, so that the "
+                f"equilibrium modulus of {3 * fitted:.3g} Pa (Young's) is a guess: state equilibrium_modulus (0 for a melt)",
+                mentions=("equilibrium_modulus",),
+            )
+        # The equilibrium modulus of a levelled curve is near its end: no lower than its last slope leads within a few decades.
+        level, equilibrium = 3 * self.plateau.modulus, 3 * fitted
+        doubtful = (1 - BELOW_CURVE) * level * 10 ** (DECADES_BEYOND * self.plateau.slope)
+        if self.equilibrium is None or equilibrium >= doubtful:
+            return
+        third = ""
+        if equilibrium > 0 and LOOKS_LIKE_SHEAR[0] < level / equilibrium < LOOKS_LIKE_SHEAR[1]:
+            third = ", a third of that: it is Young's modulus that is meant, three times the shear modulus"
+        warn(
+            f"the curve has levelled off at {level:.4g} Pa, far above equilibrium_modulus = {equilibrium:g} Pa{third}",
+            mentions=("equilibrium_modulus",),
+        )

@@ -19,19 +19,12 @@ _NEEDED = "a folder that a run of dielast wrote is needed"
 
 
 @dataclass(frozen=True, slots=True)
-class Input:
-    """A file that a run read, with its name in the recipe."""
-
-    name: str
-    sha256: str
-
-
-@dataclass(frozen=True, slots=True)
 class StoredResult:
     """The result of a run, read from its folder.
 
     `tables` are CSV by file name; `figures` are by file name, in one format. `files` holds the SHA-256 of every file of the result,
-    `inputs` those of the files that the run read. `home` is the name of the folder in the file system, `folder` its path as stated.
+    `inputs` the name in the recipe and the SHA-256 of every file that the run read. `home` is the name of the folder in the file
+    system, `folder` its path as stated. `warnings` include what the run could not finish.
     """
 
     folder: str
@@ -42,9 +35,8 @@ class StoredResult:
     figures: Mapping[str, bytes]
     files: Mapping[str, str]
     paths: tuple[Path, ...]
-    inputs: tuple[Input, ...]
+    inputs: tuple[tuple[str, str], ...]
     warnings: tuple[str, ...]
-    unfinished: tuple[str, ...]
     settings: tuple[str, ...]
 
 
@@ -82,10 +74,10 @@ def outdated(results: Sequence[StoredResult]) -> list[tuple[int, str]]:
     known = makers(results)
     messages = []
     for index, result in enumerate(results):
-        for read in result.inputs:
-            path = PurePath(read.name)
+        for stated, digest in result.inputs:
+            path = PurePath(stated)
             for other in results:
-                if read.sha256 not in known and path.parent.name == other.home and path.name in other.files and other is not result:
+                if digest not in known and path.parent.name == other.home and path.name in other.files and other is not result:
                     text = f"was made from another {path.name} than the one in {other.folder} now: run it again"
                     messages.append((index, text))
     return messages
@@ -95,7 +87,7 @@ def _in_order(results: list[StoredResult]) -> list[StoredResult]:
     """The results, each after those that made its inputs, otherwise in their order."""
     holders = makers(results)
     needs = [
-        {index for read in result.inputs for index, _ in holders.get(read.sha256, ()) if index != number}
+        {index for _, digest in result.inputs for index, _ in holders.get(digest, ()) if index != number}
         for number, result in enumerate(results)
     ]
     order: list[int] = []
@@ -130,8 +122,7 @@ def _read(folder: Path, names: Mapping[str, Sequence[str]]) -> StoredResult:
         files={SUMMARY: sha256(content), **{name: sha256(text) for name, text in held.items()}},
         paths=(source, *(folder / name for name in held)),
         inputs=_inputs(summary, source),
-        warnings=_lines(summary, "warnings", source),
-        unfinished=_lines(summary, "unfinished", source),
+        warnings=_lines(summary, "unfinished", source) + _lines(summary, "warnings", source),
         settings=_lines(summary, "set", source),
     )
 
@@ -150,10 +141,10 @@ def _lines(summary: Mapping[str, Any], key: str, source: Path) -> tuple[str, ...
     return tuple(lines)
 
 
-def _inputs(summary: Mapping[str, Any], source: Path) -> tuple[Input, ...]:
+def _inputs(summary: Mapping[str, Any], source: Path) -> tuple[tuple[str, str], ...]:
     stated = summary.get("inputs", [])
     tables = stated if isinstance(stated, list) else [stated]
     pairs = [(table.get("file"), table.get("sha256")) if isinstance(table, Mapping) else (None, None) for table in tables]
     if not all(isinstance(name, str) and isinstance(digest, str) for name, digest in pairs):
         raise InputError(f"every entry needs a file and its sha256; {_NEEDED}", file=source, key="inputs")
-    return tuple(Input(str(name), str(digest)) for name, digest in pairs)
+    return tuple((str(name), str(digest)) for name, digest in pairs)

@@ -8,7 +8,7 @@ from html import escape
 from pathlib import PurePath
 
 from dielast.io.table import parse_csv
-from dielast.report.chain import Input, StoredResult, makers, outdated
+from dielast.report.chain import StoredResult, makers, outdated
 from dielast.report.summary import rows, summary_sections
 
 MOST_ROWS, FIRST_ROWS, LAST_ROWS = 30, 15, 5  # rows: a longer table is shortened to its first and last rows
@@ -49,27 +49,28 @@ def html_page(results: Sequence[StoredResult], descriptions: Mapping[str, str]) 
     The same results make the same bytes. Raises `InputError` for a table that dielast did not write.
     """
     title = " → ".join(dict.fromkeys(result.kind for result in results))
-    stale = outdated(results)
+    warnings = [list(result.warnings) for result in results]
+    for number, text in reversed(outdated(results)):
+        warnings[number].insert(0, text)
     parts = [
         '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n',
         f'<meta http-equiv="Content-Security-Policy" content="{POLICY}">\n',
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n',
         f"<title>{escape(title)}</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n<main>\n",
         f"<h1>{escape(title)}</h1>\n",
-        *_contents(results, stale),
+        *_contents(results, warnings),
     ]
     known = makers(results)
     for index, result in enumerate(results):
-        warnings = [*(text for number, text in stale if number == index), *result.unfinished, *result.warnings]
-        parts += _section(index, results, warnings, known, descriptions.get(result.kind, ""))
+        parts += _section(index, results, warnings[index], known, descriptions.get(result.kind, ""))
     parts.append("</main>\n</body>\n</html>\n")
     return "".join(parts).encode("utf-8", "backslashreplace")
 
 
-def _contents(results: Sequence[StoredResult], stale: Sequence[tuple[int, str]]) -> Iterator[str]:
+def _contents(results: Sequence[StoredResult], warnings: Sequence[Sequence[str]]) -> Iterator[str]:
     yield '<nav aria-label="Results">\n<ol>\n'
     for index, result in enumerate(results):
-        count = len(result.warnings) + len(result.unfinished) + sum(number == index for number, _ in stale)
+        count = len(warnings[index])
         more = f", {count} {'warning' if count == 1 else 'warnings'}" if count else ""
         yield f'<li><a href="#result-{index + 1}">{escape(_name(result))}</a>{more}</li>\n'
     yield "</ol>\n</nav>\n"
@@ -105,7 +106,13 @@ def _section(
         yield f"<figcaption>{escape(name)}</figcaption>\n</figure>\n"
     if not result.figures:
         yield '<p class="note">No figure in PNG or SVG is in the folder.</p>\n'
-    yield from _headline({name: dict(rows(values)) for name, values in summary_sections(summary)})
+    yield '<h3>Summary</h3>\n<div class="summary">\n'
+    for section, values in summary_sections(summary):
+        yield f"<table>\n<caption>{_text(section)}</caption>\n<tbody>\n"
+        lines = dict(rows(values)).items()
+        yield from (f'<tr><th scope="row">{_text(name)}</th><td>{_text(value)}</td></tr>\n' for name, value in lines)
+        yield "</tbody>\n</table>\n"
+    yield "</div>\n"
     if result.tables:
         yield "<h3>Tables</h3>\n"
     for name, content in result.tables.items():
@@ -118,36 +125,20 @@ def _section(
     yield "</section>\n"
 
 
-def _headline(sections: Mapping[str, Mapping[str, str]]) -> Iterator[str]:
-    yield '<h3>Summary</h3>\n<div class="summary">\n'
-    for section, values in sections.items():
-        yield f"<table>\n<caption>{_text(section)}</caption>\n<tbody>\n"
-        yield from (f'<tr><th scope="row">{_text(name)}</th><td>{_text(value)}</td></tr>\n' for name, value in values.items())
-        yield "</tbody>\n</table>\n"
-    yield "</div>\n"
-
-
 def _origins(
     result: StoredResult, index: int, results: Sequence[StoredResult], known: Mapping[str, Sequence[tuple[int, str]]]
 ) -> Iterator[tuple[str, ...]]:
-    for read in result.inputs:
-        origin = [(number, name) for number, name in known.get(read.sha256, ()) if number != index]
-        links = [f'<a href="#result-{number + 1}">{number + 1}. {_text(_name(results[number]))}</a>' for number, _ in origin]
-        yield f"<code>{_text(read.name)}</code>", f"<code>{_text(read.sha256)}</code>", ", ".join(links) or _shipped(read)
-
-
-def _shipped(read: Input) -> str:
-    return "ships with dielast" if read.name.startswith("example:") else ""
+    for name, digest in result.inputs:
+        makers_of = [number for number, _ in known.get(digest, ()) if number != index]
+        links = [f'<a href="#result-{number + 1}">{number + 1}. {_text(_name(results[number]))}</a>' for number in makers_of]
+        origin = ", ".join(links) or ("ships with dielast" if name.startswith("example:") else "")
+        yield f"<code>{_text(name)}</code>", f"<code>{_text(digest)}</code>", origin
 
 
 def _files(caption: str, headers: Sequence[str], lines: Iterable[Sequence[str]]) -> Iterator[str]:
     """A table of files; its cells are HTML."""
-    yield _opened(caption)
     heads = "".join(f'<th scope="col">{header}</th>' for header in headers)
-    yield f"<thead><tr>{heads}</tr></thead>\n<tbody>\n"
-    for line in lines:
-        yield f"<tr>{''.join(f'<td>{cell}</td>' for cell in line)}</tr>\n"
-    yield "</tbody>\n</table>\n</div>\n"
+    yield from _grid(caption, heads, ("".join(f"<td>{cell}</td>" for cell in line) for line in lines))
 
 
 def _table(name: str, columns: Mapping[str, Sequence[str]]) -> Iterator[str]:
@@ -156,30 +147,26 @@ def _table(name: str, columns: Mapping[str, Sequence[str]]) -> Iterator[str]:
     count = len(next(iter(columns.values()), ()))
     long = count > MOST_ROWS
     kept = [*range(FIRST_ROWS), None, *range(count - LAST_ROWS, count)] if long else list(range(count))
-    numbers = {header: all(_is_number(cell) for cell in columns[header]) for header in shown}
     notes = [f"{FIRST_ROWS + LAST_ROWS} of {count} rows"] if long else []
     notes += [f"{len(shown)} of {len(columns)} columns"] if len(columns) > len(shown) else []
-    yield _opened(f"{name}{': ' if notes else ''}{' and '.join(notes)}{', all of them in the file' if notes else ''}")
-    yield "<thead><tr>"
-    yield "".join(f'<th scope="col"{_aligned(numbers[header])}>{_text(header)}</th>' for header in shown)
-    yield "</tr></thead>\n<tbody>\n"
-    for row in kept:
-        if row is None:
-            yield f'<tr><td colspan="{len(shown)}">… {count - FIRST_ROWS - LAST_ROWS} rows left out …</td></tr>\n'
-        else:
-            cells = "".join(f"<td{_aligned(numbers[header])}>{_text(columns[header][row])}</td>" for header in shown)
-            yield f"<tr>{cells}</tr>\n"
-    yield "</tbody>\n</table>\n</div>\n"
+    caption = f"{name}{': ' if notes else ''}{' and '.join(notes)}{', all of them in the file' if notes else ''}"
+    aligned = {header: ' class="number"' if all(map(_is_number, columns[header])) else "" for header in shown}
+    heads = "".join(f'<th scope="col"{aligned[header]}>{_text(header)}</th>' for header in shown)
+    gap = f'<td colspan="{len(shown)}">… {count - FIRST_ROWS - LAST_ROWS} rows left out …</td>'
+    cells = (
+        gap if row is None else "".join(f"<td{aligned[header]}>{_text(columns[header][row])}</td>" for header in shown)
+        for row in kept
+    )
+    yield from _grid(caption, heads, cells)
 
 
-def _opened(caption: str) -> str:
-    """The opening tags of a table that scrolls, also from the keyboard, if it is wider than the page."""
+def _grid(caption: str, heads: str, lines: Iterable[str]) -> Iterator[str]:
+    """A table of cells in HTML that scrolls, also from the keyboard, if it is wider than the page."""
     text = escape(caption)
-    return f'<div class="wide" role="region" aria-label="{text}" tabindex="0">\n<table>\n<caption>{text}</caption>\n'
-
-
-def _aligned(number: bool) -> str:
-    return ' class="number"' if number else ""
+    yield f'<div class="wide" role="region" aria-label="{text}" tabindex="0">\n<table>\n<caption>{text}</caption>\n'
+    yield f"<thead><tr>{heads}</tr></thead>\n<tbody>\n"
+    yield from (f"<tr>{line}</tr>\n" for line in lines)
+    yield "</tbody>\n</table>\n</div>\n"
 
 
 def _is_number(cell: str) -> bool:

@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from dielast.errors import InputError, and_more
-from dielast.sharing.chunks import Chunk, Plan, Solve, Solved
+from dielast.sharing.execution import Chunk, Plan, Solve, Solved
 from dielast.sharing.versions import VERSIONS
 
 if TYPE_CHECKING:
@@ -45,7 +45,10 @@ def solve_on(scheduler: str, solve: Solve[Plan, Solved], plan: Plan, chunks: Seq
     patience = _patience()
     silence = min(patience, LONGEST_SILENCE)
     with _connected(scheduler, silence) as client:
-        _await_workers(scheduler, client, patience)
+        try:
+            client.wait_for_workers(1, timeout=patience)
+        except TimeoutError:
+            raise InputError(f"the scheduler has no workers, after {patience:g} s of waiting", file=scheduler) from None
         _check_versions(scheduler, client)
         # the plan is a task and not scattered data: Dask can repeat it when the worker that holds it is lost
         held = client.submit(_held, plan, pure=False)
@@ -132,13 +135,6 @@ def _patience() -> float:
     from dask.utils import parse_timedelta
 
     return float(parse_timedelta(dask.config.get("distributed.comm.timeouts.connect")))
-
-
-def _await_workers(scheduler: str, client: Client, patience: float) -> None:
-    try:
-        client.wait_for_workers(1, timeout=patience)
-    except TimeoutError:
-        raise InputError(f"the scheduler has no workers, after {patience:g} s of waiting", file=scheduler) from None
 
 
 def _check_versions(scheduler: str, client: Client) -> None:

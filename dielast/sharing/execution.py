@@ -1,13 +1,23 @@
-"""Solve the chunks of a plan in this process, in several processes or on a cluster."""
+"""Solve the chunks of a plan, or batches of cases, in this process, in several processes or on a cluster."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Generator, Sequence
+from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Protocol, TypeVar
 
-from dielast.sharing.chunks import Chunk, Plan, Solve, Solved
+from dielast.errors import InputError, NumericsError
 
+Plan = TypeVar("Plan")
+Solved = TypeVar("Solved")
+Solve = Callable[[Plan, int, int], Solved]
+"""Solves a chunk of a plan, which is independent of the other chunks."""
+Chunk = tuple[int, int]
+"""Where a chunk begins and ends: the number of its first cell, and the number after its last cell."""
+Result = TypeVar("Result")
+Result_co = TypeVar("Result_co", covariant=True)
 Progress = Callable[[int, int, str], None]
 """Called with the finished number, the total number, and what they count: cells, cases or draws."""
 NOTHING_KEPT = "nothing is kept or written; the same command begins anew"
@@ -30,6 +40,23 @@ class Execution:
     keep: Callable[[str], None] | None = None
 
 
+LOCAL = Execution()
+
+
+class Batch(Protocol[Result_co]):
+    """Cases that are solved together: `members` are their numbers in a list.
+
+    A batch holds all its data, so that any process can solve it; solving neither reads files nor warns.
+    """
+
+    @property
+    def members(self) -> Sequence[int]:
+        """The number of each case."""
+
+    def solve(self) -> Sequence[Result_co]:
+        """The result of each member."""
+
+
 def share_out(
     solve: Solve[Plan, Solved], plan: Plan, chunks: Sequence[Chunk], execution: Execution
 ) -> Generator[Solved, None, None]:
@@ -49,3 +76,38 @@ def share_out(
     else:
         for first, end in chunks:
             yield solve(plan, first, end)
+
+
+def solve_batches(batches: Sequence[Batch[Result]], execution: Execution = LOCAL, what: str = "cases") -> list[Result]:
+    """The result of every case, by number. `what` names the cases in reports of progress.
+
+    If several batches raise errors, that of the first one in the list is raised, whichever batch is finished first.
+    """
+    count = sum(len(batch.members) for batch in batches)
+    results: dict[int, Result] = {}
+    waiting: dict[int, Sequence[Result] | InputError | NumericsError] = {}
+    done = following = 0
+    chunks = [(place, place + 1) for place in range(len(batches))]
+    with closing(share_out(_solve_batch, tuple(batches), chunks, execution)) as solved:
+        for place, solution in solved:
+            waiting[place] = solution
+            done += len(batches[place].members)
+            while following in waiting:
+                ready = waiting.pop(following)
+                if isinstance(ready, Exception):
+                    raise ready
+                results.update(zip(batches[following].members, ready, strict=True))
+                following += 1
+            if execution.progress is not None and len(batches) > 1:
+                execution.progress(done, count, what)
+    return [results[number] for number in range(count)]
+
+
+def _solve_batch(
+    batches: Sequence[Batch[Result]], place: int, end: int
+) -> tuple[int, Sequence[Result] | InputError | NumericsError]:
+    """The place of a batch, and its results or the error that it raised."""
+    try:
+        return place, batches[place].solve()
+    except (InputError, NumericsError) as error:
+        return place, error.with_traceback(None)

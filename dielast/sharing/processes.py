@@ -15,7 +15,7 @@ from queue import Empty, SimpleQueue
 from typing import Any
 
 from dielast.errors import NumericsError
-from dielast.sharing.chunks import Chunk, Plan, Solve, Solved
+from dielast.sharing.execution import Chunk, Plan, Solve, Solved
 
 FROM_OUTSIDE = (signal.SIGINT, signal.SIGTERM)
 MOST = 61 if sys.platform == "win32" else 10_000  # Windows waits for no more processes in one call
@@ -36,7 +36,7 @@ def solve_in_processes(jobs: int, solve: Solve[Plan, Solved], plan: Plan, chunks
     pool = ProcessPoolExecutor(min(jobs, len(chunks), MOST), started, initializer=_receive, initargs=(solve, plan))
     try:
         # the handler is set before signals are unblocked, so that it handles a signal that came in between
-        with _cancelled(futures), _terminated_as_interrupted():
+        with _terminated_as_interrupted():
             with _undisturbed():
                 futures += [pool.submit(_solve_given, *chunk) for chunk in chunks]
             for future in _finished(futures):
@@ -48,6 +48,11 @@ def solve_in_processes(jobs: int, solve: Solve[Plan, Solved], plan: Plan, chunks
         # the thread of the pool closes a pipe that the interpreter would write to at exit
         pool.shutdown(wait=True)
         raise NumericsError("a worker process was killed, perhaps for lack of memory") from None
+    except BaseException:
+        # one by one, as a pool without a reference to it ignores `cancel_futures`
+        for future in futures:
+            future.cancel()
+        raise
     finally:
         pool.shutdown(wait=False)
 
@@ -65,20 +70,6 @@ def _finished(futures: Sequence[Future[Solved]]) -> Iterator[Future[Solved]]:
             continue
         left -= 1
         yield future
-
-
-@contextmanager
-def _cancelled(futures: Sequence[Future[Any]]) -> Iterator[None]:
-    """Cancel the chunks that have not begun if an exception ends this context."""
-    try:
-        yield
-    except BrokenProcessPool:  # a broken pool begins no more chunks
-        raise
-    except BaseException:
-        # one by one, as a pool without a reference to it ignores `cancel_futures`
-        for future in futures:
-            future.cancel()
-        raise
 
 
 @contextmanager

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -19,13 +18,11 @@ from dielast.mechanics.criteria.pull_in import PullIn
 from dielast.mechanics.history import electrical_pieces
 from dielast.mechanics.load import ChargeStep, ElectricalStep, VoltageStep
 from dielast.mechanics.stability import ONE_PERCENT, TimeScale
-from dielast.simulate.actuation_history import ActuationHistory, electrical_of, history_of
-from dielast.simulate.cycles import CycleTable
-from dielast.simulate.film_runs import FilmRuns, run_films
+from dielast.simulate.actuation_history import ActuationHistory, run_films
 from dielast.simulate.film_setup import MESH_RTOL, FilmSetup
-from dielast.simulate.profile import Profiles, given_times
+from dielast.simulate.history import joined
+from dielast.simulate.output import Output, check_cycles, check_end, stated_times
 from dielast.simulate.setup import Setup, set_up
-from dielast.simulate.wanted import Wanted, check_cycles, check_end
 from dielast.simulate.wiring import Wiring
 
 
@@ -105,43 +102,41 @@ def actuate(
     charge = isinstance(next(iter(steps), None), ChargeStep)
     wiring = Wiring.of(charge, source_resistance, leakage, electrode_area, setup.thickness)
     pieces = electrical_pieces(steps, setup.controls, np.ones(cases) if charge else setup.thickness)
-    with_circuit = charge or source_resistance is not None or leakage is not None
-    electrical = with_circuit if electrical is None else electrical
-    if setup.passive is not None and (with_circuit or electrical):
-        named = {"steps": charge, "source_resistance": source_resistance is not None, "leakage": leakage is not None}
-        argument = next((name for name, is_stated in named.items() if is_stated), "electrical")
+    named = {"steps": charge, "source_resistance": source_resistance is not None, "leakage": leakage is not None}
+    stated = [name for name, is_stated in {**named, "electrical": electrical}.items() if is_stated]
+    if setup.passive is not None and stated:
         only = "a film with a passive part, boundary frame or strip, can only be driven by an ideal source of voltage"
-        raise InputError(f"{only}; its charge and energies are not computed", argument=argument)
-    wanted = Wanted.of(times, cases, points_per_decade, cycles)
-    check_cycles(wanted.cycles, pieces)
+        raise InputError(f"{only}; its charge and energies are not computed", argument=stated[0])
+    output = Output.of(times, cases, points_per_decade, cycles)
+    check_cycles(output.cycles, pieces)
     duration = np.sum([piece.begin(np.zeros((3, cases))).duration for piece in pieces], axis=0)
-    check_end(wanted.times, duration, "programme")
-    profile_times = given_times(profile)
-    if profile_times is not None:
-        if setup.passive is None:
-            raise InputError("it is of films with a passive part, boundary frame or strip", argument="profile")
-        check_end(np.broadcast_to(profile_times, (cases, profile_times.size)), duration, "programme", "profile")
+    check_end(output.times, duration, "programme")
+    profile_times = None if profile is None else stated_times(profile, cases, "profile")
+    if profile_times is not None and setup.passive is None:
+        raise InputError("it is of films with a passive part, boundary frame or strip", argument="profile")
+    check_end(profile_times, duration, "programme", "profile")
     stops = _stops(stop_at, [material] if isinstance(material, Material) else list(material), setup)
     parts = setup.groups(wiring.has_circuit)
-    pieces_of_parts = [[piece.take(part) for piece in pieces] for part in parts]
-    runs = [
-        run_films(setup, wiring, part, pull_in_timescale, stops, pieces_of_part, wanted, electrical, rtol, profile_times)
-        for part, pieces_of_part in zip(parts, pieces_of_parts, strict=True)
+    histories = [
+        run_films(
+            setup,
+            part,
+            wiring,
+            [piece.take(part) for piece in pieces],
+            output,
+            timescale=pull_in_timescale,
+            stops=stops,
+            with_end=times is None if with_end is None else with_end,
+            electrical=bool(stated) if electrical is None else electrical,
+            profile_times=profile_times,
+            rtol=rtol,
+        )
+        for part in parts
     ]
     place = np.empty(cases, dtype=np.intp)
     place[np.concatenate(parts)] = np.arange(sum(part.size for part in parts))
-    ends = times is None if with_end is None else with_end
-    tables = [run.cycles for run in runs if run.cycles is not None]
-    cycling = CycleTable.joined(tables, place) if tables else None
-    history, extra = history_of(setup, FilmRuns.joined(runs, place), stops, ends, cycling)
-    if electrical:
-        electrical_quantities = electrical_of(extra, setup.thickness, wiring, source_resistance is not None, leakage is not None)
-        history = replace(history, electrical=electrical_quantities)
-    if profile_times is None:
-        return history
-    ended = np.array([outcome.time for outcome in history.outcome])
-    profiles = [case for run, part in zip(runs, parts, strict=True) if run.profiler for case in run.profiler.collect(ended[part])]
-    return replace(history, profiles=Profiles(tuple(profiles[row] for row in place.tolist())))
+    history: ActuationHistory = joined(histories, place)
+    return history
 
 
 def _stops(stop_at: str | None, materials: Sequence[Material], setup: Setup) -> tuple[str, ...]:

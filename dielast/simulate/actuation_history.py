@@ -1,4 +1,4 @@
-"""Results of actuation: histories of films under a voltage programme, in the quantities of the user."""
+"""Films simulated under a voltage programme, and the results in the quantities of the user."""
 
 from __future__ import annotations
 
@@ -9,16 +9,21 @@ from typing import ClassVar
 import numpy as np
 
 from dielast.io.table import Frame, to_frame
-from dielast.numerics.columns import Floats
+from dielast.mechanics.course import Piece
+from dielast.mechanics.criteria import CRITERIA
+from dielast.mechanics.electric import CHARGE
+from dielast.mechanics.point_material import Points
+from dielast.mechanics.stability import TimeScale
+from dielast.mechanics.watch import Watch
+from dielast.numerics.arrays import Cases, Floats
 from dielast.numerics.integrate import Status
-from dielast.simulate.cycles import CycleTable
-from dielast.simulate.electrical import UNITS, Electrical
-from dielast.simulate.events import Event, event_columns, events_of, first_of
-from dielast.simulate.film import Outcome
-from dielast.simulate.film_runs import FilmRuns
-from dielast.simulate.history import History
-from dielast.simulate.profile import Profiles
-from dielast.simulate.record import Record, ending
+from dielast.simulate.cycles import CycleMeter, CycleTable
+from dielast.simulate.electrical import UNITS, Electrical, ElectricMeter, nominal
+from dielast.simulate.follow import follow
+from dielast.simulate.history import Event, History, Outcome, event_columns, events_of, first_of
+from dielast.simulate.output import Output
+from dielast.simulate.profile import ProfileRecorder, Profiles
+from dielast.simulate.record import Record, Recorder, ending
 from dielast.simulate.setup import Setup
 from dielast.simulate.wiring import Wiring
 
@@ -74,74 +79,113 @@ class ActuationHistory(History):
         return to_frame(event_columns(self.events))
 
 
-def history_of(
-    setup: Setup, run: FilmRuns, stops: Sequence[str], with_end: bool, cycles: CycleTable | None
-) -> tuple[ActuationHistory, Floats]:
-    """The results in the quantities of the user, up to the end of each case, and the rows of `EXTRA` at the same times."""
-    record, reached = run.record, run.reached
-    stopped = run.status == Status.STOPPED
+def run_films(
+    setup: Setup,
+    part: Cases,
+    wiring: Wiring,
+    pieces: Sequence[Piece],
+    output: Output,
+    *,
+    timescale: TimeScale,
+    stops: Sequence[str],
+    with_end: bool,
+    electrical: bool,
+    profile_times: Floats | None,
+    rtol: float,
+) -> ActuationHistory:
+    """Simulate the films `part` (k,), one of the groups of the setup, through their programme or until one of `stops` happens."""
+    film = setup.film(part, rtol)
+    film = replace(film, points=wiring.wired(film.points, part))
+    points, thickness = film.points, setup.thickness[part]
+    watch = Watch(setup.watched(film, part, timescale), CRITERIA, (), stops)
+    relaxed = film.moment(setup.controls, np.arange(part.size), np.zeros(part.size))
+    begin = np.exp(0.5 * relaxed.log_squared_stretch)
+    leakage = wiring.leakage.take(part) if electrical else None
+    electric = None if leakage is None else ElectricMeter(leakage, part.size)
+    recorders = [Recorder(output.take(part), watch, electric)]
+    if profile_times is not None and setup.passive is not None:
+        recorders.append(ProfileRecorder(Output(profile_times[part]), spread=setup.passive.spread(part)))
+    meter = CycleMeter(points, begin[0], False, leakage)
+    followed = follow(film, pieces, rtol=rtol, watch=watch, recorders=recorders, meter=meter)
+    record, happened = recorders[0].collect(), watch.happened
+    stopped, last = followed.status == Status.STOPPED, first_of(happened, stops)
     # events located in an equilibrium that ends where the numerics give up may be slightly later
-    latest = np.fmax.reduce([np.zeros_like(reached), *(entry.time for entry in run.happened.values())])
-    reached = np.where(stopped, reached, np.maximum(reached, latest))
-    last = first_of(run.happened, stops)
-    if stopped.any():
-        reached = np.where(stopped, last.time, reached)
+    latest = np.fmax.reduce([np.zeros(part.size), *(entry.time for entry in happened.values())])
+    reached = np.where(stopped, last.time, np.maximum(followed.time, latest))
+    at_end = last.row
+    if electric is not None:
+        ended = electric.ended(last.time)
+        ended[0] = nominal(points, last.log_squared_stretch, last.field)[1]
+        at_end = np.concatenate((at_end, ended))
+    if points.electric is CHARGE:
+        at_end[4] = nominal(points, last.log_squared_stretch, last.field)[0]
+        happened = {
+            criterion: replace(entry, field=nominal(points, entry.log_squared_stretch, entry.field)[0])
+            for criterion, entry in happened.items()
+        }
+        record = _in_fields(points, record)
     # a requested time may exceed the end by rounding
     record = replace(record, values=np.where(record.time > reached[:, None] * (1 + 1e-12), np.nan, record.values))
     if stopped.any() and with_end:
-        at_end = np.concatenate((last.row, run.extra))
         record = ending(record, reached, np.where(stopped, at_end, np.nan))
     stretch, field = record.stretch, record.field
-    history = ActuationHistory(
-        temperature=setup.temperature,
+    events = [events_of(happened, case, float(thickness[case]), end) for case, end in enumerate(reached.tolist())]
+    reasons = [_reason(in_order, stops, end) for in_order, end in zip(events, reached.tolist(), strict=True)]
+    return ActuationHistory(
+        temperature=setup.temperature[part],
         time=record.time,
-        voltage=field * setup.thickness[:, None],
+        voltage=field * thickness[:, None],
         stretch_1=stretch[0],
         stretch_2=stretch[1],
-        relative_stretch_1=stretch[0] / run.begin[0, :, None],
-        relative_stretch_2=stretch[1] / run.begin[1, :, None],
+        relative_stretch_1=stretch[0] / begin[0, :, None],
+        relative_stretch_2=stretch[1] / begin[1, :, None],
         nominal_stress_1=record.nominal_stress[0],
         nominal_stress_2=record.nominal_stress[1],
         true_field=field * stretch[0] * stretch[1],
-        stability=record.determinant / run.begin[2, :, None],
-        events=tuple(events_of(run.happened, case, float(setup.thickness[case]), float(end)) for case, end in enumerate(reached)),
-        outcome=tuple(
-            Outcome.of(*ended)
-            for ended in zip(run.status.tolist(), reached.tolist(), _stopped_by(run, stops, last.time), strict=True)
-        ),
-        cycles=cycles,
-        damage=_damage(setup, record),
+        stability=record.determinant / watch.stability(relaxed).determinant[:, None],
+        events=tuple(events),
+        outcome=tuple(map(Outcome.of, followed.status.tolist(), reached.tolist(), reasons)),
+        cycles=meter.collect(),
+        damage=_damage(setup, part, record),
+        electrical=_electrical(record, thickness, wiring, part) if electrical else None,
+        profiles=next((recorder.profiles(reached) for recorder in recorders if isinstance(recorder, ProfileRecorder)), None),
     )
-    return history, record.electrical
 
 
-def _damage(setup: Setup, record: Record) -> Floats | None:
-    """The damage (cases, times), NaN for films without a damage law; None if no film has one."""
+def _in_fields(points: Points, record: Record) -> Record:
+    """The record of films under a charge, with the nominal field in place of the nominal charge density."""
+    values, (cases, rows) = record.values.copy(), record.time.shape
+    points_of_rows = points.take(np.repeat(np.arange(cases), rows))
+    values[4] = nominal(points_of_rows, values[:2].reshape(2, -1), values[4].ravel())[0].reshape(cases, rows)
+    return replace(record, values=values)
+
+
+def _reason(events: Sequence[Event], stops: Sequence[str], end: float) -> str:
+    """The name of the event of `stops` at the `end` in s of a film, the first in `stops` of several; empty without one."""
+    names = [event.name for event in events if event.time == end]
+    return next((name for name in stops if name in names), "")
+
+
+def _damage(setup: Setup, part: Cases, record: Record) -> Floats | None:
+    """The damage (k, times) of the films `part` (k,), NaN for films without a damage law; None if no film has one."""
     if setup.damage is None:
         return None
-    every = np.arange(record.time.shape[0])
-    ages = setup.damage.ask(every, lambda law, columns: np.ones(columns.size), np.nan)
+    ages = setup.damage.values(part, lambda law, columns: np.ones(columns.size), np.nan)
     (damage,) = record.exposed
     return np.asarray(damage * ages[:, None])
 
 
-def _stopped_by(run: FilmRuns, stops: Sequence[str], time: Floats) -> list[str]:
-    """The name of the first event of `stops` in each case, which happened at `time` (cases,); empty if none did."""
-    times = {name: first_of(run.happened, [name]).time for name in stops}
-    return [next((name for name in stops if times[name][case] == at), "") for case, at in enumerate(time.tolist())]
-
-
-def electrical_of(extra: Floats, thickness: Floats, wiring: Wiring, has_resistance: bool, has_leakage: bool) -> Electrical:
-    """The electrical quantities of films of `thickness` (cases,) in m, from the rows of `EXTRA` (6, cases, times)."""
-    charge, source, current, work, leaked, lost = extra
-    area = None if wiring.area is None else wiring.area[:, None]
+def _electrical(record: Record, thickness: Floats, wiring: Wiring, part: Cases) -> Electrical:
+    """The electrical quantities of the films `part` (k,), of `thickness` (k,) in m."""
+    charge, source, current, work, leaked, lost = record.electrical
+    area = None if wiring.area is None else wiring.area[part, None]
     return Electrical(
         charge_density=charge,
         current_density=current,
         electrical_energy=work,
-        source_voltage=source * thickness[:, None] if has_resistance else None,
+        source_voltage=source * thickness[:, None] if wiring.has_resistance else None,
         charge=None if area is None else charge * area,
         current=None if area is None else current * area,
-        leaked_energy=leaked if has_leakage else None,
-        resistor_energy=lost if has_resistance else None,
+        leaked_energy=leaked if wiring.has_leakage else None,
+        resistor_energy=lost if wiring.has_resistance else None,
     )

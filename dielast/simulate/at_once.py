@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -14,9 +14,9 @@ from dielast.mechanics.passive.settle import settle
 from dielast.mechanics.span import Controls
 from dielast.mechanics.stability import Fold
 from dielast.mechanics.watch import Watch
-from dielast.numerics.columns import Cases, Flags, Floats, paired, where
+from dielast.numerics.arrays import Cases, Flags, Floats, paired, where
 from dielast.numerics.integrate import Status
-from dielast.simulate.film import Condition, Film
+from dielast.simulate.film import Film
 
 MAX_MOVE = 0.05  # largest change of Lambda in one part of a load applied at once; larger parts are divided
 SMALLEST_SHARE = 1e-7  # smallest part of a load; if there is no equilibrium nearby for this part, there is none
@@ -29,23 +29,14 @@ def apply_at_once(film: Film, controls: Controls, target: Floats, jumps: Flags, 
     increases; where it ends before the full load, they pull in, held at first by the damper. Where there is no equilibrium at all,
     `status` (cases,) is changed.
     """
-    condition = film.condition
-    after = replace(
-        condition,
-        internal=condition.internal.copy(),
-        log_squared_stretch=condition.log_squared_stretch.copy(),
-        nominal_stress=condition.nominal_stress.copy(),
-        field=condition.field.copy(),
-        next_step=np.where(jumps, 0.0, condition.next_step),
-        border=None if condition.border is None else condition.border.copy(),
-    )
+    after = replace(film.copied(), next_step=np.where(jumps, 0.0, film.next_step))
     columns = where(jumps)
     if watch is not None:
         after.field[columns] = target[2, columns]
         columns = _hold(film, controls, target, columns, after, watch)
     if not columns.size:
-        return replace(film, condition=after)
-    present = replace(film, condition=after).take(columns).moment(controls, columns, np.zeros(columns.size))
+        return after
+    present = after.take(columns).moment(controls, columns, np.zeros(columns.size))
     state, stable = moved_at_once(present, target[:, columns])
     status[columns[~stable]] = Status.NO_START
     if watch is not None:  # a film whose requested events have all happened has ended
@@ -53,7 +44,7 @@ def apply_at_once(film: Film, controls: Controls, target: Floats, jumps: Flags, 
         status[vanished[watch.done[vanished]]] = Status.STOPPED
     _put(after, columns, state, stable)
     after.field[columns[stable]] = target[2, columns[stable]]
-    return replace(film, condition=after)
+    return after
 
 
 def moved_at_once(moment: Moment, target: Floats, nearby: float | None = None) -> tuple[Moment, Flags]:
@@ -70,18 +61,29 @@ def moved_at_once(moment: Moment, target: Floats, nearby: float | None = None) -
     return after, stable
 
 
-def _put(after: Condition, columns: Cases, moved: Moment, stable: Flags) -> None:
-    """Write the states of films `moved` (k,) to the `columns` (k,) of `after`, for those that are `stable` (k,)."""
-    selected = columns[stable]
-    after.log_squared_stretch[:, selected], after.nominal_stress[:, selected] = (
-        moved.log_squared_stretch[:, stable],
-        moved.nominal_stress[:, stable],
+def _writable(moment: Moment, field: Floats) -> Moment:
+    """The films of a moment under this `field` (k,), with arrays to which `_put` may write."""
+    around = moment.surroundings
+    return replace(
+        moment,
+        field=field,
+        log_squared_stretch=moment.log_squared_stretch.copy(),
+        nominal_stress=moment.nominal_stress.copy(),
+        surroundings=None if around is None else replace(around, border=around.border.copy()),
     )
-    if moved.surroundings is not None and after.border is not None:
-        after.border[:, selected] = moved.surroundings.border[:, stable]
 
 
-def _hold(present: Film, controls: Controls, target: Floats, columns: Cases, after: Condition, watch: Watch) -> Cases:
+def _put(films: Film | Moment, columns: Cases, moved: Moment, chosen: Flags) -> None:
+    """Write the stretches and stresses of the films `moved` (k,) to the `columns` (k,) of `films`, for those `chosen` (k,)."""
+    columns = columns[chosen]
+    films.log_squared_stretch[:, columns] = moved.log_squared_stretch[:, chosen]
+    films.nominal_stress[:, columns] = moved.nominal_stress[:, chosen]
+    around = films if isinstance(films, Film) else films.surroundings
+    if moved.surroundings is not None and around is not None and around.border is not None:
+        around.border[:, columns] = moved.surroundings.border[:, chosen]
+
+
+def _hold(present: Film, controls: Controls, target: Floats, columns: Cases, after: Film, watch: Watch) -> Cases:
     """Write the state `after` the load of films that hold it; store the events of the others, and return their columns."""
     on_the_way = {
         lookout.criterion: lookout.signal
@@ -89,19 +91,18 @@ def _hold(present: Film, controls: Controls, target: Floats, columns: Cases, aft
         if lookout.signal is not None and lookout.criterion.found_in_jumps
     }
     film = present.take(columns)
-    time = film.condition.time
+    time = film.time
     begin = film.moment(controls, columns, watch.clock.age(columns, time))
-    way = follow_load(begin, film.condition.acting(controls), target[:, columns], on_the_way)
-    reached = way.reached
-    _put(after, columns, reached, way.held)
+    reached, held, events = follow_load(begin, film.acting(controls), target[:, columns], on_the_way)
+    _put(after, columns, reached, held)
     # the damper is free of stress again
     slack = reached.log_squared_stretch if reached.surroundings is None else reached.surroundings.stretch()
-    after.internal[:, -1, ..., columns[way.held]] = np.moveaxis(slack[..., way.held], -1, 0)
+    after.internal[:, -1, ..., columns[held]] = np.moveaxis(slack[..., held], -1, 0)
     # a film that snaps back when its voltage is lowered has not failed
-    failed = ~way.held & (np.abs(target[2, columns]) > np.abs(film.condition.field))
+    failed = ~held & (np.abs(target[2, columns]) > np.abs(film.field))
     for lookout in watch.lookouts:
-        if lookout.criterion in way.events:
-            event = way.events[lookout.criterion]
+        if lookout.criterion in events:
+            event = events[lookout.criterion]
             new = failed & np.isfinite(event.field)
         elif lookout.criterion.ends_equilibria:
             event, new = reached, failed
@@ -109,35 +110,26 @@ def _hold(present: Film, controls: Controls, target: Floats, columns: Cases, aft
             continue
         noted = where(new & ~lookout.seen[columns])
         watch.note(lookout, time[noted], event.take(noted))
-    return columns[~way.held]
+    return columns[~held]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Way:
-    """The equilibria of films under a load applied at once.
-
-    `reached` is the state under the full load if the film holds it, `held` (k,), and otherwise the last state with an equilibrium.
-    `events` are the moments at which signals fell to zero on the way, by criterion, with a field of NaN in films without that
-    event.
-    """
-
-    reached: Moment
-    held: Flags
-    events: Mapping[Criterion, Moment]
-
-
-def follow_load(begin: Moment, present: Floats, target: Floats, signals: Mapping[Criterion, Signal]) -> Way:
+def follow_load(
+    begin: Moment, present: Floats, target: Floats, signals: Mapping[Criterion, Signal]
+) -> tuple[Moment, Flags, dict[Criterion, Moment]]:
     """Follow the equilibrium of the films at the moment `begin` as their load grows from `present` to `target`, both (3, k).
 
     Viscous stretches are frozen as in `jump`, and the damper is omitted. The load grows in parts so small that Lambda changes by at
     most `MAX_MOVE` in each.
+
+    Returns the films under the full load, or in the last state with an equilibrium; whether (k,) they hold the full load; and the
+    moments at which signals fell to zero on the way, by criterion, with a field of NaN in films without that event.
     """
     modulus = begin.points.modulus.copy()
     modulus[-1] = 0.0
     undamped = replace(begin.points, modulus=modulus)
-    start = replace(
-        begin, points=undamped, surroundings=None if begin.surroundings is None else begin.surroundings.without_damper()
-    )
+    around = begin.surroundings
+    way = replace(begin, points=undamped, surroundings=None if around is None else around.without_damper())
+    way = _writable(way, begin.field)
     count = target.shape[1]
 
     def load_at(share: Floats, columns: Cases) -> Floats:
@@ -147,56 +139,36 @@ def follow_load(begin: Moment, present: Floats, target: Floats, signals: Mapping
         load[2] = np.copysign(size, target[2, columns])
         return load
 
-    log_squared, nominal = begin.log_squared_stretch.copy(), begin.nominal_stress.copy()
-    border = None if begin.surroundings is None else begin.surroundings.border.copy()
     reached, share, smooth = np.zeros(count), np.ones(count), np.zeros(count, dtype=bool)
-    events = {
-        criterion: replace(
-            begin,
-            field=np.full(count, np.nan),
-            log_squared_stretch=np.full_like(log_squared, np.nan),
-            nominal_stress=np.full_like(nominal, np.nan),
-            surroundings=None
-            if begin.surroundings is None
-            else replace(begin.surroundings, border=begin.surroundings.border.copy()),
-        )
-        for criterion in signals
-    }
+    events = {criterion: _writable(begin, np.full(count, np.nan)) for criterion in signals}
     going = np.arange(count)
     while going.size:
         going = paired(going)
         next_share = np.minimum(reached[going] + share[going], 1.0)
         load = load_at(next_share, going)
-        from_here = replace(start.take(going), log_squared_stretch=log_squared[:, going])
-        if border is not None and from_here.surroundings is not None:
-            from_here = replace(from_here, surroundings=replace(from_here.surroundings, border=border[:, going]))
-        trial, stable = moved_at_once(from_here, load, MAX_MOVE)
-        trial_stretch, stress = trial.log_squared_stretch, trial.nominal_stress
-        change = np.max(np.abs(trial_stretch - log_squared[:, going]), axis=0)
+        trial, stable = moved_at_once(way.take(going), load, MAX_MOVE)
+        change = np.max(np.abs(trial.log_squared_stretch - way.log_squared_stretch[:, going]), axis=0)
         near = stable & (change <= MAX_MOVE)
         located = share[going] < 2 * SMALLEST_SHARE  # located as accurately as the load can be divided
         falls, met = np.zeros(going.size, dtype=bool), np.zeros(going.size, dtype=bool)
         for criterion, signal in signals.items():
             event = events[criterion]
             fallen = near & np.isnan(event.field[going]) & (signal(trial) <= 0)
-            new, columns = fallen & located, going[fallen & located]
-            event.field[columns] = load[2, new]
-            event.log_squared_stretch[:, columns], event.nominal_stress[:, columns] = trial_stretch[:, new], stress[:, new]
-            if event.surroundings is not None and trial.surroundings is not None:
-                event.surroundings.border[:, columns] = trial.surroundings.border[:, new]
+            new = fallen & located
+            event.field[going[new]] = load[2, new]
+            _put(event, going, trial, new)
             falls, met = falls | fallen, met | new
         near &= ~falls | met
-        columns = going[near]
-        log_squared[:, columns], nominal[:, columns], reached[columns] = trial_stretch[:, near], stress[:, near], next_share[near]
-        if border is not None and trial.surroundings is not None:
-            border[:, columns] = trial.surroundings.border[:, near]
+        _put(way, going, trial, near)
+        reached[going[near]] = next_share[near]
         # beyond a steep part the load may grow in larger parts again
         larger = near & smooth[going] & (change <= 0.5 * MAX_MOVE)
         smooth[going] = near
         share[going] = np.where(met, 1.0, np.where(near, np.where(larger, 2.0, 1.0), 0.5) * share[going])
         going = np.flatnonzero((reached < 1) & (share >= SMALLEST_SHARE))
+    log_squared, nominal = way.log_squared_stretch, way.nominal_stress
     ends = where((reached > 0) & (reached < 1))
-    if ends.size and border is None:  # locate the end of the equilibrium exactly
+    if ends.size and around is None:  # locate the end of the equilibrium exactly
         frozen = replace(undamped.take(ends), rate=np.zeros((modulus.shape[0], ends.size)))
         fold = Fold(
             frozen,
@@ -209,7 +181,7 @@ def follow_load(begin: Moment, present: Floats, target: Floats, signals: Mapping
         )
         end, _, log_squared[:, ends], nominal[:, ends] = fold.find()
         reached[ends] = np.minimum(end, 1 - 1e-15)
+    if around is not None and way.surroundings is not None:
+        around = replace(around, border=way.surroundings.border)
     limit = load_at(reached, np.arange(count))[2]
-    around = None if begin.surroundings is None or border is None else replace(begin.surroundings, border=border)
-    reached_moment = replace(begin, log_squared_stretch=log_squared, nominal_stress=nominal, field=limit, surroundings=around)
-    return Way(reached_moment, reached >= 1, events)
+    return replace(way, points=begin.points, field=limit, surroundings=around), reached >= 1, events

@@ -11,21 +11,19 @@ cycle over the energy that it delivers: 1 without losses in film and circuit.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from dielast.io.result import TabularResult
-from dielast.io.table import Column, Table
+from dielast.io.table import Table, case_table
 from dielast.material.leakage import Leakage
-from dielast.mechanics.course import Course
-from dielast.mechanics.cycles import Cycles
+from dielast.mechanics.course import Course, Cycles
 from dielast.mechanics.passive.framed import FramedFilms
-from dielast.mechanics.point import Points
+from dielast.mechanics.point_material import Points
 from dielast.mechanics.span import Control, Load
 from dielast.mechanics.symmetric import Films
-from dielast.numerics.columns import Cases, Floats
+from dielast.numerics.arrays import Cases, Floats
 from dielast.numerics.stride import DenseSteps, Stride
 from dielast.simulate.electrical import flow
 
@@ -61,37 +59,19 @@ class CycleTable(TabularResult):
     work: Floats
     efficiency: Floats | None = None
 
-    @property
-    def names(self) -> list[str]:
-        """The names of the columns."""
-        return [name for name in NAMES if getattr(self, name) is not None]
-
     def case(self, row: int) -> dict[str, Floats]:
         """The finished cycles of a case, (cycles,), by their headers."""
         finished = np.isfinite(self.mean[row])
         units = {"phase": "rad", "work": "J/m^3", "efficiency": "1"}
-        values = {f"{name} [{units.get(name, self.unit)}]": getattr(self, name)[row, finished] for name in self.names}
+        arrays = {name: getattr(self, name) for name in NAMES}
+        values = {
+            f"{name} [{units.get(name, self.unit)}]": array[row, finished] for name, array in arrays.items() if array is not None
+        }
         return {"cycle": np.flatnonzero(finished) + 1, **values}
 
     def columns(self) -> Table:
         """The table of all cases, one after another."""
-        return cycle_table({row: self.case(row) for row in range(len(self.mean))})
-
-    @classmethod
-    def joined(cls, tables: Sequence[CycleTable], place: Cases) -> CycleTable:
-        """The cases of all tables, in the order given by their indices `place` (cases,) in the concatenated tables."""
-        names = tables[0].names
-        return cls(tables[0].unit, *(np.concatenate([getattr(table, name) for table in tables])[place] for name in names))
-
-
-def cycle_table(cases: Mapping[int, Mapping[str, Floats]]) -> Table:
-    """The table of the cycles of several cases, by the number of the case."""
-    counts = [table["cycle"].size for table in cases.values()]
-    columns = [Column("case", None, np.repeat(list(cases), counts))]
-    for header in next(iter(cases.values())):
-        name, _, unit = header.rstrip("]").partition(" [")
-        columns.append(Column(name, unit or None, np.concatenate([table[header] for table in cases.values()])))
-    return columns
+        return case_table({row: self.case(row) for row in range(len(self.mean))})
 
 
 @dataclass(slots=True, eq=False)
@@ -116,46 +96,40 @@ class CycleMeter:
     """The measured quantity at the beginning of the waveform (cases,)."""
     _finished: Cases = field(default_factory=lambda: np.zeros(0, dtype=np.intp))
 
-    def begin(self, course: Course) -> None:
-        """Begin a piece of load."""
+    def begin(self, course: Course, system: Films, state: Floats) -> None:
+        """Begin a piece of load with this state (rows, cases)."""
         self._course = course if isinstance(course, Cycles) else None
         if self._course is not None:
             cases = self.unit.size
             self._sums = np.zeros((8, cases, course.cycles))
             self._sums[0], self._sums[1] = np.inf, -np.inf
-            self._finished, self._at_rest = np.zeros(cases, dtype=np.intp), np.zeros(cases)
+            self._finished = np.zeros(cases, dtype=np.intp)
+            membrane = system.membrane(state, system.driven(np.zeros(cases), state))
+            self._at_rest = self._measured(*membrane, np.arange(cases))
 
     def __call__(self, stride: Stride) -> None:
         """Store the step until it is added to the sums."""
         if self._course is None:
             return
         columns = np.flatnonzero(stride.accepted)
-        opening = columns[(stride.begin[columns] == 0) & (stride.time[columns] == 0)]
-        if opening.size:
-            self._store_rest(stride, opening)
         if stride.cases.size == 2 and stride.cases[0] == stride.cases[1]:
             columns = columns[:1]  # a single case occupies two columns
         system = stride.system
         assert isinstance(system, Films)
         self._system = system
         steps = DenseSteps.of(stride, slice(system.border, None), columns)
-        parts = len(self._course.edges) - 1
-        cycle = stride.span[columns] // parts
+        cycle, part = np.divmod(stride.span[columns], len(self._course.edges) - 1)
         self._buffer.append((steps, system.load.take(columns), stride.begin[columns], cycle))
-        ended = (stride.until == stride.duration)[columns] & self._last_part(steps.cases, stride.span[columns] % parts)
+        # the part of the cycle is the last one that lasts for some time
+        ended = (stride.until == stride.duration)[columns] & (self._course.edges[part + 1, steps.cases] >= 1)
         self._finished[steps.cases[ended]] = cycle[ended] + 1
         self._size += columns.size
         if self._size >= MANY:
             self._add()
 
-    def _store_rest(self, stride: Stride, columns: Cases) -> None:
-        """Store the measured quantity at the beginning of a waveform."""
-        system = stride.system
-        assert isinstance(system, Films)
-        start = system.driven(np.zeros(stride.cases.size), stride.before)
-        log_squared, nominal = system.membrane(stride.before, start)
-        values = nominal[0] if self.stress else np.exp(0.5 * log_squared[0])
-        self._at_rest[stride.cases[columns]] = (values / self.unit[stride.cases])[columns]
+    def _measured(self, log_squared: Floats, nominal: Floats, cases: Cases) -> Floats:
+        """The measured quantity (k,) at Lambda and nominal stresses (2, k) of these cases."""
+        return np.asarray((nominal if self.stress else np.exp(0.5 * log_squared))[0] / self.unit[cases])
 
     def finish(self) -> None:
         """End a piece of load."""
@@ -179,11 +153,6 @@ class CycleMeter:
         """The table of all cycles so far, None without any."""
         return CycleTable("Pa" if self.stress else "1", *np.concatenate(self._tables, axis=2)) if self._tables else None
 
-    def _last_part(self, cases: Cases, part: Cases) -> np.ndarray:
-        """Whether (k,) this part of the cycle is the last one that lasts for some time."""
-        assert self._course is not None
-        return np.asarray(self._course.edges[part + 1, cases] >= 1)
-
     def _add(self) -> None:
         """Add the stored steps to the sums."""
         course, system = self._course, self._system
@@ -202,7 +171,7 @@ class CycleMeter:
         value, slope = films.driven(local, state), driving.slope(local)
         log_squared, nominal = films.membrane(state, value)
         stretch = np.exp(0.5 * log_squared)
-        measured = ((nominal if self.stress else stretch)[0] / self.unit[wide.cases]).reshape(places, count)
+        measured = self._measured(log_squared, nominal, wide.cases).reshape(places, count)
         sent: Floats | None = None
         if self.leakage is None:
             permittivity = self.points.permittivity[wide.cases]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,10 +16,10 @@ from dielast.material.breakdown import BreakdownLaw
 from dielast.material.material import Material
 from dielast.material.scatter import fewest_draws, interval
 from dielast.mechanics.stability import ONE_PERCENT, TimeScale
-from dielast.numerics.columns import Floats
+from dielast.numerics.arrays import Floats
 from dielast.numerics.edged_roots import EDGE, FAR, FOUND, LOW, OPEN
 from dielast.simulate.design_plan import UNFINISHED, Designed, DesignPlan, solve_draws, solve_films
-from dielast.simulate.film_grid import axis_of, check_weights, lay_out, prestretches_of
+from dielast.simulate.film_grid import axis_of, lay_out, prestretches_of
 from dielast.simulate.film_setup import MESH_RTOL, FilmSetup
 from dielast.simulate.goal import Goal
 
@@ -220,14 +220,13 @@ def plan_design(
         raise InputError(f"{horizon:g} s: it must be positive", argument="horizon")
     if goal.at > horizon:
         raise InputError(f"{goal.at:g} s is longer than the horizon of {horizon:g} s", argument="at")
-    pairs = prestretches_of(film.prestretch, "design")
-    thick = axis_of(film.thickness, "thickness", "design")
-    shares = None if film.electrode_share is None else axis_of(film.electrode_share, "electrode_share", "design")
-    temperatures = axis_of(material.reference_temperature if temperature is None else temperature, "temperature", "design")
+    pairs = prestretches_of(film.prestretch)
+    thick = axis_of(film.thickness, "thickness")
+    shares = None if film.electrode_share is None else axis_of(film.electrode_share, "electrode_share")
+    temperatures = axis_of(material.reference_temperature if temperature is None else temperature, "temperature")
     sizes = temperatures.size, thick.size, len(pairs), 1 if shares is None else shares.size, goal.target.size
     of_temperature, of_thickness, of_pair, of_share, of_goal = (index.ravel() for index in np.indices(sizes))
     film = replace(film, thickness=thick[of_thickness], electrode_share=None if shares is None else shares[of_share])
-    check_weights(film, pairs)
     goal = goal.take(of_goal)
     goal.steps(film.controls)
     grid = lay_out(
@@ -310,9 +309,6 @@ def _best_first(result: Design) -> Design:
     # films of equal life are sorted by failure probability, and then by voltage
     keys = [result.voltage, probability, np.where(yes, -result.life, -result.largest), ~yes, result.target]
     order = np.lexsort([np.where(np.isnan(key), np.inf, key) for key in keys])
-    names = ["temperature", "prestretch", "thickness", "target", "voltage", "time_to_failure"]
-    names += ["failure_mode", "reached", "because", "largest"]
-    share = None if result.electrode_share is None else result.electrode_share[order]
-    drawn = None if result.drawn is None else result.drawn.take(order)
-    ordered = {name: getattr(result, name)[order] for name in names}
-    return replace(result, **ordered, electrode_share=share, drawn=drawn)
+    values = {entry.name: getattr(result, entry.name) for entry in fields(result)}
+    ordered: dict[str, Any] = {name: value[order] for name, value in values.items() if isinstance(value, np.ndarray)}
+    return replace(result, **ordered, drawn=None if result.drawn is None else result.drawn.take(order))

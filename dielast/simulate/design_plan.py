@@ -12,13 +12,12 @@ from numpy.typing import NDArray
 
 from dielast.io.result import Result
 from dielast.mechanics.criteria.loss_of_tension import LossOfTension
-from dielast.numerics.columns import Cases, Flags, Floats, paired
+from dielast.numerics.arrays import Cases, Flags, Floats, paired
 from dielast.numerics.edged_roots import EDGE, ENDED, FAR, FOUND, OPEN, PASSED, SHORT, EdgedRoots
 from dielast.numerics.integrate import Status
-from dielast.simulate.events import first_of
 from dielast.simulate.film_grid import FilmGrid, Group
 from dielast.simulate.goal import Goal, voltage_about
-from dielast.simulate.lives import live
+from dielast.simulate.history import first_of
 
 ROUNDS = 100  # of trials, at most: a bracket is halved every other round
 MET = 1e-4  # accuracy of a goal, in the logarithm of the stretch or of the area
@@ -64,22 +63,7 @@ class DesignPlan(Result):
 
     def chunks(self, drawn: bool = False, size: int = CHUNK) -> list[tuple[int, int]]:
         """First film and end of each chunk, of the films or of the draws; a chunk lies within one group."""
-        result, first = [], 0
-        for group in self.grid.groups:
-            end = first + group.films.size
-            if (group.films[0] >= self.films) == drawn:
-                result += [(start, min(start + size, end)) for start in range(first, end, size)]
-            first = end
-        return result
-
-    def part(self, first: int, end: int) -> tuple[Group, Cases]:
-        """The group of a chunk, and the columns (k,) of the chunk in it."""
-        begin = 0
-        for group in self.grid.groups:
-            if first < begin + group.films.size:
-                break
-            begin += group.films.size
-        return group, np.arange(first - begin, end - begin)
+        return self.grid.chunks(size, drawn=drawn)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -120,12 +104,12 @@ class _Trials:
 
 def solve_films(plan: DesignPlan, first: int, end: int) -> Designed:
     """Find the voltages of a chunk of films, and the lives of the films under them."""
-    group, columns = plan.part(first, end)
+    group, columns = plan.grid.cells_of(first, end)
     films = group.films[columns]
     goal = plan.goal.take(films)
-    part = _part(group, columns)
+    part = group.take(columns)
     pair = paired(np.arange(films.size))
-    expected, limited = voltage_about(_part(part, pair), goal.take(pair), plan.grid.controls)
+    expected, limited = voltage_about(part.take(pair), goal.take(pair))
     search = EdgedRoots(expected[: films.size, None] * SPREAD, _tolerance(goal, group.rtol), to_edge=True)
     beyond = limited[: films.size]
     short, rounds = _search(plan, part, goal, search, beyond)
@@ -151,7 +135,7 @@ def solve_films(plan: DesignPlan, first: int, end: int) -> Designed:
 
 def solve_draws(plan: DesignPlan, first: int, end: int) -> Designed:
     """Find the lives of a chunk of drawn films under the voltage of the design, and the voltage that each draw needs."""
-    group, columns = plan.part(first, end)
+    group, columns = plan.grid.cells_of(first, end)
     columns = columns[np.isfinite(plan.voltage[group.films[columns] % plan.films])]
     films = group.films[columns]
     film_of_draw = films % plan.films
@@ -159,7 +143,7 @@ def solve_draws(plan: DesignPlan, first: int, end: int) -> Designed:
     if not films.size:
         nothing = np.zeros(0)
         return Designed(films, films, nothing, nothing, nothing, nothing, np.zeros(0, dtype=object), 0)
-    part = _part(group, columns)
+    part = group.take(columns)
     search = EdgedRoots(plan.voltage[film_of_draw][:, None], _tolerance(goal, group.rtol), slope=plan.slope[film_of_draw])
     lives = _tried(plan, part, goal, every, plan.voltage[film_of_draw], plan.horizon)
     search.note(every, lives.voltage, lives.value, lives.kind, np.log(lives.time / goal.at))
@@ -167,12 +151,6 @@ def solve_draws(plan: DesignPlan, first: int, end: int) -> Designed:
     state = search.state
     voltage = np.where(state == FOUND, search.root, np.where(state == OPEN, np.nan, np.inf))
     return Designed(films, state, voltage, plan.slope[film_of_draw], lives.value, lives.time, lives.mode, rounds)
-
-
-def _part(group: Group, columns: Cases) -> Group:
-    """The selected films (k,) of a group."""
-    taken = group.film.take(columns), group.films[columns], group.watched.take(columns), group.thickness[columns]
-    return Group(*taken, group.rtol)
 
 
 def _tolerance(goal: Goal, rtol: float) -> Floats:
@@ -208,17 +186,7 @@ def _search(
 def _tried(plan: DesignPlan, part: Group, goal: Goal, columns: Cases, voltage: Floats, horizon: float) -> _Trials:
     """Try voltages (t,) on columns (t,) of a group, up to a horizon in s."""
     criteria, goal = plan.criteria, goal.take(columns)
-    lives = live(
-        part,
-        columns,
-        voltage,
-        plan.grid.controls,
-        horizon=horizon,
-        watched=criteria,
-        until=(),
-        ends=criteria,
-        times=[goal.at],
-    )
+    lives = part.lives(columns, voltage, horizon=horizon, watched=criteria, ends=criteria, times=[goal.at])
     end = first_of(lives.happened, criteria)
     mode = np.full(columns.size, NONE, dtype=object)
     mode[~np.isin(lives.status, (Status.COMPLETED, Status.STOPPED))] = UNFINISHED

@@ -20,14 +20,13 @@ import numpy as np
 
 from dielast.io.result import Result
 from dielast.material.leakage import Leakage
-from dielast.mechanics.circuit import Circuit
-from dielast.mechanics.electric import ELECTRIC, FIELD
+from dielast.mechanics.electric import ELECTRIC, FIELD, Circuit
 from dielast.mechanics.point_material import SYMMETRIC, Points
 from dielast.mechanics.span import Control, Controls, stretched
 from dielast.mechanics.symmetric import Films
-from dielast.numerics.columns import Cases, Flags, Floats, paired
+from dielast.numerics.arrays import Cases, Flags, Floats, paired
 from dielast.numerics.stride import DenseSteps, Stride
-from dielast.simulate.film import Condition
+from dielast.simulate.film import Film
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(8)
 NODES, WEIGHTS = 0.5 * (1 + _NODES), 0.5 * _WEIGHTS  # on a step of length 1
@@ -120,29 +119,17 @@ def flow(films: Films, leakage: Leakage, time: Floats, state: Floats, rate: Floa
     return Flow(field, load.value(time)[ELECTRIC], charge, leak, rate[films.border] + leak)
 
 
-@dataclass(slots=True, eq=False)
-class _End:
-    """The last step of columns (k,) whose cases stopped within it; `start` (k,) is the beginning of their spans in s since the
-    programme began, `before` (3, k) the energies at the beginning of the step.
-    """
-
-    steps: DenseSteps
-    films: Films
-    start: Floats
-    before: Floats
-
-
 class ElectricMeter:
     """Integrates the energies `totals` (3, cases) in J/m^3: work of the source, leaked energy, energy lost in the resistance."""
 
     def __init__(self, leakage: Leakage, cases: int) -> None:
         self.leakage, self.totals = leakage, np.zeros((3, cases))
         self._start, self._source = np.zeros(cases), np.zeros(cases)
-        self._ends: list[_End] = []
+        self._ends: list[tuple[DenseSteps, Films, Floats, Floats]] = []  # see `follow`
 
-    def leap(self, points: Points, controls: Controls, before: Condition, after: Condition) -> None:
-        """Add the work of a load applied at once, which takes the films from the condition `before` to that `after`."""
-        gained = _stored(points, after) - _stored(points, before)
+    def leap(self, controls: Controls, before: Film, after: Film) -> None:
+        """Add the work of a load applied at once, which takes the films `before` to those `after`."""
+        gained = _stored(after) - _stored(before)
         change = np.exp(0.5 * after.log_squared_stretch) - np.exp(0.5 * before.log_squared_stretch)
         free = ~stretched(controls)
         work = gained - np.sum(np.where(free, after.nominal_stress * change, 0.0), axis=0)
@@ -166,7 +153,9 @@ class ElectricMeter:
         return self._within(films, steps, self.totals[:, steps.cases], time)
 
     def follow(self, stride: Stride, stopped: Flags) -> None:
-        """Add a step; columns `stopped` (pool,) within it are stored for `ended`."""
+        """Add a step; columns `stopped` (pool,) within it are stored for `ended`, with the beginning of their spans in s since the
+        programme began, and the energies before the step.
+        """
         columns = paired(np.flatnonzero(stride.accepted))
         if not columns.size:
             return
@@ -175,7 +164,7 @@ class ElectricMeter:
         before = self.totals[:, steps.cases]
         if (last := np.flatnonzero(stopped[columns])).size:
             start = self._start[steps.cases] + stride.begin[columns]
-            self._ends.append(_End(steps.take(last), films.take(last), start[last], before[:, last]))
+            self._ends.append((steps.take(last), films.take(last), start[last], before[:, last]))
         self.totals[:, steps.cases] = before + self._energies(films, steps, np.ones(columns.size))
 
     def ended(self, time: Floats) -> Floats:
@@ -186,8 +175,8 @@ class ElectricMeter:
         """
         none = np.full(time.size, np.nan)
         rows = np.stack((none, self._source, none, *self.totals))
-        for end in self._ends:
-            rows[:, end.steps.cases] = self._within(end.films, end.steps, end.before, time[end.steps.cases] - end.start)
+        for steps, films, start, before in self._ends:
+            rows[:, steps.cases] = self._within(films, steps, before, time[steps.cases] - start)
         return rows
 
     def _within(self, films: Films, steps: DenseSteps, before: Floats, time: Floats) -> Floats:
@@ -274,13 +263,13 @@ def equilibrium_rate(films: Films, time: Floats, state: Floats) -> Floats:
     return rate
 
 
-def _stored(points: Points, condition: Condition) -> Floats:
+def _stored(film: Film) -> Floats:
     """The energy (cases,) in J/m^3 stored in springs and dielectric."""
-    log_squared = condition.log_squared_stretch
-    squared = points.springs(condition.internal, log_squared)
-    field, charge = nominal(points, log_squared, condition.field)
+    points, log_squared = film.points, film.log_squared_stretch
+    field, charge = nominal(points, log_squared, film.field)
     with np.errstate(invalid="ignore"):
-        return np.asarray(np.sum(points.modulus * points.law.energy(squared), axis=0) + 0.5 * field * charge)
+        springs = points.modulus * points.law.energy(points.springs(film.internal, log_squared))
+        return np.asarray(np.sum(springs, axis=0) + 0.5 * field * charge)
 
 
 def _films(stride: Stride) -> Films:

@@ -16,17 +16,17 @@ from numpy.typing import ArrayLike, NDArray
 from dielast.errors import InputError
 from dielast.io.result import TabularResult
 from dielast.io.table import Column, Table
-from dielast.material.arguments import real_number
+from dielast.material.arguments import real_number, real_numbers
 from dielast.material.breakdown import BreakdownLaw
 from dielast.material.material import Material
 from dielast.mechanics.criteria.loss_of_tension import LossOfTension
 from dielast.mechanics.stability import ONE_PERCENT, TimeScale
-from dielast.numerics.columns import Floats
+from dielast.numerics.arrays import Cases, Floats
 from dielast.numerics.integrate import Status
 from dielast.simulate.durations import lasting
-from dielast.simulate.film import REASONS
-from dielast.simulate.film_grid import axis_of, check_weights, lay_out, prestretches_of
+from dielast.simulate.film_grid import axis_of, lay_out, prestretches_of
 from dielast.simulate.film_setup import MESH_RTOL, FilmSetup
+from dielast.simulate.history import REASONS
 from dielast.simulate.map_plan import Cells, MapPlan, column_of, solve_cells
 
 if TYPE_CHECKING:
@@ -201,9 +201,6 @@ def plan_failure_map(
         raise InputError(f"{volts.min():g} V: it must not be negative", argument="voltage")
     pairs = prestretches_of(prestretch)
     shares = None if setup.electrode_share is None else axis_of(setup.electrode_share, "electrode_share")
-    of_each = 1 if shares is None else shares.size
-    if shares is not None:
-        pairs, shares = np.repeat(pairs, of_each, axis=0), np.tile(shares, len(pairs))
     temperatures = axis_of(material.reference_temperature if temperature is None else temperature, "temperature")
     setup = replace(setup, thickness=real_number(setup.thickness, "thickness"))
     if not 0 < real_number(horizon, "horizon") < np.inf:
@@ -211,30 +208,29 @@ def plan_failure_map(
     if not 0 <= real_number(ramp, "ramp") <= horizon:
         raise InputError(f"{ramp:g} s: it must lie between 0 and the horizon of {horizon:g} s", argument="ramp")
     stretch_times = _stretch_times(stretch_at, horizon)
+    sizes = temperatures.size, len(pairs), 1 if shares is None else shares.size
+    of_temperature, of_pair, of_share = (index.ravel() for index in np.indices(sizes))
     if breakdown_field is not None and not isinstance(breakdown_field, BreakdownLaw):
-        given = np.asarray(breakdown_field, dtype=float).reshape(-1)
-        if given.size not in (1, len(pairs) // of_each):
-            raise InputError(
-                f"{given.size} fields for {len(pairs) // of_each} prestretches: one, or one for each is needed",
-                argument="breakdown_field",
-            )
-        given = np.repeat(given, of_each) if given.size > 1 else given
-        breakdown_field = np.tile(np.broadcast_to(given, (len(pairs),)), temperatures.size)
-    check_weights(setup, pairs)
+        given = real_numbers(breakdown_field, "breakdown_field").reshape(-1)
+        if given.size not in (1, len(pairs)):
+            text = f"{given.size} fields for {len(pairs)} prestretches: one, or one for each is needed"
+            raise InputError(text, argument="breakdown_field")
+        breakdown_field = given[of_pair] if given.size > 1 else given
+    share = None if shares is None else shares[of_share]
     grid = lay_out(
         material,
-        replace(setup, electrode_share=None if shares is None else np.tile(shares, temperatures.size)),
-        prestretch=np.tile(pairs, (temperatures.size, 1)),
-        temperature=np.repeat(temperatures, len(pairs)),
+        replace(setup, electrode_share=share),
+        prestretch=pairs[of_pair],
+        temperature=temperatures[of_temperature],
         breakdown_field=breakdown_field,
         pull_in_timescale=pull_in_timescale,
         rtol=rtol,
         sample=sample,
         drawn_rtol=drawn_rtol,
     )
-    field = grid.breakdown_field[: len(pairs)]
-    axes = temperatures, pairs, volts, ramp, horizon, field, grid.controls
-    return MapPlan(*axes, grid.groups, grid.failures, grid.draws, shares, stretch_times)
+    films = of_temperature == 0
+    axes = temperatures, pairs[of_pair[films]], volts, ramp, horizon
+    return MapPlan(grid, *axes, None if share is None else share[films], stretch_times)
 
 
 def _stretch_times(stretch_at: Mapping[str, float] | ArrayLike, horizon: float) -> dict[str, float]:
@@ -250,48 +246,41 @@ def _stretch_times(stretch_at: Mapping[str, float] | ArrayLike, horizon: float) 
 def assembled(plan: MapPlan, solved: Sequence[Cells]) -> list[FailureMap]:
     """The map from its solved cells, in any order, followed by the map of each draw."""
     ordered = sorted(solved, key=lambda cells: cells.first)
-    films = np.concatenate([group.films for group in plan.groups])
-    shape = (1 + plan.draws, plan.temperature.size, len(plan.prestretch), plan.voltage.size)
+    place = np.argsort(np.concatenate([group.films for group in plan.grid.groups]))
+    shape = 1 + plan.grid.draws, plan.temperature.size, len(plan.prestretch), plan.voltage.size
 
-    def grid(parts: Sequence[Floats]) -> Floats:
-        rows = np.concatenate(parts).reshape(films.size, plan.voltage.size)
-        result = np.empty(rows.shape)
-        result[films] = rows
-        return result.reshape(shape)
+    def whole(parts: Sequence[NDArray[Any]]) -> NDArray[Any]:
+        """The values (..., cells) of all parts on the grid, (..., 1 + draws, nt, np, nv)."""
+        values = np.concatenate(parts, axis=-1)
+        rows = values.reshape(*values.shape[:-1], place.size, plan.voltage.size)
+        return rows[..., place, :].reshape(*values.shape[:-1], *shape)
 
-    times = {name: grid([cells.times[name] for cells in ordered]) for name in ordered[0].times}
-    status = grid([cells.status.astype(float) for cells in ordered])
-    stretched = {
-        name: np.stack([grid([cells.stretched[axis, at] for cells in ordered]) for axis in (0, 1)])
-        for at, name in enumerate(plan.stretch_at)
-    }
+    times = {name: whole([cells.times[name] for cells in ordered]) for name in ordered[0].times}
+    status, stretched = whole([cells.status for cells in ordered]), whole([cells.stretched for cells in ordered])
     return [
-        _map(
-            plan,
-            {name: time[draw] for name, time in times.items()},
-            status[draw],
-            {name: stretch[:, draw] for name, stretch in stretched.items()},
-        )
-        for draw in range(1 + plan.draws)
+        _map(plan, {name: time[draw] for name, time in times.items()}, status[draw], stretched[:, :, draw])
+        for draw in range(1 + plan.grid.draws)
     ]
 
 
-def _map(plan: MapPlan, times: Mapping[str, Floats], status: Floats, stretched: Mapping[str, Floats]) -> FailureMap:
+def _map(plan: MapPlan, times: Mapping[str, Floats], status: Cases, stretched: Floats) -> FailureMap:
+    """A map from times by event and `Status` (nt, np, nv), and relative stretches (2, requested times, nt, np, nv)."""
     slack = times.get(LossOfTension.name)
-    times = {name: times[name] for name in plan.failures}
+    times = {name: times[name] for name in plan.grid.failures}
     failure = np.fmin.reduce(list(times.values()))
     gave_up = ~np.isin(status, (Status.COMPLETED, Status.STOPPED))
     first = [*(time == failure for time in times.values()), gave_up]
     mode = np.select(first, [*times, "unfinished"], default="none")
     outcome = np.full(status.shape, "completed", dtype=object)
     for state in sorted(set(status[gave_up].tolist())):
-        outcome[status == state] = REASONS[Status(int(state))]
-    ends = plan.temperature, plan.prestretch, plan.voltage, plan.horizon, plan.breakdown_field
+        outcome[status == state] = REASONS[Status(state)]
+    controls = plan.grid.controls
+    alike = controls[0] is controls[1] and bool(np.all(plan.prestretch[:, 0] == plan.prestretch[:, 1]))
     # a map follows films beyond their first failure; stretches after it are not reported
-    stretched = {name: np.where(failure < plan.stretch_at[name], np.nan, stretch) for name, stretch in stretched.items()}
-    alike = plan.controls[0] is plan.controls[1] and bool(np.all(plan.prestretch[:, 0] == plan.prestretch[:, 1]))
-    axes = 1 if alike else 2
-    relative_stretch = {name: stretch[:axes] for name, stretch in stretched.items()}
-    return FailureMap(
-        *ends, times, failure, mode, outcome.astype(str), plan.electrode_share, slack, plan.stretch_at, relative_stretch
-    )
+    relative_stretch = {
+        name: np.where(failure < at, np.nan, stretched[: 1 if alike else 2, index])
+        for index, (name, at) in enumerate(plan.stretch_at.items())
+    }
+    ends = plan.temperature, plan.prestretch, plan.voltage, plan.horizon, plan.breakdown_field
+    ended = times, failure, mode, outcome.astype(str)
+    return FailureMap(*ends, *ended, plan.electrode_share, slack, plan.stretch_at, relative_stretch)

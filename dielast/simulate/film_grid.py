@@ -1,8 +1,8 @@
-"""The films of maps and designs: prestretched and relaxed once for the material, and once for every draw."""
+"""The films of maps and designs, relaxed once for the material and once for every draw, and their lives under constant voltages."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -13,19 +13,43 @@ from dielast.errors import InputError, in_a_draw
 from dielast.material.arguments import real_numbers
 from dielast.material.breakdown import BreakdownLaw
 from dielast.material.material import Material
-from dielast.mechanics.criteria import failures_of
-from dielast.mechanics.criteria.criterion import WatchedFilms
+from dielast.mechanics.criteria import CRITERIA, failures_of
+from dielast.mechanics.criteria.criterion import Criterion, WatchedFilms
+from dielast.mechanics.line import Ramp
 from dielast.mechanics.span import Controls
 from dielast.mechanics.stability import TimeScale
-from dielast.numerics.columns import Cases, Floats
+from dielast.mechanics.watch import EventArrays, Watch
+from dielast.numerics.arrays import Cases, Floats, paired
 from dielast.simulate.film import Film
-from dielast.simulate.film_setup import FilmSetup, Prestretch
+from dielast.simulate.film_setup import FilmSetup, OfAxes
+from dielast.simulate.follow import follow
+from dielast.simulate.output import Output
+from dielast.simulate.record import Recorder
 from dielast.simulate.setup import Setup, set_up
 
 if TYPE_CHECKING:
     from dielast.material.scatter import Sample
 
 DRAWN_RTOL = 5e-4  # default for draws; times are then accurate to 0.1 %, usually far less than the differences between draws
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Lives:
+    """The events that `happened` to films (k,), their `Status`, and their relative stretches.
+
+    `stretched` (2, times, k) are the relative stretches at the requested times, over those when the voltage is applied; NaN for
+    times that a film does not reach.
+    """
+
+    happened: Mapping[Criterion, EventArrays]
+    status: Cases
+    stretched: Floats
+    begin: Floats
+    """The stretches (2, k) when the voltage is applied."""
+
+    def relative_stretch(self, moment: EventArrays) -> Floats:
+        """The relative stretches (2, k) at an event."""
+        return np.asarray(np.exp(0.5 * moment.log_squared_stretch) / self.begin)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -40,59 +64,112 @@ class Group:
     thickness: Floats
     rtol: float
 
+    @classmethod
+    def all_of(cls, setup: Setup, timescale: TimeScale, first: int, rtol: float) -> tuple[Group, ...]:
+        """The films of a setup, numbered from `first`, with this pull-in time scale."""
+        groups = []
+        for columns in setup.groups():
+            films = np.flatnonzero(np.bincount(columns))  # np.unique would load numpy.ma, which is slow
+            film = setup.film(columns, rtol)
+            groups.append(cls(film, first + films, setup.watched(film, columns, timescale), setup.thickness[films], rtol))
+        return tuple(groups)
 
-def groups_of(setup: Setup, timescale: TimeScale, first: int, rtol: float) -> tuple[Group, ...]:
-    """The films of a setup, numbered from `first`, with this pull-in time scale."""
-    groups = []
-    for columns in setup.groups():
-        films = np.flatnonzero(np.bincount(columns))  # np.unique would load numpy.ma, which is slow
-        film = setup.film(columns, rtol)
-        groups.append(Group(film, first + films, setup.watched(film, columns, timescale), setup.thickness[films], rtol))
-    return tuple(groups)
+    def take(self, columns: Cases) -> Group:
+        """The selected films (k,)."""
+        taken = self.film.take(columns), self.films[columns], self.watched.take(columns), self.thickness[columns]
+        return Group(*taken, self.rtol)
+
+    def lives(
+        self,
+        columns: Cases,
+        voltage: Floats,
+        *,
+        horizon: float,
+        ramp: float = 0.0,
+        watched: Sequence[str],
+        until: Sequence[str] = (),
+        ends: Sequence[str] = (),
+        times: Sequence[float] = (),
+    ) -> Lives:
+        """Simulate `columns` (k,) under a `voltage` (k,) in V, which is reached within `ramp` s and held up to `horizon` s.
+
+        `watched` names the criteria to evaluate. A film ends when all events in `until`, or any event in `ends`, have happened.
+        """
+        count, controls = columns.size, self.watched.controls
+        columns, voltage = paired(columns), np.repeat(voltage, 2) if count == 1 else voltage
+        film, field = self.film.take(columns), voltage / self.thickness[columns]
+        watch = Watch(self.watched.take(columns), [criterion for criterion in CRITERIA if criterion.name in watched], until, ends)
+        pieces = [Ramp(controls, (None, None, field), np.full(field.size, ramp))]
+        if horizon > ramp:
+            pieces.append(Ramp(controls, (None, None, None), np.full(field.size, horizon - ramp)))
+        begin = np.exp(0.5 * film.log_squared_stretch)
+        recorders = [Recorder(Output(np.broadcast_to(np.array(times), (field.size, len(times)))))] if len(times) else []
+        status = follow(film, pieces, rtol=self.rtol, watch=watch, recorders=recorders).status
+        stretched = np.zeros((2, 0, field.size))
+        for recorder in recorders:
+            stretched = recorder.collect().stretch.transpose(0, 2, 1) / begin[:, None]
+        happened = {criterion: entry.take(np.arange(count)) for criterion, entry in watch.happened.items()}
+        return Lives(happened, status[:count], stretched[..., :count], begin[:, :count])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FilmGrid:
     """Relaxed films in `groups`: those of the material (films,), then those of each of the `draws`.
 
-    `breakdown_field` (films,) in V/m is that of the films of the material, infinite where none is known; `controls` are those of
-    all films, and `failures` are the names of the failures that can happen to them.
+    `breakdown_field` (films,) in V/m is that of the films of the material, infinite where none is known; `failures` are the names
+    of the failures that can happen to them.
     """
 
     groups: tuple[Group, ...]
     breakdown_field: Floats
-    controls: Controls
     failures: tuple[str, ...]
     draws: int = 0
 
+    @property
+    def controls(self) -> Controls:
+        """The controls of all films."""
+        return self.groups[0].watched.controls
 
-def axis_of(values: ArrayLike, name: str, of: str = "map") -> Floats:
-    """The values as an axis (n,) of a grid; `InputError` unless they are a list of finite numbers. `of` names the grid."""
+    def chunks(self, size: int, cells: int = 1, drawn: bool | None = None) -> list[tuple[int, int]]:
+        """First and end of chunks of at most `size` cells, each within one group. Every film has this number of `cells`, which are
+        numbered through groups and films; with `drawn`, only those of the draws, or only those of the material.
+        """
+        result, first = [], 0
+        for group in self.groups:
+            end = first + cells * group.films.size
+            if drawn is None or drawn == (group.films[0] >= self.breakdown_field.size):
+                result += [(start, min(start + size, end)) for start in range(first, end, size)]
+            first = end
+        return result
+
+    def cells_of(self, first: int, end: int, cells: int = 1) -> tuple[Group, Cases]:
+        """The group of a chunk, and the numbers (k,) of the chunk's cells within the group."""
+        begin = 0
+        for group in self.groups:
+            if first < begin + cells * group.films.size:
+                break
+            begin += cells * group.films.size
+        return group, np.arange(first - begin, end - begin)
+
+
+def axis_of(values: ArrayLike, name: str) -> Floats:
+    """The values as an axis (n,) of a grid; `InputError` unless they are a list of finite numbers."""
     array = np.atleast_1d(real_numbers(values, name))
     if array.ndim != 1 or not array.size:
-        raise InputError(f"the {name} axis of a {of} must be a list of numbers, and not empty", argument=name)
+        raise InputError("a list of numbers, which is not empty, is needed", argument=name)
     if not np.all(np.isfinite(array)):
         raise InputError("every value must be finite", argument=name)
     return array
 
 
-def prestretches_of(prestretch: Prestretch, of: str = "map") -> Floats:
+def prestretches_of(prestretch: OfAxes) -> Floats:
     """The prestretches (n, 2) of axes 1 and 2, from a list of numbers (equibiaxial) or of pairs."""
     pairs = real_numbers(prestretch, "prestretch")
     pairs = np.stack((pairs, pairs), axis=-1) if pairs.ndim < 2 else pairs
     pairs = pairs.reshape(-1, 2) if pairs.shape[-1] == 2 else pairs
     if pairs.ndim != 2 or pairs.shape[1] != 2 or not pairs.size:
-        text = f"the prestretches of a {of} must be a list of numbers or of pairs, and not empty"
-        raise InputError(text, argument="prestretch")
+        raise InputError("a list of numbers or of pairs, which is not empty, is needed", argument="prestretch")
     return pairs
-
-
-def check_weights(film: FilmSetup, pairs: Floats) -> None:
-    """`InputError` for a prestretch (prestretches, 2) other than 1 along an axis that a weight stretches."""
-    for axis, weight in enumerate(film.weights[:2]):
-        if weight is not None and np.any(pairs[:, axis] != 1):
-            stated = "the weight stretches it: a prestretch of 1 says so"
-            raise InputError(f"axis {axis + 1}: {stated}", argument="prestretch")
 
 
 def lay_out(
@@ -112,32 +189,38 @@ def lay_out(
     With a `sample`, also the films of its draws, solved to `drawn_rtol`, by default a larger tolerance. Thickness and electrode
     share of the `film`, and the breakdown field, are numbers or (films,). Raises `InputError` for invalid arguments.
     """
-    films = temperature.size
+    films, weights = temperature.size, film.forces
+    for axis, weight in enumerate(weights):
+        if weight is not None and np.any(prestretch[:, axis] != 1):
+            stated = "the weight stretches it: a prestretch of 1 says so"
+            raise InputError(f"axis {axis + 1}: {stated}", argument="prestretch")
 
     def of_all(materials: Sequence[Material], field: ArrayLike | BreakdownLaw | None, thick: ArrayLike, tolerance: float) -> Setup:
         """The setup of the films of all materials, one material after another."""
-        first, second = (np.tile(prestretch[:, axis], len(materials)) for axis in (0, 1))
-        stretched = (None if film.weights[0] is not None else first, None if film.weights[1] is not None else second)
+        first, second = (
+            np.tile(prestretch[:, axis], len(materials)) if weight is None else None for axis, weight in enumerate(weights)
+        )
         share = None if film.electrode_share is None else np.tile(film.electrode_share, len(materials))
         return set_up(
             [material for material in materials for _ in range(films)] if len(materials) > 1 else materials,
-            replace(film, thickness=thick, prestretch=stretched, electrode_share=share),
+            replace(film, thickness=thick, prestretch=(first, second), electrode_share=share),
             temperature=np.tile(temperature, len(materials)),
             breakdown_field=field,
             rtol=tolerance,
         )
 
     setup = of_all([material], breakdown_field, film.thickness, rtol)
-    groups = groups_of(setup, pull_in_timescale, 0, rtol)
-    if sample is not None:
-        field = breakdown_field
-        if field is not None and not isinstance(field, BreakdownLaw):
-            field = np.tile(setup.breakdown_field, len(sample))
-        tolerance = drawn_rtol or max(rtol, DRAWN_RTOL)
-        thick = np.tile(setup.thickness, len(sample)) * np.repeat(sample.thickness_factor, films)
-        with in_a_draw(argument="sample"):
-            drawn = of_all(sample.aged(), field, thick, tolerance)
-            scaled = drawn.breakdown_field * np.repeat(sample.breakdown_factor, films)
-            groups += groups_of(replace(drawn, breakdown_field=scaled), pull_in_timescale, films, tolerance)
-    concerned = failures_of([material, *(() if sample is None else sample.materials)])
-    return FilmGrid(groups, setup.breakdown_field, setup.controls, concerned, 0 if sample is None else len(sample))
+    groups = Group.all_of(setup, pull_in_timescale, 0, rtol)
+    failures = failures_of([material, *(() if sample is None else sample.materials)])
+    if sample is None:
+        return FilmGrid(groups, setup.breakdown_field, failures)
+    field = breakdown_field
+    if field is not None and not isinstance(field, BreakdownLaw):
+        field = np.tile(setup.breakdown_field, len(sample))
+    tolerance = drawn_rtol or max(rtol, DRAWN_RTOL)
+    thick = np.tile(setup.thickness, len(sample)) * np.repeat(sample.thickness_factor, films)
+    with in_a_draw(argument="sample"):
+        drawn = of_all(sample.aged(), field, thick, tolerance)
+        scaled = drawn.breakdown_field * np.repeat(sample.breakdown_factor, films)
+        groups += Group.all_of(replace(drawn, breakdown_field=scaled), pull_in_timescale, films, tolerance)
+    return FilmGrid(groups, setup.breakdown_field, failures, len(sample))

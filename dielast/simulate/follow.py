@@ -10,13 +10,12 @@ import numpy as np
 from dielast.mechanics.course import Course, Piece
 from dielast.mechanics.symmetric import Films
 from dielast.mechanics.watch import Watch
-from dielast.numerics.columns import Cases, Flags, Floats
+from dielast.numerics.arrays import Cases, Flags, Floats
 from dielast.numerics.integrate import Status, integrate
 from dielast.numerics.stride import Stride
 from dielast.simulate.at_once import apply_at_once
 from dielast.simulate.cycles import CycleMeter
 from dielast.simulate.film import Film
-from dielast.simulate.profile import ProfileRecorder
 from dielast.simulate.record import Recorder
 
 
@@ -56,7 +55,7 @@ class Followed:
     @property
     def time(self) -> Floats:
         """The time (cases,) in s at which each case ended."""
-        return self.film.condition.time
+        return self.film.time
 
 
 def follow(
@@ -65,56 +64,53 @@ def follow(
     *,
     rtol: float,
     watch: Watch | None = None,
-    recorder: Recorder | None = None,
+    recorders: Sequence[Recorder] = (),
     meter: CycleMeter | None = None,
-    profiler: ProfileRecorder | None = None,
 ) -> Followed:
     """Follow films through `pieces`, to the end or until the `watch` stops a case.
 
     Films with a watch have a damper as their last spring. Loads applied at once are treated by `apply_at_once`. Raises `InputError`
     for a rate of the wrong sign.
     """
-    condition = film.condition
-    cases = condition.time.size
+    cases = film.time.size
     status, steps, every = np.zeros(cases, dtype=np.intp), np.zeros(cases, dtype=np.intp), np.arange(cases)
-    observers = [observer for observer in (watch, recorder, meter, profiler) if observer is not None]
+    observers = [observer for observer in (watch, *recorders, meter) if observer is not None]
 
     def observe(stride: Stride) -> Flags | None:
         return next((done for done in [observer(stride) for observer in observers] if done is not None), None)
 
     for index, piece in enumerate(pieces):
-        present = condition.prescribed(piece.controls)
+        present = film.prescribed(piece.controls)
         course = piece.begin(present)
         # a load that differs from the present one only by rounding does not jump
         apart = np.abs(course.start - present) > 4 * np.finfo(float).eps * np.abs(course.start)
         jumps = (status == Status.COMPLETED) & apart.any(axis=0)
         if jumps.any():
             if watch is not None:
-                watch.clock.jump(condition.time, present[2], np.where(jumps, course.start[2], present[2]))
-            before = condition
+                watch.clock.jump(film.time, present[2], np.where(jumps, course.start[2], present[2]))
+            before = film
             film = apply_at_once(film, piece.controls, _acting(film, present, course.start), jumps, status, watch)
-            if recorder is not None and recorder.electric is not None:
-                recorder.electric.leap(film.points, piece.controls, before, film.condition)
+            for recorder in recorders:
+                if recorder.electric is not None:
+                    recorder.electric.leap(piece.controls, before, film)
             if film.points.circuit is not None:
-                source = np.where(jumps, course.start[2], present[2])
-                film = replace(film, condition=replace(film.condition, source=source))
-            condition = film.condition
+                film = replace(film, source=np.where(jumps, course.start[2], present[2]))
         system = film.equations(course.span(every, np.zeros_like(every))[0])
         state = film.state(system)
         alive = status == Status.COMPLETED
         if watch is not None:
-            watch.begin(system, state, condition.time, alive & jumps)
-        if recorder is not None:
-            recorder.begin(course, condition.time, alive, jumps, system, state, last=index == len(pieces) - 1)
-        if profiler is not None:
-            profiler.begin(system, state, condition.time, alive)
+            watch.begin(system, state, film.time, alive & jumps)
+        for recorder in recorders:
+            recorder.begin(course, film.time, alive, jumps, system, state, last=index == len(pieces) - 1)
         if watch is not None:
             status[alive & watch.done] = Status.STOPPED
             alive = status == Status.COMPLETED
         if meter is not None:
-            meter.begin(course)
+            meter.begin(course, system, state)
         lasting = np.where(alive, course.duration, 0.0)
         if not lasting.any():
+            if meter is not None:
+                meter.finish()
             continue
         spans = _Driven(course) if course.spans > 1 else None
         result = integrate(
@@ -123,15 +119,14 @@ def follow(
             lasting,
             rtol=rtol,
             observe=observe,
-            first_step=condition.next_step,
+            first_step=film.next_step,
             longest_step=course.longest_step,
             spans=spans,
         )
         if meter is not None:
             meter.finish()
         driven = system.load.value(result.time) if spans is None else course.end
-        film = film.reached(system, result.state, driven, condition.time + result.time, result.next_step)
-        condition = film.condition
+        film = film.reached(system, result.state, driven, film.time + result.time, result.next_step)
         status = np.where(alive, result.status, status)
         steps += result.steps + result.rejected
         if watch is not None:
@@ -143,5 +138,5 @@ def _acting(film: Film, present: Floats, start: Floats) -> Floats:
     """The values (3, cases) that act on films once the source has jumped from the `present` values to the `start` of a course."""
     if film.points.circuit is None:
         return start
-    charge = film.points.circuit.charge_after(film.condition.field, present[2], start[2])
+    charge = film.points.circuit.charge_after(film.field, present[2], start[2])
     return np.concatenate((start[:2], charge[None]))

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from dielast.errors import InputError
 from dielast.mechanics.span import Control, Controls
-from dielast.numerics.columns import Cases, Flags, Floats
+from dielast.numerics.arrays import Cases, Flags, Floats
 from dielast.simulate.film_grid import Group, axis_of
 
 WAY = (0.1, 0.25, 0.5, 0.75, 1.0)  # fractions of the logarithm of the stretch at the goal
@@ -35,7 +35,7 @@ class Goal:
             raise InputError("either a relative_stretch or an area_strain is needed", argument="goal")
         name, stated = (RELATIVE_STRETCH, relative_stretch) if area_strain is None else (AREA_STRAIN, area_strain)
         assert stated is not None
-        target = axis_of(stated, name, "design")
+        target = axis_of(stated, name)
         if name == RELATIVE_STRETCH and np.any(target <= 1):
             wrong = float(target.min())
             raise InputError(f"{wrong:g}: a relative stretch above 1 is needed, such as 1.1", argument=name)
@@ -74,7 +74,7 @@ class Goal:
         return np.stack([np.ones_like(stretch) if clamped else stretch for clamped in held])
 
 
-def voltage_about(group: Group, goal: Goal, controls: Controls) -> tuple[Floats, Flags]:
+def voltage_about(group: Group, goal: Goal) -> tuple[Floats, Flags]:
     """Estimates of the voltage (films,) in V that takes the films of a group to their goals, and whether (films,) a goal is beyond
     the limit of the equilibrium spring.
 
@@ -83,22 +83,22 @@ def voltage_about(group: Group, goal: Goal, controls: Controls) -> tuple[Floats,
     neglected.
     """
     film = group.film
-    now, points = film.condition, film.points
-    internal = now.internal if film.assembly is None else 2 * np.log(now.internal[:, :, 0])
+    points, present = film.points, film.log_squared_stretch
+    internal = film.internal if film.assembly is None else 2 * np.log(film.internal[:, :, 0])
     held = points.modulus * np.exp(-3 * points.rate * goal.at)
-    steps = goal.steps(controls)
+    steps = goal.steps(group.watched.controls)
     squared_field = np.zeros(steps.shape[1])
     with np.errstate(all="ignore"):
-        before = _carried(group, held, internal, now.log_squared_stretch)
+        before = _carried(group, held, internal, present)
         for part in WAY:
             stretch_on_way = steps**part
-            moved = now.log_squared_stretch + 2 * np.log(stretch_on_way)
+            moved = present + 2 * np.log(stretch_on_way)
             needed = np.max(np.where(steps > 1, _carried(group, held, internal, moved) - before * stretch_on_way, -np.inf), axis=0)
             # where this estimate fails, use the field whose Maxwell stress is of the order of the moduli
             needed = np.where(np.isfinite(needed) & (needed > 0), needed, held.sum(axis=0) * goal.size * part)
             squared_field = np.maximum(squared_field, np.exp(-moved.sum(axis=0)) * needed / points.permittivity_at(moved))
         squared = np.repeat(np.exp(moved)[:, None], points.modulus.shape[0], axis=1)
-        return np.asarray(group.thickness * np.sqrt(squared_field)), np.asarray(points.law.room(squared)[0] <= 0)
+        return np.asarray(group.thickness * np.sqrt(squared_field)), np.asarray(points.law.margin(squared)[0] <= 0)
 
 
 def _carried(group: Group, held: Floats, internal: Floats, log_squared_stretch: Floats) -> Floats:

@@ -1,17 +1,97 @@
-"""The base class of the histories that simulations return."""
+"""The results of simulations: how cases end, the events of films, and the base of all histories."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import ClassVar
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields, is_dataclass
+from typing import Any, ClassVar
 
 import numpy as np
 
 from dielast.io.result import TabularResult
-from dielast.io.table import Table, case_table
-from dielast.numerics.columns import Floats
+from dielast.io.table import Column, Table, case_table
+from dielast.mechanics.criteria.criterion import Criterion
+from dielast.mechanics.watch import EventArrays
+from dielast.numerics.arrays import Cases, Floats
+from dielast.numerics.integrate import Status
 from dielast.simulate.cycles import CycleTable
-from dielast.simulate.film import Outcome
+
+REASONS = {
+    Status.STEP_VANISHED: "the rates grow beyond all bounds",
+    Status.TOO_MANY_STEPS: "the integration takes too many steps",
+    Status.STALLED: "the integration comes to a standstill",
+    Status.NO_START: "no stable equilibrium within the springs' limits under a load applied at once",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """How one case ended: `completed` at `time` (s), or abandoned at that time because of `reason`.
+
+    If an event stopped a completed case, `reason` is its name.
+    """
+
+    completed: bool
+    time: float
+    reason: str = ""
+
+    @classmethod
+    def of(cls, status: int, time: float, stopped_at: str = "") -> Outcome:
+        """The outcome of a case that ended with this `Status`; `stopped_at` is the event that stopped it."""
+        if status == Status.STOPPED:
+            return cls(True, float(time), stopped_at)
+        return cls(status == Status.COMPLETED, float(time), REASONS.get(Status(status), ""))
+
+
+EVENT_UNITS = {"time": "s", "voltage": "V", "stretch_1": "1", "stretch_2": "1", "true_field": "V/m"}
+"""The units of the numbers of an event."""
+
+
+@dataclass(frozen=True, slots=True)
+class Event:
+    """An event of a film: `name` is that of the criterion, such as breakdown, pull-in or loss-of-tension; `time` is in s since the
+    voltage programme began, `voltage` in V, `true_field` in V/m. Loss of tension of two axes at different times is two events.
+    """
+
+    name: str
+    time: float
+    voltage: float
+    stretch_1: float
+    stretch_2: float
+    true_field: float
+
+
+def event_columns(events: Sequence[Sequence[Event]]) -> Table:
+    """The table of the events of all cases, in order of case and time."""
+    flat = [(case, event) for case, in_order in enumerate(events) for event in in_order]
+    numbers = {name: np.array([getattr(event, name) for _, event in flat], dtype=float) for name in EVENT_UNITS}
+    return [
+        Column("case", None, np.array([case for case, _ in flat], dtype=np.int64)),
+        Column("event", None, [event.name for _, event in flat]),
+        *(Column(name, EVENT_UNITS[name], values) for name, values in numbers.items()),
+    ]
+
+
+def events_of(happened: Mapping[Criterion, EventArrays], case: int, thickness: float, end: float) -> tuple[Event, ...]:
+    """The events of one case up to its end in s, in order of time."""
+    events: list[Event] = []
+    for criterion, entry in happened.items():
+        time, field = float(entry.time[case]), float(entry.field[case])
+        first, second = np.exp(0.5 * entry.log_squared_stretch[:, case]).tolist()
+        # loss of tension of both axes at one time is one event
+        if time <= end and not any(event.name == criterion.name and event.time == time for event in events):
+            events.append(Event(criterion.name, time, field * thickness, first, second, field * first * second))
+    return tuple(sorted(events, key=lambda event: event.time))
+
+
+def first_of(happened: Mapping[Criterion, EventArrays], names: Sequence[str]) -> EventArrays:
+    """The first event of these names in each film: its time, and the film at that time."""
+    entries = [entry for criterion, entry in happened.items() if criterion.name in names]
+    any_entry = next(iter(happened.values()))
+    first = EventArrays.never(any_entry.time.size, len(any_entry.exposed))
+    for entry in entries:
+        first.put(earlier := np.flatnonzero(~(first.time <= entry.time) & ~np.isnan(entry.time)), entry.take(earlier))
+    return first
 
 
 class History(TabularResult):
@@ -34,9 +114,29 @@ class History(TabularResult):
 
     def columns(self) -> Table:
         """The table of all cases, one after another."""
-        return case_table(self.temperature.tolist(), [self.case(row) for row in range(len(self.stretch_1))])
+        return case_table({row: self.case(row) for row in range(len(self.stretch_1))}, self.temperature.tolist())
 
     @property
     def completed(self) -> bool:
         """Whether every case ran to its end, or to the event that was to stop it."""
         return all(outcome.completed for outcome in self.outcome)
+
+
+def joined(parts: Sequence[Any], place: Cases) -> Any:
+    """The cases of all parts, in the order given by their indices `place` (cases,) in the concatenated parts.
+
+    A part is an array or a tuple with one entry per case, or a result that consists of such parts and of values that do not depend
+    on the case. Arrays (cases, times) of fewer times than others begin with NaN.
+    """
+    first, kind = parts[0], type(parts[0])
+    if isinstance(first, np.ndarray):
+        if first.ndim == 2:
+            most = max(part.shape[1] for part in parts)
+            parts = [np.pad(part, ((0, 0), (most - part.shape[1], 0)), constant_values=np.nan) for part in parts]
+        return np.concatenate(parts)[place]
+    if isinstance(first, tuple):
+        entries = [entry for part in parts for entry in part]
+        return tuple(entries[index] for index in place.tolist())
+    if is_dataclass(first):
+        return kind(**{entry.name: joined([getattr(part, entry.name) for part in parts], place) for entry in fields(first)})
+    return first

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dielast.io.result import Result
-from dielast.io.table import Column, Frame, Table, to_frame
-from dielast.numerics.columns import Floats
+from dielast.io.result import Result, TabularResult
+from dielast.io.table import Column, Table
+from dielast.numerics.arrays import Floats
 from dielast.simulate.failure_map import FailureMap
 
 UNITS = {"slope": "1/V", "intercept": "1", "rms_residual": "1", "r_squared": "1"}
@@ -69,7 +69,7 @@ class LifetimeLine(Result):
         return np.asarray(10 ** (self.intercept + self.slope * voltage))
 
 
-class LifetimeLines(tuple[LifetimeLine, ...]):
+class LifetimeLines(tuple[LifetimeLine, ...], TabularResult):
     """Laws by temperature and prestretch, in a tuple that is also a table."""
 
     __slots__ = ()
@@ -78,24 +78,20 @@ class LifetimeLines(tuple[LifetimeLine, ...]):
         slopes = f": slope={self[0].slope:.5g} ... {self[-1].slope:.5g}" if self else ""
         return f"LifetimeLines(<{len(self)}{slopes}>)"
 
-    @property
-    def _framed(self) -> bool:
-        return any(line.electrode_share is not None for line in self)
-
     def columns(self) -> Table:
         """The table of the constants of both laws, one row per temperature and prestretch."""
-        values = {
-            ("temperature", "degC"): [line.temperature for line in self],
-            **{(f"prestretch_{axis + 1}", "1"): [line.prestretch[axis] for line in self] for axis in (0, 1)},
-            **({("electrode_share", "1"): [line.electrode_share for line in self]} if self._framed else {}),
-            **{(name, unit): [getattr(line, name) for line in self] for name, unit in UNITS.items()},
-        }
-        columns = [Column(name, unit, np.array(numbers, dtype=float)) for (name, unit), numbers in values.items()]
+
+        def column(name: str, unit: str) -> Column:
+            return Column(name, unit, np.array([getattr(line, name) for line in self], dtype=float))
+
+        prestretch = np.array([line.prestretch for line in self], dtype=float).reshape(-1, 2)
         return [
-            *columns,
+            column("temperature", "degC"),
+            *(Column(f"prestretch_{axis + 1}", "1", prestretch[:, axis]) for axis in (0, 1)),
+            *([column("electrode_share", "1")] if any(line.electrode_share is not None for line in self) else []),
+            *(column(name, unit) for name, unit in UNITS.items()),
             Column("points", None, np.array([line.points for line in self], dtype=np.int64)),
-            *(Column(name, "1", np.array([getattr(line, name) for line in self], dtype=float)) for name in POWER),
-            Column("aic_difference", "1", np.array([line.aic_difference for line in self], dtype=float)),
+            *(column(name, "1") for name in (*POWER, "aic_difference")),
         ]
 
     def not_drawn(self) -> str:
@@ -107,10 +103,6 @@ class LifetimeLines(tuple[LifetimeLine, ...]):
         largest = max(line.furthest[line.aic_difference > 0] for line in missing)
         return f"{len(missing)} of {len(fitted)} lines: no law meets all points, the closer one is up to {largest:.2g} decades off"
 
-    def to_frame(self) -> Frame:
-        """The table as a data frame."""
-        return to_frame(self.columns())
-
 
 def fit_lifetime(result: FailureMap) -> LifetimeLines:
     """Least-squares lines of the log time to failure (s) over voltage (V), and over its log, for each temperature and prestretch
@@ -119,33 +111,18 @@ def fit_lifetime(result: FailureMap) -> LifetimeLines:
     lines = []
     times = result.time_to_failure[np.isfinite(result.time_to_failure) & (result.time_to_failure > 0)]
     resolution = MARKER * float(np.log10(ROOM**2 * times.max() / times.min())) if times.size else np.inf
-    for i, temperature in enumerate(result.temperature):
-        for j, prestretch in enumerate(result.prestretch):
-            time = result.time_to_failure[i, j]
-            used = np.isfinite(time) & (time > 0)
-            voltage, decades = result.voltage[used], np.log10(time[used])
-            # the power law cannot include a failure at 0 V
-            powers = np.log10(voltage) if np.all(voltage > 0) else np.full(voltage.size, np.nan)
-            slope, intercept, residual, r_squared, furthest = _line(voltage, decades)
-            exponent, power_intercept, power_residual, power_r_squared, power_furthest = _line(powers, decades)
-            lines.append(
-                LifetimeLine(
-                    float(temperature),
-                    (float(prestretch[0]), float(prestretch[1])),
-                    slope,
-                    intercept,
-                    residual,
-                    r_squared,
-                    voltage.size,
-                    None if result.electrode_share is None else float(result.electrode_share[j]),
-                    -exponent,
-                    power_intercept,
-                    power_residual,
-                    power_r_squared,
-                    (furthest, power_furthest),
-                    resolution,
-                )
-            )
+    for i, j in np.ndindex(result.time_to_failure.shape[:2]):
+        film = float(result.temperature[i]), (float(result.prestretch[j, 0]), float(result.prestretch[j, 1]))
+        share = None if result.electrode_share is None else float(result.electrode_share[j])
+        time = result.time_to_failure[i, j]
+        used = np.isfinite(time) & (time > 0)
+        voltage, decades = result.voltage[used], np.log10(time[used])
+        # the power law cannot include a failure at 0 V
+        powers = np.log10(voltage) if np.all(voltage > 0) else np.full(voltage.size, np.nan)
+        exponential, power = _line(voltage, decades), _line(powers, decades)
+        furthest = exponential[4], power[4]
+        line = LifetimeLine(*film, *exponential[:4], voltage.size, share, -power[0], *power[1:4], furthest, resolution)
+        lines.append(line)
     return LifetimeLines(lines)
 
 

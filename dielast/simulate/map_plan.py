@@ -9,54 +9,49 @@ import numpy as np
 
 from dielast.io.result import Result
 from dielast.mechanics.criteria.loss_of_tension import LossOfTension
-from dielast.mechanics.span import Controls
-from dielast.numerics.columns import Cases, Floats
-from dielast.simulate.events import first_of
-from dielast.simulate.film_grid import Group
-from dielast.simulate.lives import live
+from dielast.numerics.arrays import Cases, Floats
+from dielast.simulate.film_grid import FilmGrid
+from dielast.simulate.history import first_of
 
 CHUNK = 2048  # cells
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class MapPlan(Result):
-    """All data for the solution of any cell of a map, and the names of its `failures`.
+    """All data for the solution of any cell of a map: the films of the `grid`, for each `temperature` (nt,) those of all
+    `prestretch` (np, 2) and `electrode_share` (np,), under every `voltage` (nv,).
 
     Cells are numbered through groups, films and voltages, the voltages varying fastest.
     """
 
+    grid: FilmGrid
     temperature: Floats
     prestretch: Floats
     voltage: Floats
     ramp: float
     horizon: float
-    breakdown_field: Floats
-    controls: Controls
-    groups: tuple[Group, ...]
-    failures: tuple[str, ...]
-    draws: int = 0
     electrode_share: Floats | None = None
     stretch_at: Mapping[str, float] = field(default_factory=dict)
     """Times in s at which stretches are requested, by their names in tables."""
 
     @property
+    def breakdown_field(self) -> Floats:
+        """The breakdown field (np,) in V/m, infinite where none is known."""
+        return self.grid.breakdown_field[: len(self.prestretch)]
+
+    @property
     def watched(self) -> tuple[str, ...]:
         """The names of the criteria to evaluate: the failures, and the loss of tension of passive parts."""
-        return self.failures if self.electrode_share is None else (*self.failures, LossOfTension.name)
+        return self.grid.failures if self.electrode_share is None else (*self.grid.failures, LossOfTension.name)
 
     @property
     def cells(self) -> int:
         """The number of cells, including those of the draws."""
-        return (1 + self.draws) * self.temperature.size * len(self.prestretch) * self.voltage.size
+        return (1 + self.grid.draws) * self.grid.breakdown_field.size * self.voltage.size
 
     def chunks(self, size: int = CHUNK) -> list[tuple[int, int]]:
         """First cell and end of each chunk; a chunk lies within one group."""
-        result, first = [], 0
-        for group in self.groups:
-            end = first + group.films.size * self.voltage.size
-            result += [(start, min(start + size, end)) for start in range(first, end, size)]
-            first = end
-        return result
+        return self.grid.chunks(size, self.voltage.size)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -78,21 +73,15 @@ def column_of(name: str) -> str:
 
 def solve_cells(plan: MapPlan, first: int, end: int) -> Cells:
     """Solve the cells from `first` up to, not including, `end`: a chunk of the plan, or a part of one."""
-    begin = 0
-    for group in plan.groups:
-        if first < begin + group.films.size * plan.voltage.size:
-            break
-        begin += group.films.size * plan.voltage.size
-    column, volt = np.divmod(np.arange(first - begin, end - begin), plan.voltage.size)
-    lives = live(
-        group,
+    group, cells = plan.grid.cells_of(first, end, plan.voltage.size)
+    column, volt = np.divmod(cells, plan.voltage.size)
+    lives = group.lives(
         column,
         plan.voltage[volt],
-        plan.controls,
         horizon=plan.horizon,
         ramp=plan.ramp,
         watched=plan.watched,
-        until=plan.failures,
+        until=plan.grid.failures,
         times=list(plan.stretch_at.values()),
     )
     times = {name: first_of(lives.happened, [name]).time for name in plan.watched}

@@ -18,17 +18,17 @@ from dielast.mechanics.course import Piece
 from dielast.mechanics.history import case_count, pieces
 from dielast.mechanics.line import Ramp
 from dielast.mechanics.load import Mode, Step
-from dielast.mechanics.point import Points
+from dielast.mechanics.point_material import Points
 from dielast.mechanics.span import Control
-from dielast.numerics.columns import Cases, Floats
+from dielast.numerics.arrays import Cases, Floats
 from dielast.numerics.integrate import Status
 from dielast.simulate.cycles import CycleMeter, CycleTable
-from dielast.simulate.film import Film, Outcome
+from dielast.simulate.film import Film
 from dielast.simulate.follow import follow
-from dielast.simulate.history import History
+from dielast.simulate.history import History, Outcome
+from dielast.simulate.output import Output, check_cycles, check_end, check_tolerance
 from dielast.simulate.reach import check_reach, symmetry_of
 from dielast.simulate.record import Recorder
-from dielast.simulate.wanted import Wanted, check_cycles, check_end, check_tolerance
 
 Test = ParamSpec("Test")
 
@@ -159,13 +159,13 @@ def simulate(
     if electric:
         history.insert(0, _switched_on(history[0], spread(field, "nominal_field", cases)))
     check_reach(points, history)
-    wanted = Wanted.of(times, cases, points_per_decade, cycles, internal)
-    check_cycles(wanted.cycles, history)
+    output = Output.of(times, cases, points_per_decade, cycles, internal)
+    check_cycles(output.cycles, history)
     stress_is_measured = any(piece.driven[0] and piece.controls[0] is Control.STRETCH for piece in history)
-    recorder = Recorder(wanted, cases, points.rate.shape[0])
+    recorder = Recorder(output)
     meter = CycleMeter(points, np.ones(cases), stress_is_measured)
-    followed = follow(Film.at_rest(points, symmetry_of(history)), history, rtol=rtol, recorder=recorder, meter=meter)
-    check_end(wanted.times, np.where(followed.status == Status.COMPLETED, followed.time, np.inf), "history")
+    followed = follow(Film.at_rest(points, symmetry_of(history)), history, rtol=rtol, recorders=[recorder], meter=meter)
+    check_end(output.times, np.where(followed.status == Status.COMPLETED, followed.time, np.inf), "history")
     record = recorder.collect()
     return MembraneHistory(
         temperature=temperature,

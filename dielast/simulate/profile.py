@@ -7,14 +7,13 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from dielast.errors import InputError
 from dielast.io.result import TabularResult
-from dielast.io.table import Column, Table
+from dielast.io.table import Table, case_table
 from dielast.mechanics.passive.forms import Spread
 from dielast.mechanics.passive.framed import FramedFilms, Surroundings
 from dielast.mechanics.symmetric import Films
-from dielast.numerics.columns import Cases, Flags, Floats, paired
-from dielast.numerics.stride import Stride
+from dielast.numerics.arrays import Cases, Floats
+from dielast.simulate.record import Recorder
 
 UNITS = {
     **{"time": "s", "radius": "1", "stretch_1": "1", "stretch_2": "1"},
@@ -36,86 +35,58 @@ class Profiles(TabularResult):
 
     def columns(self) -> Table:
         """The table of all cases, one after another."""
-        return profile_table(self.cases)
-
-
-def profile_table(cases: Sequence[Mapping[str, Floats]]) -> Table:
-    """The table of the profiles of all cases, one after another."""
-    headers = [f"{name} [{unit}]" for name, unit in UNITS.items()]
-    counts = [case[headers[0]].size for case in cases]
-    values = [np.concatenate([case[header] for case in cases]) for header in headers]
-    columns = [Column(name, unit, column) for (name, unit), column in zip(UNITS.items(), values, strict=True)]
-    return [Column("case", None, np.repeat(np.arange(len(cases)), counts)), *columns]
-
-
-def given_times(times: object) -> Floats | None:
-    """Times of profiles as an array (k,); `InputError` unless they are finite, not negative and ascending."""
-    if times is None:
-        return None
-    array = np.atleast_1d(np.asarray(times, dtype=float))
-    if array.ndim != 1 or not array.size or not np.all(np.isfinite(array)) or array[0] < 0 or np.any(np.diff(array) <= 0):
-        raise InputError("finite times that ascend from 0 are needed", argument="profile")
-    return array
+        return case_table(dict(enumerate(self.cases)))
 
 
 @dataclass(slots=True, eq=False)
-class ProfileRecorder:
-    """An observer of the stepper that stores profiles. `begin` is to be called before a piece of load.
-
-    Profiles at times that a film does not reach are NaN.
+class ProfileRecorder(Recorder):
+    """An observer of the stepper that stores profiles of films with a passive part: stretches and nominal stresses (4 radii, cases,
+    times) at the places of `spread`.
     """
 
-    times: Floats
-    spread: Spread
-    _values: Floats = field(init=False)
-    """Stretches and nominal stresses (4, radii, cases, times)."""
-    _start: Floats = field(init=False)
+    spread: Spread = field(kw_only=True)
 
-    def __post_init__(self) -> None:
-        radii, cases = self.spread.radius.shape
-        self._values = np.full((4, radii, cases, self.times.size), np.nan)
-        self._start = np.zeros(cases)
+    @property
+    def rows(self) -> int:
+        """The number of values of a film at a time."""
+        return 4 * len(self.spread.radius)
 
-    def begin(self, system: Films, state: Floats, start: Floats, alive: Flags) -> None:
-        """Begin a piece of load at `start` (cases,) in s since the programme began."""
-        self._start = start
-        if self.times[0] == 0:
-            first = paired(np.flatnonzero(alive & (start == 0)))
-            if first.size:
-                self._write(system.take(first), state[:, first], np.zeros(first.size), first, np.zeros(first.size, dtype=np.intp))
+    @property
+    def needs_springs(self) -> bool:
+        """Stresses need the viscous stretches."""
+        return True
 
-    def __call__(self, stride: Stride) -> None:
-        """Store the profiles at times within the step."""
-        begin = self._start[stride.cases] + stride.begin
-        slack = 1e-12 * (begin + stride.until)  # a requested time may exceed the end by rounding
-        for row, time in enumerate(self.times.tolist()):
-            within = stride.accepted & (time > begin + stride.time) & (time <= begin + stride.until + slack)
-            if within.any():
-                columns = paired(np.flatnonzero(within))
-                local = time - begin[columns]
-                fraction = np.minimum((local - stride.time[columns]) / stride.step[columns], 1.0)
-                state = stride.dense(slice(None), columns, fraction)
-                assert isinstance(stride.system, Films)
-                self._write(stride.system.take(columns), state, local, stride.cases[columns], np.full(columns.size, row))
-
-    def _write(self, system: Films, state: Floats, local: Floats, cases: Cases, row: Cases) -> None:
-        """Store the profiles of films at time `local` (k,) in s since their span began."""
-        assert isinstance(system, FramedFilms)
-        now = Surroundings(system.assembly, state[system.border :])
-        stresses = now.stresses(system.internal(state), system.load.value(local)[2])
+    def _write(
+        self,
+        system: Films,
+        state: Floats,
+        pooled: Cases,
+        case: Cases,
+        row: Cases,
+        moment: Floats,
+        begin: Floats,
+        more: Sequence[Floats],
+    ) -> None:
+        """Store the profiles of films at `moment` (k,) in s since their span began."""
+        films = system.take(pooled)
+        assert isinstance(films, FramedFilms)
+        now = Surroundings(films.assembly, state[films.border :])
+        stresses = now.stresses(films.internal(state), films.load.value(moment)[2])
         at_points = np.concatenate((now.stretch(), stresses))
-        self._values[:, :, cases, row] = np.einsum("rpc,apc->arc", self.spread.weight[..., cases], at_points)
+        profiles = np.einsum("rpc,apc->arc", self.spread.weight[..., case], at_points)
+        self._values[-1][:, case, row] = profiles.reshape(self.rows, -1)
 
-    def collect(self, ends: Floats) -> list[Mapping[str, Floats]]:
+    def profiles(self, ends: Floats) -> Profiles:
         """The profiles of each case up to its end (cases,) in s."""
-        radii = len(self.spread.radius)
+        (stored,), times, radii = self._values, self.output.times, len(self.spread.radius)
+        assert times is not None
         result: list[Mapping[str, Floats]] = []
         for case, end in enumerate(ends.tolist()):
-            shown = np.isfinite(self._values[0, 0, case]) & (self.times <= end * (1 + 1e-12))
+            shown = np.isfinite(stored[0, case]) & (times[case] <= end * (1 + 1e-12))
             columns = [
-                np.repeat(self.times[shown], radii),
+                np.repeat(times[case, shown], radii),
                 np.tile(self.spread.radius[:, case], np.count_nonzero(shown)),
-                *(values[:, case, shown].T.ravel() for values in self._values),
+                *(values.T.ravel() for values in stored[:, case, shown].reshape(4, radii, -1)),
             ]
             result.append({f"{name} [{unit}]": column for (name, unit), column in zip(UNITS.items(), columns, strict=True)})
-        return result
+        return Profiles(tuple(result))

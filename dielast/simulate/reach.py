@@ -7,12 +7,13 @@ from collections.abc import Sequence
 import numpy as np
 
 from dielast.errors import InputError
+from dielast.material.springs import EQUIBIAXIAL, UNIAXIAL, Symmetry
 from dielast.mechanics.cases import of_case
 from dielast.mechanics.course import Piece
-from dielast.mechanics.point import Points
+from dielast.mechanics.point_material import Points
 from dielast.mechanics.span import Control
-from dielast.mechanics.symmetric import EQUIBIAXIAL, UNIAXIAL, Symmetry
-from dielast.numerics.columns import Cases, Flags, Floats
+from dielast.numerics.arrays import Cases, Flags, Floats
+from dielast.simulate.film_setup import Stretched, pair_in_words
 
 PER_CENT = 20  # a larger stretch may be meant in per cent
 
@@ -47,23 +48,30 @@ def check_reach(points: Points, pieces: Sequence[Piece]) -> None:
             for axis, (control, target) in enumerate(zip(piece.controls, piece.target, strict=False))
             if control is Control.STRETCH and target is not None
         }
-        _check(points, list(held.values()), piece.at_once if index == 0 else never, piece.origin)
+        check_limits(points, list(held.values()), piece.at_once if index == 0 else never, step=piece.origin)
         for extreme in piece.extremes():
             far = [extreme if piece.driven[axis] else value for axis, value in held.items()]
-            _check(points, far, never, piece.origin)
+            check_limits(points, far, never, step=piece.origin)
 
 
-def _check(points: Points, held: Sequence[Floats], at_once: Flags, origin: int) -> None:
-    """`InputError` for stretches of held axes, each (cases,), beyond the limit of a spring."""
+def check_limits(
+    points: Points, held: Sequence[Floats], at_once: Flags, prestretch: Stretched | None = None, step: int | None = None
+) -> None:
+    """`InputError` for stretches of the axes `held`, each (cases,), beyond the limit of a spring (see `out_of_reach`).
+
+    They are those of the `prestretch` of both axes, or of a `step`, which the error names.
+    """
     beyond, spring = out_of_reach(points, held, at_once)
     if beyond.any():
         case = int(np.argmax(beyond))
-        stretch = max(float(value[case]) for value in held)
-        limited = f"is beyond {points.law.of_spring(int(spring[case]), case).describe_limit()}{or_per_cent(stretch)}"
-        raise InputError(f"stretch {stretch:g} {limited}", step=origin, case=of_case(case, beyond.size))
+        largest = max(float(stretch[case]) for stretch in held)
+        stated, argument = (f"stretch {largest:g}", None) if prestretch is None else (pair_in_words(prestretch, case), "prestretch")
+        limit = points.law.of_spring(int(spring[case]), case).describe_limit()
+        text = f"{stated} is beyond {limit}{_or_per_cent(largest)}"
+        raise InputError(text, step=step, argument=argument, case=of_case(case, beyond.size))
 
 
-def or_per_cent(stretch: float) -> str:
+def _or_per_cent(stretch: float) -> str:
     """The question to add to an error about a `stretch` so large that it may be meant in per cent; empty for others."""
     if stretch < PER_CENT:
         return ""
@@ -83,7 +91,7 @@ def out_of_reach(points: Points, held: Sequence[Floats], at_once: Flags) -> tupl
     squared = [np.square(stretch) for stretch in held]
     # a free axis is assumed to contract as under uniaxial stress
     squared_stretches = np.stack((squared[0], squared[1] if len(squared) == 2 else 1 / np.sqrt(squared[0])))
-    room = points.law.room(np.repeat(squared_stretches[:, None], points.modulus.shape[0], axis=1))
-    room[1:, ~at_once] = np.inf
-    first = np.argmin(room, axis=0)
-    return np.asarray(np.min(room, axis=0) <= 0), first
+    margin = points.law.margin(np.repeat(squared_stretches[:, None], points.modulus.shape[0], axis=1))
+    margin[1:, ~at_once] = np.inf
+    first = np.argmin(margin, axis=0)
+    return np.asarray(np.min(margin, axis=0) <= 0), first

@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from dielast.mechanics.chain import Chain
-from dielast.mechanics.course import Course
+from dielast.mechanics.course import Chain, Course
 from dielast.mechanics.electric import ELECTRIC
 from dielast.mechanics.symmetric import Films
 from dielast.mechanics.watch import Watch
-from dielast.numerics.columns import Cases, Flags, Floats, paired
+from dielast.numerics.arrays import Cases, Flags, Floats, paired
 from dielast.numerics.stride import Stride
 from dielast.simulate.electrical import EXTRA, ElectricMeter
-from dielast.simulate.wanted import Wanted
+from dielast.simulate.output import Output
 
 ROWS = 6
 DIGITS = 1e-8  # relative distance of times below which the rows of a table cannot be told apart
@@ -69,16 +69,14 @@ class Record:
 
 @dataclass(slots=True, eq=False)
 class Recorder:
-    """An observer of the stepper that stores Lambda and nominal stress of both axes, the nominal field, with a `watch` the
-    determinant
-    of the tangent, and x if requested. `begin` is to be called before a piece of load.
+    """An observer of the stepper that stores films at output times: Lambda and nominal stress of both axes, and the nominal field;
+    with a `watch` the determinant of the tangent and the exposures, with `electric` the rows of `EXTRA`, and x if requested.
+    `begin` is to be called before a piece of load.
 
     Values at times that a film does not reach are NaN.
     """
 
-    wanted: Wanted
-    cases: int
-    springs: int
+    output: Output
     watch: Watch | None = None
     electric: ElectricMeter | None = None
     _times: list[Floats] = field(default_factory=list)
@@ -86,16 +84,23 @@ class Recorder:
     _internal: list[Floats] = field(default_factory=list)
     _relative: Floats = field(init=False)
     _next: Cases = field(init=False)
-    _load_time: Floats = field(init=False)
+    _load_time: Floats = field(default_factory=lambda: np.array(np.inf))
     """The time (cases,) in s that the last change of the load took, plus the time since then."""
-
-    def __post_init__(self) -> None:
-        self._load_time = np.full(self.cases, np.inf)
 
     @property
     def exposures(self) -> int:
         """The number of exposures."""
         return 0 if self.watch is None else len(self.watch.exposures)
+
+    @property
+    def rows(self) -> int:
+        """The number of values of a film at a time."""
+        return ROWS + self.exposures + (0 if self.electric is None else len(EXTRA))
+
+    @property
+    def needs_springs(self) -> bool:
+        """Whether the values depend on the viscous stretches."""
+        return self.watch is not None or self.output.internal
 
     def begin(
         self,
@@ -110,32 +115,32 @@ class Recorder:
         """Begin a piece of load at `start` (cases,) in s, for the cases that are `alive`; those in `jumped` jump to its first
         value.
         """
-        times = self.wanted.times
+        times = self.output.times
         if times is None:
             relative = self._rows(course, start, jumped)
             self._times.append(start[:, None] + relative)
         else:
             relative = self._within(times, start, course.duration, last)
         if times is None or not self._values:
-            rows = ROWS + self.exposures + (0 if self.electric is None else len(EXTRA))
-            self._values.append(np.full((rows, *relative.shape), np.nan))
-            if self.wanted.internal:
-                self._internal.append(np.full((2, self.springs, *relative.shape), np.nan))
+            self._values.append(np.full((self.rows, *relative.shape), np.nan))
+            if self.output.internal:
+                self._internal.append(np.full((2, system.points.rate.shape[0], *relative.shape), np.nan))
         self._relative = relative if alive.all() else np.where(alive[:, None], relative, np.nan)
         after = self._relative > 0
         self._next = np.where(after.any(axis=1), np.argmax(after, axis=1), relative.shape[1])
-        case, row = (paired(part) for part in np.nonzero(self._relative == 0))
-        exposed = None if self.watch is None else self.watch.exposed(case)
-        self._write(system, state[:, case], case, case, row, np.zeros(case.size), np.zeros(case.size), exposed)
         if self.electric is not None:
             self.electric.begin(start, course.start[ELECTRIC])
-            if case.size:
-                self._values[-1][-len(EXTRA) :, case, row] = self.electric.now(system.take(case), state[:, case], case)
+        case, row = (paired(part) for part in np.nonzero(self._relative == 0))
+        if case.size:
+            more = [] if self.watch is None else [self.watch.exposed(case)]
+            if self.electric is not None:
+                more.append(self.electric.now(system.take(case), state[:, case], case))
+            self._write(system, state[:, case], case, case, row, np.zeros(case.size), np.zeros(case.size), more)
 
     def _rows(self, course: Course, start: Floats, jumped: Flags) -> Floats:
         """Output times (cases, k) in s since a piece began, suited to its load and padded with NaN."""
-        kept = self.wanted.kept(course.cycles)
-        rows = course.rows(self.wanted.points_per_decade, kept, np.where(jumped, 0.0, self._load_time))
+        kept = self.output.kept(course.cycles)
+        rows = course.rows(self.output.points_per_decade, kept, np.where(jumped, 0.0, self._load_time))
         lasts = course.duration
         moving = np.any(course.start != course.end, axis=0) | (course.cycles > 0)
         self._load_time = np.where(moving, lasts, np.where(jumped, 0.0, self._load_time) + lasts)
@@ -158,20 +163,18 @@ class Recorder:
 
     def __call__(self, stride: Stride) -> None:
         """Store the output within the step."""
-        pooled, rows = self._due(stride)
+        pooled, rows = (paired(part) for part in self._due(stride))
         if pooled.size:
-            pooled, rows = paired(pooled), paired(rows)
             case = stride.cases[pooled]
             moment = self._relative[case, rows] - stride.begin[pooled]
             assert isinstance(stride.system, Films)
-            needs_springs = self.watch is not None or self.wanted.internal
-            part = slice(None) if needs_springs else slice(stride.system.border, None)
+            part = slice(None) if self.needs_springs else slice(stride.system.border, None)
             fraction = np.minimum((moment - stride.time[pooled]) / stride.step[pooled], 1.0)
-            state = stride.dense(part, pooled, fraction)
-            exposed = None if self.watch is None else self.watch.exposed_along(stride, pooled, fraction)
-            self._write(stride.system, state, pooled, case, rows, moment, stride.begin[pooled], exposed)
+            more = [] if self.watch is None else [self.watch.exposed_along(stride, pooled, fraction)]
             if self.electric is not None:
-                self._values[-1][-len(EXTRA) :, case, rows] = self.electric.at(stride, pooled, moment)
+                more.append(self.electric.at(stride, pooled, moment))
+            state = stride.dense(part, pooled, fraction)
+            self._write(stride.system, state, pooled, case, rows, moment, stride.begin[pooled], more)
         if self.electric is not None:
             done = np.zeros_like(stride.accepted) if self.watch is None else self.watch.done[stride.cases]
             self.electric.follow(stride, done)
@@ -200,29 +203,27 @@ class Recorder:
         row: Cases,
         moment: Floats,
         begin: Floats,
-        exposed: Floats | None,
+        more: Sequence[Floats],
     ) -> None:
-        """Store states (rows, k) of the columns `pooled` (k,) of the system.
+        """Store states (rows, k) of the columns `pooled` (k,) of the system, at output times `row` (k,) of `case` (k,).
 
-        They are at `moment` (k,) in s since a span began, which was `begin` (k,) in s after the beginning of the piece; `exposed`
-        (exposures, k) are the exposures of films with a watch.
+        They are at `moment` (k,) in s since a span began, which was `begin` (k,) in s after the beginning of the piece; `more` are
+        exposures and electrical rows, each (rows, k).
         """
-        if not case.size:
-            return
         driven = system.driven(moment, state, pooled)
         log_squared, nominal = system.membrane(state, driven)
-        self._values[-1][:5, case, row] = np.concatenate((log_squared, nominal, driven[2:]))
+        determinant = np.full(case.size, np.nan)
         if self.watch is not None:
             at_output = self.watch.moment(system.take(pooled), case, begin, moment, state)
-            self._values[-1][5, case, row] = self.watch.stability(at_output).determinant
-            self._values[-1][ROWS : ROWS + self.exposures, case, row] = exposed
-        if self.wanted.internal:
+            determinant = self.watch.stability(at_output).determinant
+        self._values[-1][:, case, row] = np.concatenate((log_squared, nominal, driven[2:], determinant[None], *more))
+        if self.output.internal:
             self._internal[-1][:, :, case, row] = system.internal(state)
 
     def collect(self) -> Record:
         """The record of all pieces."""
-        time = np.concatenate(self._times, axis=1) if self.wanted.times is None else self.wanted.times
-        internal = np.concatenate(self._internal, axis=3) if self.wanted.internal else None
+        time = np.concatenate(self._times, axis=1) if self.output.times is None else self.output.times
+        internal = np.concatenate(self._internal, axis=3) if self.output.internal else None
         return Record(time, np.concatenate(self._values, axis=2), internal, self.exposures)
 
     @staticmethod

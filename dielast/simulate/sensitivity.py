@@ -10,11 +10,10 @@ import numpy as np
 
 from dielast.io.result import TabularResult
 from dielast.io.table import Column, Table
-from dielast.material.exchange import Exchange, Source
 from dielast.material.material import Material
-from dielast.material.perturbed import Perturbed
 from dielast.material.scatter import Sample
-from dielast.numerics.columns import Floats
+from dielast.material.sensitivity import Exchange, Perturbed, Source
+from dielast.numerics.arrays import Floats
 from dielast.numerics.shares import variance_shares
 from dielast.simulate.failure_map import FailureMap, failure_cells, plan_failure_map, solve_map
 

@@ -9,27 +9,70 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from dielast.errors import InputError, NumericsError
-from dielast.material.breakdown import BreakdownLaw
-from dielast.material.breakdown.following import FollowingField
+from dielast.material.arguments import real_number
+from dielast.material.breakdown import Breakdown, BreakdownLaw
 from dielast.material.damage import DamageLaw
-from dielast.material.laws_of_cases import LawsOfCases
+from dielast.material.laws_of_cases import FollowingField, LawsOfCases
 from dielast.material.material import Material
+from dielast.material.springs import EQUIBIAXIAL
 from dielast.mechanics.cases import of_case, one_set, spread
 from dielast.mechanics.criteria.criterion import WatchedFilms
 from dielast.mechanics.line import Ramp
-from dielast.mechanics.point import Points
+from dielast.mechanics.passive.forms import Spread, across_disc, across_strip, disc, strip
+from dielast.mechanics.passive.mesh import points_needed
+from dielast.mechanics.passive.structure import Structure
+from dielast.mechanics.point_material import Points
 from dielast.mechanics.span import Control, Controls
 from dielast.mechanics.stability import TimeScale, damped
-from dielast.mechanics.symmetric import EQUIBIAXIAL
-from dielast.numerics.columns import Cases, Flags, Floats, paired
+from dielast.numerics.arrays import Cases, Flags, Floats, paired
 from dielast.numerics.integrate import Status
-from dielast.simulate.breakdown_fields import BreakdownFields
-from dielast.simulate.film import REASONS, Film
-from dielast.simulate.film_setup import FilmSetup, pair_in_words
+from dielast.simulate.film import Film
+from dielast.simulate.film_setup import FilmSetup, Stretched, pair_in_words, positive
 from dielast.simulate.follow import follow
-from dielast.simulate.passive_parts import Passive
-from dielast.simulate.reach import or_per_cent, out_of_reach
-from dielast.simulate.wanted import check_tolerance
+from dielast.simulate.history import REASONS
+from dielast.simulate.output import check_tolerance
+from dielast.simulate.reach import check_limits
+
+COARSER = 10.0 ** np.arange(-10, -1)  # tolerances to suggest where the requested one cannot be met
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Passive:
+    """The passive parts of films: the `share` (cases,) of the electrode of a disc in a frame or of a strip, and the number of
+    `points` (cases,) in the passive part.
+    """
+
+    share: Floats
+    points: Cases
+    is_strip: bool
+
+    @classmethod
+    def of(cls, points: Points, share: Floats, first: Floats, second: Floats | None, mesh_rtol: float) -> Passive:
+        """The passive parts of films with these prestretches (cases,), strips if there is a second one.
+
+        Raises `InputError` for a `mesh_rtol` that no number of points meets.
+        """
+        if second is not None:
+            return cls(share, np.ones(share.size, dtype=np.intp), True)
+        needed = points_needed(points, share, first, mesh_rtol)
+        if not needed.all():
+            case = int(np.argmin(needed))
+            film = f"the film around an electrode of share {float(share[case])!r}, at prestretch {first[case]:g},"
+            exact = f"no division of {film} is so exact"
+            larger = next((rtol for rtol in COARSER if rtol > mesh_rtol and points_needed(points, share, first, rtol).all()), None)
+            instead = "nor so that a larger one would do" if larger is None else f"{larger:g} can be had"
+            raise InputError(f"{mesh_rtol:g}: {exact}; {instead}", argument="mesh_rtol", case=of_case(case, share.size))
+        return cls(share, needed, False)
+
+    def structure(self, cases: Cases, first: Floats, second: Floats) -> Structure:
+        """The structure of the films `cases` (k,), which all have the same number of points, at prestretches (k,)."""
+        share = self.share[cases]
+        return strip(share, first, second) if self.is_strip else disc(share, first, int(self.points[cases[0]]))
+
+    def spread(self, cases: Cases) -> Spread:
+        """The places of these films at which profiles are evaluated."""
+        share = self.share[cases]
+        return across_strip(share) if self.is_strip else across_disc(share, int(self.points[cases[0]]))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -42,7 +85,7 @@ class Setup:
     points: Points
     temperature: Floats
     thickness: Floats
-    prestretch: tuple[Floats | None, Floats | None]
+    prestretch: Stretched
     ramp: Floats
     relax: float
     controls: Controls
@@ -50,7 +93,7 @@ class Setup:
     following: FollowingField | None = None
     damage: LawsOfCases[DamageLaw] | None = None
     passive: Passive | None = None
-    hung: tuple[Floats | None, Floats | None] = (None, None)
+    hung: Stretched = (None, None)
 
     @property
     def alike(self) -> Flags:
@@ -79,16 +122,13 @@ class Setup:
 
         Raises `NumericsError` if the prestretch of a film cannot be computed.
         """
-        first, second = (None if axis is None else axis[cases] for axis in self.prestretch)
-        symmetry = EQUIBIAXIAL if self.alike[cases].all() else None
-        hung = tuple(None if load is None else load[cases] for load in self.hung)
-        film, status = prestretched(
-            Film.at_rest(self.points.take(cases), symmetry), (first, second), self.ramp[cases], self.relax, rtol, hung
-        )
+        first, second = prestretch = _of_cases(self.prestretch, cases)
+        film = Film.at_rest(self.points.take(cases), EQUIBIAXIAL if self.alike[cases].all() else None)
+        film, status = prestretched(film, prestretch, self.ramp[cases], self.relax, rtol, _of_cases(self.hung, cases))
         if status.any():
             lost = int(np.argmax(status > 0))
             raise NumericsError(
-                f"{pair_in_words(first, second, lost)} cannot be computed: {REASONS[Status(int(status[lost]))]}",
+                f"{pair_in_words(prestretch, lost)} cannot be computed: {REASONS[Status(int(status[lost]))]}",
                 argument="prestretch",
                 case=of_case(int(cases[lost]), self.temperature.size),
             )
@@ -100,17 +140,23 @@ class Setup:
         """The data for criteria on the films `cases` (k,), which are prestretched and relaxed."""
         following = None if self.following is None else self.following.take(cases)
         damage = None if self.damage is None else self.damage.take(cases)
-        relaxed = film.condition.nominal_stress, film.points.stress_floor
+        relaxed = film.nominal_stress, film.points.stress_floor
         return WatchedFilms(self.controls, self.breakdown_field[cases], timescale, *relaxed, following, damage)
+
+
+def _of_cases(values: Stretched, cases: Cases) -> Stretched:
+    """The values of both axes for the selected cases (k,)."""
+    first, second = (None if axis is None else axis[cases] for axis in values)
+    return first, second
 
 
 def prestretched(
     film: Film,
-    stretch: tuple[Floats | None, Floats | None],
+    stretch: Stretched,
     duration: Floats,
     relax: float,
     rtol: float,
-    hung: Sequence[Floats | None] = (None, None),
+    hung: Stretched = (None, None),
 ) -> tuple[Film, Cases]:
     """Films at rest, prestretched, relaxed for `relax` s and given a damper, and their `Status` (cases,).
 
@@ -127,10 +173,9 @@ def prestretched(
     # only the final viscous stretches matter, not the stress on the way
     relaxing = replace(film.points, stress_floor=np.full_like(film.points.stress_floor, np.inf))
     followed = follow(replace(film, points=relaxing), pieces, rtol=rtol)
-    condition = followed.film.condition
-    internal = np.concatenate((condition.internal, condition.log_squared_stretch[:, None]), axis=1)
-    condition = replace(condition, internal=internal, time=zero, next_step=zero)
-    return replace(film, points=damped(film.points), condition=condition), followed.status
+    reached = followed.film
+    internal = np.concatenate((reached.internal, reached.log_squared_stretch[:, None]), axis=1)
+    return replace(reached, points=damped(film.points), internal=internal, time=zero, next_step=zero), followed.status
 
 
 def set_up(
@@ -147,48 +192,66 @@ def set_up(
     Raises `InputError` for invalid arguments.
     """
     materials = [material] if isinstance(material, Material) else list(material)
-    varied = film.varied()
-    if temperature is None:
-        temperature = [material.reference_temperature for material in materials]
     if not materials:
         raise InputError("a material is needed")
     for entry in materials:
         if not entry.permittivity:
             needed = "which a film under voltage needs: state [dielectric] permittivity in the material file"
             raise InputError(f"{entry.name!r} has no permittivity, {needed}", argument="material")
-    film.check()
+    if not 0 <= real_number(film.relax, "relax") < np.inf:
+        raise InputError(f"{film.relax:g} s: it must not be negative", argument="relax")
     check_tolerance(rtol)
-    limits = BreakdownFields(materials, breakdown_field)
-    given = [*varied, temperature, *limits.varied(), *spanning]
-    cases = one_set([*map(np.size, given), len(materials)])
-    first, second = film.stretched(cases)
-    controls, share, hung = film.controls, film.share(cases), film.hung(cases)
+    if temperature is None:
+        temperature = [material.reference_temperature for material in materials]
+    fields = [] if breakdown_field is None or isinstance(breakdown_field, BreakdownLaw) else [breakdown_field]
+    cases = one_set([*map(np.size, (*film.varied(), temperature, *fields, *spanning)), len(materials)])
+    thickness, prestretch = positive(film.thickness, "thickness", "m", cases), film.stretched(cases)
+    controls = film.controls
+    share, hung, ramp = film.share(prestretch, cases), film.hung(thickness, prestretch), film.ramp(prestretch, cases)
     temperatures = spread(temperature, "temperature", cases)
-    points, ramp = Points.of(materials, temperatures, rtol), film.ramp(cases)
-    beyond, spring = out_of_reach(points, [axis for axis in (first, second) if axis is not None], ramp == 0)
-    if beyond.any():
-        case = int(np.argmax(beyond))
-        largest = max(float(axis[case]) for axis in (first, second) if axis is not None)
-        limited = f"is beyond {points.law.of_spring(int(spring[case]), case).describe_limit()}{or_per_cent(largest)}"
-        raise InputError(f"{pair_in_words(first, second, case)} {limited}", argument="prestretch", case=of_case(case, cases))
-    _check_permittivity(points, first, second)
-    thickness = spread(film.thickness, "thickness", cases)
-    stretch = _equibiaxial((first, second), cases)
-    field, following = limits.field(stretch, thickness, cases), limits.following(stretch, thickness, cases)
-    if any(load is not None for load in hung) and limits.over_prestretch():
+    points = Points.of(materials, temperatures, rtol)
+    held = [axis for axis in prestretch if axis is not None]
+    check_limits(points, held, ramp == 0, prestretch)
+    _check_permittivity(points, prestretch)
+    # the area of a free axis is that under uniaxial stress
+    area = held[0] * held[1] if len(held) == 2 else np.sqrt(held[0]) if held else np.ones(cases)
+    laws = [entry.breakdown for entry in materials] if breakdown_field is None else [breakdown_field]
+    if any(load is not None for load in hung) and any(isinstance(law, Breakdown) and len(law.prestretch) > 1 for law in laws):
         needed_number = "a field over prestretch is not known of a film that a weight stretches: state one number"
         raise InputError(needed_number, argument="breakdown_field")
+    field, following = _breakdown(laws, np.sqrt(area), thickness)
     damage = LawsOfCases.of([entry.damage for entry in materials], cases) or None
     passive = None
-    if share is not None and first is not None and second is not None:
-        passive = Passive.of(points, share, first, None if film.surrounded == "frame" else second, film.mesh_rtol)
-    setup = Setup(points, temperatures, thickness, (first, second), ramp, film.relax, controls, field, following, damage)
-    return replace(setup, passive=passive, hung=hung)
+    if share is not None:
+        passive = Passive.of(points, share, held[0], None if film.surrounded == "frame" else held[1], film.mesh_rtol)
+    ends = controls, field, following, damage, passive, hung
+    return Setup(points, temperatures, thickness, prestretch, ramp, film.relax, *ends)
 
 
-def _check_permittivity(points: Points, first: Floats | None, second: Floats | None) -> None:
+def _breakdown(
+    laws: Sequence[ArrayLike | BreakdownLaw | None], stretch: Floats, thickness: Floats
+) -> tuple[Floats, FollowingField | None]:
+    """E_EB (cases,) in V/m at the prestretch sqrt(l1 l2) of films with an undeformed thickness in m, both (cases,), infinite where
+    it is not known; and its change with the state of the film after the prestretch, None if no law has one.
+
+    There is one law or field for all films, or one law for each. Raises `InputError` for a field that is not positive.
+    """
+    cases, present = thickness.size, thickness / np.square(stretch)
+    fields, following = np.full(cases, np.inf), list[BreakdownLaw | None]([None] * len(laws))
+    for index, law in enumerate(laws):
+        cases_of = slice(None) if len(laws) == 1 else slice(index, index + 1)
+        if isinstance(law, BreakdownLaw):
+            fields[cases_of] = law.of_film(stretch[cases_of], present[cases_of])
+            following[index] = law if law.follows_film else None
+        elif law is not None:
+            fields = positive(law, "breakdown_field", "V/m", cases)
+    followed = LawsOfCases.of(following, cases)
+    return fields, FollowingField.of(followed, thickness, stretch) if followed else None
+
+
+def _check_permittivity(points: Points, prestretch: Stretched) -> None:
     """`InputError` for a prestretch at which the permittivity is not positive."""
-    held = [axis for axis in (first, second) if axis is not None]
+    held = [axis for axis in prestretch if axis is not None]
     if points.stretching is None or not held:
         return
     # a free axis is assumed to contract as under uniaxial stress
@@ -197,12 +260,4 @@ def _check_permittivity(points: Points, first: Floats | None, second: Floats | N
     for case in np.flatnonzero(~(np.isfinite(permittivity) & (permittivity > 0)))[:1].tolist():
         wrong = "the permittivity is not positive there: is stretch_coefficient in the material file right?"
         place = of_case(case, permittivity.size)
-        raise InputError(f"{pair_in_words(first, second, case)}: {wrong}", argument="prestretch", case=place)
-
-
-def _equibiaxial(prestretch: tuple[Floats | None, Floats | None], cases: int) -> Floats:
-    """The prestretch sqrt(l1 l2) (cases,) of films; the area of a free axis is that under uniaxial stress."""
-    first, second = prestretch
-    held = [axis for axis in prestretch if axis is not None]
-    area = np.ones(cases) if not held else np.sqrt(held[0]) if first is None or second is None else first * second
-    return np.sqrt(area)
+        raise InputError(f"{pair_in_words(prestretch, case)}: {wrong}", argument="prestretch", case=place)

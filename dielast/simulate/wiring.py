@@ -10,23 +10,26 @@ from numpy.typing import ArrayLike
 from dielast.errors import InputError
 from dielast.material.leakage import Leakage
 from dielast.mechanics.cases import of_case, spread
-from dielast.mechanics.circuit import Circuit
-from dielast.mechanics.electric import CHARGE
-from dielast.mechanics.point import Points
-from dielast.numerics.columns import Cases, Flags, Floats
+from dielast.mechanics.electric import CHARGE, Circuit
+from dielast.mechanics.point_material import Points
+from dielast.numerics.arrays import Cases, Flags, Floats
+from dielast.simulate.film_setup import positive
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Wiring:
     """Whether the source prescribes the `charge`, or else a voltage, through a `resistance` r = R A/L_3 (cases,) in ohm m.
 
-    `leakage` has constants (cases,); `area` (cases,) is that of the undeformed electrode in m^2, None if unknown.
+    `leakage` has constants (cases,); `area` (cases,) is that of the undeformed electrode in m^2, None if unknown. `has_resistance`
+    and `has_leakage` say whether they were stated, even as 0.
     """
 
     charge: bool
     resistance: Floats
     leakage: Leakage
     area: Floats | None
+    has_resistance: bool
+    has_leakage: bool
 
     @classmethod
     def of(
@@ -43,16 +46,15 @@ class Wiring:
         if np.any(ohm < 0):
             case = int(np.argmin(ohm))
             raise InputError(f"{ohm[case]:g} ohm: it must not be negative", argument="source_resistance", case=of_case(case, cases))
-        areas = None if area is None else spread(area, "electrode_area", cases)
-        if areas is not None and np.any(areas <= 0):
-            raise InputError(f"{float(areas.min()):g} m^2: it must be positive", argument="electrode_area")
+        areas = None if area is None else positive(area, "electrode_area", "m^2", cases)
         if np.any(ohm > 0) and areas is None:
             needed = "the current that flows through it depends on the area of the electrode: state it, too"
             raise InputError(needed, argument="source_resistance")
         leak = Leakage() if leakage is None else leakage
         field = np.broadcast_to(np.asarray(leak.field, dtype=float).reshape(-1), (cases,))
         leak = Leakage(spread(leak.conductivity, "leakage", cases), field)
-        return cls(charge, ohm if areas is None else ohm * areas / thickness, leak, areas)
+        r = ohm if areas is None else ohm * areas / thickness
+        return cls(charge, r, leak, areas, resistance is not None, leakage is not None)
 
     @property
     def has_circuit(self) -> Flags:

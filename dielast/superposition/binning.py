@@ -16,15 +16,17 @@ BINS_PER_DECADE = 20
 POOL = 3  # number of bins on either side whose scatter is pooled
 MIN_FREEDOM = 6  # degrees of freedom needed to estimate the scatter
 SIGNAL_TO_NOISE = 3.0  # a mean modulus below this many standard deviations of one reading is lost in noise
+FINEST = 1e-4  # decades; no oscillation is measured to 0.02 %, and no spline follows the sharp end of a loss modulus more closely
 LOW = 0.1  # fraction of a curve's largest modulus, below which a noise floor lies
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Binned:
-    """Points of all curves, sorted by curve, then time; every array has shape (n,).
+    """Averages over bins (k,), sorted by `curve`, then `log_time`; `log_modulus` and its `variance` are (c, k) for c channels.
 
-    `log_time` and `log_modulus` are decimal logarithms of s and Pa, `variance` is the measured variance of `log_modulus` (0 where
-    the curve is too sparse to measure it), `bin_of_point` maps each raw point to its bin (-1 if dropped as noise floor).
+    All logarithms are decimal: of s, or of the inverse of the angular frequency for a sweep; of Pa, or of an inverse compliance for
+    creep. The variance is measured, and 0 where a curve is too sparse. `bin_of_point` (n,) is the bin of each raw point, -1 where
+    it was dropped as noise floor.
     """
 
     curve: Index
@@ -33,9 +35,35 @@ class Binned:
     variance: Floats
     bin_of_point: Index
 
+    @property
+    def bounds(self) -> Index:
+        """The index of the first point of each curve, and the number of points at the end (m + 1,)."""
+        return np.searchsorted(self.curve, np.arange(self.curve[-1] + 2))
+
+
+def bin_channels(curve: Index, position: Floats, ordinates: Floats, stiffness_power: int) -> Binned:
+    """Bins of `ordinates` (c, n), which fall along `position` (n,); a stiffness is an ordinate to the power `stiffness_power`.
+
+    A compliance is averaged as a compliance, with its noise floor at short times. A bin that is noise floor in one channel is
+    dropped from all channels.
+    """
+    channels = [bin_curves(curve, position, ordinate) for ordinate in ordinates]
+    kept = np.all([channel.bin_of_point >= 0 for channel in channels], axis=0)
+    places = [np.unique(channel.bin_of_point[kept]) for channel in channels]
+    curve, log_position = channels[0].curve[places[0]], channels[0].log_time[places[0]]
+    log_ordinate = np.array([channel.log_modulus[place] for channel, place in zip(channels, places, strict=True)])
+    variance = np.array([channel.variance[place] for channel, place in zip(channels, places, strict=True)])
+    if len(channels) > 1:
+        variance = np.maximum(variance, FINEST**2)
+    order = np.lexsort((stiffness_power * log_position, curve))
+    bin_of_point = np.full(kept.size, -1)
+    bin_of_point[kept] = np.argsort(order)[np.unique(channels[0].bin_of_point[kept], return_inverse=True)[1]]
+    rows = (stiffness_power * log_position[order], stiffness_power * log_ordinate[:, order], variance[:, order], bin_of_point)
+    return Binned(curve[order], *rows)
+
 
 def bin_curves(curve: Index, time: Floats, modulus: Floats) -> Binned:
-    """Bin raw points, sorted by curve and then time; `modulus` (Pa) may hold readings below zero, as a noise floor gives.
+    """Bins of one channel, without its axis; raw points are sorted by curve, then time, and a `modulus` may be below zero.
 
     The average is that of the modulus, not of its logarithm, so that additive noise causes no bias; the trend within a bin is
     removed first. Bins start at the first time of each curve, so that the result does not depend on the unit of time.

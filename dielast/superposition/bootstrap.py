@@ -14,12 +14,14 @@ import numpy as np
 from dielast.errors import DielastWarning, InputError, NumericsError
 from dielast.io.result import TabularResult
 from dielast.io.table import Column, Table
+from dielast.material.arguments import whole_number
 from dielast.material.measurement import Measurement
 from dielast.material.shift import ShiftLaw
 from dielast.numerics.arrays import Floats, Index
 from dielast.numerics.random_streams import stream
-from dielast.superposition.mastercurve import MasterCurve, Vertical, build_master_curve
+from dielast.superposition.mastercurve import Vertical, build_master_curve
 from dielast.superposition.resample import Resampled
+from dielast.superposition.result import MasterCurve
 
 GRID = 100  # reduced times at which the curves of all draws are stored
 
@@ -77,7 +79,7 @@ def bootstrap_master_curve(
     10.1214/aos/1176350142). Raises `InputError` for fewer than two draws, and `NumericsError` if less than half of them give a
     master curve.
     """
-    if draws < 2:
+    if (draws := whole_number(draws, "draws")) < 2:
         raise InputError(f"{draws} draws: at least 2 are needed")
     resampled = Resampled.of(curves, master)
     grid = np.geomspace(master.smooth_abscissa[0], master.smooth_abscissa[-1], GRID)
@@ -97,13 +99,12 @@ def bootstrap_master_curve(
                     drift=master.stated.drift,
                 )
                 values = master.law.numbers_of(drawn.law)
+                master.law.redrawn(values.tolist())  # no material relaxes more slowly when it is warmer
             except (InputError, NumericsError):
                 continue
             finally:
                 if progress is not None:
                     progress(draw + 1, draws)
-        if not master.law.allows(values):
-            continue  # no material relaxes more slowly when it is warmer
         rows.append((draw, drawn.log10_shift_factor, drawn.vertical_shift, values, _on_grid(drawn, grid)))
     if 2 * len(rows) < draws:
         raise NumericsError(f"only {len(rows)} of {draws} draws give a master curve: the data are too poor for an uncertainty")

@@ -1,19 +1,23 @@
-"""Measurements of any kind, checked and sorted."""
+"""Measurements of any kind, checked and sorted, and the selection of those that can be shifted."""
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
 
-from dielast.errors import InputError, warn
+from dielast.errors import DielastWarning, InputError, warn
 from dielast.io.table import spoken
 from dielast.material.measurement import Measurement
 from dielast.material.measurement_kind import MeasurementKind
 from dielast.numerics.arrays import Flags, Floats, Index
+from dielast.superposition.binning import Binned, bin_channels
+from dielast.superposition.overlap import find_isolated
 
+MIN_BINS = 3  # number of points of a curve, which are averages over bins of log time
 NOTABLE_DIFFERENCE = 1.05  # ratio of the moduli of two runs at one temperature above which a warning is issued
 CONTRADICTION = 1.25  # ratio above which it is an error
 
@@ -48,7 +52,42 @@ class Gathered:
         return self.kind.time_power * np.log10(self.abscissa)
 
 
-def gather(curves: Sequence[Measurement]) -> Gathered:
+def usable_curves(curves: Sequence[Measurement]) -> tuple[Gathered, Binned]:
+    """All curves that can be shifted, gathered and binned: without those of too few points, or without overlap.
+
+    Warns of each omitted curve; raises `InputError` if fewer than two remain.
+    """
+    kept, reasons = list(curves), []
+    while True:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", DielastWarning)  # the call below issues them once
+            data = _gather(kept)
+        binned, m = bin_channels(data.curve, data.position, data.ordinates, data.kind.stiffness_power), data.temperature.size
+        lost = np.bincount(data.curve[(binned.bin_of_point < 0) & data.good], minlength=m)
+        omitted, axis = {}, "frequency" if data.kind.over_frequency else "time"
+        for k in np.flatnonzero((count := np.bincount(binned.curve, minlength=m)) < MIN_BINS).tolist():
+            floor = f" ({lost[k]} are noise floor)" if lost[k] else ""
+            omitted[k] = f"only {count[k]} distinct points in log {axis}{floor}; at least {MIN_BINS} are needed"
+        if not omitted and m > 2:
+            omitted = find_isolated(m, binned.curve, binned.log_modulus[0], data.kind)
+        if not omitted:
+            break
+        why = {data.temperature[k]: f"{_where(curves, data.temperature[k])}: {reason}" for k, reason in omitted.items()}
+        if m - len(why) < 2:
+            raise InputError(next(iter(why.values())))
+        reasons += list(why.values())
+        kept = [curve for curve in kept if curve.temperature not in why]
+    for reason in reasons:
+        warn(f"{reason}; this curve is left out")
+    data = _gather(kept)
+    if np.any(lost):
+        end = data.kind.ends[1 if data.kind.stiffness_power > 0 else 0]
+        places = ", ".join(f"{data.temperature[k]:g} degC ({lost[k]})" for k in np.flatnonzero(lost))
+        warn(f"points at the {end} end of curves that are lost in noise are left out: {places}")
+    return data, binned
+
+
+def _gather(curves: Sequence[Measurement]) -> Gathered:
     """Check `curves`, merge those of one temperature, and sort the points; raises `InputError` as `build_master_curve` states."""
     kinds = list(dict.fromkeys(curve.KIND for curve in curves))
     if len(kinds) > 1:
@@ -93,7 +132,7 @@ def _repeated(kind: MeasurementKind, temperature: Floats, curve: Index, run: Ind
     return np.asarray(same_values)
 
 
-def where(curves: Sequence[Measurement], temperature: float) -> str:
+def _where(curves: Sequence[Measurement], temperature: float) -> str:
     """A temperature for messages, with its file if the curves come from several files."""
     sources = dict.fromkeys(curve.source for curve in curves if curve.temperature == temperature)
     with_files = "" not in sources and len({curve.source for curve in curves}) > 1

@@ -1,12 +1,12 @@
-"""Errors of shift factors beyond the scatter of the points: from tilts of curves, parts of curves, and smoothness."""
+"""Errors of shift factors beyond the scatter of the points: curves that do not superpose, tilts, parts of curves, smoothness."""
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from dielast.numerics.arrays import Floats
+from dielast.numerics.arrays import Floats, Index
 from dielast.superposition.effects import TILT, likeliest
 from dielast.superposition.joint_problem import (
     Prior,
@@ -17,15 +17,59 @@ from dielast.superposition.joint_problem import (
     gauss_newton_step,
     linear_parts,
 )
-from dielast.superposition.misfit import PARTS, VISIBLE, Misfit
-from dielast.superposition.points import FitPoints
-from dielast.superposition.robust import Weights
+from dielast.superposition.points import FitPoints, Weights
 
+PARTS = 4  # number of parts of each curve, of equal length in log time
+VISIBLE = 0.01  # decades of modulus; usual differences of specimens and instruments
+SURE = 4.0  # standard errors of the correlation of neighbours
 TILT_ROUNDS = 50
 KNOT_RATIO = 1.5  # ratio by which the knot spacing is changed, to find the dependence of the shifts on it
 RESETTLING_STEPS = 3  # Gauss-Newton steps after a change of points or knots
 LEFT_OUT = 1e-9  # weight of an omitted point
 BOUND = 5.0  # standard deviations at which the distance of an omitted point is clipped
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Misfit:
+    """Root mean squares of the misfit in decades of modulus, of all points, `by_curve` (m,) and `by_part` of the curves (PARTS,).
+
+    `noise` is the root mean square of the scatter, and `part` (n,) the part of its curve that contains a point. A misfit is `sure`
+    if chance does not explain it. It `matters` if it also exceeds the noise and usual differences between specimens, or if it
+    changes the shift factors.
+    """
+
+    rms: float
+    noise: float
+    by_curve: Floats
+    by_part: Floats
+    part: Index
+    sure: bool
+    matters: bool
+
+
+def find_misfit(series: Index, curve: Index, log_time: Floats, residual: Floats) -> Misfit:
+    """The misfit from the `residual` (n,) of points sorted by series (a channel of a curve), then time.
+
+    Neighbouring points share the misfit but not the noise. So the mean product of their residuals is the square of the misfit, and
+    the difference of their residuals is due to noise.
+    """
+    bounds = np.searchsorted(series, np.arange(series[-1] + 2))
+    begin, end = log_time[bounds[:-1]], log_time[bounds[1:] - 1]
+    along = (log_time - begin[series]) / np.maximum(end - begin, 1e-12)[series]
+    part = np.minimum((PARTS * along).astype(np.intp), PARTS - 1)
+    joined = np.flatnonzero(series[1:] == series[:-1])
+    product = residual[joined] * residual[joined + 1]
+    noise = float(np.sqrt(np.median(np.diff(residual)[joined] ** 2) / 2 / 0.455))
+    rms = _root(float(np.mean(product)))
+    by_curve = _root(np.bincount(curve[joined], product) / np.bincount(curve[joined]))
+    count = np.bincount(part[joined], minlength=PARTS)
+    by_part = _root(np.bincount(part[joined], product, minlength=PARTS) / np.maximum(count, 1))
+    sure = rms**2 > SURE / np.sqrt(residual.size) * float(np.mean(residual**2))
+    return Misfit(float(rms), noise, by_curve, by_part, part, bool(sure), bool(sure and rms > max(VISIBLE, noise)))
+
+
+def _root(square: Floats | float) -> Floats:
+    return np.sqrt(np.maximum(square, 0.0))
 
 
 def tilt_errors(points: FitPoints, prior: Prior, state: State) -> tuple[Floats, float]:

@@ -13,7 +13,7 @@ import numpy as np
 
 from dielast.numerics.arrays import Floats
 from dielast.superposition.effects import OFFSET, likeliest
-from dielast.superposition.joint_errors import leave_out, smoothing_errors, tilt_errors
+from dielast.superposition.joint_errors import Misfit, find_misfit, leave_out, smoothing_errors, tilt_errors
 from dielast.superposition.joint_problem import (
     CONVERGED,
     LOOSE,
@@ -26,9 +26,7 @@ from dielast.superposition.joint_problem import (
     reweigh,
     with_spread,
 )
-from dielast.superposition.misfit import Misfit, find_misfit
-from dielast.superposition.points import FitPoints
-from dielast.superposition.robust import channel_shares, even_weights, noise_shares
+from dielast.superposition.points import FitPoints, channel_shares, even_weights, noise_shares
 from dielast.superposition.spline import Spline, spacing_bounds
 
 ITERATIONS = 40

@@ -13,8 +13,7 @@ import numpy as np
 
 from dielast.numerics.arrays import Floats, Index
 from dielast.superposition.effects import precision_of
-from dielast.superposition.points import FitPoints
-from dielast.superposition.robust import Weights, robust_weights
+from dielast.superposition.points import FitPoints, Weights, robust_weights
 from dielast.superposition.spline import Spline, SplineProblem
 
 LOOSE = 30.0**-2  # precision (1/decade^2) of the prior, which keeps the normal matrix regular where there are no data

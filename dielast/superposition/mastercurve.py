@@ -8,7 +8,7 @@ log10 a > 0 below the reference temperature.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from itertools import pairwise
 from typing import Literal, get_args
@@ -17,35 +17,20 @@ import numpy as np
 
 from dielast.errors import InputError, shown, warn
 from dielast.material.arguments import real_number
-from dielast.material.measurement import CreepCurve, FrequencySweep, Measurement, RelaxationCurve, is_temperature
+from dielast.material.measurement import Measurement, is_temperature
 from dielast.material.modulus import EntropicModulus
 from dielast.material.shift import SHIFTS
 from dielast.numerics.arrays import Floats
-from dielast.superposition.condense import Condensed
+from dielast.superposition.binning import Binned
+from dielast.superposition.checks import find_undetermined, warn_if_misfit, warn_if_offset, warn_of_outliers
 from dielast.superposition.effects import walk
+from dielast.superposition.gather import usable_curves
 from dielast.superposition.joint_fit import fit_master
-from dielast.superposition.misfit import warn_if_misfit
-from dielast.superposition.outliers import warn_of_outliers
 from dielast.superposition.overlap import starting_shifts
 from dielast.superposition.placement import place_at_reference
 from dielast.superposition.points import points_of
 from dielast.superposition.result import MasterCurve, Stated
-from dielast.superposition.shiftfit import ShiftFit
 from dielast.superposition.sweepfit import Basis, BasisFit, fit_sweeps, warn_of_others
-from dielast.superposition.undetermined import Undetermined, find_undetermined, warn_if_offset
-from dielast.superposition.usable import usable_curves
-
-__all__ = [
-    "CreepCurve",
-    "FrequencySweep",
-    "MasterCurve",
-    "Measurement",
-    "RelaxationCurve",
-    "ShiftFit",
-    "Stated",
-    "Undetermined",
-    "build_master_curve",
-]
 
 Vertical = Literal["none", "density-temperature", "free"]
 ShiftOn = Basis | Literal["auto"]
@@ -85,21 +70,22 @@ def build_master_curve(
     implausible results. Raises `InputError` for an unknown option, fewer than two temperatures, curves of several kinds, a curve
     that is mostly zero or negative, and groups of curves that do not overlap.
     """
-    if isinstance(curves, Measurement):
-        raise InputError("a list of curves is needed", argument="curves")
+    curves = _listed(curves)
     reference = real_number(reference_temperature, "reference_temperature")
+    expansion = real_number(thermal_expansion, "thermal_expansion")
+    stated = Stated(real_number(temperature_stderr, "temperature_stderr"), real_number(drift, "drift"))
     if not is_temperature(reference):
         raise InputError(f"{reference:g} degC is not a temperature above absolute zero", argument="reference_temperature")
-    if not 0 <= temperature_stderr < np.inf:
-        raise InputError(f"{temperature_stderr:g} K: it must be finite and not negative", argument="temperature_stderr")
-    if not 0 <= drift < 1:
-        raise InputError(f"{drift:g}: a share from 0 to 1 is needed, such as 0.02 for 2 %", argument="drift")
+    if not 0 <= stated.temperature_stderr < np.inf:
+        raise InputError(f"{stated.temperature_stderr:g} K: it must be finite and not negative", argument="temperature_stderr")
+    if not 0 <= stated.drift < 1:
+        raise InputError(f"{stated.drift:g}: a share from 0 to 1 is needed, such as 0.02 for 2 %", argument="drift")
     fitted = [known.name for known in SHIFTS if known.is_fitted]
     choices = {"law": (law, fitted), "vertical": (vertical, get_args(Vertical)), "on": (on, ["auto", *get_args(Basis)])}
     for argument, (choice, allowed) in choices.items():
         if choice not in allowed:
             raise InputError(f"{shown(choice)}: one of {', '.join(allowed)} is needed", argument=argument)
-    data, condensed = usable_curves(curves)
+    data, binned = usable_curves(curves)
     temperature, swept = data.temperature, len(data.ordinates) > 1
     if on != "auto" and not swept:
         raise InputError(f'"{on}" is for frequency sweeps; {data.kind.name} curves have one modulus only', argument="on")
@@ -110,15 +96,15 @@ def build_master_curve(
         )
     imposed = np.zeros(temperature.size)
     if vertical == "density-temperature":
-        imposed = _density_temperature(temperature, reference, thermal_expansion)
-    condensed = replace(condensed, log_modulus=condensed.log_modulus + imposed[condensed.curve])
-    anchor, free = _steepest(condensed), vertical == "free"
-    drifts = walk(data.order, drift / np.log(10)) if drift > 0 else None
-    start = starting_shifts(temperature, condensed.curve, condensed.log_time, condensed.log_modulus[0], anchor, data.kind)
+        imposed = _density_temperature(temperature, reference, expansion)
+    binned = replace(binned, log_modulus=binned.log_modulus + imposed[binned.curve])
+    anchor, free = _steepest(binned), vertical == "free"
+    drifts = walk(data.order, stated.drift / np.log(10)) if stated.drift > 0 else None
+    start = starting_shifts(temperature, binned.curve, binned.log_time, binned.log_modulus[0], anchor, data.kind)
     if swept:
-        basis_fit = fit_sweeps(temperature, condensed, start, anchor, free, on, drifts)
+        basis_fit = fit_sweeps(temperature, binned, start, anchor, free, on, drifts)
     else:
-        points = points_of(condensed, temperature.size)
+        points = points_of(binned, temperature.size)
         fit = fit_master(points, [start], anchor, free, drifts)
         basis_fit = BasisFit(fit, "moduli", points, fit.splines)
     outlying = warn_of_outliers(data, imposed, basis_fit.fit, 1 if basis_fit.on == "storage" else len(data.ordinates))
@@ -128,8 +114,17 @@ def build_master_curve(
     warn_of_others(temperature, basis_fit, np.where(here, 1.0, 0.0) if np.any(here) else np.eye(temperature.size)[anchor])
     instead = "its points are left out" if law == "table" else "its points are placed by the shift law"
     undetermined = find_undetermined(temperature, basis_fit.points, basis_fit.splines, basis_fit.fit, free, swept, instead)
-    stated = Stated(float(temperature_stderr), float(drift))
-    return place_at_reference(data, condensed, imposed, basis_fit, outlying, undetermined, anchor, law, reference, stated)
+    return place_at_reference(data, binned, imposed, basis_fit, outlying, undetermined, anchor, law, reference, stated)
+
+
+def _listed(curves: Iterable[Measurement]) -> list[Measurement]:
+    """The curves as a list; `InputError` for anything else."""
+    if isinstance(curves, Measurement):
+        raise InputError("a list of curves is needed", argument="curves")
+    listed = list(curves) if isinstance(curves, Iterable) else [curves]
+    for other in [curve for curve in listed if not isinstance(curve, Measurement)][:1]:
+        raise InputError(f"{shown(other)}: a list of measurements is needed, such as RelaxationCurve", argument="curves")
+    return listed
 
 
 def _density_temperature(temperature: Floats, reference: float, expansion: float) -> Floats:
@@ -140,7 +135,7 @@ def _density_temperature(temperature: Floats, reference: float, expansion: float
     return np.asarray(-np.log10(EntropicModulus(expansion).factor(temperature, reference)))
 
 
-def _steepest(condensed: Condensed) -> int:
+def _steepest(binned: Binned) -> int:
     """The curve with the largest decrease: it is the fixed one, so that the others are not measured against a plateau."""
-    falling = condensed.log_modulus[0]
-    return int(np.argmax([np.subtract(*np.percentile(falling[a:b], (90, 10))) for a, b in pairwise(condensed.bounds)]))
+    falling = binned.log_modulus[0]
+    return int(np.argmax([np.subtract(*np.percentile(falling[a:b], (90, 10))) for a, b in pairwise(binned.bounds)]))

@@ -11,27 +11,27 @@ import numpy as np
 from dielast.errors import InputError, warn
 from dielast.material.shift import ShiftLaw
 from dielast.numerics.arrays import Flags, Floats
-from dielast.superposition.condense import Condensed
-from dielast.superposition.gather import Gathered
-from dielast.superposition.joint_fit import MasterFit
-from dielast.superposition.result import MasterCurve, Stated
-from dielast.superposition.shiftfit import ShiftFit, fit_shift_law
-from dielast.superposition.spline import Spline
-from dielast.superposition.sweepfit import BasisFit
-from dielast.superposition.undetermined import (
+from dielast.superposition.binning import Binned
+from dielast.superposition.checks import (
     UNDETERMINED,
     Undetermined,
     warn_if_law_misses,
     warn_if_no_plateau,
     warn_if_rising,
 )
+from dielast.superposition.gather import Gathered
+from dielast.superposition.joint_fit import MasterFit
+from dielast.superposition.result import MasterCurve, Stated
+from dielast.superposition.shiftfit import ShiftFit, fit_shift_law
+from dielast.superposition.spline import Spline
+from dielast.superposition.sweepfit import BasisFit
 
 SMOOTH_POINTS = 400
 
 
 def place_at_reference(
     data: Gathered,
-    condensed: Condensed,
+    binned: Binned,
     imposed: Floats,
     basis_fit: BasisFit,
     outlying: Flags,
@@ -80,7 +80,7 @@ def place_at_reference(
     warn_if_no_plateau(fit.splines[0], kind)
 
     placed = np.where(determined, shift, np.where(_astray(shift_fit, temperature, determined), np.nan, by_law))
-    used = (condensed.bin_of_point >= 0) & data.good & np.isfinite(placed)[data.curve]
+    used = (binned.bin_of_point >= 0) & data.good & np.isfinite(placed)[data.curve]
     curve, abscissa = data.curve[used], data.abscissa[used]
     reduced = abscissa / (10 ** placed[curve]) ** kind.time_power
     order = np.lexsort((abscissa, reduced))
@@ -103,7 +103,7 @@ def place_at_reference(
         vertical_shift_stderr=vertical * np.log(10) * np.sqrt(np.maximum(vertical_variance, 0.0)),
         shift_fit=shift_fit,
         shifted_on=basis_fit.on,
-        rms_residual_decades=_rms(fit, condensed, outlying),
+        rms_residual_decades=_rms(fit, binned, outlying),
         point_temperature=temperature[curve][order],
         abscissa=abscissa[order],
         reduced_abscissa=reduced[order],
@@ -140,11 +140,11 @@ def _astray(fit: ShiftFit, temperature: Floats, determined: Flags) -> Flags:
     return astray
 
 
-def _rms(fit: MasterFit, condensed: Condensed, outlying: Flags) -> float:
+def _rms(fit: MasterFit, binned: Binned, outlying: Flags) -> float:
     """Root mean square of the residuals in decades, without averages that contain an outlying point (c, n)."""
-    trusted = np.ones((len(outlying), condensed.curve.size), dtype=bool)
-    for row, far in zip(trusted, outlying & (condensed.bin_of_point >= 0), strict=True):
-        row[condensed.bin_of_point[far]] = False
+    trusted = np.ones((len(outlying), binned.curve.size), dtype=bool)
+    for row, far in zip(trusted, outlying & (binned.bin_of_point >= 0), strict=True):
+        row[binned.bin_of_point[far]] = False
     return float(np.sqrt(np.nanmean(fit.residual[trusted.ravel()] ** 2)))
 
 
@@ -154,13 +154,13 @@ def _relative(covariance: Floats, weight: Floats) -> Floats:
     return np.asarray(relative @ covariance @ relative.T)
 
 
-def _law_stderr(fit: ShiftFit, temperature: Floats, both_determined: Floats) -> Floats:
-    """Standard error (m,) of log10 a by the law, relative to the nearest `known` temperature, from its constants; 0 for a table, or
+def _law_stderr(fit: ShiftFit, temperature: Floats, measured: Floats) -> Floats:
+    """Standard error (m,) of log10 a by the law from the nearest `measured` temperature on, from its constants; 0 for a table, or
     if the constants have no finite errors.
     """
     if not fit.names or not np.all(np.isfinite(fit.covariance)):
         return np.zeros(temperature.size)
-    nearest = both_determined[np.argmin(np.abs(temperature[:, None] - both_determined), axis=1)]
+    nearest = measured[np.argmin(np.abs(temperature[:, None] - measured), axis=1)]
     slope = np.empty((len(fit.names), temperature.size))
     for row, (name, value) in enumerate(fit.parameters.items()):
         step = 1e-4 * abs(value) or 1e-6

@@ -13,8 +13,8 @@ from dielast.io.table import Column, Frame, Table, spoken, to_frame
 from dielast.material.measurement_kind import KINDS, KindName, MeasurementKind
 from dielast.material.shift import ShiftLaw
 from dielast.numerics.arrays import Floats
+from dielast.superposition.checks import Undetermined
 from dielast.superposition.shiftfit import ShiftFit
-from dielast.superposition.undetermined import Undetermined
 
 
 @dataclass(frozen=True, slots=True)

@@ -18,12 +18,12 @@ import numpy as np
 
 from dielast.errors import warn
 from dielast.numerics.arrays import Flags, Floats, Index
-from dielast.superposition.condense import Condensed
+from dielast.superposition.binning import Binned
+from dielast.superposition.checks import have_shape
 from dielast.superposition.joint_fit import MasterFit, fit_held, fit_master
 from dielast.superposition.overlap import matching_shifts
 from dielast.superposition.points import FitPoints, loss_tangent, one_channel, points_of
 from dielast.superposition.spline import Spline
-from dielast.superposition.undetermined import have_shape
 
 Basis = Literal["moduli", "tan-delta", "storage"]
 
@@ -64,7 +64,7 @@ class OtherShifts:
 
 def fit_sweeps(
     temperature: Floats,
-    data: Condensed,
+    data: Binned,
     start: Floats,
     anchor: int,
     vertical: bool,
@@ -188,7 +188,7 @@ def _apart(storage: FitPoints, loss: FitPoints, shaped: Flags, anchor: int) -> F
     return apart
 
 
-def _only(data: Condensed, curves: Index) -> Condensed:
+def _only(data: Binned, curves: Index) -> Binned:
     """The points of the numbered `curves`, numbered from 0."""
     selected = np.isin(data.curve, curves)
     new = np.searchsorted(curves, data.curve[selected])

@@ -23,7 +23,7 @@ sys.path[:0] = [str(TESTS), str(TESTS / "physics"), str(TESTS / "bench")]
 from bench_mastercurve import PEERS, peer
 from test_sweeps_truth import BY_OSCILLATION, BY_RELAXATION, LAW, POLYSTYRENE, build, error, sweep
 
-from dielast.superposition.mastercurve import CreepCurve, FrequencySweep, RelaxationCurve
+from dielast.material.measurement import CreepCurve, FrequencySweep, RelaxationCurve
 
 ROUNDS = 7
 

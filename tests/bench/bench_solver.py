@@ -23,7 +23,7 @@ from dielast.material.springs import Gent
 from dielast.mechanics.load import Step
 from dielast.numerics import integrate
 from dielast.numerics.rosenbrock import Rosenbrock
-from dielast.numerics.system import System
+from dielast.numerics.stride import System
 from dielast.simulate.membrane import creep
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))

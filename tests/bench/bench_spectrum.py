@@ -26,10 +26,10 @@ from dielast.material.shift import WLF
 from dielast.material.spectrum import Spectrum
 from dielast.relaxation.continuous import continuous_spectrum
 from dielast.relaxation.creep import fit_creep
-from dielast.relaxation.fit import SpectrumFit, fit_spectrum
+from dielast.relaxation.fit import fit_oscillation, fit_spectrum
 from dielast.relaxation.interconversion import retardation_from_relaxation
-from dielast.relaxation.oscillation import fit_oscillation
 from dielast.relaxation.reduce import reduce_spectrum
+from dielast.relaxation.result import SpectrumFit
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from reconstruction import EQUILIBRIUM_MODULUS, LOG_MODULUS, spectrum

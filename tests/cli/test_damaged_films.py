@@ -177,7 +177,7 @@ def test_a_map_with_damage_goes_on_where_it_stopped(tmp_path: Path) -> None:
         np.testing.assert_array_equal(known[0].times[name], times)
     without = parse_material(MATERIAL.encode() + b'[breakdown]\nfield = "40 MV/m"\n', "film.toml")
     other = plan_failure_map(without, voltage=[2e3], prestretch=[1.7], thickness=5e-4, horizon=60.0)
-    assert (plan.failures, other.failures) == (("breakdown", "pull-in", "damage"), ("breakdown", "pull-in"))
+    assert (plan.grid.failures, other.grid.failures) == (("breakdown", "pull-in", "damage"), ("breakdown", "pull-in"))
 
 
 def test_the_law_is_read_and_written() -> None:

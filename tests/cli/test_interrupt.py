@@ -11,8 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from dielast.cli.interrupt import Leave
-from dielast.cli.progress import Bar
+from dielast.cli.terminal import Bar, Leave
 
 Ran = subprocess.CompletedProcess[str]
 LOADING = """

@@ -12,7 +12,7 @@ import pytest
 import dielast as library
 from dielast.commands.registry import COMMANDS
 from dielast.export.card import CODES, export_card
-from dielast.export.options import CardOptions
+from dielast.export.code import CardOptions
 from dielast.io.files import resolve
 from dielast.material.spectrum import Spectrum
 from dielast.report.report import left_over

@@ -16,7 +16,7 @@ import pytest
 from maps import map_of
 from processes import ENDS
 
-from dielast.cli import streams
+from dielast.cli import terminal
 from dielast.io import workbook
 from dielast.io.files import depfile
 from dielast.sharing import memory, processes
@@ -81,7 +81,7 @@ def kitchen(tmp_path: Path) -> Path:
     """Recipes and tables as an editor of Windows saves them."""
     folder = tmp_path / "Prüfstand ≤ 1"
     (folder / "Messung bei 20 °C").mkdir(parents=True)
-    table = (Path(streams.__file__).parents[1] / "examples" / "relaxation-test.csv").read_text(encoding="utf-8")
+    table = (Path(terminal.__file__).parents[1] / "examples" / "relaxation-test.csv").read_text(encoding="utf-8")
     tables = {"größe.csv": table, "history.csv": "time [s],stretch [1]\n1,1.1\n10,1.5\n"}
     for name, text in tables.items():
         (folder / "Messung bei 20 °C" / name).write_text(text, encoding="utf-8", newline="\r\n")
@@ -163,9 +163,9 @@ def test_what_only_windows_has(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(os.path, "relpath", lambda path: str(path))
     assert depfile([Path("C:/out/a b.csv")], [Path("D:/c:d.csv")]) == "C:/out/a\\ b.csv: D:/c\\:d.csv\n\nD:/c\\:d.csv:\n"
     error = OSError(22, "Invalid argument")
-    assert not streams.is_unread(error)
-    monkeypatch.setattr(streams.os, "name", "nt")
-    assert streams.is_unread(error)
+    assert not terminal.is_unread(error)
+    monkeypatch.setattr(terminal.os, "name", "nt")
+    assert terminal.is_unread(error)
     monkeypatch.undo()
     with pytest.raises(AttributeError):
         memory._free_on_windows()

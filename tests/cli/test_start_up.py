@@ -28,7 +28,6 @@ UNASKED = (
     *(f"dielast.commands.simulation.{name}" for name in ("bounds", "compare", "uncertainty")),
     *(
         "dielast.handover.mastercurve_folder",
-        "dielast.handover.mastercurve_draws",
         "dielast.report.golden",
         "dielast.commands.spectrum",
     ),

@@ -21,7 +21,7 @@ from dielast.material.law import Registry
 from dielast.material.shift import SHIFTS
 from dielast.material.springs import EQUIBIAXIAL, SPRINGS, UNIAXIAL, Gent
 from dielast.mechanics.load import Step
-from dielast.mechanics.point import Points
+from dielast.mechanics.point_material import Points
 
 Run = Callable[..., subprocess.CompletedProcess[str]]
 
@@ -173,7 +173,7 @@ def test_the_general_spring_follows_any_load_of_the_solver() -> None:
 @pytest.mark.usefixtures("registered")
 def test_cards_refuse_what_they_cannot_hold_and_take_the_rest() -> None:
     toy = parse_material(MATERIAL.encode(), "toy.toml")
-    with pytest.raises(InputError, match=r'^hyperelastic: ansys has no "varga" law: no card can hold it'):
+    with pytest.raises(InputError, match=r'^hyperelastic: ansys has no "varga" law: no card can hold these springs'):
         export_card(toy, "ansys", CardOptions(temperature=20.0))
     with pytest.raises(InputError, match=r'^hyperelastic: "yeoh" cannot stand for Varga'):
         export_card(toy, "ansys", CardOptions(temperature=20.0, hyperelastic="yeoh"))

@@ -25,11 +25,11 @@ from dielast import (
     Waveform,
     actuate,
 )
-from dielast.material.dielectric import LinearPermittivity, stretched_dielectrics
+from dielast.material.dielectric import LinearPermittivity
+from dielast.material.laws_of_cases import stretched_dielectrics
 from dielast.material.shift import NoShift
-from dielast.mechanics.circuit import Circuit
-from dielast.mechanics.electric import CHARGE, FIELD
-from dielast.mechanics.point import Points
+from dielast.mechanics.electric import CHARGE, FIELD, Circuit
+from dielast.mechanics.point_material import Points
 
 MU, EPS, THICKNESS, AREA = 26e3, 4e-11, 0.5e-3, 1e-4
 ELASTIC = Material("elastic", MU, Spectrum(np.zeros(0), np.zeros(0)), NoShift(20.0), NeoHookean(), NeoHookean(), EPS)

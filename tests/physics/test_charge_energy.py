@@ -12,21 +12,22 @@ from numpy.typing import NDArray
 from dielast import actuate
 from dielast.material.dielectric import LinearPermittivity
 from dielast.material.leakage import Leakage
+from dielast.material.springs import EQUIBIAXIAL
 from dielast.mechanics.criteria.criterion import WatchedFilms
 from dielast.mechanics.history import electrical_pieces
 from dielast.mechanics.load import ChargeStep, ElectricalStep, VoltageStep
-from dielast.mechanics.point import Points
+from dielast.mechanics.point_material import Points
 from dielast.mechanics.span import Control, Controls
 from dielast.mechanics.stability import ONE_PERCENT
-from dielast.mechanics.symmetric import EQUIBIAXIAL, Films
+from dielast.mechanics.symmetric import Films
 from dielast.mechanics.watch import Watch
 from dielast.numerics.stride import DenseSteps, Stride
 from dielast.simulate.electrical import ElectricMeter, nominal
-from dielast.simulate.film import Condition, Film
+from dielast.simulate.film import Film
 from dielast.simulate.follow import follow
+from dielast.simulate.output import Output
 from dielast.simulate.record import Recorder
 from dielast.simulate.setup import prestretched
-from dielast.simulate.wanted import Wanted
 from dielast.simulate.wiring import Wiring
 
 THICKNESS, AREA = 0.5e-3, 1e-4
@@ -76,10 +77,10 @@ class Dashpots(Watch):
         return super().__call__(stride)
 
 
-def stored(points: Points, condition: Condition) -> float:
+def stored(points: Points, film: Film) -> float:
     """Energy of springs and dielectric in J/m^3."""
-    squared = points.springs(condition.internal, condition.log_squared_stretch)
-    field, charge = nominal(points, condition.log_squared_stretch, condition.field)
+    squared = points.springs(film.internal, film.log_squared_stretch)
+    field, charge = nominal(points, film.log_squared_stretch, film.field)
     return float((np.sum(points.modulus * points.law.energy(squared), axis=0) + 0.5 * field * charge)[0])
 
 
@@ -111,12 +112,12 @@ def test_energy_is_conserved(
     symmetry = EQUIBIAXIAL if prestretch[0] == prestretch[1] and controls[0] is controls[1] else None
     film, _ = prestretched(Film.at_rest(points, symmetry), (prestretch[0] * one, prestretch[1] * one), 5 * one, 600.0, rtol)
     film = replace(film, points=wiring.wired(film.points, np.zeros(1, dtype=np.intp)))
-    begin = film.condition
+    begin = film
     watched = WatchedFilms(controls, np.inf * one, ONE_PERCENT, begin.nominal_stress, points.stress_floor)
     watch, meter = Dashpots(watched, wiring.resistance), ElectricMeter(wiring.leakage, 1)
     pieces = electrical_pieces(steps, controls, one if charge else THICKNESS * one)
-    recorder = Recorder(Wanted(points_per_decade=2), 1, film.points.rate.shape[0], watch, meter)
-    end = follow(film, pieces, rtol=rtol, watch=watch, recorder=recorder).film.condition
+    recorder = Recorder(Output(points_per_decade=2), watch, meter)
+    end = follow(film, pieces, rtol=rtol, watch=watch, recorders=[recorder]).film
     work, leaked, lost = meter.totals[:, 0]
     free = np.array([control is FREE for control in controls])
     moved = np.exp(0.5 * end.log_squared_stretch) - np.exp(0.5 * begin.log_squared_stretch)

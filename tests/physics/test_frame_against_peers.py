@@ -20,7 +20,7 @@ from dielast import ActuationHistory, Gent, Material, Spectrum, TimeScale, Volta
 from dielast.material.shift import NoShift
 from dielast.mechanics.passive import forms
 from dielast.mechanics.passive.mesh import points_needed
-from dielast.mechanics.point import Points
+from dielast.mechanics.point_material import Points
 
 MU, EPS, THICKNESS = 26e3, 4e-11, 0.5e-3
 UNIT = np.sqrt(MU / EPS) * THICKNESS  # V, of sqrt(eps/mu) E~

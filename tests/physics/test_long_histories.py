@@ -9,8 +9,7 @@ from films import SOFT
 from dielast import Material, NoShift, Spectrum, Step, VoltageStep, actuate, creep, relax
 from dielast.errors import InputError
 from dielast.material.springs import Gent
-from dielast.mechanics.chain import Chain
-from dielast.mechanics.cycles import Cycles
+from dielast.mechanics.course import Chain, Cycles
 from dielast.mechanics.line import EVEN_ROWS, Line
 from dielast.mechanics.load import Track, Waveform
 from dielast.mechanics.span import Control
@@ -128,7 +127,7 @@ def test_a_long_hold_after_a_fast_load_reaches_equilibrium() -> None:
 @pytest.mark.parametrize("triangle", [True, False])
 def test_spans_of_a_cycle_join_and_end_where_the_size_is_least(low: float, high: float, triangle: bool) -> None:
     one = np.ones(1)
-    driven = np.array([False, False, True])
+    driven = (False, False, True)
     wave = Waveform(low, high, 4.0, 2, "triangle" if triangle else "sine")
     course = Cycles.of(FREE, np.zeros((3, 1)), driven, wave, one)
     time, last = 0.0, low
@@ -152,7 +151,7 @@ def test_spans_of_a_cycle_join_and_end_where_the_size_is_least(low: float, high:
 
 
 def test_rows_are_close_in_what_is_driven() -> None:
-    one, driven = np.ones(1), np.array([True, False, False])
+    one, driven = np.ones(1), (True, False, False)
     ramp = Line(FREE, np.zeros((3, 1)), np.array([[1.0], [0.0], [0.0]]), 5 * one)
     wave = Cycles.of(FREE, np.zeros((3, 1)), driven, Waveform(0.0, 1.0, 1.0, 3), one)
     chain = Chain.of(FREE, np.zeros((3, 1)), driven, np.array([0.0, 1.0, 1.5, 9.0]), np.array([0.0, 1.0, 0.2, 0.2]), one)

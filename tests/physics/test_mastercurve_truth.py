@@ -11,8 +11,10 @@ import pytest
 
 import dielast
 from dielast.errors import DielastWarning
+from dielast.material.measurement import RelaxationCurve
 from dielast.material.shift import WLF
-from dielast.superposition.mastercurve import MasterCurve, RelaxationCurve, Vertical, build_master_curve
+from dielast.superposition.mastercurve import Vertical, build_master_curve
+from dielast.superposition.result import MasterCurve
 from reconstruction import spectrum
 
 LAW = WLF(20.0, 13.7, 187.1)

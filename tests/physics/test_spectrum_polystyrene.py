@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 
 from dielast.material.spectrum import Spectrum
 from dielast.relaxation.creep import fit_creep
+from dielast.relaxation.fit import fit_oscillation
 from dielast.relaxation.interconversion import retardation_from_relaxation
-from dielast.relaxation.oscillation import fit_oscillation
 
 Array = NDArray[np.float64]
 Find = Callable[[str], Path]

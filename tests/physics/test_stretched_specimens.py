@@ -51,6 +51,19 @@ def test_branches_on_their_own_carry_what_they_carry_together(law: str, mode: st
     assert np.all(np.isnan(ramp[1]))
 
 
+@pytest.mark.parametrize("mode", MODES)
+def test_stiff_branches_that_relax_fast_are_as_exact_as_slow_ones(mode: str) -> None:
+    """Their elastic strain is small, but not their stress: errors count over this strain, down to rounding errors."""
+    fast = replace(FILM, spectrum=Spectrum([300.0, 1e-2, 1e-5], [1e4, 3e5, 5e7]), nonequilibrium_law=Gent(12.0))
+    for time, stretch in ((TIME, STRETCH), (TIME, 1 + 0.01 * (STRETCH - 1)), (1e4 * TIME, STRETCH)):
+        test = MeasuredTest("t", time, stretch, np.ones(time.size), 20.0, mode)
+        track = Step(stretch=Track(np.append(0.0, test.corner_time[1:]), test.corner_stretch))
+        whole = relax(fast, [track], mode=mode, times=time, rtol=1e-7).nominal_stress_1[0]
+        for rtol in (1e-5, 1e-7, 1e-11):
+            found = Laboratory([test], rtol).answers([fast])[0][0]
+            assert np.allclose(found, whole, rtol=0, atol=max(3 * rtol, 1e-6) * np.max(np.abs(whole)))
+
+
 def test_a_history_of_many_corners_is_followed_as_the_library_does() -> None:
     time = np.linspace(0.0, 60.0, 61)
     stretch = 1.5 + 0.4 * np.sin(0.7 * time) + 0.1 * np.cos(3.1 * time)

@@ -7,7 +7,8 @@ import pytest
 from synthetic import MAP, TRUTH, Flaws, ensemble, experiment, held_by_fit, measure, superposed
 
 from dielast.errors import DielastWarning, InputError
-from dielast.relaxation.fit import SpectrumFit, fit_spectrum
+from dielast.relaxation.fit import fit_spectrum
+from dielast.relaxation.result import SpectrumFit
 from dielast.relaxation.spectrum_draws import CurveDraws, draw_spectra
 from dielast.simulate.failure_map import failure_map
 from dielast.superposition.bootstrap import bootstrap_master_curve

@@ -9,14 +9,14 @@ from numpy.typing import NDArray
 from dielast.material.material import Material
 from dielast.material.shift import NoShift
 from dielast.material.spectrum import Spectrum
-from dielast.material.springs import Gent
+from dielast.material.springs import EQUIBIAXIAL, Gent
 from dielast.mechanics.criteria.criterion import WatchedFilms
 from dielast.mechanics.history import electrical_pieces
 from dielast.mechanics.load import VoltageStep
-from dielast.mechanics.point import Points
+from dielast.mechanics.point_material import Points
 from dielast.mechanics.span import Control
 from dielast.mechanics.stability import ONE_PERCENT
-from dielast.mechanics.symmetric import EQUIBIAXIAL, Films
+from dielast.mechanics.symmetric import Films
 from dielast.mechanics.watch import Watch
 from dielast.numerics.stride import Stride
 from dielast.simulate.film import Film
@@ -97,7 +97,7 @@ def test_energy_is_conserved(first: float, second: float, controls: tuple[Contro
     symmetry = EQUIBIAXIAL if first == second and controls[0] is controls[1] else None
     rest = Film.at_rest(points, symmetry)
     film, _ = prestretched(rest, (np.array([first]), np.array([second])), np.array([5.0]), 600.0, rtol=1e-9)
-    watch = Bookkeeper(WatchedFilms(controls, np.array([np.inf]), ONE_PERCENT, film.condition.nominal_stress, points.stress_floor))
+    watch = Bookkeeper(WatchedFilms(controls, np.array([np.inf]), ONE_PERCENT, film.nominal_stress, points.stress_floor))
     steps = [VoltageStep(2e3, duration=3.0), VoltageStep.hold(200.0), VoltageStep(-1e3, duration=10.0), VoltageStep.hold(50.0)]
     follow(film, electrical_pieces(steps, controls, np.array([THICKNESS])), rtol=1e-9, watch=watch)
     gained = watch.stored[-1] - watch.stored[0]

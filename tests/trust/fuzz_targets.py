@@ -272,8 +272,7 @@ def _machines(folder: Path, model: Callable[..., Any]) -> dict[str, Target]:
 
 def _folders(scratch: Path) -> dict[str, Target]:
     """A folder that `mastercurve` wrote, with draws, one of whose files is damaged."""
-    from dielast.handover.mastercurve_draws import CURVES, LAWS, read_curve_draws
-    from dielast.handover.mastercurve_folder import read_master_curve
+    from dielast.handover.mastercurve_folder import CURVES, LAWS, read_curve_draws, read_master_curve
 
     expected = GOLDEN / "mastercurve-wlf" / "expected"
     whole = {name: (expected / name).read_bytes() for name in ("summary.toml", "mastercurve.csv", "shift-factors.csv")}

@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 
 from dielast.errors import InputError
-from dielast.material.measurement import CreepCurve, FrequencySweep, Measurement
+from dielast.material.measurement import CreepCurve, FrequencySweep, Measurement, RelaxationCurve
 from dielast.material.shift import WLF
 from dielast.superposition.bootstrap import MasterCurveDraws, bootstrap_master_curve
-from dielast.superposition.mastercurve import MasterCurve, RelaxationCurve, build_master_curve
+from dielast.superposition.mastercurve import build_master_curve
+from dielast.superposition.result import MasterCurve
 from reconstruction import EQUILIBRIUM_MODULUS, spectrum
 
 LAW = WLF(20.0, 13.7, 187.1)

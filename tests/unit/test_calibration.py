@@ -39,7 +39,7 @@ from dielast.errors import DielastWarning, InputError, NumericsError
 from dielast.handover.material_draws import draw_columns, parse_draws
 from dielast.handover.material_file import parse_material, write_material
 from dielast.io.table import to_csv
-from dielast.material.numbers import material_of, numbers_of
+from dielast.material.material import material_of, numbers_of
 from dielast.material.springs import SpringLaw
 from dielast.material.use_checks import warn_of_range
 from dielast.mechanics.load import Step

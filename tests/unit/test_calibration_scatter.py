@@ -13,7 +13,7 @@ from dielast.calibration.fit import fit_material
 from dielast.calibration.laboratory import Laboratory
 from dielast.calibration.scatter import CORRELATIONS, INTEGRALS, Curves, Scatter
 from dielast.errors import DielastWarning
-from dielast.material.calibrated import CalibratedRange
+from dielast.material.material import CalibratedRange
 from dielast.material.use_checks import warn_of_lasting, warn_of_use
 
 

@@ -15,7 +15,7 @@ from dielast.errors import InputError, as_toml
 from dielast.handover.material_file import parse_material
 from dielast.io.files import read_file, resolve
 from dielast.io.table import to_csv
-from dielast.recipe.overrides import settings
+from dielast.recipe.cases import settings
 
 RELAX = """
 kind = "relax"

@@ -8,7 +8,7 @@ import pytest
 
 from dielast.commands.simulation.cases import check_case, compare_headline
 from dielast.commands.simulation.compare import Fine, match
-from dielast.commands.simulation.comparison_recipe import Comparison
+from dielast.commands.simulation.recipe import Comparison
 from dielast.errors import DielastWarning, InputError
 from dielast.io.files import Inputs
 

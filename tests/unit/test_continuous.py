@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from dielast.errors import DielastWarning, InputError
 from dielast.relaxation.continuous import continuous_spectrum
 from dielast.relaxation.creep import fit_creep
-from dielast.relaxation.fit import SpectrumFit, fit_spectrum
-from dielast.relaxation.oscillation import fit_oscillation
+from dielast.relaxation.fit import fit_oscillation, fit_spectrum
+from dielast.relaxation.result import SpectrumFit
 
 Array = NDArray[np.float64]
 

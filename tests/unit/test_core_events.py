@@ -16,14 +16,15 @@ from dielast.material.springs import Gent
 from dielast.mechanics.criteria.criterion import Moment, Signal, WatchedFilms
 from dielast.mechanics.criteria.pull_in import PullIn
 from dielast.mechanics.load import VoltageStep
-from dielast.mechanics.point import LoadedPoints, Points
+from dielast.mechanics.point import LoadedPoints
+from dielast.mechanics.point_material import Points
 from dielast.mechanics.span import Control, Load
 from dielast.mechanics.stability import ONE_PERCENT, damped
 from dielast.mechanics.watch import Watch
 from dielast.numerics.roots import fall, samples
 from dielast.numerics.rosenbrock import RODAS5P
 from dielast.numerics.stride import Stride
-from dielast.simulate import film_runs as module
+from dielast.simulate import actuation_history as module
 from dielast.simulate.actuate import actuate
 
 Array = NDArray[np.float64]

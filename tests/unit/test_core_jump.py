@@ -9,7 +9,7 @@ from scipy.optimize import brentq
 
 from dielast.material.springs import Gent
 from dielast.mechanics.jump import jump
-from dielast.mechanics.point import Points
+from dielast.mechanics.point_material import Points
 from dielast.mechanics.span import Control
 
 FREE, HELD = Control.STRESS, Control.STRETCH

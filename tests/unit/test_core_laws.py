@@ -49,7 +49,7 @@ def test_springs_of_two_laws_act_row_by_row() -> None:
         assert one.stress(at) == pytest.approx(other.stress(at), rel=1e-15)
         assert one.tangent(at)[1] == pytest.approx(other.tangent(at)[1], rel=1e-15)
         assert one.energy(at) == pytest.approx(other.energy(at), rel=1e-15)
-        assert np.array_equal(one.room(at), other.room(at))
+        assert np.array_equal(one.margin(at), other.margin(at))
     assert isinstance(law.of_spring(0, 1), NeoHookean)
     assert law.of_spring(2, 1).describe_limit() == "the Gent limit, J_lim = 40"
 
@@ -75,7 +75,7 @@ def test_materials_of_different_laws_run_side_by_side() -> None:
         assert np.array_equal(whole[0].stress(whole[1])[..., column], alone.stress(own)[..., 0])
         assert np.array_equal(whole[0].tangent(whole[1])[1][..., column], alone.tangent(own)[1][..., 0])
         assert np.array_equal(whole[0].energy(whole[1])[..., column], alone.energy(own)[..., 0])
-        assert np.array_equal(whole[0].room(whole[1])[..., column], alone.room(own)[..., 0])
+        assert np.array_equal(whole[0].margin(whole[1])[..., column], alone.margin(own)[..., 0])
         front = own[0].copy()
         for symmetry in (UNIAXIAL, EQUIBIAXIAL):
             both, all_fronts = front**-symmetry.thinning, whole[1][0].copy()

@@ -12,9 +12,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from dielast.material.dielectric import LinearPermittivity, stretched_dielectrics
+from dielast.material.dielectric import LinearPermittivity
+from dielast.material.laws_of_cases import stretched_dielectrics
 from dielast.material.springs import EQUIBIAXIAL, UNIAXIAL, Gent, Symmetry
-from dielast.mechanics.point import LoadedPoints, Points
+from dielast.mechanics.point import LoadedPoints
+from dielast.mechanics.point_material import Points
 from dielast.mechanics.span import Control, Load
 from dielast.mechanics.symmetric import SymmetricPoints
 

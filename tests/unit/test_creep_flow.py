@@ -14,8 +14,7 @@ from numpy.typing import NDArray
 from dielast.commands.spectrum import run as workflow
 from dielast.commands.spectrum.recipe import Fit
 from dielast.errors import DielastWarning, InputError
-from dielast.handover.mastercurve_draws import ReadDraws
-from dielast.handover.mastercurve_folder import ReducedCurve
+from dielast.handover.mastercurve_folder import ReadDraws, ReducedCurve
 from dielast.io.files import Inputs
 from dielast.material.material import Material
 from dielast.material.measurement_kind import CREEP
@@ -23,8 +22,8 @@ from dielast.material.shift import WLF
 from dielast.material.spectrum import Spectrum
 from dielast.material.springs import Gent
 from dielast.relaxation.creep import fit_creep
-from dielast.relaxation.fit import SpectrumFit
 from dielast.relaxation.interconversion import RetardationSpectrum, retardation_from_relaxation
+from dielast.relaxation.result import SpectrumFit
 
 Array = NDArray[np.float64]
 
@@ -232,7 +231,7 @@ def test_draws_flow_if_and_only_if_the_fit_does(monkeypatch: pytest.MonkeyPatch,
         material = Material("any", fit.equilibrium_shear_modulus, fit.spectrum, curve.shift, Gent(), Gent())
         drawn = workflow.draw_materials("any", curve, fit, material, Fit(), Inputs(Path()))
     assert drawn is not None
-    equilibrium = next(column for column in drawn.table if "equilibrium" in column.header).values
+    equilibrium = next(column for column in drawn[0] if "equilibrium" in column.header).values
     assert len(equilibrium) == 12
     assert (fit.equilibrium_shear_modulus == 0) == flows
     assert np.all((np.asarray(equilibrium, dtype=float) == 0) == flows)

@@ -17,7 +17,7 @@ from dielast.cli.app import application
 from dielast.errors import InputError
 from dielast.mechanics.criteria import CRITERIA, named, names
 from dielast.mechanics.criteria.criterion import Criterion, Moment, Signal, WatchedFilms
-from dielast.numerics.columns import Floats
+from dielast.numerics.arrays import Floats
 
 LARGEST = 1.6
 

@@ -13,10 +13,10 @@ from dielast.material.dielectric import (
     DielectricLaw,
     LinearPermittivity,
     PermittivityTable,
-    stretched_dielectrics,
 )
+from dielast.material.laws_of_cases import stretched_dielectrics
 from dielast.mechanics.load import Step
-from dielast.mechanics.point import Points
+from dielast.mechanics.point_material import Points
 from dielast.mechanics.stability import TimeScale
 
 MATERIAL = """\

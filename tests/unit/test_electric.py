@@ -10,7 +10,7 @@ import pytest
 from dielast.material.springs import Gent
 from dielast.mechanics.electric import ChargeControl, ElectricalLoad, FieldControl
 from dielast.mechanics.jump import jump
-from dielast.mechanics.point import Points
+from dielast.mechanics.point_material import Points
 from dielast.mechanics.span import Control
 from dielast.mechanics.stability import stability
 

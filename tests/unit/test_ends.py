@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from films import SOFT
 
-from dielast.mechanics.load import VoltageStep
+from dielast.mechanics.load import VoltageStep, Waveform
 from dielast.simulate.actuate import actuate
 from dielast.simulate.actuation_history import ActuationHistory
 from dielast.simulate.record import Record, ending
@@ -114,3 +114,18 @@ def test_rows_of_one_time_are_not_doubled() -> None:
         ended.values[0], [[0, 1, 2, 3], [4, 50, np.nan, np.nan], [60, np.nan, np.nan, np.nan], [12, 13, 14, 70]]
     )
     assert time[3, 3] == 4  # what came in is left alone
+
+
+@pytest.mark.parametrize("field", [(1e7, 9e9), (9e9, 1e7), (1e7, 1e7)])
+def test_films_that_fail_before_a_waveform_have_no_cycles(field: tuple[float, float]) -> None:
+    """Films with equal and with different axes are solved apart; none, one or both of them come to the waveform."""
+    steps = [VoltageStep(2.9e3, duration=1.0), VoltageStep(Waveform(0.0, 3e3, 10.0, 2))]
+    lateral = np.array([1.9, 1.5])
+    together = run(steps=steps, prestretch=(np.full(2, 1.9), lateral), breakdown_field=np.array(field))
+    assert together.cycles is not None
+    for case in range(2):
+        alone = run(steps=steps, prestretch=(1.9, float(lateral[case])), breakdown_field=field[case])
+        assert np.isfinite(together.cycles.mean[case]).tolist() == [field[case] > 1e8] * 2
+        for header, values in alone.case(0).items():
+            np.testing.assert_array_equal(together.case(case)[header], values, err_msg=header)
+        assert together.outcome[case] == alone.outcome[0]

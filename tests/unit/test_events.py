@@ -45,7 +45,7 @@ def watched(
     monkeypatch: pytest.MonkeyPatch, margin: Callable[[Array], Array], stop_at: str = "pull-in", rtol: float = 1e-4
 ) -> ActuationHistory:
     """A film whose margin is a given function of time."""
-    from dielast.simulate import film_runs as module
+    from dielast.simulate import actuation_history as module
 
     class Prescribed(PullIn):
         def signal(self, films: WatchedFilms) -> Signal:

@@ -14,8 +14,8 @@ from hypothesis import given, strategies as st
 
 from dielast import CardOptions, Gent, InputError, Material, Spectrum, export_card
 from dielast.errors import DielastWarning
-from dielast.export.card import CODES, export_cards
-from dielast.export.text import identifier, number, plain
+from dielast.export.card import CODES, export_cards, identifier, plain
+from dielast.export.code import number
 from dielast.material.shift import WLF, Arrhenius, NoShift, ShiftTable
 
 WLF_LAW = WLF(20.0, 13.7, 187.1)

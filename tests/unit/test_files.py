@@ -12,7 +12,7 @@ import pytest
 from processes import ENDS
 
 from dielast.errors import InputError
-from dielast.io import files, lock
+from dielast.io import files
 from dielast.io.files import Inputs, check_targets, depfile, write_files
 
 
@@ -20,8 +20,8 @@ def test_inputs_remember_what_was_read(tmp_path: Path) -> None:
     (tmp_path / "a.csv").write_bytes(b"abc")
     inputs = Inputs(tmp_path)
     assert inputs.read("a.csv") == b"abc"
-    assert inputs.digests == (("a.csv", hashlib.sha256(b"abc").hexdigest()),)
-    assert inputs.paths == (tmp_path / "a.csv",)
+    assert inputs.digests == [("a.csv", hashlib.sha256(b"abc").hexdigest())]
+    assert inputs.paths == [tmp_path / "a.csv"]
 
 
 def test_inputs_of_one_name_in_two_folders_are_two(tmp_path: Path) -> None:
@@ -31,7 +31,7 @@ def test_inputs_of_one_name_in_two_folders_are_two(tmp_path: Path) -> None:
         (tmp_path / name / "m.csv").write_text(name)
         inputs.read(tmp_path / name / "m.csv")
     inputs.read(tmp_path / "b" / "m.csv")
-    assert inputs.digests == tuple(("m.csv", hashlib.sha256(name).hexdigest()) for name in (b"a", b"b"))
+    assert inputs.digests == [("m.csv", hashlib.sha256(name).hexdigest()) for name in (b"a", b"b")]
 
 
 def test_missing_inputs_and_folders_are_input_errors(tmp_path: Path) -> None:
@@ -66,9 +66,9 @@ def test_a_failed_write_leaves_the_old_result(tmp_path: Path) -> None:
 def test_what_a_killed_run_left_is_swept_by_who_is_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     left = tmp_path / ".a.csv.4194304.part"
     left.write_bytes(b"half")
-    with lock.alone_in(tmp_path) as alone:
+    with files.alone_in(tmp_path) as alone:
         assert alone
-        monkeypatch.setattr(lock, "LONGEST_WAIT", 0.05)  # a lock that nobody gives back is not waited for
+        monkeypatch.setattr(files, "LONGEST_WAIT", 0.05)  # a lock that nobody gives back is not waited for
         write_files(tmp_path, {"a.csv": b"new"})
     assert (left.read_bytes(), (tmp_path / "a.csv").read_bytes()) == (b"half", b"new")
     write_files(tmp_path, {"a.csv": b"newer"})
@@ -95,9 +95,9 @@ def test_without_locks_of_folders_there_are_those_of_files_or_none(
     real = find("fcntl")
     monkeypatch.setitem(sys.modules, "fcntl", None)  # type: ignore[arg-type]
     monkeypatch.setattr(importlib, "import_module", lambda name: real if name == "fcntl" else find(name))
-    monkeypatch.setattr(lock, "LONGEST_WAIT", 0.05)
+    monkeypatch.setattr(files, "LONGEST_WAIT", 0.05)
     (tmp_path / ".a.csv.4194304.part").write_bytes(b"half")
-    with lock.alone_in(tmp_path) as first, lock.alone_in(tmp_path) as second:
+    with files.alone_in(tmp_path) as first, files.alone_in(tmp_path) as second:
         assert (first, second) == (system == "of files only", False)
     write_files(tmp_path, {"a.csv": b"new"})
     assert (tmp_path / "a.csv").read_bytes() == b"new"

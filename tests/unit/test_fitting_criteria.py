@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 from dielast.superposition import joint_problem
 from dielast.superposition.joint_fit import knot_spacings
 from dielast.superposition.joint_problem import LOOSE
-from dielast.superposition.points import FitPoints
-from dielast.superposition.robust import Weights
+from dielast.superposition.points import FitPoints, Weights
 
 Array = NDArray[np.float64]
 
@@ -25,7 +24,7 @@ def with_residual(residual: Array, variance: float) -> tuple[FitPoints, joint_pr
     x = np.tile(np.linspace(0.0, 3.0, 50), 2)
     points = FitPoints(curve, x, 7 - x, np.full(100, variance), 2, np.zeros(100, dtype=int), np.ones(100))
     prior = joint_problem.Prior(np.zeros(4), np.eye(4) * LOOSE, np.array([1]), 1.0)
-    weights = Weights(np.full(100, 1 / variance), np.ones(100), np.full(100, variance), np.ones(100), 0.0)
+    weights = Weights(np.full(100, 1 / variance), np.full(100, variance), 0.0)
     state = joint_problem.assemble(points, np.zeros(4), prior, weights, 0.5)
     return points, replace(state, residual=residual)
 

@@ -12,17 +12,12 @@ import pytest
 from numpy.typing import NDArray
 
 from dielast.errors import DielastWarning, InputError
+from dielast.material.measurement import CreepCurve, FrequencySweep, Measurement, RelaxationCurve
 from dielast.material.shift import WLF
 from dielast.superposition import mastercurve
 from dielast.superposition.joint_fit import MasterFit, fit_master
-from dielast.superposition.mastercurve import (
-    CreepCurve,
-    FrequencySweep,
-    MasterCurve,
-    Measurement,
-    RelaxationCurve,
-    build_master_curve,
-)
+from dielast.superposition.mastercurve import build_master_curve
+from dielast.superposition.result import MasterCurve
 
 Array = NDArray[np.float64]
 

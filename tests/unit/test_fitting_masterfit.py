@@ -10,11 +10,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from dielast.superposition import joint_errors, joint_fit, joint_problem
 from dielast.superposition.effects import walk
+from dielast.superposition.joint_errors import PARTS, find_misfit
 from dielast.superposition.joint_fit import MasterFit, fit_held, fit_master
 from dielast.superposition.joint_problem import LOOSE, MAX_STEP
-from dielast.superposition.misfit import PARTS, find_misfit
-from dielast.superposition.points import FitPoints
-from dielast.superposition.robust import Weights, even_weights
+from dielast.superposition.points import FitPoints, Weights, even_weights
 from dielast.superposition.spline import Spline, roughness
 
 Array = NDArray[np.float64]
@@ -133,7 +132,7 @@ def test_the_best_of_several_starts_is_kept() -> None:
 def state_of(
     points: FitPoints, theta: Array, prior: joint_problem.Prior, weight: Array, spacing: float = 0.5
 ) -> joint_problem.State:
-    weights = Weights(weight, np.ones(weight.size), 1 / weight, np.ones(weight.size), 0.0)
+    weights = Weights(weight, 1 / weight, 0.0)
     return joint_problem.assemble(points, theta, prior, weights, spacing)
 
 

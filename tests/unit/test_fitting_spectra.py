@@ -14,9 +14,9 @@ from dielast.errors import DielastWarning, InputError
 from dielast.material.spectrum import Spectrum
 from dielast.relaxation import schwarzl_staverman as ss
 from dielast.relaxation.ends import short_time_end, votes
-from dielast.relaxation.fit import SpectrumFit, fit_spectrum
+from dielast.relaxation.fit import fit_oscillation, fit_spectrum
 from dielast.relaxation.interconversion import RetardationSpectrum, relaxation_from_retardation, retardation_from_relaxation
-from dielast.relaxation.oscillation import fit_oscillation
+from dielast.relaxation.result import SpectrumFit
 
 Array = NDArray[np.float64]
 
@@ -160,7 +160,7 @@ def test_the_sum_of_the_moduli_is_what_the_curve_falls_by() -> None:
     by = {}
     for fastest in (5e-7, 1e-4):
         fit = fit_spectrum(WIDE, PLATEAUS, equilibrium_modulus=2.9e4, relaxation_time=(fastest, None))
-        seen = float(ss.CumulativeSpectrum(polynomial, 2.9e4 / 3)(fastest))
+        seen = float(ss.cumulative_spectrum(polynomial, 2.9e4 / 3, fastest))
         assert fit.spectrum.shear_modulus.sum() == pytest.approx(max(largest - 2.9e4 / 3, seen), rel=1e-9)
         by[fastest] = seen < largest - 2.9e4 / 3
     assert by == {5e-7: False, 1e-4: True}
@@ -215,7 +215,7 @@ def test_what_clipping_changes_is_told_where_it_changes_most() -> None:
     (said,) = [str(each.message) for each in caught if "came out negative" in str(each.message)]
     polynomial = ss.fit_polynomial(np.log10(time), np.log10(bumpy / 3), 20, votes(np.log10(time)))
     tau = fit.spectrum.relaxation_time
-    cumulative = ss.CumulativeSpectrum(polynomial, fit.equilibrium_shear_modulus)(tau)
+    cumulative = ss.cumulative_spectrum(polynomial, fit.equilibrium_shear_modulus, tau)
     moduli = ss.discrete_moduli(cumulative, max(float(fit.spectrum.shear_modulus.sum()), float(cumulative[-1])))
     negative = moduli[:-1] < 0
     lost = np.exp(-time[:, None] / tau[:-1][negative]) @ -moduli[:-1][negative] / (fit.model / 3)

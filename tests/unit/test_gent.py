@@ -78,7 +78,7 @@ def test_joined_laws_act_row_by_row() -> None:
         assert np.array_equal(stress[:, row], expected[0])
         assert np.array_equal(half[:, row], expected[1])
     assert law.energy(squared)[0] == pytest.approx(Gent(110.0).energy(squared[:, 0]))
-    assert law.room(squared)[1] == pytest.approx(Gent(55.0).room(squared[:, 1]))
+    assert law.margin(squared)[1] == pytest.approx(Gent(55.0).margin(squared[:, 1]))
 
 
 @pytest.mark.parametrize("law", [*LAWS, NeoHookean()])

@@ -15,7 +15,7 @@ from dielast.errors import InputError
 from dielast.io.cells import decode
 from dielast.readings.columns_recipe import ROLES
 from dielast.readings.instruments import FORMATS, ExportedStep, recognise
-from dielast.readings.instruments.names import columns_by_role, deformation_of
+from dielast.readings.instruments.export import columns_by_role, deformation_of
 from dielast.units import conversion
 
 # what a column is called, its unit, and what one of that unit is in SI

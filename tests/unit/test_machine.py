@@ -12,7 +12,7 @@ from dielast.cli.run import compute
 from dielast.commands.inspect import mistakes
 from dielast.commands.registry import COMMANDS, read_cases
 from dielast.commands.simulation.compare import read_points
-from dielast.commands.simulation.comparison_recipe import Comparison
+from dielast.commands.simulation.recipe import Comparison
 from dielast.commands.simulation.solver_steps import solver_steps
 from dielast.errors import InputError
 from dielast.io.files import Inputs

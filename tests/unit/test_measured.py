@@ -190,7 +190,7 @@ def test_a_unit_stated_in_other_words_is_no_contradiction() -> None:
 def test_text_survives_every_encoding(text: str) -> None:
     for encoding in ("utf-8", "utf-8-sig", "utf-16"):
         assert decode(text.encode(encoding), "dma.csv") == text
-    assert decode(text.encode("latin-1"), "dma.csv", "latin-1") == text
+    assert decode(text.encode("latin-1"), "dma.csv", TextFormat(encoding="latin-1")) == text
 
 
 def test_utf_16_is_seen_without_its_mark() -> None:

@@ -23,8 +23,7 @@ from dielast import (
     relax,
     write_material,
 )
-from dielast.export.card import CODES
-from dielast.export.prepare import prepare
+from dielast.export.card import CODES, prepare
 from dielast.handover.material_file import parse_material
 from dielast.material.modulus import EntropicModulus
 from dielast.material.shift import WLF, ShiftTable

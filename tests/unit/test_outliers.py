@@ -8,15 +8,10 @@ import numpy as np
 import pytest
 
 from dielast.errors import DielastWarning
+from dielast.material.measurement import CreepCurve, FrequencySweep, Measurement, RelaxationCurve
 from dielast.material.shift import WLF
-from dielast.superposition.mastercurve import (
-    CreepCurve,
-    FrequencySweep,
-    MasterCurve,
-    Measurement,
-    RelaxationCurve,
-    build_master_curve,
-)
+from dielast.superposition.mastercurve import build_master_curve
+from dielast.superposition.result import MasterCurve
 
 LAW = WLF(20.0, 13.7, 187.1)
 TEMPERATURES = (-20.0, -10.0, 0.0, 10.0, 20.0, 30.0, 40.0)

@@ -22,10 +22,10 @@ from dielast.plots.calibration import _draw_correlations
 from dielast.plots.mastercurve import _tangent_axis
 from dielast.plots.style import COLOURS, LINES, TEMPERATURES, lasting, log_axis, number, panels, spread, style, typeset
 from dielast.relaxation.creep import fit_creep
+from dielast.relaxation.fit import fit_oscillation
 from dielast.relaxation.interconversion import retardation_from_relaxation
-from dielast.relaxation.oscillation import fit_oscillation
 from dielast.relaxation.reduce import reduce_spectrum
-from dielast.superposition.mastercurve import MasterCurve
+from dielast.superposition.result import MasterCurve
 
 
 def curves(temperatures: np.ndarray) -> list[RelaxationCurve]:

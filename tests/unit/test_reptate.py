@@ -15,8 +15,8 @@ from dielast.io.files import Inputs
 from dielast.io.text_table import read_measured
 from dielast.material.measurement import CreepCurve, FrequencySweep, RelaxationCurve
 from dielast.material.measurement_kind import RELAXATION
-from dielast.readings.curve_recipe import CurveData
 from dielast.readings.instruments import recognise
+from dielast.readings.recipe import CurveData
 from dielast.recipe.validate import check
 from dielast.units import ANGULAR_FREQUENCY, STRESS
 

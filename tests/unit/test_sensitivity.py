@@ -14,8 +14,8 @@ from matplotlib.figure import Figure
 
 from dielast import DamageScatter, InputError, Material, NormalScatter, Sample, Spectrum, draw_sample, life_sensitivity
 from dielast.material.damage import InversePower
-from dielast.material.exchange import Exchange
 from dielast.material.material import Breakdown
+from dielast.material.sensitivity import Exchange
 from dielast.material.shift import NoShift
 from dielast.numerics.random_streams import stream
 from dielast.numerics.shares import Shares, variance_shares

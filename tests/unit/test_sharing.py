@@ -16,8 +16,7 @@ from dielast.material.material import Material
 from dielast.material.shift import NoShift
 from dielast.material.spectrum import Spectrum
 from dielast.material.springs import Gent
-from dielast.sharing.batches import solve_batches
-from dielast.sharing.execution import Execution
+from dielast.sharing.execution import Execution, solve_batches
 
 
 @dataclass(frozen=True)

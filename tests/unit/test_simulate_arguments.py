@@ -87,6 +87,9 @@ def test_arguments_of_a_wrong_type_are_input_errors() -> None:
     curve: Any = RelaxationCurve(20.0, [1.0, 2.0], np.ma.array([1e6, 9e5]))
     wrong: list[tuple[Callable[..., Any], tuple[Any, ...], dict[str, Any], str]] = [
         (build_master_curve, (curve,), {"reference_temperature": 20.0}, "curves: a list of curves is needed"),
+        (build_master_curve, ([1, 2],), {"reference_temperature": 20.0}, "curves: 1: a list of measurements is needed"),
+        (build_master_curve, (7,), {"reference_temperature": 20.0}, "curves: 7: a list of measurements is needed"),
+        (build_master_curve, ([curve],), {"reference_temperature": 20.0, "drift": "2 %"}, 'drift: "2 %": a number'),
         (build_master_curve, ([curve],), {"reference_temperature": "20 degC"}, 'reference_temperature: "20 degC": a number'),
         (RelaxationCurve, ("20 degC", [1.0], [1.0]), {}, 'temperature: "20 degC": a number'),
         (replace, (VHB,), {"equilibrium_modulus": "26 kPa"}, 'equilibrium_modulus: "26 kPa": a number'),

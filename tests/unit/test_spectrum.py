@@ -7,10 +7,13 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from scipy.optimize import isotonic_regression
 
 from dielast.errors import DielastWarning, InputError
 from dielast.material.spectrum import Spectrum
-from dielast.relaxation.fit import Method, fit_spectrum
+from dielast.relaxation.creep import fit_creep
+from dielast.relaxation.fit import fit_oscillation, fit_spectrum
+from dielast.relaxation.result import Method
 
 Array = NDArray[np.float64]
 
@@ -235,26 +238,36 @@ def test_extrapolation_is_warned_of(method: Method, reach: tuple[float, float]) 
 
 
 def test_a_tenth_of_a_decade_past_the_curve_is_no_extrapolation() -> None:
-    fit_spectrum(*smooth_curve(), relaxation_time=(4.5e-7, 6e6), equilibrium_modulus=2.9e4)
+    """And relaxation times run from the slowest to the fastest in equal ratios (Eq. 19)."""
+    fit = fit_spectrum(*smooth_curve(), relaxation_time=(4.5e-7, 6e6), equilibrium_modulus=2.9e4)
+    k = np.arange(1, 31)
+    np.testing.assert_allclose(fit.spectrum.relaxation_time, 6e6 * (4.5e-7 / 6e6) ** ((k - 1) / 29), rtol=1e-12)
 
 
 @pytest.mark.parametrize(
     ("options", "found"),
     [
         ({"method": "best"}, 'method: "best"'),
+        ({"branches": "5"}, 'branches: "5": a number in SI units'),
+        ({"branches": 5.5}, r"branches: 5\.5: a whole number is needed"),
         ({"branches": 2}, "branches: 2: schwarzl-staverman needs at least 3"),
         ({"branches": 0, "method": "nnls"}, "branches: 0: nnls needs at least 1"),
+        ({"polynomial_degree": None}, "polynomial_degree: .* is needed"),
         ({"polynomial_degree": 0}, "polynomial_degree: 0"),
         ({"polynomial_degree": 300}, "a polynomial of degree 300 needs points at 301"),
         ({"relaxation_time": (10.0, 1.0)}, "min = 10 s must be shorter than max = 1 s"),
         ({"relaxation_time": (1.0, 1.0)}, "must be shorter"),
         ({"relaxation_time": (0.0, 1.0)}, "relaxation_time: min = 0 s"),
         ({"relaxation_time": (None, np.nan)}, "relaxation_time: max = nan s"),
+        ({"relaxation_time": 5.0}, "relaxation_time: 5.0: the shortest and the longest time in s are needed"),
+        ({"relaxation_time": ("1 s", None)}, 'relaxation_time: "1 s": a number in SI units'),
         ({"relaxation_time": (1e9, None)}, "no relaxation time lies between"),
         ({"equilibrium_modulus": -1.0}, "equilibrium_modulus: -1 Pa"),
+        ({"equilibrium_modulus": "29 kPa"}, 'equilibrium_modulus: "29 kPa": a number'),
         ({"equilibrium_modulus": 4e4}, "is above the end of the curve"),
         ({"equilibrium_modulus": 2e4, "glassy_modulus": 1e4}, "must be smaller than glassy_modulus"),
         ({"glassy_modulus": 0.0}, "glassy_modulus: 0 Pa"),
+        ({"keep": [3]}, "keep: an array of shape"),
         ({"keep": 0}, "cannot keep 0 of 30"),
         ({"keep": 31}, "cannot keep 31 of 30"),
     ],
@@ -263,6 +276,24 @@ def test_impossible_arguments_are_refused_in_one_line(options: dict[str, Any], f
     with pytest.raises(InputError, match=found) as caught:
         fit_spectrum(*smooth_curve(), **options)
     assert "\n" not in str(caught.value)
+
+
+def test_a_rising_modulus_is_named_with_the_least_misfit_of_any_spectrum() -> None:
+    """As more branches do not help: no sum of decaying exponentials rises."""
+    time = np.geomspace(1.0, 1e6, 61)
+    bump = np.where((time > 99) & (time < 1.01e4), 4e5 * np.sqrt(time / 100), 1e7 / np.sqrt(time))
+    rise = r"the modulus rises with time, from 4e\+05 Pa at 100 s to 4e\+06 Pa at 1e\+04 s, so that no spectrum misses the curve"
+    with pytest.warns(DielastWarning, match=rf"{rise} by less than \d\d\.\d% rms \(are columns mixed up, or is it another"):
+        fit = fit_spectrum(time, bump, method="nnls", branches=60, liquid=True)
+    with pytest.raises(InputError, match=f"came out negative .*: {rise}"), pytest.warns(DielastWarning, match="polynomial"):
+        fit_spectrum(time, bump, liquid=True)
+    falling = isotonic_regression(bump, weights=bump**-2.0, increasing=False).x
+    assert 0.1 < np.sqrt(np.mean((falling / bump - 1) ** 2)) <= fit.rms_relative_error
+    falls = "the inverse compliance rises with time, from 1e.06 Pa at 1 s to 1.58e.07 Pa"
+    with pytest.warns(DielastWarning, match=falls):
+        fit_creep(time, 1e-6 / time**0.2, liquid=True)
+    with pytest.warns(DielastWarning, match="the storage modulus falls with frequency, from 6.34e.06 Pa at 1e-06 rad/s to 4e"):
+        fit_oscillation(1 / time, 4e5 * time**0.2, np.full(time.size, 1e4), liquid=True)
 
 
 @pytest.mark.parametrize(

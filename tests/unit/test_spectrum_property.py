@@ -8,8 +8,9 @@ from hypothesis import given, settings, strategies as st
 
 from dielast.errors import InputError
 from dielast.material.spectrum import Spectrum
-from dielast.relaxation.fit import Method, fit_spectrum
+from dielast.relaxation.fit import fit_spectrum
 from dielast.relaxation.nnls import WeightedCurve, fit_strengths
+from dielast.relaxation.result import Method
 
 strengths = st.lists(st.floats(min_value=0, max_value=1), min_size=8, max_size=8).filter(lambda found: max(found) > 0.01)
 

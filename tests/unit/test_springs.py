@@ -150,8 +150,8 @@ def test_arruda_boyce_ends_at_its_locking_stretch() -> None:
     law = ArrudaBoyce(3.0)
     front = np.array([25.0, 27.0, 40.0])
     squared = np.stack((front, 1 / np.sqrt(front)))
-    room = law.room(squared)
-    assert room[0] > 0 > room[2]
+    margin = law.margin(squared)
+    assert margin[0] > 0 > margin[2]
     with np.errstate(invalid="ignore"):
         assert np.isinf(law.stress(squared)[0, 2])
     assert np.isinf(law.energy(squared)[2])

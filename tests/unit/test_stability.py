@@ -13,7 +13,7 @@ from dielast.material.material import Material
 from dielast.material.shift import NoShift
 from dielast.material.spectrum import Spectrum
 from dielast.material.springs import Gent
-from dielast.mechanics.point import Points
+from dielast.mechanics.point_material import Points
 from dielast.mechanics.span import Control
 from dielast.mechanics.stability import ONE_PERCENT, TimeScale, damped, stability
 

@@ -21,7 +21,7 @@ from dielast.io import workbook
 from dielast.io.cells import TextFormat, decode
 from dielast.io.files import Inputs, sha256
 from dielast.io.text_table import read_measured
-from dielast.readings.curve_recipe import CurveData
+from dielast.readings.recipe import CurveData
 from dielast.recipe.validate import check
 from dielast.units import STRESS, TEMPERATURE, TIME
 
@@ -198,7 +198,7 @@ def test_the_hash_of_the_file_is_that_of_the_workbook(tmp_path: Path) -> None:
     inputs = Inputs(tmp_path)
     curve = read_curve(check(CurveData, {"file": "dma.xlsx", "reference_temperature": "20 degC"}, "r", tmp_path), inputs)
     assert curve.columns[1].tolist() == [1e6, 5e5, 2.5e5]
-    assert inputs.digests == (("dma.xlsx", sha256(content)),)
+    assert inputs.digests == [("dma.xlsx", sha256(content))]
 
 
 def test_what_is_missing_is_said_with_the_command(monkeypatch: pytest.MonkeyPatch) -> None:

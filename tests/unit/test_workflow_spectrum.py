@@ -208,7 +208,7 @@ def test_truncate_and_reduce_exclude_each_other(tmp_path: Path) -> None:
 
 
 def test_a_plot_needs_neither() -> None:
-    from dielast.relaxation.oscillation import fit_oscillation
+    from dielast.relaxation.fit import fit_oscillation
 
     _, (frequency, _, storage, loss) = MEASURED["oscillation"]
     assert len(plot_spectrum(fit_oscillation(frequency, storage, loss)).axes) == 2
@@ -235,7 +235,7 @@ def test_a_creep_curve_has_no_continuous_spectrum_says_the_key(tmp_path: Path) -
 
 
 def test_the_legend_of_a_sweep_names_what_was_measured_first() -> None:
-    from dielast.relaxation.oscillation import fit_oscillation
+    from dielast.relaxation.fit import fit_oscillation
 
     _, (frequency, _, storage, loss) = MEASURED["oscillation"]
     legend = plot_spectrum(fit_oscillation(frequency, storage, loss)).axes[1].get_legend()

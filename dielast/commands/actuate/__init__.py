@@ -12,4 +12,5 @@ ACTUATE = Command(
         *(f"{name}.{form}" for name in ("profile", "sensitivity") for form in ("csv", "png", "svg", "pdf")),
     ),
     can_share=True,
+    readings_in="dielast.commands.simulation",
 )

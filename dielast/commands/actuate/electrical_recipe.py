@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from functools import partial
-from typing import Annotated, Any
+from typing import Annotated
 
-from pydantic import Field, PlainValidator, WithJsonSchema
+from pydantic import Field
 
 from dielast.commands.simulation.recipe import Output
-from dielast.errors import InputError
+from dielast.commands.simulation.step_recipe import AnyOf
 from dielast.recipe.fields import Quantity, Section
 from dielast.simulate.electrical import UNITS
 from dielast.units import (
@@ -21,8 +20,6 @@ from dielast.units import (
     RESISTANCE,
     VOLTAGE,
     VOLTAGE_RATE,
-    Dimension,
-    parse,
 )
 
 ELECTRICAL_COLUMNS = tuple(f"{name} [{unit}]" for name, unit in UNITS.items())
@@ -30,25 +27,9 @@ RATES = {VOLTAGE.unit: VOLTAGE_RATE, CHARGE.unit: CHARGE_RATE, CHARGE_DENSITY.un
 """The rate of a quantity, by its unit."""
 
 
-def _in_one_of(dimensions: tuple[Dimension, ...], value: Any) -> tuple[float, str]:
-    """The number in the unit of the dimension that it has, and this unit; the error of the first dimension if it has none."""
-    mistakes = []
-    for dimension in dimensions:
-        try:
-            return parse(value, dimension), dimension.unit
-        except InputError as error:
-            mistakes.append(error)
-    raise mistakes[0]
-
-
-def _quantity(*dimensions: Dimension) -> Any:
-    examples = {"type": "string", "examples": [dimension.example for dimension in dimensions]}
-    return Annotated[tuple[float, str], PlainValidator(partial(_in_one_of, dimensions)), WithJsonSchema(examples)]
-
-
-Charge = _quantity(CHARGE, CHARGE_DENSITY)
-Electric = _quantity(VOLTAGE, CHARGE, CHARGE_DENSITY)
-ElectricRate = _quantity(VOLTAGE_RATE, CHARGE_RATE, CHARGE_DENSITY_RATE)
+Charge = Annotated[tuple[float, str], AnyOf((CHARGE, CHARGE_DENSITY))]
+Electric = Annotated[tuple[float, str], AnyOf((VOLTAGE, CHARGE, CHARGE_DENSITY))]
+ElectricRate = Annotated[tuple[float, str], AnyOf((VOLTAGE_RATE, CHARGE_RATE, CHARGE_DENSITY_RATE))]
 Resistance = Annotated[float, Quantity(RESISTANCE, at_least=0.0)]
 Conductivity = Annotated[float, Quantity(CONDUCTIVITY, at_least=0.0)]
 LeakageField = Annotated[float, Quantity(FIELD, above=0.0)]

@@ -19,19 +19,16 @@ from dielast.commands.actuate.electrical_recipe import (
     SourceSection,
 )
 from dielast.commands.simulation.film_recipe import SHARE_TEXT, FilmBase, FilmSolver, Prestretch, PullInSection, Share
-from dielast.commands.simulation.recipe import SimulationRecipe
-from dielast.commands.simulation.result_columns import COLUMNS
+from dielast.commands.simulation.recipe import COLUMNS, MAJOR_AXIS, MINOR_AXIS, SimulationRecipe
 from dielast.commands.simulation.step_recipe import Aim, HistoryStep, starting
 from dielast.commands.simulation.uncertainty_recipe import SENSITIVITY_TEXT, FilmUncertainty
 from dielast.errors import InputError, Mistakes, Problem, shown
-from dielast.handover.breakdown_section import BreakdownField
+from dielast.handover.law_section import BreakdownField
 from dielast.mechanics.criteria import END, names
 from dielast.recipe.fields import Section, Time, Voltage
 from dielast.recipe.file_fields import ColumnName
 from dielast.units import CHARGE, CHARGE_DENSITY, VOLTAGE
 
-# columns of comparisons and plots only: the axes of the electrode as a camera measures them
-MAJOR_AXIS, MINOR_AXIS = "major_axis [m]", "minor_axis [m]"
 OF_THE_ELECTRODE = (MAJOR_AXIS, MINOR_AXIS, "charge [C]", "current [A]")
 ELECTRICAL = "output.electrical = true"
 NEEDED_BY = {"source_voltage [V]": "[source]", "resistor_energy [J/m^3]": "[source]", "leaked_energy [J/m^3]": "[leakage]"}
@@ -128,15 +125,6 @@ class FilmSection(FilmBase):
         json_schema_extra={"default": 1.0},
     )
     electrode_share: Share | None = Field(None, description=SHARE_TEXT)
-
-    def stated_shares(self) -> tuple[float, ...] | None:
-        """The stated share."""
-        return None if self.electrode_share is None else (self.electrode_share,)
-
-    @property
-    def prestretches(self) -> tuple[tuple[float, float], ...]:
-        """The prestretch of axes 1 and 2, of the one film."""
-        return (self.prestretch,)
 
     @property
     def electrode_area(self) -> float | None:

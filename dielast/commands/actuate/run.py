@@ -2,38 +2,32 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Mapping, Sequence
+from collections.abc import Hashable, Sequence
 from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from dielast.commands.actuate.recipe import MAJOR_AXIS, MINOR_AXIS, ActuateRecipe, FilmSection
+from dielast.commands.actuate.recipe import ActuateRecipe, FilmSection
 from dielast.commands.simulation.cases import case_result, last, one_or_list
 from dielast.commands.simulation.checks import warn_of_films
-from dielast.commands.simulation.result import CaseResult
-from dielast.commands.simulation.run import Columns, Known, Simulation, Solve, report_of
-from dielast.handover.breakdown_section import breakdown
+from dielast.commands.simulation.result import CaseResult, at_event
+from dielast.commands.simulation.run import Figures, Simulation, report_of
+from dielast.handover.law_section import breakdown
 from dielast.io.files import Inputs
-from dielast.io.table import Table
+from dielast.io.table import Table, case_table
 from dielast.material.leakage import Leakage
 from dielast.material.material import Material
-from dielast.material.scatter import Sample
 from dielast.mechanics.criteria import names
-from dielast.mechanics.load import ChargeStep, VoltageStep
-from dielast.numerics.columns import Floats
+from dielast.numerics.arrays import Floats
 from dielast.recipe.cases import Case
 from dielast.report.report import Report
 from dielast.sharing.execution import Execution
 from dielast.simulate.actuate import actuate
 from dielast.simulate.actuation_history import ActuationHistory
-from dielast.simulate.events import Event, event_columns
 from dielast.simulate.film_setup import MESH_RTOL
-from dielast.simulate.profile import profile_table
-
-if TYPE_CHECKING:
-    from dielast.commands.simulation.pictures import FilmEvent
+from dielast.simulate.history import event_columns
 
 
 def run(cases: Sequence[Case[ActuateRecipe]], inputs: Inputs, execution: Execution) -> Report:
@@ -46,7 +40,6 @@ class Films(Simulation):
 
     measured = "relative_stretch_1 [1]"
     width = 12
-    step = VoltageStep
     time_scale = "linear"
     warn = staticmethod(warn_of_films)
 
@@ -90,9 +83,7 @@ class Films(Simulation):
             profile=recipe.output.profile,
         )
 
-    def result(
-        self, cases: Sequence[Case[ActuateRecipe]], recipe: ActuateRecipe, materials: Sequence[Material]
-    ) -> partial[CaseResult]:
+    def result(self, recipe: ActuateRecipe, materials: Sequence[Material]) -> partial[CaseResult]:
         """The result of a case, with the events of the film."""
         return partial(_case, materials=materials, boundary=recipe.film.boundary, stated=_stated(recipe))
 
@@ -111,65 +102,19 @@ class Films(Simulation):
             recipe.control,
         )
 
-    def step_of(self, recipe: ActuateRecipe) -> type[VoltageStep] | type[ChargeStep]:
-        """The step of the solver: of voltage or charge."""
-        return ChargeStep if recipe.control == "charge" else VoltageStep
-
-    def seen(self, recipe: ActuateRecipe, columns: Columns) -> Columns:
-        """The columns, with the axes in m of the electrode, a circle on the prestretched film, if its diameter is stated."""
-        diameter = recipe.film.electrode_diameter
-        if diameter is None:
-            return columns
-        first, second = columns["relative_stretch_1 [1]"] * diameter, columns["relative_stretch_2 [1]"] * diameter
-        return dict(columns) | {MAJOR_AXIS: np.maximum(first, second), MINOR_AXIS: np.minimum(first, second)}
-
-    def drawn(
-        self, case: Case[ActuateRecipe], sample: Sample, result: CaseResult
-    ) -> tuple[Case[ActuateRecipe], Sequence[Material]]:
-        """The case that all draws solve, and the materials of the draws with their breakdown fields."""
-        from dielast.commands.simulation.bounds import drawn_film
-
-        return drawn_film(case, sample, result)
-
-    def analysed(self, known: Sequence[Known], solve: Solve) -> list[CaseResult]:
-        """The results, with the sensitivity of the time to failure if the recipe states it."""
-        if not any(case.recipe.sensitivity for case, *_ in known):
-            return super().analysed(known, solve)
-        from dielast.commands.actuate.sensitivity import with_sensitivity
-
-        return with_sensitivity(known, solve)
-
-    def tables(self, recipe: ActuateRecipe, results: Sequence[CaseResult]) -> dict[str, Table]:
-        """The tables of events and profiles."""
-        profiles = [result.profile for result in results if result.profile is not None]
-        more = {"profile.csv": profile_table(profiles)} if profiles else {}
-        if known := [result.sensitivity for result in results if result.sensitivity is not None]:
-            from dielast.commands.simulation.sensitivity import SENSITIVITY, table_of
-
-            more[f"{SENSITIVITY}.csv"] = table_of(known)
-        if recipe.uncertainty is None:
-            return {"events.csv": event_columns([result.events or () for result in results])} | more
-        from dielast.commands.simulation.bounds import bounded_event_columns
-
-        return {"events.csv": bounded_event_columns([result.bounded_events for result in results])} | more
-
-    def figures(
+    def extras(
         self, cases: Sequence[Case[ActuateRecipe]], materials: Sequence[Material], results: Sequence[CaseResult]
-    ) -> dict[str, Callable[[], Any]]:
-        """The profile of the first film with a profile, and the sensitivity of the life of all films."""
-        more = {}
-        if known := [result.sensitivity for result in results if result.sensitivity is not None]:
+    ) -> tuple[dict[str, Table], Figures]:
+        """The tables of events and profiles, and the figure of the first film with a profile."""
+        if cases[0].recipe.uncertainty is None:
+            tables = {"events.csv": event_columns([result.events or () for result in results])}
+        else:
+            from dielast.commands.simulation.bounds import bounded_event_columns
 
-            def driving() -> Any:
-                from dielast.commands.simulation.naming import labels, titled
-                from dielast.plots.sensitivity import plot_sensitivity
-
-                return plot_sensitivity(known, titled(cases[0].recipe.title, cases, materials), labels(cases, materials))
-
-            more["sensitivity"] = driving
+            tables = {"events.csv": bounded_event_columns([result.bounded_events for result in results])}
         profiles = [result.profile for result in results if result.profile is not None]
         if not profiles:
-            return more
+            return tables, {}
         shown = next((case for case, profile in enumerate(profiles) if profile["time [s]"].size), 0)
 
         def figure() -> Any:
@@ -182,14 +127,7 @@ class Films(Simulation):
             title = titled(first.title, [cases[shown]], [materials[shown]], which)
             return plot_profile(profiles, title, place)
 
-        return {"profile": figure, **more}
-
-    def marks(self, recipe: ActuateRecipe, result: CaseResult, seen: Columns, x: str, y: str) -> list[FilmEvent]:
-        """The events of a film for the figure."""
-        from dielast.commands.simulation.pictures import FilmEvent
-
-        events = result.events or ()
-        return [FilmEvent(event.name, event.time, _at(event, seen, x, recipe), _at(event, seen, y, recipe)) for event in events]
+        return {**tables, "profile.csv": case_table(dict(enumerate(profiles)))}, {"profile": figure}
 
     def headline(self, cases: Sequence[Case[ActuateRecipe]], results: Sequence[CaseResult]) -> dict[str, dict[str, Any]]:
         """The last relative stretch of each case, and events by name in the cases in which they happen."""
@@ -200,7 +138,7 @@ class Films(Simulation):
             for header, values in final.items():
                 # a table at stated times may lack the end
                 column = result.columns[header]
-                values.append(last(column) if stop is None else _at(stop, result.columns, header, case.recipe))
+                values.append(last(column) if stop is None else at_event(stop, result.columns, header, case.recipe))
         sections: dict[str, dict[str, Any]] = {
             "actuate": {"cases": len(results)}
             | {f"final_{header.split(' ')[0]}": one_or_list(values) for header, values in final.items()}
@@ -214,25 +152,7 @@ class Films(Simulation):
                     "stretch_1": [event.stretch_1 for event in first.values()],
                     "true_field_V_per_m": [event.true_field for event in first.values()],
                 }
-        if known := [result.sensitivity for result in results if result.sensitivity is not None]:
-            from dielast.commands.simulation.sensitivity import headline_of
-
-            sections |= headline_of(known)
         return sections
-
-
-def _at(event: Event, columns: Mapping[str, Floats], header: str, recipe: ActuateRecipe) -> float:
-    """The value of a column at an event: that of the event if it holds the quantity, else interpolated in the table."""
-    located = {
-        "time [s]": event.time,
-        "voltage [V]": event.voltage,
-        "stretch_1 [1]": event.stretch_1,
-        "stretch_2 [1]": event.stretch_2,
-        "relative_stretch_1 [1]": event.stretch_1 / _begin(1, columns, recipe),
-        "relative_stretch_2 [1]": event.stretch_2 / _begin(2, columns, recipe),
-        "true_field [V/m]": event.true_field,
-    }
-    return located.get(header) or float(np.interp(event.time, columns["time [s]"], columns[header]))
 
 
 def _stated(recipe: ActuateRecipe) -> tuple[str, ...]:
@@ -243,13 +163,6 @@ def _stated(recipe: ActuateRecipe) -> tuple[str, ...]:
         return ("time [s]", *delivered, *(() if leaks else ("charge_density [C/m^2]", "charge [C]")))
     behind = recipe.source is not None and recipe.source.resistance > 0
     return ("time [s]", "source_voltage [V]", *(() if behind else ("voltage [V]",)))
-
-
-def _begin(axis: int, columns: Mapping[str, Floats], recipe: ActuateRecipe) -> float:
-    """The stretch when the voltage begins: the prestretch, or the stretch under a weight."""
-    if recipe.film.weights[0][axis - 1] is None or not columns["time [s]"].size:
-        return recipe.film.prestretch[axis - 1]
-    return float(columns[f"stretch_{axis} [1]"][0] / columns[f"relative_stretch_{axis} [1]"][0])
 
 
 def _prestretch(films: Sequence[FilmSection]) -> tuple[Floats | None, Floats | None]:

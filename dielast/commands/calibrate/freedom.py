@@ -11,8 +11,7 @@ from dielast.commands.calibrate.recipe import FreeValue
 from dielast.commands.simulation.uncertainty import read_members
 from dielast.errors import InputError, Mistakes, Problem, quoted, shown
 from dielast.io.files import Inputs
-from dielast.material.material import Material
-from dielast.material.numbers import kinds_of
+from dielast.material.material import Material, constants_of
 from dielast.units import parse
 
 FEWEST_DRAWS = 10  # for a standard deviation
@@ -60,7 +59,7 @@ def _key(path: str | None) -> str:
 
 def _has(material: Material, path: str) -> bool:
     section, _, key = path.partition(".")
-    return key.partition("[")[0] in kinds_of(material).get(section, {})
+    return key.partition("[")[0] in constants_of(material).get(section, {})
 
 
 def _converted(stated: FreeValue, path: str, name: str, material: Material, inputs: Inputs) -> Free:
@@ -78,7 +77,7 @@ def _converted(stated: FreeValue, path: str, name: str, material: Material, inpu
     else:
         drawn = ()
     section, _, key = path.partition(".")
-    kind = kinds_of(material)[section][key.partition("[")[0]]
+    kind = constants_of(material)[section][key.partition("[")[0]]
 
     def number(name: str) -> float | None:
         """The value, in SI."""

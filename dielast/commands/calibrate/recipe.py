@@ -6,9 +6,9 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import Field, PlainValidator, WithJsonSchema, model_validator
 
-from dielast.commands.simulation.comparison_recipe import Cell
+from dielast.commands.simulation.recipe import Cell
 from dielast.errors import InputError, shown
-from dielast.readings.specimen_recipe import MachineColumns, Specimen
+from dielast.readings.columns_recipe import MachineColumns, Specimen
 from dielast.recipe.base import RecipeBase, TextTable, units_of
 from dielast.recipe.fields import Section, Share, StrainRate, Temperature, Voltage
 from dielast.recipe.file_fields import InputFile

@@ -12,14 +12,15 @@ import numpy as np
 from dielast.calibration.history import path_length
 from dielast.commands.registry import read_cases
 from dielast.commands.simulation.compare import read_points
+from dielast.commands.simulation.result import with_axes
 from dielast.commands.simulation.run import Simulation
 from dielast.errors import DielastError, InputError
 from dielast.io.files import Inputs, resolve
 from dielast.io.table import split_header
 from dielast.material.material import Material
-from dielast.numerics.columns import Floats
+from dielast.numerics.arrays import Floats
 from dielast.recipe.cases import Case
-from dielast.sharing.batches import solve_batches
+from dielast.sharing.execution import solve_batches
 
 KINDS = ("relax", "creep", "actuate")
 
@@ -74,7 +75,7 @@ class SimulatedTest:
                     self._solve([k], materials, found)
             return
         for k, result in zip(chosen, results, strict=True):
-            columns = self.simulation.seen(self.case.recipe, result.columns)
+            columns = with_axes(result.columns, self.case.recipe)
             time, values = columns["time [s]"], columns[self.header]
             if time.size:
                 found[k] = np.interp(self.time, time, values, left=np.nan, right=np.nan) - self.rest
@@ -125,4 +126,4 @@ def _simulation(recipe: Any) -> Simulation:
         return Films([recipe])
     from dielast.commands.membrane.run import Membranes
 
-    return Membranes(recipe)
+    return Membranes([recipe])

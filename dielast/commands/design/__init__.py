@@ -9,4 +9,5 @@ DESIGN = Command(
     short_help="Films, a goal -> voltage, life, the best film first.",
     files=("design.csv",),
     can_share=True,
+    readings_in="dielast.commands.simulation",
 )

@@ -10,7 +10,7 @@ from dielast.commands.simulation.film_recipe import PullInSection
 from dielast.commands.simulation.grid_recipe import GridFilm, GridSolver, GridTemperatures, distinct
 from dielast.commands.simulation.uncertainty_recipe import FilmUncertainty
 from dielast.errors import InputError
-from dielast.handover.breakdown_section import BreakdownField
+from dielast.handover.law_section import BreakdownField
 from dielast.handover.material_file import MaterialFile, material_file
 from dielast.material.scatter import fewest_draws
 from dielast.recipe.base import RecipeBase
@@ -34,11 +34,6 @@ class DesignFilm(GridFilm):
     """The films of a design."""
 
     thickness: Thicknesses = Field(description="Undeformed thickness; a list is an axis of the grid.")  # type: ignore[assignment]
-
-    @property
-    def thicknesses(self) -> tuple[float, ...]:
-        """The values of the axis."""
-        return self.thickness
 
 
 class GoalSection(Section):

@@ -4,20 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from contextlib import closing
-from dataclasses import replace
 from functools import partial
 from itertools import product
+from math import prod
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from dielast.commands.design.recipe import DesignRecipe
 from dielast.commands.simulation.cases import first_of_each, material_of
-from dielast.commands.simulation.grid_checks import warn_of_design, warn_of_grid
+from dielast.commands.simulation.grid import in_recipe_terms, sample_for, warn_of_design, warn_of_grid
 from dielast.commands.simulation.memory_needed import check_cells
 from dielast.commands.simulation.recipe import KEYS
-from dielast.errors import Problem, in_keys, placed
-from dielast.handover.breakdown_section import breakdown
+from dielast.errors import in_keys, placed
+from dielast.handover.law_section import breakdown
 from dielast.io.files import Inputs
 from dielast.material.material import Material
 from dielast.recipe.cases import Case
@@ -37,25 +37,17 @@ GOAL_KEYS = KEYS | GOAL | {"goal": "goal", "level": "uncertainty.level"}
 
 def run(cases: Sequence[Case[DesignRecipe]], inputs: Inputs, execution: Execution) -> Report:
     """Plan the films, find their voltages, report."""
-    recipe = cases[0].recipe
-    material, wanted = material_of(cases[0], inputs), recipe.uncertainty
-    sample, share = None, recipe.goal.failure_probability or FAILURE_PROBABILITY
-    if wanted is not None:
-        from dielast.commands.simulation.uncertainty import sample_of
-
-        sample = sample_of(cases[0], material, inputs)
-        with in_keys(GOAL_KEYS):
-            check_draws(len(sample), wanted.level, share)
-    check_cells(_films(recipe), 0 if sample is None else len(sample))
+    recipe, material = cases[0].recipe, material_of(cases[0], inputs)
+    stated, sample = recipe.uncertainty, sample_for(cases[0], material, inputs)
+    level, share = 0.9 if stated is None else stated.level, recipe.goal.failure_probability or FAILURE_PROBABILITY
+    with in_keys(GOAL_KEYS):
+        check_draws(0 if sample is None else len(sample), level, share)
     plan = _plan(recipe, material, sample)
     warn_of_grid(recipe, material, plan.temperature, plan.grid.breakdown_field, recipe.goal.horizon)
-    films = plan.films * (1 + plan.grid.draws)
-    solved = _solved(solve_films, plan, plan.chunks(size=_chunk(plan.films, execution)), execution, (0, films))
-    plan, drawn = under_way(plan, solved), []
-    if sample is not None:
-        chunks = plan.chunks(drawn=True, size=_chunk(films - plan.films, execution))
-        drawn = _solved(solve_draws, plan, chunks, execution, (plan.films, films))
-    result = designed(plan, solved, drawn, 0.9 if wanted is None else wanted.level, share)
+    solved = _solved(solve_films, plan, False, execution)
+    plan = under_way(plan, solved)
+    drawn = [] if sample is None else _solved(solve_draws, plan, True, execution)
+    result = designed(plan, solved, drawn, level, share)
     warn_of_design(recipe, material, result)
 
     def figure() -> Any:
@@ -64,58 +56,47 @@ def run(cases: Sequence[Case[DesignRecipe]], inputs: Inputs, execution: Executio
         from dielast.plots.design import plot_design
 
         title = titled(recipe.title, cases, [material])
-        return plot_design(result, title, interval_label([recipe]) if wanted is not None else None, share)
+        return plot_design(result, title, interval_label([recipe]) if stated is not None else None, share)
 
     lost = np.flatnonzero(result.reached == UNFINISHED)
     failures = [("numerics", f"{film_of(result, film)}: given up: the solver did not find its voltage") for film in lost.tolist()]
     sections = headline(result)
-    if wanted is not None:
+    if stated is not None:
         from dielast.commands.simulation.uncertainty import uncertainty_headline
 
-        sections |= uncertainty_headline([wanted], [sample])
+        sections |= uncertainty_headline([stated], [sample])
     return Report({"design.csv": result.columns()}, sections, figure, failures=first_of_each(failures, "films"))
 
 
-def _films(recipe: DesignRecipe) -> int:
-    """The number of films."""
-    film, goal = recipe.film, recipe.goal.relative_stretch or recipe.goal.area_strain or ()
-    return len(recipe.temperature or (1,)) * len(film.thicknesses) * len(film.prestretch) * len(film.shares or (1,)) * len(goal)
-
-
-def _chunk(films: int, execution: Execution) -> int:
-    """The number of films in a chunk, so that all processes get some."""
-    return max(1, min(CHUNK, -(-films // execution.jobs)))
-
-
 def _solved(
-    solve: Callable[[DesignPlan, int, int], Designed],
-    plan: DesignPlan,
-    chunks: Sequence[tuple[int, int]],
-    execution: Execution,
-    of: tuple[int, int],
+    solve: Callable[[DesignPlan, int, int], Designed], plan: DesignPlan, drawn: bool, execution: Execution
 ) -> list[Designed]:
-    """The chunks of films, solved; `of` is the number of films that were solved before, and the total number."""
+    """The chunks of the films, or of those `drawn`, solved."""
+    every = plan.films * (1 + plan.grid.draws)
+    done, films = (plan.films, every - plan.films) if drawn else (0, plan.films)
+    # all processes get some films
+    chunks = plan.chunks(drawn, max(1, min(CHUNK, -(-films // execution.jobs))))
     solved: list[Designed] = []
-    done, films = of
     with closing(share_out(solve, plan, chunks, execution)) as parts:
-        for chunk in parts:
-            solved.append(chunk)
-            done += chunk.films.size
+        for part in parts:
+            solved.append(part)
+            done += part.films.size
             if execution.progress is not None:
-                execution.progress(done, films, "films")
-    return sorted(solved, key=lambda part: int(part.films.min(initial=0)))
+                execution.progress(done, every, "films")
+    return solved
 
 
 def _plan(recipe: DesignRecipe, material: Material, sample: Sample | None) -> DesignPlan:
-    """The films and the goal of the recipe; errors name the keys of the recipe."""
-    film, goal = recipe.film, recipe.goal
-    temperatures = recipe.temperature or [material.reference_temperature]
+    """The films and the goal of the recipe; errors name the keys of the recipe. Raises `NumericsError` if memory is short."""
+    goal, temperatures = recipe.goal, recipe.temperature or [material.reference_temperature]
+    *sizes, shares = recipe.film.sizes
     targets = len(goal.relative_stretch or goal.area_strain or ())
-    sizes = (len(temperatures), len(film.thicknesses), len(film.prestretch), len(film.shares or (1,)), targets)
-    with placed(partial(_in_recipe_terms, sizes=sizes, temperatures=temperatures)):
+    grid = (len(temperatures), *sizes, shares * targets)
+    check_cells(prod(grid), 0 if sample is None else len(sample))
+    with placed(partial(in_recipe_terms, sizes=grid, temperatures=temperatures, keys=GOAL_KEYS)):
         return plan_design(
             material,
-            FilmSetup(**film.setup(recipe.solver.mesh_rtol)),
+            FilmSetup(**recipe.film.setup(recipe.solver.mesh_rtol)),
             Goal.of(goal.at, goal.relative_stretch, goal.area_strain),
             horizon=goal.horizon,
             temperature=np.array(temperatures),
@@ -125,15 +106,6 @@ def _plan(recipe: DesignRecipe, material: Material, sample: Sample | None) -> De
             sample=sample,
             drawn_rtol=recipe.solver.rtol if "rtol" in recipe.solver.model_fields_set else None,
         )
-
-
-def _in_recipe_terms(problem: Problem, sizes: Sequence[int], temperatures: Sequence[float]) -> Problem:
-    """A problem of the solver, whose cases are the films of the grid, with the key of the recipe."""
-    if problem.case is None or problem.argument != "prestretch":
-        return replace(problem, case=None).in_keys(GOAL_KEYS)
-    place = [int(index) for index in np.unravel_index(problem.case, sizes)]
-    at = f"{temperatures[place[0]]:g} degC: " if len(temperatures) > 1 else ""
-    return Problem(at + problem.text, key=f"film.prestretch[{place[2]}]")
 
 
 def film_of(result: Design, film: int) -> str:

@@ -11,7 +11,7 @@ from dielast.commands.simulation.film_recipe import PullInSection
 from dielast.commands.simulation.grid_recipe import GridFilm, GridSolver, GridTemperatures
 from dielast.commands.simulation.uncertainty_recipe import SENSITIVITY_TEXT, FilmUncertainty
 from dielast.errors import InputError
-from dielast.handover.breakdown_section import BreakdownField
+from dielast.handover.law_section import BreakdownField
 from dielast.handover.material_file import MaterialFile, material_file
 from dielast.recipe.base import RecipeBase
 from dielast.recipe.fields import NamedTimes, PositiveTime, Section, Time, Voltage, Voltages

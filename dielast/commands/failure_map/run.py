@@ -2,22 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Sequence
 from functools import partial
+from math import prod
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from dielast.commands.failure_map.recipe import FailureMapRecipe, VoltageAxis
+from dielast.commands.failure_map.recipe import FailureMapRecipe
 from dielast.commands.failure_map.resume import fingerprint, solve
 from dielast.commands.simulation.cases import first_of_each, material_of
-from dielast.commands.simulation.grid_checks import warn_of_failures, warn_of_map
+from dielast.commands.simulation.grid import in_recipe_terms, sample_for, warn_of_failures, warn_of_map
 from dielast.commands.simulation.memory_needed import check_cells
 from dielast.commands.simulation.recipe import KEYS
-from dielast.errors import Problem, placed
-from dielast.handover.breakdown_section import breakdown
+from dielast.errors import placed
+from dielast.handover.law_section import breakdown
 from dielast.io.files import Inputs
+from dielast.io.table import Table
 from dielast.material.material import Material
 from dielast.recipe.cases import Case
 from dielast.report.report import Report
@@ -32,23 +33,14 @@ if TYPE_CHECKING:
 
 def run(cases: Sequence[Case[FailureMapRecipe]], inputs: Inputs, execution: Execution) -> Report:
     """Plan the map, solve its cells, report."""
-    recipe = cases[0].recipe
-    material, wanted = material_of(cases[0], inputs), recipe.uncertainty
-    sample = None
-    if wanted is not None:
-        from dielast.commands.simulation.uncertainty import sample_of
-
-        sample = sample_of(cases[0], material, inputs)
-    temperatures = recipe.temperature or [material.reference_temperature]
-    films = len(temperatures) * len(recipe.film.prestretch) * len(recipe.film.shares or (1,))
+    recipe, material = cases[0].recipe, material_of(cases[0], inputs)
+    stated, sample = recipe.uncertainty, sample_for(cases[0], material, inputs)
     variation = None
     if recipe.sensitivity:
         from dielast.commands.simulation.sensitivity import variation_of
 
-        variation = variation_of(material, sample, wanted)
-    solved = sample if variation is None else variation.sample
-    check_cells(films * voltages(recipe.voltage).size, 0 if solved is None else len(solved))
-    plan = _plan(recipe, material, solved)
+        variation = variation_of(material, sample, stated)
+    plan = _plan(recipe, material, sample if variation is None else variation.sample)
     warn_of_map(recipe, material, plan)
     result, *every = assembled(plan, solve(plan, fingerprint(cases[0], inputs), execution))
     drawn = every[: 0 if sample is None else len(sample)]
@@ -61,9 +53,8 @@ def run(cases: Sequence[Case[FailureMapRecipe]], inputs: Inputs, execution: Exec
         from dielast.commands.simulation.uncertainty import interval_label
         from dielast.plots.failure_map import plot_failure_map
 
-        bounds = None if wanted is None else map_bounds(drawn, wanted.level)["time_to_failure"]
-        title = titled(recipe.title, cases, [material])
-        return plot_failure_map(result, lines, title, bounds, interval_label([recipe]))
+        bounds = None if stated is None else map_bounds(drawn, stated.level)["time_to_failure"]
+        return plot_failure_map(result, lines, titled(recipe.title, cases, [material]), bounds, interval_label([recipe]))
 
     def operating_map() -> Any:
         from dielast.commands.simulation.naming import titled
@@ -71,54 +62,37 @@ def run(cases: Sequence[Case[FailureMapRecipe]], inputs: Inputs, execution: Exec
 
         return plot_operating_map(result, titled(recipe.title, cases, [material]))
 
-    unfinished = np.argwhere(result.outcome != "completed")
-    failures = [
-        (
-            str(result.outcome[i, j, k]),
-            f"{result.temperature[i]:g} degC, prestretch {result.prestretch[j][0]:g}, {_share(result, j)}{result.voltage[k]:g} V: "
-            f"given up: {result.outcome[i, j, k]}",
-        )
-        for i, j, k in unfinished
-    ]
-    cells, fits = result.columns(), lines.columns()
+    tables: dict[str, Table] = {"failure-map.csv": result.columns(), "fit.csv": lines.columns()}
     sections = headline(result, lines)
-    if wanted is not None:
+    figures: dict[str, Callable[[], Any]] = {"operating-map": operating_map} if result.relative_stretch else {}
+    if stated is not None:
         from dielast.commands.simulation.bounds import bounded_line_columns, bounded_map_columns
         from dielast.commands.simulation.uncertainty import uncertainty_headline
 
-        cells = bounded_map_columns(cells, drawn, wanted.level)
-        fits = bounded_line_columns(fits, [fit_lifetime(each) for each in drawn], wanted.level)
-        sections |= uncertainty_headline([wanted], [sample])
-    tables = {"failure-map.csv": cells, "fit.csv": fits}
-    figures: dict[str, Any] = {"operating-map": operating_map} if result.relative_stretch else {}
+        tables["failure-map.csv"] = bounded_map_columns(tables["failure-map.csv"], drawn, stated.level)
+        lines_drawn = [fit_lifetime(draw) for draw in drawn]
+        tables["fit.csv"] = bounded_line_columns(tables["fit.csv"], lines_drawn, stated.level)
+        sections |= uncertainty_headline([stated], [sample])
     if variation is not None:
-        from dielast.commands.simulation.sensitivity import SENSITIVITY, headline_of, table_of, warn_of_left_out
+        from dielast.commands.simulation.sensitivity import sensitivity_outputs
         from dielast.simulate.sensitivity import sensitivity_of_map
 
-        found = [sensitivity_of_map(variation, result, every)]
-        warn_of_left_out(found)
-        tables, sections = tables | {f"{SENSITIVITY}.csv": table_of(found)}, sections | headline_of(found)
-
-        def driving() -> Any:
-            from dielast.commands.simulation.naming import titled
-            from dielast.plots.sensitivity import plot_sensitivity
-
-            return plot_sensitivity(found, titled(recipe.title, cases, [material]))
-
-        figures[SENSITIVITY] = driving
-    lost = first_of_each(failures, "cells")
-    return Report(tables, sections, figure, failures=lost, figures=figures)
+        more = sensitivity_outputs([sensitivity_of_map(variation, result, every)], cases, [material])
+        tables, sections, figures = tables | more[0], sections | more[1], figures | more[2]
+    return Report(tables, sections, figure, failures=failures(result), figures=figures)
 
 
 def _plan(recipe: FailureMapRecipe, material: Material, sample: Sample | None) -> MapPlan:
-    """The map of the recipe; errors name the keys of the recipe."""
-    films, temperatures = recipe.film.prestretch, recipe.temperature or [material.reference_temperature]
+    """The map of the recipe; errors name the keys of the recipe. Raises `NumericsError` if memory is short."""
+    axis, temperatures = recipe.voltage, recipe.temperature or [material.reference_temperature]
+    voltage = np.array(axis.values) if axis.values else np.linspace(axis.start or 0.0, axis.to or 0.0, axis.points or 1)
+    sizes = (len(temperatures), *recipe.film.sizes)
+    check_cells(prod(sizes) * voltage.size, 0 if sample is None else len(sample))
     keys = KEYS if recipe.uncertainty is not None else KEYS | {"sample": "sensitivity"}
-    shares = len(recipe.film.shares or (1,))
-    with placed(partial(_in_recipe_terms, films=len(films), shares=shares, temperatures=temperatures, keys=keys)):
+    with placed(partial(in_recipe_terms, sizes=sizes, temperatures=temperatures, keys=keys)):
         return plan_failure_map(
             material,
-            voltage=voltages(recipe.voltage),
+            voltage=voltage,
             horizon=recipe.horizon,
             temperature=np.array(temperatures),
             ramp=recipe.voltage.ramp,
@@ -132,25 +106,16 @@ def _plan(recipe: FailureMapRecipe, material: Material, sample: Sample | None) -
         )
 
 
-def _share(result: FailureMap, film: int) -> str:
-    """The electrode share of a film, for an error."""
-    return "" if result.electrode_share is None else f"electrode share {result.electrode_share[film]:g}, "
-
-
-def _in_recipe_terms(problem: Problem, films: int, shares: int, temperatures: Sequence[float], keys: Mapping[str, str]) -> Problem:
-    """A problem of the solver, whose cases are the films at one temperature after the other, with the key of the recipe."""
-    if problem.case is None or problem.argument != "prestretch":
-        return replace(problem, case=None).in_keys(keys)
-    temperature, film = divmod(problem.case // shares, films)
-    at = f"{temperatures[temperature]:g} degC: " if len(temperatures) > 1 else ""
-    return Problem(at + problem.text, key=f"film.prestretch[{film}]")
-
-
-def voltages(axis: VoltageAxis) -> np.ndarray:
-    """The voltages of the map, in V."""
-    if axis.values is not None:
-        return np.array(axis.values)
-    return np.linspace(axis.start or 0.0, axis.to or 0.0, axis.points or 1)
+def failures(result: FailureMap) -> list[str]:
+    """A line for each reason why cells were not finished, about the first of these cells."""
+    lines = []
+    for i, j, k in np.argwhere(result.outcome != "completed"):
+        reason, share = str(result.outcome[i, j, k]), ""
+        if result.electrode_share is not None:
+            share = f"electrode share {result.electrode_share[j]:g}, "
+        film = f"{result.temperature[i]:g} degC, prestretch {result.prestretch[j][0]:g}, {share}{result.voltage[k]:g} V"
+        lines.append((reason, f"{film}: given up: {reason}"))
+    return first_of_each(lines, "cells")
 
 
 def headline(result: FailureMap, lines: LifetimeLines) -> dict[str, dict[str, Any]]:

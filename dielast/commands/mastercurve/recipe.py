@@ -11,17 +11,6 @@ from dielast.readings.recipe import MeasurementData
 from dielast.recipe.base import RecipeBase
 from dielast.recipe.fields import OneOf, Section, Temperature, ThermalExpansion
 
-# arguments of `build_master_curve` -> keys of the recipe
-KEYS = {
-    "reference_temperature": "shift.reference_temperature",
-    "law": "shift.law",
-    "vertical": "shift.vertical",
-    "thermal_expansion": "shift.thermal_expansion",
-    "on": "shift.on",
-    "temperature_stderr": "data.temperature_stderr",
-    "drift": "data.drift",
-}
-
 
 class Shift(Section):
     """How the curves are shifted, and the law fitted to the shift factors."""
@@ -41,6 +30,10 @@ class Shift(Section):
         description="The quantity by which frequency sweeps are shifted: storage and loss modulus together (moduli), tan delta, "
         "the storage modulus, or whichever determines the shifts best (auto).",
     )
+
+
+# arguments of `build_master_curve` -> keys of the recipe
+KEYS = {name: f"shift.{name}" for name in Shift.model_fields} | {name: f"data.{name}" for name in ("temperature_stderr", "drift")}
 
 
 class Draws(Section):

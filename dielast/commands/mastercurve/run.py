@@ -7,20 +7,22 @@ from typing import Any
 
 import numpy as np
 
-from dielast.commands.mastercurve.draws import curve_tables, draws_headline
 from dielast.commands.mastercurve.recipe import KEYS, MasterCurveRecipe
 from dielast.errors import InputError, in_keys
+from dielast.handover.mastercurve_folder import CURVES, DRAWS, LAWS
 from dielast.io.files import Inputs
-from dielast.io.table import Table
+from dielast.io.table import Column, Table
 from dielast.material.checks import warn_of_curve, warn_of_temperature
+from dielast.material.measurement_kind import MeasurementKind
 from dielast.readings.read import Dataset, read_all
 from dielast.readings.values import ONE_TEMPERATURE
 from dielast.recipe.cases import Case
 from dielast.report.report import Report
 from dielast.sharing.execution import Execution
-from dielast.superposition.bootstrap import bootstrap_master_curve
-from dielast.superposition.mastercurve import MasterCurve, build_master_curve
-from dielast.superposition.undetermined import LAST_STRETCH, PLATEAU_SLOPE
+from dielast.superposition.bootstrap import MasterCurveDraws, bootstrap_master_curve
+from dielast.superposition.checks import LAST_STRETCH, PLATEAU_SLOPE
+from dielast.superposition.mastercurve import build_master_curve
+from dielast.superposition.result import MasterCurve
 
 
 def run(cases: Sequence[Case[MasterCurveRecipe]], inputs: Inputs, execution: Execution) -> Report:
@@ -35,11 +37,7 @@ def run(cases: Sequence[Case[MasterCurveRecipe]], inputs: Inputs, execution: Exe
     with in_keys(KEYS):
         result = build_master_curve(
             dataset.in_order,
-            reference_temperature=shift.reference_temperature,
-            law=shift.law,
-            vertical=shift.vertical,
-            thermal_expansion=shift.thermal_expansion,
-            on=shift.on,
+            **shift.model_dump(),
             temperature_stderr=recipe.data.temperature_stderr,
             drift=recipe.data.drift or 0.0,
         )
@@ -51,9 +49,7 @@ def run(cases: Sequence[Case[MasterCurveRecipe]], inputs: Inputs, execution: Exe
             result,
             draws=uncertainty.draws,
             seed=uncertainty.seed,
-            law=shift.law,
-            vertical=shift.vertical,
-            thermal_expansion=shift.thermal_expansion,
+            **shift.model_dump(include={"law", "vertical", "thermal_expansion"}),
             progress=None if (hears := execution.progress) is None else lambda done, of: hears(done, of, "draws"),
         )
 
@@ -117,4 +113,30 @@ def headline(result: MasterCurve, recipe: MasterCurveRecipe, dataset: Dataset) -
             "decades": float(np.log10(result.reduced_abscissa[-1] / result.reduced_abscissa[0])),
             "undetermined_temperatures_degC": [entry.temperature for entry in result.undetermined],
         },
+    }
+
+
+def curve_tables(draws: MasterCurveDraws, kind: MeasurementKind) -> dict[str, Table]:
+    """The tables of the draws of a master curve by file name: shift factors, laws and smooth curves."""
+    curves = [Column(*kind.reduced_abscissa, draws.smooth_abscissa)]
+    for channel, (name, unit) in enumerate(kind.ordinates):
+        pairs = zip(draws.number, draws.smooth_ordinates[:, channel], strict=True)
+        curves += [Column(f"{name}_{number}", unit, values) for number, values in pairs]
+    laws = [Column(name, unit, values) for (name, unit), values in zip(draws.law.drawn(), draws.law_parameters.T, strict=True)]
+    return {
+        DRAWS: draws.columns(),
+        LAWS: [Column("draw", None, draws.number), *laws],
+        CURVES: curves,
+    }
+
+
+def draws_headline(draws: MasterCurveDraws, wanted: int, seed: int) -> dict[str, Any]:
+    """The section of a summary that compares the scatter of the draws with the standard errors of the fit."""
+    stderr = draws.stderr()
+    return {
+        "draws": wanted,
+        "seed": seed,
+        "without_master_curve": wanted - len(draws.number),
+        **{f"{name}_stderr": stderr[constant.name] for name, constant in draws.law.summary_names().items()},
+        "log10_shift_factor_stderr": np.std(draws.log10_shift_factor, axis=0, ddof=1).tolist(),
     }

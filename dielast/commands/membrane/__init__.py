@@ -4,7 +4,8 @@ from dielast.commands.command import Command
 
 
 def _command(name: str, text: str, short: str) -> Command:
-    return Command(name, __name__, text, short, (f"{name}.csv", "cycles.csv", "cases.csv"), can_share=True)
+    files = (f"{name}.csv", "cycles.csv", "cases.csv")
+    return Command(name, __name__, text, short, files, can_share=True, readings_in="dielast.commands.simulation")
 
 
 RELAX = _command("relax", "Prescribed stretch -> stress.", "Prescribed stretch -> stress.")

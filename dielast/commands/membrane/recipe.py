@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 import re
-from functools import partial
 from typing import Annotated, Any, ClassVar, Literal, Self
 
-from pydantic import BeforeValidator, Field, PlainValidator, WithJsonSchema, model_validator
+from pydantic import BeforeValidator, Field, model_validator
 
-from dielast.commands.simulation.recipe import SimulationRecipe
-from dielast.commands.simulation.result_columns import COLUMNS
-from dielast.commands.simulation.step_recipe import Aim, HistoryStep, starting
+from dielast.commands.simulation.recipe import COLUMNS, SimulationRecipe
+from dielast.commands.simulation.step_recipe import Aim, AnyOf, HistoryStep, starting
 from dielast.errors import InputError, shown
-from dielast.readings.specimen_recipe import MachineColumns, Specimen, unmeasured
+from dielast.readings.columns_recipe import MachineColumns, Specimen, unmeasured
 from dielast.recipe.fields import Force, StrainRate, Stress
-from dielast.units import FORCE, FORCE_RATE, STRESS, STRESS_RATE, Dimension, decimal_comma, parse
+from dielast.units import FORCE, FORCE_RATE, STRESS, STRESS_RATE, Dimension
 
 
 def _no_strain(value: Any) -> Any:
@@ -45,28 +43,8 @@ class StretchStep(HistoryStep):
         return None if self.stretch is None else Aim("stretch", self.stretch, self.rate)
 
 
-def _in_one_of(dimensions: tuple[Dimension, ...], needed: str, value: Any) -> tuple[float, str]:
-    """The number in the unit of the dimension that it has, and this unit."""
-    for dimension in dimensions:
-        try:
-            return parse(value, dimension), dimension.unit
-        except InputError:
-            continue
-    comma = decimal_comma(value) if isinstance(value, str) else ""
-    hint = f"; {comma}" if comma else f", such as {' or '.join(shown(dimension.example) for dimension in dimensions)}"
-    raise InputError(f"{shown(value)}: {needed} is needed{hint}")
-
-
-LoadValue = Annotated[
-    tuple[float, str],
-    PlainValidator(partial(_in_one_of, (FORCE, STRESS), "a force or a stress")),
-    WithJsonSchema({"type": "string", "examples": [FORCE.example, STRESS.example]}),
-]
-LoadRate = Annotated[
-    tuple[float, str],
-    PlainValidator(partial(_in_one_of, (FORCE_RATE, STRESS_RATE), "a force or stress rate")),
-    WithJsonSchema({"type": "string", "examples": [FORCE_RATE.example, STRESS_RATE.example]}),
-]
+LoadValue = Annotated[tuple[float, str], AnyOf((FORCE, STRESS), "a force or a stress")]
+LoadRate = Annotated[tuple[float, str], AnyOf((FORCE_RATE, STRESS_RATE), "a force or stress rate")]
 
 
 class LoadStep(HistoryStep):

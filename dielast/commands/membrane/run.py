@@ -1,9 +1,8 @@
-"""`relax` and `creep`: membranes under prescribed stretch, force or stress, with noise on the measured quantity."""
+"""`relax` and `creep`: membranes under prescribed stretch, force or stress."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -16,9 +15,7 @@ from dielast.commands.simulation.result import CaseResult
 from dielast.commands.simulation.run import Simulation, report_of
 from dielast.io.files import Inputs
 from dielast.material.material import Material
-from dielast.mechanics.load import Step
-from dielast.numerics.columns import Floats
-from dielast.numerics.random_streams import stream
+from dielast.numerics.arrays import Floats
 from dielast.recipe.cases import Case
 from dielast.report.report import Report
 from dielast.sharing.execution import Execution
@@ -29,37 +26,32 @@ MEASURED = {"relax": "nominal_stress_1 [Pa]", "creep": "stretch_1 [1]"}
 
 def run(cases: Sequence[Case[Recipe]], inputs: Inputs, execution: Execution) -> Report:
     """Simulate every case, report."""
-    return report_of(Membranes(cases[0].recipe), cases, inputs, execution)
+    return report_of(Membranes([case.recipe for case in cases]), cases, inputs, execution)
 
 
 class Membranes(Simulation):
     """Simulations of `relax` or `creep`."""
 
     width = 10
-    step = Step
+    warn = staticmethod(warn_of_membranes)
 
-    def __init__(self, recipe: Recipe) -> None:
-        self.kind, self.measured = recipe.kind, MEASURED[recipe.kind]
+    def __init__(self, recipes: Sequence[Recipe]) -> None:
+        self.kind, self.measured = recipes[0].kind, MEASURED[recipes[0].kind]
+        # all cases share one table: a column of one case is a column of all
+        self.with_modulus = self.kind == "relax" and any(recipe.mode == "uniaxial" for recipe in recipes)
 
     def solver(self, recipes: Sequence[Recipe], thickness_factor: Floats) -> partial[Any]:
         """The simulation in the mode of the recipes; the thickness has no effect."""
         return partial(simulate, mode=recipes[0].mode)
 
-    def result(self, cases: Sequence[Case[Recipe]], recipe: Recipe, materials: Sequence[Material]) -> partial[CaseResult]:
-        """The table of all cases, with the relaxation modulus if any case has one."""
+    def result(self, recipe: Recipe, materials: Sequence[Material]) -> partial[CaseResult]:
+        """The result of a case, with the relaxation modulus if any case has one."""
         uniaxial = recipe.mode == "uniaxial"
-        with_modulus = self.kind == "relax" and any(case.recipe.mode == "uniaxial" for case in cases)
-        return partial(_case, materials=materials, creeping=self.kind == "creep", with_modulus=with_modulus, uniaxial=uniaxial)
+        return partial(_case, materials=materials, creeping=self.kind == "creep", with_modulus=self.with_modulus, uniaxial=uniaxial)
 
     def alike(self, recipe: Recipe) -> str:
         """The mode, which cases that are solved together share."""
         return recipe.mode
-
-    warn = staticmethod(warn_of_membranes)
-
-    def as_written(self, result: CaseResult, recipe: Recipe, case: int) -> CaseResult:
-        """The columns with noise."""
-        return _with_noise(result, recipe, case)
 
     def headline(self, cases: Sequence[Case[Recipe]], results: Sequence[CaseResult]) -> dict[str, dict[str, Any]]:
         """Peak and last value of the measured quantity in each case."""
@@ -89,25 +81,3 @@ def _case(
         modulus = history.relaxation_modulus[row][np.isfinite(history.stretch_1[row])]
         columns["relaxation_modulus [Pa]"] = np.where(np.isfinite(modulus) & uniaxial, modulus, np.nan)
     return case_result(history, row, columns, materials[row], creeping)
-
-
-def _with_noise(result: CaseResult, recipe: Recipe, case: int) -> CaseResult:
-    """Relative Gaussian noise on the measured quantity: the stress in relaxation, the elongation (stretch - 1) in creep."""
-    if not recipe.output.noise:
-        return result
-    # a stream for each case, so that the noise does not depend on the number of cases
-    random = stream(recipe.output.seed, "noise", case)
-    columns = dict(result.columns)
-    for axis in (1, 2):
-        factor = 1 + recipe.output.noise * random.standard_normal(columns["time [s]"].size)
-        nominal, stretch = columns[f"nominal_stress_{axis} [Pa]"], columns[f"stretch_{axis} [1]"]
-        if recipe.kind == "relax":
-            nominal = nominal * factor
-        else:
-            stretch = 1 + (stretch - 1) * factor
-        columns[f"nominal_stress_{axis} [Pa]"] = nominal
-        columns[f"stretch_{axis} [1]"] = stretch
-        columns[f"true_stress_{axis} [Pa]"] = nominal * stretch
-        if axis == 1 and "relaxation_modulus [Pa]" in columns:
-            columns["relaxation_modulus [Pa]"] = columns["relaxation_modulus [Pa]"] * factor
-    return replace(result, columns=columns)

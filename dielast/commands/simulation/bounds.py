@@ -2,29 +2,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from dielast.commands.actuate.recipe import ActuateRecipe
 from dielast.commands.simulation.result import BoundedEvent, CaseResult
 from dielast.errors import in_a_draw
-from dielast.handover.breakdown_section import breakdown
+from dielast.handover.law_section import breakdown
+from dielast.io.files import Inputs
 from dielast.io.table import Column
 from dielast.material.material import Material
 from dielast.material.scatter import Sample, interval
 from dielast.mechanics.cases import of_case
 from dielast.mechanics.criteria import named
-from dielast.numerics.columns import Flags, Floats
+from dielast.numerics.arrays import Flags, Floats
 from dielast.recipe.cases import Case
-from dielast.sharing.batches import Batch, solve_batches
-from dielast.sharing.execution import Execution
-from dielast.simulate.events import UNITS, Event
+from dielast.sharing.execution import Batch, Execution, solve_batches
 from dielast.simulate.failure_map import FailureMap
+from dielast.simulate.history import EVENT_UNITS, Event
 from dielast.simulate.lifetime import POWER, UNITS as LINE_UNITS, LifetimeLine
 from dielast.simulate.map_plan import column_of
+
+if TYPE_CHECKING:
+    from dielast.commands.simulation.run import Simulation
 
 Band = tuple[Floats, Floats, Floats]
 
@@ -61,38 +63,42 @@ class CaseWithDraws:
 
 
 def bounded_cases(
+    simulation: Simulation,
     cases: Sequence[Case[Any]],
     samples: Sequence[Sample | None],
     results: Sequence[CaseResult],
-    batches: Callable[[Case[Any], Sample, CaseResult], Sequence[Batch[CaseResult]]],
+    inputs: Inputs,
     execution: Execution,
 ) -> list[CaseResult]:
-    """The results, with bounds in cases with draws; `batches` returns the batches that solve the draws of a case."""
+    """The results, with bounds in cases with draws."""
     drawn: dict[int, CaseWithDraws] = {}
     for number, (case, sample, result) in enumerate(zip(cases, samples, results, strict=True)):
         if sample is not None:
-            known_as = of_case(number, len(cases))
-            with in_a_draw(key="uncertainty", case=known_as):
-                parts = batches(case, sample, result)
-            drawn[number] = CaseWithDraws([len(drawn)], known_as, parts, result, case.recipe.uncertainty.level)
+            place = of_case(number, len(cases))
+            with in_a_draw(key="uncertainty", case=place):
+                batches = simulation.batches(*drawn_case(case, sample, result), inputs, sample.thickness_factor)
+            drawn[number] = CaseWithDraws([len(drawn)], place, batches, result, case.recipe.uncertainty.level)
     bounds = dict(zip(drawn, solve_batches(list(drawn.values()), execution, "cases with draws"), strict=True))
     return [bounds.get(number, result) for number, result in enumerate(results)]
 
 
-def drawn_film(case: Case[ActuateRecipe], sample: Sample, result: CaseResult) -> tuple[Case[ActuateRecipe], list[Material]]:
-    """The case that all draws of a film solve, and their materials. A draw has its breakdown field in its material, and the rows of
-    the result, including the last row.
+def drawn_case(case: Case[Any], sample: Sample, result: CaseResult) -> tuple[list[Case[Any]], Sequence[Material]]:
+    """A case once for each draw, and the materials of the draws. A draw of a film has its breakdown field in its material, and the
+    rows of the result, including the last row.
     """
-    known = breakdown(case.recipe.breakdown)
+    if result.events is None:
+        return [case] * len(sample), sample.materials
+    stated = breakdown(case.recipe.breakdown)
     materials = []
     for member, factor in zip(sample.aged(), sample.breakdown_factor.tolist(), strict=True):
-        field = known or member.breakdown
+        field = stated or member.breakdown
         materials.append(replace(member, breakdown=None if field is None else field.scaled(factor)))
-    output = case.recipe.output.model_copy(update={"times": _asked(result.columns["time [s]"]), "profile": None})
-    return Case(case.recipe.model_copy(update={"breakdown": None, "output": output}), case.settings), materials
+    output = case.recipe.output.model_copy(update={"times": _times_for_draws(result.columns["time [s]"]), "profile": None})
+    film = Case(case.recipe.model_copy(update={"breakdown": None, "output": output}), case.settings)
+    return [film] * len(sample), materials
 
 
-def _asked(time: Floats) -> list[float] | None:
+def _times_for_draws(time: Floats) -> list[float] | None:
     """Times (rows,) for the draws at the rows of a result; of two rows at one time, the second is after a jump."""
     return np.where(np.diff(time, prepend=np.nan) == 0, np.nextafter(time, np.inf), time).tolist() or None
 
@@ -164,7 +170,7 @@ def bounded_events(events: Sequence[Event], drawn: Sequence[Sequence[Event]], le
     for name, which, event in rows:
         same = [[happened for happened in draw if happened.name == name][which : which + 1] for draw in drawn]
         lower, upper = {}, {}
-        for number in UNITS:
+        for number in EVENT_UNITS:
             absent = np.inf if number == "time" else np.nan
             low, high = interval(np.array([float(getattr(draw[0], number)) if draw else absent for draw in same]), level)
             lower[number], upper[number] = float(low), float(high)
@@ -178,10 +184,10 @@ def bounded_event_columns(events: Sequence[Sequence[BoundedEvent]]) -> list[Colu
     rows = [event for _, event in flat]
     central = [
         Column(name, unit, np.array([np.nan if row.event is None else getattr(row.event, name) for row in rows], dtype=float))
-        for name, unit in UNITS.items()
+        for name, unit in EVENT_UNITS.items()
     ]
     sides = [row.lower for row in rows], [row.upper for row in rows]
-    bounds = {name: [np.array([row[name] for row in side], dtype=float) for side in sides] for name in UNITS}
+    bounds = {name: [np.array([row[name] for row in side], dtype=float) for side in sides] for name in EVENT_UNITS}
     return [
         Column("case", None, np.array([case for case, _ in flat], dtype=np.int64)),
         Column("event", None, [row.name for row in rows]),

@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from dielast.commands.simulation.comparison_recipe import Comparison
-from dielast.commands.simulation.recipe import SimulationRecipe
+from dielast.commands.simulation.recipe import Comparison, SimulationRecipe
 from dielast.commands.simulation.result import CaseResult, GivenUp
 from dielast.commands.simulation.step_recipe import HistoryStep
 from dielast.errors import InputError, Mistakes, Problem, and_more, as_toml, placed
@@ -21,14 +20,12 @@ from dielast.io.files import Inputs
 from dielast.io.table import Column, Table, case_table
 from dielast.material.checks import warn_of_material
 from dielast.material.material import Material
-from dielast.numerics.columns import Floats
+from dielast.numerics.arrays import Floats
 from dielast.recipe.cases import Case
-from dielast.simulate.cycles import cycle_table
-from dielast.simulate.history import History
+from dielast.simulate.history import Event, History
 
 if TYPE_CHECKING:
     from dielast.commands.simulation.compare import Match
-    from dielast.simulate.events import Event
 
 PART = 2**14  # branches in a batch, over all cases: less than a second of work
 FINE = 4000  # points along a history for a comparison over another quantity than time
@@ -95,21 +92,12 @@ def one_or_all(materials: Sequence[Material]) -> Material | list[Material]:
 def result_columns(results: Sequence[CaseResult]) -> Table:
     """The table of all cases, one below the other."""
     headers = dict.fromkeys(header for result in results for header in result.columns)
-    # a quantity that a case lacks, such as the damage of a film without [damage], is empty
-    columns = [
-        {header: result.columns.get(header, np.full(_rows(result.columns), np.nan)) for header in headers} for result in results
-    ]
-    return case_table([result.temperature for result in results], columns)
-
-
-def _rows(columns: Mapping[str, Floats]) -> int:
-    return next(iter(columns.values())).size
-
-
-def cycle_columns(results: Sequence[CaseResult]) -> Table | None:
-    """The table of all cycles of all cases, None if there are none."""
-    cycling = {case: result.cycles for case, result in enumerate(results) if result.cycles is not None}
-    return cycle_table(cycling) if cycling else None
+    columns = []
+    for result in results:
+        # a quantity that a case lacks, such as the damage of a film without [damage], is empty
+        empty = np.full(result.columns["time [s]"].size, np.nan)
+        columns.append({header: result.columns.get(header, empty) for header in headers})
+    return case_table(dict(enumerate(columns)), [result.temperature for result in results])
 
 
 def case_result(
@@ -133,9 +121,10 @@ def case_result(
 
 def failures(results: Sequence[CaseResult]) -> list[str]:
     """A line for each reason why cases were not finished, about the first of these cases."""
-    lost = [(index, result.failure) for index, result in enumerate(results) if result.failure is not None]
-    lines = [(loss.reason, f"case {index}: given up at {loss.time:.6g} s: {loss.reason}") for index, loss in lost]
-    return first_of_each(lines, "cases")
+    lost = [(case, result.failure) for case, result in enumerate(results) if result.failure is not None]
+    return first_of_each(
+        [(loss.reason, f"case {case}: given up at {loss.time:.6g} s: {loss.reason}") for case, loss in lost], "cases"
+    )
 
 
 def first_of_each(lines: Sequence[tuple[str, str]], what: str) -> list[str]:
@@ -157,19 +146,17 @@ def matches(
         return []
     from dielast.commands.simulation.compare import match
 
+    def model(case: int, measured: Floats | None) -> Mapping[str, Floats]:
+        rows = columns[case]["time [s]"]
+        end = float(rows[-1]) if rows.size else 0.0
+        times = np.union1d(rows, np.linspace(0.0, end, FINE)) if measured is None else measured[measured <= end]
+        return simulate(case, times) if times.size else {header: np.zeros(0) for header in columns[case]}
+
     matched = []
     for index, comparison in enumerate(recipe.compare):
         check_case(index, comparison, len(columns))
-        series = columns[comparison.case]
-        end = float(series["time [s]"][-1]) if series["time [s]"].size else 0.0
-
-        def fine(
-            times: Floats | None, case: int = comparison.case, rows: Floats = series["time [s]"], end: float = end
-        ) -> Mapping[str, Floats]:
-            wanted = np.union1d(rows, np.linspace(0.0, end, FINE)) if times is None else times[times <= end]
-            return simulate(case, wanted) if wanted.size else {header: np.zeros(0) for header in columns[case]}
-
-        matched.append(match(comparison, series, inputs, fine, f"compare[{index}]", getattr(recipe, "specimen", None)))
+        case, specimen = comparison.case, getattr(recipe, "specimen", None)
+        matched.append(match(comparison, columns[case], inputs, partial(model, case), f"compare[{index}]", specimen))
     return matched
 
 
@@ -213,24 +200,23 @@ def axes_of(
     its later steps into a line.
     """
     recipe, swept = cases[0].recipe, cases[0].settings
-    stated = recipe.compare[0] if recipe.compare and recipe.plot.x is None and recipe.plot.y is None else None
     x, y = recipe.plot.x or "time [s]", recipe.plot.y or measured
-    if stated is not None:
-        x, y = stated.x, stated.y
+    if recipe.compare and recipe.plot.x is None and recipe.plot.y is None:
+        x, y = recipe.compare[0].x, recipe.compare[0].y
     for header in (x, y):
         if header not in columns and not (header == x and header in swept):
             raise InputError(f'"{header}" is no column of the result; there are {", ".join(columns)}', key="plot")
-    if goes_on(recipe):
+    if x != "time [s]" or _goes_on(recipe):
         time_scale = "linear"
-    return x, y, (recipe.plot.x_scale or (time_scale if x == "time [s]" else "linear"), recipe.plot.y_scale)
+    return x, y, (recipe.plot.x_scale or time_scale, recipe.plot.y_scale)
 
 
-def goes_on(recipe: SimulationRecipe) -> bool:
+def _goes_on(recipe: SimulationRecipe) -> bool:
     """Whether the load changes after a hold or after the first target, or is cyclic."""
     steps: Sequence[HistoryStep] = getattr(recipe, "step", ())
-    aims = [step for step in steps if step.aim() is not None]
+    targets = [step for step in steps if step.aim() is not None]
     cycles = any(getattr(step, "waveform", None) is not None for step in steps)
-    return len(aims) > 1 or cycles or any(step.hold is not None for step in steps[:-1])
+    return len(targets) > 1 or cycles or any(step.hold is not None for step in steps[:-1])
 
 
 def case_columns(cases: Sequence[Case[SimulationRecipe]]) -> list[Column]:

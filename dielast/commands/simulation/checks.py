@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from itertools import groupby
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,7 +14,7 @@ from dielast.commands.simulation.cases import last
 from dielast.commands.simulation.result import CaseResult
 from dielast.commands.simulation.solver_steps import Entry, aims, corners, lasting, reached
 from dielast.errors import and_more, warn
-from dielast.handover.breakdown_section import breakdown
+from dielast.handover.law_section import breakdown
 from dielast.material.breakdown import BreakdownLaw
 from dielast.material.checks import (
     FAINTEST,
@@ -30,7 +30,7 @@ from dielast.material.checks import (
 )
 from dielast.material.material import Material
 from dielast.material.use_checks import Pace, fastest_branch, warn_of_lasting, warn_of_paces, warn_of_stretches, warn_of_use
-from dielast.numerics.columns import Floats
+from dielast.numerics.arrays import Floats
 from dielast.recipe.cases import Case
 
 if TYPE_CHECKING:
@@ -51,22 +51,27 @@ def warn_of_membranes(
 ) -> None:
     """Warn of cases of `relax` or `creep` that ask too much of their material, or whose loads look like something else."""
     rest = 1.0 if cases[0].recipe.kind == "relax" else 0.0
-    _warn_of_use(materials, results)
-    _warn_of_unstable(materials, results, [case.recipe.mode for case in cases])
+    _warn_of_materials(materials, results, [case.recipe.mode for case in cases])
     warn_of_paces(_paces(cases, materials, results, histories, rest))
     targets = [aims(entries) for entries in histories]
     if cases[0].recipe.kind == "relax":
         warn_of_stretch(min(min(values, default=rest) for values in targets), max(max(values, default=rest) for values in targets))
         _warn_of_slack(results)
         return
-    recipes = [case.recipe for case in cases]
-    specimens = [recipe.specimen for recipe in recipes if isinstance(recipe, CreepRecipe) and recipe.specimen is not None]
+    specimens = [case.recipe.specimen for case in cases if case.recipe.specimen is not None]
     thickness = [specimen.thickness for specimen in specimens if specimen.thickness is not None]
     warn_of_thickness(thickness, "specimen", THICKEST_SPECIMEN)
-    loaded = [(material, result.columns) for material, result, aim in zip(materials, results, targets, strict=True) if any(aim)]
+    loaded = [case for case, aim in enumerate(targets) if any(aim)]
     if loaded:
-        first, second = (np.concatenate([columns[f"stretch_{axis} [1]"] for _, columns in loaded]) for axis in (1, 2))
-        warn_of_elongation(first, second, np.concatenate([_room(material, columns) for material, columns in loaded]))
+        stretches = [_stretches(results[case]) for case in loaded]
+        margins = [
+            materials[case].equilibrium_law.margin(np.square(stretch))
+            if materials[case].equilibrium_modulus > 0
+            else np.ones(stretch.shape[1])
+            for case, stretch in zip(loaded, stretches, strict=True)
+        ]
+        first, second = np.concatenate(stretches, axis=1)
+        warn_of_elongation(first, second, np.concatenate(margins))
 
 
 def warn_of_films(
@@ -78,43 +83,45 @@ def warn_of_films(
     """Warn of cases of `actuate` that ask too much of their material, whose films or voltages look as if they were in another unit,
     or that break down at once.
     """
-    _warn_of_use(materials, results)
-    even = [len({*case.recipe.film.prestretch}) == 1 and len({*case.recipe.film.boundary}) == 1 for case in cases]
-    _warn_of_unstable(materials, results, ["equibiaxial" if both else None for both in even])
     films = [case.recipe.film for case in cases]
-    thickness = [film.thickness for film in films]
+    even = [len({*film.prestretch}) == 1 and len({*film.boundary}) == 1 for film in films]
+    _warn_of_materials(materials, results, ["equibiaxial" if both else None for both in even])
     stated = [breakdown(case.recipe.breakdown) for case in cases]
     limits = [law or material.breakdown for law, material in zip(stated, materials, strict=True)]
     warn_of_breakdown([field for law in stated if law is not None for field in law.typical_fields()])
     if any(case.recipe.stop.at is None for case in cases):
         warn_of_no_breakdown([law is not None for law in limits], materials)
+    thickness = np.array([film.thickness for film in films])
     warn_of_setups([film.prestretch for film in films], [film.boundary for film in films], thickness, limits)
     area = np.array([film.prestretch[0] * film.prestretch[1] for film in films])
     highest = np.array([max(map(abs, aims(entries)), default=0.0) for entries in histories])
     charged = np.array([case.recipe.control == "charge" for case in cases])
-    permittivity = np.array(
-        [_permittivity(material, result.temperature) for material, result in zip(materials, results, strict=True)]
-    )
-    field = np.where(charged, highest / (permittivity * area), highest * area / np.array(thickness))
-    known = np.array([_limit(*each) for each in zip(limits, area.tolist(), thickness, field.tolist(), strict=True)])
-    warn_of_field(field, known, charged)
+    permittivity = np.array([_permittivity(*pair) for pair in zip(materials, results, strict=True)])
+    field = np.where(charged, highest / (permittivity * area), highest * area / thickness)
+    # if none is known, the plausible value closest to the field
+    limit = np.clip(field, FAINTEST, STRONGEST)
+    for k, law in enumerate(limits):
+        if law is not None:
+            limit[k] = law.of_film(np.sqrt(area[k]), thickness[k] / area[k])
+    warn_of_field(field, limit, charged)
     leaks = [case.recipe.leakage for case in cases]
     scale = [np.inf if leak is None or leak.field is None or not leak.conductivity else leak.field for leak in leaks]
     warn_of_leak([np.max(np.abs(result.columns["true_field [V/m]"]), initial=0.0) for result in results], scale)
     paces, broken = list(_paces(cases, materials, results, histories, 0.0)), []
     for index, (material, result) in enumerate(zip(materials, results, strict=True)):
+        at_once = AT_ONCE.replace("voltage", cases[index].recipe.control)
         for event in result.events or ():
             if event.name != "breakdown" or event.time > 0:
                 continue
-            if abs(event.voltage) * area[index] / films[index].thickness * MOVED >= known[index]:
-                broken.append(index)
+            if abs(event.voltage) * area[index] / thickness[index] * MOVED >= limit[index]:
+                broken.append((index, at_once))
             else:
-                what = f"{_of_case(index, len(cases))}the film breaks down {_at_once(cases[index].recipe)}, after"
+                what = f"{_of_case(index, len(cases))}the film breaks down {at_once}, after"
                 paces.append(Pace(what, 0.0, fastest_branch(material, result.temperature), result.temperature))
     warn_of_paces(paces)
     if broken:
-        beyond = f"the film breaks down {_at_once(cases[broken[0]].recipe)}: it is beyond the breakdown field from the start"
-        warn(_cases(broken) + beyond)
+        beyond = f"the film breaks down {broken[0][1]}: it is beyond the breakdown field from the start"
+        warn(_cases([index for index, _ in broken]) + beyond)
 
 
 def warn_of_no_breakdown(known: Sequence[bool], materials: Sequence[Material]) -> None:
@@ -139,28 +146,28 @@ def warn_of_setups(
         warn(f"film.prestretch: 1 in a frame: {buckles}; the result is of a film that stays flat")
 
 
-def _warn_of_use(materials: Sequence[Material], results: Sequence[CaseResult]) -> None:
-    """Warn of the temperatures that the materials are used at."""
-    for one in {id(material): material for material in materials}.values():
-        asked = zip(materials, results, strict=True)
-        own = [result for material, result in asked if material is one]
-        warn_of_use(one, [result.temperature for result in own])
-        lasting = [float(np.max(result.columns["time [s]"], initial=0.0)) for result in own]
-        warn_of_lasting(one, [result.temperature for result in own], lasting)
+def _warn_of_materials(materials: Sequence[Material], results: Sequence[CaseResult], modes: Sequence[str | None]) -> None:
+    """Warn of temperatures, times and stretches that the materials are used at; `modes` are the modes of loading of the cases."""
+    for cases in _alike([id(material) for material in materials]):
+        material, temperature = materials[cases[0]], [results[case].temperature for case in cases]
+        warn_of_use(material, temperature)
+        warn_of_lasting(material, temperature, [np.max(results[case].columns["time [s]"], initial=0.0) for case in cases])
+    for cases in _alike([(id(material), mode) for material, mode in zip(materials, modes, strict=True)]):
+        stretch = np.concatenate([_stretches(results[case]) for case in cases], axis=1)
+        warn_of_stretches(materials[cases[0]], stretch, modes[cases[0]])
 
 
-def _warn_of_unstable(materials: Sequence[Material], results: Sequence[CaseResult], modes: Sequence[str | None]) -> None:
-    """Warn of materials whose equilibrium spring is stretched beyond its stable range; `modes` are those of the cases."""
-    for material, mode in {
-        (id(material), mode): (material, mode) for material, mode in zip(materials, modes, strict=True)
-    }.values():
-        stretched = [
-            [result.columns[f"stretch_{axis} [1]"] for axis in (1, 2)]
-            for result, known, wanted in zip(results, materials, modes, strict=True)
-            if known is material and wanted == mode
-        ]
-        stretch = np.concatenate([np.array(stretches) for stretches in stretched], axis=1)
-        warn_of_stretches(material, stretch, mode)
+def _alike(keys: Sequence[object]) -> list[list[int]]:
+    """The numbers of the cases with equal keys, for each key."""
+    groups: dict[object, list[int]] = {}
+    for case, key in enumerate(keys):
+        groups.setdefault(key, []).append(case)
+    return list(groups.values())
+
+
+def _stretches(result: CaseResult) -> Floats:
+    """The stretches (2, rows) of a case."""
+    return np.array([result.columns[f"stretch_{axis} [1]"] for axis in (1, 2)])
 
 
 def _warn_of_slack(results: Sequence[CaseResult]) -> None:
@@ -173,29 +180,10 @@ def _warn_of_slack(results: Sequence[CaseResult]) -> None:
         warn(f"{_cases(slack) if len(results) > 1 else ''}{pushed}: a thin one goes slack instead")
 
 
-def _room(material: Material, columns: Mapping[str, Any]) -> Floats:
-    """The distance (points,) of the stretches of a case to the limit of the equilibrium spring: 1 at rest, 0 at the limit."""
-    squared = np.square([columns[f"stretch_{axis} [1]"] for axis in (1, 2)])
-    return material.equilibrium_law.room(squared) if material.equilibrium_modulus > 0 else np.ones(squared.shape[1])
-
-
-def _limit(known: BreakdownLaw | None, area: float, thickness: float, field: float) -> float:
-    """The breakdown field in V/m of a film of this prestretched area and undeformed thickness in m; if none is known, the
-    plausible value closest to `field`.
-    """
-    if known is None:
-        return float(np.clip(field, FAINTEST, STRONGEST))
-    return float(known.of_film(np.sqrt(area), thickness / area))
-
-
-def _at_once(recipe: ActuateRecipe) -> str:
-    return AT_ONCE.replace("voltage", recipe.control)
-
-
-def _permittivity(material: Material, temperature: float) -> float:
+def _permittivity(material: Material, result: CaseResult) -> float:
     """The permittivity at stretch 1 in F/m; 1 if the material has none."""
     law = material.dielectric
-    return 1.0 if law is None else float(law.at(np.array([temperature]))[0])
+    return 1.0 if law is None else float(law.at(np.array([result.temperature]))[0])
 
 
 def _cases(numbers: Sequence[int]) -> str:

@@ -8,16 +8,15 @@ from pathlib import Path
 
 import numpy as np
 
-from dielast.commands.simulation.comparison_recipe import Comparison
-from dielast.commands.simulation.result_columns import roles_of
+from dielast.commands.simulation.recipe import Comparison, roles_of
 from dielast.errors import InputError, warn
 from dielast.io.files import Inputs
 from dielast.io.table import split_header
 from dielast.io.text_table import MeasuredTable, read_measured
 from dielast.material.checks import warn_of_measured_stretch
-from dielast.numerics.columns import Flags, Floats
+from dielast.numerics.arrays import Flags, Floats
+from dielast.readings.columns_recipe import Specimen
 from dielast.readings.specimen import KNOWN_AS, read_as, role_in
-from dielast.readings.specimen_recipe import Specimen
 from dielast.units import (
     CHARGE,
     CHARGE_DENSITY,
@@ -41,6 +40,8 @@ _MECHANICAL, _ELECTRICAL = (
 DIMENSIONS = {dimension.unit: dimension for dimension in (*_MECHANICAL, *_ELECTRICAL, ENERGY_DENSITY)}
 # columns of the result -> quantities of a testing machine that give them
 QUANTITIES = {"time [s]": "time", "stretch_1 [1]": "stretch", "nominal_stress_1 [Pa]": "stress"}
+# and what a testing machine may have measured instead
+MACHINE = {"stretch": ("extension", LENGTH), "stress": ("force", FORCE)}
 
 Fine = Callable[[Floats | None], Mapping[str, Floats]]
 """The columns of a case at these times in s; without times, dense enough for linear interpolation."""
@@ -96,7 +97,7 @@ def match(
         if header not in columns:
             raise InputError(f'"{header}" is no column of the result; there are {", ".join(columns)}', key=f"{key}.{axis}")
     x, y = read_points(comparison, inputs, specimen)
-    found = fine(measured_times(x) if comparison.x == "time [s]" else None)
+    found = fine(np.unique(x[x >= 0]) if comparison.x == "time [s]" else None)
     model = _interpolate(comparison, x, found[comparison.x], found[comparison.y])
     missed = int(np.count_nonzero(np.isnan(model)))
     if missed == x.size:
@@ -136,12 +137,15 @@ def _axis(
     wanted: str | int = column or name
     if quantity == "time" and column is None:
         wanted = comparison.columns.time or name
-    elif quantity is not None and quantity != "time":
+    elif quantity in MACHINE:
         stated = bool(roles_of(header) & comparison.columns.by_role.keys())
         if stated or (column is None and not table.has(name) and any(map(table.has, KNOWN_AS[quantity]))):
             role, wanted = role_in(table, quantity, comparison.columns)
         else:
-            role = _told_by_unit(table, wanted, axis, quantity)
+            # the unit tells an extension from a stretch, and a force from a stress
+            unit_of_column = table.units[table.find(wanted, axis)] or (table.stated_units or {}).get(axis)
+            raw, dimension = MACHINE[quantity]
+            role = raw if unit_of_column is not None and kind_of(unit_of_column) is dimension else quantity
         if role != quantity:
             return read_as(table, role, wanted, specimen, rows, axis)
     values = table.column(wanted, axis, DIMENSIONS.get(unit or "1", NUMBER), rows)
@@ -150,22 +154,9 @@ def _axis(
     return values
 
 
-def _told_by_unit(table: MeasuredTable, wanted: str | int, axis: str, quantity: str) -> str:
-    """The quantity in a column for a stretch or a stress, such as an extension or a force."""
-    unit = table.units[table.find(wanted, axis)] or (table.stated_units or {}).get(axis)
-    kind = kind_of(unit) if unit is not None else None
-    machine = {"stretch": ("extension", LENGTH), "stress": ("force", FORCE)}[quantity]
-    return machine[0] if kind is machine[1] else quantity
-
-
 def _label(comparison: Comparison) -> str:
     chosen = ", ".join(f"{name} {value}" for name, value in comparison.where.items())
     return f"measured, {Path(comparison.file).name}" + (f", {chosen}" if chosen else "")
-
-
-def measured_times(x: Floats) -> Floats:
-    """The measured times at which a simulation can be evaluated."""
-    return np.unique(x[x >= 0])
 
 
 def _rows(table: MeasuredTable, comparison: Comparison) -> Flags:
@@ -174,9 +165,8 @@ def _rows(table: MeasuredTable, comparison: Comparison) -> Flags:
     for name, value in comparison.where.items():
         keep &= table.equals(name, value)
     if not keep.any():
-        raise InputError(
-            f"no row has {', '.join(f'{name} = {value}' for name, value in comparison.where.items())}", file=comparison.file
-        )
+        chosen = ", ".join(f"{name} = {value}" for name, value in comparison.where.items())
+        raise InputError(f"no row has {chosen}", file=comparison.file)
     return keep
 
 

@@ -38,24 +38,22 @@ def _boundary(value: Any) -> tuple[str, str]:
 def prestretch_of(value: Any) -> tuple[float, float]:
     """The prestretch of axes 1 and 2."""
     pair = value if isinstance(value, list) else [value, value]
-    numbers = [
-        entry for entry in pair if isinstance(entry, int | float) and not isinstance(entry, bool) and 1 <= entry <= float_info.max
-    ]
-    if len(pair) != 2 or len(numbers) != 2:
+    if len(pair) != 2 or not all(_is_number(entry) and 1 <= entry <= float_info.max for entry in pair):
         strain = next((strain for entry in pair if (strain := _strain(entry)) is not None), None)
         hint = "" if strain is None else f"; a prestretch is 1 + strain: if that is a strain, write {1 + strain:g}"
         raise InputError(f"{shown(value)}: a prestretch of at least 1 is needed, or a pair such as [3.0, 1.0]{hint}")
     return float(pair[0]), float(pair[1])
 
 
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool)
+
+
 def _strain(value: Any) -> float | None:
     """The strain that was probably meant: a number between 0 and 1, or per cent; else None."""
-    if isinstance(value, str):
-        try:
-            return parse(value, STRAIN)
-        except InputError:
-            return None
-    return float(value) if isinstance(value, int | float) and not isinstance(value, bool) and 0 < value < 1 else None
+    with suppress(InputError):
+        return parse(value, STRAIN)
+    return float(value) if _is_number(value) and 0 < value < 1 else None
 
 
 ONE_PRESTRETCH = {"anyOf": [{"type": "number"}, {"type": "array", "items": {"type": "number"}, "minItems": 2, "maxItems": 2}]}
@@ -72,13 +70,10 @@ Prestretch = Annotated[tuple[float, float], PlainValidator(prestretch_of), WithJ
 
 def _timescale(value: Any) -> tuple[float, bool]:
     """A share of the time since the voltage came on (True), or a time in s (False)."""
-    for dimension, share in ((STRAIN, True), (TIME, False)):
-        try:
-            number = parse(value, dimension)
-        except InputError:
-            continue
-        if number >= 0:
-            return number, share
+    for dimension, is_share in ((STRAIN, True), (TIME, False)):
+        with suppress(InputError):
+            if (number := parse(value, dimension)) >= 0:
+                return number, is_share
     raise InputError(
         f'{shown(value)}: a share of the time since the voltage came on, such as "1 %", or a time, such as "0 s", is needed'
     )
@@ -108,26 +103,22 @@ class PullInSection(Section):
         return TimeScale.fraction(number) if is_share else TimeScale.fixed(number)
 
 
-def _shares(value: Any) -> tuple[float, ...]:
-    """Shares between 0 and 1."""
-    entries = value if isinstance(value, list) else [value]
-    if not entries:
-        raise InputError("a share between 0 and 1 is needed, or a list of them")
-    return tuple(map(_share, entries))
-
-
 def _share(value: Any) -> float:
     """A share between 0 and 1, as a number or in per cent."""
-    number = nan
-    if isinstance(value, str):
-        with suppress(InputError):
-            number = parse(value, STRAIN)
-    elif isinstance(value, int | float) and not isinstance(value, bool):
-        number = value
+    number = value if _is_number(value) else nan
+    with suppress(InputError):
+        number = parse(value, STRAIN)
     if not 0 < number < 1:
         whole = ': an electrode as large as the frame is boundary = "clamped"' if number == 1 else ""
         raise InputError(f'{shown(value)}: a share between 0 and 1 is needed, such as 0.05 or "5 %"{whole}')
     return float(number)
+
+
+def _shares(value: Any) -> tuple[float, ...]:
+    """Shares between 0 and 1."""
+    if value == []:
+        raise InputError("a share between 0 and 1 is needed, or a list of them")
+    return tuple(map(_share, value if isinstance(value, list) else [value]))
 
 
 _SHARE_SCHEMA = {
@@ -158,8 +149,15 @@ class FilmSolver(Solver):
     )
 
 
+def _as_tuple(value: float | tuple[float, ...]) -> tuple[float, ...]:
+    return value if isinstance(value, tuple) else (value,)
+
+
 class FilmBase(Section):
-    """The keys that the films of actuate, failure-map and design share."""
+    """The keys that the films of actuate, failure-map and design share.
+
+    A subclass has the keys `prestretch` and `electrode_share` as well, with a value for one film, or an axis of a grid.
+    """
 
     thickness: Length = Field(description="Undeformed thickness.")
     prestretch_rate: StrainRate | None = Field(
@@ -191,7 +189,19 @@ class FilmBase(Section):
     @property
     def thicknesses(self) -> tuple[float, ...]:
         """The undeformed thickness in m of each film."""
-        return (self.thickness,)
+        return _as_tuple(self.thickness)
+
+    @property
+    def prestretches(self) -> tuple[tuple[float, float], ...]:
+        """The prestretch of axes 1 and 2 of each film."""
+        film: Any = self
+        return film.prestretch if isinstance(film.prestretch[0], tuple) else (film.prestretch,)
+
+    @property
+    def stated_shares(self) -> tuple[float, ...] | None:
+        """The values of electrode_share."""
+        film: Any = self
+        return None if film.electrode_share is None else _as_tuple(film.electrode_share)
 
     @property
     def weights(self) -> tuple[tuple[float | None, float | None], tuple[float | None, float | None]]:
@@ -218,14 +228,10 @@ class FilmBase(Section):
         """The electrode's share of each film with a passive part: of the diameter of a frame, or of the length of a strip."""
         if self.boundary[0] not in PASSIVE:
             return None
-        stated = self.stated_shares()
+        stated = self.stated_shares
         if stated or self.electrode_diameter is None or self.frame_diameter is None:
             return stated
         return (self.electrode_diameter / self.frame_diameter,)
-
-    def stated_shares(self) -> tuple[float, ...] | None:
-        """The values of electrode_share."""
-        raise NotImplementedError
 
     def check_boundary(self, solver: FilmSolver, *, swept: bool = False) -> None:
         """`InputError` for keys of the boundary that do not fit each other.
@@ -233,28 +239,29 @@ class FilmBase(Section):
         Where the boundary is `swept`, keys that only a film with a passive part needs may stand beside other boundaries as well.
         """
         self.check_weights()
-        boundary, stated = self.boundary[0], self.stated_shares()
+        boundary, stated = self.boundary[0], self.stated_shares
         if boundary != "frame" and not swept and "mesh_rtol" in solver.model_fields_set:
             raise InputError('has no effect without boundary = "frame": leave it out', key="solver.mesh_rtol")
-        if boundary not in PASSIVE:
-            if swept:
-                return
-            for key, value in (("electrode_share", stated), ("frame_diameter", self.frame_diameter)):
-                if value is not None:
-                    only = 'boundary = "frame"' + ' or "strip"' * (key == "electrode_share")
-                    raise InputError(f"needs {only}, a film with a passive part", key=f"film.{key}")
-            return
-        if boundary == "strip" and self.frame_diameter is not None:
-            raise InputError(
-                "a strip has no frame: state electrode_share, the electrode's share of the length of the strip",
-                key="film.frame_diameter",
-            )
-        if stated is not None and self.frame_diameter is not None:
-            raise InputError("electrode_share and frame_diameter state the same: leave one of them out", key="film.frame_diameter")
-        if stated is None and self.frame_diameter is not None and self.electrode_diameter is None:
-            raise InputError(
-                "the diameter of the electrode is needed as well: state film.electrode_diameter", key="film.frame_diameter"
-            )
+        if boundary in PASSIVE:
+            self._check_passive(boundary)
+        elif stated is not None and not swept:
+            raise InputError('needs boundary = "frame" or "strip", a film with a passive part', key="film.electrode_share")
+        elif self.frame_diameter is not None and not swept:
+            raise InputError('needs boundary = "frame", a film with a passive part', key="film.frame_diameter")
+
+    def _check_passive(self, boundary: str) -> None:
+        """`InputError` unless the keys state one electrode share for a frame or a strip."""
+        stated = self.stated_shares
+        if self.frame_diameter is not None:
+            wrong = None
+            if boundary == "strip":
+                wrong = "a strip has no frame: state electrode_share, the electrode's share of the length of the strip"
+            elif stated is not None:
+                wrong = "electrode_share and frame_diameter state the same: leave one of them out"
+            elif self.electrode_diameter is None:
+                wrong = "the diameter of the electrode is needed as well: state film.electrode_diameter"
+            if wrong is not None:
+                raise InputError(wrong, key="film.frame_diameter")
         if self.shares is None:
             ways = "electrode_share, " + ("or electrode_diameter and frame_diameter" if boundary == "frame" else "of its length")
             raise InputError(f"{shown(boundary)} needs the electrode's share of the film: state film.{ways}", key="film.boundary")
@@ -264,8 +271,3 @@ class FilmBase(Section):
         if boundary == "frame" and (apart := [pair for pair in self.prestretches if pair[0] != pair[1]]):
             instead = 'a round frame needs an equibiaxial one; for a pair use "strip", or "clamped" and "dead-load"'
             raise InputError(f"{list(apart[0])}: {instead}", key="film.prestretch")
-
-    @property
-    def prestretches(self) -> tuple[tuple[float, float], ...]:
-        """The prestretch of axes 1 and 2 of each film."""
-        raise NotImplementedError

@@ -61,14 +61,10 @@ class GridFilm(FilmBase):
     prestretch: Prestretches = Field(description="Equibiaxial prestretches, or pairs; a list is an axis of the grid.")
     electrode_share: GridShares | None = Field(None, description=SHARE_TEXT + " A list is an axis of the grid.")
 
-    def stated_shares(self) -> tuple[float, ...] | None:
-        """The values of the axis."""
-        return self.electrode_share
-
     @property
-    def prestretches(self) -> tuple[tuple[float, float], ...]:
-        """The prestretch of axes 1 and 2 of each film."""
-        return self.prestretch
+    def sizes(self) -> tuple[int, int, int]:
+        """The numbers of thicknesses, prestretches and electrode shares."""
+        return len(self.thicknesses), len(self.prestretch), len(self.shares or (1,))
 
     def setup(self, mesh_rtol: float) -> dict[str, Any]:
         """The arguments of `FilmSetup` for the films."""

@@ -10,7 +10,7 @@ from dielast.io.files import Inputs
 from dielast.mechanics.line import EVEN_ROWS, HOLD_DECADES, JUMP_DECADES, RAMP_DECADES
 from dielast.recipe.cases import Case
 from dielast.sharing.memory import check_memory
-from dielast.simulate.wanted import Wanted
+from dielast.simulate.output import Output
 
 NUMBER = 8  # bytes
 COPIES = 4.5  # copies of each number of a table from the solver to the file, as measured
@@ -55,5 +55,5 @@ def _rows(recipe: SimulationRecipe, inputs: Inputs, known: dict[str, int]) -> in
         elif getattr(step, "waveform", None) is not None:
             cycles = step.cycles or 1
             # a row of cycles.csv takes about as much
-            count += 2 * EVEN_ROWS * Wanted(cycles=recipe.output.cycles).kept(cycles).size + cycles
+            count += 2 * EVEN_ROWS * Output(cycles=recipe.output.cycles).kept(cycles).size + cycles
     return count

@@ -9,36 +9,28 @@ from typing import Any
 from dielast.commands.command import Reading
 from dielast.commands.simulation.cases import check_case, material_key, material_of
 from dielast.commands.simulation.compare import read_points
-from dielast.commands.simulation.recipe import SimulationRecipe
 from dielast.commands.simulation.solver_steps import solver_steps
 from dielast.commands.simulation.uncertainty import sample_of
 from dielast.errors import InputError
 from dielast.io.files import Inputs
-from dielast.recipe.base import RecipeBase
 from dielast.recipe.cases import Case
 
 
-def material_readings(case: Case[Any], inputs: Inputs) -> Iterator[Reading]:
-    """The material and its draws."""
-    recipe, material = case.recipe, material_key(case)
-    yield "material", material, partial(material_of, case, inputs)
-    if recipe.uncertainty is not None:
-        yield "uncertainty", (material, recipe.uncertainty), partial(_read_draws, case, inputs)
-
-
-def simulation_readings(cases: Sequence[Case[SimulationRecipe]], inputs: Inputs) -> Iterator[Reading]:
+def readings(cases: Sequence[Case[Any]], inputs: Inputs) -> Iterator[Reading]:
     """The files of every case."""
     for case in cases:
-        recipe: Any = case.recipe
-        yield from material_readings(case, inputs)
-        for index, step in enumerate(recipe.step):
+        recipe, material = case.recipe, material_key(case)
+        yield "material", material, partial(material_of, case, inputs)
+        if recipe.uncertainty is not None:
+            yield "uncertainty", (material, recipe.uncertainty), partial(_read_draws, case, inputs)
+        for index, step in enumerate(getattr(recipe, "step", ())):
             if step.table is not None:
-                alone: RecipeBase = recipe.model_copy(update={"step": [step], "load": None})
+                alone = recipe.model_copy(update={"step": [step], "load": None})
                 yield f"step[{index}].table", step, partial(solver_steps, alone, inputs)
         specimen = getattr(recipe, "specimen", None)
-        for index, comparison in enumerate(recipe.compare):
+        for index, comparison in enumerate(getattr(recipe, "compare", ())):
             yield f"compare[{index}].file", (comparison, specimen), partial(read_points, comparison, inputs, specimen)
-    for index, comparison in enumerate(cases[0].recipe.compare):
+    for index, comparison in enumerate(getattr(cases[0].recipe, "compare", ())):
         yield "", (index, comparison), partial(check_case, index, comparison, len(cases))
 
 

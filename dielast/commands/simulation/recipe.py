@@ -1,18 +1,19 @@
-"""The keys that recipes of relax, creep and actuate share."""
+"""The keys that recipes of relax, creep and actuate share, and the columns of a result as recipes name them."""
 
 from __future__ import annotations
 
+import difflib
 from typing import Annotated, Any, ClassVar, Literal, Self
 
-from pydantic import Field, PlainValidator, WithJsonSchema, model_validator
+from pydantic import AfterValidator, Field, PlainValidator, ValidationInfo, WithJsonSchema, model_validator
 
-from dielast.commands.simulation.comparison_recipe import Comparison
-from dielast.commands.simulation.result_columns import COLUMNS, Abscissa, ResultColumn
 from dielast.commands.simulation.uncertainty_recipe import Uncertainty
 from dielast.errors import InputError, shown, shown_path
 from dielast.handover.material_file import MaterialFile, material_file
-from dielast.recipe.base import RecipeBase
-from dielast.recipe.fields import Section, Temperature, Time
+from dielast.io.table import split_header
+from dielast.readings.columns_recipe import MachineColumns, Specimen
+from dielast.recipe.base import RecipeBase, TextTable, units_of
+from dielast.recipe.fields import Section, Temperature, Time, on_one_scale
 from dielast.recipe.file_fields import InputFile
 from dielast.recipe.paths import read_path
 
@@ -43,6 +44,98 @@ KEYS = {
     "horizon": "horizon",
     "sample": "uncertainty",
 }
+
+
+COLUMNS = (
+    "time [s]",
+    "stretch_1 [1]",
+    "stretch_2 [1]",
+    *(f"{what}_stress_{axis} [Pa]" for what in ("nominal", "true") for axis in (1, 2)),
+)
+# columns of comparisons and plots only: the axes of the electrode as a camera measures them
+MAJOR_AXIS, MINOR_AXIS = "major_axis [m]", "minor_axis [m]"
+
+# column of the result -> columns of a testing machine that measure the same
+_MEASURED_AS = {
+    "time [s]": {"time"},
+    "stretch_1 [1]": {"stretch", "strain", "extension"},
+    "nominal_stress_1 [Pa]": {"stress", "force"},
+}
+
+
+def roles_of(header: str) -> set[str]:
+    """The columns of a testing machine that a column of the result may be compared with."""
+    return _MEASURED_AS.get(header, set())
+
+
+def _column(header: str, info: ValidationInfo) -> str:
+    """A column of the result; the model of the recipe lists them as `COLUMNS`."""
+    known = (info.context or {}).get("columns")
+    if known and header not in known:
+        near = [column for column in known if split_header(column)[0] == split_header(header)[0]]
+        near = near or difflib.get_close_matches(header, known, n=1, cutoff=0.8)
+        hint = f'did you mean "{near[0]}"?' if near else "there are " + ", ".join(known)
+        raise InputError(f'"{header}" is no column of the result; {hint}')
+    return header
+
+
+def _abscissa(header: str, info: ValidationInfo) -> str:
+    """A column of the result, or a swept key in one spelling."""
+    swept = (info.context or {}).get("swept", {})
+    key = shown_path(read_path(header) or (header,))
+    if key in swept:
+        values = swept[key]
+        if isinstance(values, list) and on_one_scale(values) is None:
+            raise InputError(f"the values of {key} are on no scale: numbers, or quantities of one kind, are needed")
+        return key
+    try:
+        return _column(header, info)
+    except InputError as error:
+        raise error.adding(f"; swept are {', '.join(swept)}" if swept else "") from None
+
+
+ResultColumn = Annotated[str, AfterValidator(_column)]
+Abscissa = Annotated[str, AfterValidator(_abscissa)]
+"""A column of the result, or a swept key."""
+
+
+def _cell(value: Any) -> str | int | float:
+    if isinstance(value, bool) or not isinstance(value, str | int | float):
+        raise InputError(f"{shown(value)}: text or a number is needed")
+    return value
+
+
+Cell = Annotated[str | int | float, PlainValidator(_cell), WithJsonSchema({"type": ["string", "number"]})]
+
+
+class Comparison(TextTable):
+    """Measured points that are drawn over the plot; their misfit goes into the summary."""
+
+    file: InputFile = Field(description="Table of the measured points.")
+    x: ResultColumn = Field(description="Column of the result on the horizontal axis, such as time [s].")
+    y: ResultColumn = Field(description="Column of the result on the vertical axis, such as nominal_stress_1 [Pa].")
+    x_column: str | None = Field(None, description="Column of the file for x, if its name differs.")
+    y_column: str | None = Field(None, description="Column of the file for y, if its name differs.")
+    columns: MachineColumns = Field(
+        MachineColumns(),
+        description="Columns of the file for time, extension, force and the like, from which x and y are computed.",
+    )
+    specimen: Specimen | None = Field(
+        None, description="The specimen on which extension and force were measured. Default: the recipe's [specimen]."
+    )
+    units: Annotated[dict[str, str], units_of(x=None, y=None)] = Field(
+        {}, description="Units of x and y, where the header states none."
+    )
+    where: dict[str, Cell] = Field({}, description="Use only the rows where these columns have these values.")
+    case: int = Field(0, ge=0, description="Number of the case that was measured.")
+    label: str | None = Field(None, description="Name in the legend. Default: the name of the file.")
+
+    @model_validator(mode="after")
+    def _one_column_each(self) -> Self:
+        for axis, header, column in (("x", self.x, self.x_column), ("y", self.y, self.y_column)):
+            if column is not None and (named := roles_of(header) & self.columns.by_role.keys()):
+                raise InputError(f"{axis}_column and columns.{min(named)} state the same column: one of them is needed")
+        return self
 
 
 def _kept_cycles(value: Any) -> str | tuple[int, ...]:

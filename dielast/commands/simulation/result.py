@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
 
-from dielast.numerics.columns import Floats
+import numpy as np
+
+from dielast.commands.simulation.recipe import MAJOR_AXIS, MINOR_AXIS
+from dielast.numerics.arrays import Floats
+from dielast.numerics.random_streams import stream
 
 if TYPE_CHECKING:
-    from dielast.simulate.events import Event
-    from dielast.simulate.sensitivity import Sensitivity
+    from dielast.simulate.history import Event
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,8 +44,7 @@ class GivenUp:
 class CaseResult:
     """One case: the `columns` (times,) of its table by header, up to the solved time; the `failure` of the solver that ended it
     early; with a waveform, the columns (cycles,) of its `cycles` by header. A film also has `events`, with bounds from draws, and,
-    if the recipe states them, a `profile` and the `sensitivity` of its life. `stated` are the headers of columns that are equal in
-    all draws.
+    if the recipe states it, a `profile`. `stated` are the headers of columns that are equal in all draws.
     """
 
     temperature: float
@@ -53,6 +55,57 @@ class CaseResult:
     bounded_events: Sequence[BoundedEvent] = ()
     stated: tuple[str, ...] = ("time [s]",)
     profile: Mapping[str, Floats] | None = None
-    sensitivity: Sensitivity | None = None
     stopped: Event | None = None
     """The event that the case stopped at."""
+
+
+def with_axes(columns: Mapping[str, Floats], recipe: Any) -> Mapping[str, Floats]:
+    """The columns, with the axes in m of the electrode, a circle on the prestretched film, if its diameter is stated."""
+    diameter = getattr(getattr(recipe, "film", None), "electrode_diameter", None)
+    if diameter is None:
+        return columns
+    first, second = columns["relative_stretch_1 [1]"] * diameter, columns["relative_stretch_2 [1]"] * diameter
+    return dict(columns) | {MAJOR_AXIS: np.maximum(first, second), MINOR_AXIS: np.minimum(first, second)}
+
+
+def at_event(event: Event, columns: Mapping[str, Floats], header: str, recipe: Any) -> float:
+    """The value of a column at an event: that of the event if it holds the quantity, else interpolated in the table."""
+    located = {
+        "time [s]": event.time,
+        "voltage [V]": event.voltage,
+        "stretch_1 [1]": event.stretch_1,
+        "stretch_2 [1]": event.stretch_2,
+        "relative_stretch_1 [1]": event.stretch_1 / _begin(1, columns, recipe),
+        "relative_stretch_2 [1]": event.stretch_2 / _begin(2, columns, recipe),
+        "true_field [V/m]": event.true_field,
+    }
+    return located.get(header) or float(np.interp(event.time, columns["time [s]"], columns[header]))
+
+
+def _begin(axis: int, columns: Mapping[str, Floats], recipe: Any) -> float:
+    """The stretch when the voltage begins: the prestretch, or the stretch under a weight."""
+    if recipe.film.weights[0][axis - 1] is None or not columns["time [s]"].size:
+        return float(recipe.film.prestretch[axis - 1])
+    return float(columns[f"stretch_{axis} [1]"][0] / columns[f"relative_stretch_{axis} [1]"][0])
+
+
+def with_noise(result: CaseResult, recipe: Any, case: int) -> CaseResult:
+    """Relative Gaussian noise on the measured quantity: the stress in relaxation, the elongation (stretch - 1) in creep."""
+    if not recipe.output.noise:
+        return result
+    # a stream for each case, so that the noise does not depend on the number of cases
+    random = stream(recipe.output.seed, "noise", case)
+    columns = dict(result.columns)
+    for axis in (1, 2):
+        factor = 1 + recipe.output.noise * random.standard_normal(columns["time [s]"].size)
+        nominal, stretch = columns[f"nominal_stress_{axis} [Pa]"], columns[f"stretch_{axis} [1]"]
+        if recipe.kind == "relax":
+            nominal = nominal * factor
+        else:
+            stretch = 1 + (stretch - 1) * factor
+        columns[f"nominal_stress_{axis} [Pa]"] = nominal
+        columns[f"stretch_{axis} [1]"] = stretch
+        columns[f"true_stress_{axis} [Pa]"] = nominal * stretch
+        if axis == 1 and "relaxation_modulus [Pa]" in columns:
+            columns["relaxation_modulus [Pa]"] = columns["relaxation_modulus [Pa]"] * factor
+    return replace(result, columns=columns)

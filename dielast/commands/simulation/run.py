@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Hashable, Mapping, Sequence
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -14,7 +14,6 @@ from dielast.commands.simulation.cases import (
     axes_of,
     case_columns,
     compare_headline,
-    cycle_columns,
     divided,
     failures,
     matches,
@@ -24,27 +23,18 @@ from dielast.commands.simulation.cases import (
     temperature_of,
 )
 from dielast.commands.simulation.memory_needed import check_series
-from dielast.commands.simulation.result import CaseResult
+from dielast.commands.simulation.result import CaseResult, with_axes, with_noise
 from dielast.commands.simulation.solver_steps import Entry, in_recipe_terms, joined, solver_steps
 from dielast.io.files import Inputs
-from dielast.io.table import Table
+from dielast.io.table import Table, case_table
 from dielast.material.material import Material
 from dielast.material.scatter import Sample
-from dielast.mechanics.load import ElectricalStep, Step
-from dielast.numerics.columns import Floats
+from dielast.numerics.arrays import Floats
 from dielast.recipe.cases import Case
 from dielast.report.report import Report
-from dielast.sharing.batches import solve_batches
-from dielast.sharing.execution import Execution
+from dielast.sharing.execution import Execution, solve_batches
 
-if TYPE_CHECKING:
-    from dielast.commands.simulation.pictures import FilmEvent
-
-Columns = Mapping[str, Floats]
-Known = tuple[Case[Any], Material, Sample | None, CaseResult]
-"""A case, its material, its draws or None, and its result."""
-Solve = Callable[[Case[Any], Sequence[Material], Floats], list[CaseResult]]
-"""Solves a case for several materials, with a factor (materials,) on the thickness."""
+Figures = dict[str, Callable[[], Any]]
 
 
 class Simulation(ABC):
@@ -56,9 +46,6 @@ class Simulation(ABC):
     """Numbers in a row of the table."""
     time_scale = "log"
 
-    step: type[Step] | type[ElectricalStep]
-    """Type of a step of the solver."""
-
     @abstractmethod
     def solver(self, recipes: Sequence[Any], thickness_factor: Floats) -> partial[Any]:
         """The library's function with the arguments that are particular to this command, from recipes of one shape;
@@ -66,8 +53,8 @@ class Simulation(ABC):
         """
 
     @abstractmethod
-    def result(self, cases: Sequence[Case[Any]], recipe: Any, materials: Sequence[Material]) -> partial[CaseResult]:
-        """A function that makes the result of a case from a history and a row of it, for recipes such as that of `cases`."""
+    def result(self, recipe: Any, materials: Sequence[Material]) -> partial[CaseResult]:
+        """A function that makes the result of a case from a history and a row of it."""
 
     @abstractmethod
     def alike(self, recipe: Any) -> Hashable:
@@ -87,6 +74,12 @@ class Simulation(ABC):
     def headline(self, cases: Sequence[Case[Any]], results: Sequence[CaseResult]) -> dict[str, dict[str, Any]]:
         """The headline numbers by section of the summary."""
 
+    def extras(
+        self, cases: Sequence[Case[Any]], materials: Sequence[Material], results: Sequence[CaseResult]
+    ) -> tuple[dict[str, Table], Figures]:
+        """Further tables by file name, and further figures by name."""
+        return {}, {}
+
     def batches(
         self, cases: Sequence[Case[Any]], materials: Sequence[Material], inputs: Inputs, thickness_factor: Floats | None = None
     ) -> list[SimulationBatch]:
@@ -99,8 +92,8 @@ class Simulation(ABC):
         for index, (case, entries) in enumerate(zip(cases, programmes, strict=True)):
             output, shape = case.recipe.output, tuple(entry.shape for entry in entries)
             times = None if output.times is None else tuple(output.times)
-            asked = (times, output.points_per_decade, output.cycles, case.recipe.solver.rtol)
-            groups.setdefault((self.alike(case.recipe), asked, shape), []).append(index)
+            rows = (times, output.points_per_decade, output.cycles, case.recipe.solver.rtol)
+            groups.setdefault((self.alike(case.recipe), rows, shape), []).append(index)
         batches = []
         for members in groups.values():
             origin = [entry.origin for entry in programmes[members[0]]]
@@ -110,7 +103,7 @@ class Simulation(ABC):
                 simulate = partial(
                     self.solver(recipes, factor[part]),
                     one_or_all(used),
-                    [joined(step, self.step_of(recipes[0])) for step in zip(*(programmes[index] for index in part), strict=True)],
+                    [joined(step, recipes[0]) for step in zip(*(programmes[index] for index in part), strict=True)],
                     temperature=np.array(list(map(temperature_of, recipes, used))),
                     times=output.times,
                     points_per_decade=output.points_per_decade,
@@ -118,104 +111,56 @@ class Simulation(ABC):
                     cycles=output.cycles,
                 )
                 terms = partial(in_recipe_terms, origin=origin, members=part, cases=len(known))
-                batches.append(SimulationBatch(part, simulate, self.result(cases, recipes[0], used), terms))
+                batches.append(SimulationBatch(part, simulate, self.result(recipes[0], used), terms))
         return batches
-
-    def step_of(self, recipe: Any) -> type[Step] | type[ElectricalStep]:
-        """The steps of a recipe for the solver."""
-        return self.step
-
-    def as_written(self, result: CaseResult, recipe: Any, case: int) -> CaseResult:
-        """The columns of a case for the tables."""
-        return result
-
-    def seen(self, recipe: Any, columns: Columns) -> Columns:
-        """The columns of a case for comparisons and figures."""
-        return columns
-
-    def drawn(self, case: Case[Any], sample: Sample, result: CaseResult) -> tuple[Case[Any], Sequence[Material]]:
-        """The case that all draws solve, and the materials of the draws."""
-        return case, sample.materials
-
-    def analysed(self, known: Sequence[Known], solve: Solve) -> list[CaseResult]:
-        """The results, completed by further runs of the cases."""
-        return [result for _, _, _, result in known]
-
-    def tables(self, recipe: Any, results: Sequence[CaseResult]) -> dict[str, Table]:
-        """Further tables by file name."""
-        return {}
-
-    def figures(
-        self, cases: Sequence[Case[Any]], materials: Sequence[Material], results: Sequence[CaseResult]
-    ) -> dict[str, Callable[[], Any]]:
-        """Further figures by name."""
-        return {}
-
-    def marks(self, recipe: Any, result: CaseResult, seen: Columns, x: str, y: str) -> list[FilmEvent]:
-        """The events of a case in the figure."""
-        return []
 
 
 def report_of(simulation: Simulation, cases: Sequence[Case[Any]], inputs: Inputs, execution: Execution) -> Report:
     """Simulate every case, report."""
-    recipe, materials = cases[0].recipe, read_materials(cases, inputs)
+    recipes, materials = [case.recipe for case in cases], read_materials(cases, inputs)
+    kind = recipes[0].kind
     check_series(cases, simulation.width, inputs, execution.jobs)
     clean = solve_batches(simulation.batches(cases, materials, inputs), execution)
-    simulation.warn(cases, materials, clean, [solver_steps(case.recipe, inputs) for case in cases])
-    results = [
-        simulation.as_written(result, case.recipe, index) for index, (result, case) in enumerate(zip(clean, cases, strict=True))
-    ]
-    seen = [simulation.seen(case.recipe, result.columns) for case, result in zip(cases, results, strict=True)]
-
-    def again(case: int, times: Floats) -> Columns:
-        one = cases[case].recipe
-        asked = Case(one.model_copy(update={"output": one.output.model_copy(update={"times": times.tolist()})}))
-        return simulation.seen(one, solve_batches(simulation.batches([asked], [materials[case]], inputs))[0].columns)
-
-    def draws(case: Case[Any], sample: Sample, result: CaseResult) -> list[SimulationBatch]:
-        one, drawn = simulation.drawn(case, sample, result)
-        return simulation.batches([one] * len(sample), drawn, inputs, sample.thickness_factor)
-
-    written: Sequence[CaseResult] = results
+    simulation.warn(cases, materials, clean, [solver_steps(recipe, inputs) for recipe in recipes])
+    results = [with_noise(result, recipe, case) for case, (result, recipe) in enumerate(zip(clean, recipes, strict=True))]
+    columns = [with_axes(result.columns, recipe) for result, recipe in zip(results, recipes, strict=True)]
+    cycling = {case: result.cycles for case, result in enumerate(results) if result.cycles is not None}
     intervals: dict[str, dict[str, Any]] = {}
     samples: Sequence[Sample | None] = [None] * len(cases)
-    if any(case.recipe.uncertainty is not None for case in cases):
+    if any(recipe.uncertainty is not None for recipe in recipes):
         from dielast.commands.simulation.bounds import bounded_cases
         from dielast.commands.simulation.uncertainty import samples_of, uncertainty_headline
 
         samples = samples_of(cases, materials, inputs)
-        written = bounded_cases(cases, samples, results, draws, execution)
-        intervals = uncertainty_headline([case.recipe.uncertainty for case in cases], samples)
+        results = bounded_cases(simulation, cases, samples, results, inputs, execution)
+        intervals = uncertainty_headline([recipe.uncertainty for recipe in recipes], samples)
+    tables: dict[str, Table] = {}
+    sections: dict[str, dict[str, Any]] = {}
+    figures: Figures = {}
+    if any(getattr(recipe, "sensitivity", False) for recipe in recipes):
+        from dielast.commands.simulation.sensitivity import case_sensitivities, sensitivity_outputs
 
-    def further(case: Case[Any], drawn: Sequence[Material], factor: Floats) -> list[CaseResult]:
-        return solve_batches(simulation.batches([case] * len(drawn), drawn, inputs, factor), execution, "further runs")
+        found = case_sensitivities(simulation, cases, materials, samples, results, inputs, execution)
+        tables, sections, figures = sensitivity_outputs(found, cases, materials)
 
-    written = simulation.analysed(list(zip(cases, materials, samples, written, strict=True)), further)
-    matched = matches(recipe, seen, inputs, again)
-    x, y, scales = axes_of(cases, seen[0], simulation.measured, simulation.time_scale)
+    def at_times(case: int, times: Floats) -> Mapping[str, Floats]:
+        output = recipes[case].output.model_copy(update={"times": times.tolist()})
+        timed = Case(recipes[case].model_copy(update={"output": output}))
+        return with_axes(solve_batches(simulation.batches([timed], [materials[case]], inputs))[0].columns, timed.recipe)
+
+    matched = matches(recipes[0], columns, inputs, at_times)
+    axes = axes_of(cases, columns[0], simulation.measured, simulation.time_scale)
 
     def figure() -> Any:
-        from dielast.commands.simulation.bounds import band
         from dielast.commands.simulation.pictures import picture
-        from dielast.commands.simulation.uncertainty import interval_label
 
-        across = "time [s]" if x in cases[0].settings else x
-        shown = zip(cases, results, seen, strict=True)
-        marks = [simulation.marks(case.recipe, result, columns, across, y) for case, result, columns in shown]
-        bands = [band(one.columns, across, y) for one in written]
-        spans = (
-            [event.span for one in written for event in one.bounded_events if event.event is not None] if x == "time [s]" else ()
-        )
-        called = interval_label([case.recipe for case in cases])
-        return picture(cases, materials, seen, matched, (x, y, scales), bands, called, marks, spans)
+        return picture(cases, materials, results, columns, matched, axes)
 
-    tables = (
-        {f"{recipe.kind}.csv": result_columns(written)} | simulation.tables(recipe, written) | {"cases.csv": case_columns(cases)}
-    )
-    if (cycling := cycle_columns(results)) is not None:
-        tables["cycles.csv"] = cycling
-    sections = simulation.headline(cases, written)
+    more_tables, more_figures = simulation.extras(cases, materials, results)
+    tables = {f"{kind}.csv": result_columns(results), **more_tables, **tables, "cases.csv": case_columns(cases)}
+    if cycling:
+        tables["cycles.csv"] = case_table(cycling)
+    sections = simulation.headline(cases, results) | sections
     if matched:
         sections["compare"] = compare_headline(matched)
-    more = simulation.figures(cases, materials, written)
-    return Report(tables, sections | intervals, figure, failures=failures(results), figures=more)
+    return Report(tables, sections | intervals, figure, failures=failures(results), figures=more_figures | figures)

@@ -1,18 +1,29 @@
-"""`sensitivity = true`: tables, summary and warnings on what drives the life of films."""
+"""`sensitivity = true`: what drives the life of films, with its table, figure, summary and warning."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from dielast.commands.simulation.bounds import drawn_case
+from dielast.commands.simulation.result import CaseResult
 from dielast.commands.simulation.uncertainty_recipe import Uncertainty
-from dielast.errors import InputError, warn
+from dielast.errors import InputError, in_a_draw, warn
+from dielast.io.files import Inputs
 from dielast.io.table import Column, Table
 from dielast.material.material import Material
 from dielast.material.scatter import Sample
-from dielast.simulate.sensitivity import LifeShares, Sensitivity, Variation, variation_for
+from dielast.mechanics.cases import of_case
+from dielast.mechanics.criteria import named
+from dielast.recipe.cases import Case
+from dielast.sharing.execution import Execution, solve_batches
+from dielast.simulate.sensitivity import LifeShares, Sensitivity, Variation, sensitivity_of, variation_for
+
+if TYPE_CHECKING:
+    from dielast.commands.simulation.run import Simulation
 
 SENSITIVITY = "sensitivity"
 
@@ -25,36 +36,63 @@ def variation_of(material: Material, sample: Sample | None, stated: Uncertainty 
         raise error.changed(lambda problem: problem.in_keys({"sample": SENSITIVITY})) from None
 
 
-def table_of(results: Sequence[Sensitivity]) -> Table:
-    """The tables of several results, which are all of one kind, one below the other."""
+def case_sensitivities(
+    simulation: Simulation,
+    cases: Sequence[Case[Any]],
+    materials: Sequence[Material],
+    samples: Sequence[Sample | None],
+    results: Sequence[CaseResult],
+    inputs: Inputs,
+    execution: Execution,
+) -> list[Sensitivity]:
+    """The sensitivity of the time to the first failure, of the cases whose recipe states it."""
+    sensitivities: list[Sensitivity] = []
+    for number, (case, material, sample, result) in enumerate(zip(cases, materials, samples, results, strict=True)):
+        if not case.recipe.sensitivity:
+            continue
+        variation = variation_of(material, sample, case.recipe.uncertainty)
+        # a run that only gives a life needs one row
+        brief = replace(result, columns={"time [s]": np.zeros(1)})
+        with in_a_draw(key=SENSITIVITY if sample is None else "uncertainty", case=of_case(number, len(cases))):
+            batches = simulation.batches(*drawn_case(case, variation.sample, brief), inputs, variation.sample.thickness_factor)
+            runs = solve_batches(batches, execution, "further runs")
+        life = np.array([[_life(run)] for run in runs])
+        sensitivities.append(sensitivity_of(variation, life, [Column("case", None, np.array([number]))]))
+    return sensitivities
+
+
+def _life(result: CaseResult) -> float:
+    """The time in s of the first failure, NaN without one."""
+    times: list[Any] = [event.time for event in result.events or () if named(event.name).is_failure]
+    return min(times, default=np.nan)
+
+
+def sensitivity_outputs(
+    results: Sequence[Sensitivity], cases: Sequence[Case[Any]], materials: Sequence[Material]
+) -> tuple[dict[str, Table], dict[str, dict[str, Any]], dict[str, Callable[[], Any]]]:
+    """Table, section of the summary and figure of sensitivities of one kind. Warns of films that have draws without a time to
+    failure.
+    """
     tables = [result.columns() for result in results]
-    return [
+    whole = [
         Column(first.name, first.unit, _one_below_the_other([table[place].values for table in tables]))
         for place, first in enumerate(tables[0])
     ]
-
-
-def _one_below_the_other(values: Sequence[Any]) -> Any:
-    return np.concatenate(values) if isinstance(values[0], np.ndarray) else [text for part in values for text in part]
-
-
-def headline_of(results: Sequence[Sensitivity]) -> dict[str, dict[str, Any]]:
-    """The section of the summary: the numbers of films with and without a sensitivity."""
-    what, films, left_out = _counted(results)
-    return {SENSITIVITY: {what: films, "left_out": left_out}}
-
-
-def warn_of_left_out(results: Sequence[Sensitivity]) -> None:
-    """Warn of films that have draws without a time to failure."""
-    what, films, left_out = _counted(results)
+    what = "cases" if results[0].films[0].name == "case" else "cells"
+    films, left_out = sum(len(result.films[0].values) for result in results), sum(result.left_out for result in results)
     if left_out:
         runs = "draws" if isinstance(results[0], LifeShares) else "changes"
         none = f"{left_out} of {films} {what} have no sensitivity: some of their {runs} survive, fail at once, or were not finished"
         warn(f"{none}; state a longer time or a higher voltage", key=SENSITIVITY)
 
+    def figure() -> Any:
+        from dielast.commands.simulation.naming import labels, titled
+        from dielast.plots.sensitivity import plot_sensitivity
 
-def _counted(results: Sequence[Sensitivity]) -> tuple[str, int, int]:
-    """The plural name of the films of the results, their number, and the number of films without a sensitivity."""
-    films = results[0].films
-    what = "cases" if films[0].name == "case" else "cells"
-    return what, sum(len(result.films[0].values) for result in results), sum(result.left_out for result in results)
+        return plot_sensitivity(results, titled(cases[0].recipe.title, cases, materials), labels(cases, materials))
+
+    return {f"{SENSITIVITY}.csv": whole}, {SENSITIVITY: {what: films, "left_out": left_out}}, {SENSITIVITY: figure}
+
+
+def _one_below_the_other(values: Sequence[Any]) -> Any:
+    return np.concatenate(values) if isinstance(values[0], np.ndarray) else [text for part in values for text in part]

@@ -14,13 +14,14 @@ from dielast.commands.simulation.recipe import KEYS
 from dielast.errors import InputError, Problem, placed
 from dielast.io.files import Inputs
 from dielast.mechanics.cases import of_case
-from dielast.mechanics.load import ElectricalStep, Path, Step, Track, Waveform
-from dielast.numerics.columns import Floats
+from dielast.mechanics.load import ChargeStep, ElectricalStep, Path, Step, Track, VoltageStep, Waveform
+from dielast.numerics.arrays import Floats
 from dielast.units import CHARGE, CHARGE_DENSITY, FORCE, TIME, TIMES, VOLTAGE
 
 if TYPE_CHECKING:
     from dielast.io.text_table import MeasuredTable
 
+STEPS: dict[str, type[ElectricalStep]] = {"voltage": VoltageStep, "charge": ChargeStep}
 OWN = ("stretch_1", "nominal_stress_1")
 
 
@@ -70,10 +71,11 @@ def target_of(entries: Sequence[Entry]) -> Floats | Path | None:
     return values_of(entries, "target")
 
 
-def joined(entries: Sequence[Entry], kind: type[Step] | type[ElectricalStep]) -> Step | ElectricalStep:
-    """The same step of several cases as one of this kind, with arrays as in `values_of`."""
+def joined(entries: Sequence[Entry], recipe: Any) -> Step | ElectricalStep:
+    """The same step of several cases as one of the solver, with arrays as in `values_of`; `recipe` is that of one of the cases."""
     targets: Any = {} if entries[0].control is None else {entries[0].control: target_of(entries)}
-    return kind(**targets, rate=values_of(entries, "rate"), duration=values_of(entries, "duration"))
+    step_type = STEPS.get(_control(recipe, recipe.step[0]), Step)
+    return step_type(**targets, rate=values_of(entries, "rate"), duration=values_of(entries, "duration"))
 
 
 def solver_steps(recipe: Any, inputs: Inputs) -> list[Entry]:

@@ -2,16 +2,48 @@
 
 from __future__ import annotations
 
-from typing import ClassVar, Literal, NamedTuple, Self, TypeVar
+from dataclasses import dataclass
+from typing import Any, ClassVar, Literal, NamedTuple, Self, TypeVar
 
-from pydantic import AfterValidator, Field, model_validator
+from pydantic import AfterValidator, Field, GetCoreSchemaHandler, GetJsonSchemaHandler, model_validator
+from pydantic_core import CoreSchema, core_schema
 
-from dielast.errors import InputError, Mistakes, Problem
+from dielast.errors import InputError, Mistakes, Problem, shown
 from dielast.mechanics.line import wrong_way
 from dielast.recipe.fields import PositiveTime, Section, Time
 from dielast.recipe.file_fields import InputFile, SheetName
+from dielast.units import Dimension, parse
 
 Step = TypeVar("Step", bound="HistoryStep")
+
+
+@dataclass(frozen=True, slots=True)
+class AnyOf:
+    """Marks a quantity of one of these dimensions, stated as text with a unit, read as its number and its SI unit; messages speak
+    of the first dimension, or of what the quantity is `called`.
+    """
+
+    dimensions: tuple[Dimension, ...]
+    called: str | None = None
+
+    def read(self, value: Any) -> tuple[float, str]:
+        """The number and the unit; raises `InputError`."""
+        mistakes = []
+        for dimension in self.dimensions:
+            try:
+                return parse(value, dimension), dimension.unit
+            except InputError as error:
+                mistakes.append(error)
+        if self.called is None:
+            raise mistakes[0]
+        first, examples = self.dimensions[0], [shown(dimension.example) for dimension in self.dimensions]
+        raise InputError(str(mistakes[0]).replace(first.name, self.called).replace(examples[0], " or ".join(examples)))
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        return core_schema.no_info_plain_validator_function(self.read)
+
+    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        return {"type": "string", "examples": [dimension.example for dimension in self.dimensions]}
 
 
 class Aim(NamedTuple):

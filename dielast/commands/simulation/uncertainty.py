@@ -11,7 +11,7 @@ from dielast.commands.simulation.cases import material_key, one_or_list
 from dielast.commands.simulation.uncertainty_recipe import FilmUncertainty, Uncertainty
 from dielast.errors import InputError, warn
 from dielast.handover.material_draws import beside, further_constants, parse_draws
-from dielast.handover.material_file import draws_file, parse_material
+from dielast.handover.material_file import parse_file
 from dielast.io.files import Inputs
 from dielast.material.material import Material
 from dielast.material.scatter import Sample, draw_sample, fewest_draws
@@ -62,12 +62,12 @@ def read_members(name: str, inputs: Inputs, material: Material, changes: Mapping
     Raises `InputError` for a change of constants that differ between the draws.
     """
     content = inputs.read(name)
-    file = draws_file(content, name)
-    if file is None:
+    file = parse_file(content, name)
+    if file.draws is None:
         return ()
-    table = beside(name, file)
+    table = beside(name, file.draws)
     if changes:
-        plain = parse_material(content, name)
+        plain = file.material()
         drawn = [
             part
             for part, changed in (

@@ -9,7 +9,7 @@ from pydantic import Field, model_validator
 
 from dielast.errors import InputError
 from dielast.export.card import CODES, spring_names
-from dielast.export.options import CardOptions
+from dielast.export.code import CardOptions
 from dielast.recipe.fields import OneOf, PositiveModulus, Quantity, Section, Temperature
 from dielast.units import Dimension
 

@@ -10,10 +10,10 @@ from dielast.errors import InputError, warn
 from dielast.handover.mastercurve_folder import ReducedCurve
 from dielast.io.files import Inputs
 from dielast.material.shift import NoShift
-from dielast.numerics.columns import Floats
-from dielast.readings.curve_recipe import CurveData
+from dielast.numerics.arrays import Floats
 from dielast.readings.isotherms import WIDEST
 from dielast.readings.read import read_all
+from dielast.readings.recipe import CurveData
 from dielast.readings.steps import TABLE
 
 NO_SCATTER = 1.25  # times as large a value at the same time is no scatter of one test

@@ -7,8 +7,7 @@ from collections.abc import Iterator, Sequence
 from dielast.commands.command import Reading
 from dielast.commands.spectrum.recipe import SpectrumRecipe
 from dielast.commands.spectrum.run import characterise, curve_of
-from dielast.handover.mastercurve_draws import read_curve_draws
-from dielast.handover.mastercurve_folder import ReducedCurve
+from dielast.handover.mastercurve_folder import ReducedCurve, read_curve_draws
 from dielast.io.files import Inputs
 from dielast.recipe.cases import Case
 

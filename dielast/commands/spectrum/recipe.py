@@ -8,30 +8,11 @@ from pydantic import Field, model_validator
 
 from dielast.commands.spectrum.export import ExportSection
 from dielast.errors import InputError
-from dielast.handover.breakdown_section import BreakdownField
-from dielast.readings.curve_recipe import CurveData
+from dielast.handover.law_section import BreakdownField
+from dielast.readings.recipe import CurveData
 from dielast.recipe.base import Dielectric, RecipeBase
 from dielast.recipe.fields import Modulus, PositiveModulus, PositiveTime, RelaxationTime, Section, Temperatures
 from dielast.recipe.file_fields import InputFolder
-
-# arguments of the fit and of the reduction -> keys of the recipe
-FIT_KEYS = {
-    "method": "fit.method",
-    "branches": "fit.branches",
-    "polynomial_degree": "fit.polynomial_degree",
-    "relaxation_time": "fit.relaxation_time",
-    "retardation_time": "fit.relaxation_time",
-    "equilibrium_modulus": "fit.equilibrium_modulus",
-    "glassy_modulus": "fit.glassy_modulus",
-    "liquid": "fit.liquid",
-    "keep": "truncate.keep",
-}
-REDUCE_KEYS = {
-    "window": "reduce.window",
-    "temperatures": "reduce.temperatures",
-    "temperature": "reduce.temperatures",
-    "tolerance": "reduce.tolerance",
-}
 
 
 class RelaxationTimes(Section):
@@ -102,6 +83,11 @@ class Reduce(Section):
         if first >= last:
             raise InputError(f"window from {first:g} to {last:g} s: the shorter time must come first")
         return self
+
+
+# arguments of the fit and of the reduction -> keys of the recipe
+FIT_KEYS = {name: f"fit.{name}" for name in Fit.model_fields} | {"retardation_time": "fit.relaxation_time", "keep": "truncate.keep"}
+REDUCE_KEYS = {name: f"reduce.{name}" for name in Reduce.model_fields} | {"temperature": "reduce.temperatures"}
 
 
 class GentLimits(Section):

@@ -10,15 +10,14 @@ from typing import Any
 
 import numpy as np
 
-from dielast.commands.spectrum.draws import DrawnMaterials, drawn_materials
 from dielast.commands.spectrum.export import EXPORT_KEYS, ExportSection
 from dielast.commands.spectrum.recipe import FIT_KEYS, REDUCE_KEYS, Fit, MaterialConstants, Reduce, RelaxationTimes, SpectrumRecipe
 from dielast.errors import DielastWarning, InputError, Mistakes, Problem, in_keys, located, warn
 from dielast.export.card import export_cards
-from dielast.export.options import CardOptions
-from dielast.handover.breakdown_section import breakdown
-from dielast.handover.mastercurve_draws import DRAWS, read_curve_draws
-from dielast.handover.mastercurve_folder import ReducedCurve, read_master_curve
+from dielast.export.code import CardOptions
+from dielast.handover.law_section import breakdown
+from dielast.handover.mastercurve_folder import DRAWS, ReducedCurve, read_curve_draws, read_master_curve
+from dielast.handover.material_draws import draw_columns
 from dielast.handover.material_file import permittivity, write_material
 from dielast.io.files import Inputs
 from dielast.io.table import Table
@@ -26,18 +25,20 @@ from dielast.material.checks import warn_of_material
 from dielast.material.material import Material
 from dielast.material.measurement_kind import CREEP, RELAXATION
 from dielast.material.shift import ShiftLaw
+from dielast.material.spectrum import Spectrum
 from dielast.material.springs import Gent
-from dielast.numerics.columns import Floats
+from dielast.numerics.arrays import Floats
 from dielast.recipe.cases import Case
 from dielast.relaxation.continuous import ContinuousSpectrum, continuous_spectrum
 from dielast.relaxation.creep import fit_creep
-from dielast.relaxation.fit import fit_spectrum
-from dielast.relaxation.oscillation import fit_oscillation
+from dielast.relaxation.fit import fit_oscillation, fit_spectrum
 from dielast.relaxation.reduce import Reduction, reduce_spectrum
 from dielast.relaxation.result import SpectrumFit
+from dielast.relaxation.spectrum_draws import CurveDraws, draw_spectra
 from dielast.report.report import Report
 from dielast.sharing.execution import Execution
 
+SHARED_BY_FITS = {"branches", "equilibrium_modulus", "glassy_modulus", "liquid"}  # keys that are arguments of every fit
 BEYOND = 3.0  # factor beyond the ends of a master curve up to which its processes still act
 
 
@@ -64,9 +65,9 @@ def run(cases: Sequence[Case[SpectrumRecipe]], inputs: Inputs, execution: Execut
     written, numbers = tables(result, continuous, reduction), headline(result, continuous, reduction)
     if curve.data is not None:
         numbers["data"] = dict(curve.data)
-    if drawn is None:
-        return Report(written, numbers, figure, files)
-    return Report({**written, DRAWS: drawn.table}, {**numbers, "uncertainty": drawn.headline}, figure, files)
+    if drawn is not None:
+        written[DRAWS], numbers["uncertainty"] = drawn
+    return Report(written, numbers, figure, files)
 
 
 def curve_of(recipe: SpectrumRecipe, inputs: Inputs) -> ReducedCurve:
@@ -114,46 +115,55 @@ def fit_curve(curve: ReducedCurve, fit: Fit, keep: int | None = None, flows: boo
 
     `flows` is that of `fit_creep`.
     """
+    ends, rules = (fit.relaxation_time.min, fit.relaxation_time.max), fit.model_dump(include=SHARED_BY_FITS)
     with in_keys(FIT_KEYS):
-        ends = fit.relaxation_time.min, fit.relaxation_time.max
-        wanted: dict[str, Any] = {
-            "branches": fit.branches,
-            "equilibrium_modulus": fit.equilibrium_modulus,
-            "liquid": fit.liquid,
-            "glassy_modulus": fit.glassy_modulus,
-            "keep": keep,
-        }
         if curve.kind is RELAXATION:
             method, degree = fit.method or "schwarzl-staverman", fit.polynomial_degree
-            return fit_spectrum(*curve.columns, method=method, polynomial_degree=degree, relaxation_time=ends, **wanted)
+            return fit_spectrum(*curve.columns, method=method, polynomial_degree=degree, relaxation_time=ends, keep=keep, **rules)
         if fit.method == "schwarzl-staverman":
             raise InputError(f'"schwarzl-staverman" reads a relaxation modulus; {curve.kind.name} needs "nnls"', argument="method")
         if curve.kind is CREEP:
-            return fit_creep(*curve.columns, retardation_time=ends, flows=flows, **wanted)
-        return fit_oscillation(*curve.columns, relaxation_time=ends, **wanted)
+            return fit_creep(*curve.columns, retardation_time=ends, flows=flows, keep=keep, **rules)
+        return fit_oscillation(*curve.columns, relaxation_time=ends, keep=keep, **rules)
 
 
 def draw_materials(
     folder: str, curve: ReducedCurve, result: SpectrumFit, material: Material, fit: Fit, inputs: Inputs
-) -> DrawnMaterials | None:
-    """The draws of the material, if the folder of the master curve has draws."""
+) -> tuple[Table, dict[str, Any]] | None:
+    """A material for each draw of the master curve in its `folder`: their table, and their section of the summary; None if the
+    master curve has no draws.
+    """
     read = read_curve_draws(folder, curve, inputs)
     if read is None:
         return None
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", DielastWarning)  # the fit itself has issued them
         whole = result if len(result.spectrum) == fit.branches else fit_curve(curve, fit)
-    tau = whole.spectrum.relaxation_time if whole.retardation is None else whole.retardation.retardation_time
+    times = whole.spectrum.relaxation_time if whole.retardation is None else whole.retardation.retardation_time
     held = fit
-    if tau.size > 1:
-        held = fit.model_copy(update={"relaxation_time": RelaxationTimes.model_construct(min=float(tau[-1]), max=float(tau[0]))})
-
+    if times.size > 1:
+        ends = RelaxationTimes.model_construct(min=float(times[-1]), max=float(times[0]))
+        held = fit.model_copy(update={"relaxation_time": ends})
     flows = None if whole.retardation is None else whole.retardation.fluidity > 0  # a solid is a solid in every draw
 
     def refit(abscissa: Floats, ordinates: Floats) -> SpectrumFit:
         return fit_curve(ReducedCurve(curve.kind, (abscissa, *ordinates), curve.shift), held, flows=flows)
 
-    return drawn_materials(material, curve, read, whole, refit)
+    abscissa, *ordinates = curve.columns
+    curves = CurveDraws(read.abscissa, read.ordinates)
+    spectra = draw_spectra(abscissa, np.array(ordinates), curves, whole, refit, spectrum=material.spectrum)
+    tau = material.spectrum.relaxation_time
+    members = [
+        replace(material, equilibrium_modulus=float(level), spectrum=Spectrum(tau, moduli), shift=read.shifts[place])
+        for place, level, moduli in zip(spectra.used, spectra.equilibrium_modulus, spectra.shear_modulus, strict=True)
+    ]
+    numbers = {
+        "draws": len(members),
+        "without_spectrum": len(read.number) - len(members),
+        "curve_scatter": spectra.scatter,
+        "model_misfit": spectra.misfit,
+    }
+    return draw_columns(read.number[spectra.used], members), numbers
 
 
 def reduced(result: SpectrumFit, shift: ShiftLaw, reduce: Reduce) -> Reduction:

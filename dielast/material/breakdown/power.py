@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from dielast.errors import InputError
-from dielast.material.breakdown.law import BreakdownLaw
-from dielast.material.law import Constant
+from dielast.material.law import BreakdownLaw, Constant
 from dielast.numerics.arrays import Floats
 from dielast.units import FIELD, LENGTH
 

@@ -10,9 +10,8 @@ from numpy.typing import ArrayLike
 
 from dielast.errors import InputError
 from dielast.io.result import Result
-from dielast.material.breakdown.law import BreakdownLaw
-from dielast.material.law import Constant, check_table
-from dielast.numerics.arrays import Flags, Floats
+from dielast.material.law import BreakdownLaw, Constant, check_table
+from dielast.numerics.arrays import Floats
 from dielast.units import FIELD
 
 
@@ -58,14 +57,11 @@ class Breakdown(Result, BreakdownLaw):
         """The table with every field times `factor`."""
         return Breakdown(self.prestretch, tuple(factor * value for value in self.field))
 
-    def is_known_at(self, prestretch: ArrayLike) -> Flags:
-        """Whether equibiaxial prestretches (any shape) lie within those of the table; a single entry holds at all prestretches."""
-        values, ends = np.asarray(prestretch, dtype=float), (self.prestretch[0], self.prestretch[-1])
-        # allow for rounding
-        return (len(self.prestretch) == 1) | ((values >= ends[0] * (1 - 1e-9)) & (values <= ends[1] * (1 + 1e-9)))
-
     def outside(self, prestretch: float) -> str:
-        """For a warning: the nearest entry, and the table with a further entry."""
+        """The nearest entry, and the table with a further entry; a single entry holds at all prestretches."""
+        rounded = prestretch * (1 + 1e-9), prestretch * (1 - 1e-9)
+        if len(self.prestretch) == 1 or (self.prestretch[0] <= rounded[0] and rounded[1] <= self.prestretch[-1]):
+            return ""
         entries = [
             (prestretch, '"..."'),
             *((at, f'"{field / 1e6:.4g} MV/m"') for at, field in zip(self.prestretch, self.field, strict=True)),

@@ -2,11 +2,7 @@
 
 from __future__ import annotations
 
-from dielast.material.damage.inverse_power import InversePower
-from dielast.material.damage.law import DamageLaw
-from dielast.material.law import Registry
+from dielast.material.damage.inverse_power import InversePower as InversePower
+from dielast.material.law import DamageLaw as DamageLaw, Registry
 
-__all__ = ["DAMAGES", "DamageLaw", "InversePower"]
-
-DAMAGES: Registry[type[DamageLaw]] = Registry("damage law")
-DAMAGES.register(InversePower)
+DAMAGES: Registry[type[DamageLaw]] = Registry("damage law", InversePower)

@@ -9,9 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from dielast.errors import InputError
-from dielast.material.damage.law import DamageLaw
-from dielast.material.law import Constant
-from dielast.numerics.columns import Floats
+from dielast.material.law import Constant, DamageLaw
+from dielast.numerics.arrays import Floats
 from dielast.units import FIELD, TIME
 
 

@@ -10,9 +10,8 @@ from numpy.typing import ArrayLike
 
 from dielast.errors import InputError
 from dielast.material.dielectric.constant import ConstantPermittivity
-from dielast.material.dielectric.law import DielectricLaw, LogRatio
-from dielast.material.law import Constant
-from dielast.numerics.columns import Floats
+from dielast.material.law import Constant, DielectricLaw, LogRatio
+from dielast.numerics.arrays import Floats
 
 
 @dataclass(frozen=True, slots=True)

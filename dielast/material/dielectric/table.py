@@ -10,9 +10,8 @@ from numpy.typing import ArrayLike
 
 from dielast.errors import InputError
 from dielast.material.dielectric.constant import VACUUM_PERMITTIVITY
-from dielast.material.dielectric.law import DielectricLaw
-from dielast.material.law import Constant, check_table
-from dielast.numerics.columns import Floats
+from dielast.material.law import Constant, DielectricLaw, check_table
+from dielast.numerics.arrays import Floats
 from dielast.units import TEMPERATURE, ZERO_CELSIUS
 
 ROUNDING = 1e-9  # of a temperature in kelvin: a rounded temperature still lies within the table
@@ -50,19 +49,19 @@ class PermittivityTable(DielectricLaw):
 
     def at(self, temperature: ArrayLike) -> Floats:
         """The permittivity, with linear interpolation."""
-        wanted = np.asarray(temperature, dtype=float)
+        values = np.asarray(temperature, dtype=float)
         low, high = self.temperature[0], self.temperature[-1]
-        slack = ROUNDING * (wanted + ZERO_CELSIUS)
-        outside = (wanted < low - slack) | (wanted > high + slack)
+        slack = ROUNDING * (values + ZERO_CELSIUS)
+        outside = (values < low - slack) | (values > high + slack)
         if np.any(outside):
-            first = float(wanted[outside].flat[0])
+            first = float(values[outside].flat[0])
             stated = f"{low:g} degC only" if low == high else f"{low:g} to {high:g} degC"
             raise InputError(
                 f"{first:g} degC is outside the permittivity table, which is for {stated}: state a permittivity for {first:g} degC "
                 "in [dielectric] of the material file",
                 argument="temperature",
             )
-        return np.asarray(VACUUM_PERMITTIVITY * np.interp(wanted, self.temperature, self.relative_permittivity))
+        return np.asarray(VACUUM_PERMITTIVITY * np.interp(values, self.temperature, self.relative_permittivity))
 
     def typical(self, temperature: float) -> Floats:
         """The permittivities of the table."""

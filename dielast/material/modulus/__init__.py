@@ -2,14 +2,9 @@
 
 from __future__ import annotations
 
-from dielast.material.law import Registry
-from dielast.material.modulus.constant import ConstantModulus
-from dielast.material.modulus.entropic import EntropicModulus
-from dielast.material.modulus.law import ModulusLaw
-
-__all__ = ["CONSTANT_MODULUS", "MODULI", "ConstantModulus", "EntropicModulus", "ModulusLaw"]
+from dielast.material.law import ModulusLaw as ModulusLaw, Registry
+from dielast.material.modulus.constant import ConstantModulus as ConstantModulus
+from dielast.material.modulus.entropic import EntropicModulus as EntropicModulus
 
 CONSTANT_MODULUS = ConstantModulus()
-MODULI: Registry[type[ModulusLaw]] = Registry("law of moduli over temperature")
-MODULI.register(ConstantModulus)
-MODULI.register(EntropicModulus)
+MODULI: Registry[type[ModulusLaw]] = Registry("law of moduli over temperature", ConstantModulus, EntropicModulus)

@@ -8,8 +8,8 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from dielast.material.modulus.law import ModulusLaw
-from dielast.numerics.columns import Floats
+from dielast.material.law import ModulusLaw
+from dielast.numerics.arrays import Floats
 
 
 @dataclass(frozen=True, slots=True)

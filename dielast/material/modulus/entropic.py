@@ -10,9 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from dielast.errors import InputError
-from dielast.material.law import Constant
-from dielast.material.modulus.law import ModulusLaw
-from dielast.numerics.columns import Floats
+from dielast.material.law import Constant, ModulusLaw
+from dielast.numerics.arrays import Floats
 from dielast.units import THERMAL_EXPANSION, ZERO_CELSIUS, parse
 
 
@@ -35,14 +34,14 @@ class EntropicModulus(ModulusLaw):
 
     def factor(self, temperature: ArrayLike, reference_temperature: float) -> Floats:
         """rho T/(rho_ref T_ref)."""
-        wanted = np.asarray(temperature, dtype=float)
-        expanded = 1 + self.thermal_expansion * (wanted - reference_temperature)
-        for value in wanted[~(expanded > 0)].flat[:1]:
+        values = np.asarray(temperature, dtype=float)
+        expanded = 1 + self.thermal_expansion * (values - reference_temperature)
+        for value in values[~(expanded > 0)].flat[:1]:
             wrong = f"a thermal expansion of {self.thermal_expansion:g} /K gives no positive density at {value:g} degC"
             raise InputError(wrong, argument="temperature")
-        for value in wanted[~(wanted > -ZERO_CELSIUS)].flat[:1]:
+        for value in values[~(values > -ZERO_CELSIUS)].flat[:1]:
             raise InputError(f"{value:g} degC: a temperature above absolute zero is needed", argument="temperature")
-        return np.asarray((wanted + ZERO_CELSIUS) / (expanded * (reference_temperature + ZERO_CELSIUS)))
+        return np.asarray((values + ZERO_CELSIUS) / (expanded * (reference_temperature + ZERO_CELSIUS)))
 
     @classmethod
     def from_summary(cls, shift: Mapping[str, Any]) -> Self:

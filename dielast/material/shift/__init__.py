@@ -3,16 +3,10 @@
 from __future__ import annotations
 
 from dielast.material.law import Registry
-from dielast.material.shift.arrhenius import GAS_CONSTANT, Arrhenius, kelvin
-from dielast.material.shift.law import ShiftLaw
-from dielast.material.shift.none import NoShift
-from dielast.material.shift.table import ShiftTable
-from dielast.material.shift.wlf import WLF
+from dielast.material.shift.arrhenius import GAS_CONSTANT as GAS_CONSTANT, Arrhenius as Arrhenius
+from dielast.material.shift.law import ShiftLaw as ShiftLaw
+from dielast.material.shift.none import NoShift as NoShift
+from dielast.material.shift.table import ShiftTable as ShiftTable
+from dielast.material.shift.wlf import WLF as WLF
 
-__all__ = ["GAS_CONSTANT", "SHIFTS", "WLF", "Arrhenius", "NoShift", "ShiftLaw", "ShiftTable", "kelvin"]
-
-SHIFTS: Registry[type[ShiftLaw]] = Registry("shift law")
-SHIFTS.register(WLF)
-SHIFTS.register(Arrhenius)
-SHIFTS.register(ShiftTable)
-SHIFTS.register(NoShift)
+SHIFTS: Registry[type[ShiftLaw]] = Registry("shift law", WLF, Arrhenius, ShiftTable, NoShift)

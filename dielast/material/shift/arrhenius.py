@@ -3,27 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar, TypeVar
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from dielast.errors import InputError, warn
 from dielast.material.law import Constant
-from dielast.material.shift.fit import FittedLaw, MovedLaw, fit_factor
-from dielast.material.shift.law import ShiftLaw
+from dielast.material.shift.law import FittedLaw, MovedLaw, ShiftLaw, fit_factor
 from dielast.numerics.arrays import Floats
 from dielast.units import MOLAR_ENERGY, ZERO_CELSIUS
 
 GAS_CONSTANT = 8.314462618  # J/(mol K), CODATA 2018
 BARRIERS = 5e3, 2e6  # J/mol, plausible activation energies: from the rotation of a methyl group to a glass transition
-
-Celsius = TypeVar("Celsius", float, Floats)
-
-
-def kelvin(temperature: Celsius) -> Celsius:
-    """Temperatures in degC on the absolute scale, in K."""
-    return temperature + ZERO_CELSIUS
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,12 +34,12 @@ class Arrhenius(ShiftLaw):
 
     def log10_shift_factor(self, temperature: ArrayLike) -> Floats:
         """log10 a(T); raises `InputError` at or below absolute zero."""
-        absolute = kelvin(np.asarray(temperature, dtype=float))
+        absolute = np.asarray(temperature, dtype=float) + ZERO_CELSIUS
         if np.any(absolute <= 0):
             raise InputError(
                 f"{float(np.min(absolute)) - ZERO_CELSIUS:g} degC is at or below absolute zero", argument="temperature"
             )
-        inverse = 1 / absolute - 1 / kelvin(self.reference_temperature)
+        inverse = 1 / absolute - 1 / (self.reference_temperature + ZERO_CELSIUS)
         return np.asarray(self.activation_energy / GAS_CONSTANT * inverse / np.log(10))
 
     def label(self) -> str:
@@ -58,14 +50,14 @@ class Arrhenius(ShiftLaw):
         """A warning if the activation energy is not that of a polymer."""
         if BARRIERS[0] <= abs(self.activation_energy) <= BARRIERS[1]:
             return ""
-        known = f"polymers have {BARRIERS[0] / 1e3:g} to {BARRIERS[1] / 1e3:g} kJ/mol"
-        return f"an activation energy of {self.activation_energy / 1e3:g} kJ/mol, but {known}: is it in another unit?"
+        usual = f"polymers have {BARRIERS[0] / 1e3:g} to {BARRIERS[1] / 1e3:g} kJ/mol"
+        return f"an activation energy of {self.activation_energy / 1e3:g} kJ/mol, but {usual}: is it in another unit?"
 
     @classmethod
-    def fit(cls, base: float, distance: Floats, wanted: Floats, whiten: Floats) -> FittedLaw:
+    def fit(cls, base: float, distance: Floats, log10_shift: Floats, whiten: Floats) -> FittedLaw:
         """Fit the activation energy; log10 a is linear in it."""
         unit = cls(base, 1.0)
-        energy, moments, response, misfit = fit_factor(whiten, unit.log10_shift_factor(base + distance), wanted)
+        energy, moments, response, misfit = fit_factor(whiten, unit.log10_shift_factor(base + distance), log10_shift)
         if energy <= 0:
             warn(f"the activation energy comes out as {energy:.3g} J/mol: relaxation gets slower with temperature")
 

@@ -7,7 +7,8 @@ above it. Reduced time is t / a(T). Temperatures are in degC.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import replace
+from dataclasses import dataclass
+from itertools import combinations
 from typing import Any, ClassVar, Self
 
 import numpy as np
@@ -15,8 +16,39 @@ from numpy.typing import ArrayLike
 
 from dielast.errors import InputError
 from dielast.material.law import Constant, Law
-from dielast.material.shift.fit import FittedLaw
 from dielast.numerics.arrays import Floats
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MovedLaw:
+    """A fitted law about another reference temperature, and its `origin`: log10 a there, relative to the base temperature.
+
+    `to_constants` (p, q) and `to_origin` (q,) are derivatives of the law's constants and of the origin with respect to the fitted
+    parameters.
+
+    `others` are the origins of other laws that the data allow, if a parameter is assumed and not fitted.
+    """
+
+    law: ShiftLaw
+    to_constants: Floats
+    origin: float
+    to_origin: Floats
+    others: Floats
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FittedLaw:
+    """A law fitted about the base temperature; `about(distance)` is the law about a temperature so many K away.
+
+    `moments` (q, q) is the covariance of the parameters, `response` (q, k) their derivative with respect to the shift factors,
+    `misfit` the reduced chi-square. `assumed` is a message on a parameter that is assumed, and why.
+    """
+
+    about: Callable[[float], MovedLaw]
+    moments: Floats
+    response: Floats
+    misfit: float
+    assumed: str = ""
 
 
 class ShiftLaw(Law):
@@ -47,10 +79,10 @@ class ShiftLaw(Law):
         return ""
 
     @classmethod
-    def fit(cls, base: float, distance: Floats, wanted: Floats, whiten: Floats) -> FittedLaw:
+    def fit(cls, base: float, distance: Floats, log10_shift: Floats, whiten: Floats) -> FittedLaw:
         """Fit the law to shift factors by generalised least squares.
 
-        `wanted` (k,) is log10 a at temperatures `base` + `distance` (k,), relative to `base` (degC); `whiten` (k, k) makes its
+        `log10_shift` (k,) is log10 a at temperatures `base` + `distance` (k,), relative to `base` (degC); `whiten` (k, k) makes its
         errors independent, with variance 1.
         """
         raise InputError(f"the {cls.title} law cannot be fitted: state it in the material file")
@@ -76,30 +108,25 @@ class ShiftLaw(Law):
         for constant, header, value in zip(self.constants, self.drawn_headers(), numbers, strict=True):
             if not constant.is_allowed(value):
                 raise InputError(f'column "{header}": {value:g}: a number {constant.bounds} is needed')
-        named = {constant.name: value for constant, value in zip(self.constants, numbers, strict=True)}
-        return replace(self, **named)  # type: ignore[type-var]
+        return self.with_values({constant.name: value for constant, value in zip(self.constants, numbers, strict=True)})
 
     def numbers_of(self, other: ShiftLaw) -> Floats:
         """The numbers of the `other` law, which was fitted in the same way, in the order of `drawn`."""
         return np.array(list(other.drawn().values()))
 
-    def allows(self, numbers: Floats) -> bool:
-        """Whether the numbers, in the order of `drawn`, are valid for a material."""
-        return all(constant.is_allowed(value) for constant, value in zip(self.constants, numbers.tolist(), strict=False))
-
     @classmethod
     def summary_names(cls) -> dict[str, Constant]:
-        """The constants by their names in a summary, which end with the unit."""
-        return {constant.name + constant.suffix: constant for constant in cls.constants}
+        """The constants that are single numbers, by their names in a summary, which end with the unit."""
+        return {constant.name + constant.suffix: constant for constant in cls.constants if not constant.many}
 
     def summary(self, covariance: Floats) -> dict[str, float]:
         """The constants for a summary, with standard errors and covariances from their `covariance` (p, p)."""
         summary: dict[str, float] = {}
-        for index, (key, constant) in enumerate(self.summary_names().items()):
+        names = self.summary_names()
+        for index, (key, constant) in enumerate(names.items()):
             summary |= {key: getattr(self, constant.name), f"{key}_stderr": float(np.sqrt(covariance[index, index]))}
-        for index, one in enumerate(self.constants):
-            for further, other in enumerate(self.constants[index + 1 :], index + 1):
-                summary[f"{one.name}_{other.name}_covariance{one.suffix}{other.suffix}"] = float(covariance[index, further])
+        for (i, first), (j, second) in combinations(enumerate(names.values()), 2):
+            summary[f"{first.name}_{second.name}_covariance{first.suffix}{second.suffix}"] = float(covariance[i, j])
         return summary
 
     @classmethod
@@ -109,3 +136,18 @@ class ShiftLaw(Law):
         """The law from the constants in a `summary`; `measured` are temperatures (degC) and log10 a, if they are needed."""
         named = {constant.name: float(summary[key]) for key, constant in cls.summary_names().items()}
         return cls(reference_temperature, **named)  # type: ignore[call-arg]
+
+
+def fit_factor(whiten: Floats, column: Floats, log10_shift: Floats) -> tuple[float, Floats, Floats, float]:
+    """`log10_shift` (k,) as a factor times `column` (k,): the factor, its variance (1, 1), its response (1, k) and the misfit."""
+    white = whiten @ column
+    variance = 1 / float(white @ white)
+    response = variance * (white @ whiten)
+    value = float(response @ log10_shift)
+    return value, np.array([[variance]]), response[None, :], reduced_chi_square(whiten @ (log10_shift - value * column), 1)
+
+
+def reduced_chi_square(whitened: Floats, parameters: int) -> float:
+    """The squared distance (k,) in standard errors per degree of freedom; 0 without degrees of freedom."""
+    freedom = whitened.size - parameters
+    return float(whitened @ whitened) / freedom if freedom > 0 else 0.0

@@ -47,13 +47,13 @@ class ShiftTable(Result, ShiftLaw):
 
     def log10_shift_factor(self, temperature: ArrayLike) -> Floats:
         """log10 a(T), shifted so that it is zero at the reference temperature."""
-        wanted = np.asarray(temperature, dtype=float)
+        values = np.asarray(temperature, dtype=float)
         low, high = self.measured_range()
-        outside = (wanted < low) | (wanted > high)
+        outside = (values < low) | (values > high)
         if np.any(outside):
-            first = float(np.atleast_1d(wanted[outside])[0])
+            first = float(np.atleast_1d(values[outside])[0])
             raise InputError(f"{first:g} degC is outside the shift table's {low:g} to {high:g} degC", argument="temperature")
-        return np.asarray(np.interp(wanted, self.temperature, self.log10_shift) - self._origin())
+        return np.asarray(np.interp(values, self.temperature, self.log10_shift) - self._origin())
 
     def _origin(self) -> float:
         return float(np.interp(self.reference_temperature, self.temperature, self.log10_shift))
@@ -107,25 +107,12 @@ class ShiftTable(Result, ShiftLaw):
         """The shift factors of the other law at the temperatures of this table."""
         return other.log10_shift_factor(np.array(self.temperature))
 
-    def allows(self, numbers: Floats) -> bool:
-        """Always True: a table may have any shift factors."""
-        return True
-
-    @classmethod
-    def summary_names(cls) -> dict[str, Constant]:
-        """Empty: the table is a separate file."""
-        return {}
-
-    def summary(self, covariance: Floats) -> dict[str, float]:
-        """Empty: the table is a separate file."""
-        return {}
-
     @classmethod
     def from_summary(
         cls, reference_temperature: float, summary: Mapping[str, Any], measured: Callable[[], tuple[Floats, Floats]]
     ) -> Self:
         """The table of the measured shift factors."""
         temperature, factor = measured()
-        known = dict(zip(temperature.tolist(), factor.tolist(), strict=True)) | {reference_temperature: 0.0}
-        rows = sorted((at, value) for at, value in known.items() if np.isfinite(value))
+        measured_rows = dict(zip(temperature.tolist(), factor.tolist(), strict=True)) | {reference_temperature: 0.0}
+        rows = sorted((at, value) for at, value in measured_rows.items() if np.isfinite(value))
         return cls(reference_temperature, *zip(*rows, strict=True))

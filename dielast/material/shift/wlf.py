@@ -11,8 +11,7 @@ from numpy.typing import ArrayLike
 from dielast.errors import InputError, warn
 from dielast.material.law import Constant
 from dielast.material.shift.arrhenius import GAS_CONSTANT, Arrhenius
-from dielast.material.shift.fit import FittedLaw, MovedLaw, fit_factor, reduced_chi_square
-from dielast.material.shift.law import ShiftLaw
+from dielast.material.shift.law import FittedLaw, MovedLaw, ShiftLaw, fit_factor, reduced_chi_square
 from dielast.numerics.arrays import Floats
 from dielast.units import TEMPERATURE_DIFFERENCE, ZERO_CELSIUS
 
@@ -78,11 +77,11 @@ class WLF(ShiftLaw):
             return ""
         natural = high < product <= high * np.log(10)
         guess = "is C1 for natural logarithms, 2.303 times too large?" if natural else "is one of them in another unit?"
-        known = f"polymers have {low:g} to {high:g} K at any reference temperature"
-        return f"WLF with C1 = {self.C1:g} and C2 = {self.C2:g} K: C1 C2 is {product:.3g} K, but {known}: {guess}"
+        usual = f"polymers have {low:g} to {high:g} K at any reference temperature"
+        return f"WLF with C1 = {self.C1:g} and C2 = {self.C2:g} K: C1 C2 is {product:.3g} K, but {usual}: {guess}"
 
     @classmethod
-    def fit(cls, base: float, distance: Floats, wanted: Floats, whiten: Floats) -> FittedLaw:
+    def fit(cls, base: float, distance: Floats, log10_shift: Floats, whiten: Floats) -> FittedLaw:
         """The fit of log10 a = -g d / (1 + k d), d = T - T_base, g = C1/C2, k = 1/C2: regular even if C2 is large.
 
         If the data do not determine C2, or are curved the other way, C2 = T_ref in kelvin is assumed.
@@ -90,10 +89,10 @@ class WLF(ShiftLaw):
         # no pole among the measured temperatures
         lowest = -BEFORE_POLE / float(distance.max()) if distance.max() > 0 else -np.inf
         highest = -BEFORE_POLE / float(distance.min()) if distance.min() < 0 else np.inf
-        g, k = _least_squares(distance, wanted, whiten, lowest, highest)
+        g, k = _least_squares(distance, log10_shift, whiten, lowest, highest)
         jacobian = _jacobian(distance, g, k, whiten)
         normal: Floats = jacobian.T @ jacobian
-        misfit = reduced_chi_square(whiten @ (wanted + g * distance / (1 + k * distance)), 2)
+        misfit = reduced_chi_square(whiten @ (log10_shift + g * distance / (1 + k * distance)), 2)
         scale = np.sqrt(np.diag(normal))
         regular = distance.size >= 2 and np.linalg.cond(normal / np.outer(scale, scale)) < 1e12
         moments: Floats = np.asarray(np.linalg.inv(normal)) if regular else np.full((2, 2), np.inf)
@@ -101,10 +100,10 @@ class WLF(ShiftLaw):
         plausible, assumed = np.zeros((0, 2)), ""
         if k <= max(spread, 0.0):
             k_fitted, k = k, 1 / (base + ZERO_CELSIUS)
-            g, variance, response, misfit = fit_factor(whiten, -distance / (1 + k * distance), wanted)
+            g, variance, response, misfit = fit_factor(whiten, -distance / (1 + k * distance), log10_shift)
             moments = np.array([[variance[0, 0], 0.0], [0.0, 0.0]])
             largest = min(1 / (SMALLEST_C2 + max(-float(distance.min()), 0.0)), k_fitted + 2 * spread)
-            plausible = _with_k(np.linspace(0.0, max(largest, k), ASSUMED_C2), distance, wanted, whiten)
+            plausible = _with_k(np.linspace(0.0, max(largest, k), ASSUMED_C2), distance, log10_shift, whiten)
             response = np.vstack((response, np.zeros(response.shape)))
             why = (
                 "do not tell the WLF constants C1 and C2 apart"
@@ -118,8 +117,8 @@ class WLF(ShiftLaw):
         else:
             response = np.asarray(moments @ jacobian.T @ whiten)
             if spread > POORLY_KNOWN * k:
-                known = f"C2 is known to {100 * spread / k:.0f} % only"
-                warn(f"these temperatures hardly tell the WLF constants C1 and C2 apart: {known}")
+                precision = f"C2 is known to {100 * spread / k:.0f} % only"
+                warn(f"these temperatures hardly tell the WLF constants C1 and C2 apart: {precision}")
 
         def about(move: float) -> MovedLaw:
             pole = 1 + k * move
@@ -138,10 +137,10 @@ class WLF(ShiftLaw):
         return FittedLaw(about, moments, response, misfit, assumed)
 
 
-def _with_k(k: Floats, distance: Floats, wanted: Floats, whiten: Floats) -> Floats:
+def _with_k(k: Floats, distance: Floats, log10_shift: Floats, whiten: Floats) -> Floats:
     """g and k (n, 2) for given k (n,)."""
     columns = -distance / (1 + k[:, None] * distance) @ whiten.T
-    return np.stack((columns @ whiten @ wanted / np.sum(columns**2, axis=1), k), axis=1)
+    return np.stack((columns @ whiten @ log10_shift / np.sum(columns**2, axis=1), k), axis=1)
 
 
 def _jacobian(distance: Floats, g: float, k: float, whiten: Floats) -> Floats:
@@ -150,15 +149,15 @@ def _jacobian(distance: Floats, g: float, k: float, whiten: Floats) -> Floats:
     return whiten @ np.stack((-distance / pole, g * distance**2 / pole**2), axis=1)
 
 
-def _least_squares(distance: Floats, wanted: Floats, whiten: Floats, lowest: float, highest: float) -> tuple[float, float]:
-    """g and k, k within bounds; the start is the solution of wanted (1 + k d) = -g d, which is linear in both."""
+def _least_squares(distance: Floats, log10_shift: Floats, whiten: Floats, lowest: float, highest: float) -> tuple[float, float]:
+    """g and k, k within bounds; the start is the solution of log10_shift (1 + k d) = -g d, which is linear in both."""
     from scipy.optimize import least_squares  # slow to load
 
-    matrix = whiten @ np.stack((-distance, -wanted * distance), axis=1)
-    g, k = np.linalg.lstsq(matrix, whiten @ wanted, rcond=None)[0].tolist()
+    matrix = whiten @ np.stack((-distance, -log10_shift * distance), axis=1)
+    g, k = np.linalg.lstsq(matrix, whiten @ log10_shift, rcond=None)[0].tolist()
 
     def misses(x: Floats) -> Floats:
-        return np.asarray(whiten @ (-x[0] * distance / (1 + x[1] * distance) - wanted))
+        return np.asarray(whiten @ (-x[0] * distance / (1 + x[1] * distance) - log10_shift))
 
     def slopes(x: Floats) -> Floats:
         return _jacobian(distance, float(x[0]), float(x[1]), whiten)

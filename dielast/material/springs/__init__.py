@@ -3,35 +3,19 @@
 from __future__ import annotations
 
 from dielast.material.law import Registry
-from dielast.material.springs.arruda_boyce import ArrudaBoyce
-from dielast.material.springs.gathered import gathered
-from dielast.material.springs.gent import Gent
-from dielast.material.springs.law import EQUIBIAXIAL, UNIAXIAL, CardForm, SpringLaw, Symmetry
-from dielast.material.springs.mooney_rivlin import MooneyRivlin
-from dielast.material.springs.neo_hookean import NeoHookean
-from dielast.material.springs.ogden import Ogden
-from dielast.material.springs.yeoh import Yeoh
+from dielast.material.springs.arruda_boyce import ArrudaBoyce as ArrudaBoyce
+from dielast.material.springs.gathered import gathered as gathered
+from dielast.material.springs.gent import Gent as Gent
+from dielast.material.springs.law import (
+    EQUIBIAXIAL as EQUIBIAXIAL,
+    UNIAXIAL as UNIAXIAL,
+    CardForm as CardForm,
+    SpringLaw as SpringLaw,
+    Symmetry as Symmetry,
+)
+from dielast.material.springs.mooney_rivlin import MooneyRivlin as MooneyRivlin
+from dielast.material.springs.neo_hookean import NeoHookean as NeoHookean
+from dielast.material.springs.ogden import Ogden as Ogden
+from dielast.material.springs.yeoh import Yeoh as Yeoh
 
-__all__ = [
-    "EQUIBIAXIAL",
-    "SPRINGS",
-    "UNIAXIAL",
-    "ArrudaBoyce",
-    "CardForm",
-    "Gent",
-    "MooneyRivlin",
-    "NeoHookean",
-    "Ogden",
-    "SpringLaw",
-    "Symmetry",
-    "Yeoh",
-    "gathered",
-]
-
-SPRINGS: Registry[type[SpringLaw]] = Registry("spring law")
-SPRINGS.register(Gent)
-SPRINGS.register(NeoHookean)
-SPRINGS.register(Yeoh)
-SPRINGS.register(ArrudaBoyce)
-SPRINGS.register(MooneyRivlin)
-SPRINGS.register(Ogden)
+SPRINGS: Registry[type[SpringLaw]] = Registry("spring law", Gent, NeoHookean, Yeoh, ArrudaBoyce, MooneyRivlin, Ogden)

@@ -10,10 +10,10 @@ import numpy as np
 
 from dielast.errors import InputError
 from dielast.material.law import Constant
+from dielast.material.springs.first_invariant import LimitedLaw
 from dielast.material.springs.langevin import chain_energy, stiffness, stiffness_and_slope
 from dielast.material.springs.law import CardForm
-from dielast.material.springs.limited import LimitedLaw
-from dielast.numerics.columns import Floats
+from dielast.numerics.arrays import Floats
 
 SERIES = (1 / 2, 1 / 20, 11 / 1050, 19 / 7000, 519 / 673750)  # coefficients of W/mu in I1^k/l_m^(2k - 2), as used by codes
 
@@ -73,20 +73,19 @@ class ArrudaBoyce(LimitedLaw):
         """3 l_m^2."""
         return np.asarray(3 * np.square(np.asarray(self.locking_stretch, dtype=float)))
 
-    def form(self, law: str, modulus: float = 1.0) -> CardForm | None:
-        """Arruda-Boyce with the constant mu of the series used by codes; neo-Hookean as an approximation.
+    def forms(self, modulus: float = 1.0) -> tuple[CardForm, ...]:
+        """Arruda-Boyce with the constant mu of the series used by codes; neo-Hookean, an approximation if the chains lock.
 
         The initial modulus of that series is 2 dW/dI1 at I1 = 3, which is larger than mu.
         """
-        match law:
-            case "arruda-boyce":
-                share = float(self._share)
-                initial = 2 * math.fsum(k * c * (3 * share**2) ** (k - 1) for k, c in enumerate(SERIES, 1))
-                constants = {"locking_stretch": float(self.locking_stretch), "mu": modulus / initial}
-                return CardForm(law, modulus, constants, _SERIES_NOTES, needs="" if share else "locking_stretch")
-            case "neo-hookean":
-                return CardForm(law, modulus, {}, _NEO_HOOKEAN_NOTES)
-        return None
+        share = float(self._share)
+        initial = 2 * math.fsum(k * c * (3 * share**2) ** (k - 1) for k, c in enumerate(SERIES, 1))
+        constants = {"locking_stretch": float(self.locking_stretch), "mu": modulus / initial}
+        needs = "" if share else "locking_stretch"
+        return (
+            CardForm("neo-hookean", modulus, {}, _NEO_HOOKEAN_NOTES, exact=not share),
+            CardForm("arruda-boyce", modulus, constants, _SERIES_NOTES, needs),
+        )
 
 
 _NEO_HOOKEAN_NOTES = (

@@ -3,61 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from dielast.material.springs.law import SpringLaw, Symmetry
-from dielast.numerics.columns import Cases, Flags, Floats
+from dielast.numerics.arrays import Cases, Flags, Floats
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class FirstAndRest(SpringLaw):
-    """One law for the first of n springs, and another for the others; arrays of shape (..., n, cases)."""
+class JoinedLaw(SpringLaw):
+    """Several laws side by side: along the `axis` -1 of all arrays (..., n, cases), each for all springs of some of the cases, or
+    along the axis -2, each for some of the springs. `which` (cases,) or (n,) is the index of the law of each case or spring.
 
-    first: SpringLaw
-    rest: SpringLaw
-
-    def stress(self, squared_stretch: Floats) -> Floats:
-        """Stresses of both laws, joined."""
-        return np.concatenate((self.first.stress(squared_stretch[:, :1]), self.rest.stress(squared_stretch[:, 1:])), axis=1)
-
-    def tangent(self, squared_stretch: Floats) -> tuple[Floats, Floats]:
-        """Stresses and tangents of both laws, joined."""
-        first, rest = self.first.tangent(squared_stretch[:, :1]), self.rest.tangent(squared_stretch[:, 1:])
-        return np.concatenate((first[0], rest[0]), axis=1), np.concatenate((first[1], rest[1]), axis=1)
-
-    def energy(self, squared_stretch: Floats) -> Floats:
-        """Energies of both laws, joined."""
-        return np.concatenate((self.first.energy(squared_stretch[:, :1]), self.rest.energy(squared_stretch[:, 1:])))
-
-    def room(self, squared_stretch: Floats) -> Floats:
-        """Distances to the limit of both laws, joined."""
-        return np.concatenate((self.first.room(squared_stretch[:, :1]), self.rest.room(squared_stretch[:, 1:])))
-
-    def take(self, cases: Cases) -> FirstAndRest:
-        """Both laws for the selected cases (k,)."""
-        return FirstAndRest(self.first.take(cases), self.rest.take(cases))
-
-    def of_spring(self, spring: int, case: int) -> SpringLaw:  # type: ignore[override]
-        """The law of one spring in one case."""
-        return self.first.of_spring(0, case) if spring == 0 else self.rest.of_spring(spring - 1, case)
-
-    def with_idle_spring(self) -> FirstAndRest:
-        """The law with one more spring, the last, which carries no stress."""
-        return FirstAndRest(self.first, self.rest.with_idle_spring())
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class CaseByCase(SpringLaw):
-    """Several laws, each for all springs of some of the cases (the last axis); `which` (cases,) is the index of a case's law.
-
-    A law has its cases in the order in which they appear in `which`.
+    A law has its cases or springs in the order in which they appear in `which`.
     """
 
     laws: tuple[SpringLaw, ...]
     which: Cases
+    axis: int
 
     def stress(self, squared_stretch: Floats) -> Floats:
         """Stresses of each law."""
@@ -72,9 +37,9 @@ class CaseByCase(SpringLaw):
         """Energies of each law."""
         return self._joined(lambda law, squared: (law.energy(squared),), squared_stretch)[0]
 
-    def room(self, squared_stretch: Floats) -> Floats:
+    def margin(self, squared_stretch: Floats) -> Floats:
         """Distances to the limit of each law."""
-        return self._joined(lambda law, squared: (law.room(squared),), squared_stretch)[0]
+        return self._joined(lambda law, squared: (law.margin(squared),), squared_stretch)[0]
 
     def axial_stress(self, symmetry: Symmetry, front: Floats, thickness: Floats) -> Floats:
         """p of each law."""
@@ -92,32 +57,44 @@ class CaseByCase(SpringLaw):
 
     def take(self, cases: Cases) -> SpringLaw:  # type: ignore[override]
         """The laws of the selected cases (k,); a single law if it is the same for all."""
+        if self.axis == -2:
+            return replace(self, laws=tuple(law.take(cases) for law in self.laws))
         which = self.which[cases]
         places = np.empty(self.which.size, dtype=np.intp)
         for index in range(len(self.laws)):
             places[self.which == index] = np.arange(np.count_nonzero(self.which == index))
         left, renumbered = np.unique(which, return_inverse=True)
         laws = tuple(self.laws[index].take(places[cases][which == index]) for index in left.tolist())
-        return laws[0] if len(laws) == 1 else CaseByCase(laws, renumbered)
+        return laws[0] if len(laws) == 1 else JoinedLaw(laws, renumbered, -1)
 
     def of_spring(self, spring: int, case: int) -> SpringLaw:  # type: ignore[override]
         """The law of one spring in one case."""
-        index = int(self.which[case])
-        return self.laws[index].of_spring(spring, int(np.count_nonzero(self.which[:case] == index)))
+        position = (spring, case)[self.axis]
+        index = int(self.which[position])
+        place = int(np.count_nonzero(self.which[:position] == index))
+        return self.laws[index].of_spring(*((spring, place) if self.axis == -1 else (place, case)))
 
-    def with_idle_spring(self) -> CaseByCase:
+    def with_idle_spring(self) -> JoinedLaw:
         """The laws with one more spring, the last, which carries no stress."""
-        return CaseByCase(tuple(law.with_idle_spring() for law in self.laws), self.which)
+        if self.axis == -1:
+            return replace(self, laws=tuple(law.with_idle_spring() for law in self.laws))
+        laws = *self.laws[:-1], self.laws[-1].with_idle_spring()
+        return replace(self, laws=laws, which=np.append(self.which, len(laws) - 1))
 
-    def _joined(self, question: Callable[..., tuple[Floats, ...]], *arrays: Floats) -> list[Floats]:
-        """The results of each law for its cases of the `arrays` (..., cases), merged in the order of the cases."""
+    def _joined(self, values: Callable[..., tuple[Floats, ...]], *arrays: Floats) -> list[Floats]:
+        """The `values` of each law for its part of the `arrays` (..., n, cases), joined again."""
         joined: list[Floats] = []
         for index, law in enumerate(self.laws):
             members = np.flatnonzero(self.which == index)
-            answers = question(law, *(np.take(array, members, axis=-1) for array in arrays))
-            joined = joined or [np.empty((*answer.shape[:-1], self.which.size)) for answer in answers]
-            for whole, answer in zip(joined, answers, strict=True):
-                whole[..., members] = answer
+            if self.axis == -1:
+                place: Any = (..., members)
+                parts = values(law, *(np.take(array, members, axis=-1) for array in arrays))
+            else:  # adjacent springs
+                place = (..., slice(members[0], members[-1] + 1), slice(None))
+                parts = values(law, *(array[place] for array in arrays))
+            joined = joined or [np.empty((*part.shape[:-2], *arrays[0].shape[-2:])) for part in parts]
+            for whole, part in zip(joined, parts, strict=True):
+                whole[place] = part
         return joined
 
 
@@ -130,12 +107,14 @@ def gathered(laws: Sequence[tuple[SpringLaw, SpringLaw]], carrying: Flags) -> Sp
     if len(carrying) == 1:
         laws = [(first, first) for first, _ in laws]  # no case has branches
     kinds = [(_kind(first), _kind(rest)) for first, rest in laws]
-    known = list(dict.fromkeys(kinds))
-    if len(known) == 1:
+    different = list(dict.fromkeys(kinds))
+    if len(different) == 1:
         return _of_one_kind(laws, carrying)
-    which = np.array([known.index(kind) for kind in kinds])
-    members = [np.flatnonzero(which == index) for index in range(len(known))]
-    return CaseByCase(tuple(_of_one_kind([laws[case] for case in cases.tolist()], carrying[:, cases]) for cases in members), which)
+    which = np.array([different.index(kind) for kind in kinds])
+    members = [np.flatnonzero(which == index) for index in range(len(different))]
+    return JoinedLaw(
+        tuple(_of_one_kind([laws[case] for case in cases.tolist()], carrying[:, cases]) for cases in members), which, -1
+    )
 
 
 def _kind(law: SpringLaw) -> tuple[Any, ...]:
@@ -155,7 +134,7 @@ def _of_one_kind(laws: Sequence[tuple[SpringLaw, SpringLaw]], carrying: Flags) -
         width = max((value.shape[-1] for block in blocks for value in block.values()), default=1)
         joined = {name: [np.broadcast_to(block[name], (*block[name].shape[:-1], width)) for block in blocks] for name in blocks[0]}
         return first[0].with_values({name: np.concatenate(rows, axis=-2) for name, rows in joined.items()})
-    return FirstAndRest(first[0].with_values(blocks[0]), rest[0].with_values(blocks[1]))
+    return JoinedLaw((first[0].with_values(blocks[0]), rest[0].with_values(blocks[1])), np.minimum(np.arange(len(carrying)), 1), -2)
 
 
 def _of_rows(laws: Sequence[SpringLaw], carrying: Flags, rows: int) -> dict[str, Floats]:

@@ -10,9 +10,9 @@ import numpy as np
 
 from dielast.errors import InputError
 from dielast.material.law import Constant
+from dielast.material.springs.first_invariant import LimitedLaw
 from dielast.material.springs.law import CardForm
-from dielast.material.springs.limited import LimitedLaw
-from dielast.numerics.columns import Floats
+from dielast.numerics.arrays import Floats
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -75,8 +75,8 @@ class Gent(LimitedLaw):
         """3 + J."""
         return np.asarray(3.0 + self.J_lim)
 
-    def form(self, law: str, modulus: float = 1.0) -> CardForm | None:
-        """Gent with its J_lim; neo-Hookean or Yeoh as an approximation.
+    def forms(self, modulus: float = 1.0) -> tuple[CardForm, ...]:
+        """Gent with its J_lim; neo-Hookean, an approximation if there is a limit; Yeoh as an approximation.
 
         Yeoh's constants are those of the series of W to the third power of I1 - 3: mu/2, mu/(4 J), mu/(6 J^2).
         """
@@ -84,15 +84,12 @@ class Gent(LimitedLaw):
             raise InputError("a card holds Gent springs of one J_lim only", argument="formats")
         limit = float(self.J_lim)
         needs = "J_lim" if math.isinf(limit) else ""
-        match law:
-            case "gent":
-                return CardForm(law, modulus, {"J_lim": limit}, needs=needs)
-            case "neo-hookean":
-                return CardForm(law, modulus, {}, _NEO_HOOKEAN_NOTES)
-            case "yeoh":
-                series = {"C10": modulus / 2, "C20": modulus / (4 * limit), "C30": modulus / (6 * limit**2)}
-                return CardForm(law, modulus, series, _YEOH_NOTES, needs)
-        return None
+        series = {"C10": modulus / 2, "C20": modulus / (4 * limit), "C30": modulus / (6 * limit**2)}
+        return (
+            CardForm("neo-hookean", modulus, {}, _NEO_HOOKEAN_NOTES, exact=math.isinf(limit)),
+            CardForm("gent", modulus, {"J_lim": limit}, needs=needs),
+            CardForm("yeoh", modulus, series, _YEOH_NOTES, needs, exact=False),
+        )
 
 
 _NEO_HOOKEAN_NOTES = (

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from dielast.numerics.columns import Floats
+from dielast.numerics.arrays import Floats
 
 FRACTION_BELOW, FRACTION_TERMS = 4.0, 15  # b below which L is evaluated as a continued fraction, and its number of terms
 NEWTON_STEPS = 3  # the initial error of 0.3 % is squared by every step: 1e-5, 1e-10, rounding

@@ -7,15 +7,13 @@ stretches, shape (2, ...): A = lambda_1^2 and B = lambda_2^2, with C = 1/(A B) =
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass
 from typing import Any, ClassVar, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
-from dielast.errors import InputError
 from dielast.material.law import Law
-from dielast.numerics.columns import Cases, Floats
+from dielast.numerics.arrays import Cases, Floats
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,8 +37,8 @@ EQUIBIAXIAL = Symmetry(second=1.0, thinning=2.0, fronts=2, flow=1)
 class CardForm:
     """A spring in the form of a finite-element code: the `law`, the shear `modulus`, and the other constants of the law.
 
-    Constants that are stresses are in the unit of the modulus. `notes` describe the loss if the form only approximates the spring,
-    `needs` the constant that the spring lacks for this form.
+    Constants that are stresses are in the unit of the modulus. `exact` is False if the form only approximates the spring; `notes`
+    describe the loss, `needs` the constant that the spring lacks for this form.
     """
 
     law: str
@@ -48,6 +46,7 @@ class CardForm:
     constants: Mapping[str, float]
     notes: tuple[str, ...] = ()
     needs: str = ""
+    exact: bool = True
 
 
 class SpringLaw(Law):
@@ -78,7 +77,7 @@ class SpringLaw(Law):
         """Strain energy per undeformed volume over the shear modulus, shape (...); infinite outside the law's domain."""
         raise NotImplementedError
 
-    def room(self, squared_stretch: Floats) -> Floats:
+    def margin(self, squared_stretch: Floats) -> Floats:
         """The distance (...) of the stretches from the limit of the law's domain: 1 at rest, 0 at the limit, negative beyond.
 
         It is 1 everywhere for a law that holds at every stretch.
@@ -112,14 +111,6 @@ class SpringLaw(Law):
         """The same law without a limit of its domain, for a spring that carries no stress."""
         return self
 
-    def restated(self, constants: Mapping[str, float]) -> Self:
-        """The same law with other constants; `InputError` for a constant that the law does not have."""
-        known = {constant.name for constant in self.constants}
-        for name in constants:
-            if name not in known:
-                raise InputError(f"the material's {self.title} springs have no {name}", argument=name)
-        return self.with_values(constants)
-
     def initial_modulus(self) -> float | None:
         """The shear modulus from the constants, in their unit; None if the constants state only a shape."""
         return None
@@ -140,58 +131,34 @@ class SpringLaw(Law):
         """The constants as text by name; those that are stresses are divided by the shear modulus."""
         return {name: f"{value:g}" for name, value in self.values().items()}
 
-    def form(self, law: str, modulus: float = 1.0) -> CardForm | None:
-        """The spring of a shear `modulus` as the `law` of a finite-element code; None if that law cannot represent it."""
-        return None
-
-    def exact_forms(self) -> tuple[str, ...]:
-        """The laws of finite-element codes that represent this spring without loss, the closest first."""
+    def forms(self, modulus: float = 1.0) -> tuple[CardForm, ...]:
+        """The spring of a shear `modulus` in the laws of finite-element codes that can represent it, the closest law first."""
         return ()
 
-    # the methods below hold for every law whose constants are its dataclass fields
+    def form(self, law: str, modulus: float = 1.0) -> CardForm | None:
+        """The spring of a shear `modulus` as the `law` of a finite-element code; None if that law cannot represent it."""
+        return next((form for form in self.forms(modulus) if form.law == law), None)
 
-    def values(self) -> dict[str, Any]:
-        """The constants by the names of the dataclass fields."""
-        return {constant.name: getattr(self, constant.name) for constant in fields(self) if constant.init}  # type: ignore[arg-type]
-
-    def with_values(self, values: Mapping[str, Any]) -> Self:
-        """The law with other values of the stated dataclass fields."""
-        return replace(self, **values)  # type: ignore[type-var]
+    def arrays(self) -> dict[str, Floats]:
+        """The constants that are arrays (..., n, cases) or (..., n, 1) of several springs, by name."""
+        return {name: value for name, value in self.values().items() if np.ndim(value) >= 2}
 
     def take(self, cases: Cases) -> Self:
         """The law for the selected cases (k,), which are the last axis of constants that differ between cases."""
-        arrays = {name: np.asarray(value) for name, value in self.values().items()}
-        differing = {name: np.take(value, cases, axis=-1) for name, value in arrays.items() if _has_cases(value)}
+        differing = {name: np.take(value, cases, axis=-1) for name, value in self.arrays().items() if value.shape[-1] > 1}
         return self.with_values(differing) if differing else self
 
     def of_spring(self, spring: int, case: int) -> Self:
         """The law of one spring in one case."""
-        arrays = {name: np.asarray(value) for name, value in self.values().items()}
-        one = {
+        of_one = {
             name: value[..., min(spring, value.shape[-2] - 1), min(case, value.shape[-1] - 1)]
-            for name, value in arrays.items()
-            if value.ndim >= 2
+            for name, value in self.arrays().items()
         }
-        return self.with_values({name: _plain(value) for name, value in one.items()})
+        return self.with_values({name: value if np.ndim(value) else float(value) for name, value in of_one.items()})
 
     def with_idle_spring(self) -> SpringLaw:
         """The law of n + 1 springs, the last of which has no limit of its domain."""
         idle = self.of_spring(0, 0).unlimited().values()
-        arrays = {name: np.asarray(value) for name, value in self.values().items()}
-        return self.with_values(
-            {
-                name: np.concatenate(
-                    (value, np.broadcast_to(np.asarray(idle[name])[..., None, None], value[..., :1, :].shape)), axis=-2
-                )
-                for name, value in arrays.items()
-                if value.ndim >= 2 and value.shape[-2] > 1
-            }
-        )
-
-
-def _has_cases(value: NDArray[Any]) -> bool:
-    return value.ndim >= 2 and value.shape[-1] > 1
-
-
-def _plain(value: NDArray[Any]) -> Any:
-    return value.item() if value.ndim == 0 else value
+        several = {name: value for name, value in self.arrays().items() if value.shape[-2] > 1}
+        last = {name: np.asarray(idle[name])[..., None, None] + np.zeros_like(value[..., :1, :]) for name, value in several.items()}
+        return self.with_values({name: np.concatenate((value, last[name]), axis=-2) for name, value in several.items()})

@@ -10,7 +10,7 @@ import numpy as np
 from dielast.material.law import Constant
 from dielast.material.springs.law import CardForm
 from dielast.material.springs.scaled import ScaledLaw
-from dielast.numerics.columns import Floats
+from dielast.numerics.arrays import Floats
 from dielast.units import STRESS
 
 
@@ -71,23 +71,15 @@ class MooneyRivlin(ScaledLaw):
         """C01 = 0."""
         return MooneyRivlin(1.0)
 
-    def exact_forms(self) -> tuple[str, ...]:
-        """Mooney-Rivlin and Ogden, and neo-Hookean where C01 = 0."""
-        laws = ("mooney-rivlin", "ogden")
-        return ("neo-hookean", *laws) if self._share == 0 else laws
-
-    def form(self, law: str, modulus: float = 1.0) -> CardForm | None:
-        """Mooney-Rivlin, or Ogden with the exponents 2 and -2; neo-Hookean as an approximation."""
+    def forms(self, modulus: float = 1.0) -> tuple[CardForm, ...]:
+        """Mooney-Rivlin, or Ogden with the exponents 2 and -2; neo-Hookean, an approximation unless C01 = 0."""
         share = float(self._share)
-        match law:
-            case "mooney-rivlin":
-                return CardForm(law, modulus, {"C10": modulus / 2 * (1 - share), "C01": modulus / 2 * share})
-            case "ogden":
-                first, second = modulus * (1 - share), -modulus * share
-                return CardForm(law, modulus, {"mu_1": first, "alpha_1": 2.0, "mu_2": second, "alpha_2": -2.0})
-            case "neo-hookean":
-                return CardForm(law, modulus, {}, _NEO_HOOKEAN_NOTES)
-        return None
+        first, second = modulus * (1 - share), modulus * share
+        return (
+            CardForm("neo-hookean", modulus, {}, _NEO_HOOKEAN_NOTES, exact=share == 0),
+            CardForm("mooney-rivlin", modulus, {"C10": first / 2, "C01": second / 2}),
+            CardForm("ogden", modulus, {"mu_1": first, "alpha_1": 2.0, "mu_2": -second, "alpha_2": -2.0}),
+        )
 
 
 _NEO_HOOKEAN_NOTES = (

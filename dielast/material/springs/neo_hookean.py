@@ -10,7 +10,7 @@ import numpy as np
 
 from dielast.material.springs.first_invariant import FirstInvariantLaw
 from dielast.material.springs.law import CardForm
-from dielast.numerics.columns import Floats
+from dielast.numerics.arrays import Floats
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -33,15 +33,6 @@ class NeoHookean(FirstInvariantLaw):
         """(I1 - 3)/2."""
         return np.asarray(0.5 * (invariant - 3))
 
-    def exact_forms(self) -> tuple[str, ...]:
+    def forms(self, modulus: float = 1.0) -> tuple[CardForm, ...]:
         """Neo-Hookean, or Gent without a limit."""
-        return "neo-hookean", "gent"
-
-    def form(self, law: str, modulus: float = 1.0) -> CardForm | None:
-        """Neo-Hookean, or Gent without a limit."""
-        match law:
-            case "neo-hookean":
-                return CardForm(law, modulus, {})
-            case "gent":
-                return CardForm(law, modulus, {"J_lim": math.inf}, needs="J_lim")
-        return None
+        return CardForm("neo-hookean", modulus, {}), CardForm("gent", modulus, {"J_lim": math.inf}, needs="J_lim")

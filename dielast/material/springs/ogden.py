@@ -11,7 +11,7 @@ from dielast.errors import InputError
 from dielast.material.law import Constant
 from dielast.material.springs.law import CardForm, Symmetry
 from dielast.material.springs.scaled import ScaledLaw
-from dielast.numerics.columns import Floats
+from dielast.numerics.arrays import Floats
 from dielast.units import STRESS
 
 STEEPEST = 50.0  # largest exponent: at a stretch of 10, larger powers would soon overflow
@@ -109,28 +109,20 @@ class Ogden(ScaledLaw):
         count = len(np.atleast_1d(np.asarray(self.mu)))
         return Ogden((1.0,) + (0.0,) * (count - 1), (2.0,) * count)
 
-    def exact_forms(self) -> tuple[str, ...]:
-        """Ogden, and neo-Hookean or Mooney-Rivlin if the exponents are 2, or 2 and -2."""
-        exponents = {float(power) for power, weight in zip(self._power, self._weight, strict=True) if weight != 0}
-        if exponents == {1.0}:
-            return ("neo-hookean", "ogden")
-        return ("ogden", "mooney-rivlin") if exponents == {1.0, -1.0} else ("ogden",)
-
-    def form(self, law: str, modulus: float = 1.0) -> CardForm | None:
-        """Ogden; Mooney-Rivlin if that is the same; neo-Hookean as an approximation."""
-        match law:
-            case "ogden":
-                terms = enumerate(zip(self._weight.tolist(), self._power.tolist(), strict=True), 1)
-                pairs: dict[str, float] = {}
-                for index, (weight, power) in terms:
-                    pairs |= {f"mu_{index}": modulus * weight, f"alpha_{index}": 2 * power}
-                return CardForm(law, modulus, pairs)
-            case "mooney-rivlin" if law in self.exact_forms():
-                first = float(np.sum(self._weight[self._power == 1.0]))
-                return CardForm(law, modulus, {"C10": modulus / 2 * first, "C01": modulus / 2 * (1 - first)})
-            case "neo-hookean":
-                return CardForm(law, modulus, {}, _NEO_HOOKEAN_NOTES)
-        return None
+    def forms(self, modulus: float = 1.0) -> tuple[CardForm, ...]:
+        """Ogden; Mooney-Rivlin if the exponents are 2 and -2; neo-Hookean, an approximation unless all exponents are 2."""
+        weights, powers = self._weight.tolist(), self._power.tolist()
+        carrying = {power for power, weight in zip(powers, weights, strict=True) if weight != 0}
+        pairs: dict[str, float] = {}
+        for index, (weight, power) in enumerate(zip(weights, powers, strict=True), 1):
+            pairs |= {f"mu_{index}": modulus * weight, f"alpha_{index}": 2 * power}
+        first = float(np.sum(self._weight[self._power == 1.0]))
+        mooney_rivlin = CardForm("mooney-rivlin", modulus, {"C10": modulus / 2 * first, "C01": modulus / 2 * (1 - first)})
+        return (
+            CardForm("neo-hookean", modulus, {}, _NEO_HOOKEAN_NOTES, exact=carrying == {1.0}),
+            CardForm("ogden", modulus, pairs),
+            *([mooney_rivlin] if carrying == {1.0, -1.0} else []),
+        )
 
 
 def _powers(symmetry: Symmetry, exponent: Floats) -> tuple[Floats, Floats]:

@@ -9,7 +9,7 @@ import numpy as np
 
 from dielast.errors import InputError
 from dielast.material.springs.law import SpringLaw
-from dielast.numerics.columns import Floats
+from dielast.numerics.arrays import Floats
 
 
 class ScaledLaw(SpringLaw):
@@ -35,8 +35,7 @@ class ScaledLaw(SpringLaw):
     def of_file(cls, stated: Mapping[str, Any], modulus: float | None) -> Self:
         """The law from its constants; `InputError` if a shear modulus is stated in addition."""
         if modulus is not None:
-            keys = " and ".join(constant.file_key for constant in cls.constants)
-            message = f'law "{cls.name}" states its modulus by {keys}: leave shear_modulus out'
+            message = f'law "{cls.name}" states its modulus by {" and ".join(cls.file_keys())}: leave shear_modulus out'
             raise InputError(message, key="shear_modulus")
         return super().of_file(stated, modulus)
 
@@ -46,8 +45,7 @@ class ScaledLaw(SpringLaw):
 
     def scaled(self, modulus: float) -> Self:
         """The law with the constants of a spring of this modulus."""
-        own = self.initial_modulus()
-        if modulus == own:
+        if modulus == self.initial_modulus():
             return self
         factor = modulus / float(self.modulus_of())
         return self.with_values({name: _times(getattr(self, name), factor) for name in self.stresses})

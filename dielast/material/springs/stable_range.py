@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from dielast.material.springs.law import SpringLaw
-from dielast.numerics.columns import Flags, Floats
+from dielast.numerics.arrays import Flags, Floats
 
 FURTHEST = 30.0  # largest stretch, and inverse of the smallest one, at which a law is examined
 POINTS = 400  # in each of extension and compression, in steps of 0.9 %
@@ -34,7 +34,7 @@ def tension_rises(law: SpringLaw, squared_stretch: Floats, mode: str | None) -> 
             rises = k11 > p
             if mode is None:
                 rises &= k22 > q
-        return np.asarray(rises & (law.room(squared_stretch) > 0) & np.isfinite(p))
+        return np.asarray(rises & (law.margin(squared_stretch) > 0) & np.isfinite(p))
 
 
 def stable_range(law: SpringLaw, mode: str) -> tuple[float, float]:
@@ -42,7 +42,7 @@ def stable_range(law: SpringLaw, mode: str) -> tuple[float, float]:
 
     They are 0 and infinity if it is stable at all examined stretches. The range ends at the limit of a law.
     """
-    if law.always_stable and np.all(law.room(np.full((2, 1), FURTHEST**2)) > 0):
+    if law.always_stable and np.all(law.margin(np.full((2, 1), FURTHEST**2)) > 0):
         return 0.0, np.inf
     steps = np.linspace(0.0, np.log(FURTHEST), POINTS)
     ends = []

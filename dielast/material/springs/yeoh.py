@@ -13,7 +13,7 @@ from dielast.material.law import Constant
 from dielast.material.springs.first_invariant import FirstInvariantLaw
 from dielast.material.springs.law import CardForm
 from dielast.material.springs.scaled import ScaledLaw
-from dielast.numerics.columns import Floats
+from dielast.numerics.arrays import Floats
 from dielast.units import STRESS
 
 
@@ -87,20 +87,13 @@ class Yeoh(ScaledLaw, FirstInvariantLaw):
         """C20 = C30 = 0."""
         return Yeoh(self.C10)
 
-    def exact_forms(self) -> tuple[str, ...]:
-        """Yeoh, and neo-Hookean where C20 = C30 = 0."""
-        return ("neo-hookean", "yeoh") if self._square == 0 and self._cube == 0 else ("yeoh",)
-
-    def form(self, law: str, modulus: float = 1.0) -> CardForm | None:
-        """Yeoh; neo-Hookean as an approximation."""
-        match law:
-            case "yeoh":
-                half = modulus / 2
-                series = {"C10": half, "C20": half * float(self._square), "C30": half * float(self._cube)}
-                return CardForm(law, modulus, series)
-            case "neo-hookean":
-                return CardForm(law, modulus, {}, _NEO_HOOKEAN_NOTES)
-        return None
+    def forms(self, modulus: float = 1.0) -> tuple[CardForm, ...]:
+        """Yeoh; neo-Hookean, an approximation unless C20 = C30 = 0."""
+        series = {"C10": modulus / 2, "C20": modulus / 2 * float(self._square), "C30": modulus / 2 * float(self._cube)}
+        return (
+            CardForm("neo-hookean", modulus, {}, _NEO_HOOKEAN_NOTES, exact=self._square == 0 and self._cube == 0),
+            CardForm("yeoh", modulus, series),
+        )
 
 
 _NEO_HOOKEAN_NOTES = (

@@ -7,7 +7,7 @@ from typing import ClassVar
 import numpy as np
 
 from dielast.mechanics.criteria.criterion import Criterion, Moment, Signal, WatchedFilms
-from dielast.numerics.columns import Floats
+from dielast.numerics.arrays import Floats
 
 
 class ElectricalBreakdown(Criterion):

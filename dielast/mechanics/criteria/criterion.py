@@ -9,25 +9,24 @@ The rest follows: the first fall of the signal to zero is an event with a row in
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
 
-from dielast.material.breakdown.following import FollowingField
 from dielast.material.damage import DamageLaw
-from dielast.material.laws_of_cases import LawsOfCases
+from dielast.material.laws_of_cases import FollowingField, LawsOfCases
 from dielast.material.material import Material
 from dielast.mechanics.passive.framed import FramedFilms, Surroundings
-from dielast.mechanics.point import Points
+from dielast.mechanics.point_material import Points
 from dielast.mechanics.span import Controls, Load
 from dielast.mechanics.stability import Stability, TimeScale
 from dielast.mechanics.symmetric import Films, SymmetricPoints
-from dielast.numerics.columns import Cases, Floats
+from dielast.numerics.arrays import ByCase, Cases, Floats
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Moment:
+class Moment(ByCase):
     """Films at a moment, in columns (k,) that belong to `cases` (k,).
 
     `internal` is x (2, n, k), or (1, n, k) if both axes are equal; Lambda and the mechanical nominal stress in Pa are (2, k).
@@ -78,27 +77,13 @@ class Moment:
         """The nominal stresses (2, k) in Pa that may fall to zero, of the film or of the passive part around it."""
         return self.nominal_stress if self.surroundings is None else self.surroundings.tension
 
-    def take(self, columns: Cases) -> Moment:
-        """The selected columns."""
-        return replace(
-            self,
-            points=self.points.take(columns),
-            cases=self.cases[columns],
-            age=self.age[columns],
-            internal=self.internal[..., columns],
-            log_squared_stretch=self.log_squared_stretch[:, columns],
-            nominal_stress=self.nominal_stress[:, columns],
-            field=self.field[columns],
-            surroundings=None if self.surroundings is None else self.surroundings.take(columns),
-        )
-
 
 Signal = Callable[[Moment], Floats]
 """The signal (k,) of a moment, positive until the event happens."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class WatchedFilms:
+class WatchedFilms(ByCase):
     """The data on films that criteria may use.
 
     `controls` is what the load prescribes along each axis; `breakdown_field` (cases,) is in V/m, infinite where it is not needed;
@@ -114,17 +99,6 @@ class WatchedFilms:
     stress_floor: Floats
     following: FollowingField | None = None
     damage: LawsOfCases[DamageLaw] | None = None
-
-    def take(self, cases: Cases) -> WatchedFilms:
-        """The selected films (k,)."""
-        return replace(
-            self,
-            breakdown_field=self.breakdown_field[cases],
-            nominal_stress=self.nominal_stress[:, cases],
-            stress_floor=self.stress_floor[cases],
-            following=None if self.following is None else self.following.take(cases),
-            damage=None if self.damage is None else self.damage.take(cases),
-        )
 
 
 class Criterion:

@@ -9,7 +9,7 @@ import numpy as np
 
 from dielast.material.material import Material
 from dielast.mechanics.criteria.criterion import Criterion, Moment, Signal, WatchedFilms
-from dielast.numerics.columns import Floats
+from dielast.numerics.arrays import Floats
 
 
 class Damage(Criterion):
@@ -31,6 +31,6 @@ class Damage(Criterion):
 
         def rate(moment: Moment) -> Floats:
             field = moment.true_field
-            return np.asarray(laws.ask(moment.cases, lambda law, columns: law.rate(field[columns]), 0.0))
+            return np.asarray(laws.values(moment.cases, lambda law, columns: law.rate(field[columns]), 0.0))
 
         return rate

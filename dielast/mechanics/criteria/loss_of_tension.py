@@ -11,7 +11,7 @@ import numpy as np
 
 from dielast.mechanics.criteria.criterion import Criterion, Moment, Signal, WatchedFilms
 from dielast.mechanics.span import Control
-from dielast.numerics.columns import Floats
+from dielast.numerics.arrays import Floats
 
 
 class LossOfTension(Criterion):

@@ -8,20 +8,17 @@ from typing import ClassVar
 import numpy as np
 
 from dielast.mechanics.criteria.criterion import Criterion, Moment, Signal, WatchedFilms
-from dielast.mechanics.point import Points
+from dielast.mechanics.point_material import Points
 from dielast.mechanics.span import Control, Load
 from dielast.mechanics.stability import Fold, Stability, TimeScale, stability
-from dielast.numerics.columns import Floats, where
+from dielast.numerics.arrays import Floats, where
 
 NO_MARGIN = 1e-3  # a smaller margin at pull-in is rounding: it is 0 by definition
 FOLD_MARGIN = 0.02  # margin with all branches frozen, below which a pull-in is at the end of an equilibrium
 
 
 def held_modulus(points: Points, timescale: TimeScale, age: Floats) -> Floats:
-    """The modulus (n, k) in Pa that springs retain when the voltage has been on for `age` (k,) s; 0 for the damper, the last
-    spring,
-    which is not part of the film.
-    """
+    """The modulus (n, k) in Pa that springs retain when the voltage has been on for `age` (k,) s; 0 for the last, the damper."""
     modulus = points.modulus * timescale.weight(points, age)
     modulus[-1] = 0.0
     return np.asarray(modulus)
@@ -63,7 +60,7 @@ class PullIn(Criterion):
         """
         if moment.points.circuit is not None or moment.surroundings is not None:
             return time, moment
-        undamped = _without_damper(moment.points)
+        undamped = moment.points.undamped()
         internal = np.broadcast_to(moment.internal, (2, *moment.internal.shape[1:])).copy()
         log_squared, nominal, field = moment.log_squared_stretch.copy(), moment.nominal_stress.copy(), moment.field.copy()
         frozen = stability(undamped, undamped.modulus, moment.controls, internal, log_squared, nominal, field)
@@ -90,8 +87,3 @@ class PullIn(Criterion):
     def determinant(self, stability: Stability) -> Floats:
         """0 at a pull-in, except in a film that cannot hold a voltage applied at once."""
         return np.where(np.abs(stability.margin) < NO_MARGIN, 0.0, stability.determinant)
-
-
-def _without_damper(points: Points) -> Points:
-    """The points without stress in the last spring, the damper."""
-    return replace(points, modulus=np.concatenate((points.modulus[:-1], np.zeros_like(points.modulus[-1:]))))

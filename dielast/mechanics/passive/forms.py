@@ -19,16 +19,14 @@ from functools import cache
 import numpy as np
 
 from dielast.mechanics.passive.structure import Structure
-from dielast.numerics.columns import Floats
+from dielast.numerics.arrays import Floats
 
 RADII = 41  # radii of the annulus in a profile
 FINE = 200  # Gauss-Legendre points in ln s, from which the Gauss points of the weight 1/s^2 are computed
 
 
 def disc(share: Floats, prestretch: Floats, points: int) -> Structure:
-    """Discs with a radius of `share` (cases,) times that of the frame, at a prestretch (cases,), with `points` points in the
-    annulus.
-    """
+    """Discs with a radius of `share` times that of the frame, at a prestretch, both (cases,); `points` is of the annulus."""
     parts = [_annulus(float(radius_ratio), points) for radius_ratio in share]
     area, first, second, rim = (np.stack(column, axis=-1) for column in zip(*parts, strict=True))
     cases = share.size
@@ -43,9 +41,7 @@ def disc(share: Floats, prestretch: Floats, points: int) -> Structure:
 
 
 def strip(share: Floats, first: Floats, second: Floats) -> Structure:
-    """Strips with an active fraction `share` of the length, and prestretches `first` of the length, `second` of the width, all
-    (cases,).
-    """
+    """Strips with an active fraction `share` of the length, prestretched by `first` along it and `second` across: all (cases,)."""
     passive, one, none = 1 - share, np.ones_like(share), np.zeros_like(share)
     gather = np.array([[one, -share / passive], [none, none]])[:, :, None]
     fixed = np.array([[none, first / passive], [second, second]])

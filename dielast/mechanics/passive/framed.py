@@ -28,7 +28,7 @@ from dielast.mechanics.passive.structure import Factors, Structure
 from dielast.mechanics.point import FOLLOWER_WEIGHT
 from dielast.mechanics.point_material import SYMMETRIC, Points
 from dielast.mechanics.span import Control, Controls, Load, UnderLoad
-from dielast.numerics.columns import Cases, Floats
+from dielast.numerics.arrays import ByCase, Cases, Floats
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -66,9 +66,8 @@ class Assembly:
         return np.asarray(elastic)
 
     def carried(self, stress: Floats, stretch: Floats, field: Floats, electric: bool = True) -> Floats:
-        """True mechanical stresses (2, P, cases) from the stresses (2, n, P cases) of springs of unit modulus, less the Maxwell
-        stress
-        in point 0.
+        """True mechanical stresses (2, P, cases): those of springs, of unit modulus (2, n, P cases), less the Maxwell stress in
+        point 0.
         """
         carried = self.by_point(np.einsum("nm,cnm->cm", self.all_points.modulus, stress))
         if electric:
@@ -107,10 +106,6 @@ class FramedFilms(UnderLoad):
     def border(self) -> int:
         """Index of the first row of the border, counted from the end of the state."""
         return -self.assembly.structure.unknowns - 2
-
-    def take(self, cases: Cases) -> FramedFilms:
-        """The selected cases (k,)."""
-        return FramedFilms(self.assembly.take(cases), self.load.take(cases))
 
     def pack(self, internal: Floats, border: Floats) -> Floats:
         """State (rows, cases) from xi (2, n, P, cases) and the border (u + 2, cases)."""
@@ -220,7 +215,7 @@ class FramedArrowhead:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Surroundings:
+class Surroundings(ByCase):
     """All points of films with a passive part at a moment, and the `border` (u + 2, k) of their states."""
 
     assembly: Assembly
@@ -237,14 +232,7 @@ class Surroundings:
 
     def without_damper(self) -> Surroundings:
         """The films without stress in the last spring, the damper."""
-        modulus = self.assembly.all_points.modulus.copy()
-        modulus[-1] = 0.0
-        undamped = replace(self.assembly, all_points=replace(self.assembly.all_points, modulus=modulus))
-        return replace(self, assembly=undamped)
-
-    def take(self, columns: Cases) -> Surroundings:
-        """The selected columns."""
-        return Surroundings(self.assembly.take(columns), self.border[:, columns])
+        return replace(self, assembly=replace(self.assembly, all_points=self.assembly.all_points.undamped()))
 
     def stresses(self, internal: Floats, field: Floats) -> Floats:
         """Nominal stresses (2, P, k) in Pa at xi (2, n, P, k)."""

@@ -18,7 +18,7 @@ from dielast.mechanics.passive.forms import disc
 from dielast.mechanics.passive.framed import Assembly
 from dielast.mechanics.passive.structure import Factors
 from dielast.mechanics.point_material import SYMMETRIC, Points
-from dielast.numerics.columns import Cases, Floats
+from dielast.numerics.arrays import Cases, Floats
 
 LEAST, MOST = 2, 20  # number of points
 RESOLVED = 1e-6  # error of the field that is reached with enough points, unless there is a kink
@@ -43,8 +43,7 @@ def points_needed(points: Points, share: Floats, prestretch: Floats, tolerance: 
 
 
 def _errors(points: Points, share: Floats, prestretch: Floats, finest: float, taut: bool) -> Floats:
-    """Errors (counts, cases) of the field with `LEAST` points, one more, and so on, until all are below `finest` or there are
-    `MOST`.
+    """Errors (counts, cases) of the field with `LEAST` points, and more up to `MOST`, until all are below `finest`.
 
     They hold at stretches that the springs can reach, and, if `taut`, that leave the film at least half of its tension.
     """
@@ -70,9 +69,8 @@ def _errors(points: Points, share: Floats, prestretch: Floats, finest: float, ta
 
 
 def _pull(points: Points, share: Floats, prestretch: Floats, stretch: Floats, count: int) -> tuple[Floats, Floats]:
-    """The Maxwell stress (cases,) in Pa that holds relaxed discs at a `stretch` (cases,), and the smallest nominal stress (cases,)
-    in
-    the film around them; NaN where the springs cannot reach the stretch.
+    """The Maxwell stress in Pa that holds relaxed discs at a `stretch`, and the smallest nominal stress in the film around them,
+    all (cases,); NaN where the springs cannot reach the stretch.
     """
     structure = disc(share, prestretch, count)
     assembly = Assembly.of(points, structure)

@@ -7,14 +7,12 @@ import numpy as np
 from dielast.mechanics.passive.framed import Surroundings
 from dielast.mechanics.passive.structure import Factors
 from dielast.mechanics.point_material import SYMMETRIC
-from dielast.numerics.columns import Flags, Floats
+from dielast.numerics.arrays import Flags, Floats
 
 ITERATIONS, HALVINGS = 60, 16
 FEW, SELDOM = 12, 3  # the same in a search nearby, as in `jump`
-SETTLED, BALANCED = (
-    5e-13,
-    1e-8,
-)  # relative Newton steps in the stretches: one that ends the search, one that an equilibrium may have
+# relative Newton steps in the stretches: one that ends the search, one that an equilibrium may have
+SETTLED, BALANCED = 5e-13, 1e-8
 LARGEST = 0.5  # relative change of a stretch in one step
 
 

@@ -13,15 +13,15 @@ pivot, the stiffness of the film at the rim of the active part, is the first to 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import numpy as np
 
-from dielast.numerics.columns import Cases, Floats
+from dielast.numerics.arrays import ByCase, Cases, Floats
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Structure:
+class Structure(ByCase):
     """The coefficients of the points' stretches: `weight` w (P, cases), `gather` (2, P, u, cases) and `fixed` (2, P, cases).
 
     `home` (u, cases) are the unknowns in the homogeneous state. `rim` (P, cases) are the weights in the mean of the transverse
@@ -43,10 +43,6 @@ class Structure:
     def unknowns(self) -> int:
         """The number of unknowns u."""
         return len(self.home)
-
-    def take(self, cases: Cases) -> Structure:
-        """The selected cases (k,)."""
-        return Structure(*(np.take(getattr(self, field.name), cases, axis=-1) for field in fields(self)))
 
     def columns(self, cases: Cases) -> Cases:
         """The indices (P k,) of the points of `cases` (k,) in arrays over the points of all cases, point after point."""

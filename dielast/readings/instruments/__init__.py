@@ -1,7 +1,7 @@
 """Exports of instruments, recognised by their content and divided into steps; units and names come from the file.
 
-A format is a module with a `NAME`, `sniff(text) -> bool` and `read(text, source) -> list[ExportedStep]`, entered in `FORMATS`.
-`sniff` looks for features that no hand-made table has, so that an ordinary table is never taken as an export.
+A format is a module with a `NAME`, `sniff(text)` and `read(text, source) -> list[ExportedStep]`, entered in `FORMATS`. `sniff`
+looks for features that no hand-made table has, so that an ordinary table is never taken as an export.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from dielast.readings.instruments import (
     trios,
     universal_analysis,
 )
-from dielast.readings.instruments.step import ExportedStep
+from dielast.readings.instruments.export import ExportedStep
 
 __all__ = ["FORMATS", "ExportedStep", "Format", "recognise"]
 
@@ -29,15 +29,12 @@ class Format(Protocol):
     @property
     def NAME(self) -> str:
         """The name in the summary."""
-        ...
 
-    def sniff(self, text: str) -> bool:
-        """Whether `text` is in this layout, complete or not."""
-        ...
+    def sniff(self, text: str, /) -> object:
+        """A true value if `text` is in this layout, complete or not."""
 
     def read(self, text: str, source: str) -> list[ExportedStep]:
         """The steps in `text`, in their order; raises `InputError` with `source` and the line."""
-        ...
 
 
 FORMATS: tuple[Format, ...] = (trios, rheocompass, rheoplus, universal_analysis, rheology_advantage, proteus, eplexor, reptate)

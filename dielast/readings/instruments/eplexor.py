@@ -9,8 +9,7 @@ from __future__ import annotations
 import re
 
 from dielast.io.cells import split_lines
-from dielast.readings.instruments.names import deformation_of, plain
-from dielast.readings.instruments.step import Export, ExportedStep, cut_off, separator_of
+from dielast.readings.instruments.export import Export, ExportedStep, deformation_of, plain, separator_of
 
 NAME = "Gabo Eplexor"
 
@@ -23,26 +22,19 @@ def sniff(text: str) -> bool:
     if _MAKER.search(text) is None:
         return False
     lines = split_lines(text)
-    start = _header(lines)
+    start = next((place for place, line in enumerate(lines) if _is_header(line)), None)
     return start is not None and _MAKER.search("\n".join(lines[:start])) is not None
 
 
 def read(text: str, source: str) -> list[ExportedStep]:
     """The table of the export; raises `InputError` naming file and line."""
-    lines = split_lines(text)
-    start = _header(lines)
-    if start is None:
-        raise cut_off("an Eplexor export without its line of names", source, len(lines))
-    export = Export.of(text, source, separator_of(lines[start]))
+    export, start = Export.from_header(text, source, _is_header, "an Eplexor export without its line of names")
     names = export.rows[start]
     below = [row for row in export.rows[start + 1 :] if not row.is_blank]
     readings = [row for row in below[1:] if row.has_number]
     return [export.step("table", (names, next(iter(below), None)), readings, deformation=deformation_of(names.cells) or "tension")]
 
 
-def _header(lines: list[str]) -> int | None:
-    for place, line in enumerate(lines):
-        cells = {plain(cell) for cell in line.split(separator_of(line))}
-        if any(len(moduli & cells) > 1 for moduli in _MODULI):
-            return place
-    return None
+def _is_header(line: str) -> bool:
+    cells = {plain(cell) for cell in line.split(separator_of(line))}
+    return any(len(moduli & cells) > 1 for moduli in _MODULI)

@@ -10,13 +10,11 @@ import re
 from collections.abc import Mapping
 
 from dielast.errors import InputError
-from dielast.io.cells import split_lines
-from dielast.readings.instruments.names import deformation_of
-from dielast.readings.instruments.step import Export, ExportedStep, Row, cut_off, decimal_mark
+from dielast.readings.instruments.export import Export, ExportedStep, Row, cut_off, decimal_mark, deformation_of
 
 NAME = "Netzsch Proteus"
 
-_MARK = re.compile(r"^(#FORMAT:\W*NETZSCH|##Temp\./)", re.MULTILINE)
+sniff = re.compile(r"^(#FORMAT:\W*NETZSCH|##Temp\./)", re.MULTILINE).search
 _KEY = re.compile(r"^#(?P<key>[^#:][^:]*):[\t;, ]*(?P<value>.*?)[\t;, ]*$", re.MULTILINE)
 _SEPARATORS = {"SEMICOLON": ";", "COMMA": ",", "TAB": "\t"}
 _DECIMALS = {"COMMA": ",", "POINT": "."}
@@ -24,20 +22,12 @@ _AT = re.compile(r"(?P<name>.*?)\s*\(\s*(?P<frequency>\d+(?:[.,]\d+)?)\s*Hz\s*\)
 _FREQUENCY = "Frequency"
 
 
-def sniff(text: str) -> bool:
-    """Whether `text` is such an export."""
-    return _MARK.search(text) is not None
-
-
 def read(text: str, source: str) -> list[ExportedStep]:
     """The table of the export as its only step; raises `InputError` naming file and line."""
     keys = {match["key"].strip(): match["value"] for match in _KEY.finditer(text)}
-    lines = split_lines(text)
-    start = next((place for place, line in enumerate(lines) if line.startswith("##")), None)
-    if start is None:
-        raise cut_off('a Proteus export without its line of names, "##..."', source, len(lines))
-    separator = _named(_SEPARATORS, keys, "SEPARATOR") or next((mark for mark in "\t;," if mark in lines[start]), ";")
-    export = Export.of(text, source, separator)
+    missing = 'a Proteus export without its line of names, "##..."'
+    separator = _named(_SEPARATORS, keys, "SEPARATOR")
+    export, start = Export.from_header(text, source, lambda line: line.startswith("##"), missing, separator)
     line, cells = export.rows[start]
     names, units = (Row(line, list(column)) for column in zip(*map(_split, cells), strict=True))
     readings = [row for row in export.rows[start + 1 :] if not row.is_blank and not row.key.startswith("#")]

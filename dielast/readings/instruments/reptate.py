@@ -12,8 +12,7 @@ from pathlib import Path
 
 from dielast.errors import InputError
 from dielast.io.cells import is_number, split_cells, split_lines
-from dielast.readings.instruments.names import plain
-from dielast.readings.instruments.step import Export, ExportedStep, Row, cut_off
+from dielast.readings.instruments.export import Export, ExportedStep, Row, cut_off, plain
 
 NAME = "RepTate"
 
@@ -49,14 +48,14 @@ def sniff(text: str) -> bool:
         return False
     header = [line for line in below[:start] if line.strip("# \t")]
     if not header:
-        return any(key in _PARAMETERS_OF_REPTATE for key in map(str.strip, re.findall(r"([^;=]+)=", first)))
+        return not _parameters(first).keys().isdisjoint(_PARAMETERS_OF_REPTATE)
     return sum(plain(cell) in _NAMES for cell in _cells(header[0])) > 1
 
 
 def read(text: str, source: str) -> list[ExportedStep]:
     """The table of the file as its only step, named after its temperature; raises `InputError` naming file and line."""
     first, *lines = split_lines(text)
-    parameters = dict(_pair(part) for part in first.split(";") if "=" in part)
+    parameters = _parameters(first)
     export = Export(source, [Row(number, split_cells(line, " ")) for number, line in enumerate(lines, start=2)])
     start = next((place for place, row in enumerate(export.rows) if _is_reading(row.cells)), len(lines))
     readings = [row for row in export.rows[start:] if not row.is_blank and not row.key.startswith("#")]
@@ -109,9 +108,9 @@ def _cells(line: str) -> list[str]:
     return [cell.strip() for cell in text.split("\t")] if "\t" in text else split_cells(text, " ")
 
 
-def _pair(part: str) -> tuple[str, str]:
-    key, _, value = part.partition("=")
-    return key.strip(), value.strip()
+def _parameters(line: str) -> dict[str, str]:
+    pairs = (part.split("=", 1) for part in line.split(";") if "=" in part)
+    return {key.strip(): value.strip() for key, value in pairs}
 
 
 def _is_reading(cells: list[str]) -> bool:

@@ -9,28 +9,17 @@ from __future__ import annotations
 
 import re
 
-from dielast.io.cells import split_lines
-from dielast.readings.instruments.names import deformation_of
-from dielast.readings.instruments.step import Export, ExportedStep, Row, cut_off, separator_of, stated_points
+from dielast.readings.instruments.export import Export, ExportedStep, Row, deformation_of, stated_points
 
 NAME = "Anton Paar RheoCompass"
 
 _START = re.compile(r"^\"?(Interval data|Intervalldaten):", re.MULTILINE)
-_MARK = re.compile(r"^\"?(Interval and data points|Interval data|Intervalldaten):\"?[\t;,]", re.MULTILINE)
-
-
-def sniff(text: str) -> bool:
-    """Whether `text` is such an export."""
-    return _MARK.search(text) is not None
+sniff = re.compile(r"^\"?(Interval and data points|Interval data|Intervalldaten):\"?[\t;,]", re.MULTILINE).search
 
 
 def read(text: str, source: str) -> list[ExportedStep]:
     """The intervals of the export; raises `InputError` naming file and line."""
-    lines = split_lines(text)
-    first = next((line for line in lines if _START.match(line)), None)
-    if first is None:
-        raise cut_off('a RheoCompass export without any "Interval data:"', source, len(lines))
-    export = Export.of(text, source, separator_of(first))
+    export, _ = Export.from_header(text, source, _START.match, 'a RheoCompass export without any "Interval data:"')
     steps: list[ExportedStep] = []
     result, number, points = "", "", None
     for place, row in enumerate(export.rows):

@@ -9,8 +9,7 @@ from __future__ import annotations
 import re
 
 from dielast.io.cells import is_number, split_lines
-from dielast.readings.instruments.names import plain
-from dielast.readings.instruments.step import Export, ExportedStep, Row, separator_of
+from dielast.readings.instruments.export import Export, ExportedStep, plain, separator_of
 
 NAME = "TA Instruments Rheology Advantage"
 
@@ -33,15 +32,11 @@ def read(text: str, source: str) -> list[ExportedStep]:
     for number, (start, stop) in enumerate(zip(starts, [*starts[1:], len(lines)], strict=True), start=1):
         below = [row for row in export.rows[start + 1 : stop] if not row.is_blank]
         title = next((row for row in reversed(export.rows[:start]) if not row.is_blank), None)
-        name = title.key if title and title.key and not _is_reading(title) else f"step {number}"
+        name = title.key if title and title.key and not is_number(title.key) else f"step {number}"
         header = export.rows[start], next(iter(below), None)
-        steps.append(export.step(name, header, [row for row in below[1:] if _is_reading(row)], deformation="shear"))
+        steps.append(export.step(name, header, [row for row in below[1:] if is_number(row.key)], deformation="shear"))
     return steps
 
 
 def _is_header(line: str) -> bool:
     return "." in line and len(_SHORT_FORMS.intersection(plain(cell) for cell in line.split(separator_of(line)))) >= _ENOUGH
-
-
-def _is_reading(row: Row) -> bool:
-    return is_number(row.key, ".") or is_number(row.key, ",")

@@ -9,29 +9,20 @@ from __future__ import annotations
 import re
 from itertools import takewhile
 
-from dielast.io.cells import is_number, split_lines
-from dielast.readings.instruments.names import deformation_of
-from dielast.readings.instruments.step import Export, ExportedStep, Row, cut_off, separator_of, stated_points
+from dielast.io.cells import is_number
+from dielast.readings.instruments.export import Export, ExportedStep, Row, deformation_of, stated_points
 
 NAME = "Anton Paar Rheoplus"
 
 # a hand-made table may also have Meas. Pts., but no line of only units in brackets below
-_MARK = re.compile(r"^\"?(Data Series Information\"?[\t;, ]*$|Meas\. Pts\.[^\n]*\n\"?[\t;, ]+\"?\[)", re.MULTILINE)
+sniff = re.compile(r"^\"?(Data Series Information\"?[\t;, ]*$|Meas\. Pts\.[^\n]*\n\"?[\t;, ]+\"?\[)", re.MULTILINE).search
 _TABLE = "Meas. Pts."
-
-
-def sniff(text: str) -> bool:
-    """Whether `text` is such an export."""
-    return _MARK.search(text) is not None
 
 
 def read(text: str, source: str) -> list[ExportedStep]:
     """The intervals of the export; raises `InputError` naming file and line."""
-    lines = split_lines(text)
-    first = next((line for line in lines if line.strip('"').startswith(_TABLE)), None)
-    if first is None:
-        raise cut_off(f'a Rheoplus export without any "{_TABLE}"', source, len(lines))
-    export = Export.of(text, source, separator_of(first))
+    missing = f'a Rheoplus export without any "{_TABLE}"'
+    export, _ = Export.from_header(text, source, lambda line: line.strip('"').startswith(_TABLE), missing)
     steps = []
     series, number, points = "", "", None
     for place, row in enumerate(export.rows):

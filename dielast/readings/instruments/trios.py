@@ -10,22 +10,26 @@ from __future__ import annotations
 import re
 
 from dielast.io.cells import split_lines
-from dielast.readings.instruments.names import Deformation, deformation_of
-from dielast.readings.instruments.step import Export, ExportedStep, Row, cut_off, separator_of, stated_points
+from dielast.readings.instruments.export import (
+    Deformation,
+    Export,
+    ExportedStep,
+    Row,
+    cut_off,
+    deformation_of,
+    separator_of,
+    stated_points,
+)
 
 NAME = "TA Instruments TRIOS"
 
 _STEP = re.compile(r"^\[step\][\t;, ]*$", re.IGNORECASE | re.MULTILINE)
-_HEADER = re.compile(
-    r"^(TA Instruments LIMS export|\[(Parameters: )?File Parameters\]|Trios version[\t;,])", re.IGNORECASE | re.MULTILINE
-)
+sniff = re.compile(
+    r"^(\[step\][\t;, ]*$|TA Instruments LIMS export|\[(Parameters: )?File Parameters\]|Trios version[\t;,])",
+    re.IGNORECASE | re.MULTILINE,
+).search
 _INSTRUMENT = re.compile(r"^Instrument type[\t;,]+(?P<type>[^\t;,\r\n]*)", re.IGNORECASE | re.MULTILINE)
 _KINDS: tuple[tuple[str, Deformation], ...] = (("rsa|dma|q800", "tension"), ("ares|hr|ar-?g2|ar ?\\d", "shear"))
-
-
-def sniff(text: str) -> bool:
-    """Whether `text` is such an export."""
-    return _STEP.search(text) is not None or _HEADER.search(text) is not None
 
 
 def read(text: str, source: str) -> list[ExportedStep]:

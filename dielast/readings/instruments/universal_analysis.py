@@ -9,18 +9,12 @@ from __future__ import annotations
 import re
 
 from dielast.io.table import split_header
-from dielast.readings.instruments.names import Deformation
-from dielast.readings.instruments.step import Export, ExportedStep, Row, cut_off
+from dielast.readings.instruments.export import Deformation, Export, ExportedStep, Row, cut_off
 
 NAME = "TA Instruments Universal Analysis"
 
-_MARK = re.compile(r"^(Nsig\t\d+|StartOfData)\s*$", re.MULTILINE)
+sniff = re.compile(r"^(Nsig\t\d+|StartOfData)\s*$", re.MULTILINE).search
 _STEP_END = re.compile(r"-\d+(\.0*)?")
-
-
-def sniff(text: str) -> bool:
-    """Whether `text` is such an export."""
-    return _MARK.search(text) is not None
 
 
 def read(text: str, source: str) -> list[ExportedStep]:

@@ -1,4 +1,4 @@
-"""The output that a simulation is asked for, and checks of it."""
+"""The output of a simulation: at which times, and which cycles in full."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from dielast.errors import InputError, shown
 from dielast.material.arguments import real_numbers
 from dielast.mechanics.cases import of_case
 from dielast.mechanics.course import Piece
-from dielast.numerics.columns import Cases, Floats
+from dielast.numerics.arrays import Cases, Floats
 
 KEPT_WHOLE = 100  # number of cycles in a step up to which all are stored in full by default
 LEAST_RTOL, MOST_RTOL = 1e-12, 0.1
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Wanted:
+class Output:
     """The output of a history: rows at `times` (cases, k) in s, or, if None, at times suited to each piece of load, with
     `points_per_decade`, and in full for the `cycles` of a waveform, counted from 1; with `internal`, x of all springs.
     """
@@ -29,11 +29,11 @@ class Wanted:
     internal: bool = False
 
     @classmethod
-    def of(cls, times: object, cases: int, points_per_decade: int, cycles: object = None, internal: bool = False) -> Wanted:
+    def of(cls, times: object, cases: int, points_per_decade: int, cycles: object = None, internal: bool = False) -> Output:
         """The output from the arguments of a simulation of `cases` cases; `InputError` for invalid times or cycles."""
-        return cls(None if times is None else _given_times(times, cases), points_per_decade, _kept_cycles(cycles), internal)
+        return cls(None if times is None else stated_times(times, cases), points_per_decade, _kept_cycles(cycles), internal)
 
-    def take(self, cases: Cases) -> Wanted:
+    def take(self, cases: Cases) -> Output:
         """The output of the selected cases (k,)."""
         return self if self.times is None else replace(self, times=self.times[cases])
 
@@ -51,21 +51,23 @@ class Wanted:
         return np.unique([cycle - 1 for cycle in listed if cycle <= cycles]).astype(np.intp)
 
 
-def check_tolerance(rtol: float) -> None:
+def check_tolerance(rtol: float, argument: str = "rtol") -> None:
     """`InputError` for a relative tolerance outside of [`LEAST_RTOL`, `MOST_RTOL`]."""
     if not LEAST_RTOL <= rtol <= MOST_RTOL:
-        raise InputError(f"{rtol:g} is not between {LEAST_RTOL:g} and {MOST_RTOL:g}", argument="rtol")
+        raise InputError(f"{rtol:g} is not between {LEAST_RTOL:g} and {MOST_RTOL:g}", argument=argument)
 
 
-def _given_times(times: object, cases: int) -> Floats:
-    """Output times as an array (cases, k); `InputError` unless they are finite, not negative and never decrease."""
-    array = np.atleast_2d(real_numbers(times, "times"))
+def stated_times(times: object, cases: int, argument: str = "times") -> Floats:
+    """Output times as an array (cases, k); `InputError` with this `argument` unless they are finite, not negative and never
+    decrease.
+    """
+    array = np.atleast_2d(real_numbers(times, argument))
     if array.ndim != 2 or array.shape[0] not in (1, cases) or not array.size:
-        raise InputError(f"one list for all cases, or one for each of {cases} cases, is needed", argument="times")
+        raise InputError(f"one list for all cases, or one for each of {cases} cases, is needed", argument=argument)
     if not np.all(np.isfinite(array)) or np.any(array < 0):
-        raise InputError("output times must be finite and not negative", argument="times")
+        raise InputError("output times must be finite and not negative", argument=argument)
     if np.any(np.diff(array, axis=1) < 0):
-        raise InputError("output times must ascend", argument="times")
+        raise InputError("output times must ascend", argument=argument)
     return np.ascontiguousarray(np.broadcast_to(array, (cases, array.shape[1])))
 
 

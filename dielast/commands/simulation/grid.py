@@ -1,25 +1,51 @@
-"""Films of a grid, of a map or a design, that are legal but look like a mistake: warnings from recipes, plans and results."""
+"""What the runs of a map and of a design share: draws, the places of errors, and warnings of films that look like a mistake."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from dielast.commands.simulation.checks import AT_ONCE, prestretching, warn_of_no_breakdown, warn_of_setups
-from dielast.errors import warn
-from dielast.handover.breakdown_section import breakdown
+from dielast.commands.simulation.grid_recipe import GridFilm
+from dielast.errors import Problem, warn
+from dielast.handover.law_section import breakdown
+from dielast.io.files import Inputs
 from dielast.material.checks import warn_of_breakdown, warn_of_field, warn_of_material
 from dielast.material.material import Material
 from dielast.material.use_checks import Pace, fastest_branch, warn_of_lasting, warn_of_paces, warn_of_stretches, warn_of_use
-from dielast.numerics.columns import Floats
+from dielast.numerics.arrays import Floats
+from dielast.recipe.cases import Case
 
 if TYPE_CHECKING:
     from dielast.commands.design.recipe import DesignRecipe
     from dielast.commands.failure_map.recipe import FailureMapRecipe
+    from dielast.material.scatter import Sample
     from dielast.simulate.design import Design
     from dielast.simulate.failure_map import FailureMap
     from dielast.simulate.map_plan import MapPlan
+
+
+def sample_for(case: Case[Any], material: Material, inputs: Inputs) -> Sample | None:
+    """The draws of the material and the films; None without `[uncertainty]`."""
+    if case.recipe.uncertainty is None:
+        return None
+    from dielast.commands.simulation.uncertainty import sample_of
+
+    return sample_of(case, material, inputs)
+
+
+def in_recipe_terms(problem: Problem, sizes: Sequence[int], temperatures: Sequence[float], keys: Mapping[str, str]) -> Problem:
+    """A problem of the solver, whose cases are the films of the grid, with the key of the recipe. `sizes` are the numbers of
+    temperatures, thicknesses, prestretches, and of the films that have these in common.
+    """
+    if problem.case is None or problem.argument != "prestretch":
+        return replace(problem, case=None).in_keys(keys)
+    temperature, _, pair, _ = (int(index) for index in np.unravel_index(problem.case, sizes))
+    at = f"{temperatures[temperature]:g} degC: " if len(temperatures) > 1 else ""
+    return Problem(at + problem.text, key=f"film.prestretch[{pair}]")
 
 
 def warn_of_map(recipe: FailureMapRecipe, material: Material, plan: MapPlan) -> None:
@@ -45,23 +71,18 @@ def warn_of_grid(
     pairs = len(film.prestretch)
     warn_of_setups(film.prestretch, [film.boundary] * pairs, film.thickness, [limit] * pairs)
     for pair in film.prestretch:
-        mode = "equibiaxial" if pair[0] == pair[1] else None
-        warn_of_stretches(material, np.array(pair)[:, None], mode)
+        warn_of_stretches(material, np.array(pair)[:, None], "equibiaxial" if pair[0] == pair[1] else None)
 
 
 def warn_of_design(recipe: DesignRecipe, material: Material, result: Design) -> None:
     """Warn of goals, prestretches and lives that are shorter than the material's fastest branch."""
     for reason, count in result.out_of_reach.items():
         warn(f"{count} of {result.target.size} films: out of reach: {reason}")
-    film, paces = recipe.film, []
+    paces = []
     for temperature in sorted(set(result.temperature.tolist())):
+        life = float(np.nanmin(result.time_to_failure[result.temperature == temperature], initial=np.inf))
         fastest = fastest_branch(material, temperature)
-        time = result.time_to_failure[result.temperature == temperature]
-        if np.any(time < fastest):
-            paces.append(Pace("a film fails after", float(np.nanmin(time)), fastest, temperature))
-        paces.append(Pace("the goal is at", result.at, fastest, temperature))
-        took = min(prestretching(pair, film.prestretch_rate, film.relax) for pair in film.prestretch)
-        paces.append(Pace("prestretch and relaxation take", took, fastest, temperature))
+        paces += _paces(recipe.film, temperature, fastest, {"a film fails after": life, "the goal is at": result.at})
     warn_of_paces(paces)
 
 
@@ -80,16 +101,20 @@ def warn_of_failures(recipe: FailureMapRecipe, material: Material, result: Failu
             what = f"{early} of {slack.size} cells: the film around the electrode goes slack before it fails"
             warn(f"{what}, and would wrinkle: times after that are of a film that does not")
     scale, by_share = recipe.pull_in.timescale
-    film, paces = recipe.film, []
+    paces = []
     for index, temperature in enumerate(result.temperature.tolist()):
         fastest = fastest_branch(material, temperature)
         # a disturbance watched for longer than the fastest branch takes does not depend on that branch
         slow = (result.failure_mode[index] == "pull-in") & (not by_share and scale >= fastest)
         time = np.where(beyond[index] | slow, np.nan, result.time_to_failure[index])
-        if early := int(np.count_nonzero(time < fastest)):
-            what = f"{early} of {time.size} cells fail too early for the spectrum, the first after"
-            paces.append(Pace(what, float(np.nanmin(time)), fastest, temperature))
-        paces.append(Pace("the horizon is", recipe.horizon, fastest, temperature))
-        took = min(prestretching(pair, film.prestretch_rate, film.relax) for pair in film.prestretch)
-        paces.append(Pace("prestretch and relaxation take", took, fastest, temperature))
+        failing = f"{np.count_nonzero(time < fastest)} of {time.size} cells fail too early for the spectrum, the first after"
+        processes = {failing: float(np.nanmin(time, initial=np.inf)), "the horizon is": recipe.horizon}
+        paces += _paces(recipe.film, temperature, fastest, processes)
     warn_of_paces(paces)
+
+
+def _paces(film: GridFilm, temperature: float, fastest: float, processes: Mapping[str, float]) -> list[Pace]:
+    """The processes with their durations in s, and the prestretch."""
+    took = min(prestretching(pair, film.prestretch_rate, film.relax) for pair in film.prestretch)
+    durations = {**processes, "prestretch and relaxation take": took}
+    return [Pace(what, lasting, fastest, temperature) for what, lasting in durations.items()]

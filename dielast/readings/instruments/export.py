@@ -1,18 +1,53 @@
-"""The rows of an instrument's export, and its steps as tables."""
+"""What exports of instruments have in common: rows of cells, steps as tables, and the usual names of columns."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+import re
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from itertools import zip_longest
+from typing import Literal, NamedTuple
 
 import numpy as np
 
 from dielast.errors import InputError
 from dielast.io.cells import is_number, split_cells, split_lines
+from dielast.io.header import ColumnHeader
 from dielast.io.text_table import MeasuredTable
-from dielast.readings.instruments.names import ANGULAR, Deformation, plain
 
+Deformation = Literal["tension", "shear"]
+
+# the better choice first: the time of a step is preferred to that of the test
+ROLES: Mapping[str, tuple[str, ...]] = {
+    "temperature": ("temperature", "sample temperature", "temp.", "temp", "temperatur"),
+    "time": ("step time", "interval time", "time", "segment time", "intervallzeit", "zeit"),
+    "frequency": ("frequency", "freq.", "frequenz"),
+    "angular_frequency": ("angular frequency", "ang. frequency", "omega", "ω", "kreisfrequenz"),
+    "storage": ("storage modulus", "g'", "e'", "speichermodul"),
+    "loss": ("loss modulus", "g''", "e''", "verlustmodul"),
+    "tan_delta": (
+        "tan(delta)",
+        "tan delta",
+        "tan(δ)",
+        "tan δ",
+        "tan d",
+        "tan(d)",
+        "loss factor",
+        "damping factor",
+        "verlustfaktor",
+    ),
+    "complex_modulus": ("complex modulus", "|g*|", "|e*|", "g*", "e*", "complex shear modulus", "komplexer modul"),
+    "complex_viscosity": ("complex viscosity", "|eta*|", "eta*", "|η*|", "η*", "komplexe viskosität"),
+    "modulus": ("relaxation modulus", "modulus", "g(t)", "e(t)", "relaxationsmodul"),
+    "compliance": ("creep compliance", "compliance", "j(t)", "d(t)", "kriechnachgiebigkeit", "nachgiebigkeit"),
+    "strain": ("strain", "shear strain", "extensional strain", "tensile strain", "deformation", "scherdeformation"),
+    "stress": ("stress", "shear stress", "extensional stress", "tensile stress", "schubspannung"),
+}
+# names of a single letter, for which case matters
+_LETTERS = {"T": "temperature", "t": "time", "f": "frequency", "w": "angular_frequency"}
+
+_TENSION = re.compile(r"\b(young|tensile|extensional)|^\|?e('|\*|\()")
+_SHEAR = re.compile(r"\bshear (strain|stress|modulus)|^\|?g('|\*|\()|scher|schub")
 _PER_SECOND = ("1/s", "s-1", "s^-1", "s⁻¹", "/s")
 _BRACKETS = ("[]", "()")
 
@@ -46,7 +81,7 @@ class Row(NamedTuple):
     @property
     def has_number(self) -> bool:
         """Whether a cell is a number, with either decimal mark."""
-        return any(is_number(cell, mark) for cell in self.cells for mark in ".,")
+        return any(map(is_number, self.cells))
 
     def picked(self, before: Iterable[int], between: Iterable[str] = (), after: Iterable[int] = ()) -> Row:
         """The cells at indices `before`, the cells `between`, and those at indices `after`; empty where the row is shorter."""
@@ -79,10 +114,19 @@ class Export:
         """The export with its lines split into cells at the `separator`."""
         return cls(source, [Row(number, split_cells(line, separator)) for number, line in enumerate(split_lines(text), start=1)])
 
-    @property
-    def last_line(self) -> int:
-        """The number of the last line that is not empty."""
-        return next((row.line for row in reversed(self.rows) if not row.is_blank), 0)
+    @classmethod
+    def from_header(
+        cls, text: str, source: str, is_header: Callable[[str], object], missing: str, separator: str | None = None
+    ) -> tuple[Export, int]:
+        """The export, split at the `separator`, by default that of the first line that `is_header`, and the index of this line.
+
+        Raises `InputError` with the `missing` part if there is no such line.
+        """
+        lines = split_lines(text)
+        start = next((place for place, line in enumerate(lines) if is_header(line)), None)
+        if start is None:
+            raise cut_off(missing, source, len(lines))
+        return cls.of(text, source, separator or separator_of(lines[start])), start
 
     def step(
         self,
@@ -100,16 +144,16 @@ class Export:
         """
         (names_line, names), units = header
         width = max((place for place, cell in enumerate(names, start=1) if cell), default=0)
-        if units is None or any(is_number(cell, mark) and cell != "1" for cell in units.cells for mark in ".,"):
+        if units is None or any(is_number(cell) and cell != "1" for cell in units.cells):
             raise InputError(f'step "{name}": the row of units under the names is missing', file=self.source, line=names_line)
         self.check_widths(name, width, readings)
         if points is not None and points != len(readings):
             line = readings[-1].line if readings else units.line
             raise cut_off(f'step "{name}" ends after {len(readings)} of {points} points', self.source, line)
+        headed = zip_longest(names[:width], units.cells[:width], fillvalue="")
         table = MeasuredTable(
             self.source,
-            tuple(names[:width]),
-            tuple(_unit(names[k], units.cells[k] if k < len(units.cells) else "") for k in range(width)),
+            tuple(ColumnHeader(cell, _unit(cell, unit)) for cell, unit in headed),
             tuple([cells[k] if k < len(cells) else "" for _, cells in readings] for k in range(width)),
             np.array([row.line for row in readings], dtype=np.int64),
             decimal or decimal_mark(readings),
@@ -122,7 +166,7 @@ class Export:
 
         In other lines, missing cells at the end are empty.
         """
-        last_line = self.last_line
+        last_line = next((row.line for row in reversed(self.rows) if not row.is_blank), 0)
         for line, cells in readings:
             wrong = f'{len(cells)} cells, but step "{name}" has {width} columns'
             if any(cells[width:]):
@@ -157,6 +201,33 @@ def _unit(name: str, cell: str) -> str:
     text = cell.strip()
     if len(text) > 1 and text[0] + text[-1] in _BRACKETS:
         text = text[1:-1].strip()
-    if plain(name) in ANGULAR and text in _PER_SECOND:
+    if plain(name) in ROLES["angular_frequency"] and text in _PER_SECOND:
         return "rad/s"  # the name of the column states that it is an angular frequency
     return text or "-"
+
+
+def plain(name: str) -> str:
+    """A column's name in the form of `ROLES`: lower case, single blanks, primes as apostrophes."""
+    text = re.sub(r"[\s_]+", " ", name).strip().casefold()
+    return re.sub("[\u2032\u2019\u00b4`]", "'", text).replace('"', "''").replace("\u2033", "''")
+
+
+def columns_by_role(table: MeasuredTable) -> dict[str, int]:
+    """The number (from 1) of the column for each role for which `table` has readings."""
+    cells_by_name = zip(table.names, table.cells, strict=True)
+    filled = [
+        (k, name) for k, (name, cells) in enumerate(cells_by_name, 1) if any(is_number(cell, table.decimal) for cell in cells)
+    ]
+    number = {plain(name): k for k, name in reversed(filled)}
+    columns = {role: number[name] for role, names in ROLES.items() for name in reversed(names) if name in number}
+    for k, name in filled:
+        if name in _LETTERS:
+            columns.setdefault(_LETTERS[name], k)
+    return columns
+
+
+def deformation_of(names: Sequence[str]) -> Deformation | None:
+    """Tension or shear, if the names of the columns state it."""
+    texts = [plain(name) for name in names]
+    tension, shear = (any(pattern.search(text) for text in texts) for pattern in (_TENSION, _SHEAR))
+    return None if tension == shear else "tension" if tension else "shear"

@@ -1,15 +1,18 @@
-"""Shift factors that the data do not determine, and implausible results."""
+"""Checks of a joint fit: shift factors that the data do not determine, points far from their curve, and implausible results."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
 from dielast.errors import warn
 from dielast.material.measurement_kind import MeasurementKind
-from dielast.numerics.arrays import Flags, Floats
+from dielast.numerics.arrays import Flags, Floats, Index
+from dielast.superposition.gather import Gathered
+from dielast.superposition.joint_errors import Misfit
 from dielast.superposition.joint_fit import MasterFit
 from dielast.superposition.points import FitPoints
 from dielast.superposition.spline import Spline
@@ -26,6 +29,13 @@ LAW_MISFIT_SIGMA = 5.0  # its excess over 1 in standard deviations,
 LAW_MISS = 0.03  # and decades, above which a law does not fit
 ROBUST_ROUNDS = 9
 TRUSTED = 2.5  # standard deviations above which the weight of a point is reduced
+
+FAR = 8.0  # robust standard deviations, and
+FACTOR = 0.05  # relative difference from its curve, above which a point is reported
+NEIGHBOURS = 10  # points on either side whose scatter is compared, in addition to that of the whole curve
+NAMED = 5  # number of points in a message
+WORST = 3  # number of temperatures in the message about curves that do not superpose
+STANDS_OUT = 1.4  # ratio to the misfit of all parts, above which a part of the curves is mentioned
 
 
 @dataclass(frozen=True, slots=True)
@@ -156,3 +166,78 @@ def warn_if_offset(spread: float) -> None:
             f"the curves differ vertically by about {100 * (10**spread - 1):.0f} % beyond their noise: the shift factors allow for "
             'it, and vertical = "free" would measure it'
         )
+
+
+def warn_if_misfit(temperature: Floats, misfit: Misfit, vertical: bool, kind: MeasurementKind) -> None:
+    """Warn of curves that do not superpose, with the distance, the worst temperatures, and possible remedies."""
+    if not misfit.matters:
+        return
+    worst = sorted(k for k in np.argsort(-misfit.by_curve, kind="stable")[:WORST] if misfit.by_curve[k] > misfit.rms)
+    where = "most at " + ", ".join(f"{temperature[k]:g}" for k in worst) + " degC" if worst else "at all temperatures alike"
+    early, late = misfit.by_part[0] > STANDS_OUT * misfit.rms, misfit.by_part[-1] > STANDS_OUT * misfit.rms
+    where += f" and at {kind.regions[0]}" if early else f" and at {kind.regions[1]}" if late else ""
+    remedies = [
+        kind.remedy,
+        "" if vertical else 'try vertical = "free"',
+        "one shift factor for a temperature may be too little for this material",
+    ]
+    warn(
+        f"the curves do not superpose: they miss the master curve by {_percent(misfit.rms)} rms over and above their "
+        f"noise of {_percent(misfit.noise)}, {where} (the standard errors allow for it): "
+        f"{'; or '.join(filter(None, remedies))}"
+    )
+
+
+def _percent(decades: float) -> str:
+    return f"{100 * (10**decades - 1):.2g} %"
+
+
+def warn_of_outliers(data: Gathered, imposed: Floats, fit: MasterFit, channels: int) -> Flags:
+    """Warn of points whose distance from the smooth curves is far larger than that of others of their curve; returns their mask (c,
+    n).
+
+    `imposed` (m,) is log10 b where it was prescribed; the first `channels` ordinates were fitted. The distance is relative, not
+    logarithmic, so that readings at a noise floor, which may be zero, are not outliers.
+    """
+    size = np.full(data.ordinates.shape, np.nan)
+    log_time = data.log_time - fit.shift[data.curve]
+    lift = (imposed + fit.vertical)[data.curve]
+    for channel, spline in enumerate(fit.splines[:channels]):
+        log_modulus = spline(np.clip(log_time, spline.origin, spline.end)) - lift
+        size[channel] = _far(data.curve, data.ordinates[channel] / 10 ** (data.kind.stiffness_power * log_modulus))
+    far = np.isfinite(size) & data.good
+    if np.any(far):
+        _warn_of_points(data, size, np.argwhere(far))
+    return np.asarray(far)
+
+
+def _warn_of_points(data: Gathered, size: Floats, far: Index) -> None:
+    """Warn of the worst of the points `far` (k, 2), given as channel and point, in their order."""
+    unit, named = data.kind.abscissa[1], []
+    worst = np.sort(np.argsort(-np.abs(np.log(size[tuple(far.T)])), kind="stable")[:NAMED])
+    for channel, point in far[worst].tolist():
+        name = f" ({data.kind.ordinates[channel][0].removesuffix('_modulus')})" if len(data.ordinates) > 1 else ""
+        place = f"{data.temperature[data.curve[point]]:g} degC at {data.abscissa[point] + data.offset[point]:.4g} {unit}{name}"
+        named.append(f"{place}, {size[channel, point]:.3g} times what its curve leads to")
+    more = f"; and {len(far) - NAMED} more" if len(far) > NAMED else ""
+    one = len(far) == 1
+    warn(
+        f"{'a point lies' if one else f'{len(far)} points lie'} far off the master curve: {'; '.join(named)}{more}: "
+        f"{'it has' if one else 'they have'} next to no weight in the shift factors, but {'is' if one else 'are'} still in the "
+        f"master curve: check {'it' if one else 'them'}, or leave {'it' if one else 'them'} out"
+    )
+
+
+def _far(curve: Index, ratio: Floats) -> Floats:
+    """The ratio (n,) of each point to the median of its curve if it is far from it, by the scatter of the curve and by that of its
+    neighbours; NaN for all other points.
+    """
+    far = np.full(ratio.size, np.nan)
+    for first, last in pairwise(np.searchsorted(curve, np.arange(int(curve[-1]) + 2)).tolist()):
+        relative = ratio[first:last] / float(np.median(ratio[first:last]))
+        distance = np.abs(relative - 1)
+        for k in np.flatnonzero(distance > max(FAR * 1.4826 * float(np.median(distance)), FACTOR)):
+            near = distance[max(k - NEIGHBOURS, 0) : k + NEIGHBOURS + 1]
+            if distance[k] > FAR * 1.4826 * float(np.median(near)):
+                far[first + k] = relative[k]
+    return far

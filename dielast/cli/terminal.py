@@ -1,0 +1,153 @@
+"""What the process shares with its terminal: standard streams, which may be closed, full or broken, Ctrl-C, and a progress bar."""
+
+from __future__ import annotations
+
+import errno
+import io
+import os
+import signal
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from types import FrameType
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from rich.progress import Progress
+
+
+class _Unheard(io.RawIOBase):
+    """The stream `raw` without its errors: text that it cannot write is lost."""
+
+    def __init__(self, raw: io.RawIOBase) -> None:
+        self._raw = raw
+
+    def write(self, data: Any) -> int:
+        try:
+            written = self._raw.write(data)
+        except OSError:
+            written = None
+        return len(data) if written is None else written
+
+    def writable(self) -> bool:
+        return True
+
+    def fileno(self) -> int:
+        return self._raw.fileno()
+
+    def isatty(self) -> bool:
+        return self._raw.isatty()
+
+
+def mend_streams() -> None:
+    """Open closed streams, and make standard error ignore errors of writing; for the start of a program only."""
+    for number in range(3):
+        try:
+            os.fstat(number)
+        except OSError:
+            os.open(os.devnull, os.O_RDWR)  # the system takes the lowest free descriptor, which is `number`
+    if sys.stdout is None:
+        sys.stdout = io.TextIOWrapper(io.BufferedWriter(io.FileIO(1, "w", closefd=False)), encoding="utf-8")
+    if isinstance(sys.stdout, io.TextIOWrapper) and sys.stdout.errors == "strict":
+        sys.stdout.reconfigure(errors="backslashreplace")  # a pipe on Windows may have a code page of 256 characters
+    encoding = "utf-8" if sys.stderr is None else sys.stderr.encoding
+    # Python writes text to the console of Windows by other functions than to file descriptor 2
+    raw = getattr(getattr(sys.stderr, "buffer", None), "raw", None) or io.FileIO(2, "w", closefd=False)
+    buffer = io.BufferedWriter(_Unheard(raw))
+    sys.stderr = io.TextIOWrapper(buffer, encoding=encoding, errors="backslashreplace", line_buffering=True)
+
+
+def is_unread(error: OSError) -> bool:
+    """Whether the error means that the reader of standard output has gone; on Windows it is an invalid argument."""
+    return isinstance(error, BrokenPipeError) or (os.name == "nt" and error.errno == errno.EINVAL and error.filename is None)
+
+
+def give_up_output() -> None:
+    """Discard the rest of standard output, which would fail again when the process ends."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+
+
+def report_refusal(error: OSError) -> int:
+    """Print in one line what the system refused, and return the exit code."""
+    reason = error.strerror.lower() if error.strerror else str(error)
+    if error.filename is not None:
+        line = f"{error.filename}: {reason}"
+    elif isinstance(error, FileNotFoundError):
+        line = "the current folder is no longer there"
+    else:
+        line = f"cannot write: {reason}"
+    print(line, file=sys.stderr)
+    give_up_output()
+    return 2
+
+
+class Leave:
+    """Handler that ends the process at once: an exception while modules are loaded or torn down would print a traceback."""
+
+    kept = ""
+    """What an interrupt leaves at present, for the message; empty before a run begins."""
+
+    def __call__(self, number: int, frame: FrameType | None) -> None:
+        """Handle the signal."""
+        with suppress(OSError):
+            os.write(2, f"{self.message()}\n".encode("utf-8", "backslashreplace"))
+        os._exit(130)
+
+    def keep(self, what: str) -> None:
+        """Set what an interrupt leaves from now on, for its message."""
+        self.kept = what
+
+    def message(self) -> str:
+        """The message about the interrupt, below the ^C that a terminal shows."""
+        line_begun = sys.stderr is not None and sys.stderr.isatty()
+        return "\n" * line_begun + "interrupted" + (f": {self.kept}" if self.kept else "")
+
+
+leave = Leave()
+"""The handler of SIGINT while the command line runs."""
+
+
+@contextmanager
+def working() -> Iterator[None]:
+    """Let Ctrl-C raise `KeyboardInterrupt` in this context, if its handler is `leave`."""
+    before = signal.getsignal(signal.SIGINT)
+    if before is not leave:
+        yield
+        return
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+class Bar:
+    """A bar with the remaining time for cases, cells or draws; none if standard error is not a terminal."""
+
+    def __init__(self, quiet: bool, jobs: int) -> None:
+        """Label the bar with the number of processes, `jobs`, if there are several."""
+        self._seen = not quiet and sys.stderr is not None and sys.stderr.isatty()
+        self._shared = f" in {jobs} processes" if jobs > 1 else ""
+        self._bar: Progress | None = None
+
+    def __call__(self, done: int, total: int, what: str) -> None:
+        """Show that `done` of `total` are finished; `what` is their plural, such as cells, and may change during a run."""
+        if not self._seen:
+            return
+        if self._bar is None:
+            from rich.console import Console
+            from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+            columns = MofNCompleteColumn(), TextColumn("{task.description}"), BarColumn(), TimeRemainingColumn(), TextColumn("left")
+            self._bar = Progress(*columns, console=Console(stderr=True), transient=True)
+            self._bar.add_task(what, total=total)
+            self._bar.start()
+        self._bar.update(self._bar.task_ids[0], completed=done, total=total, description=what + self._shared)
+        if done == total:
+            self.stop()
+
+    def stop(self) -> None:
+        """Take the bar away, so that the next line to be printed begins on an empty line."""
+        if self._bar is not None:
+            self._bar.stop()
+            self._bar = None
