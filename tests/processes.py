@@ -14,11 +14,16 @@ from pathlib import Path
 Process = subprocess.Popen[str]
 PYTHON = (sys.executable, "-W", "error::SyntaxWarning")
 DIELAST = (sys.executable, "-c", "from dielast.cli import main; main()")
+# many chunks, though few cells: a map that is left to itself for a while is not at its end
+SMALL_CHUNKS = """
+from dielast.commands.failure_map import resume
+resume.CHUNK = 128
+"""
 # a map that has kept its first cells goes on once there is a file named go: none is finished before its test says so
-HELD = """
+HELD = f"""
 import time
 from pathlib import Path
-from dielast.commands.failure_map import resume
+{SMALL_CHUNKS}
 save = resume._save
 def save_and_wait(*given):
     resume._save = save

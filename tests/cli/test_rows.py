@@ -22,7 +22,7 @@ material = "example:vhb4905"
 waveform = "{shape}"
 {swing}
 period = "1 s"
-cycles = 6
+cycles = 3
 """
 FILM = '[film]\nthickness = "0.5 mm"\nprestretch = 1.9\nrelax = "1.5 h"\n'
 

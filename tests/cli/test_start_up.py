@@ -52,7 +52,6 @@ finally:
     ("kind", "more"),
     [
         ("relax", OF_FILMS),
-        ("creep", OF_FILMS),
         ("actuate", ("dielast.simulate.failure_map",)),
         ("failure-map", ("dielast.simulate.actuate", "dielast.io.text_table")),
     ],

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from processes import ENDS, half_done
+from processes import ENDS, SMALL_CHUNKS, half_done
 from uncertain import FILM, SCATTER, columns
 
 import dielast as library
@@ -166,7 +166,7 @@ def test_jobs_golden_and_repeats_give_the_same_bytes(command: Run, folder: Path)
 
 
 def test_an_interrupted_map_goes_on_with_its_draws(command: Run, folder: Path) -> None:
-    recipe = MAP.replace('values = ["1 kV", "3.6 kV", "4 kV", "6 kV"]', 'from = "2 kV"\nto = "5 kV"\npoints = 60')
+    recipe = MAP.replace('values = ["1 kV", "3.6 kV", "4 kV", "6 kV"]', 'from = "2 kV"\nto = "5 kV"\npoints = 8')
     (folder / "m.toml").write_text(recipe + UNCERTAIN)
     options = ["failure-map", "m.toml", "--plot", "none", "-o"]
     assert command(folder, *options, "whole").returncode == 0
@@ -174,7 +174,7 @@ def test_an_interrupted_map_goes_on_with_its_draws(command: Run, folder: Path) -
         process.send_signal(signal.SIGINT)
         process.communicate(timeout=ENDS)
     assert process.returncode == 130
-    assert command(folder, *options, "part").returncode == 0
+    assert command(folder, *options, "part", prelude=SMALL_CHUNKS).returncode == 0
     for name in ("failure-map.csv", "fit.csv", "summary.toml"):
         assert (folder / "part" / name).read_bytes() == (folder / "whole" / name).read_bytes()
 

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from maps import MAP, map_of
-from processes import ENDS, alive, half_done, until
+from processes import ENDS, SMALL_CHUNKS, alive, half_done, until
 
 from dielast.io.table import number_columns, parse_csv
 
@@ -123,14 +123,14 @@ def test_a_cell_agrees_with_an_actuation_run(dielast: Run, tmp_path: Path) -> No
 
 
 def test_an_interrupted_map_goes_on_where_it_stopped(dielast: Run, tmp_path: Path) -> None:
-    (tmp_path / "m.toml").write_text(map_of(400, "1 h"))
+    (tmp_path / "m.toml").write_text(map_of(60, "1 h"))
     assert dielast("failure-map", "m.toml", "--plot", "none", "-o", "whole").returncode == 0
     store = tmp_path / "part/.unfinished"
     with half_done(tmp_path, "part") as process:
         process.send_signal(signal.SIGINT)
         _, said = process.communicate(timeout=ENDS)
     assert process.returncode == 130
-    assert re.fullmatch(r"interrupted: \d+ of 2400 cells are kept: the same command goes on from there, .*anew\n", said)
+    assert re.fullmatch(r"interrupted: \d+ of 360 cells are kept: the same command goes on from there, .*anew\n", said)
     kept = store.stat().st_size
     assert kept > 1000
     # another recipe says that it has no use for it
@@ -141,21 +141,21 @@ def test_an_interrupted_map_goes_on_where_it_stopped(dielast: Run, tmp_path: Pat
     assert re.search(
         r"^note: the \d+ cells of an interrupted run are discarded: the recipe, .* has changed since$", other.stderr, re.M
     )
-    again = dielast("failure-map", "m.toml", "--plot", "none", "-o", "part")
+    again = dielast("failure-map", "m.toml", "--plot", "none", "-o", "part", prelude=SMALL_CHUNKS)
     assert again.returncode == 0
-    assert re.match(r"note: goes on from an interrupted run, which solved \d+ of 2400 cells\n", again.stderr)
+    assert re.match(r"note: goes on from an interrupted run, which solved \d+ of 360 cells\n", again.stderr)
     assert not store.exists()
     for name in ("failure-map.csv", "fit.csv", "summary.toml"):
         assert (tmp_path / "part" / name).read_bytes() == (tmp_path / "whole" / name).read_bytes()
 
 
 def test_a_terminated_map_leaves_no_process_behind(tmp_path: Path) -> None:
-    (tmp_path / "m.toml").write_text(map_of(1000, "1 h"))
+    (tmp_path / "m.toml").write_text(map_of(125, "1 h"))
     with half_done(tmp_path, "out", "--jobs", "2") as process:
         process.send_signal(signal.SIGTERM)
         _, said = process.communicate(timeout=ENDS)
         assert process.returncode == 130
-        assert re.fullmatch(r"interrupted: \d+ of 6000 cells are kept: the same command .*\n", said)
+        assert re.fullmatch(r"interrupted: \d+ of 750 cells are kept: the same command .*\n", said)
         until(lambda: not alive(process.pid))
 
 

@@ -12,14 +12,15 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import pytest
-from processes import ENDS, alive, until, workers
+from processes import ENDS, SMALL_CHUNKS, alive, until, workers
 
 pytestmark = pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="processes are found in /proc")
 
 # a worker that begins anything but the first chunk waits for a file named go: no run ends before its test says so
-HELD = """
+HELD = f"""
 import time
 from pathlib import Path
+{SMALL_CHUNKS}
 from dielast.sharing import processes
 solve_now = processes._solve_given
 def solve_when_told(first, end):
@@ -39,7 +40,7 @@ relax = "10 min"
 [voltage]
 from = "1 kV"
 to = "5 kV"
-points = 1500
+points = 200
 [breakdown]
 field = "45 MV/m"
 """
@@ -57,7 +58,7 @@ hold = "1 h"
 [breakdown]
 field = "48 MV/m"
 [uncertainty]
-draws = 200
+draws = 40
 thickness = "2 %"
 [sweep]
 "step.0.voltage" = ["1 kV", "2 kV", "3 kV", "3.2 kV"]

@@ -71,12 +71,10 @@ def arruda_boyce(l1: Any, l2: Any, mu: float, locking: float) -> Any:
 
 def chain(y: Any) -> Any:
     """y beta + ln(beta / sinh beta) of the relative chain length y, 0 < y < 1; its derivative in y is beta."""
-    if isinstance(y, Taylor):
-        a = y.parts[0]
-        beta = inverse_langevin(a)
-        return y.function(chain(a), beta, 1 / langevin(beta)[1])
-    beta = inverse_langevin(y)
-    return y * beta + np.log(2 * beta) - beta - np.log(-np.expm1(-2 * beta))  # sinh beta = exp(beta) (1 - exp(-2 beta)) / 2
+    length = y.parts[0] if isinstance(y, Taylor) else y
+    beta = inverse_langevin(length)
+    value = length * beta + np.log(2 * beta) - beta - np.log(-np.expm1(-2 * beta))  # sinh beta = exp(beta) (1 - exp(-2 beta)) / 2
+    return y.function(value, beta, 1 / langevin(beta)[1]) if isinstance(y, Taylor) else value
 
 
 def langevin(beta: Any) -> tuple[Any, Any]:
@@ -96,13 +94,24 @@ def langevin(beta: Any) -> tuple[Any, Any]:
 
 
 def inverse_langevin(y: Any) -> Any:
-    """beta with coth beta - 1/beta = y, any shape, 0 < y < 1, real or complex: Newton's method from y (3 - y^2)/(1 - y^2)."""
+    """beta with coth beta - 1/beta = y, any shape, 0 < y < 1, real or complex: Newton's method from y F/(1 - y^2).
+
+    F lies between 2 and 3 and is interpolated in a table to 1e-6, so that two steps go to rounding.
+    """
     y = np.where(np.real(y) < 1, y, np.nan)  # no chain is longer than it can be
-    beta = y * (3 - y * y) / (1 - y * y)
-    for _ in range(5):
+    return newton(y, y * np.interp(np.real(y), LENGTHS, FACTORS) / (1 - y * y), 2)
+
+
+def newton(y: Any, beta: Any, steps: int) -> Any:
+    """Steps towards coth beta - 1/beta = y."""
+    for _ in range(steps):
         value, slope = langevin(beta)
         beta = beta - (value - y) / slope
     return beta
+
+
+LENGTHS = np.linspace(1e-3, 0.9999, 1000)
+FACTORS = newton(LENGTHS, LENGTHS * (3 - LENGTHS**2) / (1 - LENGTHS**2), 6) * (1 - LENGTHS**2) / LENGTHS
 
 
 def stress(energy: Energy, l1: Any, l2: Any) -> NDArray[np.float64]:

@@ -55,7 +55,7 @@ def test_a_clamped_film_has_the_breakdown_field_of_its_prestretch() -> None:
     assert event.voltage == pytest.approx(limit * THICKNESS / 3.0, rel=1e-10)
 
 
-@pytest.mark.parametrize(("prestretch", "voltage"), [((1.9, 1.9), 4.6e3), ((2.0, 1.6), 4.9e3)])
+@pytest.mark.parametrize(("prestretch", "voltage"), [((2.0, 1.6), 4.9e3)])
 def test_events_are_those_of_the_peer(prestretch: tuple[float, float], voltage: float) -> None:
     law, up, hold = PowerBreakdown(16e6, 1.13, 0.1, 0.3e-3), 0.5, 8.0
     there = Film(
@@ -109,10 +109,10 @@ def test_maps_films_and_draws_agree() -> None:
     assert np.isfinite(main.time_to_breakdown).any()
     assert main.breakdown_field[0] == pytest.approx(17e6 * 1.7**1.13 * (THICKNESS / 1.7**2 / 0.3e-3) ** -0.1, rel=1e-12)
     for j, prestretch in enumerate(film["prestretch"]):
-        for k, voltage in enumerate(film["voltage"]):
-            steps = [VoltageStep(voltage), VoltageStep.hold(3600.0)]
-            history = actuate(material, steps, thickness=THICKNESS, prestretch=prestretch, relax=600.0, stop_at="end")
-            times = [event.time for event in history.events[0] if event.name == "breakdown"]
+        steps = [VoltageStep(np.array(film["voltage"])), VoltageStep.hold(3600.0)]
+        histories = actuate(material, steps, thickness=THICKNESS, prestretch=prestretch, relax=600.0, stop_at="end")
+        for k, events in enumerate(histories.events):
+            times = [event.time for event in events if event.name == "breakdown"]
             assert main.time_to_breakdown[0, j, k] == pytest.approx(min(times, default=np.nan), rel=1e-5, nan_ok=True)
     for index, result in enumerate(drawn):
         member, factor = sample.materials[index], float(sample.breakdown_factor[index])

@@ -110,7 +110,7 @@ def test_a_clamped_film_is_charged_through_a_resistance() -> None:
 
 @pytest.mark.parametrize(
     ("electric", "prestretch"),
-    [("charge", (1.9, 1.9)), ("leak", (2.0, 1.6)), ("source", (1.9, 1.9)), ("source", (2.0, 1.6)), ("softening", (2.0, 1.6))],
+    [("charge", (1.9, 1.9)), ("leak", (2.0, 1.6)), ("source", (2.0, 1.6)), ("softening", (2.0, 1.6))],
 )
 def test_viscoelastic_films_agree_with_the_peer(electric: str, prestretch: tuple[float, float]) -> None:
     modulus, time = np.array([3e4, 1e5, 3e6]), np.array([30.0, 1.0, 0.01])

@@ -72,16 +72,14 @@ def test_an_elastic_film_under_dead_load_ages_at_the_field_that_it_settles_at() 
     ("exponent", "boundary"),
     [
         (1.0, "dead-load"),
-        (18.5, "dead-load"),
         (200.0, "dead-load"),
-        (3.5, ("dead-load", "clamped")),
-        (200.0, ("dead-load", "clamped")),
+        (18.5, ("dead-load", "clamped")),
     ],
 )
 def test_the_damage_is_the_integral_of_the_history(exponent: float, boundary: Any) -> None:
     """scipy's quadrature of the run's own field, up to the moment of failure, is 1."""
     programme = [VoltageStep(3.4e3, duration=UP), VoltageStep.hold(2.0), VoltageStep(0.0, duration=0.3)]
-    programme.append(VoltageStep(Waveform(0.0, 3.6e3, 1.0, 6)))
+    programme.append(VoltageStep(Waveform(0.0, 3.6e3, 1.0, 3)))
     film: dict[str, Any] = {"thickness": THICKNESS, "prestretch": (1.9, 1.6), "relax": 60.0, "boundary": boundary}
     whole = actuate(GENT, programme, stop_at="end", **film)
     assert whole.outcome[0].completed
@@ -202,12 +200,10 @@ def test_a_map_has_the_cells_of_films_and_only_materials_with_damage_have_it() -
     material = replace(GENT, damage=InversePower(1.9e7, 2.0, 18.5), breakdown=Breakdown((1.0,), (2.9e7,)))
     film: dict[str, Any] = {"thickness": THICKNESS, "relax": 60.0}
     result = failure_map(material, voltage=[2e3, 3.6e3, 3.9e3, 4.6e3], prestretch=[(1.9, 1.9), (2.0, 1.6)], horizon=60.0, **film)
+    steps = [VoltageStep(np.array([2e3, 3.6e3, 3.9e3, 4.6e3])), VoltageStep.hold(60.0)]
     for j, prestretch in enumerate(((1.9, 1.9), (2.0, 1.6))):
-        for k, voltage in enumerate((2e3, 3.6e3, 3.9e3, 4.6e3)):
-            history = actuate(
-                material, [VoltageStep(voltage), VoltageStep.hold(60.0)], prestretch=prestretch, stop_at="end", **film
-            )
-            first = {event.name: event.time for event in reversed(history.events[0])}
+        for k, events in enumerate(actuate(material, steps, prestretch=prestretch, stop_at="end", **film).events):
+            first = {event.name: event.time for event in reversed(events)}
             for name, times in result.times.items():
                 assert times[0, j, k] == pytest.approx(first.get(name, np.nan), rel=1e-5, nan_ok=True), (name, j, k)
     assert {"damage", "none"} <= set(result.failure_mode.ravel().tolist())

@@ -69,7 +69,7 @@ def test_the_work_of_a_cycle_is_the_area_of_its_loops(shape: str) -> None:
 @pytest.mark.parametrize(("shape", "low"), [("triangle", 0.0), ("triangle", -1500.0), ("sine", 800.0), ("sine", -1500.0)])
 def test_a_waveform_is_what_many_ramps_come_to(shape: str, low: float) -> None:
     points = 2000 if shape == "sine" else 2
-    cycles = 3 if shape == "triangle" else 2 if low < 0 else 1
+    cycles = 3 if shape == "triangle" else 1
     phase = np.arange(points * cycles + 1) / points
     height = 0.5 * (1 - np.cos(2 * np.pi * phase)) if shape == "sine" else 1 - np.abs(2 * (phase % 1) - 1)
     track = Track(2.0 * phase, low + (2000.0 - low) * height)
@@ -90,7 +90,7 @@ def test_a_thousand_cycles_take_as_many_steps_as_a_hundred_do_ten_times() -> Non
         assert np.isfinite(history.cycles.work).all()
         return int(history.steps[0])
 
-    few, many = steps(20), steps(200)
+    few, many = steps(10), steps(100)
     assert many < 11 * few
 
 

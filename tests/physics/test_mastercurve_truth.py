@@ -64,7 +64,7 @@ def test_paper_constants_from_noisy_curves() -> None:
 def test_standard_errors_cover_the_truth(setting: Vertical) -> None:
     """95 % intervals hold the truth in 92-98 % of cases; shift factors and the constants of the law alike."""
     inside, constants = [], []
-    for seed in range(80 if setting == "none" else 30):
+    for seed in range(40 if setting == "none" else 20):
         curves = measure(TEMPERATURES if setting == "none" else TEMPERATURES[4:17:2], seed=seed)
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", DielastWarning)  # the shorter range has no plateau
@@ -91,7 +91,7 @@ def test_vertical_shifts_are_recovered() -> None:
 def test_specimen_scatter_is_allowed_for_and_said() -> None:
     """5 % scatter of whole curves, as specimens have it: the standard errors grow with it."""
     inside = []
-    for seed in range(20):
+    for seed in range(12):
         level = 1 + 0.05 * np.random.default_rng(1000 + seed).standard_normal(TEMPERATURES.size)
         curves = [RelaxationCurve(c.temperature, c.time, c.modulus * b) for c, b in zip(measure(seed=seed), level, strict=True)]
         with pytest.warns(DielastWarning, match="differ vertically by about"):

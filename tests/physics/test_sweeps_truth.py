@@ -82,12 +82,12 @@ def test_without_noise_the_shift_factors_are_exact(on: str) -> None:
 @pytest.mark.parametrize(
     ("kind", "options", "repeats"),
     [
-        ({}, {}, 8),
-        ({}, {"on": "tan-delta"}, 8),
+        ({}, {}, 5),
+        ({}, {"on": "tan-delta"}, 5),
         ({}, {"on": "storage"}, 30),
-        ({"common": 0.03, "noise": 0.003}, {"on": "moduli"}, 8),
-        ({"level": 0.05}, {}, 8),
-        ({"level": 0.05}, {"vertical": "free"}, 8),
+        ({"common": 0.03, "noise": 0.003}, {"on": "moduli"}, 5),
+        ({"level": 0.05}, {}, 5),
+        ({"level": 0.05}, {"vertical": "free"}, 5),
     ],
     ids=["separate noise", "tan delta", "storage", "common noise", "specimen scatter", "vertical shifts"],
 )

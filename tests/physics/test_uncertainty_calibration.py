@@ -43,7 +43,7 @@ def test_stated_errors_are_in_the_draws() -> None:
     flaws, score = Flaws(0.3, 0.02, 0.01), []
     time = np.geomspace(1e-2, 1e4, 4)
     truth = np.log(3 * TRUTH.spectrum.relaxation_modulus(time, TRUTH.equilibrium_modulus))
-    for seed in range(6):
+    for seed in range(4):
         curves = measure(seed, flaws=flaws)
         master = superposed(curves, flaws)
         drawn = bootstrap_master_curve(curves, master, draws=16)

@@ -67,19 +67,19 @@ def test_a_cell_of_a_map_is_a_film_under_that_voltage() -> None:
     )
     for i, temperature in enumerate(MAP["temperature"]):
         for j, prestretch in enumerate(MAP["prestretch"]):
-            for k, voltage in enumerate(MAP["voltage"]):
-                history = actuate(
-                    SOLID,
-                    [VoltageStep(voltage, duration=5.0), VoltageStep.hold(3595.0)],
-                    thickness=5e-4,
-                    prestretch=prestretch,
-                    prestretch_rate=0.1,
-                    relax=300.0,
-                    temperature=temperature,
-                    stop_at="end",
-                    points_per_decade=1,
-                )
-                times = {event.name: event.time for event in reversed(history.events[0])}
+            history = actuate(
+                SOLID,
+                [VoltageStep(np.array(MAP["voltage"]), duration=5.0), VoltageStep.hold(3595.0)],
+                thickness=5e-4,
+                prestretch=prestretch,
+                prestretch_rate=0.1,
+                relax=300.0,
+                temperature=temperature,
+                stop_at="end",
+                points_per_decade=1,
+            )
+            for k, events in enumerate(history.events):
+                times = {event.name: event.time for event in reversed(events)}
                 for name, found in (("breakdown", result.time_to_breakdown), ("pull-in", result.time_to_pull_in)):
                     assert found[i, j, k] == pytest.approx(times.get(name, np.nan), rel=1e-5, nan_ok=True), (name, i, j, k)
 

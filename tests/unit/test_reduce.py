@@ -34,9 +34,7 @@ def answers(spectrum: Spectrum, time: Array) -> Array:
     return np.concatenate([spectrum.relaxation_modulus(time, LEVEL), mean])
 
 
-@pytest.mark.parametrize(
-    ("tolerance", "temperatures"), [(0.1, (-10.0, 20.0, 60.0)), (0.1, None), (0.02, (60.0,)), (0.02, (0.0, 20.0)), (0.005, None)]
-)
+@pytest.mark.parametrize(("tolerance", "temperatures"), [(0.1, (-10.0, 20.0, 60.0)), (0.02, (60.0,)), (0.005, None)])
 def test_the_error_stays_within_the_tolerance(tolerance: float, temperatures: tuple[float, ...] | None) -> None:
     found = reduce_spectrum(FULL, LEVEL, SHIFT, window=(1.0, 2e4), temperatures=temperatures, tolerance=tolerance)
     assert len(found.spectrum) < 20
@@ -47,7 +45,7 @@ def test_the_error_stays_within_the_tolerance(tolerance: float, temperatures: tu
         time = np.geomspace(1.0, 2e4, 3001) / 10 ** SHIFT.log10_shift_factor(temperature)
         error = np.abs(answers(found.spectrum, time) / answers(FULL, time) - 1)
         assert error.max() < 1.01 * tolerance
-        assert ramp_error(found.spectrum, FULL, LEVEL, time[::100]) < 1.01 * tolerance
+        assert ramp_error(found.spectrum, FULL, LEVEL, time[::300]) < 1.01 * tolerance
         worst = max(worst, float(error[:3001].max()))
     assert found.max_relative_error == pytest.approx(worst, rel=0.01)
     there = np.array([found.time]) / 10 ** SHIFT.log10_shift_factor(found.temperature)
@@ -70,7 +68,7 @@ def test_a_measured_curve_is_reduced_for_ramps_that_end_at_the_edge_of_the_windo
     for window in ((1e18, 1e26), (1e22, 1e28)):  # about the glass transition, and after it
         found = reduce_spectrum(spectrum, level, NoShift(20.0), window=window, tolerance=0.01)
         assert len(found.spectrum) <= 8
-        assert ramp_error(found.spectrum, spectrum, level, np.geomspace(*window, 100)) < 0.01
+        assert ramp_error(found.spectrum, spectrum, level, np.geomspace(*window, 40)) < 0.01
         # at the very edge, ramps that end there, or a little before or after
         edge = window[0] * np.linspace(1.0, 1.2, 5)
         assert ramp_error(found.spectrum, spectrum, level, edge) <= found.max_relative_error_ramp * 1.01
@@ -124,7 +122,7 @@ def test_a_window_after_all_has_relaxed_needs_hardly_anything() -> None:
 
 @given(st.integers(min_value=0, max_value=2**31), st.integers(min_value=2, max_value=25), st.floats(min_value=0.003, max_value=0.3))
 @example(712, 20, 0.03125)  # the linear programme gave a modulus a hair below zero
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=4, deadline=None)
 def test_any_spectrum_is_reduced_within_its_tolerance_or_refused(seed: int, branches: int, tolerance: float) -> None:
     rng = np.random.default_rng(seed)
     spectrum = Spectrum(10 ** rng.uniform(-4, 6, branches), 10 ** rng.uniform(3, 7, branches))
@@ -138,7 +136,7 @@ def test_any_spectrum_is_reduced_within_its_tolerance_or_refused(seed: int, bran
         return
     time = np.geomspace(0.1, 1e4, 1501)
     assert np.abs(answers(found.spectrum, time) / answers(spectrum, time) - 1).max() < 1.01 * tolerance
-    assert ramp_error(found.spectrum, spectrum, LEVEL, time[::100]) < 1.01 * tolerance
+    assert ramp_error(found.spectrum, spectrum, LEVEL, time[::300]) < 1.01 * tolerance
     assert len(found.spectrum) < branches
 
 
