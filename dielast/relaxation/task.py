@@ -82,8 +82,8 @@ class FitTask:
         The shortest and the longest process have their effect on the curve at `seen_at` times their time; warns if that is beyond
         the curve. Of branches of which only the slowest are kept, only their times count.
         """
-        time, wanted = self.curve.time, (self.times[0], longest or self.times[1])
-        first, last = (float(usual if end is None else end) for end, usual in zip(wanted, default, strict=True))
+        time, stated = self.curve.time, (self.times[0], longest or self.times[1])
+        first, last = (float(usual if end is None else end) for end, usual in zip(stated, default, strict=True))
         if first >= last:
             raise InputError(f"no relaxation time lies between min = {first:.3g} s and max = {last:.3g} s: state both")
         least = first

@@ -114,10 +114,10 @@ def bootstrap_master_curve(
 
 def _on_grid(master: MasterCurve, grid: Floats) -> Floats:
     """Smooth curves (c, k) through all points at the abscissas `grid` (k,), extrapolated linearly in log-log."""
-    x, wanted = np.log(master.smooth_abscissa), np.log(grid)
-    before, after = np.minimum(wanted - x[0], 0.0), np.maximum(wanted - x[-1], 0.0)
+    x, at = np.log(master.smooth_abscissa), np.log(grid)
+    before, after = np.minimum(at - x[0], 0.0), np.maximum(at - x[-1], 0.0)
     rows = []
     for y in np.log(master.placed_ordinates):
         beyond = before * (y[1] - y[0]) / (x[1] - x[0]) + after * (y[-1] - y[-2]) / (x[-1] - x[-2])
-        rows.append(np.exp(np.interp(wanted, x, y) + beyond))
+        rows.append(np.exp(np.interp(at, x, y) + beyond))
     return np.array(rows)

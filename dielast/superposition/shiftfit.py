@@ -63,10 +63,10 @@ def fit_shift_law(
         table, weight = exact
         return ShiftFit(table, (), np.zeros(0), np.zeros((0, 0)), 0.0, float(weight @ log10_shift_factor), weight, 0.0)
     others = np.arange(m) != anchor
-    distance, wanted = temperature[others] - base, log10_shift_factor[others]
+    distance, relative = temperature[others] - base, log10_shift_factor[others]
     measured = covariance[np.ix_(others, others)]
     whiten = np.linalg.inv(np.linalg.cholesky(measured + 1e-14 * np.mean(np.diag(measured)) * np.eye(m - 1)))
-    fitted = kind.fit(base, distance, wanted, whiten)
+    fitted = kind.fit(base, distance, relative, whiten)
     moved = fitted.about(reference_temperature - base)
     near = np.array([np.interp(reference_temperature, temperature, row) for row in np.eye(m)])
     neighbours = [(near[k], fitted.about(float(temperature[k]) - base), k) for k in np.flatnonzero(near)]

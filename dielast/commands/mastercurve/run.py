@@ -115,13 +115,13 @@ def curve_tables(draws: MasterCurveDraws, kind: MeasurementKind) -> dict[str, Ta
     }
 
 
-def draws_headline(draws: MasterCurveDraws, wanted: int, seed: int) -> dict[str, Any]:
+def draws_headline(draws: MasterCurveDraws, requested: int, seed: int) -> dict[str, Any]:
     """The section of a summary that compares the scatter of the draws with the standard errors of the fit."""
     stderr = draws.stderr()
     return {
-        "draws": wanted,
+        "draws": requested,
         "seed": seed,
-        "without_master_curve": wanted - len(draws.number),
+        "without_master_curve": requested - len(draws.number),
         **{f"{name}_stderr": stderr[constant.name] for name, constant in draws.law.summary_names().items()},
         "log10_shift_factor_stderr": np.std(draws.log10_shift_factor, axis=0, ddof=1).tolist(),
     }
