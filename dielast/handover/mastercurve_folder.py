@@ -17,7 +17,6 @@ from dielast.io.toml import parse_toml
 from dielast.material.measurement_kind import KINDS, MeasurementKind
 from dielast.material.modulus import CONSTANT_MODULUS, EntropicModulus, ModulusLaw
 from dielast.material.shift import SHIFTS, ShiftLaw
-from dielast.numerics.arrays import Floats
 
 DRAWS, LAWS, CURVES = "draws.csv", "draw-laws.csv", "draw-curves.csv"
 
@@ -32,7 +31,7 @@ class ReducedCurve:
     """
 
     kind: MeasurementKind
-    columns: tuple[Floats, ...]
+    columns: tuple[NDArray[np.float64], ...]
     shift: ShiftLaw
     measured_temperature: tuple[float, float] | None = None
     data: Mapping[str, Any] | None = None
@@ -77,7 +76,7 @@ def _shift_law(summary: Mapping[str, Any], folder: str, inputs: Inputs) -> Shift
         raise ValueError("[shift] has a constant that is not finite")
     reference = float(shift["reference_temperature_degC"])
 
-    def measured() -> tuple[Floats, Floats]:
+    def measured() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         name = f"{folder}/shift-factors.csv"
         content = inputs.read(name)
         (temperature,) = finite_columns(content, name, ["temperature [degC]"])
@@ -96,8 +95,8 @@ class ReadDraws:
     """
 
     number: NDArray[np.int64]
-    abscissa: Floats
-    ordinates: Floats
+    abscissa: NDArray[np.float64]
+    ordinates: NDArray[np.float64]
     shifts: tuple[ShiftLaw, ...]
 
 
