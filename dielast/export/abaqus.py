@@ -11,9 +11,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 from dielast.export.code import Card, Code, number, ogden_terms, rows_of
-from dielast.material.shift import GAS_CONSTANT, WLF, Arrhenius
+from dielast.material.shift import GAS_CONSTANT, WLF, Arrhenius, kelvin
 from dielast.material.springs import CardForm
-from dielast.units import ZERO_CELSIUS
 
 
 def _files(card: Card) -> dict[str, str]:
@@ -73,7 +72,7 @@ def _model_data(card: Card) -> list[str]:
     """Model data that Arrhenius' law needs, which stands outside of a material."""
     if card.shift.name != Arrhenius.name:
         return []
-    zero = 0.0 if card.options.temperature_scale == "K" else -ZERO_CELSIUS
+    zero = 0.0 if card.options.temperature_scale == "K" else -kelvin(0.0)
     gas = GAS_CONSTANT * card.units.molar_energy
     return [
         "** Model data for the Arrhenius law; merge with a *PHYSICAL CONSTANTS of your own:",

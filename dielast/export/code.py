@@ -12,9 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dielast.errors import InputError
-from dielast.material.shift import ShiftLaw
+from dielast.material.shift import ShiftLaw, kelvin
 from dielast.material.springs import CardForm, SpringLaw
-from dielast.units import ZERO_CELSIUS
 
 LARGEST_LOSS = 1e-7  # of the equilibrium modulus, in a code that takes it for one minus the sum of ratios
 Lines = list[str]
@@ -181,7 +180,7 @@ class Card:
 
     def temperature(self, value: float) -> str:
         """A temperature in degC as a number on the model's scale."""
-        return number(value + ZERO_CELSIUS if self.options.temperature_scale == "K" else value)
+        return number(kelvin(value) if self.options.temperature_scale == "K" else value)
 
     def ratios_below_one(self) -> list[str]:
         """Modulus of every branch over the instantaneous one, as it is written.

@@ -13,9 +13,8 @@ from typing import Any
 import numpy as np
 
 from dielast.export.code import Card, Code, number, ogden_terms
-from dielast.material.shift import ShiftTable
+from dielast.material.shift import ShiftTable, kelvin
 from dielast.material.springs import CardForm
-from dielast.units import ZERO_CELSIUS
 
 NAME = "material-comsol"
 
@@ -55,7 +54,7 @@ def _parameters(card: Card) -> str:
         lines.append(_row("kappa", f"{number(card.bulk)}[Pa]", "bulk modulus"))
     if card.density is not None:
         lines.append(_row("rho", f"{number(card.density)}[kg/m^3]", "density"))
-    reference = f"{number(card.shift.reference_temperature + ZERO_CELSIUS)}[K]"
+    reference = f"{number(kelvin(card.shift.reference_temperature))}[K]"
     lines += [_row("T_ref", reference, "temperature at which the relaxation times hold"), *card.shift_lines()]
     return "".join(line + "\n" for line in lines)
 
@@ -91,7 +90,7 @@ def _table(law: Any) -> str:
     """Lines of temperature in K and log10 a."""
     shift = law.log10_shift_factor(np.array(law.temperature)).tolist()
     rows = zip(law.temperature, shift, strict=True)
-    return "".join(f"{number(at + ZERO_CELSIUS)} {number(value)}\n" for at, value in rows)
+    return "".join(f"{number(kelvin(at))} {number(value)}\n" for at, value in rows)
 
 
 def _branches(card: Card, unit: float) -> str:

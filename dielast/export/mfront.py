@@ -15,9 +15,8 @@ from string import Template
 import numpy as np
 
 from dielast.export.code import Card, Code, number, rows_of
-from dielast.material.shift import GAS_CONSTANT, WLF, Arrhenius, ShiftLaw, ShiftTable
+from dielast.material.shift import GAS_CONSTANT, WLF, Arrhenius, ShiftLaw, ShiftTable, kelvin
 from dielast.material.springs import CardForm
-from dielast.units import ZERO_CELSIUS
 
 _BEHAVIOUR = Template("""\
 @DSL DefaultFiniteStrain;
@@ -141,7 +140,7 @@ def _listed(values: Iterable[float]) -> str:
 
 def _temperatures(law: ShiftLaw) -> list[str]:
     """C++ of the temperatures Tm, in the middle of the increment, and Tr, the reference."""
-    return ["  const real Tm = T + dT / 2;", f"  const real Tr = {number(law.reference_temperature + ZERO_CELSIUS)};"]
+    return ["  const real Tm = T + dT / 2;", f"  const real Tr = {number(kelvin(law.reference_temperature))};"]
 
 
 def _wlf(law: WLF, card: Card) -> list[str]:
@@ -162,7 +161,7 @@ def _arrhenius(law: Arrhenius, card: Card) -> list[str]:
 
 def _table(law: ShiftTable, card: Card) -> list[str]:
     """Linear interpolation of log10 a over T."""
-    absolute = [value + ZERO_CELSIUS for value in law.temperature]
+    absolute = [kelvin(value) for value in law.temperature]
     count = len(absolute)
     if count == 1:
         return []

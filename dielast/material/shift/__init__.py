@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dielast.material.law import Registry
-from dielast.material.shift.arrhenius import GAS_CONSTANT as GAS_CONSTANT, Arrhenius as Arrhenius
+from dielast.material.shift.arrhenius import GAS_CONSTANT as GAS_CONSTANT, Arrhenius as Arrhenius, kelvin as kelvin
 from dielast.material.shift.law import ShiftLaw as ShiftLaw
 from dielast.material.shift.none import NoShift as NoShift
 from dielast.material.shift.table import ShiftTable as ShiftTable

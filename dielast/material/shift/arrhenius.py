@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import ClassVar, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -16,6 +16,13 @@ from dielast.units import MOLAR_ENERGY, ZERO_CELSIUS
 
 GAS_CONSTANT = 8.314462618  # J/(mol K), CODATA 2018
 BARRIERS = 5e3, 2e6  # J/mol, plausible activation energies: from the rotation of a methyl group to a glass transition
+
+Celsius = TypeVar("Celsius", float, Floats)
+
+
+def kelvin(temperature: Celsius) -> Celsius:
+    """Temperatures in degC on the absolute scale, in K."""
+    return temperature + ZERO_CELSIUS
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,12 +41,12 @@ class Arrhenius(ShiftLaw):
 
     def log10_shift_factor(self, temperature: ArrayLike) -> Floats:
         """log10 a(T); raises `InputError` at or below absolute zero."""
-        absolute = np.asarray(temperature, dtype=float) + ZERO_CELSIUS
+        absolute = kelvin(np.asarray(temperature, dtype=float))
         if np.any(absolute <= 0):
             raise InputError(
                 f"{float(np.min(absolute)) - ZERO_CELSIUS:g} degC is at or below absolute zero", argument="temperature"
             )
-        inverse = 1 / absolute - 1 / (self.reference_temperature + ZERO_CELSIUS)
+        inverse = 1 / absolute - 1 / kelvin(self.reference_temperature)
         return np.asarray(self.activation_energy / GAS_CONSTANT * inverse / np.log(10))
 
     def label(self) -> str:
