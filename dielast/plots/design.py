@@ -14,7 +14,6 @@ from matplotlib.patches import Rectangle
 from matplotlib.transforms import ScaledTranslation
 from numpy.typing import NDArray
 
-from dielast.numerics.arrays import Floats
 from dielast.plots.quantities import unit_for
 from dielast.plots.strips import limits, ticks_within
 from dielast.plots.style import (
@@ -53,11 +52,11 @@ class _Axis:
     """A quantity in which films differ: its label, the `values` (films,), and their `texts` in a legend."""
 
     label: str
-    values: Floats
+    values: NDArray[np.float64]
     texts: Sequence[str]
 
     @property
-    def levels(self) -> Floats:
+    def levels(self) -> NDArray[np.float64]:
         """The distinct values, ascending."""
         return np.unique(self.values)
 
@@ -159,7 +158,7 @@ class _Strip:
         return any(self.marker)
 
 
-def _strips(result: Design, life: Floats) -> tuple[_Strip, _Strip]:
+def _strips(result: Design, life: NDArray[np.float64]) -> tuple[_Strip, _Strip]:
     """The strips above the times, for films that live longer, and below them."""
     above = np.where(np.isposinf(life), "film", "")
     below = np.array([CROSSES.get(reason, "") for reason in result.reached.tolist()])
@@ -174,7 +173,9 @@ def _side_by_side(along: _Axis, lines: int) -> int:
     return max(1, min(lines, int(WIDTH * float(gaps.min(initial=1.0)) / APART) - 1))
 
 
-def _lives(axes: Axes, along: _Axis, result: Design, life: Floats, lines: Sequence[NDArray[np.intp]], looks: Sequence[Any]) -> None:
+def _lives(
+    axes: Axes, along: _Axis, result: Design, life: NDArray[np.float64], lines: Sequence[NDArray[np.intp]], looks: Sequence[Any]
+) -> None:
     """The times, above them marks of films that live longer than the horizon, and below them those of films without a life."""
     above, below = _strips(result, life)
     known = life[np.isfinite(life) & (life > 0)]
@@ -208,7 +209,7 @@ def _lives(axes: Axes, along: _Axis, result: Design, life: Floats, lines: Sequen
                     axes.plot(along.values[some], np.full(some.size, foot + ROW * (row + 0.75)), **look | at | mark)
 
 
-def _frontier(axes: Axes, along: _Axis, life: Floats) -> bool:
+def _frontier(axes: Axes, along: _Axis, life: NDArray[np.float64]) -> bool:
     """Draw the longest life of all films at each goal; returns whether it is known at any goal."""
     lives = np.where(np.isnan(life), 0.0, life)
     best = np.array([np.max(lives[along.values == level]) for level in along.levels])

@@ -14,7 +14,6 @@ from matplotlib.transforms import ScaledTranslation
 from numpy.typing import NDArray
 
 from dielast.mechanics.criteria import named, names
-from dielast.numerics.arrays import Floats
 from dielast.plots.looks import Arrangement
 from dielast.plots.style import SHADE
 
@@ -24,7 +23,7 @@ LEAST_SEEN = 0.02  # share of the height of the axes: a narrower band is hidden 
 
 Mark = tuple[int, str, float, float]
 Span = tuple[float, float]
-Band = tuple[Floats, Floats, Floats]
+Band = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,7 +35,7 @@ class View:
     factors: tuple[float, float]
     log: tuple[bool, bool]
 
-    def seen(self, x: Floats, y: Floats) -> NDArray[np.bool_]:
+    def seen(self, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.bool_]:
         """Which points can be drawn on the axes."""
         return np.isfinite(x) & np.isfinite(y) & ((x > 0) | (not self.log[0])) & ((y > 0) | (not self.log[1]))
 

@@ -11,9 +11,9 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import ListedColormap, LogNorm
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
+from numpy.typing import NDArray
 
 from dielast.mechanics.criteria import named
-from dielast.numerics.arrays import Floats
 from dielast.plots.lifetimes import MOST_LINES, Panel, arrange, draw_panels, films_of, legend, notes
 from dielast.plots.looks import MOST_BANDS
 from dielast.plots.quantities import unit_for
@@ -42,7 +42,7 @@ def plot_failure_map(
     result: FailureMap,
     lines: Sequence[LifetimeLine],
     title: str | None = None,
-    bounds: tuple[Floats, Floats] | None = None,
+    bounds: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None,
     interval: str = "interval",
 ) -> Figure:
     """Time to failure over voltage; for many equibiaxial prestretches some of the films, and the map of the first temperature.
@@ -157,7 +157,7 @@ def _map(figure: Figure, axes: Axes, result: FailureMap) -> None:
     axes.set_ylabel("prestretch")
 
 
-def _contours(axes: Axes, voltage: Floats, prestretch: Floats, decades: Any) -> None:
+def _contours(axes: Axes, voltage: NDArray[np.float64], prestretch: NDArray[np.float64], decades: Any) -> None:
     """A contour line, with its label, for each decade of the time to failure in s between the shortest and the longest."""
     levels = np.arange(np.ceil(decades.min()), np.floor(decades.max()) + 1)
     if not levels.size or min(decades.shape) < 2:

@@ -12,7 +12,6 @@ from matplotlib.lines import Line2D
 from matplotlib.transforms import ScaledTranslation
 from numpy.typing import NDArray
 
-from dielast.numerics.arrays import Floats
 from dielast.plots.quantities import unit_for
 from dielast.plots.strips import limits, ticks_within
 from dielast.plots.style import COLOURS, LINES, MARKERS, SHADE, degrees, log_axis, number, row_legend, spread_indices
@@ -45,9 +44,9 @@ class Drawn:
 
     index: int
     label: str
-    time: Floats
-    low: Floats
-    high: Floats
+    time: NDArray[np.float64]
+    low: NDArray[np.float64]
+    high: NDArray[np.float64]
     line: LifetimeLine
 
     @property
@@ -111,12 +110,14 @@ def _film(result: FailureMap, place: int) -> str:
     return _prestretch(result.prestretch[place]) + share
 
 
-def _prestretch(pair: Floats) -> str:
+def _prestretch(pair: NDArray[np.float64]) -> str:
     sides = (number(pair[0]),) if pair[0] == pair[1] else (number(pair[0]), number(pair[1]))
     return "prestretch " + " \N{MULTIPLICATION SIGN} ".join(sides)
 
 
-def films_of(panel: Panel, result: FailureMap, lines: Sequence[LifetimeLine], bounds: tuple[Floats, Floats] | None) -> list[Drawn]:
+def films_of(
+    panel: Panel, result: FailureMap, lines: Sequence[LifetimeLine], bounds: tuple[NDArray[np.float64], NDArray[np.float64]] | None
+) -> list[Drawn]:
     """The films of a panel; the label of a film that fails at no voltage states that."""
     unknown = np.full(result.voltage.size, np.nan)
     drawn = []
@@ -177,7 +178,7 @@ def _share(rows: int) -> float:
     return ROW * (rows + 0.5) if rows else 0.0
 
 
-def _band(axes: Axes, voltage: Floats, film: Drawn, low: float, high: float) -> None:
+def _band(axes: Axes, voltage: NDArray[np.float64], film: Drawn, low: float, high: float) -> None:
     """Draw the band of a film; an open band extends to the end of the axis."""
     within = np.isfinite(film.low) & ~np.isnan(film.high)
     down, up = film.low.clip(low, high), film.high.clip(low, high)
@@ -189,7 +190,7 @@ def _band(axes: Axes, voltage: Floats, film: Drawn, low: float, high: float) -> 
         axes.vlines(voltage[alone], down[alone], up[alone], linewidth=4.0, **look)
 
 
-def _times(axes: Axes, voltage: Floats, factor: float, film: Drawn) -> None:
+def _times(axes: Axes, voltage: NDArray[np.float64], factor: float, film: Drawn) -> None:
     """Draw the times of a film, and the line through them."""
     fails = film.fails
     if not fails.any():
@@ -202,7 +203,7 @@ def _times(axes: Axes, voltage: Floats, factor: float, film: Drawn) -> None:
         axes.plot(along * factor, film.line.drawn(along), linestyle=film.dashes, linewidth=0.9, color=film.colour)
 
 
-def _rows(axes: Axes, voltage: Floats, films: Sequence[Drawn], below: int) -> None:
+def _rows(axes: Axes, voltage: NDArray[np.float64], films: Sequence[Drawn], below: int) -> None:
     """Draw a row for each film at its voltages: arrows at open bands, with the marker of the film beside the first, or markers."""
     top = foot = 0
     for film in films:
@@ -223,7 +224,7 @@ def _rows(axes: Axes, voltage: Floats, films: Sequence[Drawn], below: int) -> No
         axes.text(-0.02, _share(below) / 2, "0", transform=axes.transAxes, ha="right", va="center", fontsize=7.5)
 
 
-def _arrows(axes: Axes, along: Floats, up: float, marker: str, film: Drawn) -> None:
+def _arrows(axes: Axes, along: NDArray[np.float64], up: float, marker: str, film: Drawn) -> None:
     if not along.size:
         return
     along, place = _thinned(along), axes.get_xaxis_transform()
@@ -233,7 +234,7 @@ def _arrows(axes: Axes, along: Floats, up: float, marker: str, film: Drawn) -> N
     axes.plot(along[:1], [up], transform=beside, linestyle="none", zorder=3, **{**film.marker, "markersize": 2.8})
 
 
-def _thinned(along: Floats) -> Floats:
+def _thinned(along: NDArray[np.float64]) -> NDArray[np.float64]:
     return along[:: max(1, -(-along.size // MOST_MARKERS))]
 
 

@@ -17,7 +17,6 @@ from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from dielast.mechanics.criteria import named
-from dielast.numerics.arrays import Floats
 from dielast.plots.failure_map import FEWEST_FOR_A_MAP
 from dielast.plots.quantities import unit_for
 from dielast.plots.style import (
@@ -132,7 +131,7 @@ def _maps(figure: Figure, axes: Sequence[Axes], result: FailureMap, panels: Sequ
     row_legend(figure, handles, min(len(handles), 3), loc="outside lower center", fontsize=7)
 
 
-def _levels(result: FailureMap) -> Floats:
+def _levels(result: FailureMap) -> NDArray[np.float64]:
     """The ends in s of the bands of time; the last is the horizon."""
     time = result.time_to_failure[np.isfinite(result.time_to_failure) & (result.time_to_failure > 0)]
     if not time.size:
@@ -144,7 +143,7 @@ def _levels(result: FailureMap) -> Floats:
     return np.array([below, *between, min(above, result.horizon)])
 
 
-def _decades(time: Floats, mode: NDArray[np.str_], levels: Floats) -> Any:
+def _decades(time: NDArray[np.float64], mode: NDArray[np.str_], levels: NDArray[np.float64]) -> Any:
     """The logarithm of the time to failure; for films that survive a little above the last level, for films that fail at once a
     little below the first level.
     """
@@ -156,7 +155,7 @@ def _decades(time: Floats, mode: NDArray[np.str_], levels: Floats) -> Any:
     return np.ma.masked_invalid(np.where(mode == "unfinished", np.nan, np.maximum(decades, low + 1e-9)))
 
 
-def _stretch_levels(stretch: Floats) -> Floats:
+def _stretch_levels(stretch: NDArray[np.float64]) -> NDArray[np.float64]:
     """Round relative stretches between the least and the largest."""
     known = stretch[np.isfinite(stretch)]
     if known.size < 2 or np.ptp(known) <= 1e-9:
@@ -165,7 +164,7 @@ def _stretch_levels(stretch: Floats) -> Floats:
     return np.asarray(ticks[(ticks > known.min()) & (ticks < known.max())])
 
 
-def _stretch_lines(axes: Axes, voltage: Floats, prestretch: Floats, stretch: Floats) -> None:
+def _stretch_lines(axes: Axes, voltage: NDArray[np.float64], prestretch: NDArray[np.float64], stretch: NDArray[np.float64]) -> None:
     """Labelled lines of equal stretch."""
     levels = _stretch_levels(stretch)
     if not levels.size:

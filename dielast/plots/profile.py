@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from numpy.typing import NDArray
 
-from dielast.numerics.arrays import Floats
 from dielast.plots.quantities import unit_for
 from dielast.plots.style import COLOURS, LINES, lasting, legend_below, panels, spread_indices, style
 
@@ -18,7 +18,7 @@ INSIDE = 2  # rows of the table for the active part
 FAR = 8.0  # radii of the electrode that are shown: the film beyond hardly moves
 
 
-def plot_profile(cases: Sequence[Mapping[str, Floats]], title: str | None, place: str) -> Figure:
+def plot_profile(cases: Sequence[Mapping[str, NDArray[np.float64]]], title: str | None, place: str) -> Figure:
     """Stretches and nominal stresses of the first case over the radius, or another `place`, with a line for each time.
 
     Thick lines are components along the radius or the length, thin lines components across. The electrode is shaded.

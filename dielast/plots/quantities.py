@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 import numpy as np
-
-from dielast.numerics.arrays import Floats
+from numpy.typing import NDArray
 
 # SI unit -> units from the largest to the smallest: name, factor from SI, and the least magnitude for which it is taken
 UNITS: dict[str, tuple[tuple[str, float, float], ...]] = {
@@ -46,7 +45,7 @@ def unit_for(unit: str, largest: float) -> tuple[str, float]:
     return unit, 1.0
 
 
-def axis_of(header: str, values: Iterable[Floats] = ()) -> tuple[str, float]:
+def axis_of(header: str, values: Iterable[NDArray[np.float64]] = ()) -> tuple[str, float]:
     """The label of an axis that shows these `values` of a column, and the factor from SI into the unit shown."""
     name, _, rest = header.partition(" [")
     unit = rest.rstrip("]")

@@ -11,8 +11,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
+from numpy.typing import NDArray
 
-from dielast.numerics.arrays import Floats
 from dielast.plots.quantities import unit_for
 from dielast.plots.style import COLOURS, degrees, grid, legend_below, number, sheet, spread_indices, style
 from dielast.simulate.sensitivity import LifeShares, Sensitivity
@@ -83,7 +83,9 @@ def _shown(result: Sensitivity, labels: Sequence[str]) -> list[Shown]:
     return [Shown(result, film, _called(columns, film, labels, spread)) for film in middle]
 
 
-def _called(columns: Mapping[str, Floats], film: int, labels: Sequence[str], spread: Floats | None) -> str:
+def _called(
+    columns: Mapping[str, NDArray[np.float64]], film: int, labels: Sequence[str], spread: NDArray[np.float64] | None
+) -> str:
     """The title of a film: what distinguishes it, and the `spread` (films,) of its life in decades, if known."""
     far = [] if spread is None else [f"spread {number(float(spread[film]), 2)} decades"]
     if "case" in columns:

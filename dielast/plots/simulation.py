@@ -16,7 +16,6 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
-from dielast.numerics.arrays import Floats
 from dielast.plots.events import Band, Mark, Span, View, draw_bands, draw_marks, event_handle
 from dielast.plots.looks import Arrangement, Look, Swept, arrange
 from dielast.plots.quantities import axis_of
@@ -56,13 +55,13 @@ class Measured(Protocol):
     @property
     def case(self) -> int: ...  # noqa: D102
     @property
-    def x(self) -> Floats: ...  # noqa: D102
+    def x(self) -> NDArray[np.float64]: ...  # noqa: D102
     @property
-    def y(self) -> Floats: ...  # noqa: D102
+    def y(self) -> NDArray[np.float64]: ...  # noqa: D102
 
 
 def plot_cases(
-    cases: Sequence[Mapping[str, Floats]],
+    cases: Sequence[Mapping[str, NDArray[np.float64]]],
     labels: Sequence[str],
     measured: Sequence[Measured],
     x: str,
@@ -129,7 +128,7 @@ def plot_cases(
 
 
 def _view(
-    cases: Sequence[Mapping[str, Floats]], measured: Sequence[Measured], x: str, y: str, scales: tuple[str, str]
+    cases: Sequence[Mapping[str, NDArray[np.float64]]], measured: Sequence[Measured], x: str, y: str, scales: tuple[str, str]
 ) -> tuple[View, tuple[str, str]]:
     """The axes for these columns, and their labels."""
     along = [[case[header] for case in cases] for header in (x, y)]
@@ -141,7 +140,7 @@ def _view(
     return View(x, y, (across[1], up[1]), (log_x, log_y)), (across[0], up[0])
 
 
-def _beginning(cases: Sequence[Mapping[str, Floats]], measured: Sequence[Measured], view: View) -> float | None:
+def _beginning(cases: Sequence[Mapping[str, NDArray[np.float64]]], measured: Sequence[Measured], view: View) -> float | None:
     """Where a log axis of x begins: a little before the first measured point or change of a curve; None if there is none."""
     firsts = [float(points.x[points.x > 0].min()) for points in measured if np.any(points.x > 0)]
     for case in cases:
@@ -154,7 +153,7 @@ def _beginning(cases: Sequence[Mapping[str, Floats]], measured: Sequence[Measure
     return view.factors[0] * first / BEFORE if np.isfinite(first) else None
 
 
-def _alike(arranged: Arrangement, view: View, cases: Sequence[Mapping[str, Floats]]) -> bool:
+def _alike(arranged: Arrangement, view: View, cases: Sequence[Mapping[str, NDArray[np.float64]]]) -> bool:
     """Whether the panels can share one y axis without one of them being a flat line."""
     if view.log[1] or len(arranged.panels) == 1:
         return True
@@ -187,7 +186,7 @@ def _name_axes(panels: Sequence[Axes], across: int, names: tuple[str, str]) -> N
             axes.set_ylabel(names[1])
 
 
-def _line(axes: Axes, view: View, case: Mapping[str, Floats], look: Look, width: float, failed: int | None) -> None:
+def _line(axes: Axes, view: View, case: Mapping[str, NDArray[np.float64]], look: Look, width: float, failed: int | None) -> None:
     """Draw a case, dimmed from the row at which it failed; few points have markers, as a single point makes no line."""
     across, up = case[view.x], case[view.y]
     seen = view.seen(across, up)

@@ -12,7 +12,6 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
-from dielast.numerics.arrays import Floats
 from dielast.plots.style import COLOURS, MARKERS, TEMPERATURES, degrees, spread, typeset
 from dielast.superposition.result import MasterCurve
 
@@ -32,8 +31,8 @@ def where_determined(result: MasterCurve) -> NDArray[np.bool_]:
 
 def points(
     axes: Axes,
-    position: Floats,
-    value: Floats,
+    position: NDArray[np.float64],
+    value: NDArray[np.float64],
     colour: ScalarMappable,
     temperature: float,
     index: int,

@@ -7,7 +7,7 @@ from typing import Any, Self, TypeAlias
 
 from pydantic import Field, model_validator
 
-import dielast.units as units
+from dielast import units
 from dielast.errors import InputError
 from dielast.material.measurement_kind import KindName
 from dielast.readings.specimen_recipe import NamedColumns

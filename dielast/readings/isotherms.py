@@ -3,15 +3,21 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from dielast.errors import InputError
-from dielast.numerics.arrays import Floats, Index
 
 WIDEST = 4  # spread of the readings of one set, in tolerances
 SHORTEST = 3  # number of points of a run
 
 
-def isotherms(temperature: Floats, abscissa: Floats, source: Index, label: Index, tolerance: float) -> list[tuple[float, Index]]:
+def isotherms(
+    temperature: NDArray[np.float64],
+    abscissa: NDArray[np.float64],
+    source: NDArray[np.intp],
+    label: NDArray[np.intp],
+    tolerance: float,
+) -> list[tuple[float, NDArray[np.intp]]]:
     """The temperature in degC and the rows of each run, by ascending temperature; all arguments of shape (n,).
 
     Rows with a nonnegative `label` belong to the set of that label; the others are sorted by temperature and divided at gaps wider
@@ -43,17 +49,17 @@ def isotherms(temperature: Floats, abscissa: Floats, source: Index, label: Index
     return sorted(runs, key=lambda run: run[0])
 
 
-def _check_spread(readings: Floats, tolerance: float, what: str, why: str) -> None:
+def _check_spread(readings: NDArray[np.float64], tolerance: float, what: str, why: str) -> None:
     if np.ptp(readings) > WIDEST * tolerance:
         raise InputError(f"{what} from {readings.min():g} to {readings.max():g} degC {why}")
 
 
-def _level(readings: Floats) -> float:
+def _level(readings: NDArray[np.float64]) -> float:
     """The mean of a set's readings, which scatter with the thermostat; equal readings are returned without rounding."""
     return float(readings[0]) if np.ptp(readings) == 0 else round(float(np.mean(readings)), 6)
 
 
-def _runs(rows: Index, abscissa: Floats, source: Index) -> list[Index]:
+def _runs(rows: NDArray[np.intp], abscissa: NDArray[np.float64], source: NDArray[np.intp]) -> list[NDArray[np.intp]]:
     """The `rows` of one temperature by run: a new run begins with a new file, or where the abscissa restarts.
 
     Points in no order are one run.

@@ -14,10 +14,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from dielast.errors import InputError, warn
 from dielast.material.measurement import FrequencySweep
-from dielast.numerics.arrays import Floats
 
 SIGNIFICANT_ANGLE = 0.2  # rad; smaller slopes and phases are not compared
 CONTRADICTION = 0.5  # difference of the two angles over the larger one; good sweeps have less than 0.1
@@ -47,14 +47,14 @@ def warn_if_inconsistent(sweeps: Sequence[FrequencySweep]) -> None:
     warn("storage and loss moduli do not belong together: the loss does not fit the slopes of the curves (Kramers-Kronig)")
 
 
-def _sorted(sweep: FrequencySweep) -> tuple[Floats, Floats, Floats]:
+def _sorted(sweep: FrequencySweep) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
     """Frequency and the two moduli by ascending frequency, without negative values and repeated frequencies."""
     good = (sweep.storage_modulus > 0) & (sweep.loss_modulus > 0)
     omega, first = np.unique(sweep.angular_frequency[good], return_index=True)
     return omega, sweep.storage_modulus[good][first], sweep.loss_modulus[good][first]
 
 
-def _contradiction(data: Sequence[tuple[Floats, Floats, Floats]]) -> float:
+def _contradiction(data: Sequence[tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]]) -> float:
     """Median, over the points with significant angles, of the difference of the two angles over the larger one."""
     differences = [np.zeros(0)]
     for omega, storage, loss in data:
@@ -69,7 +69,7 @@ def _contradiction(data: Sequence[tuple[Floats, Floats, Floats]]) -> float:
     return float(np.median(relative)) if relative.size >= ENOUGH_POINTS else 0.0
 
 
-def viscosity_factor(sweep: FrequencySweep, complex_viscosity: Floats) -> float:
+def viscosity_factor(sweep: FrequencySweep, complex_viscosity: NDArray[np.float64]) -> float:
     """The factor on the frequencies for agreement with a complex viscosity (n,) in Pa s: median |E*| / (omega |eta*|).
 
     It is 1 in the right unit, 1 / (2 pi) if rad/s were read as Hz, 2 pi in the opposite case. The viscosity is three times the

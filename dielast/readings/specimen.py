@@ -3,23 +3,23 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from dielast.errors import InputError, as_toml
 from dielast.io.text_table import MeasuredTable
-from dielast.numerics.arrays import Flags, Floats
 from dielast.readings.columns_recipe import ROLES
 from dielast.readings.specimen_recipe import GAUGE, SECTION, MachineColumns, Specimen, unmeasured
 from dielast.units import FORCE, LENGTH, MASS, STIFFNESS, STRAIN, STRESS, TORQUE, kind_of
 
 
-def strain_of(extension: Floats, specimen: Specimen | None) -> Floats:
+def strain_of(extension: NDArray[np.float64], specimen: Specimen | None) -> NDArray[np.float64]:
     """Nominal strain (n,) from an extension (n,) in m, by the gauge length; raises `InputError` if that is not stated."""
     if specimen is None or specimen.gauge_length is None:
         raise InputError(str(unmeasured(("extension",), specimen)))
     return extension / specimen.gauge_length
 
 
-def nominal_stress(force: Floats, specimen: Specimen | None) -> Floats:
+def nominal_stress(force: NDArray[np.float64], specimen: Specimen | None) -> NDArray[np.float64]:
     """Nominal stress (n,) in Pa from a force (n,) in N, by the undeformed section; raises `InputError` if that is not stated."""
     if specimen is None or specimen.area is None:
         raise InputError(str(unmeasured(("force",), specimen)))
@@ -53,9 +53,9 @@ def read_as(
     role: str,
     column: str | int,
     specimen: Specimen | None,
-    rows: Flags | None = None,
+    rows: NDArray[np.bool_] | None = None,
     key: str | None = None,
-) -> Floats:
+) -> NDArray[np.float64]:
     """The stretch (1) or nominal stress (Pa) from a `column` of a `role`, such as an extension, shape (rows,).
 
     `key` is the role under which the recipe states the unit of the column. Raises `InputError` with the file for a wrong unit, or

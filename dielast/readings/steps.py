@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from typing import TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from dielast.errors import InputError, located, shown
 from dielast.io.cells import decode, is_number
@@ -17,7 +18,6 @@ from dielast.io.table import split_header
 from dielast.io.text_table import MeasuredTable, read_measured
 from dielast.io.workbook import is_workbook
 from dielast.material.measurement_kind import CREEP, KINDS, OSCILLATION, RELAXATION, MeasurementKind
-from dielast.numerics.arrays import Flags, Floats
 from dielast.readings.columns_recipe import MODULI, ROLES, Columns
 from dielast.readings.instruments import ExportedStep, recognise
 from dielast.readings.instruments.export import Deformation, columns_by_role, plain
@@ -55,15 +55,15 @@ class Part:
         """Whether the part is from an export; rows without measured values are then not mistakes of the user."""
         return self.format != TABLE
 
-    def only(self, rows: Flags) -> Part:
+    def only(self, rows: NDArray[np.bool_]) -> Part:
         """The part with only those `rows` (mask)."""
         return replace(self, table=self.table.only(rows))
 
-    def column(self, role: str) -> Floats:
+    def column(self, role: str) -> NDArray[np.float64]:
         """The numbers (rows,) in the column of `role`, in SI; raises `InputError` with the file, and the line or column."""
         return self.table.column(self.columns[role], role, ROLES[role])
 
-    def filled(self, role: str) -> Flags:
+    def filled(self, role: str) -> NDArray[np.bool_]:
         """Mask (rows,) of the rows with a reading in the column of `role`, not a mark for a missing one."""
         cells = self.table.cells[self.table.find(self.columns[role], role)]
         return np.array([cell.strip("-").casefold() not in _NOTHING for cell in cells], dtype=bool)

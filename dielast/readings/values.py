@@ -7,12 +7,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from dielast.errors import warn
 from dielast.io.table import spoken
 from dielast.material.checks import warn_of_strain
 from dielast.material.measurement_kind import RELAXATION
-from dielast.numerics.arrays import Flags, Floats, Index
 from dielast.readings.isotherms import WIDEST
 from dielast.readings.recipe import CurveData, MeasuredData, MeasurementData
 from dielast.readings.specimen import nominal_stress, strain_of
@@ -32,11 +32,11 @@ ONE_TEMPERATURE = (
 class Readings:
     """Rows (n,) in SI and degC: abscissa, one or two ordinates (c, n), Young's or tensile; labels of sets, -1 for none."""
 
-    temperature: Floats
-    abscissa: Floats
-    ordinates: Floats
-    label: Index
-    viscosity: Floats
+    temperature: NDArray[np.float64]
+    abscissa: NDArray[np.float64]
+    ordinates: NDArray[np.float64]
+    label: NDArray[np.intp]
+    viscosity: NDArray[np.float64]
 
 
 def read_part(part: Part, data: MeasuredData, per_shear: float, labels: dict[tuple[int, str], int]) -> Readings:
@@ -97,7 +97,7 @@ def _in_time(part: Part, data: MeasuredData) -> Part:
     return part.only(kept)
 
 
-def _angular_frequency(part: Part) -> Floats:
+def _angular_frequency(part: Part) -> NDArray[np.float64]:
     """Angular frequency in rad/s; if the table has both frequencies, they must agree, as it is unknown which is right."""
     measured = {role: part.column(role) for role in ("frequency", "angular_frequency") if role in part.columns}
     for role, values in measured.items():
@@ -110,7 +110,7 @@ def _angular_frequency(part: Part) -> Floats:
     return measured["angular_frequency"] if "angular_frequency" in measured else 2 * np.pi * measured["frequency"]
 
 
-def _ordinates(part: Part, per_shear: float, specimen: Specimen | None) -> Floats:
+def _ordinates(part: Part, per_shear: float, specimen: Specimen | None) -> NDArray[np.float64]:
     """Young's moduli in Pa or tensile compliance in 1/Pa, (c, n); stress over strain is the modulus of Sec. 2.1.1 of the paper."""
     columns, column = part.columns, part.column
     if part.kind.over_frequency:
@@ -138,7 +138,7 @@ def _ordinates(part: Part, per_shear: float, specimen: Specimen | None) -> Float
     return np.asarray(scale * over[1] / under[1])[None]
 
 
-def _warn_of_held(part: Part, held: Floats, response: Floats) -> None:
+def _warn_of_held(part: Part, held: NDArray[np.float64], response: NDArray[np.float64]) -> None:
     """Warn if the strain of a relaxation test, or the stress of a creep test, changes, and the other of the two does not."""
     spread = [float(np.ptp(np.abs(values))) / float(np.max(np.abs(values), initial=1e-300)) for values in (held, response)]
     if spread[0] > CHANGES > HELD > spread[1]:
@@ -180,14 +180,14 @@ def _temperature_of_file(data: MeasurementData, part: Part) -> float:
     return float(groups["degC"]) if groups.get("degC") else float(groups["K"]) - ZERO_CELSIUS
 
 
-def _refuse(part: Part, wrong: Flags, role: str, why: str) -> None:
+def _refuse(part: Part, wrong: NDArray[np.bool_], role: str, why: str) -> None:
     if np.any(wrong):
         first, count = int(np.flatnonzero(wrong)[0]), int(np.count_nonzero(wrong))
         more = f" ({count} such rows)" if count > 1 else ""
         raise part.table.error(f"{role} {why}{more}", first)
 
 
-def _refuse_most(part: Part, wrong: Flags) -> None:
+def _refuse_most(part: Part, wrong: NDArray[np.bool_]) -> None:
     """`InputError` if most values are zero or negative: only a few can be a noise floor."""
     if 2 * np.count_nonzero(wrong) > wrong.size:
         many, first = part.kind.values, int(np.flatnonzero(wrong)[0])

@@ -10,7 +10,7 @@ from pydantic import BaseModel, ConfigDict, GetCoreSchemaHandler, GetJsonSchemaH
 from pydantic.fields import FieldInfo
 from pydantic_core import CoreSchema, core_schema
 
-import dielast.units as units
+from dielast import units
 from dielast.errors import InputError, shown
 from dielast.units import Dimension
 
