@@ -108,7 +108,7 @@ def checked_moduli(
 
 
 def what_rises(curve: WeightedCurve) -> str:
-    """What is wrong with a curve that no spectrum fits well, as its modulus rises with time; empty for other curves.
+    """What is wrong with a curve that no spectrum fits well, as its modulus rises with time in parts; empty for other curves.
 
     The modulus of every spectrum falls, so that none is closer to the curve than the falling curve of least relative error.
     """
@@ -127,8 +127,8 @@ def what_rises(curve: WeightedCurve) -> str:
     stiffness, abscissa, unit = 3 * curve.stiffness, curve.time**kind.time_power, kind.abscissa[1]
     low, high = (f"{stiffness[k]:.3g} Pa at {abscissa[k]:.3g} {unit}" for k in ends)
     return (
-        f"the {kind.stiffness} {rises} with {along}, from {low} to {high}, so that no spectrum misses the curve by less than "
-        f"{least:.1%} rms (are columns mixed up, or is it another quantity?)"
+        f"no spectrum misses the curve by less than {least:.1%} rms, as the {kind.stiffness} {rises} with {along} in parts of it, "
+        f"most from {low} to {high} (scatter, wrong shift factors, or columns mixed up?)"
     )
 
 

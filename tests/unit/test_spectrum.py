@@ -282,17 +282,19 @@ def test_a_rising_modulus_is_named_with_the_least_misfit_of_any_spectrum() -> No
     """As more branches do not help: no sum of decaying exponentials rises."""
     time = np.geomspace(1.0, 1e6, 61)
     bump = np.where((time > 99) & (time < 1.01e4), 4e5 * np.sqrt(time / 100), 1e7 / np.sqrt(time))
-    rise = r"the modulus rises with time, from 4e\+05 Pa at 100 s to 4e\+06 Pa at 1e\+04 s, so that no spectrum misses the curve"
-    with pytest.warns(DielastWarning, match=rf"{rise} by less than \d\d\.\d% rms \(are columns mixed up, or is it another"):
+    rise = r"the modulus rises with time in parts of it, most from 4e\+05 Pa at 100 s to 4e\+06 Pa at 1e\+04 s"
+    least = r"no spectrum misses the curve by less than \d\d\.\d% rms, as"
+    with pytest.warns(DielastWarning, match=f"{least} {rise}"):
         fit = fit_spectrum(time, bump, method="nnls", branches=60, liquid=True)
-    with pytest.raises(InputError, match=f"came out negative .*: {rise}"), pytest.warns(DielastWarning, match="polynomial"):
+    with pytest.raises(InputError, match=f"came out negative .*: {least} {rise}"), pytest.warns(DielastWarning, match="polynomial"):
         fit_spectrum(time, bump, liquid=True)
     falling = isotonic_regression(bump, weights=bump**-2.0, increasing=False).x
     assert 0.1 < np.sqrt(np.mean((falling / bump - 1) ** 2)) <= fit.rms_relative_error
-    falls = "the inverse compliance rises with time, from 1e.06 Pa at 1 s to 1.58e.07 Pa"
-    with pytest.warns(DielastWarning, match=falls):
+    rises = "the inverse compliance rises with time in parts of it, most from 1e.06 Pa at 1 s to 1.58e.07 Pa"
+    with pytest.warns(DielastWarning, match=rises):
         fit_creep(time, 1e-6 / time**0.2, liquid=True)
-    with pytest.warns(DielastWarning, match="the storage modulus falls with frequency, from 6.34e.06 Pa at 1e-06 rad/s to 4e"):
+    falls = "the storage modulus falls with frequency in parts of it, most from 6.34e.06 Pa at 1e-06 rad/s to 4e"
+    with pytest.warns(DielastWarning, match=falls):
         fit_oscillation(1 / time, 4e5 * time**0.2, np.full(time.size, 1e4), liquid=True)
 
 
