@@ -18,8 +18,8 @@ from dielast.numerics.arrays import Cases, Floats
 
 @dataclass(frozen=True, slots=True)
 class Symmetry:
-    """A symmetry that a load maintains: axis 2 has B = A^`second` and C = A^-`thinning`, I1 = `fronts` A + (3 - `fronts`) C, and the
-    flow of a spring is dx_1/dt = `flow` p / (3 tau).
+    """A symmetry that a load maintains: axis 2 has B = A^`second` and C = A^-`thinning`, I1 = `fronts` A + (3 - `fronts`) C, and
+    the flow of a spring is dx_1/dt = `flow` p / (3 tau).
     """
 
     second: float
