@@ -23,6 +23,7 @@ from matplotlib.lines import Line2D
 from matplotlib.text import Text
 
 from dielast.commands.registry import COMMANDS, read_cases
+from dielast.commands.simulation.naming import headed
 from dielast.errors import DielastWarning, InputError
 from dielast.io.files import Inputs
 from dielast.plots.style import style
@@ -263,6 +264,12 @@ def test_a_sweep_of_the_voltage_is_a_curve_of_stretch_over_voltage(tmp_path: Pat
     (failed,) = [line for line in axes.get_lines() if line.get_marker() == "x"]
     assert np.asarray(failed.get_xdata()).tolist() == [3.5]
     assert np.asarray(failed.get_ydata()) == pytest.approx(ends[5])
+
+
+def test_a_title_names_the_material_once() -> None:
+    assert headed("film of A", ["A", "A"], "20 °C") == "film of A\n20\N{NO-BREAK SPACE}°C"
+    assert headed("film", ["A", "A"]) == "film\nA"
+    assert headed("A", ["A"]) == headed(None, ["A"]) == "A"
 
 
 @pytest.mark.parametrize(

@@ -118,12 +118,12 @@ def titled(title: str | None, cases: Sequence[Case[Any]], materials: Sequence[Ma
 
 
 def headed(title: str | None, names: Sequence[str], *more: str) -> str:
-    """The title with a line below it: the name of the material, if all cases share it, and `more`."""
+    """The title with a line below it: the name of the material, if all cases share it and the title lacks it, and `more`."""
     name = _shared(names)
-    parts = [part for part in (name if name != UNNAMED else "", *more) if part]
+    parts = [part for part in (name if name != UNNAMED and name not in (title or "") else "", *more) if part]
     # a line that is too long is broken between two parts
     line = ", ".join(part.replace(" ", FIXED) for part in parts)
-    return f"{title}\n{line}" if title else line
+    return "\n".join(part for part in (title, line) if part)
 
 
 def _films(films: Sequence[FilmBase]) -> list[str]:
