@@ -38,8 +38,8 @@ def test_the_recipe_in_the_help_runs_and_twice_the_same(
     (tmp_path / "my.toml").write_text(shown)
     done = dielast("validate", "my.toml")
     assert (done.returncode, done.stdout, done.stderr) == (0, "my.toml: ok\n", "")
-    # test_other_systems.py runs the other kinds in two processes, the guide a calibration whose numbers it holds
-    twice = kind in ("relax", "design")
+    # test_other_systems.py runs the other kinds in two processes
+    twice = kind in ("relax", "calibrate", "design")
     plots = [word for form in ("png", "svg", "pdf") if kind == "relax" for word in ("--plot", form)] or ["--plot", "none"]
     for out, fresh in (("here", False), ("there", True))[: 1 + twice]:
         done = dielast(kind, "my.toml", "-o", out, "-q", *plots, fresh=fresh)
