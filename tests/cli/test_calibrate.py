@@ -193,9 +193,9 @@ def test_recipes_are_tests_and_the_material_knows_how_far_they_went(dielast: Run
     head = 'material = "example:tensile/start.toml"\n'
     compare = '[[compare]]\nfile = "{}/{}.csv"\nx = "time [s]"\ny = "{} [1]"\n'
     made = "[output]\npoints_per_decade = 3\n"
-    film = f'kind = "actuate"\n{head}[film]\nthickness = "0.5 mm"\nprestretch = 3.0\nrelax = "1 h"\n'
+    film = f'kind = "actuate"\n{head}[film]\nthickness = "0.5 mm"\nprestretch = 3.0\nrelax = "5 min"\n'
     film += '[[step]]\nvoltage = "1 kV"\nduration = "1 s"\n[[step]]\nhold = "10 s"\n'
-    pulled = f'kind = "creep"\n{head}[[step]]\nstress = "20 kPa"\nduration = "1 s"\n[[step]]\nhold = "20 min"\n'
+    pulled = f'kind = "creep"\n{head}[[step]]\nstress = "20 kPa"\nduration = "1 s"\n[[step]]\nhold = "2 min"\n'
     for name, kind, recipe, column in (("film", "actuate", film, "relative_stretch_1"), ("pulled", "creep", pulled, "stretch_1")):
         (tmp_path / f"{name}.toml").write_text(recipe + made)
         assert dielast(kind, f"{name}.toml", "--plot", "none", "-q").returncode == 0
@@ -210,7 +210,7 @@ def test_recipes_are_tests_and_the_material_knows_how_far_they_went(dielast: Run
     assert known is not None
     assert known.modes == ("equibiaxial", "uniaxial")
     assert 18 < known.largest_invariant < 22
-    assert known.time[1] == pytest.approx(1201)
+    assert known.time[1] == pytest.approx(121)
     found = parse_csv((tmp_path / "r/parameters.csv").read_bytes(), "parameters")
     row = list(found["parameter"]).index("dielectric.permittivity")
     assert float(found["value"][row]) == pytest.approx(3.98e-11, rel=0.01)  # with which the points were made

@@ -69,10 +69,7 @@ HEADERS = {
         "failure_mode",
     ],
 }
-FITTED = [
-    *("equilibrium.shear_modulus", "nonequilibrium.shear_modulus[0]", "nonequilibrium.shear_modulus[1]"),
-    *("nonequilibrium.relaxation_time[0]", "nonequilibrium.relaxation_time[1]"),
-]
+FITTED = ["equilibrium.shear_modulus", "nonequilibrium.scale"]
 HEADERS |= {
     "design.csv": [
         *("temperature [degC]", "prestretch_1 [1]", "prestretch_2 [1]", "electrode_share [1]", "area_strain [1]", "voltage [V]"),
@@ -123,6 +120,13 @@ def contents(folder: Path) -> dict[str, bytes]:
 def test_the_starter_runs_as_it_is(kind: str, dielast: Run, starter: Starter, tmp_path: Path) -> None:
     recipe = starter(kind)
     assert dielast("validate", recipe).stdout == f"{recipe}: ok\n"
+    if kind == "calibrate":  # all its constants are fitted in the guide, own-material.md
+        text = recipe.read_text()
+        less = text.replace('"nonequilibrium.relaxation_time" = {}', "").replace(
+            "nonequilibrium.shear_modulus", "nonequilibrium.scale"
+        )
+        assert len(less) < len(text) - 30
+        recipe.write_text(less)
     formats = {f"{kind}.{form}" for form in ("png", "svg", "pdf")} if kind == "relax" else set()
     plots = [word for name in sorted(formats) for word in ("--plot", name.partition(".")[2])]
     done = dielast(kind, recipe, "-o", "out", *plots)

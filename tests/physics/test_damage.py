@@ -101,11 +101,8 @@ def test_the_damage_is_the_integral_of_the_history(exponent: float, boundary: An
     assert float(np.sum(weight * law.rate(field))) == pytest.approx(1.0, rel=1e-6)
 
 
-@pytest.mark.parametrize(("prestretch", "field"), [((1.9, 1.9), 3.4e7), ((2.0, 1.6), 2.9e7)])
-def test_failure_by_damage_is_where_the_peer_has_it_and_converges_with_the_tolerance(
-    prestretch: tuple[float, float], field: float
-) -> None:
-    damage = (field, 2.0, 18.5)
+def test_failure_by_damage_is_where_the_peer_has_it_and_converges_with_the_tolerance() -> None:
+    prestretch, damage = (2.0, 1.6), (2.9e7, 2.0, 18.5)
     there = Film(lambda l1, l2: gent(l1, l2, MU, 110.0), lambda l1, l2: gent(l1, l2, 1.0, 55.0), MODULUS, TIME, EPS, damage=damage)
     relaxed = Run(there, [Piece(60.0, tuple(("stretch", constant(axis)) for axis in prestretch))], rtol=1e-8).final
     load, nominal = tuple(("stress", constant(stress)) for stress in relaxed.stress), VOLTAGE / THICKNESS
@@ -132,7 +129,7 @@ def test_breakdown_is_the_limit_of_a_large_exponent() -> None:
 
 def test_long_waveforms_add_up() -> None:
     """(1 - cos)/2 to the power of n has the mean C(2n, n)/4^n, and half a cycle does half of the damage of a whole."""
-    n, cycles = 6, 100
+    n, cycles = 6, 30
     peak = 10e3 * 1.7**2 / THICKNESS
     law = InversePower(peak, (cycles - 0.5) * comb(2 * n, n) / 4**n * 0.1, float(n))
     history = actuate(

@@ -66,7 +66,7 @@ def test_the_work_of_a_cycle_is_the_area_of_its_loops(shape: str) -> None:
         assert table.lowest[0, cycle] == pytest.approx(history.relative_stretch_1[0][rows].min(), rel=1e-5)
 
 
-@pytest.mark.parametrize(("shape", "low"), [("triangle", 0.0), ("triangle", -1500.0), ("sine", 800.0), ("sine", -1500.0)])
+@pytest.mark.parametrize(("shape", "low"), [("triangle", 0.0), ("triangle", -1500.0), ("sine", -1500.0)])
 def test_a_waveform_is_what_many_ramps_come_to(shape: str, low: float) -> None:
     points = 2000 if shape == "sine" else 2
     cycles = 3 if shape == "triangle" else 1
@@ -109,7 +109,7 @@ def test_which_cycles_are_kept() -> None:
     assert kept([1, 10, 20], 25) == [1, 10, 20]
     assert kept(None, 120) == [1, 2, 5, 10, 20, 50, 100, 120]
     assert kept(None, 12) == list(range(1, 13))
-    assert kept("all", 105) == list(range(1, 106))
+    assert kept("all", 25) == list(range(1, 26))
 
 
 def test_a_long_hold_after_a_fast_load_reaches_equilibrium() -> None:

@@ -78,7 +78,7 @@ def least_error(number: int, window: tuple[float, float]) -> float:
     """The least greatest error of `number` branches with any of 30 relaxation times, by trying all of them."""
     time = np.geomspace(*window, 40)
     full = answers(FULL, time)
-    candidates = np.geomspace(window[0] / 100, window[1] * 10, 36)
+    candidates = np.geomspace(window[0] / 100, window[1] * 10, 30)
     one = np.array([answers(Spectrum(np.array([own]), np.ones(1)), time) for own in candidates])
     columns = one.T - LEVEL
     columns *= 1 / full[:, None]
