@@ -118,8 +118,8 @@ def fit_material(
     """Fit the `free` constants of a material to tests by weighted least squares, from several starts at once.
 
     `specimen_scatter` is the relative scatter between specimens; None: it is estimated. Ctrl-C ends with the best fit so far and
-    `finished` False. Raises `InputError` for parameters that the material does not have, and `NumericsError` if no start can
-    follow all tests.
+    `finished` False. Raises `InputError` for parameters that the material does not have and temperatures outside its table of
+    shift factors, and `NumericsError` if no start can follow all tests.
     """
     if not tests:
         raise InputError("at least one test is needed", argument="tests")
@@ -128,7 +128,9 @@ def fit_material(
         fewer = f"{points} measured points for {len(space)} free parameters: more points or fewer parameters are needed"
         raise InputError(fewer, argument="tests")
     start = starts_of(space, starts)
-    answers = Laboratory(tests).answers(space.materials(start))
+    laboratory = Laboratory(tests)
+    material.relaxation_time(laboratory.temperatures)  # refuses those outside a table of shift factors
+    answers = laboratory.answers(space.materials(start))
     kept = [test for test, values in zip(tests, answers, strict=True) if np.any(np.all(np.isfinite(values), axis=1))]
     if not kept:
         raise NumericsError(f"no start can follow any of the tests{_furthest(tests)}")

@@ -172,7 +172,7 @@ def _alike(test: Cases, law: Cases, rate: Floats) -> tuple[Cases, Cases]:
     """First indices (u,) of the distinct tuples of numbers (k,), and the index (k,) of each tuple among them."""
     order = np.lexsort((rate, law, test))
     columns = [values[order] for values in (test, law, rate)]
-    new = np.append(True, np.any([values[1:] != values[:-1] for values in columns], axis=0))
+    new = np.append(True, np.any([values[1:] != values[:-1] for values in columns], axis=0))[: order.size]  # none of none
     which = np.empty(order.size, dtype=np.intp)
     which[order] = np.cumsum(new) - 1
     return order[new], which

@@ -175,12 +175,21 @@ def _springs(material: Material, code: Code, options: CardOptions) -> tuple[str,
             "which the card will name as an approximation",
             argument="hyperelastic",
         )
-    notes = [f"Springs: {form_name}" + (f", {_constants(first, rest)}." if forms[0].constants else ".")]
+    notes = [f"Springs: {form_name}" + (f", {_constants(first, rest) or _titles(first, rest)}." if forms[0].constants else ".")]
     as_stated = [law.form(form_name) for law in stated]
     if all(form and form.exact for form in as_stated) and _constants(first, rest) == _constants(*stated):
         return form_name, first, rest, notes
     notes.append(f"APPROXIMATION, allowed by the recipe: the material's springs are {_titles(*stated)}.")
-    return form_name, first, rest, [*notes, *forms[0].notes]
+    return form_name, first, rest, [*notes, *_losses(forms[0], forms[1])]
+
+
+def _losses(first: CardForm, rest: CardForm) -> list[str]:
+    """What the forms of the equilibrium spring and of the branches lose where they approximate."""
+    lost, lost_in_branches = (() if form.exact else form.notes for form in (first, rest))
+    if lost == lost_in_branches:
+        return list(lost)
+    named = (("Equilibrium spring:", lost), ("Branches:", lost_in_branches))
+    return [line for springs, notes in named if notes for line in (springs, *notes)]
 
 
 def _check_alike(first: SpringLaw, rest: SpringLaw, one: CardForm, other: CardForm, code: Code) -> None:
@@ -202,13 +211,14 @@ def _check_alike(first: SpringLaw, rest: SpringLaw, one: CardForm, other: CardFo
 
 def _titles(first: SpringLaw, rest: SpringLaw) -> str:
     """The laws of the equilibrium spring and of the branches, with their constants."""
-    titles = " and ".join(dict.fromkeys((first.title, rest.title)))
+    if type(first) is not type(rest):
+        return f"{_described(first)} in equilibrium and {_described(rest)} in the branches"
     constants = _constants(first, rest)
-    return f"{titles}'s with {constants}" if constants else titles
+    return f"{first.title}'s with {constants}" if constants else first.title
 
 
 def _constants(first: SpringLaw, rest: SpringLaw) -> str:
-    """The constants of the equilibrium spring and of the branches."""
+    """The constants of the equilibrium spring and of the branches if they have one law, else an empty text."""
     if type(first) is not type(rest):
         return ""
     values = zip(first.shape().items(), rest.shape().values(), strict=True)

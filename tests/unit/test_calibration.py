@@ -21,6 +21,7 @@ from dielast import (
     NoShift,
     Ogden,
     PowerBreakdown,
+    ShiftTable,
     Spectrum,
     Yeoh,
     calibrate,
@@ -116,6 +117,12 @@ def test_answers_are_those_of_the_library() -> None:
     # what cannot follow one test still answers the others
     assert np.all(np.isnan(answers[0][3]))
     assert np.all(np.isfinite(answers[1][3]))
+    # all tests are outside the table of the shift law
+    elsewhere = replace(TRUTH, shift=ShiftTable(20.0, (-20.0, 20.0, 30.0), (1.0, 0.0, -0.5)))
+    hot = replace(replace_at_once(), temperature=40.0)
+    assert np.all(np.isnan(Laboratory([hot]).answers([elsewhere])[0]))
+    with pytest.raises(InputError, match=r"^temperature: 40 degC is outside the shift table's -20 to 30 degC$"):
+        calibrate([hot], elsewhere, {"equilibrium.shear_modulus": Free()})
 
 
 def replace_at_once() -> MeasuredTest:

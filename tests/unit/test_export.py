@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
-from dielast import CardOptions, Gent, InputError, Material, Spectrum, export_card
+from dielast import CardOptions, Gent, InputError, Material, NeoHookean, Spectrum, Yeoh, export_card
 from dielast.errors import DielastWarning
 from dielast.export.card import CODES, export_cards, identifier, plain
 from dielast.export.code import number
@@ -121,6 +121,22 @@ def test_an_allowed_approximation_is_stated_in_the_card() -> None:
     same = replace(GENT, nonequilibrium_law=Gent(110.0))
     assert "APPROXIMATION" not in only(export_card(same, "ansys"))
     assert "APPROXIMATION" in only(export_card(same, "ansys", CardOptions(J_lim=80.0)))
+
+
+def test_the_loss_of_each_spring_is_stated_where_laws_differ() -> None:
+    gent, yeoh = "(I1 - 3)/J_lim of Gent's stiffness", "of Yeoh's stiffness"
+    soft = CardOptions(hyperelastic="neo-hookean")
+    for first, rest, said in (
+        (NeoHookean(), Gent(55.0), ["Branches:", gent]),
+        (Gent(), Gent(55.0), ["Branches:", gent]),
+        (Gent(110.0), NeoHookean(), ["Equilibrium spring:", gent]),
+        (Yeoh(1e4, 100.0), Gent(55.0), ["Equilibrium spring:", yeoh, "Branches:", gent]),
+        (Gent(110.0), Gent(55.0), [gent]),
+    ):
+        text = only(export_card(replace(NEO, equilibrium_law=first, nonequilibrium_law=rest), "abaqus", soft))
+        assert re.findall("|".join(map(re.escape, ("Equilibrium spring:", "Branches:", gent, yeoh))), text) == said
+    mixed = replace(NEO, equilibrium_law=NeoHookean(), nonequilibrium_law=Gent(55.0))
+    assert "Springs: gent, neo-Hookean in equilibrium and Gent (J_lim = 55) in the branches. " in only(export_card(mixed, "mfront"))
 
 
 def test_a_shift_law_that_a_code_has_not_needs_one_temperature() -> None:
