@@ -50,7 +50,8 @@ def fit_spectrum(
     """
     if method not in get_args(Method):
         raise InputError(f'{shown(method)}: "schwarzl-staverman" or "nnls" is needed', argument="method")
-    by_polynomial, degree = method != "nnls", whole_number(polynomial_degree, "polynomial_degree")
+    by_polynomial = method != "nnls"
+    degree = whole_number(polynomial_degree, "polynomial_degree") if by_polynomial else 0
     if by_polynomial and degree < 1:
         raise InputError(f"{degree}: at least 1 is needed", argument="polynomial_degree")
     columns, fewest = (reduced_time, modulus), FEWEST_BRANCHES if by_polynomial else 1
