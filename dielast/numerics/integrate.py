@@ -292,8 +292,15 @@ class _Pool:
         ended = finished | vanished | endless | stalled | stopped
         if not ended.any():
             return
-        outcomes = (Status.STOPPED, Status.COMPLETED, Status.STEP_VANISHED, Status.STALLED, Status.TOO_MANY_STEPS)
-        result.status[cases[ended]] = np.select((stopped, finished, vanished, stalled, endless), outcomes)[ended]
+        outcomes = (  # the last one that holds counts; a call of np.select takes longer
+            (endless, Status.TOO_MANY_STEPS),
+            (stalled, Status.STALLED),
+            (vanished, Status.STEP_VANISHED),
+            (finished, Status.COMPLETED),
+            (stopped, Status.STOPPED),
+        )
+        for condition, status in outcomes:
+            result.status[cases[condition]] = status
         result.state[:, cases[ended]] = self.state[:, ended]
         completed = finished & ~stopped if self.spans is not None else finished
         result.time[cases[ended]] = np.where(completed, self.durations[cases], at.begin + at.time)[ended]
