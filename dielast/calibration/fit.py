@@ -118,8 +118,8 @@ def fit_material(
     """Fit the `free` constants of a material to tests by weighted least squares, from several starts at once.
 
     `specimen_scatter` is the relative scatter between specimens; None: it is estimated. Ctrl-C ends with the best fit so far and
-    `finished` False. Raises `InputError` for parameters that the material does not have and temperatures outside its table of
-    shift factors, and `NumericsError` if no start can follow all tests.
+    `finished` False. Raises `InputError` for parameters that the material does not have and temperatures at which its shift law
+    does not hold, if none of its constants is free, and `NumericsError` if no start can follow all tests.
     """
     if not tests:
         raise InputError("at least one test is needed", argument="tests")
@@ -129,7 +129,8 @@ def fit_material(
         raise InputError(fewer, argument="tests")
     start = starts_of(space, starts)
     laboratory = Laboratory(tests)
-    material.relaxation_time(laboratory.temperatures)  # refuses those outside a table of shift factors
+    if not any(name.startswith("shift.") for name in space.names):
+        material.relaxation_time(laboratory.temperatures)  # refuses those at which a fixed shift law does not hold
     answers = laboratory.answers(space.materials(start))
     kept = [test for test, values in zip(tests, answers, strict=True) if np.any(np.all(np.isfinite(values), axis=1))]
     if not kept:

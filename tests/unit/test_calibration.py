@@ -11,6 +11,7 @@ from scipy.optimize import least_squares
 from scipy.special import stdtr
 
 from dielast import (
+    WLF,
     ArrudaBoyce,
     Free,
     Gent,
@@ -123,6 +124,13 @@ def test_answers_are_those_of_the_library() -> None:
     assert np.all(np.isnan(Laboratory([hot]).answers([elsewhere])[0]))
     with pytest.raises(InputError, match=r"^temperature: 40 degC is outside the shift table's -20 to 30 degC$"):
         calibrate([hot], elsewhere, {"equilibrium.shear_modulus": Free()})
+    # a free constant of the shift law may bring the temperature within its range
+    cold = replace(replace_at_once(), temperature=-10.0)
+    narrow = replace(TRUTH, shift=WLF(20.0, 10.0, 25.0))
+    with pytest.raises(InputError, match="-10 degC"):
+        fit_material(narrow, [cold], {"equilibrium.shear_modulus": Free()})
+    fitted = fit_material(narrow, [cold], {"shift.C2": Free(min=10.0, max=500.0)})
+    assert fitted.material.shift.values()["C2"] > 30
 
 
 def replace_at_once() -> MeasuredTest:
