@@ -4,9 +4,12 @@ The fit is by weighted least squares, which needs no assumption about the model'
 of all measured values (`scatter`). With weighted differences z, their covariance M, and the projection P on the space of the
 derivatives of z by the parameters at the fit, the likelihood has the covariance
 
-    S = P M P + (1 - P) M (1 - P):
+    S = P M P + v (1 - P),    v = tr A^2 / tr A,    A = (1 - P) M (1 - P).
 
-which is M without the correlation between the two parts, which least squares does not use. The likelihood compares the curves of
+Of the differences from the true curve, P z alone moves the fit, so that its distribution is known for any model (Hartley 1964,
+DOI 10.1093/biomet/51.3-4.347). Outside this space, where curved models go, differences count as in least squares, over their mean
+square per degree of freedom (Satterthwaite 1946, DOI 10.2307/3002019): with A itself, intervals of curved models would be too
+narrow, as it rules out all differences along which it is small, and it is known only roughly. The likelihood compares the curves of
 other parameters with those of the fit. Its curvature at the fit gives the covariance of least squares under M, the "sandwich"
 (Huber 1967; White 1980, DOI 10.2307/1912934).
 
@@ -20,7 +23,6 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.linalg import solve_triangular
 from scipy.special import fdtrc, fdtri
 
 from dielast.calibration.estimate import Left, basis_of, likely
@@ -92,9 +94,11 @@ def likelihood_of(fit: Fit, scatters: Scatters | None = None) -> Likelihood:
     basis = basis_of(slopes[:, ~fit.at_bound])
     whole = scatters.covariance(curves) * np.outer(weight, weight)
     inside = whole @ basis
-    crossed = basis @ inside.T - basis @ (basis.T @ inside) @ basis.T  # P M (1 - P)
-    root = np.linalg.cholesky(whole - crossed - crossed.T)
-    whiten = solve_triangular(root, np.diag(weight), lower=True)
+    within = basis.T @ inside
+    outside = whole - basis @ inside.T - inside @ basis.T + basis @ within @ basis.T
+    size = float(np.sum(np.square(outside)) / np.trace(outside))
+    beyond = (np.eye(weight.size) - basis @ basis.T) / np.sqrt(size)
+    whiten = np.concatenate((np.linalg.solve(np.linalg.cholesky(within), basis.T), beyond)) * weight
     model, prior = np.concatenate(curves.model), problem.prior
 
     def residuals(coordinates: Floats, fits: Cases) -> Floats:

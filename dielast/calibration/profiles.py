@@ -17,7 +17,7 @@ from dielast.calibration.levenberg import minimise
 from dielast.calibration.likelihood import Likelihood, prior_alone
 from dielast.numerics.arrays import Floats
 
-DECISIVE = 0.999  # level at which an end of the range is ruled out: wrongly in one case of a thousand
+DECISIVE = 0.99  # level at which an end of the range is ruled out: wrongly in one case of a hundred
 NEAR, BEYOND = 0.5, 1.07  # points of a profile, as shares of the half widths of the stated and of the decisive interval
 FAR = np.array((0.2, 0.45, 0.7, 1.0))  # further points, as shares of the distance to a bound
 END = 0.02  # accuracy of the end of an interval, as a share of its half width, in the root of the rise
@@ -65,7 +65,7 @@ def profiles_of(likelihood: Likelihood, level: float = 0.9) -> list[Profile]:
     """The profile of each parameter, with its interval of this `level` and its verdict."""
     fit = likelihood.fit
     at, (lower, upper) = fit.coordinates, fit.space.bounds
-    threshold, decisive = likelihood.thresholds(level), likelihood.thresholds(DECISIVE)
+    threshold, decisive = likelihood.thresholds(level), likelihood.thresholds(max(level, DECISIVE))
     inner, outer = BEYOND * np.sqrt(threshold), BEYOND * np.sqrt(decisive)
     near = np.stack((NEAR / BEYOND * inner, inner, np.sqrt(inner * outer), outer), axis=1)
     error = likelihood.standard_error
