@@ -156,11 +156,6 @@ class SymmetricArrowhead(BorderedStep):
         """The last row (1, cases) of the increment for a right-hand side (1, cases)."""
         return np.asarray(np.multiply(self.border_inverse, right, out=out))
 
-    def _solve(
-        self, residual: Floats, increment: Floats, time: Floats, state: Floats, history: Floats | None, gamma_i: float
-    ) -> None:
-        np.multiply(self.border_inverse, residual, out=increment[-1])
-
     def _change_of_stretch(self, border: Floats, gamma_i: float) -> Floats:
         """The increment of Lambda (1, cases) that belongs to the last row `border` (1, cases)."""
         return border if self.prescribed_change is None else gamma_i * self.prescribed_change[None]

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from dielast.calibration.history import path_length
+from dielast.calibration.experiment import SimulatedExperiment
 from dielast.commands.registry import read_cases
 from dielast.commands.simulation.compare import read_points
 from dielast.commands.simulation.result import with_axes
@@ -26,26 +26,12 @@ KINDS = ("relax", "creep", "actuate")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class SimulatedTest:
-    """One `[[compare]]` of a recipe: `measured` values of the column `header`, less that at `rest`, at times (n,) in s."""
+class SimulatedTest(SimulatedExperiment):
+    """One `[[compare]]` of a recipe, whose `case` is simulated."""
 
-    name: str
-    specimen: str
-    time: Floats
-    measured: Floats
-    rest: float
-    unit: str
-    temperature: float
-    header: str
     case: Case[Any]
     simulation: Simulation
     inputs: Inputs
-    stretch: None = None
-
-    @property
-    def place(self) -> Floats:
-        """The path length (n,) of each point along the curve."""
-        return path_length(self.time, self.measured)
 
     def answers(self, materials: Sequence[Material | None]) -> Floats:
         """The simulated values (materials, n) less `rest`, NaN if the simulation of a material ends earlier."""
