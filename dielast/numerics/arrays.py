@@ -17,6 +17,11 @@ Index = NDArray[np.intp]
 Cases = Index
 
 
+def rms(values: Floats) -> float:
+    """Root mean square."""
+    return float(np.sqrt(np.mean(values**2)))
+
+
 def paired(columns: Cases) -> Cases:
     """The columns (k,); a single column is repeated, to shape (2,).
 

@@ -16,9 +16,8 @@ import numpy as np
 
 from dielast.errors import DielastWarning, InputError, NumericsError, warn
 from dielast.material.spectrum import Spectrum
-from dielast.numerics.arrays import Floats, Index
+from dielast.numerics.arrays import Floats, Index, rms
 from dielast.numerics.random_streams import stream
-from dielast.relaxation.checks import rms
 from dielast.relaxation.result import SpectrumFit
 
 SEED = 1  # equal draws of a master curve give equal draws of its spectrum
