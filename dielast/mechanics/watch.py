@@ -129,7 +129,7 @@ class Watch:
     """
 
     def __init__(self, films: WatchedFilms, criteria: Iterable[Criterion], until: Sequence[str], ends: Sequence[str] = ()) -> None:
-        cases = films.breakdown_field.size
+        cases = films.stress_floor.size
         self.films, self.until, self.ends = films, until, ends
         rates = [(criterion, criterion.rate(films)) for criterion in criteria]
         exposures = {criterion: Exposure(rate, cases) for criterion, rate in rates if rate is not None}

@@ -140,7 +140,7 @@ def _stops(stop_at: str | None, materials: Sequence[Material], setup: Setup) -> 
     """The names of the criteria that end a film, whichever happens first; raises `InputError` if none of them can happen."""
     if stop_at == END:
         return ()
-    known = np.isfinite(setup.breakdown_field)
+    known = np.isfinite(setup.endurance.breakdown_field)
     breakdown = stop_at == ElectricalBreakdown.name or (stop_at is None and bool(known.any()))
     if breakdown and not known.all():
         without = materials[int(np.argmin(known)) if len(materials) > 1 else 0].name
