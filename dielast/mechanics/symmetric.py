@@ -143,8 +143,6 @@ class SymmetricArrowhead(BorderedStep):
         residual += nominal * np.exp(0.5 * log_squared)
         if system.electric:
             residual += points.equibiaxial_maxwell_stress(log_squared, driven[ELECTRIC])
-        if gamma_i:
-            residual += gamma_i * self.load_term
         self._solve(residual, out, time, state, history, gamma_i)
         right *= self.inverse
         change_of_stretch = out[-1] if self.prescribed_change is None else gamma_i * self.prescribed_change
