@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import ClassVar
 
 import numpy as np
 
 from dielast.calibration.history import corners, path_length
-from dielast.errors import InputError
+from dielast.errors import DielastError, InputError
 from dielast.io.result import Result
 from dielast.material.material import Material
 from dielast.mechanics.load import Mode
@@ -156,3 +156,27 @@ class SimulatedExperiment:
 
 Experiment = MeasuredTest | SimulatedExperiment
 """A test as the fit needs it."""
+
+
+def answers_of(
+    solve: Callable[[Sequence[Material]], Sequence[Floats]], materials: Sequence[Material | None], points: int
+) -> Floats:
+    """The values (materials, points) that `solve` returns for all materials together, or one by one if one of them fails.
+
+    NaN for a material that fails, and for None.
+    """
+    values = np.full((len(materials), points), np.nan)
+
+    def fill(part: Sequence[tuple[int, Material]]) -> None:
+        try:
+            answers = solve([material for _, material in part])
+        except DielastError:
+            for entry in part if len(part) > 1 else ():
+                fill([entry])
+            return
+        for (row, _), answer in zip(part, answers, strict=True):
+            values[row] = answer
+
+    if there := [(row, material) for row, material in enumerate(materials) if material is not None]:
+        fill(there)
+    return values

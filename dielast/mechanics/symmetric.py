@@ -19,6 +19,7 @@ from dielast.mechanics.point import FOLLOWER_WEIGHT, BorderedStep, LoadedPoints
 from dielast.mechanics.point_material import Points
 from dielast.mechanics.span import Control, Load, UnderLoad
 from dielast.numerics.arrays import Floats
+from dielast.numerics.stride import Stride
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -161,3 +162,9 @@ class SymmetricArrowhead(BorderedStep):
 
 Films = LoadedPoints | SymmetricPoints | FramedFilms
 """Films under load, in any of their forms."""
+
+
+def films_of(stride: Stride) -> Films:
+    """The films that a step of the stepper integrates."""
+    assert isinstance(stride.system, Films)
+    return stride.system

@@ -7,7 +7,6 @@ from typing import Annotated, ClassVar, Literal, Self
 from pydantic import Field, model_validator
 
 from dielast.commands.simulation.grid_recipe import GridFilm, GridRecipe, distinct
-from dielast.commands.simulation.uncertainty_recipe import FilmUncertainty
 from dielast.errors import InputError
 from dielast.material.scatter import fewest_draws
 from dielast.recipe.fields import Numbers, PositiveTime, Quantity, Section
@@ -70,9 +69,6 @@ class DesignRecipe(GridRecipe):
         description="The films, one for every combination of the lists, and their prestretch before the voltage."
     )
     goal: GoalSection = Field(description="The goal of each film.")
-    uncertainty: FilmUncertainty | None = Field(
-        None, description="Intervals of voltage and life, from draws of the material and of films."
-    )
 
     @model_validator(mode="after")
     def _movable(self) -> Self:

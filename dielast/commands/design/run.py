@@ -17,7 +17,6 @@ from dielast.commands.simulation.grid import in_grid_terms, sample_for, warn_of_
 from dielast.commands.simulation.memory_needed import check_cells
 from dielast.commands.simulation.recipe import KEYS
 from dielast.errors import in_keys, placed
-from dielast.handover.law_section import breakdown
 from dielast.io.files import Inputs
 from dielast.material.material import Material
 from dielast.recipe.cases import Case
@@ -110,11 +109,7 @@ def _plan(recipe: DesignRecipe, material: Material, sample: Sample | None) -> De
             Goal.of(goal.at, goal.relative_stretch, goal.area_strain),
             horizon=goal.horizon,
             temperature=np.array(temperatures),
-            breakdown_field=breakdown(recipe.breakdown),
-            pull_in_timescale=recipe.pull_in.criterion,
-            rtol=recipe.solver.rtol,
-            sample=sample,
-            drawn_rtol=recipe.solver.rtol if "rtol" in recipe.solver.model_fields_set else None,
+            **recipe.solving(sample),
         )
 
 

@@ -8,7 +8,7 @@ from typing import ClassVar, Literal, Self
 from pydantic import Field, field_validator, model_validator
 
 from dielast.commands.simulation.grid_recipe import GridFilm, GridRecipe
-from dielast.commands.simulation.uncertainty_recipe import SENSITIVITY_TEXT, FilmUncertainty
+from dielast.commands.simulation.uncertainty_recipe import SENSITIVITY_TEXT
 from dielast.errors import InputError
 from dielast.recipe.fields import NamedTimes, PositiveTime, Section, Time, Voltage, Voltages
 
@@ -78,9 +78,6 @@ class FailureMapRecipe(GridRecipe):
     voltage: VoltageAxis = Field(description="The voltages, an axis of the grid.")
     stretch: StretchSection | None = Field(
         None, description="Times at which the stretch of the films is written and drawn: the operating map."
-    )
-    uncertainty: FilmUncertainty | None = Field(
-        None, description="Intervals of all times, from draws of the material and of films."
     )
     sensitivity: bool = Field(False, description=SENSITIVITY_TEXT)
 

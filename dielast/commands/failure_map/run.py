@@ -16,7 +16,6 @@ from dielast.commands.simulation.grid import in_grid_terms, sample_for, warn_of_
 from dielast.commands.simulation.memory_needed import check_cells
 from dielast.commands.simulation.recipe import KEYS
 from dielast.errors import placed
-from dielast.handover.law_section import breakdown
 from dielast.io.files import Inputs
 from dielast.io.table import Table
 from dielast.material.material import Material
@@ -96,12 +95,8 @@ def _plan(recipe: FailureMapRecipe, material: Material, sample: Sample | None) -
             horizon=recipe.horizon,
             temperature=np.array(temperatures),
             ramp=recipe.voltage.ramp,
-            breakdown_field=breakdown(recipe.breakdown),
-            pull_in_timescale=recipe.pull_in.criterion,
             stretch_at={} if recipe.stretch is None else dict(recipe.stretch.at),
-            rtol=recipe.solver.rtol,
-            sample=sample,
-            drawn_rtol=recipe.solver.rtol if "rtol" in recipe.solver.model_fields_set or recipe.uncertainty is None else None,
+            **recipe.solving(sample),
             **recipe.film.setup(recipe.solver.mesh_rtol),
         )
 

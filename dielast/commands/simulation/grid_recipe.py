@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Annotated, Any, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 
 import numpy as np
 from pydantic import AfterValidator, Field, PlainValidator, WithJsonSchema
@@ -18,9 +18,13 @@ from dielast.commands.simulation.film_recipe import (
     prestretch_of,
 )
 from dielast.commands.simulation.recipe import MaterialRecipe
+from dielast.commands.simulation.uncertainty_recipe import FilmUncertainty
 from dielast.errors import InputError
-from dielast.handover.law_section import BreakdownField
+from dielast.handover.law_section import BreakdownField, breakdown
 from dielast.recipe.fields import Temperatures
+
+if TYPE_CHECKING:
+    from dielast.material.scatter import Sample
 
 Value = TypeVar("Value")
 
@@ -109,3 +113,18 @@ class GridRecipe(MaterialRecipe):
     breakdown: BreakdownField | None = Field(None, description="Law of the breakdown field. Default: that of the material.")
     pull_in: PullInSection = Field(default_factory=PullInSection, description="The pull-in criterion.")
     solver: GridSolver = Field(GridSolver(), description="How exactly the equations are solved.")
+    uncertainty: FilmUncertainty | None = Field(
+        None, description="Intervals of all results, from draws of the material and of films."
+    )
+
+    def solving(self, sample: Sample | None) -> dict[str, Any]:
+        """The arguments by which the films of the grid and those of a `sample` are solved."""
+        # without [uncertainty] a sample is one of slight changes, which needs the full accuracy
+        stated = "rtol" in self.solver.model_fields_set or self.uncertainty is None
+        return {
+            "breakdown_field": breakdown(self.breakdown),
+            "pull_in_timescale": self.pull_in.criterion,
+            "rtol": self.solver.rtol,
+            "sample": sample,
+            "drawn_rtol": self.solver.rtol if stated else None,
+        }
