@@ -158,6 +158,14 @@ def warn(text: str, **place: Unpack[Where]) -> None:
 
 
 @contextmanager
+def without_warnings() -> Iterator[None]:
+    """No `DielastWarning` comes from within the block, which repeats what has been warned of, or is not about a user's data."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DielastWarning)
+        yield
+
+
+@contextmanager
 def placed(change: Change) -> Iterator[None]:
     """Errors and warnings from within the block have their problems changed, as a rule to say more about the place."""
     token = _CHANGES.set((*_CHANGES.get(), change))

@@ -23,6 +23,7 @@ from dielast.plots.style import (
     degrees,
     lasting,
     legend_below,
+    letter,
     log_axis,
     number,
     panels,
@@ -98,11 +99,11 @@ def plot_design(result: Design, title: str | None = None, interval: str | None =
         if np.isnan(result.voltage).all():
             left.set_yticks([])
             left.text(0.5, 0.5, "no film reaches the goal", transform=left.transAxes, ha="center", va="center")
-        for label, place in zip("ab", (left, right), strict=True):
+        letter((left, right))
+        for place in (left, right):
             place.set_xlabel(along.label)
             room = max(0.04, 0.5 * APART * (_side_by_side(along, len(shown)) + 1) / WIDTH) * float(np.ptp(along.levels)) or 0.1
             place.set_xlim(along.levels[0] - room, along.levels[-1] + room)
-            place.set_title(f"({label})", loc="left")
         handles += _marks(result, frontier, interval, len(combinations) - len(shown))
         if handles:
             legend_below(figure, handles)

@@ -122,6 +122,12 @@ def grid(figure: Figure, count: int, across: int, **shared: Any) -> list[Axes]:
     return axes[:count]
 
 
+def letter(axes: Sequence[Axes]) -> None:
+    """Give the panels of a figure their letters."""
+    for label, place in zip("abcdef", axes, strict=False):
+        place.set_title(f"({label})", loc="left")
+
+
 def spread_indices(count: int, most: int) -> list[int]:
     """At most `most` indices below `count`, evenly spread from the first to the last."""
     return [int(index) for index in np.unique(np.linspace(0, count - 1, min(count, most)).round())]

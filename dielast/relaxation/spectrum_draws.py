@@ -7,14 +7,13 @@ does not show: every draw is shifted by that distance times a random factor of m
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from dielast.errors import DielastWarning, InputError, NumericsError, warn
+from dielast.errors import InputError, NumericsError, warn, without_warnings
 from dielast.material.spectrum import Spectrum
 from dielast.numerics.arrays import Floats, Index, rms
 from dielast.numerics.random_streams import stream
@@ -85,8 +84,7 @@ def draw_spectra(
     at_points = curves.deviations(fit.reduced_abscissa)
     rows: list[tuple[int, float, Floats, Floats]] = []
     for place, deviation in enumerate(curves.deviations(abscissa)):
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", DielastWarning)
+        with without_warnings():
             try:
                 drawn = refit(abscissa, ordinates * np.exp(deviation))
             except (InputError, NumericsError):
