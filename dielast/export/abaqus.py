@@ -82,7 +82,7 @@ def _model_data(card: Card) -> list[str]:
 
 def _trs(card: Card, definition: str, equation: str, *constants: float) -> list[str]:
     """A shift law with its `constants` behind the reference temperature."""
-    data = [card.temperature(card.shift.reference_temperature), *map(number, constants)]
+    data = card.shift_data(*constants)
     return [f"** {equation}", f"*TRS, DEFINITION={definition}", ", ".join(data)]
 
 

@@ -62,7 +62,7 @@ def _ogden(spring: CardForm, card: Card) -> list[str]:
 
 def _shift(card: Card, keyword: str, equation: str, *constants: float) -> list[str]:
     """A shift law with its `constants` behind the reference temperature."""
-    data = [card.temperature(card.shift.reference_temperature), *map(number, constants)]
+    data = card.shift_data(*constants)
     return [f"! {equation}", f"TB,SHIFT,DIELAST_MAT,1,{len(data)},{keyword}", *_data(data)]
 
 

@@ -12,7 +12,7 @@ from dielast.errors import InputError, NumericsError
 from dielast.material.arguments import real_number
 from dielast.material.breakdown import Breakdown, BreakdownLaw
 from dielast.material.laws_of_cases import Endurance, FollowingField, LawsOfCases
-from dielast.material.material import Material
+from dielast.material.material import Material, materials_of
 from dielast.material.springs import EQUIBIAXIAL
 from dielast.mechanics.cases import of_case, one_set, spread
 from dielast.mechanics.criteria.criterion import WatchedFilms
@@ -153,7 +153,7 @@ def set_up(
 
     Raises `InputError` for invalid arguments.
     """
-    materials = [material] if isinstance(material, Material) else list(material)
+    materials = materials_of(material)
     if not materials:
         raise InputError("a material is needed")
     for entry in materials:
