@@ -1,7 +1,7 @@
 """Array types, and how cases are selected: the last axis of arrays is the cases, and no result may depend on their number.
 
-`Floats` are float64, `Flags` booleans, `Texts` words, `Index` integers that index another array; `Cases` index cases, or the columns
-of an array.
+`Floats` are float64, `Flags` booleans, `Texts` words, `Index` integers that index another array; `Cases` index cases, or the
+columns of an array.
 """
 
 from __future__ import annotations
