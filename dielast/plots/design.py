@@ -27,6 +27,7 @@ from dielast.plots.style import (
     log_axis,
     number,
     panels,
+    prestretched,
     spread_indices,
     style,
 )
@@ -119,9 +120,8 @@ def _axes(result: Design) -> tuple[_Axis, list[_Axis]]:
     texts = [f"{name} {number(value)}" + " %" * strain for value in target.tolist()]
     goal = _Axis(f"{name}{after}" + " [%]" * strain, np.round(target, 9), texts)
     first, second = result.prestretch.T
-    pairs = [number(a) if a == b else f"{number(a)} \N{MULTIPLICATION SIGN} {number(b)}" for a, b in result.prestretch.tolist()]
     axes = [
-        _Axis("prestretch", first, [f"prestretch {pair}" for pair in pairs]),
+        _Axis("prestretch", first, list(map(prestretched, result.prestretch))),
         _Axis("temperature [°C]", result.temperature, [degrees(value) for value in result.temperature.tolist()]),
         _Axis("thickness [mm]", 1e3 * result.thickness, [f"{number(1e3 * value)} mm" for value in result.thickness.tolist()]),
     ]

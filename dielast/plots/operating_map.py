@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from dielast.mechanics.criteria import named
 from dielast.plots.failure_map import is_map
+from dielast.plots.lifetimes import film_in_words
 from dielast.plots.quantities import unit_for
 from dielast.plots.style import (
     COLOURS,
@@ -187,11 +188,7 @@ def _curves(figure: Figure, axes: Sequence[Axes], result: FailureMap, panels: Se
                 )
             if lived.size == 1:
                 place.plot(result.voltage[lived] * factor, stretch[lived], marker=".", color=look["color"])
-        first, second = result.prestretch[film].tolist()
-        label = f"prestretch {number(first)}" + (f" \N{MULTIPLICATION SIGN} {number(second)}" if first != second else "")
-        if result.electrode_share is not None and np.ptp(result.electrode_share) > 0:
-            label += f", electrode share {number(float(result.electrode_share[film]))}"
-        handles.append(Line2D([], [], label=label, **look))
+        handles.append(Line2D([], [], label=film_in_words(result, film), **look))
     handles.append(
         Line2D(
             [],

@@ -13,7 +13,7 @@ import numpy as np
 
 from dielast.commands.design.recipe import DesignRecipe
 from dielast.commands.simulation.cases import first_of_each, material_of
-from dielast.commands.simulation.grid import in_grid_terms, sample_for, warn_of_design, warn_of_grid
+from dielast.commands.simulation.grid import in_grid_terms, in_words, sample_for, warn_of_design, warn_of_grid
 from dielast.commands.simulation.memory_needed import check_cells
 from dielast.commands.simulation.recipe import KEYS
 from dielast.errors import in_keys, placed
@@ -115,13 +115,8 @@ def _plan(recipe: DesignRecipe, material: Material, sample: Sample | None) -> De
 
 def film_of(result: Design, film: int) -> str:
     """A film in words."""
-    first, second = result.prestretch[film].tolist()
-    parts = [f"{result.temperature[film]:g} degC", f"prestretch {first:g}" + (f" x {second:g}" if second != first else "")]
-    if result.electrode_share is not None:
-        parts.append(f"electrode share {result.electrode_share[film]:g}")
-    if np.ptp(result.thickness) > 0:
-        parts.append(f"thickness {result.thickness[film] * 1e3:g} mm")
-    return ", ".join(parts)
+    text = in_words(result, float(result.temperature[film]), film)
+    return text if np.ptp(result.thickness) == 0 else f"{text}, thickness {result.thickness[film] * 1e3:g} mm"
 
 
 def headline(result: Design) -> dict[str, dict[str, Any]]:
