@@ -157,6 +157,19 @@ def warn(text: str, **place: Unpack[Where]) -> None:
     warnings.warn(str(problem), DielastWarning, stacklevel=3)
 
 
+def messages_of(record: Iterable[warnings.WarningMessage]) -> list[str]:
+    """The warnings of dielast in a record of `warnings.catch_warnings`, each once."""
+    return list(dict.fromkeys(str(entry.message) for entry in record if issubclass(entry.category, DielastWarning)))
+
+
+@contextmanager
+def without_warnings() -> Iterator[None]:
+    """No `DielastWarning` comes from within the block, which repeats what has been warned of, or is not about a user's data."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DielastWarning)
+        yield
+
+
 @contextmanager
 def placed(change: Change) -> Iterator[None]:
     """Errors and warnings from within the block have their problems changed, as a rule to say more about the place."""

@@ -13,7 +13,7 @@ from dielast.calibration.laboratory import Laboratory
 from dielast.calibration.likelihood import Likelihood
 from dielast.io.result import TabularResult
 from dielast.io.table import Column, Table
-from dielast.numerics.arrays import Floats
+from dielast.numerics.arrays import Floats, rms
 
 PARTS = 16  # equally likely parts of the scatter about a draw
 
@@ -40,12 +40,12 @@ class Comparison(TabularResult):
     @property
     def rms_error(self) -> float:
         """Root mean square of model - measured, in the unit of the test."""
-        return float(np.sqrt(np.mean(np.square(self.model - self.test.measured))))
+        return rms(self.model - self.test.measured)
 
     @property
     def rms_relative_error(self) -> float:
         """`rms_error` over the root mean square of the measured values."""
-        return self.rms_error / float(np.sqrt(np.mean(np.square(self.test.measured))))
+        return self.rms_error / rms(self.test.measured)
 
     @property
     def r_squared(self) -> float:

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import ClassVar, Protocol
+from typing import ClassVar
 
 import numpy as np
 
 from dielast.calibration.history import corners, path_length
-from dielast.errors import InputError
+from dielast.errors import DielastError, InputError
 from dielast.io.result import Result
 from dielast.material.material import Material
 from dielast.mechanics.load import Mode
@@ -124,55 +124,59 @@ class MeasuredTest(Result):
         return float(np.max(squared + other + 1 / (squared * other)))
 
 
-class SimulatedExperiment(Protocol):
-    """A test with a simulation, such as an actuation test of a recipe, as the fit needs it."""
+@dataclass(frozen=True, slots=True, eq=False)
+class SimulatedExperiment:
+    """A test with a simulation, such as an actuation test of a recipe: `measured` values of the column `header`, in its `unit` and
+    less the value at `rest`, at times (n,) in s and at `temperature` in degC. Tests of one `specimen` share its stress factor.
+    """
 
-    @property
-    def name(self) -> str:
-        """The name of the test."""
-
-    @property
-    def specimen(self) -> str:
-        """The name of the specimen: tests of one specimen share its stress factor."""
-
-    @property
-    def measured(self) -> Floats:
-        """The measured values (n,) in SI, less `rest`."""
+    name: str
+    specimen: str
+    time: Floats
+    measured: Floats
+    rest: float
+    unit: str
+    temperature: float
+    header: str
+    stretch: ClassVar = None  # not prescribed
 
     @property
     def place(self) -> Floats:
-        """The path length (n,) of each point along the curve, see `path_length`."""
-
-    @property
-    def time(self) -> Floats:
-        """The times (n,) in s."""
-
-    @property
-    def stretch(self) -> Floats | None:
-        """The stretch (n,), None if it was not prescribed."""
-
-    @property
-    def temperature(self) -> float:
-        """The temperature in degC."""
-
-    @property
-    def header(self) -> str:
-        """The header of the measured column in tables: `name [unit]`."""
-
-    @property
-    def unit(self) -> str:
-        """The unit of the measured values."""
-
-    @property
-    def rest(self) -> float:
-        """The value for a specimen at rest, which is subtracted in `measured`."""
+        """The path length (n,) of each point along the curve."""
+        return path_length(self.time, self.measured)
 
     def answers(self, materials: Sequence[Material | None]) -> Floats:
         """The simulated values (materials, n) less `rest`, NaN if a material cannot follow the test."""
+        raise NotImplementedError
 
     def reach(self, material: Material) -> tuple[str, float]:
-        """The mode of loading, such as "equibiaxial", and the largest I1 that this material reaches in the test."""
+        """The mode of loading, such as "equibiaxial", and the largest I1 of this material until the last point."""
+        raise NotImplementedError
 
 
 Experiment = MeasuredTest | SimulatedExperiment
 """A test as the fit needs it."""
+
+
+def answers_of(
+    solve: Callable[[Sequence[Material]], Sequence[Floats]], materials: Sequence[Material | None], points: int
+) -> Floats:
+    """The values (materials, points) that `solve` returns for all materials together, or one by one if one of them fails.
+
+    NaN for a material that fails, and for None.
+    """
+    values = np.full((len(materials), points), np.nan)
+
+    def fill(part: Sequence[tuple[int, Material]]) -> None:
+        try:
+            answers = solve([material for _, material in part])
+        except DielastError:
+            for entry in part if len(part) > 1 else ():
+                fill([entry])
+            return
+        for (row, _), answer in zip(part, answers, strict=True):
+            values[row] = answer
+
+    if there := [(row, material) for row, material in enumerate(materials) if material is not None]:
+        fill(there)
+    return values

@@ -8,11 +8,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
-from dielast.calibration.experiment import Experiment, MeasuredTest
-from dielast.errors import DielastError, InputError
+from dielast.calibration.experiment import Experiment, MeasuredTest, answers_of
+from dielast.errors import InputError
 from dielast.material.material import Material
 from dielast.material.springs import EQUIBIAXIAL, UNIAXIAL, SpringLaw, gathered
 from dielast.mechanics.load import Mode, Step, Track
@@ -46,7 +47,8 @@ class Laboratory:
                 if members:
                     self._carried(mode, members, springs, np.array(there), values)
         for index in self.electric:
-            _under_voltage(self.machine[index], materials, there, self.rtol, values[index])
+            solve = partial(_under_voltage, self.machine[index], rtol=self.rtol)
+            values[index] = answers_of(solve, materials, values[index].shape[1])
         for index, test in enumerate(self.tests):
             if not isinstance(test, MeasuredTest):
                 values[index] = test.answers(materials)
@@ -136,30 +138,19 @@ class Springs:
         return cls(modulus, rate, law, joined if len(laws) > 1 else laws[0], known)
 
 
-def _under_voltage(
-    test: MeasuredTest, materials: Sequence[Material | None], chosen: Sequence[int], rtol: float, values: Floats
-) -> None:
-    """Fill in the rows `values` (materials, n) of the `chosen` materials for a test under voltage, which couples the branches."""
-    used = [material for k in chosen if (material := materials[k]) is not None]
-    track = Step(stretch=Track(test.corner_time, test.corner_stretch))
-    try:
-        history = relax(
-            used,
-            [track],
-            mode=test.mode,
-            temperature=test.temperature,
-            times=test.time,
-            rtol=rtol,
-            nominal_field=test.nominal_field,
-        )
-    except DielastError:  # one of the materials fails: solve them one by one
-        if len(used) > 1:
-            for k in chosen:
-                _under_voltage(test, materials, [k], rtol, values)
-        return
-    for row, k in enumerate(chosen):
-        if history.outcome[row].completed:
-            values[k] = history.nominal_stress_1[row]
+def _under_voltage(test: MeasuredTest, materials: Sequence[Material], rtol: float) -> list[Floats]:
+    """The stress (n,) of each material in a test under voltage, which couples the branches; NaN where the numerics give up."""
+    history = relax(
+        materials,
+        [Step(stretch=Track(test.corner_time, test.corner_stretch))],
+        mode=test.mode,
+        temperature=test.temperature,
+        times=test.time,
+        rtol=rtol,
+        nominal_field=test.nominal_field,
+    )
+    rows = zip(history.nominal_stress_1, history.outcome, strict=True)
+    return [stress if outcome.completed else np.full_like(stress, np.nan) for stress, outcome in rows]
 
 
 def _filled(columns: Sequence[Floats]) -> Floats:

@@ -19,7 +19,7 @@ from dielast.io.result import TabularResult
 from dielast.io.table import Column, Table
 from dielast.material.material import CalibratedRange, Material
 from dielast.mechanics.load import Mode
-from dielast.numerics.arrays import Floats
+from dielast.numerics.arrays import Floats, rms
 
 LEVEL = 0.9
 
@@ -73,7 +73,7 @@ class Calibration(TabularResult):
             return np.nan, np.nan
         # values of different units are divided by the root mean square of their test
         mixed = len({comparison.test.unit for comparison in chosen}) > 1
-        sizes = [float(np.sqrt(np.mean(np.square(comparison.test.measured)))) if mixed else 1.0 for comparison in chosen]
+        sizes = [rms(comparison.test.measured) if mixed else 1.0 for comparison in chosen]
         miss = np.concatenate(
             [(comparison.model - comparison.test.measured) / size for comparison, size in zip(chosen, sizes, strict=True)]
         )

@@ -15,7 +15,7 @@ partly absolute.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -136,6 +136,12 @@ class Curves:
         values, model, places = (tuple(parts[k] for k in chosen) for parts in (self.values, self.model, self.places))
         return Curves(values, model, places, self.specimen[chosen])
 
+    def by_specimen(self) -> Iterator[tuple[Cases, Curves]]:
+        """For each specimen the indices of its curves, and these curves."""
+        for specimen in np.unique(self.specimen):
+            members = np.flatnonzero(self.specimen == specimen)
+            yield members, self.take(members.tolist())
+
 
 def noise_of(curves: Curves, residuals: Sequence[Floats], steady: float = 0.5) -> Floats:
     """The noise (curves,) over the level of each curve, from the distance of each residual to the line through its neighbours."""
@@ -174,11 +180,10 @@ class Whitening:
     def __init__(self, curves: Curves, scatter: Scatter) -> None:
         edges = np.concatenate(([0], np.cumsum([values.size for values in curves.values])))
         self.blocks: list[tuple[Cases, Floats]] = []
-        for specimen in np.unique(curves.specimen):
-            members = np.flatnonzero(curves.specimen == specimen)
+        for members, of_specimen in curves.by_specimen():
             rows = np.concatenate([np.arange(edges[k], edges[k + 1]) for k in members])
             chosen = replace(scatter, noise=scatter.noise[members])
-            factor = np.linalg.cholesky(covariance_of(curves.take(members.tolist()), chosen))
+            factor = np.linalg.cholesky(covariance_of(of_specimen, chosen))
             self.blocks.append((rows, np.asarray(np.linalg.inv(factor), dtype=float)))
 
     def __call__(self, differences: Floats) -> Floats:
@@ -193,9 +198,7 @@ def specimen_factors(curves: Curves, scatter: Scatter, differences: Floats) -> F
     """The logarithm of each specimen's factor, the best prediction from differences (n,) from the model."""
     alone, parts = replace(scatter, specimen=0.0), curves.split(differences)
     factors = []
-    for specimen in np.unique(curves.specimen):
-        members = np.flatnonzero(curves.specimen == specimen)
-        chosen = curves.take(members.tolist())
+    for members, chosen in curves.by_specimen():
         whiten = Whitening(chosen, replace(alone, noise=scatter.noise[members]))
         shape, miss = whiten(np.concatenate(chosen.model)), whiten(np.concatenate([parts[k] for k in members]))
         factors.append(float(shape @ miss / (shape @ shape + 1 / max(scatter.specimen, 1e-12) ** 2)))

@@ -17,7 +17,7 @@ from dielast import __version__
 from dielast.cli.help import listed
 from dielast.cli.terminal import Bar, leave, working
 from dielast.commands.registry import COMMANDS, others_in, read_cases
-from dielast.errors import DielastError, DielastWarning, InputError
+from dielast.errors import DielastError, DielastWarning, InputError, messages_of
 from dielast.io.files import STORE, Inputs, as_text, check_folder, check_targets, depfile, read_file, write_files
 from dielast.recipe.cases import Case, settings
 from dielast.report.report import Source, contents, left_over, summarise
@@ -109,21 +109,16 @@ def compute(
                 report = run_cases(cases, inputs, execution)
         except DielastError as error:
             located = error.at(file=path)
-            for message in _messages(record):  # a warning may state the cause
+            for message in messages_of(record):  # a warning may state the cause
                 located.add_note(f"warning: {message}")
             raise located from None
-    caught = _messages(record)
+    caught = messages_of(record)
     summary = summarise(kind, report, inputs, source or Source(as_text(path.name)), caught, __version__)
     if plots:
         import logging  # imported here, as runs without figures do not need it
 
         logging.getLogger("matplotlib").setLevel(logging.ERROR)  # no messages about the folder of its cache
     return contents(kind, report, summary, plots), summary, inputs, caught
-
-
-def _messages(record: Sequence[warnings.WarningMessage]) -> list[str]:
-    """The warnings of dielast, without repetitions."""
-    return list(dict.fromkeys(str(entry.message) for entry in record if issubclass(entry.category, DielastWarning)))
 
 
 def _write(out: Path, files: Mapping[str, bytes], recipe: Path, inputs: Inputs, rule: Path | None) -> None:

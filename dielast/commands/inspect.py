@@ -10,7 +10,7 @@ from typing import Any
 
 from dielast.commands.command import Reading
 from dielast.commands.registry import COMMANDS, read_cases
-from dielast.errors import DielastWarning, InputError, NumericsError, Problem
+from dielast.errors import DielastWarning, InputError, NumericsError, Problem, messages_of
 from dielast.io.files import Inputs, read_file
 from dielast.io.toml import parse_toml
 
@@ -34,7 +34,7 @@ def warnings_of(path: Path) -> list[str]:
         wrong = mistakes(COMMANDS[cases[0].recipe.kind].readings(cases, Inputs(path.parent)))
     if wrong:
         raise InputError(*(problem.within(file=path) if problem.file else problem.at(file=path) for problem in wrong))
-    return list(dict.fromkeys(str(entry.message) for entry in record if issubclass(entry.category, DielastWarning)))
+    return messages_of(record)
 
 
 def mistakes(readings: Iterable[Reading]) -> list[Problem]:

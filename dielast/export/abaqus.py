@@ -80,20 +80,20 @@ def _model_data(card: Card) -> list[str]:
     ]
 
 
+def _trs(card: Card, definition: str, equation: str, *constants: float) -> list[str]:
+    """A shift law with its `constants` behind the reference temperature."""
+    data = card.shift_data(*constants)
+    return [f"** {equation}", f"*TRS, DEFINITION={definition}", ", ".join(data)]
+
+
 def _wlf(law: WLF, card: Card) -> list[str]:
-    return [
-        "** log10 A = -C1 (T - T0)/(C2 + T - T0), relaxation times times A; data: T0, C1, C2",
-        "*TRS, DEFINITION=WLF",
-        f"{card.temperature(law.reference_temperature)}, {number(law.C1)}, {number(law.C2)}",
-    ]
+    equation = "log10 A = -C1 (T - T0)/(C2 + T - T0), relaxation times times A; data: T0, C1, C2"
+    return _trs(card, "WLF", equation, law.C1, law.C2)
 
 
 def _arrhenius(law: Arrhenius, card: Card) -> list[str]:
-    return [
-        "** ln A = E0/R (1/(T - TZ) - 1/(T0 - TZ)), relaxation times times A; data: T0, E0",
-        "*TRS, DEFINITION=ARRHENIUS",
-        f"{card.temperature(law.reference_temperature)}, {number(law.activation_energy * card.units.molar_energy)}",
-    ]
+    equation = "ln A = E0/R (1/(T - TZ) - 1/(T0 - TZ)), relaxation times times A; data: T0, E0"
+    return _trs(card, "ARRHENIUS", equation, law.activation_energy * card.units.molar_energy)
 
 
 CODE = Code(

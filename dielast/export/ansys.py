@@ -60,20 +60,20 @@ def _ogden(spring: CardForm, card: Card) -> list[str]:
     return _hyperelastic(card, "OGDEN", len(terms), comment, chain(*terms), len(terms))
 
 
+def _shift(card: Card, keyword: str, equation: str, *constants: float) -> list[str]:
+    """A shift law with its `constants` behind the reference temperature."""
+    data = card.shift_data(*constants)
+    return [f"! {equation}", f"TB,SHIFT,DIELAST_MAT,1,{len(data)},{keyword}", *_data(data)]
+
+
 def _wlf(law: WLF, card: Card) -> list[str]:
-    return [
-        "! log10 A = C1 (T - Tr)/(C2 + T - Tr), reduced time is A t (A is one over dielast's a(T)); data: Tr, C1, C2",
-        "TB,SHIFT,DIELAST_MAT,1,3,WLF",
-        f"TBDATA,1,{card.temperature(law.reference_temperature)},{number(law.C1)},{number(law.C2)}",
-    ]
+    equation = "log10 A = C1 (T - Tr)/(C2 + T - Tr), reduced time is A t (A is one over dielast's a(T)); data: Tr, C1, C2"
+    return _shift(card, "WLF", equation, law.C1, law.C2)
 
 
 def _arrhenius(law: Arrhenius, card: Card) -> list[str]:
-    return [
-        "! ln A = (H/R) (1/Tr - 1/T), reduced time is A t, T in K (TOFFST = 0); data: Tr, H/R",
-        "TB,SHIFT,DIELAST_MAT,1,2,TN",
-        f"TBDATA,1,{card.temperature(law.reference_temperature)},{number(law.activation_energy / GAS_CONSTANT)}",
-    ]
+    equation = "ln A = (H/R) (1/Tr - 1/T), reduced time is A t, T in K (TOFFST = 0); data: Tr, H/R"
+    return _shift(card, "TN", equation, law.activation_energy / GAS_CONSTANT)
 
 
 CODE = Code(

@@ -178,6 +178,10 @@ class Card:
         """The lines of the shift law; none where relaxation times hold at one temperature only."""
         return self.code.shifts[self.shift.name](self.shift, self) if self.shift.depends_on_temperature else []
 
+    def shift_data(self, *constants: float) -> list[str]:
+        """The reference temperature of the shift law, and its `constants` in the card's units."""
+        return [self.temperature(self.shift.reference_temperature), *map(number, constants)]
+
     def temperature(self, value: float) -> str:
         """A temperature in degC as a number on the model's scale."""
         return number(kelvin(value) if self.options.temperature_scale == "K" else value)

@@ -116,6 +116,14 @@ class Law:
         """The law with other values of the stated fields."""
         return replace(self, **values)  # type: ignore[type-var]
 
+    def check_constants(self) -> None:
+        """`InputError` for a constant that is one number, but not a finite one within its bounds."""
+        for constant in self.constants:
+            value = getattr(self, constant.name)
+            if np.ndim(value) == 0 and value is not None and not (np.isfinite(value) and constant.is_allowed(value)):
+                needed = "a positive number" if constant.above is not None else "a number of at least 0"
+                raise InputError(f"{value:g}: {needed} is needed", argument=constant.name)
+
     def stated(self) -> dict[str, Any]:
         """The constants by their keys in a material file, without those that have their default."""
         values = self.values()

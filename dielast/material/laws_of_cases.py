@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, Generic, TypeVar
 
 import numpy as np
 
-from dielast.material.law import BreakdownLaw, DielectricLaw, Law, LogRatio
-from dielast.numerics.arrays import Floats, Index
+from dielast.material.law import BreakdownLaw, DamageLaw, DielectricLaw, Law, LogRatio
+from dielast.numerics.arrays import ByCase, Floats, Index
 
 Kind = TypeVar("Kind", bound=Law)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class LawsOfCases(Generic[Kind]):
+class LawsOfCases(ByCase, Generic[Kind]):
     """The laws of cases: case k has row `place[k]` of the law `laws[number[k]]`; -1 is no law. Both arrays are (cases,).
 
     The constants of a law must be numbers, and the law must also take arrays (k,) of them.
@@ -42,10 +42,6 @@ class LawsOfCases(Generic[Kind]):
     def __bool__(self) -> bool:
         return bool(self.laws)
 
-    def take(self, cases: Index) -> LawsOfCases[Kind]:
-        """The laws of some of the cases."""
-        return replace(self, number=self.number[cases], place=self.place[cases])
-
     def values(self, cases: Index, of_law: Callable[[Kind, Index], Floats], without: float) -> Floats:
         """The values (k,) for `cases` (k,) of a function `of_law`, which is called with a law, whose constants are (m,), and the
         indices (m,) in `cases` that have this law; `without` is the value for a case without a law.
@@ -69,7 +65,7 @@ def _stacked(laws: Sequence[Kind]) -> Kind:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class FollowingField:
+class FollowingField(ByCase):
     """Breakdown `laws` that depend on the present stretch and thickness, for films of an undeformed `thickness` (cases,) in m;
     `at_prestretch` (cases,) is their field in V/m at the prestretch, 1 for films with a constant breakdown field.
     """
@@ -85,10 +81,6 @@ class FollowingField:
         every = np.arange(thickness.size)
         return cls(laws, thickness, relaxed.ratio(every, 4 * np.log(prestretch)))
 
-    def take(self, cases: Index) -> FollowingField:
-        """The laws of some of the films."""
-        return FollowingField(self.laws.take(cases), self.thickness[cases], self.at_prestretch[cases])
-
     def ratio(self, cases: Index, log_area: Floats) -> Floats:
         """The breakdown field of `cases` (k,) at 2 ln(l1 l2) = `log_area` (k,), over that at the prestretch.
 
@@ -100,15 +92,22 @@ class FollowingField:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class StretchedDielectrics:
+class Endurance(ByCase):
+    """What fields films endure: `breakdown_field` (cases,) in V/m at their prestretch, infinite where it is not known; its change
+    with the state of the film, `following`; and the laws of ageing, `damage`. The last two are None if there are no such laws.
+    """
+
+    breakdown_field: Floats
+    following: FollowingField | None = None
+    damage: LawsOfCases[DamageLaw] | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class StretchedDielectrics(ByCase):
     """The `laws`, and the index `which` (cases,) of the law of each case."""
 
     laws: tuple[DielectricLaw, ...]
     which: Index
-
-    def take(self, cases: Index) -> StretchedDielectrics:
-        """The dielectrics of the selected cases (k,)."""
-        return StretchedDielectrics(self.laws, self.which[cases])
 
     def log_ratio(self, log_squared_stretch: Floats) -> LogRatio:
         """`DielectricLaw.log_ratio` of the laws of the cases, at Lambda (2, cases)."""

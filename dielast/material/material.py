@@ -5,7 +5,7 @@ Calibration and tables of draws change a material by its numbers, by section and
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -167,3 +167,8 @@ def _read(law: Law, stated: Mapping[str, Any]) -> dict[str, Any]:
         numbers = [parse(text, constant.dimension) if isinstance(text, str) and constant.dimension else text for text in texts]
         values_by_key[constant.file_key] = numbers if isinstance(value, list | tuple) else numbers[0]
     return values_by_key
+
+
+def materials_of(material: Material | Sequence[Material]) -> list[Material]:
+    """One material for all cases, or those of the cases, as a list."""
+    return [material] if isinstance(material, Material) else list(material)

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
@@ -76,9 +76,6 @@ class MeasurementKind:
         return f"reduced_{self.abscissa[0]}", self.abscissa[1]
 
 
-_RAMP = "check that time is counted from the %s step and that no ramp is left in (ramp, discard_before)"
-
-
 def _decay(time: Floats, relaxation_time: Floats) -> Floats:
     return np.exp(-time[:, None] / relaxation_time)[None]
 
@@ -93,35 +90,42 @@ def _oscillate(time: Floats, relaxation_time: Floats) -> Floats:
     return np.stack([phase * loss, loss])
 
 
-RELAXATION = MeasurementKind(  # G(t) = G_e + sum G_k exp(-t/tau_k)
-    name="relaxation",
-    tests="relaxation tests",
-    curves="relaxation curves",
-    value="modulus",
-    values="moduli",
+def _over_time(name: KindName, step: str, value: str, values: str, **rest: Any) -> MeasurementKind:
+    """A kind of test over the time since a `step` of strain or stress."""
+    return MeasurementKind(
+        name=name,
+        tests=f"{name} tests",
+        curves=f"{name} curves",
+        value=value,
+        values=values,
+        abscissa=("time", "s"),
+        step=step,
+        remedy=f"check that time is counted from the {step} step and that no ramp is left in (ramp, discard_before)",
+        **rest,
+    )
+
+
+RELAXATION = _over_time(  # G(t) = G_e + sum G_k exp(-t/tau_k)
+    "relaxation",
+    "strain",
+    "modulus",
+    "moduli",
     stiffness="modulus",
-    abscissa=("time", "s"),
     ordinates=(("relaxation_modulus", "Pa"),),
     label="Young's relaxation modulus [MPa]",
     label_factor=1e-6,
-    step="strain",
-    remedy=_RAMP % "strain",
     processes=_decay,
     constants=lambda time: np.ones((1, 1, time.size)),
 )
-CREEP = MeasurementKind(  # J(t) = J_0 + sum J_k (1 - exp(-t/lambda_k)) + t/eta
-    name="creep",
-    tests="creep tests",
-    curves="creep curves",
-    value="compliance",
-    values="compliances",
+CREEP = _over_time(  # J(t) = J_0 + sum J_k (1 - exp(-t/lambda_k)) + t/eta
+    "creep",
+    "stress",
+    "compliance",
+    "compliances",
     stiffness="inverse compliance",
-    abscissa=("time", "s"),
     ordinates=(("creep_compliance", "1/Pa"),),
     label="tensile creep compliance [1/MPa]",
     label_factor=1e6,
-    step="stress",
-    remedy=_RAMP % "stress",
     stiffness_power=-1,
     processes=_retard,
     constants=lambda time: np.stack([np.ones(time.size), time])[:, None],

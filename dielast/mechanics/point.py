@@ -98,7 +98,9 @@ class BorderedStep:
     def _solve(
         self, residual: Floats, increment: Floats, time: Floats, state: Floats, history: Floats | None, gamma_i: float
     ) -> None:
-        """Write the border of the increment for the right-hand side `residual`."""
+        """Write the border of the increment for the right-hand side `residual`, without that of the rates of the load."""
+        if gamma_i:
+            residual += gamma_i * self.load_term
         self._border(residual, out=increment[-self.unknowns :])
 
 
@@ -165,8 +167,6 @@ class Arrowhead(BorderedStep):
         residual += nominal * np.exp(0.5 * log_squared)
         if system.electric:
             residual += points.maxwell_stress(log_squared, driven[ELECTRIC])
-        if gamma_i:
-            residual += gamma_i * self.load_term
         self._solve(residual, out, time, state, history, gamma_i)
         change_of_stretch = self._change_of_stretch(out[-2:], gamma_i)[:, None]
         right -= change_of_stretch * (1 / self.gamma)

@@ -15,7 +15,7 @@ import numpy as np
 from dielast.errors import InputError
 from dielast.material.law import DielectricLaw
 from dielast.material.laws_of_cases import StretchedDielectrics, stretched_dielectrics
-from dielast.material.material import Material
+from dielast.material.material import Material, materials_of
 from dielast.material.springs import SpringLaw, gathered
 from dielast.mechanics.cases import of_case
 from dielast.mechanics.electric import FIELD, Circuit, ElectricalLoad
@@ -54,7 +54,7 @@ class Points(ByCase):
         `with_dielectric` is False for films that never see a voltage. Branches of modulus 0 are omitted. Materials with fewer
         branches than others are padded with branches of modulus 0 and rate 0. Raises the errors of the laws over temperature.
         """
-        materials = [material] if isinstance(material, Material) else list(material)
+        materials = materials_of(material)
         width, carrying = temperature.size, [member.spectrum.shear_modulus > 0 for member in materials]
         most = max(int(np.count_nonzero(branches)) for branches in carrying)
         modulus, rate = np.zeros((2, most + 1, width))

@@ -19,6 +19,7 @@ from dielast.mechanics.point import FOLLOWER_WEIGHT, BorderedStep, LoadedPoints
 from dielast.mechanics.point_material import Points
 from dielast.mechanics.span import Control, Load, UnderLoad
 from dielast.numerics.arrays import Floats
+from dielast.numerics.stride import Stride
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -143,8 +144,6 @@ class SymmetricArrowhead(BorderedStep):
         residual += nominal * np.exp(0.5 * log_squared)
         if system.electric:
             residual += points.equibiaxial_maxwell_stress(log_squared, driven[ELECTRIC])
-        if gamma_i:
-            residual += gamma_i * self.load_term
         self._solve(residual, out, time, state, history, gamma_i)
         right *= self.inverse
         change_of_stretch = out[-1] if self.prescribed_change is None else gamma_i * self.prescribed_change
@@ -156,11 +155,6 @@ class SymmetricArrowhead(BorderedStep):
         """The last row (1, cases) of the increment for a right-hand side (1, cases)."""
         return np.asarray(np.multiply(self.border_inverse, right, out=out))
 
-    def _solve(
-        self, residual: Floats, increment: Floats, time: Floats, state: Floats, history: Floats | None, gamma_i: float
-    ) -> None:
-        np.multiply(self.border_inverse, residual, out=increment[-1])
-
     def _change_of_stretch(self, border: Floats, gamma_i: float) -> Floats:
         """The increment of Lambda (1, cases) that belongs to the last row `border` (1, cases)."""
         return border if self.prescribed_change is None else gamma_i * self.prescribed_change[None]
@@ -168,3 +162,9 @@ class SymmetricArrowhead(BorderedStep):
 
 Films = LoadedPoints | SymmetricPoints | FramedFilms
 """Films under load, in any of their forms."""
+
+
+def films_of(stride: Stride) -> Films:
+    """The films that a step of the stepper integrates."""
+    assert isinstance(stride.system, Films)
+    return stride.system

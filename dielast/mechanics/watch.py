@@ -17,7 +17,7 @@ from dielast.mechanics.criteria.criterion import Criterion, Moment, Signal, Watc
 from dielast.mechanics.criteria.pull_in import stability_at
 from dielast.mechanics.span import Load
 from dielast.mechanics.stability import Stability
-from dielast.mechanics.symmetric import Films
+from dielast.mechanics.symmetric import Films, films_of
 from dielast.numerics.arrays import ByCase, Cases, Flags, Floats, paired, where
 from dielast.numerics.roots import CLOSE
 from dielast.numerics.stride import DenseSteps, Stride
@@ -129,7 +129,7 @@ class Watch:
     """
 
     def __init__(self, films: WatchedFilms, criteria: Iterable[Criterion], until: Sequence[str], ends: Sequence[str] = ()) -> None:
-        cases = films.breakdown_field.size
+        cases = films.stress_floor.size
         self.films, self.until, self.ends = films, until, ends
         rates = [(criterion, criterion.rate(films)) for criterion in criteria]
         exposures = {criterion: Exposure(rate, cases) for criterion, rate in rates if rate is not None}
@@ -187,7 +187,7 @@ class Watch:
 
     def __call__(self, stride: Stride) -> Flags | None:
         """Store the brackets of signals that fall within the step; returns the mask (pool,) of columns whose case ends with it."""
-        system, cases = _films(stride), stride.cases
+        system, cases = films_of(stride), stride.cases
         restarted = self.clock.follow(stride, system.load, self._start)
         for exposure in self.exposures:
             exposure.follow(stride, system)
@@ -261,7 +261,7 @@ class Watch:
 
     def exposed_along(self, stride: Stride, columns: Cases, fraction: Floats) -> Floats:
         """The exposures (exposures, k) at fractions (k,) of the last step."""
-        parts = [exposure.along(stride, _films(stride), columns, fraction) for exposure in self.exposures]
+        parts = [exposure.along(stride, films_of(stride), columns, fraction) for exposure in self.exposures]
         return np.reshape(parts, (len(self.exposures), columns.size))
 
     def stability(self, moment: Moment) -> Stability:
@@ -273,7 +273,7 @@ class Watch:
         return Moment.of(system, cases, self.clock.age(cases, self._start[cases] + begin + time), time, state)
 
     def _moment(self, stride: Stride, time: Floats, state: Floats) -> Moment:
-        return self.moment(_films(stride), stride.cases, stride.begin, time, state)
+        return self.moment(films_of(stride), stride.cases, stride.begin, time, state)
 
     def _brackets(self, stride: Stride, columns: Cases, last: Floats, value: Floats) -> Brackets:
         """Brackets for some columns (k,) of the step, over which the signal (pool,) goes from `last` to `value`."""
@@ -281,16 +281,10 @@ class Watch:
         cases = stride.cases[columns]
         return Brackets(
             DenseSteps.of(stride, slice(None), columns),
-            _films(stride).load.take(columns),
+            films_of(stride).load.take(columns),
             self._start[cases] + stride.begin[columns],
             self.clock.started[cases],
             last[columns],
             value[columns],
             np.reshape([exposure.before[columns] for exposure in self.exposures], (len(self.exposures), columns.size)),
         )
-
-
-def _films(stride: Stride) -> Films:
-    """The system of a stride."""
-    assert isinstance(stride.system, Films)
-    return stride.system

@@ -1,6 +1,7 @@
 """Array types, and how cases are selected: the last axis of arrays is the cases, and no result may depend on their number.
 
-`Floats` are float64, `Flags` booleans, `Index` integers that index another array; `Cases` index cases, or the columns of an array.
+`Floats` are float64, `Flags` booleans, `Texts` words, `Index` integers that index another array; `Cases` index cases, or the
+columns of an array.
 """
 
 from __future__ import annotations
@@ -15,6 +16,12 @@ Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 Index = NDArray[np.intp]
 Cases = Index
+Texts = NDArray[np.str_]
+
+
+def rms(values: Floats) -> float:
+    """Root mean square."""
+    return float(np.sqrt(np.mean(values**2)))
 
 
 def paired(columns: Cases) -> Cases:
@@ -52,11 +59,16 @@ def _taken(value: Any, cases: Cases) -> Any:
     """The selected cases of the value of a field."""
     if isinstance(value, np.ndarray):
         return value.take(cases, axis=-1)  # contiguous, as sums over springs need it; indexing is not
-    return value.take(cases) if hasattr(value, "take") else value
+    return value.take(cases) if _has_cases(value) else value
 
 
 def _joined(values: list[Any]) -> Any:
     """The cases of all values of a field."""
     if isinstance(values[0], np.ndarray):
         return np.concatenate(values, axis=-1)
-    return type(values[0]).joined(values) if hasattr(values[0], "take") else values[0]
+    return type(values[0]).joined(values) if _has_cases(values[0]) else values[0]
+
+
+def _has_cases(value: Any) -> bool:
+    """Whether an object that is no array has cases; a number of numpy, which has a method `take` as well, has none."""
+    return hasattr(value, "take") and not isinstance(value, np.generic)

@@ -15,7 +15,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
+
+from dielast.numerics.arrays import Floats
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -28,12 +29,12 @@ class Rosenbrock:
     name: str
     order: int
     gamma: float
-    alpha: NDArray[np.float64]
-    gamma_i: NDArray[np.float64]
-    a: NDArray[np.float64]
-    c: NDArray[np.float64]
-    dense: NDArray[np.float64]
-    ac: NDArray[np.float64] = field(init=False)
+    alpha: Floats
+    gamma_i: Floats
+    a: Floats
+    c: Floats
+    dense: Floats
+    ac: Floats = field(init=False)
     adds_last: tuple[bool, ...] = field(init=False)
 
     def __post_init__(self) -> None:
@@ -48,7 +49,7 @@ class Rosenbrock:
         return self.alpha.size
 
 
-def _lower(rows: tuple[tuple[float, ...], ...]) -> NDArray[np.float64]:
+def _lower(rows: tuple[tuple[float, ...], ...]) -> Floats:
     """Strictly lower triangular matrix from its rows; the first row, which is empty, is omitted."""
     matrix = np.zeros((len(rows) + 1, len(rows) + 1))
     for i, row in enumerate(rows, start=1):

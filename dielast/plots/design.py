@@ -23,9 +23,11 @@ from dielast.plots.style import (
     degrees,
     lasting,
     legend_below,
+    letter,
     log_axis,
     number,
     panels,
+    prestretched,
     spread_indices,
     style,
 )
@@ -98,11 +100,11 @@ def plot_design(result: Design, title: str | None = None, interval: str | None =
         if np.isnan(result.voltage).all():
             left.set_yticks([])
             left.text(0.5, 0.5, "no film reaches the goal", transform=left.transAxes, ha="center", va="center")
-        for label, place in zip("ab", (left, right), strict=True):
+        letter((left, right))
+        for place in (left, right):
             place.set_xlabel(along.label)
             room = max(0.04, 0.5 * APART * (_side_by_side(along, len(shown)) + 1) / WIDTH) * float(np.ptp(along.levels)) or 0.1
             place.set_xlim(along.levels[0] - room, along.levels[-1] + room)
-            place.set_title(f"({label})", loc="left")
         handles += _marks(result, frontier, interval, len(combinations) - len(shown))
         if handles:
             legend_below(figure, handles)
@@ -118,9 +120,8 @@ def _axes(result: Design) -> tuple[_Axis, list[_Axis]]:
     texts = [f"{name} {number(value)}" + " %" * strain for value in target.tolist()]
     goal = _Axis(f"{name}{after}" + " [%]" * strain, np.round(target, 9), texts)
     first, second = result.prestretch.T
-    pairs = [number(a) if a == b else f"{number(a)} \N{MULTIPLICATION SIGN} {number(b)}" for a, b in result.prestretch.tolist()]
     axes = [
-        _Axis("prestretch", first, [f"prestretch {pair}" for pair in pairs]),
+        _Axis("prestretch", first, list(map(prestretched, result.prestretch))),
         _Axis("temperature [°C]", result.temperature, [degrees(value) for value in result.temperature.tolist()]),
         _Axis("thickness [mm]", 1e3 * result.thickness, [f"{number(1e3 * value)} mm" for value in result.thickness.tolist()]),
     ]

@@ -23,6 +23,7 @@ from dielast.plots.style import (
     degrees,
     grid,
     lasting,
+    letter,
     number,
     panels,
     row_legend,
@@ -36,6 +37,13 @@ from dielast.simulate.lifetime import LifetimeLine
 MOST_BESIDE_A_MAP = 4  # prestretches with lines; the map shows all
 FEWEST_FOR_A_MAP = 5  # prestretches
 RAISED = str.maketrans("0123456789", "⁰¹²³⁴⁵⁶⁷⁸⁹")
+
+
+def is_map(result: FailureMap) -> bool:
+    """Whether the films are a grid of voltages and prestretches."""
+    equibiaxial = bool(np.all(result.prestretch[:, 0] == result.prestretch[:, 1]))
+    one_share = result.electrode_share is None or bool(np.all(result.electrode_share == result.electrode_share[0]))
+    return equibiaxial and one_share and min(len(result.prestretch), result.voltage.size) >= FEWEST_FOR_A_MAP
 
 
 def plot_failure_map(
@@ -53,10 +61,7 @@ def plot_failure_map(
     legend. An infinite bound is beyond the horizon: the band is open there, as it is at a bound of zero.
     """
     title = title or _head(result)
-    equibiaxial = bool(np.all(result.prestretch[:, 0] == result.prestretch[:, 1]))
-    one_share = result.electrode_share is None or bool(np.all(result.electrode_share == result.electrode_share[0]))
-    many = len(result.prestretch) >= FEWEST_FOR_A_MAP and result.voltage.size >= FEWEST_FOR_A_MAP
-    mapped = many and equibiaxial and one_share
+    mapped = is_map(result)
     most = MOST_LINES if bounds is None else MOST_BANDS
     arranged = [Panel(_beside_a_map(result, most))] if mapped else arrange(result, most)
     films = [films_of(panel, result, lines, bounds) for panel in arranged]
@@ -79,8 +84,7 @@ def plot_failure_map(
         if mapped:
             _map(figure, axes[1], result)
         if mapped or count > 1:
-            for label, place in zip("abcdef", axes, strict=False):
-                place.set_title(f"({label})", loc="left")
+            letter(axes)
     return figure
 
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from dielast.plots.quantities import unit_for
 from dielast.plots.strips import limits, ticks_within
-from dielast.plots.style import COLOURS, LINES, MARKERS, SHADE, degrees, log_axis, number, row_legend, spread_indices
+from dielast.plots.style import COLOURS, LINES, MARKERS, SHADE, degrees, log_axis, number, prestretched, row_legend, spread_indices
 from dielast.simulate.failure_map import FailureMap
 from dielast.simulate.lifetime import EXPONENTIAL_LAW, POWER_LAW, ROOM, LifetimeLine
 
@@ -100,19 +100,15 @@ def arrange(result: FailureMap, most: int) -> list[Panel]:
 
 
 def _shared(result: FailureMap, place: int, by_temperature: bool) -> str:
-    return degrees(result.temperature[place]) if by_temperature else _film(result, place)
+    return degrees(result.temperature[place]) if by_temperature else film_in_words(result, place)
 
 
-def _film(result: FailureMap, place: int) -> str:
+def film_in_words(result: FailureMap, place: int) -> str:
+    """The prestretch of a film, and its electrode share if films differ in that."""
     shares = result.electrode_share
     several = shares is not None and bool(np.any(shares != shares[0]))
     share = f", electrode share {number(float(shares[place]))}" if shares is not None and several else ""
-    return _prestretch(result.prestretch[place]) + share
-
-
-def _prestretch(pair: NDArray[np.float64]) -> str:
-    sides = (number(pair[0]),) if pair[0] == pair[1] else (number(pair[0]), number(pair[1]))
-    return "prestretch " + " \N{MULTIPLICATION SIGN} ".join(sides)
+    return prestretched(result.prestretch[place]) + share
 
 
 def films_of(
@@ -122,7 +118,7 @@ def films_of(
     unknown = np.full(result.voltage.size, np.nan)
     drawn = []
     for index, (i, j) in enumerate(panel.films):
-        parts = [_film(result, j)] + [degrees(result.temperature[i])] * (result.temperature.size > 1)
+        parts = [film_in_words(result, j)] + [degrees(result.temperature[i])] * (result.temperature.size > 1)
         label = ", ".join(part for part in parts if part != panel.title)
         if not np.any(np.isfinite(result.time_to_failure[i, j])):
             label += ": survives" if np.all(result.failure_mode[i, j] == "none") else ": no failure found"

@@ -15,7 +15,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import LogLocator, NullFormatter
 from numpy.typing import NDArray
 
-from dielast.plots.style import TEMPERATURES, degrees, log_axis, sheet, style
+from dielast.plots.style import TEMPERATURES, degrees, letter, log_axis, sheet, style
 from dielast.plots.superposition import (
     MOST_IN_LEGEND,
     POINTS,
@@ -83,8 +83,7 @@ def plot_master_curve(result: MasterCurve, curves: Sequence[MeasuredCurve], titl
         shift_factors(shift, result)
         if swept:
             figure.align_ylabels([raw, master, *below])
-        for letter, axes in zip("abcd", (raw, shift, master, *below), strict=False):
-            axes.set_title(f"({letter})", loc="left")
+        letter((raw, shift, master, *below))
     return figure
 
 

@@ -17,7 +17,8 @@ from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from dielast.mechanics.criteria import named
-from dielast.plots.failure_map import FEWEST_FOR_A_MAP
+from dielast.plots.failure_map import is_map
+from dielast.plots.lifetimes import film_in_words
 from dielast.plots.quantities import unit_for
 from dielast.plots.style import (
     COLOURS,
@@ -26,6 +27,7 @@ from dielast.plots.style import (
     degrees,
     grid,
     lasting,
+    letter,
     number,
     row_legend,
     sheet,
@@ -60,27 +62,19 @@ def plot_operating_map(result: FailureMap, title: str | None = None) -> Figure:
         wide = 1.45 if len(panels) == 1 else across + 0.15
         figure = sheet(title, wide, height * -(-len(panels) // across))
         axes = grid(figure, len(panels), across, sharex=True, sharey=True)
-        draw = _maps if _is_map(result) else _curves
+        draw = _maps if is_map(result) else _curves
         draw(figure, axes, result, panels)
         unit, _ = unit_for("V", float(result.voltage.max()))
         for place in axes[-across:]:
             place.set_xlabel(f"voltage [{unit}]")
         for place in axes[::across]:
-            place.set_ylabel("prestretch" if _is_map(result) else "relative stretch")
+            place.set_ylabel("prestretch" if is_map(result) else "relative stretch")
         for place, (temperature, name) in zip(axes, panels, strict=True):
             at = f", {degrees(result.temperature[temperature])}" if temperatures > 1 else ""
             place.set_title(f"stretch after {name}{at}", loc="right")
         if len(panels) > 1:
-            for label, place in zip("abcd", axes, strict=False):
-                place.set_title(f"({label})", loc="left")
+            letter(axes)
     return figure
-
-
-def _is_map(result: FailureMap) -> bool:
-    """Whether the films are a grid of voltages and prestretches."""
-    equibiaxial = bool(np.all(result.prestretch[:, 0] == result.prestretch[:, 1]))
-    one_share = result.electrode_share is None or bool(np.all(result.electrode_share == result.electrode_share[0]))
-    return equibiaxial and one_share and min(len(result.prestretch), result.voltage.size) >= FEWEST_FOR_A_MAP
 
 
 def _maps(figure: Figure, axes: Sequence[Axes], result: FailureMap, panels: Sequence[tuple[int, str]]) -> None:
@@ -194,11 +188,7 @@ def _curves(figure: Figure, axes: Sequence[Axes], result: FailureMap, panels: Se
                 )
             if lived.size == 1:
                 place.plot(result.voltage[lived] * factor, stretch[lived], marker=".", color=look["color"])
-        first, second = result.prestretch[film].tolist()
-        label = f"prestretch {number(first)}" + (f" \N{MULTIPLICATION SIGN} {number(second)}" if first != second else "")
-        if result.electrode_share is not None and np.ptp(result.electrode_share) > 0:
-            label += f", electrode share {number(float(result.electrode_share[film]))}"
-        handles.append(Line2D([], [], label=label, **look))
+        handles.append(Line2D([], [], label=film_in_words(result, film), **look))
     handles.append(
         Line2D(
             [],

@@ -14,7 +14,7 @@ from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from dielast.plots.quantities import unit_for
-from dielast.plots.style import COLOURS, degrees, grid, legend_below, number, sheet, spread_indices, style
+from dielast.plots.style import COLOURS, degrees, grid, legend_below, number, prestretched, sheet, spread_indices, style
 from dielast.simulate.sensitivity import LifeShares, Sensitivity
 
 MOST_PANELS = 6
@@ -92,11 +92,9 @@ def _called(
         case = int(columns["case"][film])
         return "\n".join([label for label in labels[case : case + 1] if label] + far)
     several = {name: bool(np.any(values != values[0])) for name, values in columns.items()}
-    pair = [float(columns[f"prestretch_{axis}"][film]) for axis in (1, 2)]
-    sides = " \N{MULTIPLICATION SIGN} ".join(map(number, pair[:1] if pair[0] == pair[1] else pair))
     unit, factor = unit_for("V", float(columns["voltage"].max()))
     parts = [degrees(float(columns["temperature"][film]))] if several["temperature"] else []
-    parts.append(f"prestretch {sides}")
+    parts.append(prestretched(columns[f"prestretch_{axis}"][film] for axis in (1, 2)))
     if several.get("electrode_share"):
         parts.append(f"share {number(float(columns['electrode_share'][film]))}")
     return "\n".join([", ".join([*parts, f"{number(float(columns['voltage'][film]) * factor)} {unit}"]), *far])

@@ -6,7 +6,7 @@ import os
 import re
 import textwrap
 import warnings
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from itertools import pairwise
 from pathlib import Path
@@ -122,6 +122,12 @@ def grid(figure: Figure, count: int, across: int, **shared: Any) -> list[Axes]:
     return axes[:count]
 
 
+def letter(axes: Sequence[Axes]) -> None:
+    """Give the panels of a figure their letters."""
+    for label, place in zip("abcdef", axes, strict=False):
+        place.set_title(f"({label})", loc="left")
+
+
 def spread_indices(count: int, most: int) -> list[int]:
     """At most `most` indices below `count`, evenly spread from the first to the last."""
     return [int(index) for index in np.unique(np.linspace(0, count - 1, min(count, most)).round())]
@@ -175,6 +181,12 @@ def number(value: float, digits: int = 4) -> str:
 def degrees(temperature: float) -> str:
     """A temperature to a tenth of a degree, for a label."""
     return f"{number(round(temperature, 1), 6)} °C"
+
+
+def prestretched(pair: Iterable[float]) -> str:
+    """The prestretch of axes 1 and 2, as one number if they are equal."""
+    first, second = map(float, pair)
+    return f"prestretch {number(first)}" + (f" \N{MULTIPLICATION SIGN} {number(second)}" if first != second else "")
 
 
 def lasting(seconds: float, digits: int = 3) -> str:

@@ -11,7 +11,7 @@ from dielast.errors import InputError, and_more, shown, warn
 from dielast.io.table import plural, spoken
 from dielast.material.arguments import real_number, real_numbers, whole_number
 from dielast.material.measurement_kind import MeasurementKind
-from dielast.numerics.arrays import Floats
+from dielast.numerics.arrays import Floats, rms
 from dielast.relaxation.nnls import WeightedCurve
 
 TimeRange = tuple[float | None, float | None]
@@ -130,8 +130,3 @@ def what_rises(curve: WeightedCurve) -> str:
         f"no spectrum misses the curve by less than {least:.1%} rms, as the {kind.stiffness} {rises} with {along} in parts of it, "
         f"most from {low} to {high} (scatter, wrong shift factors, or columns mixed up?)"
     )
-
-
-def rms(values: Floats) -> float:
-    """Root mean square."""
-    return float(np.sqrt(np.mean(values**2)))

@@ -14,8 +14,7 @@ import numpy as np
 from dielast.errors import InputError, warn
 from dielast.io.result import TabularResult
 from dielast.io.table import Column, Table
-from dielast.numerics.arrays import Floats
-from dielast.relaxation.checks import rms
+from dielast.numerics.arrays import Floats, rms
 from dielast.relaxation.ends import votes
 from dielast.relaxation.nnls import WeightedCurve, fit_strengths
 from dielast.relaxation.result import SpectrumFit

@@ -10,8 +10,8 @@ from numpy.polynomial import Chebyshev
 
 from dielast.errors import InputError, warn
 from dielast.material.spectrum import Spectrum
-from dielast.numerics.arrays import Floats
-from dielast.relaxation.checks import TOLERATED, rms, what_rises
+from dielast.numerics.arrays import Floats, rms
+from dielast.relaxation.checks import TOLERATED, what_rises
 from dielast.relaxation.ends import short_time_end
 from dielast.relaxation.nnls import WeightedCurve
 from dielast.relaxation.result import SpectrumFit

@@ -7,18 +7,16 @@ does not show: every draw is shifted by that distance times a random factor of m
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from dielast.errors import DielastWarning, InputError, NumericsError, warn
+from dielast.errors import InputError, NumericsError, warn, without_warnings
 from dielast.material.spectrum import Spectrum
-from dielast.numerics.arrays import Floats, Index
+from dielast.numerics.arrays import Floats, Index, rms
 from dielast.numerics.random_streams import stream
-from dielast.relaxation.checks import rms
 from dielast.relaxation.result import SpectrumFit
 
 SEED = 1  # equal draws of a master curve give equal draws of its spectrum
@@ -86,8 +84,7 @@ def draw_spectra(
     at_points = curves.deviations(fit.reduced_abscissa)
     rows: list[tuple[int, float, Floats, Floats]] = []
     for place, deviation in enumerate(curves.deviations(abscissa)):
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", DielastWarning)
+        with without_warnings():
             try:
                 drawn = refit(abscissa, ordinates * np.exp(deviation))
             except (InputError, NumericsError):

@@ -12,14 +12,13 @@ from numpy.typing import ArrayLike
 from dielast.errors import InputError, warn
 from dielast.material.measurement_kind import CREEP, MeasurementKind
 from dielast.material.spectrum import Spectrum
-from dielast.numerics.arrays import Floats
+from dielast.numerics.arrays import Floats, rms
 from dielast.relaxation.checks import (
     POOR_FIT,
     TimeRange,
     checked_counts,
     checked_moduli,
     checked_times,
-    rms,
     sorted_points,
     what_rises,
 )

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from dielast.errors import InputError, shown
 from dielast.material.breakdown import BreakdownLaw
 from dielast.material.leakage import Leakage
-from dielast.material.material import Material
+from dielast.material.material import Material, materials_of
 from dielast.mechanics.criteria import CRITERIA, END, failures_of, names
 from dielast.mechanics.criteria.breakdown import ElectricalBreakdown
 from dielast.mechanics.criteria.loss_of_tension import LossOfTension
@@ -112,7 +112,7 @@ def actuate(
     if profile_times is not None and setup.share is None:
         raise InputError("it is of films with a passive part, boundary frame or strip", argument="profile")
     check_end(profile_times, duration, "programme", "profile")
-    stops = _stops(stop_at, [material] if isinstance(material, Material) else list(material), setup)
+    stops = _stops(stop_at, materials_of(material), setup)
     parts = setup.groups(wiring.has_circuit)
     histories = [
         run_films(
@@ -140,7 +140,7 @@ def _stops(stop_at: str | None, materials: Sequence[Material], setup: Setup) -> 
     """The names of the criteria that end a film, whichever happens first; raises `InputError` if none of them can happen."""
     if stop_at == END:
         return ()
-    known = np.isfinite(setup.breakdown_field)
+    known = np.isfinite(setup.endurance.breakdown_field)
     breakdown = stop_at == ElectricalBreakdown.name or (stop_at is None and bool(known.any()))
     if breakdown and not known.all():
         without = materials[int(np.argmin(known)) if len(materials) > 1 else 0].name

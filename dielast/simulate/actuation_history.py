@@ -132,8 +132,8 @@ def run_films(
     events = [events_of(happened, case, float(thickness[case]), end) for case, end in enumerate(reached.tolist())]
     reasons = [_reason(in_order, stops, end) for in_order, end in zip(events, reached.tolist(), strict=True)]
     damage = None
-    if setup.damage is not None:  # NaN for films without a damage law
-        damage = record.exposed[0] * setup.damage.values(part, lambda law, columns: np.ones(columns.size), np.nan)[:, None]
+    if (laws := setup.endurance.damage) is not None:  # NaN for films without a damage law
+        damage = record.exposed[0] * laws.values(part, lambda law, columns: np.ones(columns.size), np.nan)[:, None]
     return ActuationHistory(
         temperature=setup.temperature[part],
         time=record.time,

@@ -22,7 +22,7 @@ from dielast.mechanics.course import Course, Cycles
 from dielast.mechanics.passive.framed import FramedFilms
 from dielast.mechanics.point_material import Points
 from dielast.mechanics.span import Control, Load
-from dielast.mechanics.symmetric import Films
+from dielast.mechanics.symmetric import Films, films_of
 from dielast.numerics.arrays import Cases, Floats
 from dielast.numerics.stride import DenseSteps, Stride
 from dielast.simulate.electrical import NODES, WEIGHTS, flow
@@ -113,9 +113,7 @@ class CycleMeter:
         columns = np.flatnonzero(stride.accepted)
         if stride.cases.size == 2 and stride.cases[0] == stride.cases[1]:
             columns = columns[:1]  # a single case occupies two columns
-        system = stride.system
-        assert isinstance(system, Films)
-        self._system = system
+        self._system = system = films_of(stride)
         steps = DenseSteps.of(stride, slice(system.border, None), columns)
         cycle, part = np.divmod(stride.span[columns], len(self._course.edges) - 1)
         self._buffer.append((steps, system.load.take(columns), stride.begin[columns], cycle))

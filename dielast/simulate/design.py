@@ -16,7 +16,7 @@ from dielast.material.breakdown import BreakdownLaw
 from dielast.material.material import Material
 from dielast.material.scatter import fewest_draws, interval
 from dielast.mechanics.stability import ONE_PERCENT, TimeScale
-from dielast.numerics.arrays import Floats
+from dielast.numerics.arrays import Cases, Floats, Texts
 from dielast.numerics.edged_roots import EDGE, FAR, FOUND, LOW, OPEN
 from dielast.simulate.design_plan import UNFINISHED, Designed, DesignPlan, Goal, solve_draws, solve_films
 from dielast.simulate.film_grid import axis_of, lay_out
@@ -46,7 +46,7 @@ class Drawn(Result):
     failure_probability: Floats
     safe_life: Floats
 
-    def take(self, films: NDArray[np.intp]) -> Drawn:
+    def take(self, films: Cases) -> Drawn:
         """The results of the selected films (k,)."""
         voltage, time = ((low[films], high[films]) for low, high in (self.voltage, self.time_to_failure))
         return Drawn(voltage, time, self.failure_probability[films], self.safe_life[films])
@@ -82,9 +82,9 @@ class Design(TabularResult):
     horizon: float
     voltage: Floats
     time_to_failure: Floats
-    failure_mode: NDArray[np.str_]
-    reached: NDArray[np.str_]
-    because: NDArray[np.str_]
+    failure_mode: Texts
+    reached: Texts
+    because: Texts
     largest: Floats
     rounds: int
     drawn: Drawn | None = None

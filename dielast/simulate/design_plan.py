@@ -5,7 +5,7 @@ The films of a chunk are searched together: a round is one run of all voltages t
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -14,7 +14,7 @@ from dielast.errors import InputError
 from dielast.io.result import Result
 from dielast.mechanics.criteria.loss_of_tension import LossOfTension
 from dielast.mechanics.span import Control, Controls
-from dielast.numerics.arrays import Cases, Flags, Floats, paired
+from dielast.numerics.arrays import ByCase, Cases, Flags, Floats, paired
 from dielast.numerics.edged_roots import EDGE, ENDED, FAR, FOUND, OPEN, PASSED, SHORT, EdgedRoots
 from dielast.numerics.integrate import Status
 from dielast.simulate.film_grid import FilmGrid, Group, axis_of
@@ -35,7 +35,7 @@ RELATIVE_STRETCH, AREA_STRAIN = "relative_stretch", "area_strain"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Goal:
+class Goal(ByCase):
     """A `target` (films,) to reach `at` a time in s after a constant voltage is applied.
 
     `name` says what the target is: a relative stretch of axis 1 (relative to the prestretch), or an area strain of the active part
@@ -63,10 +63,6 @@ class Goal:
         if not (np.isfinite(at) and at > 0):
             raise InputError(f"{at:g} s: it must be positive", argument="at")
         return cls(name, target, at)
-
-    def take(self, films: Cases) -> Goal:
-        """The goals of the selected films (k,)."""
-        return replace(self, target=self.target[films])
 
     @property
     def size(self) -> Floats:

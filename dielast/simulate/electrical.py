@@ -23,7 +23,7 @@ from dielast.material.leakage import Leakage
 from dielast.mechanics.electric import ELECTRIC, FIELD
 from dielast.mechanics.point_material import SYMMETRIC, Points
 from dielast.mechanics.span import Control, Controls, stretched
-from dielast.mechanics.symmetric import Films
+from dielast.mechanics.symmetric import Films, films_of
 from dielast.numerics.arrays import Cases, Flags, Floats, paired
 from dielast.numerics.stride import DenseSteps, Stride
 from dielast.simulate.film import Film
@@ -141,7 +141,7 @@ class ElectricMeter:
 
     def at(self, stride: Stride, columns: Cases, time: Floats) -> Floats:
         """The rows of `EXTRA` (6, k) of columns (k,) at times (k,) in s since their spans began, within the last step."""
-        films = _films(stride).take(columns)
+        films = films_of(stride).take(columns)
         steps = DenseSteps.of(stride, slice(films.border, None), columns)
         return self._within(films, steps, self.totals[:, steps.cases], time)
 
@@ -152,7 +152,7 @@ class ElectricMeter:
         columns = paired(np.flatnonzero(stride.accepted))
         if not columns.size:
             return
-        films = _films(stride).take(columns)
+        films = films_of(stride).take(columns)
         steps = DenseSteps.of(stride, slice(films.border, None), columns)
         before = self.totals[:, steps.cases]
         if (last := np.flatnonzero(stopped[columns])).size:
@@ -247,8 +247,3 @@ def _stored(film: Film) -> Floats:
     with np.errstate(invalid="ignore"):
         springs = points.modulus * points.law.energy(points.springs(film.internal, log_squared))
         return np.asarray(np.sum(springs, axis=0) + 0.5 * field * charge)
-
-
-def _films(stride: Stride) -> Films:
-    assert isinstance(stride.system, Films)
-    return stride.system

@@ -21,7 +21,7 @@ from dielast.material.breakdown import BreakdownLaw
 from dielast.material.material import Material
 from dielast.mechanics.criteria.loss_of_tension import LossOfTension
 from dielast.mechanics.stability import ONE_PERCENT, TimeScale
-from dielast.numerics.arrays import Cases, Floats
+from dielast.numerics.arrays import Cases, Floats, Texts
 from dielast.numerics.integrate import Status
 from dielast.simulate.durations import lasting
 from dielast.simulate.film_grid import axis_of, lay_out
@@ -58,8 +58,8 @@ class FailureMap(TabularResult):
     breakdown_field: Floats
     times: Mapping[str, Floats]
     time_to_failure: Floats
-    failure_mode: NDArray[np.str_]
-    outcome: NDArray[np.str_]
+    failure_mode: Texts
+    outcome: Texts
     electrode_share: Floats | None = None
     time_to_loss_of_tension: Floats | None = None
     stretch_at: Mapping[str, float] = field(default_factory=dict)

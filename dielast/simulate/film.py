@@ -15,11 +15,11 @@ from dielast.mechanics.point import LoadedPoints
 from dielast.mechanics.point_material import Points
 from dielast.mechanics.span import Controls, Load, stretched
 from dielast.mechanics.symmetric import Films, SymmetricPoints
-from dielast.numerics.arrays import Cases, Floats
+from dielast.numerics.arrays import ByCase, Cases, Floats
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Film:
+class Film(ByCase):
     """The state of films: x (2, n, cases), Lambda and nominal stress (2, cases), nominal `field` and `time` (cases,), and the
     `next_step` (cases,) in s that the stepper proposes if the load goes on smoothly, 0 for no proposal. All films keep the
     `symmetry`, or None.
@@ -48,15 +48,6 @@ class Film:
         springs, cases = points.rate.shape
         axes, single = np.zeros((2, cases)), np.zeros(cases)
         return cls(points, np.zeros((2, springs, cases)), axes, axes, single, single, single, symmetry)
-
-    def take(self, cases: Cases) -> Film:
-        """The selected cases (k,)."""
-        strained = self.internal[..., cases], self.log_squared_stretch[:, cases], self.nominal_stress[:, cases]
-        source = None if self.source is None else self.source[cases]
-        border = None if self.border is None else self.border[:, cases]
-        assembly = None if self.assembly is None else self.assembly.take(cases)
-        times = self.time[cases], self.next_step[cases]
-        return Film(self.points.take(cases), *strained, self.field[cases], *times, self.symmetry, source, border, assembly)
 
     def copied(self) -> Film:
         """The same films, with arrays of the state that may be changed."""

@@ -19,7 +19,7 @@ from dielast.mechanics.line import Ramp
 from dielast.mechanics.span import Controls
 from dielast.mechanics.stability import TimeScale
 from dielast.mechanics.watch import EventArrays, Watch
-from dielast.numerics.arrays import Cases, Floats, paired
+from dielast.numerics.arrays import ByCase, Cases, Floats, paired
 from dielast.simulate.film import Film
 from dielast.simulate.film_setup import FilmSetup, OfAxes
 from dielast.simulate.follow import follow
@@ -53,7 +53,7 @@ class Lives:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Group:
+class Group(ByCase):
     """Relaxed films that run together, one per column. `films` are their numbers in the grid: first the films of the material, then
     those of each draw. `rtol` is the tolerance of their solution.
     """
@@ -73,11 +73,6 @@ class Group:
             film = setup.film(columns, rtol)
             groups.append(cls(film, first + films, setup.watched(film, columns, timescale), setup.thickness[films], rtol))
         return tuple(groups)
-
-    def take(self, columns: Cases) -> Group:
-        """The selected films (k,)."""
-        taken = self.film.take(columns), self.films[columns], self.watched.take(columns), self.thickness[columns]
-        return Group(*taken, self.rtol)
 
     def lives(
         self,
@@ -237,10 +232,11 @@ def lay_out(
         films, draws = temperature.size, len(sample)
         field = breakdown_field
         if field is not None and not isinstance(field, BreakdownLaw):
-            field = np.tile(setup.breakdown_field, draws)
+            field = np.tile(setup.endurance.breakdown_field, draws)
         tolerance = drawn_rtol or max(rtol, DRAWN_RTOL)
         with in_a_draw(argument="sample"):
             drawn = of_all(sample.aged(), field, np.tile(thickness, draws) * np.repeat(sample.thickness_factor, films), tolerance)
-            scaled = drawn.breakdown_field * np.repeat(sample.breakdown_factor, films)
-            groups += Group.all_of(replace(drawn, breakdown_field=scaled), pull_in_timescale, films, tolerance)
-    return FilmGrid(groups, temperature, prestretch, thickness, share, setup.breakdown_field, failures, draws)
+            scaled = drawn.endurance.breakdown_field * np.repeat(sample.breakdown_factor, films)
+            drawn = replace(drawn, endurance=replace(drawn.endurance, breakdown_field=scaled))
+            groups += Group.all_of(drawn, pull_in_timescale, films, tolerance)
+    return FilmGrid(groups, temperature, prestretch, thickness, share, setup.endurance.breakdown_field, failures, draws)

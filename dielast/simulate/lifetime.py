@@ -10,7 +10,7 @@ import numpy as np
 
 from dielast.io.result import Result, TabularResult
 from dielast.io.table import Column, Table
-from dielast.numerics.arrays import Floats
+from dielast.numerics.arrays import Floats, rms
 from dielast.simulate.failure_map import FailureMap
 
 UNITS = {"slope": "1/V", "intercept": "1", "rms_residual": "1", "r_squared": "1"}
@@ -137,4 +137,4 @@ def _line(x: Floats, y: Floats) -> tuple[float, float, float, float, float]:
     residual = y - intercept - slope * x if x.size > 2 else np.zeros(2)
     spread = float(np.sum((y - y.mean()) ** 2))
     r_squared = 1 - float(residual @ residual) / spread if spread > 0 else np.nan
-    return slope, intercept, float(np.sqrt(np.mean(residual**2))), r_squared, float(np.abs(residual).max())
+    return slope, intercept, rms(residual), r_squared, float(np.abs(residual).max())

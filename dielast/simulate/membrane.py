@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from dielast.errors import InputError
-from dielast.material.material import Material
+from dielast.material.material import Material, materials_of
 from dielast.material.springs import EQUIBIAXIAL, UNIAXIAL, SpringLaw, Symmetry
 from dielast.mechanics.cases import numbers, spread
 from dielast.mechanics.course import Piece
@@ -134,7 +134,7 @@ def simulate(
     the equilibrium modulus. The equations are those of Sec. 3 of DOI 10.1115/1.4030850. Raises `InputError` for invalid arguments;
     a case in which the numerics give up is an `Outcome`, not an error.
     """
-    materials = [material] if isinstance(material, Material) else list(material)
+    materials = materials_of(material)
     if not materials or not all(isinstance(entry, Material) for entry in materials):
         raise InputError("a Material, or a list of them, is needed")
     if isinstance(steps, Step):

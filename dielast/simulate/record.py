@@ -8,7 +8,7 @@ import numpy as np
 
 from dielast.mechanics.course import Chain, Course
 from dielast.mechanics.electric import ELECTRIC
-from dielast.mechanics.symmetric import Films
+from dielast.mechanics.symmetric import Films, films_of
 from dielast.mechanics.watch import Watch
 from dielast.numerics.arrays import Cases, Flags, Floats, paired
 from dielast.numerics.stride import Stride
@@ -161,17 +161,17 @@ class Recorder:
         if pooled.size:
             case = stride.cases[pooled]
             moment = self._relative[case, rows] - stride.begin[pooled]
-            assert isinstance(stride.system, Films)
-            part = slice(None) if self.needs_springs else slice(stride.system.border, None)
+            system = films_of(stride)
+            part = slice(None) if self.needs_springs else slice(system.border, None)
             fraction = np.minimum((moment - stride.time[pooled]) / stride.step[pooled], 1.0)
             more = [] if self.watch is None else [self.watch.exposed_along(stride, pooled, fraction)]
             if self.electric is not None:
                 more.append(self.electric.at(stride, pooled, moment))
             state = stride.dense(part, pooled, fraction)
-            values = self._evaluated(stride.system, state, pooled, case, moment, stride.begin[pooled])
+            values = self._evaluated(system, state, pooled, case, moment, stride.begin[pooled])
             self._values[-1][:, case, rows] = np.concatenate((values, *more))
             if self.output.internal:
-                self._internal[-1][:, :, case, rows] = stride.system.internal(state)
+                self._internal[-1][:, :, case, rows] = system.internal(state)
         if self.electric is not None:
             done = np.zeros_like(stride.accepted) if self.watch is None else self.watch.done[stride.cases]
             self.electric.follow(stride, done)

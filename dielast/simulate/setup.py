@@ -11,9 +11,8 @@ from numpy.typing import ArrayLike
 from dielast.errors import InputError, NumericsError
 from dielast.material.arguments import real_number
 from dielast.material.breakdown import Breakdown, BreakdownLaw
-from dielast.material.damage import DamageLaw
-from dielast.material.laws_of_cases import FollowingField, LawsOfCases
-from dielast.material.material import Material
+from dielast.material.laws_of_cases import Endurance, FollowingField, LawsOfCases
+from dielast.material.material import Material, materials_of
 from dielast.material.springs import EQUIBIAXIAL
 from dielast.mechanics.cases import of_case, one_set, spread
 from dielast.mechanics.criteria.criterion import WatchedFilms
@@ -49,9 +48,7 @@ class Setup:
     ramp: Floats
     relax: float
     controls: Controls
-    breakdown_field: Floats
-    following: FollowingField | None = None
-    damage: LawsOfCases[DamageLaw] | None = None
+    endurance: Endurance
     hung: Stretched = (None, None)
     share: Floats | None = None
     mesh: Cases = field(default_factory=lambda: np.zeros(0, dtype=np.intp))
@@ -106,10 +103,7 @@ class Setup:
 
     def watched(self, film: Film, cases: Cases, timescale: TimeScale) -> WatchedFilms:
         """The data for criteria on the films `cases` (k,), which are prestretched and relaxed."""
-        following = None if self.following is None else self.following.take(cases)
-        damage = None if self.damage is None else self.damage.take(cases)
-        relaxed = film.nominal_stress, film.points.stress_floor
-        return WatchedFilms(self.controls, self.breakdown_field[cases], timescale, *relaxed, following, damage)
+        return WatchedFilms(self.controls, self.endurance.take(cases), timescale, film.nominal_stress, film.points.stress_floor)
 
 
 def _of_cases(values: Stretched, cases: Cases) -> Stretched:
@@ -159,7 +153,7 @@ def set_up(
 
     Raises `InputError` for invalid arguments.
     """
-    materials = [material] if isinstance(material, Material) else list(material)
+    materials = materials_of(material)
     if not materials:
         raise InputError("a material is needed")
     for entry in materials:
@@ -187,12 +181,12 @@ def set_up(
     if any(load is not None for load in hung) and any(isinstance(law, Breakdown) and len(law.prestretch) > 1 for law in laws):
         needed_number = "a field over prestretch is not known of a film that a weight stretches: state one number"
         raise InputError(needed_number, argument="breakdown_field")
-    breakdown, following = _breakdown(laws, np.sqrt(area), thickness)
     damage = LawsOfCases.of([entry.damage for entry in materials], cases) or None
+    endurance = Endurance(*_breakdown(laws, np.sqrt(area), thickness), damage)
     mesh = np.zeros(cases, dtype=np.intp)
     if share is not None and film.surrounded == "frame":
         mesh = _mesh(points, share, held[0], film.mesh_rtol)
-    ends = controls, breakdown, following, damage, hung, share, mesh
+    ends = controls, endurance, hung, share, mesh
     return Setup(points, temperatures, thickness, prestretch, ramp, film.relax, *ends)
 
 

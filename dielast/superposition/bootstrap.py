@@ -5,13 +5,12 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from dielast.errors import DielastWarning, InputError, NumericsError
+from dielast.errors import InputError, NumericsError, without_warnings
 from dielast.io.result import TabularResult
 from dielast.io.table import Column, Table
 from dielast.material.arguments import whole_number
@@ -85,8 +84,7 @@ def bootstrap_master_curve(
     grid = np.geomspace(master.smooth_abscissa[0], master.smooth_abscissa[-1], GRID)
     rows: list[tuple[int, Floats, Floats, Floats, Floats]] = []
     for draw in range(draws):
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", DielastWarning)
+        with without_warnings():
             try:
                 drawn = build_master_curve(
                     resampled.draw(stream(seed, "measurements", draw)),

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
 
-from dielast.errors import DielastWarning, InputError, warn
+from dielast.errors import InputError, warn, without_warnings
 from dielast.io.table import spoken
 from dielast.material.measurement import Measurement
 from dielast.material.measurement_kind import MeasurementKind
@@ -59,8 +58,7 @@ def usable_curves(curves: Sequence[Measurement]) -> tuple[Gathered, Binned]:
     """
     kept, reasons = list(curves), []
     while True:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", DielastWarning)  # the call below issues them once
+        with without_warnings():  # the call below issues them once
             data = _gather(kept)
         binned, m = bin_channels(data.curve, data.position, data.ordinates, data.kind.stiffness_power), data.temperature.size
         lost = np.bincount(data.curve[(binned.bin_of_point < 0) & data.good], minlength=m)

@@ -13,7 +13,7 @@ import numpy as np
 
 from dielast.numerics.arrays import Floats, Index
 from dielast.superposition.effects import precision_of
-from dielast.superposition.points import FitPoints, Weights, robust_weights
+from dielast.superposition.points import FitPoints, Weights, neighbour_correlation, robust_weights
 from dielast.superposition.spline import Spline, SplineProblem
 
 LOOSE = 30.0**-2  # precision (1/decade^2) of the prior, which keeps the normal matrix regular where there are no data
@@ -157,6 +157,5 @@ def akaike(state: State, evidence: float) -> float:
 def correlation(points: FitPoints, state: State) -> float:
     """Factor on the covariance for correlated residuals: (1 + r)/(1 - r), with r the correlation of neighbours."""
     z = state.residual * np.sqrt(state.weights.weight)
-    joined = points.series[1:] == points.series[:-1]
-    r = float(np.sum((z[1:] * z[:-1])[joined]) / max(float(np.sum(z**2)), 1e-300))
+    r = neighbour_correlation(points.series, z)
     return (1 + r) / (1 - r) if r > 3 / np.sqrt(z.size) else 1.0

@@ -18,7 +18,7 @@ import numpy as np
 from dielast.material.measurement import Measurement
 from dielast.numerics.arrays import Flags, Floats, Index
 from dielast.superposition.binning import windows
-from dielast.superposition.points import along_curve
+from dielast.superposition.points import along_curve, neighbour_correlation
 from dielast.superposition.result import MasterCurve
 from dielast.superposition.spline import SplineProblem, spacing_bounds
 
@@ -146,10 +146,8 @@ def _fit_channel(owner: Index, group: Index, x: Floats, values: Floats, lift: Fl
 def _neighbours(owner: Index, rest: Floats) -> float:
     """Correlation of neighbouring residuals, 0 if it is not significant."""
     scale = np.sqrt(np.bincount(owner, rest**2) / np.maximum(np.bincount(owner), 1))
-    z = rest / np.maximum(scale[owner], 1e-300)
-    joined = owner[1:] == owner[:-1]
-    r = float(np.sum((z[1:] * z[:-1])[joined]) / max(float(np.sum(z**2)), 1e-300))
-    if r <= SIGNIFICANT / np.sqrt(z.size):
+    r = neighbour_correlation(owner, rest / np.maximum(scale[owner], 1e-300))
+    if r <= SIGNIFICANT / np.sqrt(rest.size):
         return 0.0
     # correct the bias due to the fitted level and shift of each curve (M. G. Kendall, Biometrika 41 (1954) 403)
     points = float(np.mean(np.bincount(owner)[np.unique(owner)]))

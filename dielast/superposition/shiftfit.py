@@ -8,7 +8,7 @@ import numpy as np
 
 from dielast.errors import warn
 from dielast.material.shift import SHIFTS, ShiftLaw
-from dielast.numerics.arrays import Floats
+from dielast.numerics.arrays import Floats, rms
 
 NEGLIGIBLE = 1e-3  # decades
 
@@ -101,4 +101,4 @@ def _spread(differences: Floats) -> float:
     """Root mean square; infinite if a difference is unknown."""
     if not differences.size:
         return 0.0
-    return float(np.sqrt(np.mean(differences**2))) if np.all(np.isfinite(differences)) else np.inf
+    return rms(differences) if np.all(np.isfinite(differences)) else np.inf

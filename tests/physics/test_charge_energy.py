@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from dielast import actuate
 from dielast.material.dielectric import LinearPermittivity
+from dielast.material.laws_of_cases import Endurance
 from dielast.material.leakage import Leakage
 from dielast.material.springs import EQUIBIAXIAL
 from dielast.mechanics.criteria.criterion import WatchedFilms
@@ -113,7 +114,7 @@ def test_energy_is_conserved(
     film, _ = prestretched(Film.at_rest(points, symmetry), (prestretch[0] * one, prestretch[1] * one), 5 * one, 600.0, rtol)
     film = replace(film, points=wiring.wired(film.points, np.zeros(1, dtype=np.intp)))
     begin = film
-    watched = WatchedFilms(controls, np.inf * one, ONE_PERCENT, begin.nominal_stress, points.stress_floor)
+    watched = WatchedFilms(controls, Endurance(np.inf * one), ONE_PERCENT, begin.nominal_stress, points.stress_floor)
     watch, meter = Dashpots(watched, wiring.resistance), ElectricMeter(wiring.leakage, 1)
     pieces = electrical_pieces(steps, controls, one if charge else THICKNESS * one)
     recorder = Recorder(Output(points_per_decade=2), watch, meter)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from dielast.material.laws_of_cases import Endurance
 from dielast.material.material import Material
 from dielast.material.shift import NoShift
 from dielast.material.spectrum import Spectrum
@@ -97,7 +98,7 @@ def test_energy_is_conserved(first: float, second: float, controls: tuple[Contro
     symmetry = EQUIBIAXIAL if first == second and controls[0] is controls[1] else None
     rest = Film.at_rest(points, symmetry)
     film, _ = prestretched(rest, (np.array([first]), np.array([second])), np.array([5.0]), 600.0, rtol=1e-9)
-    watch = Bookkeeper(WatchedFilms(controls, np.array([np.inf]), ONE_PERCENT, film.nominal_stress, points.stress_floor))
+    watch = Bookkeeper(WatchedFilms(controls, Endurance(np.array([np.inf])), ONE_PERCENT, film.nominal_stress, points.stress_floor))
     steps = [VoltageStep(2e3, duration=3.0), VoltageStep.hold(200.0), VoltageStep(-1e3, duration=10.0), VoltageStep.hold(50.0)]
     follow(film, electrical_pieces(steps, controls, np.array([THICKNESS])), rtol=1e-9, watch=watch)
     gained = watch.stored[-1] - watch.stored[0]

@@ -9,6 +9,7 @@ import pytest
 from films import SOFT
 from numpy.typing import NDArray
 
+from dielast.material.laws_of_cases import Endurance
 from dielast.material.material import Material
 from dielast.material.shift import NoShift
 from dielast.material.spectrum import Spectrum
@@ -121,7 +122,7 @@ def test_a_parabola_that_dips_below_zero_is_found_wherever_it_does(depth: float,
     points = damped(Points.of(solid, np.full(count, 20.0), 1e-4))
     system = LoadedPoints(points, Load.between(controls, np.zeros((3, count)), np.zeros((3, count)), one))
     state = np.zeros((2 * len(points.modulus) + 2, count))
-    films = WatchedFilms(controls, np.full(count, np.inf), ONE_PERCENT, np.zeros((2, count)), points.stress_floor)
+    films = WatchedFilms(controls, Endurance(np.full(count, np.inf)), ONE_PERCENT, np.zeros((2, count)), points.stress_floor)
     watch = Watch(films, [parabolas], ["pull-in"])
     watch.begin(system, state, zero, every >= 0)
     increments = np.zeros((RODAS5P.stages, *state.shape))

@@ -220,6 +220,11 @@ def test_every_combination_is_a_film_and_no_film_knows_of_another() -> None:
     assert np.sort(whole.voltage[thin]) / 4e-4 == pytest.approx(np.sort(whole.voltage[thick]) / 5e-4, rel=1e-6)
 
 
+def test_a_number_of_numpy_holds_for_all_films() -> None:
+    goal = Goal.of(np.float64(600.0), [1.1, 1.2], None).take(np.array([1]))  # such a number has a method `take` of its own
+    assert (goal.at, goal.target.tolist()) == (600.0, [1.2])
+
+
 def test_what_draws_tell() -> None:
     """Voltages in proportion to thickness; lives of the draws under the voltage of the design, as a map of them has them."""
     sample = draw_sample([FILM], 40, thickness=NormalScatter(0.02), breakdown_field=WeibullScatter(20))

@@ -9,12 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from dielast.calibration.history import path_length
+from dielast.calibration.experiment import SimulatedExperiment, answers_of
 from dielast.commands.registry import read_cases
 from dielast.commands.simulation.compare import read_points
 from dielast.commands.simulation.result import with_axes
 from dielast.commands.simulation.run import Simulation
-from dielast.errors import DielastError, InputError
+from dielast.errors import InputError
 from dielast.io.files import Inputs, resolve
 from dielast.io.table import split_header
 from dielast.material.material import Material
@@ -26,32 +26,16 @@ KINDS = ("relax", "creep", "actuate")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class SimulatedTest:
-    """One `[[compare]]` of a recipe: `measured` values of the column `header`, less that at `rest`, at times (n,) in s."""
+class SimulatedTest(SimulatedExperiment):
+    """One `[[compare]]` of a recipe, whose `case` is simulated."""
 
-    name: str
-    specimen: str
-    time: Floats
-    measured: Floats
-    rest: float
-    unit: str
-    temperature: float
-    header: str
     case: Case[Any]
     simulation: Simulation
     inputs: Inputs
-    stretch: None = None
-
-    @property
-    def place(self) -> Floats:
-        """The path length (n,) of each point along the curve."""
-        return path_length(self.time, self.measured)
 
     def answers(self, materials: Sequence[Material | None]) -> Floats:
         """The simulated values (materials, n) less `rest`, NaN if the simulation of a material ends earlier."""
-        found = np.full((len(materials), self.time.size), np.nan)
-        self._solve([k for k, material in enumerate(materials) if material is not None], materials, found)
-        return found
+        return answers_of(self._solve, materials, self.time.size)
 
     def reach(self, material: Material) -> tuple[str, float]:
         """The mode of loading, and the largest I1 of a material until the last point."""
@@ -62,23 +46,17 @@ class SimulatedTest:
         alike = "equibiaxial" if np.allclose(first, second) else "biaxial"
         return str(getattr(self.case.recipe, "mode", alike)), invariant
 
-    def _solve(self, chosen: Sequence[int], materials: Sequence[Material | None], found: Floats) -> None:
-        """Fill in the rows of the materials that are `chosen`."""
-        used = [material for k in chosen if (material := materials[k]) is not None]
-        if not used:
-            return
-        try:
-            results = solve_batches(self.simulation.batches([self.case] * len(used), used, self.inputs))
-        except DielastError:  # one of the materials fails: solve them one by one
-            if len(used) > 1:
-                for k in chosen:
-                    self._solve([k], materials, found)
-            return
-        for k, result in zip(chosen, results, strict=True):
-            columns = with_axes(result.columns, self.case.recipe)
-            time, values = columns["time [s]"], columns[self.header]
-            if time.size:
-                found[k] = np.interp(self.time, time, values, left=np.nan, right=np.nan) - self.rest
+    def _solve(self, materials: Sequence[Material]) -> list[Floats]:
+        """The simulated values (n,) of each material less `rest`, NaN after the end of its simulation."""
+        results = solve_batches(self.simulation.batches([self.case] * len(materials), materials, self.inputs))
+        tables = [with_axes(result.columns, self.case.recipe) for result in results]
+        return [self._at_times(table["time [s]"], table[self.header]) for table in tables]
+
+    def _at_times(self, time: Floats, values: Floats) -> Floats:
+        """The values (n,) less `rest` at the times of the test, NaN outside."""
+        if not time.size:
+            return np.full(self.time.size, np.nan)
+        return np.interp(self.time, time, values, left=np.nan, right=np.nan) - self.rest
 
 
 def recipe_tests(name: str, inputs: Inputs, called: str, specimen: str) -> list[SimulatedTest]:

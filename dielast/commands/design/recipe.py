@@ -4,30 +4,18 @@ from __future__ import annotations
 
 from typing import Annotated, ClassVar, Literal, Self
 
-from pydantic import AfterValidator, Field, model_validator
+from pydantic import Field, model_validator
 
-from dielast.commands.simulation.film_recipe import PullInSection
-from dielast.commands.simulation.grid_recipe import GridFilm, GridSolver, GridTemperatures, distinct
-from dielast.commands.simulation.uncertainty_recipe import FilmUncertainty
+from dielast.commands.simulation.grid_recipe import GridFilm, GridRecipe, distinct
 from dielast.errors import InputError
-from dielast.handover.law_section import BreakdownField
-from dielast.handover.material_file import MaterialFile, material_file
 from dielast.material.scatter import fewest_draws
-from dielast.recipe.base import RecipeBase
 from dielast.recipe.fields import Numbers, PositiveTime, Quantity, Section
-from dielast.recipe.file_fields import InputFile
 from dielast.simulate.design_plan import AREA_STRAIN, RELATIVE_STRETCH
 from dielast.units import LENGTH, STRAIN
 
-Thicknesses = Annotated[
-    tuple[float, ...],
-    Quantity(LENGTH, above=0.0, many=True),
-    AfterValidator(lambda values: distinct(values, "{:.9g} m".format)),
-]
-Stretches = Annotated[tuple[float, ...], Numbers(above=1.0), AfterValidator(lambda values: distinct(values, "{:.9g}".format))]
-Strains = Annotated[
-    tuple[float, ...], Quantity(STRAIN, above=0.0, many=True), AfterValidator(lambda values: distinct(values, "{:.9g}".format))
-]
+Thicknesses = Annotated[tuple[float, ...], Quantity(LENGTH, above=0.0, many=True), distinct("{:.9g} m".format)]
+Stretches = Annotated[tuple[float, ...], Numbers(above=1.0), distinct("{:.9g}".format)]
+Strains = Annotated[tuple[float, ...], Quantity(STRAIN, above=0.0, many=True), distinct("{:.9g}".format)]
 
 
 class DesignFilm(GridFilm):
@@ -68,7 +56,7 @@ class GoalSection(Section):
         return self
 
 
-class DesignRecipe(RecipeBase):
+class DesignRecipe(GridRecipe):
     """Which film and which voltage reach a goal, and how long that lasts."""
 
     ELSEWHERE: ClassVar = {
@@ -77,25 +65,10 @@ class DesignRecipe(RecipeBase):
     }
 
     kind: Literal["design"] = Field(description="The subcommand that runs this recipe.")
-    material: InputFile = Field(description="Material file, written by spectrum, by calibrate or by hand.")
-    temperature: GridTemperatures | None = Field(
-        None, description="Temperatures of the films; a list is an axis of the grid. Default: the material's reference temperature."
-    )
     film: DesignFilm = Field(
         description="The films, one for every combination of the lists, and their prestretch before the voltage."
     )
     goal: GoalSection = Field(description="The goal of each film.")
-    breakdown: BreakdownField | None = Field(None, description="Law of the breakdown field. Default: that of the material.")
-    pull_in: PullInSection = Field(default_factory=PullInSection, description="The pull-in criterion.")
-    solver: GridSolver = Field(GridSolver(), description="How exactly the equations are solved.")
-    uncertainty: FilmUncertainty | None = Field(
-        None, description="Intervals of voltage and life, from draws of the material and of films."
-    )
-
-    @classmethod
-    def material_model(cls) -> type[MaterialFile]:
-        """The model of the material file."""
-        return material_file()
 
     @model_validator(mode="after")
     def _movable(self) -> Self:

@@ -13,11 +13,10 @@ import numpy as np
 
 from dielast.commands.design.recipe import DesignRecipe
 from dielast.commands.simulation.cases import first_of_each, material_of
-from dielast.commands.simulation.grid import in_grid_terms, sample_for, warn_of_design, warn_of_grid
+from dielast.commands.simulation.grid import in_grid_terms, in_words, sample_for, warn_of_design, warn_of_grid
 from dielast.commands.simulation.memory_needed import check_cells
 from dielast.commands.simulation.recipe import KEYS
 from dielast.errors import in_keys, placed
-from dielast.handover.law_section import breakdown
 from dielast.io.files import Inputs
 from dielast.material.material import Material
 from dielast.recipe.cases import Case
@@ -110,23 +109,14 @@ def _plan(recipe: DesignRecipe, material: Material, sample: Sample | None) -> De
             Goal.of(goal.at, goal.relative_stretch, goal.area_strain),
             horizon=goal.horizon,
             temperature=np.array(temperatures),
-            breakdown_field=breakdown(recipe.breakdown),
-            pull_in_timescale=recipe.pull_in.criterion,
-            rtol=recipe.solver.rtol,
-            sample=sample,
-            drawn_rtol=recipe.solver.rtol if "rtol" in recipe.solver.model_fields_set else None,
+            **recipe.solving(sample),
         )
 
 
 def film_of(result: Design, film: int) -> str:
     """A film in words."""
-    first, second = result.prestretch[film].tolist()
-    parts = [f"{result.temperature[film]:g} degC", f"prestretch {first:g}" + (f" x {second:g}" if second != first else "")]
-    if result.electrode_share is not None:
-        parts.append(f"electrode share {result.electrode_share[film]:g}")
-    if np.ptp(result.thickness) > 0:
-        parts.append(f"thickness {result.thickness[film] * 1e3:g} mm")
-    return ", ".join(parts)
+    text = in_words(result, float(result.temperature[film]), film)
+    return text if np.ptp(result.thickness) == 0 else f"{text}, thickness {result.thickness[film] * 1e3:g} mm"
 
 
 def headline(result: Design) -> dict[str, dict[str, Any]]:

@@ -7,15 +7,10 @@ from typing import ClassVar, Literal, Self
 
 from pydantic import Field, field_validator, model_validator
 
-from dielast.commands.simulation.film_recipe import PullInSection
-from dielast.commands.simulation.grid_recipe import GridFilm, GridSolver, GridTemperatures
-from dielast.commands.simulation.uncertainty_recipe import SENSITIVITY_TEXT, FilmUncertainty
+from dielast.commands.simulation.grid_recipe import GridFilm, GridRecipe
+from dielast.commands.simulation.uncertainty_recipe import SENSITIVITY_TEXT
 from dielast.errors import InputError
-from dielast.handover.law_section import BreakdownField
-from dielast.handover.material_file import MaterialFile, material_file
-from dielast.recipe.base import RecipeBase
 from dielast.recipe.fields import NamedTimes, PositiveTime, Section, Time, Voltage, Voltages
-from dielast.recipe.file_fields import InputFile
 
 
 class MapFilm(GridFilm):
@@ -69,7 +64,7 @@ class StretchSection(Section):
         return at
 
 
-class FailureMapRecipe(RecipeBase):
+class FailureMapRecipe(GridRecipe):
     """Time to failure over voltage, prestretch and temperature."""
 
     ELSEWHERE: ClassVar = dict.fromkeys(
@@ -78,28 +73,13 @@ class FailureMapRecipe(RecipeBase):
     )
 
     kind: Literal["failure-map"] = Field(description="The subcommand that runs this recipe.")
-    material: InputFile = Field(description="Material file, written by spectrum, by calibrate or by hand.")
-    temperature: GridTemperatures | None = Field(
-        None, description="Temperatures of the films; a list is an axis of the grid. Default: the material's reference temperature."
-    )
     horizon: PositiveTime = Field(description="Time for which the voltage stays on; a film that lives longer survives.")
     film: MapFilm = Field(description="The films, and their prestretch before the voltage.")
     voltage: VoltageAxis = Field(description="The voltages, an axis of the grid.")
     stretch: StretchSection | None = Field(
         None, description="Times at which the stretch of the films is written and drawn: the operating map."
     )
-    breakdown: BreakdownField | None = Field(None, description="Law of the breakdown field. Default: that of the material.")
-    pull_in: PullInSection = Field(default_factory=PullInSection, description="The pull-in criterion.")
-    solver: GridSolver = Field(GridSolver(), description="How exactly the equations are solved.")
-    uncertainty: FilmUncertainty | None = Field(
-        None, description="Intervals of all times, from draws of the material and of films."
-    )
     sensitivity: bool = Field(False, description=SENSITIVITY_TEXT)
-
-    @classmethod
-    def material_model(cls) -> type[MaterialFile]:
-        """The model of the material file."""
-        return material_file()
 
     @model_validator(mode="after")
     def _boundary_and_times(self) -> Self:

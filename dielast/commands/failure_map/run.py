@@ -12,11 +12,10 @@ import numpy as np
 from dielast.commands.failure_map.recipe import FailureMapRecipe
 from dielast.commands.failure_map.resume import fingerprint, solve
 from dielast.commands.simulation.cases import first_of_each, material_of
-from dielast.commands.simulation.grid import in_grid_terms, sample_for, warn_of_failures, warn_of_map
+from dielast.commands.simulation.grid import in_grid_terms, in_words, sample_for, warn_of_failures, warn_of_map
 from dielast.commands.simulation.memory_needed import check_cells
 from dielast.commands.simulation.recipe import KEYS
 from dielast.errors import placed
-from dielast.handover.law_section import breakdown
 from dielast.io.files import Inputs
 from dielast.io.table import Table
 from dielast.material.material import Material
@@ -96,12 +95,8 @@ def _plan(recipe: FailureMapRecipe, material: Material, sample: Sample | None) -
             horizon=recipe.horizon,
             temperature=np.array(temperatures),
             ramp=recipe.voltage.ramp,
-            breakdown_field=breakdown(recipe.breakdown),
-            pull_in_timescale=recipe.pull_in.criterion,
             stretch_at={} if recipe.stretch is None else dict(recipe.stretch.at),
-            rtol=recipe.solver.rtol,
-            sample=sample,
-            drawn_rtol=recipe.solver.rtol if "rtol" in recipe.solver.model_fields_set or recipe.uncertainty is None else None,
+            **recipe.solving(sample),
             **recipe.film.setup(recipe.solver.mesh_rtol),
         )
 
@@ -110,11 +105,8 @@ def failures(result: FailureMap) -> list[str]:
     """A line for each reason why cells were not finished, about the first of these cells."""
     lines = []
     for i, j, k in np.argwhere(result.outcome != "completed"):
-        reason, share = str(result.outcome[i, j, k]), ""
-        if result.electrode_share is not None:
-            share = f"electrode share {result.electrode_share[j]:g}, "
-        film = f"{result.temperature[i]:g} degC, prestretch {result.prestretch[j][0]:g}, {share}{result.voltage[k]:g} V"
-        lines.append((reason, f"{film}: given up: {reason}"))
+        reason, film = str(result.outcome[i, j, k]), in_words(result, float(result.temperature[i]), j)
+        lines.append((reason, f"{film}, {result.voltage[k]:g} V: given up: {reason}"))
     return first_of_each(lines, "cells")
 
 

@@ -183,12 +183,13 @@ def last(values: Floats) -> float:
 
 def compare_headline(matched: Sequence[Match]) -> dict[str, Any]:
     """The comparisons: column, case, misfit in its SI unit, and the number of points that it includes."""
-    left_out = [entry.x.size - entry.used for entry in matched]
+    used = [int(np.count_nonzero(entry.reached)) for entry in matched]
+    left_out = [entry.x.size - count for entry, count in zip(matched, used, strict=True)]
     compared = [entry.headers[1] for entry in matched]
     return {
         "y": compared[0] if len(compared) == 1 else compared,
         "case": one_or_list([entry.case for entry in matched]),
-        "points": one_or_list([entry.used for entry in matched]),
+        "points": one_or_list(used),
         **({"points_left_out": one_or_list(left_out)} if any(left_out) else {}),
         "rms_error": one_or_list([entry.rms_error for entry in matched]),
         "rms_relative_error": one_or_list([entry.rms_relative_error for entry in matched]),

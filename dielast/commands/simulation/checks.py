@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from itertools import groupby
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from dielast.commands.membrane.recipe import CreepRecipe, Recipe, RelaxRecipe
+from dielast.commands.membrane.recipe import CreepRecipe, RelaxRecipe
 from dielast.commands.simulation.cases import last
-from dielast.commands.simulation.result import CaseResult
+from dielast.commands.simulation.result import CaseResult, SolvedCase
 from dielast.commands.simulation.solver_steps import Entry, aims, corners, lasting, reached
 from dielast.errors import and_more, warn
 from dielast.handover.law_section import breakdown
@@ -31,7 +31,6 @@ from dielast.material.checks import (
 from dielast.material.material import Material
 from dielast.material.use_checks import Pace, fastest_branch, warn_of_lasting, warn_of_paces, warn_of_stretches, warn_of_use
 from dielast.numerics.arrays import Floats
-from dielast.recipe.cases import Case
 
 if TYPE_CHECKING:
     from dielast.commands.actuate.recipe import ActuateRecipe
@@ -43,30 +42,26 @@ SLACK = 0.01  # of the highest stress: a larger compressive stress gives a warni
 AT_ONCE = "as the voltage comes on"
 
 
-def warn_of_membranes(
-    cases: Sequence[Case[Recipe]],
-    materials: Sequence[Material],
-    results: Sequence[CaseResult],
-    histories: Sequence[Sequence[Entry]],
-) -> None:
+def warn_of_membranes(cases: Sequence[SolvedCase]) -> None:
     """Warn of cases of `relax` or `creep` that ask too much of their material, or whose loads look like something else."""
-    rest = 1.0 if cases[0].recipe.kind == "relax" else 0.0
-    _warn_of_materials(materials, results, [case.recipe.mode for case in cases])
-    warn_of_paces(_paces(cases, materials, results, histories, rest))
-    targets = [aims(entries) for entries in histories]
-    if cases[0].recipe.kind == "relax":
+    relaxing = cases[0].recipe.kind == "relax"
+    rest = 1.0 if relaxing else 0.0
+    _warn_of_materials(cases, [case.recipe.mode for case in cases])
+    warn_of_paces(_paces(cases, rest))
+    targets = [aims(case.steps) for case in cases]
+    if relaxing:
         warn_of_stretch(min(min(values, default=rest) for values in targets), max(max(values, default=rest) for values in targets))
-        _warn_of_slack(results)
+        _warn_of_slack([case.result for case in cases])
         return
     specimens = [case.recipe.specimen for case in cases if case.recipe.specimen is not None]
     thickness = [specimen.thickness for specimen in specimens if specimen.thickness is not None]
     warn_of_thickness(thickness, "specimen", THICKEST_SPECIMEN)
-    loaded = [case for case, aim in enumerate(targets) if any(aim)]
+    loaded = [case for case, aim in zip(cases, targets, strict=True) if any(aim)]
     if loaded:
-        stretches = [_stretches(results[case]) for case in loaded]
+        stretches = [_stretches(case.result) for case in loaded]
         margins = [
-            materials[case].equilibrium_law.margin(np.square(stretch))
-            if materials[case].equilibrium_modulus > 0
+            case.material.equilibrium_law.margin(np.square(stretch))
+            if case.material.equilibrium_modulus > 0
             else np.ones(stretch.shape[1])
             for case, stretch in zip(loaded, stretches, strict=True)
         ]
@@ -74,50 +69,45 @@ def warn_of_membranes(
         warn_of_elongation(first, second, np.concatenate(margins))
 
 
-def warn_of_films(
-    cases: Sequence[Case[ActuateRecipe]],
-    materials: Sequence[Material],
-    results: Sequence[CaseResult],
-    histories: Sequence[Sequence[Entry]],
-) -> None:
+def warn_of_films(cases: Sequence[SolvedCase]) -> None:
     """Warn of cases of `actuate` that ask too much of their material, whose films or voltages look as if they were in another unit,
     or that break down at once.
     """
-    films = [case.recipe.film for case in cases]
+    recipes: Sequence[ActuateRecipe] = [case.recipe for case in cases]
+    films, materials = [recipe.film for recipe in recipes], [case.material for case in cases]
     even = [len({*film.prestretch}) == 1 and len({*film.boundary}) == 1 for film in films]
-    _warn_of_materials(materials, results, ["equibiaxial" if both else None for both in even])
-    stated = [breakdown(case.recipe.breakdown) for case in cases]
+    _warn_of_materials(cases, ["equibiaxial" if both else None for both in even])
+    stated = [breakdown(recipe.breakdown) for recipe in recipes]
     limits = [law or material.breakdown for law, material in zip(stated, materials, strict=True)]
     warn_of_breakdown([field for law in stated if law is not None for field in law.typical_fields()])
-    if any(case.recipe.stop.at is None for case in cases):
+    if any(recipe.stop.at is None for recipe in recipes):
         warn_of_no_breakdown([law is not None for law in limits], materials)
     thickness = np.array([film.thickness for film in films])
     warn_of_setups([film.prestretch for film in films], [film.boundary for film in films], thickness, limits)
     area = np.array([film.prestretch[0] * film.prestretch[1] for film in films])
-    highest = np.array([max(map(abs, aims(entries)), default=0.0) for entries in histories])
-    charged = np.array([case.recipe.control == "charge" for case in cases])
-    permittivity = np.array([_permittivity(*pair) for pair in zip(materials, results, strict=True)])
-    field = np.where(charged, highest / (permittivity * area), highest * area / thickness)
+    highest = np.array([max(map(abs, aims(case.steps)), default=0.0) for case in cases])
+    charged = np.array([recipe.control == "charge" for recipe in recipes])
+    field = np.where(charged, highest / (np.array(list(map(_permittivity, cases))) * area), highest * area / thickness)
     # if none is known, the plausible value closest to the field
     limit = np.clip(field, FAINTEST, STRONGEST)
     for k, law in enumerate(limits):
         if law is not None:
             limit[k] = law.of_film(np.sqrt(area[k]), thickness[k] / area[k])
     warn_of_field(field, limit, charged)
-    leaks = [case.recipe.leakage for case in cases]
+    leaks = [recipe.leakage for recipe in recipes]
     scale = [np.inf if leak is None or leak.field is None or not leak.conductivity else leak.field for leak in leaks]
-    warn_of_leak([np.max(np.abs(result.columns["true_field [V/m]"]), initial=0.0) for result in results], scale)
-    paces, broken = list(_paces(cases, materials, results, histories, 0.0)), []
-    for index, (material, result) in enumerate(zip(materials, results, strict=True)):
-        at_once = AT_ONCE.replace("voltage", cases[index].recipe.control)
-        for event in result.events or ():
+    warn_of_leak([np.max(np.abs(case.result.columns["true_field [V/m]"]), initial=0.0) for case in cases], scale)
+    paces, broken = list(_paces(cases, 0.0)), []
+    for index, case in enumerate(cases):
+        at_once, temperature = AT_ONCE.replace("voltage", case.recipe.control), case.result.temperature
+        for event in case.result.events or ():
             if event.name != "breakdown" or event.time > 0:
                 continue
             if abs(event.voltage) * area[index] / thickness[index] * MOVED >= limit[index]:
                 broken.append((index, at_once))
             else:
                 what = f"{_of_case(index, len(cases))}the film breaks down {at_once}, after"
-                paces.append(Pace(what, 0.0, fastest_branch(material, result.temperature), result.temperature))
+                paces.append(Pace(what, 0.0, fastest_branch(case.material, temperature), temperature))
     warn_of_paces(paces)
     if broken:
         beyond = f"the film breaks down {broken[0][1]}: it is beyond the breakdown field from the start"
@@ -146,23 +136,20 @@ def warn_of_setups(
         warn(f"film.prestretch: 1 in a frame: {buckles}; the result is of a film that stays flat")
 
 
-def _warn_of_materials(materials: Sequence[Material], results: Sequence[CaseResult], modes: Sequence[str | None]) -> None:
+def _warn_of_materials(cases: Sequence[SolvedCase], modes: Sequence[str | None]) -> None:
     """Warn of temperatures, times and stretches that the materials are used at; `modes` are the modes of loading of the cases."""
-    for cases in _alike([id(material) for material in materials]):
-        material, temperature = materials[cases[0]], [results[case].temperature for case in cases]
-        warn_of_use(material, temperature)
-        warn_of_lasting(material, temperature, [np.max(results[case].columns["time [s]"], initial=0.0) for case in cases])
-    for cases in _alike([(id(material), mode) for material, mode in zip(materials, modes, strict=True)]):
-        stretch = np.concatenate([_stretches(results[case]) for case in cases], axis=1)
-        warn_of_stretches(materials[cases[0]], stretch, modes[cases[0]])
-
-
-def _alike(keys: Sequence[object]) -> list[list[int]]:
-    """The numbers of the cases with equal keys, for each key."""
-    groups: dict[object, list[int]] = {}
-    for case, key in enumerate(keys):
-        groups.setdefault(key, []).append(case)
-    return list(groups.values())
+    of_material: dict[int, list[SolvedCase]] = {}
+    of_mode: dict[tuple[int, str | None], list[SolvedCase]] = {}
+    for case, mode in zip(cases, modes, strict=True):
+        of_material.setdefault(id(case.material), []).append(case)
+        of_mode.setdefault((id(case.material), mode), []).append(case)
+    for alike in of_material.values():
+        temperature = [case.result.temperature for case in alike]
+        warn_of_use(alike[0].material, temperature)
+        ends = [np.max(case.result.columns["time [s]"], initial=0.0) for case in alike]
+        warn_of_lasting(alike[0].material, temperature, ends)
+    for (_, mode), alike in of_mode.items():
+        warn_of_stretches(alike[0].material, np.concatenate([_stretches(case.result) for case in alike], axis=1), mode)
 
 
 def _stretches(result: CaseResult) -> Floats:
@@ -180,10 +167,10 @@ def _warn_of_slack(results: Sequence[CaseResult]) -> None:
         warn(f"{_cases(slack) if len(results) > 1 else ''}{pushed}: a thin one goes slack instead")
 
 
-def _permittivity(material: Material, result: CaseResult) -> float:
+def _permittivity(case: SolvedCase) -> float:
     """The permittivity at stretch 1 in F/m; 1 if the material has none."""
-    law = material.dielectric
-    return 1.0 if law is None else float(law.at(np.array([result.temperature]))[0])
+    law = case.material.dielectric
+    return 1.0 if law is None else float(law.at(np.array([case.result.temperature]))[0])
 
 
 def _cases(numbers: Sequence[int]) -> str:
@@ -195,24 +182,18 @@ def _of_case(index: int, cases: int) -> str:
     return f"case {index}: " if cases > 1 else ""
 
 
-def _paces(
-    cases: Sequence[Case[RelaxRecipe | CreepRecipe | ActuateRecipe]],
-    materials: Sequence[Material],
-    results: Sequence[CaseResult],
-    histories: Iterable[Sequence[Entry]],
-    rest: float,
-) -> Iterator[Pace]:
+def _paces(cases: Sequence[SolvedCase], rest: float) -> Iterator[Pace]:
     """The durations of all loads in all cases, whose histories begin with `rest`."""
-    for index, (case, material, result, entries) in enumerate(zip(cases, materials, results, histories, strict=True)):
-        temperature, recipe = result.temperature, case.recipe
-        fastest, of_case = fastest_branch(material, temperature), _of_case(index, len(cases))
+    for index, case in enumerate(cases):
+        temperature, recipe = case.result.temperature, case.recipe
+        fastest, of_case = fastest_branch(case.material, temperature), _of_case(index, len(cases))
         if isinstance(recipe, RelaxRecipe | CreepRecipe):
             times = recipe.output.times
         else:
             film, times = recipe.film, None  # a film under voltage may fail at any time, not only at output times
             took = prestretching(film.prestretch, film.prestretch_rate, film.relax)
             yield Pace(f"{of_case}prestretch and relaxation take", took, fastest, temperature)
-        for what, took in _loads(entries, rest, last(result.columns["time [s]"]), times):
+        for what, took in _loads(case.steps, rest, last(case.result.columns["time [s]"]), times):
             yield Pace(of_case + what, took, fastest, temperature)
 
 

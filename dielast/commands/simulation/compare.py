@@ -14,7 +14,7 @@ from dielast.io.files import Inputs
 from dielast.io.table import split_header
 from dielast.io.text_table import MeasuredTable, read_measured
 from dielast.material.checks import warn_of_measured_stretch
-from dielast.numerics.arrays import Flags, Floats
+from dielast.numerics.arrays import Flags, Floats, rms
 from dielast.readings.specimen import KNOWN_AS, read_as, role_in
 from dielast.readings.specimen_recipe import Specimen
 from dielast.units import (
@@ -59,20 +59,19 @@ class Match:
     model: Floats
 
     @property
-    def used(self) -> int:
-        """Number of points that the model reaches and the misfit includes."""
-        return int(np.count_nonzero(np.isfinite(self.model)))
+    def reached(self) -> Flags:
+        """The points (n,) that the model reaches and the misfit includes."""
+        return np.isfinite(self.model)
 
     @property
     def rms_error(self) -> float:
         """Root mean square of model - y, in the unit of y."""
-        return float(np.sqrt(np.nanmean((self.model - self.y) ** 2)))
+        return rms((self.model - self.y)[self.reached])
 
     @property
     def rms_relative_error(self) -> float:
         """`rms_error` over the root mean square of y."""
-        reached = np.isfinite(self.model)
-        level = float(np.sqrt(np.mean(self.y[reached] ** 2)))
+        level = rms(self.y[self.reached])
         return self.rms_error / level if level > 0 else np.nan
 
 

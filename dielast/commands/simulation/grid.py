@@ -48,6 +48,13 @@ def in_grid_terms(problem: Problem, sizes: Sequence[int], temperatures: Sequence
     return Problem(at + problem.text, key=f"film.prestretch[{pair}]")
 
 
+def in_words(result: Design | FailureMap, temperature: float, pair: int) -> str:
+    """A film at a temperature in degC with one of the prestretches of the result, as messages name it."""
+    first, second = result.prestretch[pair].tolist()
+    text = f"{temperature:g} degC, prestretch {first:g}" + (f" x {second:g}" if second != first else "")
+    return text if result.electrode_share is None else f"{text}, electrode share {result.electrode_share[pair]:g}"
+
+
 def warn_of_map(recipe: FailureMapRecipe, material: Material, plan: MapPlan) -> None:
     """Warn of a map that looks as if something were in another unit, or that its material was not measured for."""
     warn_of_grid(recipe, material, plan.temperature, plan.breakdown_field, recipe.horizon)

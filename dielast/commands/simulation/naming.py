@@ -11,7 +11,7 @@ from dielast.commands.simulation.film_recipe import FilmBase
 from dielast.material.material import Material
 from dielast.plots.looks import Swept
 from dielast.plots.quantities import UNITS, unit_for
-from dielast.plots.style import FIXED, degrees, lasting, number, typeset
+from dielast.plots.style import FIXED, degrees, lasting, number, prestretched, typeset
 from dielast.recipe.cases import Case
 
 UNNAMED = "unnamed"  # default name in a material file
@@ -133,7 +133,7 @@ def _films(films: Sequence[FilmBase]) -> list[str]:
     if all(first == second for first, second in pairs):
         prestretch = "prestretch " + _range([first for first, _ in pairs], number)
     else:
-        prestretch = _shared([f"prestretch {number(first)}{TIMES}{number(second)}" for first, second in pairs])
+        prestretch = _shared(list(map(prestretched, pairs)))
     relaxed = _shared([f"relaxed {lasting(film.relax)}" if film.relax > 0 else "" for film in films])
     boundaries = [TIMES.join(dict.fromkeys(film.boundary)).replace("-", " ") for film in films]
     return [f"film {thickness} mm", prestretch, relaxed, _shared(boundaries)]

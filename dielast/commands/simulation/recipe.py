@@ -228,13 +228,23 @@ Sweep = Annotated[
 ]
 
 
-class SimulationRecipe(RecipeBase):
-    """The keys of every simulation; `COLUMNS` are the columns of its result that can be drawn."""
+class MaterialRecipe(RecipeBase):
+    """The keys of every recipe that simulates with a material."""
+
+    material: InputFile = Field(description="Material file, written by spectrum, by calibrate or by hand.")
+
+    @classmethod
+    def material_model(cls) -> type[MaterialFile]:
+        """The model of the material file."""
+        return material_file()
+
+
+class SimulationRecipe(MaterialRecipe):
+    """The keys of relax, creep and actuate; `COLUMNS` are the columns of its result that can be drawn."""
 
     COLUMNS: ClassVar[tuple[str, ...]] = COLUMNS
     ELSEWHERE: ClassVar = {"sensitivity": "relax and creep have no time to failure; actuate and failure-map take it"}
 
-    material: InputFile = Field(description="Material file, written by spectrum, by calibrate or by hand.")
     temperature: Temperature | None = Field(
         None, description="Temperature of the film or specimen. Default: the material's reference temperature."
     )
@@ -251,11 +261,6 @@ class SimulationRecipe(RecipeBase):
     solver: Solver = Field(Solver(), description="How exactly the equations are solved.")
     plot: PlotAxes = Field(PlotAxes(), description="What the plot shows.")
     uncertainty: Uncertainty | None = Field(None, description="Intervals of all results, from draws of the material.")
-
-    @classmethod
-    def material_model(cls) -> type[MaterialFile]:
-        """The model of the material file."""
-        return material_file()
 
     @model_validator(mode="after")
     def _cases_to_join(self) -> Self:

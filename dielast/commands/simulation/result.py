@@ -13,6 +13,8 @@ from dielast.numerics.arrays import Floats
 from dielast.numerics.random_streams import stream
 
 if TYPE_CHECKING:
+    from dielast.commands.simulation.solver_steps import Entry
+    from dielast.material.material import Material
     from dielast.simulate.history import Event
 
 
@@ -53,6 +55,16 @@ class CaseResult:
     profile: Mapping[str, Floats] | None = None
     stopped: Event | None = None
     """The event that the case stopped at."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SolvedCase:
+    """The `recipe` of a case, the `material` and the `steps` that the solver took for it, and the result."""
+
+    recipe: Any
+    material: Material
+    steps: Sequence[Entry]
+    result: CaseResult
 
 
 def with_axes(columns: Mapping[str, Floats], recipe: Any) -> Mapping[str, Floats]:

@@ -23,8 +23,8 @@ from dielast.commands.simulation.cases import (
     temperature_of,
 )
 from dielast.commands.simulation.memory_needed import check_series
-from dielast.commands.simulation.result import CaseResult, with_axes, with_noise
-from dielast.commands.simulation.solver_steps import Entry, in_recipe_terms, joined, solver_steps
+from dielast.commands.simulation.result import CaseResult, SolvedCase, with_axes, with_noise
+from dielast.commands.simulation.solver_steps import in_recipe_terms, joined, solver_steps
 from dielast.io.files import Inputs
 from dielast.io.table import Table, case_table
 from dielast.material.material import Material
@@ -62,13 +62,7 @@ class Simulation(ABC):
         """A value that cases must share to be solved together, besides steps of one shape and one output."""
 
     @abstractmethod
-    def warn(
-        self,
-        cases: Sequence[Case[Any]],
-        materials: Sequence[Material],
-        results: Sequence[CaseResult],
-        histories: Sequence[Sequence[Entry]],
-    ) -> None:
+    def warn(self, cases: Sequence[SolvedCase]) -> None:
         """Warn of cases that look like a mistake."""
 
     @abstractmethod
@@ -126,7 +120,8 @@ def report_of(simulation: Simulation, cases: Sequence[Case[Any]], inputs: Inputs
         return simulation.batches(cases, materials, inputs, factor)
 
     clean = solve_batches(batches(cases, materials), execution)
-    simulation.warn(cases, materials, clean, [solver_steps(recipe, inputs) for recipe in recipes])
+    histories = [solver_steps(recipe, inputs) for recipe in recipes]
+    simulation.warn(list(map(SolvedCase, recipes, materials, histories, clean)))
     results = [with_noise(result, recipe, case) for case, (result, recipe) in enumerate(zip(clean, recipes, strict=True))]
     columns = [with_axes(result.columns, recipe) for result, recipe in zip(results, recipes, strict=True)]
     cycling = {case: result.cycles for case, result in enumerate(results) if result.cycles is not None}

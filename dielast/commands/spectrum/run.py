@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import warnings
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
@@ -12,7 +11,7 @@ import numpy as np
 
 from dielast.commands.spectrum.export import EXPORT_KEYS, ExportSection
 from dielast.commands.spectrum.recipe import FIT_KEYS, REDUCE_KEYS, Fit, MaterialConstants, Reduce, RelaxationTimes, SpectrumRecipe
-from dielast.errors import DielastWarning, InputError, Mistakes, Problem, in_keys, located, warn
+from dielast.errors import InputError, Mistakes, Problem, in_keys, located, warn, without_warnings
 from dielast.export.card import export_cards
 from dielast.export.code import CardOptions
 from dielast.handover.law_section import breakdown
@@ -135,8 +134,7 @@ def draw_materials(
     read = read_curve_draws(folder, curve, inputs)
     if read is None:
         return None
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", DielastWarning)  # the fit itself has issued them
+    with without_warnings():  # the fit itself has issued them
         whole = result if len(result.spectrum) == fit.branches else fit_curve(curve, fit)
     times = whole.spectrum.relaxation_time if whole.retardation is None else whole.retardation.retardation_time
     held = fit

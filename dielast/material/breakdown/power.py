@@ -53,11 +53,7 @@ class PowerBreakdown(BreakdownLaw):
     def __post_init__(self) -> None:
         if self.reference_thickness is None and np.any(self.thickness_exponent):
             raise InputError("thickness_exponent needs reference_thickness, the present thickness of films with the stated field")
-        for constant in self.constants:
-            value = getattr(self, constant.name)
-            if np.ndim(value) == 0 and value is not None and not (np.isfinite(value) and constant.is_allowed(value)):
-                needed = "a positive number" if constant.above is not None else "a number of at least 0"
-                raise InputError(f"{value:g}: {needed} is needed", argument=constant.name)
+        self.check_constants()
 
     def at(self, prestretch: ArrayLike) -> Floats:
         """The field of films with the reference thickness at this stretch."""

@@ -8,7 +8,6 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from dielast.errors import InputError
 from dielast.material.law import Constant, DamageLaw
 from dielast.numerics.arrays import Floats
 from dielast.units import FIELD, TIME
@@ -36,10 +35,7 @@ class InversePower(DamageLaw):
     )
 
     def __post_init__(self) -> None:
-        for constant in self.constants:
-            value = getattr(self, constant.name)
-            if np.ndim(value) == 0 and not (np.isfinite(value) and value > 0):
-                raise InputError(f"{value:g}: a positive number is needed", argument=constant.name)
+        self.check_constants()
 
     def rate(self, field: ArrayLike) -> Floats:
         """(|E|/E_0)^n/t_0."""

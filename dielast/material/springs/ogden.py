@@ -57,8 +57,7 @@ class Ogden(ScaledLaw):
 
     def stress(self, squared_stretch: Floats) -> Floats:
         """p = sum w (A^h - C^h) and q = sum w (B^h - C^h), h = alpha/2 and w = mu over the initial modulus."""
-        log = np.log(squared_stretch)
-        third = -(log[0] + log[1])
+        log, third = _logarithms(squared_stretch)
         carried = np.zeros_like(log)
         for weight, power in zip(self._weight, self._power, strict=True):
             carried += weight * (np.exp(power * log) - np.exp(power * third))
@@ -66,8 +65,7 @@ class Ogden(ScaledLaw):
 
     def tangent(self, squared_stretch: Floats) -> tuple[Floats, Floats]:
         """Stresses, and dp/dlnA = sum w h (A^h + C^h), dp/dlnB = sum w h C^h, and so on."""
-        log = np.log(squared_stretch)
-        third = -(log[0] + log[1])
+        log, third = _logarithms(squared_stretch)
         carried, half = np.zeros_like(log), np.zeros((3, *third.shape))
         for weight, power in zip(self._weight, self._power, strict=True):
             front, back = np.exp(power * log), np.exp(power * third)
@@ -78,8 +76,7 @@ class Ogden(ScaledLaw):
 
     def energy(self, squared_stretch: Floats) -> Floats:
         """Sum w/alpha (l1^alpha + l2^alpha + l3^alpha - 3), with 1 subtracted from each power separately."""
-        log = np.log(squared_stretch)
-        third = -(log[0] + log[1])
+        log, third = _logarithms(squared_stretch)
         total = np.zeros_like(third)
         for weight, power in zip(self._weight, self._power, strict=True):
             total += weight / (2 * power) * (np.expm1(power * log).sum(axis=0) + np.expm1(power * third))
@@ -123,6 +120,12 @@ class Ogden(ScaledLaw):
             CardForm("ogden", modulus, pairs),
             *([mooney_rivlin] if carrying == {1.0, -1.0} else []),
         )
+
+
+def _logarithms(squared_stretch: Floats) -> tuple[Floats, Floats]:
+    """ln A and ln B (2, ...), and ln C (...)."""
+    log = np.log(squared_stretch)
+    return log, -(log[0] + log[1])
 
 
 def _powers(symmetry: Symmetry, exponent: Floats) -> tuple[Floats, Floats]:

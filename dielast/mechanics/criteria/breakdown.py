@@ -19,13 +19,14 @@ class ElectricalBreakdown(Criterion):
 
     def signal(self, films: WatchedFilms) -> Signal | None:
         """1 - |E|/E_EB; None if no breakdown field is known. E_EB follows the present state of the film where its law says so."""
-        if not np.any(np.isfinite(films.breakdown_field)):
+        field, following = films.endurance.breakdown_field, films.endurance.following
+        if not np.any(np.isfinite(field)):
             return None
 
         def margin(moment: Moment) -> Floats:
-            limit = films.breakdown_field[moment.cases]
-            if films.following is not None:
-                limit = limit * films.following.ratio(moment.cases, moment.log_area)
+            limit = field[moment.cases]
+            if following is not None:
+                limit = limit * following.ratio(moment.cases, moment.log_area)
             return np.asarray(1 - moment.true_field / limit)
 
         return margin

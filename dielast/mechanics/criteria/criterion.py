@@ -14,8 +14,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from dielast.material.damage import DamageLaw
-from dielast.material.laws_of_cases import FollowingField, LawsOfCases
+from dielast.material.laws_of_cases import Endurance
 from dielast.material.material import Material
 from dielast.mechanics.passive.framed import FramedFilms, Surroundings
 from dielast.mechanics.point_material import Points
@@ -86,19 +85,15 @@ Signal = Callable[[Moment], Floats]
 class WatchedFilms(ByCase):
     """The data on films that criteria may use.
 
-    `controls` is what the load prescribes along each axis; `breakdown_field` (cases,) is in V/m, infinite where it is not needed;
-    `timescale` is that of pull-in; `nominal_stress` (2, cases) in Pa is the mechanical stress of the relaxed films, which counts as
-    0 up to `stress_floor` (cases,). `following` is the change of the breakdown field with the state of the film, and `damage` the
-    laws of ageing; both are None if there are no such laws.
+    `controls` is what the load prescribes along each axis; `timescale` is that of pull-in; `nominal_stress` (2, cases) in Pa is the
+    mechanical stress of the relaxed films, which counts as 0 up to `stress_floor` (cases,).
     """
 
     controls: Controls
-    breakdown_field: Floats
+    endurance: Endurance
     timescale: TimeScale
     nominal_stress: Floats
     stress_floor: Floats
-    following: FollowingField | None = None
-    damage: LawsOfCases[DamageLaw] | None = None
 
 
 class Criterion:

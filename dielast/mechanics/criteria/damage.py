@@ -25,7 +25,7 @@ class Damage(Criterion):
 
     def rate(self, films: WatchedFilms) -> Signal | None:
         """dD/dt (k,) in 1/s, 0 for films without a damage law."""
-        laws = films.damage
+        laws = films.endurance.damage
         if laws is None:
             return None
 
