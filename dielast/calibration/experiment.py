@@ -4,18 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import ClassVar, Protocol
+from typing import ClassVar, Protocol, runtime_checkable
 
 import numpy as np
 
 from dielast.calibration.history import corners, path_length
 from dielast.errors import InputError
 from dielast.io.result import Result
+from dielast.material.argument_types import checked
 from dielast.material.material import Material
 from dielast.mechanics.load import Mode
 from dielast.numerics.arrays import Floats
 
 
+@checked
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class MeasuredTest(Result):
     """A test in which the stretch was prescribed: `time` in s, `stretch` and nominal `stress` in Pa, all (n,), times ascending.
@@ -124,6 +126,7 @@ class MeasuredTest(Result):
         return float(np.max(squared + other + 1 / (squared * other)))
 
 
+@runtime_checkable
 class SimulatedExperiment(Protocol):
     """A test with a simulation, such as an actuation test of a recipe, as the fit needs it."""
 

@@ -17,6 +17,7 @@ from dielast.calibration.profiles import Profile, Verdict, profiles_of
 from dielast.calibration.scatter import specimen_factors
 from dielast.io.result import TabularResult
 from dielast.io.table import Column, Table
+from dielast.material.argument_types import checked
 from dielast.material.material import CalibratedRange, Material
 from dielast.mechanics.load import Mode
 from dielast.numerics.arrays import Floats
@@ -170,6 +171,7 @@ def range_of(fit: Fit) -> CalibratedRange:
     return CalibratedRange(tuple(sorted(set(modes))), max(invariants), (min(times), max(times)), (min(heat), max(heat)))
 
 
+@checked
 def calibrate(
     tests: Sequence[Experiment],
     material: Material,

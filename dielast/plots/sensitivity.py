@@ -13,6 +13,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
+from dielast.material.argument_types import checked
 from dielast.plots.quantities import unit_for
 from dielast.plots.style import COLOURS, degrees, grid, legend_below, number, sheet, spread_indices, style
 from dielast.simulate.sensitivity import LifeShares, Sensitivity
@@ -34,6 +35,7 @@ class Shown:
     title: str
 
 
+@checked
 def plot_sensitivity(results: Sensitivity | Sequence[Sensitivity], title: str | None = None, labels: Sequence[str] = ()) -> Figure:
     """A panel of bars for each film, at most six; for a film at several voltages, the middle one of those with a known result.
 

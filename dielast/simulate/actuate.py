@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from dielast.errors import InputError, shown
+from dielast.material.argument_types import checked
 from dielast.material.breakdown import BreakdownLaw
 from dielast.material.leakage import Leakage
 from dielast.material.material import Material
@@ -26,6 +27,7 @@ from dielast.simulate.setup import Setup, set_up
 from dielast.simulate.wiring import Wiring
 
 
+@checked
 def actuate(
     material: Material | Sequence[Material],
     steps: Sequence[VoltageStep] | Sequence[ChargeStep],

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from dielast.errors import InputError
+from dielast.material.argument_types import checked
 from dielast.material.material import Material
 from dielast.material.springs import EQUIBIAXIAL, UNIAXIAL, SpringLaw, Symmetry
 from dielast.mechanics.cases import numbers, spread
@@ -237,5 +238,5 @@ def _prescribing(
     return run
 
 
-relax = _prescribing(simulate, "relax", Control.STRETCH, "creep")
-creep = _prescribing(simulate, "creep", Control.STRESS, "relax")
+relax = checked(_prescribing(simulate, "relax", Control.STRETCH, "creep"))
+creep = checked(_prescribing(simulate, "creep", Control.STRESS, "relax"))

@@ -14,6 +14,7 @@ import numpy as np
 from dielast.errors import DielastWarning, InputError, NumericsError
 from dielast.io.result import TabularResult
 from dielast.io.table import Column, Table
+from dielast.material.argument_types import checked
 from dielast.material.arguments import whole_number
 from dielast.material.measurement import Measurement
 from dielast.material.shift import ShiftLaw
@@ -61,6 +62,7 @@ class MasterCurveDraws(TabularResult):
         return dict(zip((name for name, _ in self.law.drawn()), spread.tolist(), strict=True))
 
 
+@checked
 def bootstrap_master_curve(
     curves: Sequence[Measurement],
     master: MasterCurve,

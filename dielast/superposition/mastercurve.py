@@ -16,6 +16,7 @@ from typing import Literal, get_args
 import numpy as np
 
 from dielast.errors import InputError, shown, warn
+from dielast.material.argument_types import checked
 from dielast.material.arguments import real_number
 from dielast.material.measurement import Measurement, is_temperature
 from dielast.material.modulus import EntropicModulus
@@ -38,6 +39,7 @@ ShiftOn = Basis | Literal["auto"]
 TEMPERATURE_STDERR = 0.1  # K; a good thermostat
 
 
+@checked
 def build_master_curve(
     curves: Sequence[Measurement],
     *,

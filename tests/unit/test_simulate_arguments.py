@@ -35,7 +35,6 @@ VHB = read_material(resolve(Path(), "example:vhb4905.toml"))
         ({"steps": [3]}, "step 0: 3: a Step is needed"),
         ({"steps": [Step(stress=(5e4,))]}, "step 0: a stress of 1 values: a tuple is a pair"),  # type: ignore[arg-type]
         ({"steps": [Step(stress=(1e4, 2e4, 3e4))]}, "step 0: a stress of 3 values"),  # type: ignore[arg-type]
-        ({"steps": [Step(stress=1e4, duration="1 s")]}, 'step 0: duration: "1 s": a number in SI units'),  # type: ignore[arg-type]
         ({"steps": [Step(stress=np.ones((2, 2)))]}, "step 0: stress: an array of shape (2, 2)"),
         ({"steps": [Step(stress=[])]}, "step 0: stress: an array of shape (0,)"),
         ({"temperature": np.ones((2, 2))}, "temperature: an array of shape (2, 2)"),
@@ -53,6 +52,11 @@ def test_wrong_arguments_are_input_errors(arguments: dict[str, Any], message: st
     with pytest.raises(InputError) as caught:
         creep(given.pop("material"), given.pop("steps"), **given)
     assert message in str(caught.value)
+
+
+def test_a_step_refuses_text_when_it_is_made() -> None:
+    with pytest.raises(InputError, match='^duration: "1 s": a number in SI units'):
+        Step(stress=1e4, duration="1 s")
 
 
 def test_a_list_is_cases_and_a_tuple_is_axes() -> None:
