@@ -82,7 +82,7 @@ class MeasuredTest(Result):
             "time": time,
             "stretch": stretch,
             "stress": stress,
-            "mode": Mode(self.mode),
+            "mode": Mode.of(self.mode),
             "specimen": self.specimen or self.name,
         }
         for name, value in {**values, "corner_time": corner_time, "corner_stretch": corner_stretch}.items():

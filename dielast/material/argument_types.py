@@ -16,8 +16,14 @@ from dielast.errors import InputError, shown
 from dielast.material.arguments import real_number, real_numbers, whole_number
 from dielast.numerics.arrays import Floats
 
-IN_WORDS = {float: "a number in SI units", int: "a whole number", bool: "True or False", str: "text", Callable: "a function"}
-ENTRIES = {float: "numbers", int: "whole numbers", str: "names", np.ndarray: "numbers"}
+IN_WORDS: dict[Any, str] = {
+    float: "a number in SI units",
+    int: "a whole number",
+    bool: "True or False",
+    str: "text",
+    Callable: "a function",
+}
+ENTRIES: dict[Any, str] = {float: "numbers", int: "whole numbers", str: "names", np.ndarray: "numbers"}
 _LIKE_ARRAYS = {*get_args(ArrayLike)}
 
 Public = TypeVar("Public", bound=Callable[..., Any])

@@ -11,6 +11,7 @@ from dielast.errors import InputError
 from dielast.io.result import TabularResult
 from dielast.io.table import Column, Table
 from dielast.material.argument_types import checked
+from dielast.material.arguments import real_numbers
 from dielast.material.material import Material
 from dielast.numerics.arrays import Floats
 from dielast.numerics.random_streams import stream
@@ -175,6 +176,9 @@ def interval(values: Floats, level: float) -> tuple[Floats, Floats]:
     that is not between 0 and 1.
     """
     fewest_draws(level)
+    values = real_numbers(values, "values")
+    if not (values.ndim and len(values)):
+        raise InputError("at least one draw is needed", argument="values")
     ordered = np.sort(values, axis=0)  # NaN last
     count = np.sum(~np.isnan(values), axis=0)
     tail = 0.5 * (1 - level) * (count + 1)

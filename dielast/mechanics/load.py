@@ -30,6 +30,14 @@ class Mode(Enum):
     EQUIBIAXIAL = "equibiaxial"
     PURE_SHEAR = "pure-shear"
 
+    @classmethod
+    def of(cls, mode: Mode | str) -> Mode:
+        """The mode, or that of this name; `InputError` with the argument `mode` for another name."""
+        try:
+            return cls(mode)
+        except ValueError:
+            raise InputError(f"{mode!r} is not one of {', '.join(known.value for known in cls)}", argument="mode") from None
+
 
 @checked
 @dataclass(frozen=True, slots=True, eq=False)

@@ -136,10 +136,8 @@ def simulate(
     a case in which the numerics give up is an `Outcome`, not an error.
     """
     materials = [material] if isinstance(material, Material) else list(material)
-    if not materials or not all(isinstance(entry, Material) for entry in materials):
+    if not materials:
         raise InputError("a Material, or a list of them, is needed")
-    if isinstance(steps, Step):
-        raise InputError("a list of steps is needed")
     if temperature is None:
         temperature = [material.reference_temperature for material in materials]
     temperature = numbers(temperature, "temperature")

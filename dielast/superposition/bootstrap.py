@@ -83,6 +83,8 @@ def bootstrap_master_curve(
     """
     if (draws := whole_number(draws, "draws")) < 2:
         raise InputError(f"{draws} draws: at least 2 are needed")
+    if not curves:
+        raise InputError("at least one curve is needed", argument="curves")
     resampled = Resampled.of(curves, master)
     grid = np.geomspace(master.smooth_abscissa[0], master.smooth_abscissa[-1], GRID)
     rows: list[tuple[int, Floats, Floats, Floats, Floats]] = []

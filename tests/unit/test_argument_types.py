@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import inspect
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -15,7 +15,9 @@ import pytest
 
 import dielast
 from dielast import DielastError, InputError
+from dielast.handover.material_draws import draw_columns
 from dielast.io.files import resolve
+from dielast.io.table import to_csv
 
 # made by functions of dielast: a user who makes one of them is alone with its types
 RESULTS = {
@@ -34,7 +36,6 @@ RESULTS = {
     "SpectrumFit",
 }
 WRONG: tuple[Any, ...] = (None, "x", [], {}, float("nan"), [object()], pd.DataFrame({"time": [1.0, 2.0], "stress": [3.0, 4.0]}))
-ANYTHING = {"**film"}
 TIME = np.geomspace(1.0, 1e3, 12)
 FILM = {"prestretch": 1.9, "thickness": 5e-4, "rtol": 1e-3}
 
@@ -76,24 +77,38 @@ def fitted() -> dielast.SpectrumFit:
 
 @cache
 def planned() -> Any:
-    return dielast.plan_failure_map(vhb(), voltage=4e3, horizon=10.0, **FILM)
+    return dielast.plan_failure_map(simple(), voltage=4e3, horizon=10.0, **FILM)
 
 
 @cache
 def mapped() -> dielast.FailureMap:
-    return dielast.solve_map(planned())
+    return dielast.solve_map(planned())[0]
 
 
 @cache
 def known() -> dielast.LifeElasticities | dielast.LifeShares:
-    return dielast.life_sensitivity(vhb(), voltage=4e3, horizon=10.0, **FILM)
+    return dielast.life_sensitivity(simple(), voltage=4e3, horizon=10.0, **FILM)
+
+
+def drawn_material(folder: Path) -> Path:
+    """The path of a material file with draws."""
+    (folder / "material.toml").write_bytes(dielast.write_material(simple(), "draws.csv"))
+    (folder / "draws.csv").write_bytes(to_csv(draw_columns(np.arange(2), [simple(), simple()])))
+    return folder / "material.toml"
 
 
 def simple() -> dielast.Material:
-    return dielast.Material("simple", 2e4, dielast.Spectrum([10.0], [1e4]), dielast.NoShift(20.0), permittivity=4e-11)
+    return dielast.Material(
+        "simple",
+        2e4,
+        dielast.Spectrum([10.0], [1e4]),
+        dielast.NoShift(20.0),
+        permittivity=4e-11,
+        breakdown=dielast.PowerBreakdown(4e7),
+    )
 
 
-def arguments_of(name: str) -> dict[str, Any]:
+def arguments_of(name: str, folder: Path) -> dict[str, Any]:
     """Arguments with which a function or a class works."""
     step, spectrum = dielast.Step(stretch=1.5, duration=1.0), dielast.Spectrum([10.0, 1.0], [1e4, 1e4])
     stress = dielast.relax(simple(), [dielast.Step(stretch=2.0, duration=9.0)], times=np.arange(1.0, 9.0)).nominal_stress_1[0]
@@ -162,8 +177,8 @@ def arguments_of(name: str) -> dict[str, Any]:
         "creep": lambda: {"material": simple(), "steps": [dielast.Step(stress=1e4, duration=1.0)], "points_per_decade": 1},
         "design": lambda: {"material": simple(), "at": 1.0, "horizon": 2.0, "relative_stretch": 1.05, **FILM},
         "draw_sample": lambda: {"members": [vhb()], "draws": 2},
-        "export_card": lambda: {"material": vhb(), "form": "abaqus"},
-        "failure_map": lambda: {"material": vhb(), "voltage": 4e3, "horizon": 10.0, **FILM},
+        "export_card": lambda: {"material": simple(), "form": "abaqus"},
+        "failure_map": lambda: {"material": simple(), "voltage": 4e3, "horizon": 10.0, **FILM},
         "fit_creep": lambda: {"reduced_time": TIME, "creep_compliance": 1e-6 * (2 - np.exp(-TIME / 50)), "branches": 5},
         "fit_lifetime": lambda: {"result": mapped()},
         "fit_oscillation": lambda: {
@@ -174,17 +189,17 @@ def arguments_of(name: str) -> dict[str, Any]:
         },
         "fit_spectrum": lambda: {"reduced_time": TIME, "modulus": curves()[1].modulus, "branches": 5, "polynomial_degree": 3},
         "interval": lambda: {"values": np.arange(30.0), "level": 0.9},
-        "life_sensitivity": lambda: {"material": vhb(), "voltage": 4e3, "horizon": 10.0, **FILM},
-        "plan_failure_map": lambda: {"material": vhb(), "voltage": 4e3, "horizon": 10.0, **FILM},
+        "life_sensitivity": lambda: {"material": simple(), "voltage": 4e3, "horizon": 10.0, **FILM},
+        "plan_failure_map": lambda: {"material": simple(), "voltage": 4e3, "horizon": 10.0, **FILM},
         "plot_master_curve": lambda: {"result": master(), "curves": curves()},
         "plot_sensitivity": lambda: {"results": known()},
         "plot_spectrum": lambda: {"result": fitted()},
-        "read_draws": lambda: {"path": "draws.csv"},
-        "read_material": lambda: {"path": "material.toml"},
+        "read_draws": lambda: {"path": drawn_material(folder)},
+        "read_material": lambda: {"path": resolve(Path(), "example:vhb4905.toml")},
         "reduce_spectrum": lambda: {
-            "spectrum": vhb().spectrum,
-            "equilibrium_modulus": vhb().equilibrium_modulus,
-            "shift": vhb().shift,
+            "spectrum": dielast.Spectrum([3.0, 2.0, 1.0], [1e4, 1e4, 1e4]),
+            "equilibrium_modulus": 1e4,
+            "shift": dielast.NoShift(20.0),
             "window": (1.0, 10.0),
             "tolerance": 0.1,
         },
@@ -197,31 +212,25 @@ def arguments_of(name: str) -> dict[str, Any]:
     return valid[name]()
 
 
-def tried(name: str) -> Iterator[tuple[str, Any]]:
-    """Every argument with every wrong value."""
-    public = getattr(dielast, name)
-    stated = {key for key in arguments_of(name)}
-    signed = {key for key, one in inspect.signature(public).parameters.items() if one.kind is not one.VAR_KEYWORD}
-    for argument in sorted(stated | signed):
-        yield argument, object()
-        yield from ((argument, wrong) for wrong in WRONG)
+def refusal(name: str, arguments: dict[str, Any]) -> DielastError | None:
+    """The error that a function raises, None for none."""
+    try:
+        getattr(dielast, name)(**arguments)
+    except DielastError as error:
+        return error
+    return None
 
 
 @pytest.mark.parametrize("name", names())
 @pytest.mark.filterwarnings("ignore")
-def test_a_wrong_type_is_an_input_error_that_names_the_argument(name: str) -> None:
-    public, valid = getattr(dielast, name), arguments_of(name)
-    for argument, wrong in tried(name):
-        try:
-            public(**{**valid, argument: wrong})
-        except DielastError as error:
-            assert len(error.problems) >= 1
-            assert "\n" not in str(error.problems[0])
-            if type(wrong) is object:
-                assert isinstance(error, InputError)
-                assert error.problems[0].argument == argument, (argument, str(error))
-                assert "is needed" in str(error)
-        except Exception as error:
-            raise AssertionError(f"{name}({argument}={wrong!r}): {error!r}") from error
-        else:
-            assert type(wrong) is not object, f"{name}({argument}={wrong!r}) is accepted"
+def test_a_wrong_type_is_an_input_error_that_names_the_argument(name: str, tmp_path: Path) -> None:
+    valid, signed = arguments_of(name, tmp_path), inspect.signature(getattr(dielast, name)).parameters.values()
+    assert refusal(name, valid) is None
+    for argument in sorted({*valid, *(one.name for one in signed if one.kind is not one.VAR_KEYWORD)}):
+        error = refusal(name, {**valid, argument: object()})
+        assert isinstance(error, InputError), argument
+        assert error.problems[0].argument == argument, error
+        assert "is needed" in str(error)
+        for wrong in WRONG:  # some are allowed for some arguments
+            other = refusal(name, {**valid, argument: wrong})
+            assert other is None or "\n" not in str(other.problems[0])

@@ -12,10 +12,11 @@ from dielast.calibration.experiment import Experiment, MeasuredTest
 from dielast.commands.calibrate.recipe import TestData
 from dielast.commands.calibrate.simulated import recipe_tests
 from dielast.commands.simulation.compare import rows_where
-from dielast.errors import InputError, Mistakes, located, placed, warn
+from dielast.errors import InputError, Mistakes, Problem, located, placed, warn
 from dielast.io.files import Inputs
 from dielast.io.text_table import MeasuredTable, read_measured
 from dielast.material.checks import SQUEEZED
+from dielast.material.material import Material
 from dielast.numerics.arrays import Flags, Floats
 from dielast.readings.specimen import mistaken, read_as, role_in
 from dielast.units import TIME
@@ -25,24 +26,31 @@ Rows = np.ndarray[tuple[int], np.dtype[np.int64]]
 _TRUE = ("true", "cauchy")
 
 
-def read_tests(tests: Sequence[TestData], inputs: Inputs, temperature: float, key: str) -> list[Experiment]:
+def read_tests(
+    tests: Sequence[TestData], inputs: Inputs, temperature: float, key: str, fixed: Sequence[Material] = ()
+) -> list[Experiment]:
     """All tests under a `key`, in tables and recipes; `temperature` in degC is the default.
 
-    Raises `InputError` with a line for every mistake.
+    Raises `InputError` with a line for every mistake, also for a test at a temperature at which the shift law of one of the
+    materials does not hold whose shift law is `fixed`.
     """
     found, wrong = list[Experiment](), Mistakes()
     for index, (test, name) in enumerate(zip(tests, named(tests), strict=True)):
-        made = wrong.tried(partial(_read, test, inputs, temperature, name, f"{key}[{index}]"))
+        made = wrong.tried(partial(_read, test, inputs, temperature, name, f"{key}[{index}]", fixed))
         found += made or ()
     wrong.refuse()
     return found
 
 
-def _read(test: TestData, inputs: Inputs, temperature: float, name: str, key: str) -> list[Experiment]:
+def _read(test: TestData, inputs: Inputs, temperature: float, name: str, key: str, fixed: Sequence[Material]) -> list[Experiment]:
     """The test of a table, or the tests of a recipe."""
     if test.recipe is None:
         with placed(lambda problem: problem.within(key=f"{key}.file") if problem.file else problem.at(key=key)):
-            return [read_test(test, inputs, temperature, name)]
+            made = read_test(test, inputs, temperature, name)
+        with placed(lambda problem: Problem(f"{test.file}: {problem.text}", key=f"{key}.temperature")):
+            for material in fixed:
+                material.relaxation_time(made.temperature)
+        return [made]
     with placed(lambda problem: problem.within(key=f"{key}.recipe")):
         return list(recipe_tests(test.recipe, inputs, name, test.specimen_id or name))
 
