@@ -12,7 +12,7 @@ from dielast.calibration.experiment import Experiment, MeasuredTest
 from dielast.commands.calibrate.recipe import TestData
 from dielast.commands.calibrate.simulated import recipe_tests
 from dielast.commands.simulation.compare import rows_where
-from dielast.errors import InputError, Mistakes, Problem, located, placed, warn
+from dielast.errors import InputError, Mistakes, located, placed, warn
 from dielast.io.files import Inputs
 from dielast.io.text_table import MeasuredTable, read_measured
 from dielast.material.checks import SQUEEZED
@@ -47,12 +47,20 @@ def _read(test: TestData, inputs: Inputs, temperature: float, name: str, key: st
     if test.recipe is None:
         with placed(lambda problem: problem.within(key=f"{key}.file") if problem.file else problem.at(key=key)):
             made = read_test(test, inputs, temperature, name)
-        with placed(lambda problem: Problem(f"{test.file}: {problem.text}", key=f"{key}.temperature")):
-            for material in fixed:
-                material.relaxation_time(made.temperature)
+        with placed(lambda problem: problem.within(key=f"{key}.temperature")):
+            check_temperature(test, made.temperature, fixed)
         return [made]
     with placed(lambda problem: problem.within(key=f"{key}.recipe")):
         return list(recipe_tests(test.recipe, inputs, name, test.specimen_id or name))
+
+
+def check_temperature(test: TestData, temperature: float, fixed: Sequence[Material]) -> None:
+    """`InputError` with the file of a test at a temperature in degC at which the `fixed` shift law of a material does not hold."""
+    for material in fixed:
+        try:
+            material.relaxation_time(temperature)
+        except InputError as error:
+            raise InputError(error.problems[0].text, file=test.file) from None
 
 
 def named(tests: Sequence[TestData]) -> list[str]:
