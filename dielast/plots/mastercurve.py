@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Protocol, runtime_checkable
+from typing import Protocol
 
 import numpy as np
 from matplotlib.artist import Artist
@@ -15,7 +15,6 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import LogLocator, NullFormatter
 from numpy.typing import NDArray
 
-from dielast.material.argument_types import checked
 from dielast.plots.style import TEMPERATURES, degrees, log_axis, sheet, style
 from dielast.plots.superposition import (
     MOST_IN_LEGEND,
@@ -29,7 +28,6 @@ from dielast.plots.superposition import (
 from dielast.superposition.result import MasterCurve
 
 
-@runtime_checkable
 class MeasuredCurve(Protocol):
     """The measurement at one temperature, as the figure shows it."""
 
@@ -42,7 +40,6 @@ class MeasuredCurve(Protocol):
         """Abscissa and ordinates, (1 + c, n)."""
 
 
-@checked
 def plot_master_curve(result: MasterCurve, curves: Sequence[MeasuredCurve], title: str | None = None) -> Figure:
     """The measured `curves`, the shift factors with error bars and the fitted law, and the master curve with the fitted curve.
 

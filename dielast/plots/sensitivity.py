@@ -13,8 +13,6 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
-from dielast.errors import InputError
-from dielast.material.argument_types import checked
 from dielast.plots.quantities import unit_for
 from dielast.plots.style import COLOURS, degrees, grid, legend_below, number, sheet, spread_indices, style
 from dielast.simulate.sensitivity import LifeShares, Sensitivity
@@ -36,18 +34,15 @@ class Shown:
     title: str
 
 
-@checked
 def plot_sensitivity(results: Sensitivity | Sequence[Sensitivity], title: str | None = None, labels: Sequence[str] = ()) -> Figure:
     """A panel of bars for each film, at most six; for a film at several voltages, the middle one of those with a known result.
 
     The results must be of one kind. `labels` are the names of cases, if the films are cases.
     """
     every = list(results) if isinstance(results, Sequence) else [results]
-    if not every:
-        raise InputError("at least one result is needed", argument="results")
     films = [shown for result in every for shown in _shown(result, labels)]
     films = [films[place] for place in spread_indices(len(films), MOST_PANELS)]
-    shares = isinstance(every[0], LifeShares)
+    shares = bool(every) and isinstance(every[0], LifeShares)
     rows = _rows(films)
     with style():
         across = min(2, max(1, len(films)))

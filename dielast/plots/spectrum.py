@@ -6,7 +6,6 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from dielast.material.argument_types import checked
 from dielast.plots.style import COLOURS, degrees, log_axis, panels, row_legend, spread, style
 from dielast.relaxation.continuous import ContinuousSpectrum
 from dielast.relaxation.interconversion import response
@@ -16,7 +15,6 @@ from dielast.relaxation.result import SpectrumFit
 MEGA = 1e-6  # from Pa
 
 
-@checked
 def plot_spectrum(
     result: SpectrumFit,
     title: str | None = None,

@@ -41,10 +41,11 @@ FILM = {"prestretch": 1.9, "thickness": 5e-4, "rtol": 1e-3}
 
 
 def names() -> list[str]:
-    """All public functions, and all classes that users make."""
+    """All public functions but those that draw a result, and all classes that users make."""
     public = {name: getattr(dielast, name) for name in dielast.__all__}
+    drawing = {name for name in public if name.startswith("plot_")}
     errors = {name for name, thing in public.items() if isinstance(thing, type) and issubclass(thing, Exception | Warning)}
-    return [name for name, thing in public.items() if callable(thing) and name not in RESULTS | errors]
+    return [name for name, thing in public.items() if callable(thing) and name not in RESULTS | errors | drawing]
 
 
 @cache
@@ -83,11 +84,6 @@ def planned() -> Any:
 @cache
 def mapped() -> dielast.FailureMap:
     return dielast.solve_map(planned())[0]
-
-
-@cache
-def known() -> dielast.LifeElasticities | dielast.LifeShares:
-    return dielast.life_sensitivity(simple(), voltage=4e3, horizon=10.0, **FILM)
 
 
 def drawn_material(folder: Path) -> Path:
@@ -191,9 +187,6 @@ def arguments_of(name: str, folder: Path) -> dict[str, Any]:
         "interval": lambda: {"values": np.arange(30.0), "level": 0.9},
         "life_sensitivity": lambda: {"material": simple(), "voltage": 4e3, "horizon": 10.0, **FILM},
         "plan_failure_map": lambda: {"material": simple(), "voltage": 4e3, "horizon": 10.0, **FILM},
-        "plot_master_curve": lambda: {"result": master(), "curves": curves()},
-        "plot_sensitivity": lambda: {"results": known()},
-        "plot_spectrum": lambda: {"result": fitted()},
         "read_draws": lambda: {"path": drawn_material(folder)},
         "read_material": lambda: {"path": resolve(Path(), "example:vhb4905.toml")},
         "reduce_spectrum": lambda: {
