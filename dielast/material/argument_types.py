@@ -74,12 +74,18 @@ def _alternatives(hint: Any) -> Types:
 
 def check(value: Any, types: Types, name: str) -> None:
     """`InputError` with the argument `name` unless the value has one of the types."""
+    # most values, at little cost
+    is_array = type(value) is np.ndarray and value.dtype == np.float64
+    if type(value) in types or ((is_array or type(value) is float) and Floats in types):
+        return
     reason = None
     for kind in types:
         try:
-            return _check(value, kind, name)
+            _check(value, kind, name)
         except InputError as error:
             reason = error if kind is not NoneType else reason
+        else:
+            return
     several = [kind for kind in types if kind is not NoneType]
     raise reason if len(several) == 1 and reason is not None else _refused(value, several, name)
 
