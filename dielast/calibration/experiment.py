@@ -11,11 +11,13 @@ import numpy as np
 from dielast.calibration.history import corners, path_length
 from dielast.errors import DielastError, InputError
 from dielast.io.result import Result
+from dielast.material.argument_types import checked
 from dielast.material.material import Material
 from dielast.mechanics.load import Mode
 from dielast.numerics.arrays import Floats
 
 
+@checked
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class MeasuredTest(Result):
     """A test in which the stretch was prescribed: `time` in s, `stretch` and nominal `stress` in Pa, all (n,), times ascending.
@@ -80,7 +82,7 @@ class MeasuredTest(Result):
             "time": time,
             "stretch": stretch,
             "stress": stress,
-            "mode": Mode(self.mode),
+            "mode": Mode.of(self.mode),
             "specimen": self.specimen or self.name,
         }
         for name, value in {**values, "corner_time": corner_time, "corner_stretch": corner_stretch}.items():

@@ -130,7 +130,11 @@ def fit_material(
     start = starts_of(space, starts)
     laboratory = Laboratory(tests)
     if not any(name.startswith("shift.") for name in space.names):
-        material.relaxation_time(laboratory.temperatures)  # refuses those at which a fixed shift law does not hold
+        for test in laboratory.machine.values():  # a fixed shift law must hold at their temperatures
+            try:
+                material.relaxation_time(test.temperature)
+            except InputError as error:
+                raise InputError(f"{test.name}: {error.problems[0].text}", argument="tests") from None
     answers = laboratory.answers(space.materials(start))
     kept = [test for test, values in zip(tests, answers, strict=True) if np.any(np.all(np.isfinite(values), axis=1))]
     if not kept:

@@ -14,6 +14,7 @@ import numpy as np
 
 from dielast.errors import InputError, Mistakes, Problem
 from dielast.io.result import Result
+from dielast.material.argument_types import checked
 from dielast.material.law import Constant
 from dielast.material.material import SCALE, Material, Numbers, constants_of, material_of, numbers_of
 from dielast.numerics.arrays import Floats
@@ -25,6 +26,7 @@ SIGNED = 3.0  # default bounds of a number of either sign, in scales on either s
 _KEY = re.compile(r"(?P<section>[a-z]+)\.(?P<key>[A-Za-z0-9_]+)(\[(?P<index>\d+)\])?")
 
 
+@checked
 @dataclass(frozen=True, slots=True)
 class Free(Result):
     """Bounds of a parameter, and a `prior` value with its `relative` standard deviation, in SI.

@@ -17,7 +17,9 @@ from dielast.calibration.profiles import Profile, Verdict, profiles_of
 from dielast.calibration.scatter import specimen_factors
 from dielast.io.result import TabularResult
 from dielast.io.table import Column, Table
+from dielast.material.argument_types import checked
 from dielast.material.material import CalibratedRange, Material
+from dielast.material.scatter import fewest_draws
 from dielast.mechanics.load import Mode
 from dielast.numerics.arrays import Floats, rms
 
@@ -170,6 +172,7 @@ def range_of(fit: Fit) -> CalibratedRange:
     return CalibratedRange(tuple(sorted(set(modes))), max(invariants), (min(times), max(times)), (min(heat), max(heat)))
 
 
+@checked
 def calibrate(
     tests: Sequence[Experiment],
     material: Material,
@@ -189,6 +192,7 @@ def calibrate(
     the number of draws of the parameters from their posterior, 0 for none. For the other arguments and the errors raised see
     `fit_material`.
     """
+    fewest_draws(level)  # refuses what is no probability
     fit = fit_material(material, tests, free, starts=starts, specimen_scatter=specimen_scatter, watch=watch)
     likelihood, misfit = likelihood_of(fit), fit.misfit
     report: Watch = watch or (lambda *progress: None)

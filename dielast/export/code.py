@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dielast.errors import InputError
+from dielast.material.argument_types import checked
 from dielast.material.shift import ShiftLaw, kelvin
 from dielast.material.springs import CardForm, SpringLaw
 
@@ -38,6 +39,7 @@ MODULI = ("instantaneous", "long-term")
 SCALES = ("degC", "K")
 
 
+@checked
 @dataclass(frozen=True, slots=True)
 class CardOptions:
     """How a card is written; SI, degC.

@@ -9,9 +9,11 @@ from numpy.typing import ArrayLike
 
 from dielast.errors import InputError
 from dielast.io.result import Result
+from dielast.material.argument_types import checked
 from dielast.numerics.arrays import Cases, Floats
 
 
+@checked
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Leakage(Result):
     """The true current density j = sigma_0 exp(|E|/E_c) E in A/m^2 of a true field E in V/m: a `conductivity` sigma_0 in S/m that

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from dielast.io.result import Result
+from dielast.material.argument_types import checked
 from dielast.material.arguments import real_number
 from dielast.material.breakdown import Breakdown as Breakdown, BreakdownLaw
 from dielast.material.damage import DamageLaw
@@ -52,6 +53,7 @@ class CalibratedRange(Result):
     temperature: tuple[float, float]
 
 
+@checked
 @dataclass(frozen=True, slots=True, repr=False)
 class Material(Result):
     """A viscoelastic dielectric elastomer; SI units, temperatures in degC.

@@ -14,6 +14,7 @@ import numpy as np
 from dielast.errors import InputError
 from dielast.io.result import Result, freeze
 from dielast.io.table import plural, spoken
+from dielast.material.argument_types import checked
 from dielast.material.arguments import real_number, real_numbers
 from dielast.material.measurement_kind import CREEP, OSCILLATION, RELAXATION, MeasurementKind
 from dielast.numerics.arrays import Floats
@@ -87,6 +88,7 @@ class Measurement(Result):
         freeze(self, arrays)
 
 
+@checked
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class RelaxationCurve(Measurement):
     """Young's relaxation modulus `modulus` (n,) in Pa over `time` (n,) in s at `temperature` in degC; points in any order.
@@ -102,6 +104,7 @@ class RelaxationCurve(Measurement):
     time_offset: float = 0.0
 
 
+@checked
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class CreepCurve(Measurement):
     """Tensile creep compliance `compliance` (n,) in 1/Pa over `time` (n,) in s at `temperature` in degC; points in any order.
@@ -116,6 +119,7 @@ class CreepCurve(Measurement):
     time_offset: float = 0.0
 
 
+@checked
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class FrequencySweep(Measurement):
     """Young's `storage_modulus` and `loss_modulus` (n,) in Pa over `angular_frequency` (n,) in rad/s at `temperature` in degC.

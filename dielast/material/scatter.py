@@ -10,11 +10,14 @@ import numpy as np
 from dielast.errors import InputError
 from dielast.io.result import TabularResult
 from dielast.io.table import Column, Table
+from dielast.material.argument_types import checked
+from dielast.material.arguments import real_numbers
 from dielast.material.material import Material
 from dielast.numerics.arrays import Floats
 from dielast.numerics.random_streams import stream
 
 
+@checked
 @dataclass(frozen=True, slots=True)
 class NormalScatter:
     """Normal distribution about the stated value, with standard deviation `relative` (1) times this value, cut off at zero.
@@ -40,6 +43,7 @@ class NormalScatter:
         return np.array([1 + self.relative * normal.inv_cdf(float(p)) for p in inside.ravel()]).reshape(quantile.shape)
 
 
+@checked
 @dataclass(frozen=True, slots=True)
 class WeibullScatter:
     """Weibull distribution with this `shape` (1); the stated value is its scale, which 63.2 % of the values do not exceed.
@@ -61,6 +65,7 @@ class WeibullScatter:
 Scatter = NormalScatter | WeibullScatter
 
 
+@checked
 @dataclass(frozen=True, slots=True)
 class DamageScatter:
     """Scatter of the damage D at failure: a share P_f = 1 - exp(-a D^beta) of the films has failed at D, with the Weibull `shape`
@@ -82,6 +87,7 @@ class DamageScatter:
         return np.asarray((-np.log1p(-np.clip(quantile, 1e-15, 1 - 1e-15)) / self.area_ratio) ** (1 / self.shape))
 
 
+@checked
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Sample(TabularResult):
     """Draws of films: the material of each draw, and factors (draws,) on the breakdown field and on the undeformed thickness.
@@ -126,6 +132,7 @@ class Sample(TabularResult):
         ]
 
 
+@checked
 def draw_sample(
     members: Sequence[Material],
     draws: int,
@@ -160,6 +167,7 @@ def fewest_draws(level: float) -> int:
     return int(np.ceil(2 / (1 - level) - 1 - 1e-9))
 
 
+@checked
 def interval(values: Floats, level: float) -> tuple[Floats, Floats]:
     """Lower and upper bound (...) of an interval that covers a further draw with probability `level`, from `values` (draws, ...).
 
@@ -168,6 +176,9 @@ def interval(values: Floats, level: float) -> tuple[Floats, Floats]:
     that is not between 0 and 1.
     """
     fewest_draws(level)
+    values = real_numbers(values, "values")
+    if not (values.ndim and len(values)):
+        raise InputError("at least one draw is needed", argument="values")
     ordered = np.sort(values, axis=0)  # NaN last
     count = np.sum(~np.isnan(values), axis=0)
     tail = 0.5 * (1 - level) * (count + 1)

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 from dielast.errors import InputError
 from dielast.io.result import Result, TabularResult, freeze
 from dielast.io.table import Column, Table, plural, spoken
+from dielast.material.argument_types import checked
 from dielast.numerics.arrays import Floats
 
 
@@ -30,6 +31,7 @@ def slowest_first(spectrum: Result, times: str, strengths: str) -> None:
     freeze(spectrum, {times: time[order], strengths: strength[order]})
 
 
+@checked
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Spectrum(TabularResult):
     """N relaxation processes: `relaxation_time` (s) and `shear_modulus` (Pa), both of shape (N,), slowest first.

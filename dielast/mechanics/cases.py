@@ -35,7 +35,7 @@ def one_set(sizes: Iterable[int]) -> int:
 
 def spread(value: ArrayLike, name: str, cases: int) -> Floats:
     """The values as an array (cases,), a single number repeated; `InputError` with the argument `name` if one is not finite."""
-    array = real_numbers(value, name)
+    array = numbers(value, name)
     if not np.all(np.isfinite(array)):
         raise InputError("every value must be finite", argument=name)
-    return np.ascontiguousarray(np.broadcast_to(array.reshape(-1), (cases,)))
+    return np.ascontiguousarray(np.broadcast_to(array, (cases,)))

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from dielast.errors import InputError, located, shown
+from dielast.errors import InputError, located
 from dielast.mechanics.cases import numbers, one_set, spread
 from dielast.mechanics.course import Chain, Cycles, Piece
 from dielast.mechanics.line import Ramp, lasts_at
@@ -27,8 +27,6 @@ def case_count(steps: Sequence[Step], *others: ArrayLike) -> int:
 
 def _sizes(step: Step) -> set[int]:
     """The sizes of the arrays in a step."""
-    if not isinstance(step, Step):
-        raise InputError(f"{shown(step)}: a Step is needed")
     sizes = set[int]()
     for name in ("stretch", "stress", "rate", "duration"):
         value = getattr(step, name)
@@ -44,10 +42,7 @@ def _sizes(step: Step) -> set[int]:
 
 def pieces(steps: Sequence[Step], mode: Mode | str, cases: int) -> list[Piece]:
     """The steps of a history as pieces for `cases` cases. Raises `InputError` with the step (counted from 0) that is wrong."""
-    try:
-        mode = Mode(mode)
-    except ValueError:
-        raise InputError(f"{mode!r} is not one of {', '.join(name.value for name in Mode)}", argument="mode") from None
+    mode = Mode.of(mode)
     if not steps:
         raise InputError("a history needs at least one step")
     result: list[Piece] = []

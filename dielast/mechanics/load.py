@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike
 
 from dielast.errors import InputError, shown
 from dielast.io.result import Result
+from dielast.material.argument_types import checked
 from dielast.mechanics.cases import numbers
 from dielast.numerics.arrays import Floats
 
@@ -29,7 +30,16 @@ class Mode(Enum):
     EQUIBIAXIAL = "equibiaxial"
     PURE_SHEAR = "pure-shear"
 
+    @classmethod
+    def of(cls, mode: Mode | str) -> Mode:
+        """The mode, or that of this name; `InputError` with the argument `mode` for another name."""
+        try:
+            return cls(mode)
+        except ValueError:
+            raise InputError(f"{mode!r} is not one of {', '.join(known.value for known in cls)}", argument="mode") from None
 
+
+@checked
 @dataclass(frozen=True, slots=True, eq=False)
 class Waveform:
     """Cycles from `low` to `high` and back to `low`, of a "sine" or a "triangle", each with a `period` in s.
@@ -75,6 +85,7 @@ class Waveform:
         return self.low
 
 
+@checked
 @dataclass(frozen=True, slots=True, eq=False)
 class Track:
     """A table of `time` in s and `value`, both (points,), with straight lines between the points, such as the record of a machine.
@@ -143,6 +154,7 @@ class _AnyStep(Result):
         return step_type(duration=duration)
 
 
+@checked
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Step(_AnyStep):
     """One step of a history: go to `stretch` or nominal `stress` (Pa) at a `rate` (1/s, Pa/s), within a `duration` (s), or at once;
@@ -179,6 +191,7 @@ class _SourceStep(_AnyStep):
         return [value for value in (*target, self.rate, self.duration) if value is not None]
 
 
+@checked
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class VoltageStep(_SourceStep):
     """Go to a `voltage` (V) at a `rate` (V/s, negative to go down), within a `duration` (s), or at once if neither is given; or
@@ -195,6 +208,7 @@ class VoltageStep(_SourceStep):
     UNIT: ClassVar = "V"
 
 
+@checked
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class ChargeStep(_SourceStep):
     """Prescribe the total `charge` (C/m^2 of undeformed area) that the source has delivered at the end of the step, reached at a

@@ -24,6 +24,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from dielast.errors import InputError
+from dielast.material.argument_types import checked
 from dielast.mechanics.electric import ELECTRIC
 from dielast.mechanics.point_material import Points
 from dielast.mechanics.span import Control, stretched
@@ -36,6 +37,7 @@ DAMPER_TIME_RATIO = 1e-12  # relaxation time of the damper over the shortest one
 SLOWEST_RATE = 1e4
 
 
+@checked
 @dataclass(frozen=True, slots=True)
 class TimeScale:
     """The time theta for which a disturbance is watched: `share` times the time since the voltage began to rise, plus `seconds`.

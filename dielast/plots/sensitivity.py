@@ -42,7 +42,7 @@ def plot_sensitivity(results: Sensitivity | Sequence[Sensitivity], title: str | 
     every = list(results) if isinstance(results, Sequence) else [results]
     films = [shown for result in every for shown in _shown(result, labels)]
     films = [films[place] for place in spread_indices(len(films), MOST_PANELS)]
-    shares = isinstance(every[0], LifeShares)
+    shares = bool(every) and isinstance(every[0], LifeShares)
     rows = _rows(films)
     with style():
         across = min(2, max(1, len(films)))

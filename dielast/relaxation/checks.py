@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from dielast.errors import InputError, and_more, shown, warn
+from dielast.errors import InputError, and_more, warn
 from dielast.io.table import plural, spoken
 from dielast.material.arguments import real_number, real_numbers, whole_number
 from dielast.material.measurement_kind import MeasurementKind
@@ -56,12 +56,7 @@ def checked_counts(method: str, branches: int, fewest: int, keep: int | None) ->
 
 def checked_times(times: TimeRange, argument: str) -> TimeRange:
     """The shortest and the longest time, positive and in this order."""
-    try:
-        shortest, longest = (None if time is None else real_number(time, argument) for time in times)
-    except (TypeError, ValueError) as error:
-        if isinstance(error, InputError):
-            raise
-        raise InputError(f"{shown(times)}: the shortest and the longest time in s are needed", argument=argument) from None
+    shortest, longest = (None if time is None else real_number(time, argument) for time in times)
     for name, time in (("min", shortest), ("max", longest)):
         if time is not None and not 0 < time < np.inf:
             raise InputError(f"{name} = {time:g} s: a positive, finite time is needed", argument=argument)

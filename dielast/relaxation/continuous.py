@@ -14,6 +14,7 @@ import numpy as np
 from dielast.errors import InputError, warn
 from dielast.io.result import TabularResult
 from dielast.io.table import Column, Table
+from dielast.material.argument_types import checked
 from dielast.numerics.arrays import Floats, rms
 from dielast.relaxation.ends import votes
 from dielast.relaxation.nnls import WeightedCurve, fit_strengths
@@ -47,6 +48,7 @@ class ContinuousSpectrum(TabularResult):
         return float(self.density.sum() * self.width)
 
 
+@checked
 def continuous_spectrum(fit: SpectrumFit, points_per_decade: int = 10) -> ContinuousSpectrum:
     """H(ln tau) of the curve of a `fit`, with its equilibrium modulus, from half a decade before its first to a decade after its
     last time, at `points_per_decade`.

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from dielast.errors import warn
+from dielast.material.argument_types import checked
 from dielast.material.measurement_kind import CREEP
 from dielast.material.spectrum import Spectrum
 from dielast.numerics.arrays import Floats
@@ -28,6 +29,7 @@ EXACT = 1e-9  # relative rounding error of values in tables
 SLOWER = 10.0  # times the length of the curve, at which processes still have an effect on it
 
 
+@checked
 def fit_creep(
     reduced_time: ArrayLike,
     creep_compliance: ArrayLike,

@@ -7,6 +7,7 @@ from typing import get_args
 from numpy.typing import ArrayLike
 
 from dielast.errors import InputError, shown
+from dielast.material.argument_types import checked
 from dielast.material.arguments import whole_number
 from dielast.material.measurement_kind import OSCILLATION, RELAXATION
 from dielast.relaxation.checks import TimeRange
@@ -17,6 +18,7 @@ from dielast.relaxation.task import FitTask
 PAST_ENDS = 10**0.5  # a process affects the loss modulus within half a decade on either side of its frequency
 
 
+@checked
 def fit_spectrum(
     reduced_time: ArrayLike,
     modulus: ArrayLike,
@@ -61,6 +63,7 @@ def fit_spectrum(
     return schwarzl_staverman(task, degree) if by_polynomial else task.fit_moduli(past=1.0)
 
 
+@checked
 def fit_oscillation(
     reduced_angular_frequency: ArrayLike,
     storage_modulus: ArrayLike,

@@ -22,6 +22,7 @@ from numpy.typing import ArrayLike
 from dielast.errors import InputError
 from dielast.io.result import TabularResult
 from dielast.io.table import Column, Table, spoken
+from dielast.material.argument_types import checked
 from dielast.material.measurement_kind import MeasurementKind
 from dielast.material.spectrum import Spectrum, slowest_first
 from dielast.numerics.arrays import Floats, Index
@@ -29,6 +30,7 @@ from dielast.numerics.arrays import Floats, Index
 _HALVINGS = 64  # of a bracket in log distance: the width of a bracket of 300 decades is then at rounding level
 
 
+@checked
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class RetardationSpectrum(TabularResult):
     """`retardation_time` (s) and `compliance` (1/Pa, shear), both (N,), slowest first; `glassy_compliance` in 1/Pa; `fluidity`, the
@@ -59,6 +61,7 @@ class RetardationSpectrum(TabularResult):
         return np.asarray(self.glassy_compliance + retarded + t * self.fluidity)
 
 
+@checked
 def relaxation_from_retardation(retardation: RetardationSpectrum) -> tuple[Spectrum, float]:
     """The relaxation spectrum and the equilibrium shear modulus (Pa; 0 if the material flows) of the same material.
 
@@ -76,6 +79,7 @@ def relaxation_from_retardation(retardation: RetardationSpectrum) -> tuple[Spect
     return Spectrum(1 / zeros, moduli), 0.0 if flow else float(1 / (glassy + compliance.sum()))
 
 
+@checked
 def retardation_from_relaxation(spectrum: Spectrum, equilibrium_modulus: float = 0.0) -> RetardationSpectrum:
     """The retardation spectrum of the material with the relaxation `spectrum` and `equilibrium_modulus` (shear, Pa; 0 if it flows).
 

@@ -23,6 +23,7 @@ import numpy as np
 from dielast.errors import InputError, NumericsError
 from dielast.io.result import TabularResult
 from dielast.io.table import Column, Table
+from dielast.material.argument_types import checked
 from dielast.material.shift import ShiftLaw
 from dielast.material.spectrum import Spectrum
 from dielast.numerics.arrays import Floats
@@ -67,6 +68,7 @@ class Reduction(TabularResult):
         ]
 
 
+@checked
 def reduce_spectrum(
     spectrum: Spectrum,
     equilibrium_modulus: float,
@@ -85,6 +87,9 @@ def reduce_spectrum(
     an invalid window or tolerance, a temperature outside of the shift law, a spectrum that relaxes to zero within the window, and
     if no smaller spectrum is accurate enough; `NumericsError` if the linear programmes fail.
     """
+    if not 0 <= equilibrium_modulus < np.inf:
+        needed = "a finite number of at least 0 is needed"
+        raise InputError(f"{equilibrium_modulus:g} Pa: {needed}", argument="equilibrium_modulus")
     temperatures = (shift.reference_temperature,) if temperatures is None else tuple(temperatures)
     log10_shift = _check(window, temperatures, tolerance, shift)
     felt = _UNFELT * tolerance

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from dielast.errors import InputError, shown
+from dielast.material.argument_types import checked
 from dielast.material.breakdown import BreakdownLaw
 from dielast.material.leakage import Leakage
 from dielast.material.material import Material, materials_of
@@ -16,7 +17,7 @@ from dielast.mechanics.criteria.breakdown import ElectricalBreakdown
 from dielast.mechanics.criteria.loss_of_tension import LossOfTension
 from dielast.mechanics.criteria.pull_in import PullIn
 from dielast.mechanics.history import electrical_pieces
-from dielast.mechanics.load import ChargeStep, ElectricalStep, VoltageStep
+from dielast.mechanics.load import ChargeStep, VoltageStep
 from dielast.mechanics.stability import ONE_PERCENT, TimeScale
 from dielast.simulate.actuation_history import ActuationHistory, run_films
 from dielast.simulate.film_setup import MESH_RTOL, FilmSetup
@@ -26,6 +27,7 @@ from dielast.simulate.setup import Setup, set_up
 from dielast.simulate.wiring import Wiring
 
 
+@checked
 def actuate(
     material: Material | Sequence[Material],
     steps: Sequence[VoltageStep] | Sequence[ChargeStep],
@@ -79,11 +81,6 @@ def actuate(
     """
     if stop_at not in (None, *names(), END):
         raise InputError(f"{stop_at!r}: it must be one of {', '.join((*names(), END))}", argument="stop_at")
-    if isinstance(steps, ElectricalStep):
-        raise InputError("a list of steps is needed", argument="steps")
-    for index, step in enumerate(steps):
-        if not isinstance(step, ElectricalStep):
-            raise InputError(f"{shown(step)}: a VoltageStep or a ChargeStep is needed", step=index)
     setup = set_up(
         material,
         FilmSetup(thickness, prestretch, prestretch_rate, relax, boundary, electrode_share, mesh_rtol, force, width),

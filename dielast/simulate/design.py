@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -12,18 +12,16 @@ from numpy.typing import ArrayLike, NDArray
 from dielast.errors import InputError
 from dielast.io.result import Result, TabularResult
 from dielast.io.table import Column, Table
+from dielast.material.argument_types import checked
 from dielast.material.breakdown import BreakdownLaw
 from dielast.material.material import Material
-from dielast.material.scatter import fewest_draws, interval
+from dielast.material.scatter import Sample, fewest_draws, interval
 from dielast.mechanics.stability import ONE_PERCENT, TimeScale
 from dielast.numerics.arrays import Cases, Floats, Texts
 from dielast.numerics.edged_roots import EDGE, FAR, FOUND, LOW, OPEN
 from dielast.simulate.design_plan import UNFINISHED, Designed, DesignPlan, Goal, solve_draws, solve_films
 from dielast.simulate.film_grid import axis_of, lay_out
 from dielast.simulate.film_setup import MESH_RTOL, FilmSetup
-
-if TYPE_CHECKING:
-    from dielast.material.scatter import Sample
 
 YES, FAILS_FIRST, OUT_OF_REACH = "yes", "no: fails first", "no: out of reach"
 CREEPS, LIMITED = "creeps there without voltage", "beyond the limit of its springs"
@@ -132,6 +130,7 @@ def _with_bounds(name: str, unit: str, values: Floats, bounds: Bounds | None) ->
     return [Column(name, unit, values), *(Column(f"{name}_{side}", unit, bound) for side, bound in sides)]
 
 
+@checked
 def design(
     material: Material,
     *,

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -16,9 +16,11 @@ from numpy.typing import ArrayLike, NDArray
 from dielast.errors import InputError
 from dielast.io.result import TabularResult
 from dielast.io.table import Column, Table
+from dielast.material.argument_types import checked
 from dielast.material.arguments import real_number
 from dielast.material.breakdown import BreakdownLaw
 from dielast.material.material import Material
+from dielast.material.scatter import Sample
 from dielast.mechanics.criteria.loss_of_tension import LossOfTension
 from dielast.mechanics.stability import ONE_PERCENT, TimeScale
 from dielast.numerics.arrays import Cases, Floats, Texts
@@ -28,9 +30,6 @@ from dielast.simulate.film_grid import axis_of, lay_out
 from dielast.simulate.film_setup import MESH_RTOL, FilmSetup
 from dielast.simulate.history import REASONS
 from dielast.simulate.map_plan import Cells, MapPlan, column_of, solve_cells
-
-if TYPE_CHECKING:
-    from dielast.material.scatter import Sample
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -109,6 +108,7 @@ def failure_cells(result: FailureMap) -> Table:
     ]
 
 
+@checked
 def failure_map(
     material: Material,
     *,
@@ -164,6 +164,7 @@ def failure_map(
     return solve_map(plan, progress)[0]
 
 
+@checked
 def solve_map(plan: MapPlan, progress: Callable[[int, int], None] | None = None) -> list[FailureMap]:
     """The planned map, followed by the maps of all draws, each with shape (nt, np, nv); `progress` as in `failure_map`."""
     solved = []
@@ -174,6 +175,7 @@ def solve_map(plan: MapPlan, progress: Callable[[int, int], None] | None = None)
     return assembled(plan, solved)
 
 
+@checked
 def plan_failure_map(
     material: Material,
     *,

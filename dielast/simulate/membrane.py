@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from dielast.errors import InputError
+from dielast.material.argument_types import checked
 from dielast.material.material import Material, materials_of
 from dielast.material.springs import EQUIBIAXIAL, UNIAXIAL, SpringLaw, Symmetry
 from dielast.mechanics.cases import numbers, spread
@@ -135,10 +136,8 @@ def simulate(
     a case in which the numerics give up is an `Outcome`, not an error.
     """
     materials = materials_of(material)
-    if not materials or not all(isinstance(entry, Material) for entry in materials):
+    if not materials:
         raise InputError("a Material, or a list of them, is needed")
-    if isinstance(steps, Step):
-        raise InputError("a list of steps is needed")
     if temperature is None:
         temperature = [material.reference_temperature for material in materials]
     temperature = numbers(temperature, "temperature")
@@ -237,5 +236,5 @@ def _prescribing(
     return run
 
 
-relax = _prescribing(simulate, "relax", Control.STRETCH, "creep")
-creep = _prescribing(simulate, "creep", Control.STRESS, "relax")
+relax = checked(_prescribing(simulate, "relax", Control.STRETCH, "creep"))
+creep = checked(_prescribing(simulate, "creep", Control.STRESS, "relax"))

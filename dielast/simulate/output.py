@@ -39,7 +39,7 @@ class Output:
         internal: bool = False,
     ) -> Output:
         """The output from the arguments of a simulation of `cases` cases through `steps`; `InputError` for invalid arguments."""
-        if not isinstance(points_per_decade, int | np.integer) or points_per_decade < 1:
+        if points_per_decade < 1:
             raise InputError(f"{points_per_decade}: a whole number of at least one is needed", argument="points_per_decade")
         kept, most = _kept_cycles(cycles), max((step.cycles for step in steps), default=0)
         if isinstance(kept, tuple) and most and max(kept) > most:

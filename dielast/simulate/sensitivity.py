@@ -10,6 +10,7 @@ import numpy as np
 
 from dielast.io.result import TabularResult
 from dielast.io.table import Column, Table
+from dielast.material.argument_types import checked
 from dielast.material.material import Material
 from dielast.material.scatter import Sample
 from dielast.material.sensitivity import Exchange, Perturbed, Source
@@ -121,6 +122,7 @@ def sensitivity_of(variation: Variation, life: Floats, films: Table) -> Sensitiv
     return LifeShares(films, variation.sources, **values, spread=spread, censored=censored)
 
 
+@checked
 def life_sensitivity(material: Material, sample: Sample | None = None, *, seed: int = 1, **film: Any) -> Sensitivity:
     """The sensitivity of the life of the films of a `failure_map`, whose arguments are `film`.
 

@@ -13,6 +13,7 @@ import numpy as np
 from dielast.errors import InputError, NumericsError, without_warnings
 from dielast.io.result import TabularResult
 from dielast.io.table import Column, Table
+from dielast.material.argument_types import checked
 from dielast.material.arguments import whole_number
 from dielast.material.measurement import Measurement
 from dielast.material.shift import ShiftLaw
@@ -60,6 +61,7 @@ class MasterCurveDraws(TabularResult):
         return dict(zip((name for name, _ in self.law.drawn()), spread.tolist(), strict=True))
 
 
+@checked
 def bootstrap_master_curve(
     curves: Sequence[Measurement],
     master: MasterCurve,
@@ -80,6 +82,8 @@ def bootstrap_master_curve(
     """
     if (draws := whole_number(draws, "draws")) < 2:
         raise InputError(f"{draws} draws: at least 2 are needed")
+    if not curves:
+        raise InputError("at least one curve is needed", argument="curves")
     resampled = Resampled.of(curves, master)
     grid = np.geomspace(master.smooth_abscissa[0], master.smooth_abscissa[-1], GRID)
     rows: list[tuple[int, Floats, Floats, Floats, Floats]] = []

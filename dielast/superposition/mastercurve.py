@@ -8,7 +8,7 @@ log10 a > 0 below the reference temperature.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from itertools import pairwise
 from typing import Literal, get_args
@@ -16,6 +16,7 @@ from typing import Literal, get_args
 import numpy as np
 
 from dielast.errors import InputError, shown, warn
+from dielast.material.argument_types import checked
 from dielast.material.arguments import real_number
 from dielast.material.measurement import Measurement, is_temperature
 from dielast.material.modulus import EntropicModulus
@@ -38,6 +39,7 @@ ShiftOn = Basis | Literal["auto"]
 TEMPERATURE_STDERR = 0.1  # K; a good thermostat
 
 
+@checked
 def build_master_curve(
     curves: Sequence[Measurement],
     *,
@@ -70,7 +72,7 @@ def build_master_curve(
     implausible results. Raises `InputError` for an unknown option, fewer than two temperatures, curves of several kinds, a curve
     that is mostly zero or negative, and groups of curves that do not overlap.
     """
-    curves = _listed(curves)
+    curves = list(curves)
     reference = real_number(reference_temperature, "reference_temperature")
     expansion = real_number(thermal_expansion, "thermal_expansion")
     stated = Stated(real_number(temperature_stderr, "temperature_stderr"), real_number(drift, "drift"))
@@ -115,16 +117,6 @@ def build_master_curve(
     instead = "its points are left out" if law == "table" else "its points are placed by the shift law"
     undetermined = find_undetermined(temperature, basis_fit.points, basis_fit.splines, basis_fit.fit, free, swept, instead)
     return place_at_reference(data, binned, imposed, basis_fit, outlying, undetermined, anchor, law, reference, stated)
-
-
-def _listed(curves: Iterable[Measurement]) -> list[Measurement]:
-    """The curves as a list; `InputError` for anything else."""
-    if isinstance(curves, Measurement):
-        raise InputError("a list of curves is needed", argument="curves")
-    listed = list(curves) if isinstance(curves, Iterable) else [curves]
-    for other in [curve for curve in listed if not isinstance(curve, Measurement)][:1]:
-        raise InputError(f"{shown(other)}: a list of measurements is needed, such as RelaxationCurve", argument="curves")
-    return listed
 
 
 def _density_temperature(temperature: Floats, reference: float, expansion: float) -> Floats:

@@ -48,6 +48,10 @@ QUICK = "[fit]\nstarts = 1\n[uncertainty]\ndraws = 0\n"
             "a field needs the undeformed",
         ),
         (HEAD + '[[test]]\nfile = "good.csv"\nramp_rate = "1 %/s"\n' + FREE, "but the first point is at 1 s"),
+        (
+            'kind = "calibrate"\nmaterial = "table.toml"\n' + TEST + TEST + 'temperature = "60 degC"\n' + FREE,
+            "test[1].temperature: example:tensile/hold.csv: 60 degC is outside the shift table's 0 to 40 degC",
+        ),
         (HEAD + '[[test]]\nrecipe = "plain.toml"\n' + FREE, "[[compare]] with the measured points is needed"),
     ],
 )
@@ -56,6 +60,10 @@ def test_mistakes_are_said(recipe: str, message: str, dielast: Run, tmp_path: Pa
     (tmp_path / "back.csv").write_text("time [s],stretch,stress [Pa]\n1,1.1,3\n2,1.2,4\n1,1.3,5\n")
     (tmp_path / "strain.csv").write_text("time [s],stretch,stress [Pa]\n1,0,3\n2,0.2,4\n3,0.3,5\n")
     (tmp_path / "good.csv").write_text("time [s],stretch,stress [Pa]\n1,1.1,3\n2,1.2,4\n3,1.3,5\n")
+    material = 'reference_temperature = "20 degC"\n[equilibrium]\nshear_modulus = "2e4 Pa"\n'
+    branches = "[nonequilibrium]\nrelaxation_time_s = [50.0]\nshear_modulus_Pa = [2e4]\n"
+    shift = '[shift]\nlaw = "table"\ntemperature_degC = [0.0, 20.0, 40.0]\nlog10_shift_factor = [1.0, 0.0, -1.0]\n'
+    (tmp_path / "table.toml").write_text(material + branches + shift)
     (tmp_path / "plain.toml").write_text('kind = "relax"\nmaterial = "example:vhb4905"\n[[step]]\nstretch = 2.0\n')
     (tmp_path / "r.toml").write_text(recipe)
     done = dielast("calibrate", "r.toml")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from dielast.material.measurement import CreepCurve, FrequencySweep, Measurement
 from dielast.material.shift import WLF
 from dielast.superposition.bootstrap import MasterCurveDraws, bootstrap_master_curve
 from dielast.superposition.mastercurve import build_master_curve
+from dielast.superposition.resample import Resampled
 from dielast.superposition.result import MasterCurve
 from reconstruction import EQUILIBRIUM_MODULUS, spectrum
 
@@ -107,3 +109,32 @@ def test_one_draw_is_none() -> None:
     master, _ = drawn(list(curves), 2)
     with pytest.raises(InputError, match="at least 2"):
         bootstrap_master_curve(curves, master, draws=1)
+
+
+def level_of_draws(curves: list[Measurement], drift: float, draws: int) -> tuple[np.ndarray, np.ndarray]:
+    """The mean offset (draws, curves) of each curve of the resampled tests, and that (curves,) of the tests themselves."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        master = build_master_curve(curves, reference_temperature=20.0, temperature_stderr=0.0, drift=drift)
+    resampled = Resampled.of(curves, replace(master, tilt_spread=0.0))
+    (channel,) = resampled.channels
+    fitted = channel.fitted.reshape(len(curves), -1)  # all curves have equally many points, by ascending time
+    levels = [
+        np.mean([curve.columns[1] for curve in resampled.draw(np.random.default_rng(seed))] / fitted - 1, axis=1)
+        for seed in range(draws)
+    ]
+    return np.array(levels), channel.mean
+
+
+def test_offsets_of_draws_are_as_large_as_those_of_the_curves() -> None:
+    """All curves together; 400 draws determine a standard deviation to 4 %, so that offsets of half the size are far outside."""
+    levels, measured = level_of_draws(list(measure(50, noise=0.002, offset=0.03)), 0.0, 400)
+    assert np.max(np.abs(measured)) > 0.02
+    assert np.sqrt(np.mean(levels**2)) == pytest.approx(np.sqrt(np.mean(measured**2)), rel=0.15)
+
+
+def test_a_stated_drift_is_the_step_from_one_curve_of_a_draw_to_the_next() -> None:
+    levels, _ = level_of_draws(list(measure(50, noise=0.002)), 0.03, 400)
+    steps = np.diff(levels, prepend=0.0, axis=1)
+    assert np.std(steps, axis=0) == pytest.approx(0.03, rel=0.15)
+    assert np.abs(np.corrcoef(steps.T) - np.eye(steps.shape[1])).max() < 0.25

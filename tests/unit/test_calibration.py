@@ -122,7 +122,7 @@ def test_answers_are_those_of_the_library() -> None:
     elsewhere = replace(TRUTH, shift=ShiftTable(20.0, (-20.0, 20.0, 30.0), (1.0, 0.0, -0.5)))
     hot = replace(replace_at_once(), temperature=40.0)
     assert np.all(np.isnan(Laboratory([hot]).answers([elsewhere])[0]))
-    with pytest.raises(InputError, match=r"^temperature: 40 degC is outside the shift table's -20 to 30 degC$"):
+    with pytest.raises(InputError, match=r"^tests: at once: 40 degC is outside the shift table's -20 to 30 degC$"):
         calibrate([hot], elsewhere, {"equilibrium.shear_modulus": Free()})
     # a free constant of the shift law may bring the temperature within its range
     cold = replace(replace_at_once(), temperature=-10.0)

@@ -106,7 +106,7 @@ def test_bad_maps(change: dict[str, Any], message: str) -> None:
         ([VoltageStep(np.array([1e3, 2e3]))], {"prestretch": np.array([1.7, 1.8, 1.9])}, "2 and 3 values"),
         (STEPS, {"stop_at": "never"}, "stop_at: 'never'"),
         (STEPS, {"times": [20.0]}, "after the end"),
-        (STEPS, {"boundary": ("clamped",)}, "dead-load or clamped"),
+        (STEPS, {"boundary": ("clamped",)}, "text or a pair of names is needed"),
     ],
 )
 def test_bad_programmes(steps: list[VoltageStep], change: dict[str, Any], message: str) -> None:

@@ -14,6 +14,8 @@ import pytest
 from processes import ENDS
 
 from dielast.commands.failure_map import resume as partial
+from dielast.commands.registry import read_cases
+from dielast.io.files import Inputs
 from dielast.material.material import Breakdown, Material
 from dielast.material.shift import NoShift
 from dielast.material.spectrum import Spectrum
@@ -21,12 +23,22 @@ from dielast.material.springs import Gent
 from dielast.numerics.integrate import Status
 from dielast.sharing import processes
 from dielast.sharing.execution import Execution
+from dielast.sharing.versions import VERSIONS
 from dielast.simulate.failure_map import assembled, plan_failure_map
 from dielast.simulate.map_plan import MapPlan
 
 BRANCH = Spectrum(np.array([100.0]), np.array([9e4]))
 SOLID = Material("soft", 26e3, BRANCH, NoShift(20.0), Gent(110.0), Gent(55.0), 4e-11, Breakdown((1.7,), (40e6,)))
 CELLS = 200
+MAP = """
+kind = "failure-map"
+material = "example:vhb4905"
+horizon = "1 h"
+voltage = { from = "3 kV", to = "4 kV", points = 8 }
+[film]
+thickness = "0.5 mm"
+prestretch = [1.7]
+"""
 
 
 class Pool(concurrent.futures.ProcessPoolExecutor):
@@ -73,7 +85,7 @@ def test_what_is_kept_is_taken_only_if_it_belongs_to_the_map(tmp_path: Path, mon
         return bool(partial._load(store, "key", plan)[0])
 
     assert kept()
-    assert partial._load(store, "other key", plan) == ({}, 4)
+    assert partial._load(store, "other key", plan) == ({}, partial.CHANGED.format(4))
     assert not kept(first=3)
     assert not kept(first=-4)
     assert not kept(status=np.full(4, 99))
@@ -88,7 +100,30 @@ def test_what_is_kept_is_taken_only_if_it_belongs_to_the_map(tmp_path: Path, mon
     header = io.BytesIO()
     np.lib.format.write_array_header_1_0(header, {"descr": "<f8", "fortran_order": False, "shape": (1 << 43,)})
     store.write_bytes(header.getvalue())
-    assert partial._load(store, "key", plan) == ({}, 0)
+    assert partial._load(store, "key", plan) == ({}, partial.UNREADABLE)
+
+
+@pytest.mark.parametrize("change", ["key", "format"])
+def test_what_another_version_of_dielast_has_kept_is_discarded_by_a_line(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, change: str
+) -> None:
+    (tmp_path / "m.toml").write_text(MAP)
+    (case,), inputs = read_cases(tmp_path / "m.toml"), Inputs(tmp_path)
+    monkeypatch.setattr(partial, "CHUNK", 4)
+    plan = planned(8)
+    half = partial.solve(plan, "", Execution())[:1]
+    with monkeypatch.context() as earlier:
+        earlier.setattr(partial, "VERSIONS", {**VERSIONS, "dielast": "0.0.9"})
+        partial._save(tmp_path / ".unfinished", partial.fingerprint(case, inputs), half)
+    if change == "format":  # without one of today's arrays
+        with np.load(tmp_path / ".unfinished") as saved:
+            arrays = {name: saved[name] for name in saved.files if name != "status"}
+        with (tmp_path / ".unfinished").open("wb") as file:
+            np.savez(file, **arrays)
+    notes: list[str] = []
+    solved = partial.solve(plan, partial.fingerprint(case, inputs), Execution(folder=tmp_path, note=notes.append))
+    assert notes == [partial.CHANGED.format(4) if change == "key" else partial.UNREADABLE]
+    assert sum(cells.status.size for cells in solved) == 8
 
 
 def test_a_map_with_stretches_goes_on_to_the_same_stretches(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -114,4 +149,4 @@ def test_a_map_with_stretches_goes_on_to_the_same_stretches(tmp_path: Path, monk
     np.testing.assert_array_equal(result.time_to_failure, whole.time_to_failure)
     # of another number of times, they are of no use
     (store,) = tmp_path.iterdir()
-    assert partial._load(store, "key", planned(16, stretch_at=[1.0])) == ({}, 0)
+    assert partial._load(store, "key", planned(16, stretch_at=[1.0])) == ({}, partial.UNREADABLE)

@@ -30,18 +30,17 @@ VHB = read_material(resolve(Path(), "example:vhb4905.toml"))
     ("arguments", "message"),
     [
         ({"material": []}, "a Material, or a list of them, is needed"),
-        ({"steps": Step(stress=1e4)}, "a list of steps is needed"),
+        ({"steps": Step(stress=1e4)}, "a list of Steps is needed"),
         ({"steps": []}, "at least one step"),
-        ({"steps": [3]}, "step 0: 3: a Step is needed"),
+        ({"steps": [3]}, "steps: 3: a Step is needed"),
         ({"steps": [Step(stress=(5e4,))]}, "step 0: a stress of 1 values: a tuple is a pair"),  # type: ignore[arg-type]
         ({"steps": [Step(stress=(1e4, 2e4, 3e4))]}, "step 0: a stress of 3 values"),  # type: ignore[arg-type]
-        ({"steps": [Step(stress=1e4, duration="1 s")]}, 'step 0: duration: "1 s": a number in SI units'),  # type: ignore[arg-type]
         ({"steps": [Step(stress=np.ones((2, 2)))]}, "step 0: stress: an array of shape (2, 2)"),
         ({"steps": [Step(stress=[])]}, "step 0: stress: an array of shape (0,)"),
         ({"temperature": np.ones((2, 2))}, "temperature: an array of shape (2, 2)"),
         ({"temperature": []}, "temperature: an array of shape (0,)"),
         ({"temperature": "20 degC"}, 'temperature: "20 degC": a number'),
-        ({"points_per_decade": 1.5}, "a whole number of at least one is needed"),
+        ({"points_per_decade": 1.5}, "points_per_decade: 1.5: a whole number is needed"),
         ({"rtol": 1.0}, "rtol: 1 is not between"),
         ({"times": [-1.0]}, "output times must be finite and not negative"),
         ({"times": [1e9]}, "lies after the end of the history"),
@@ -53,6 +52,11 @@ def test_wrong_arguments_are_input_errors(arguments: dict[str, Any], message: st
     with pytest.raises(InputError) as caught:
         creep(given.pop("material"), given.pop("steps"), **given)
     assert message in str(caught.value)
+
+
+def test_a_step_refuses_text_when_it_is_made() -> None:
+    with pytest.raises(InputError, match=r'^duration: "1 s": a number in SI units'):
+        Step(stress=1e4, duration="1 s")
 
 
 def test_a_list_is_cases_and_a_tuple_is_axes() -> None:
@@ -86,15 +90,15 @@ def test_arguments_of_a_wrong_type_are_input_errors() -> None:
     assert RelaxationCurve(20, series, np.array([1e6, 9e5], dtype=object)).time.tolist() == [1.0, 2.0]
     curve: Any = RelaxationCurve(20.0, [1.0, 2.0], np.ma.array([1e6, 9e5]))
     wrong: list[tuple[Callable[..., Any], tuple[Any, ...], dict[str, Any], str]] = [
-        (build_master_curve, (curve,), {"reference_temperature": 20.0}, "curves: a list of curves is needed"),
-        (build_master_curve, ([1, 2],), {"reference_temperature": 20.0}, "curves: 1: a list of measurements is needed"),
-        (build_master_curve, (7,), {"reference_temperature": 20.0}, "curves: 7: a list of measurements is needed"),
+        (build_master_curve, (curve,), {"reference_temperature": 20.0}, "curves: .*a list of Measurements is needed"),
+        (build_master_curve, ([1, 2],), {"reference_temperature": 20.0}, "curves: 1: a Measurement is needed"),
+        (build_master_curve, (7,), {"reference_temperature": 20.0}, "curves: 7: a list of Measurements is needed"),
         (build_master_curve, ([curve],), {"reference_temperature": 20.0, "drift": "2 %"}, 'drift: "2 %": a number'),
         (build_master_curve, ([curve],), {"reference_temperature": "20 degC"}, 'reference_temperature: "20 degC": a number'),
         (RelaxationCurve, ("20 degC", [1.0], [1.0]), {}, 'temperature: "20 degC": a number'),
         (replace, (VHB,), {"equilibrium_modulus": "26 kPa"}, 'equilibrium_modulus: "26 kPa": a number'),
-        (actuate, (VHB, step), film, "steps: a list of steps is needed"),
-        (actuate, (VHB, [Step(duration=1.0)]), film, "step 0: .*: a VoltageStep or a ChargeStep is needed"),
+        (actuate, (VHB, step), film, "steps: .*a list of VoltageSteps or a list of ChargeSteps is needed"),
+        (actuate, (VHB, [Step(duration=1.0)]), film, "steps: .*: a list of VoltageSteps or a list of ChargeSteps is needed"),
         (actuate, (VHB, [step]), {**film, "relax": "10 min"}, 'relax: "10 min": a number'),
     ]
     grid = {"voltage": 4e3, "prestretch": 1.9, "thickness": 5e-4, "horizon": 10.0}

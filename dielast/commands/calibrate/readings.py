@@ -6,9 +6,9 @@ from collections.abc import Iterator, Sequence
 from functools import partial
 
 from dielast.commands.calibrate.freedom import free_of
-from dielast.commands.calibrate.recipe import CalibrateRecipe
+from dielast.commands.calibrate.recipe import CalibrateRecipe, TestData
 from dielast.commands.calibrate.simulated import recipe_tests
-from dielast.commands.calibrate.tests import read_test
+from dielast.commands.calibrate.tests import check_temperature, read_test
 from dielast.commands.command import Reading
 from dielast.errors import InputError
 from dielast.handover.material_file import parse_material
@@ -29,10 +29,25 @@ def readings(cases: Sequence[Case[CalibrateRecipe]], inputs: Inputs) -> Iterator
                 yield f"{key}[{index}].recipe", test, partial(recipe_tests, test.recipe, inputs, test.recipe, test.recipe)
             else:
                 yield f"{key}[{index}].file", test, partial(read_test, test, inputs, 20.0, str(test.file))
+                if key == "test" and test.temperature is not None and not recipe.frees_shift:
+                    yield (
+                        f"{key}[{index}].temperature",
+                        (test, index),
+                        partial(_temperature, recipe, test, test.temperature, inputs),
+                    )
 
 
 def _material(name: str, inputs: Inputs) -> object:
     return parse_material(inputs.read(name), name)
+
+
+def _temperature(recipe: CalibrateRecipe, test: TestData, temperature: float, inputs: Inputs) -> None:
+    """Whether the shift laws hold at the `temperature` in degC of a test; a mistake in a material file is stated with its key."""
+    try:
+        materials = [parse_material(inputs.read(name), name) for name in recipe.started_from]
+    except InputError:
+        return
+    check_temperature(test, temperature, materials)
 
 
 def _free(recipe: CalibrateRecipe, inputs: Inputs) -> None:

@@ -157,6 +157,11 @@ class CalibrateRecipe(RecipeBase):
         return self
 
     @property
+    def frees_shift(self) -> bool:
+        """Whether a constant of the shift law is free."""
+        return any(path.startswith("shift.") for path in self.free)
+
+    @property
     def started_from(self) -> tuple[str, ...]:
         """The material files to start from."""
         return (self.material,) if self.material is not None else tuple(self.materials or ())

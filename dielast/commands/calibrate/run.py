@@ -64,7 +64,8 @@ def ask(recipe: CalibrateRecipe, inputs: Inputs) -> Asked:
         if material := wrong.tried(partial(_read_material, name, inputs)):
             materials[name] = material
     at = next((material.reference_temperature for material in materials.values()), 20.0)
-    tests = wrong.tried(partial(read_tests, recipe.test, inputs, at, "test")) or []
+    fixed = [] if recipe.frees_shift else list(materials.values())
+    tests = wrong.tried(partial(read_tests, recipe.test, inputs, at, "test", fixed)) or []
     further = wrong.tried(partial(read_tests, recipe.validate_, inputs, at, "validate")) or []
     # without its material a free constant cannot be checked
     free = wrong.tried(partial(free_of, recipe.free, materials, inputs)) if len(materials) == len(recipe.started_from) else None

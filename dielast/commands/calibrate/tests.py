@@ -16,6 +16,7 @@ from dielast.errors import InputError, Mistakes, located, placed, warn
 from dielast.io.files import Inputs
 from dielast.io.text_table import MeasuredTable, read_measured
 from dielast.material.checks import SQUEEZED
+from dielast.material.material import Material
 from dielast.numerics.arrays import Flags, Floats
 from dielast.readings.specimen import mistaken, read_as, role_in
 from dielast.units import TIME
@@ -25,26 +26,41 @@ Rows = np.ndarray[tuple[int], np.dtype[np.int64]]
 _TRUE = ("true", "cauchy")
 
 
-def read_tests(tests: Sequence[TestData], inputs: Inputs, temperature: float, key: str) -> list[Experiment]:
+def read_tests(
+    tests: Sequence[TestData], inputs: Inputs, temperature: float, key: str, fixed: Sequence[Material] = ()
+) -> list[Experiment]:
     """All tests under a `key`, in tables and recipes; `temperature` in degC is the default.
 
-    Raises `InputError` with a line for every mistake.
+    Raises `InputError` with a line for every mistake, also for a test at a temperature at which the shift law of one of the
+    materials does not hold whose shift law is `fixed`.
     """
     found, wrong = list[Experiment](), Mistakes()
     for index, (test, name) in enumerate(zip(tests, named(tests), strict=True)):
-        made = wrong.tried(partial(_read, test, inputs, temperature, name, f"{key}[{index}]"))
+        made = wrong.tried(partial(_read, test, inputs, temperature, name, f"{key}[{index}]", fixed))
         found += made or ()
     wrong.refuse()
     return found
 
 
-def _read(test: TestData, inputs: Inputs, temperature: float, name: str, key: str) -> list[Experiment]:
+def _read(test: TestData, inputs: Inputs, temperature: float, name: str, key: str, fixed: Sequence[Material]) -> list[Experiment]:
     """The test of a table, or the tests of a recipe."""
     if test.recipe is None:
         with placed(lambda problem: problem.within(key=f"{key}.file") if problem.file else problem.at(key=key)):
-            return [read_test(test, inputs, temperature, name)]
+            made = read_test(test, inputs, temperature, name)
+        with placed(lambda problem: problem.within(key=f"{key}.temperature")):
+            check_temperature(test, made.temperature, fixed)
+        return [made]
     with placed(lambda problem: problem.within(key=f"{key}.recipe")):
         return list(recipe_tests(test.recipe, inputs, name, test.specimen_id or name))
+
+
+def check_temperature(test: TestData, temperature: float, fixed: Sequence[Material]) -> None:
+    """`InputError` with the file of a test at a temperature in degC at which the `fixed` shift law of a material does not hold."""
+    for material in fixed:
+        try:
+            material.relaxation_time(temperature)
+        except InputError as error:
+            raise InputError(error.problems[0].text, file=test.file) from None
 
 
 def named(tests: Sequence[TestData]) -> list[str]:

@@ -24,7 +24,8 @@ from dielast.sharing.versions import VERSIONS
 from dielast.simulate.map_plan import Cells, MapPlan, column_of, solve_cells
 
 CHUNK = 1024  # cells, about a second of work: little is lost by an interrupt, and the shares of processes are even
-OTHERS = "the recipe, a file that it names, or dielast has changed"
+CHANGED = "the {} cells of an interrupted run are discarded: the recipe, a file that it names, or dielast has changed since"
+UNREADABLE = "an interrupted run is discarded: its file is damaged, or of another version of dielast"
 GOES_ON = "the same command goes on from there, a changed recipe begins anew"
 NONE_SOLVED = "no cell was solved yet; the same command begins anew"
 PAUSE = 1.0  # s between two saves: a large cluster solves faster than a disk saves
@@ -42,12 +43,12 @@ def solve(plan: MapPlan, key: str, execution: Execution) -> list[Cells]:
     """All cells of the plan, which are kept in the folder of the execution until all are solved."""
     store = None if execution.folder is None else execution.folder / STORE
     note, keep = (tell or (lambda line: None) for tell in (execution.note, execution.keep))
-    kept, changed = _load(store, key, plan)
+    kept, discarded = _load(store, key, plan)
     done = sum(cells.status.size for cells in kept.values())
     if kept:
         note(f"goes on from an interrupted run, which solved {done} of {plan.cells} cells")
-    elif changed:
-        note(f"the {changed} cells of an interrupted run are discarded: {OTHERS} since")
+    elif discarded:
+        note(discarded)
     waiting = [chunk for chunk in plan.chunks(CHUNK) if chunk[0] not in kept]
     saved, due = len(kept), 0.0
 
@@ -103,14 +104,14 @@ def _save(store: Path, key: str, solved: Sequence[Cells]) -> None:
     write_files(store.parent, {store.name: buffer.getvalue()})
 
 
-def _load(store: Path | None, key: str, plan: MapPlan) -> tuple[dict[int, Cells], int]:
-    """The chunks of an earlier run of the same map, by first cell, and the number of kept cells that belong to another map."""
+def _load(store: Path | None, key: str, plan: MapPlan) -> tuple[dict[int, Cells], str]:
+    """The chunks of an earlier run of the same map, by first cell; or why a run that was kept is discarded."""
     if store is None or not os.path.isfile(store):
-        return {}, 0
+        return {}, ""
     try:
         with store.open("rb") as file, np.load(file) as saved:
             if str(saved["key"]) != key:
-                return {}, int(saved["status"].size)
+                return {}, CHANGED.format(saved["status"].size)
             bounds = np.cumsum(saved["size"])[:-1]
             times = {name: np.split(saved[column_of(name)], bounds) for name in plan.watched}
             stretched = np.split(saved["stretched"], bounds, axis=2)
@@ -119,9 +120,9 @@ def _load(store: Path | None, key: str, plan: MapPlan) -> tuple[dict[int, Cells]
                 for chunk, (first, status) in enumerate(zip(saved["first"], np.split(saved["status"], bounds), strict=True))
             }
         chunks = set(plan.chunks(CHUNK))
-        return (kept if all(_belongs(cells, chunks, plan) for cells in kept.values()) else {}), 0
+        return (kept, "") if all(_belongs(cells, chunks, plan) for cells in kept.values()) else ({}, UNREADABLE)
     except Exception:  # zipfile and numpy raise many kinds of errors for a damaged file
-        return {}, 0  # not written by dielast, or damaged: begin anew
+        return {}, UNREADABLE
 
 
 def _belongs(cells: Cells, chunks: set[tuple[int, int]], plan: MapPlan) -> bool:

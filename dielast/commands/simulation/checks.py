@@ -236,16 +236,20 @@ def _loads(entries: Sequence[Entry], rest: float, end: float, outputs: Sequence[
                     yield f"{step} {verb}", took
             elif first_output is not None:
                 yield f"{step} comes at once, and the first output after it is after", first_output
-            elif outputs is None and (follows := _following(begins, float(times[-1]), groups[number + 1 :], values[b], end)) > 0:
-                yield f"{step} comes at once, and the first thousandth of what follows takes", EARLY * follows
+            elif outputs is None and end > begins:
+                follows = _following(begins, float(times[-1]), groups[number + 1 :], values[b])
+                if end - begins < EARLY * follows:  # the film has failed
+                    yield f"{step} comes at once, and the simulation ends after", end - begins
+                elif follows > 0:
+                    yield f"{step} comes at once, and the first thousandth of what follows takes", EARLY * follows
         present, start = values[-1], float(times[-1])
 
 
-def _following(at: float, step_end: float, later: Sequence[Sequence[Entry]], present: float, end: float) -> float:
-    """The duration in s after a load at once at the time `at` (s), in its step, which ends at `step_end`, or in the next."""
+def _following(at: float, step_end: float, later: Sequence[Sequence[Entry]], present: float) -> float:
+    """The stated duration in s after a load at once at the time `at` (s), in its step, which ends at `step_end`, or in the next."""
     follows = step_end - at
     if follows == 0 and later:
         for entry in later[0]:
             follows += lasting(entry, present)
             present = reached(entry, present)
-    return min(follows, end - at)
+    return follows

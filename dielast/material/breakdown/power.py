@@ -9,11 +9,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from dielast.errors import InputError
+from dielast.material.argument_types import checked
 from dielast.material.law import BreakdownLaw, Constant
 from dielast.numerics.arrays import Floats
 from dielast.units import FIELD, LENGTH
 
 
+@checked
 @dataclass(frozen=True, slots=True)
 class PowerBreakdown(BreakdownLaw):
     """E_B = E_ref l^a (h/h_ref)^-b, with the present l = sqrt(l1 l2) and thickness h.

@@ -10,11 +10,13 @@ from numpy.typing import ArrayLike
 
 from dielast.errors import InputError
 from dielast.io.result import Result
+from dielast.material.argument_types import checked
 from dielast.material.law import BreakdownLaw, Constant, check_table
 from dielast.numerics.arrays import Floats
 from dielast.units import FIELD
 
 
+@checked
 @dataclass(frozen=True, slots=True, repr=False)
 class Breakdown(Result, BreakdownLaw):
     """Breakdown `field` (n,) in V/m over ascending equibiaxial `prestretch` (n,), linear between entries, constant outside.

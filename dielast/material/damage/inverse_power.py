@@ -8,11 +8,13 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
+from dielast.material.argument_types import checked
 from dielast.material.law import Constant, DamageLaw
 from dielast.numerics.arrays import Floats
 from dielast.units import FIELD, TIME
 
 
+@checked
 @dataclass(frozen=True, slots=True)
 class InversePower(DamageLaw):
     """dD/dt = (|E|/E_0)^n/t_0. The life at a constant field is t_0 (E_0/E)^n; breakdown at E_0 in the limit of infinite n.

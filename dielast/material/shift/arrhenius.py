@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from dielast.errors import InputError, warn
+from dielast.material.argument_types import checked
 from dielast.material.law import Constant
 from dielast.material.shift.law import FittedLaw, MovedLaw, ShiftLaw, fit_factor
 from dielast.numerics.arrays import Floats
@@ -25,6 +26,7 @@ def kelvin(temperature: Celsius) -> Celsius:
     return temperature + ZERO_CELSIUS
 
 
+@checked
 @dataclass(frozen=True, slots=True)
 class Arrhenius(ShiftLaw):
     """ln a = E_a / R (1/T - 1/T_ref) with T in kelvin; `activation_energy` E_a in J/mol, `reference_temperature` in degC.

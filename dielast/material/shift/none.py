@@ -8,10 +8,12 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
+from dielast.material.argument_types import checked
 from dielast.material.shift.law import ShiftLaw
 from dielast.numerics.arrays import Floats
 
 
+@checked
 @dataclass(frozen=True, slots=True)
 class NoShift(ShiftLaw):
     """Relaxation times that do not depend on temperature: log10 a = 0 at all temperatures; `reference_temperature` in degC."""

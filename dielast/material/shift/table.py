@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from dielast.errors import InputError
 from dielast.io.result import Result
+from dielast.material.argument_types import checked
 from dielast.material.law import Constant, check_table
 from dielast.material.shift.law import ShiftLaw
 from dielast.numerics.arrays import Floats
@@ -18,6 +19,7 @@ from dielast.numerics.arrays import Floats
 ROUNDING = 1e-6  # of log10 a; dielast writes 9 digits
 
 
+@checked
 @dataclass(frozen=True, slots=True, repr=False)
 class ShiftTable(Result, ShiftLaw):
     """Measured shift factors, interpolated linearly in log10 a over T; `InputError` outside the measured range.

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from dielast.errors import InputError, warn
+from dielast.material.argument_types import checked
 from dielast.material.law import Constant
 from dielast.material.shift.arrhenius import GAS_CONSTANT, Arrhenius
 from dielast.material.shift.law import FittedLaw, MovedLaw, ShiftLaw, fit_factor, reduced_chi_square
@@ -27,6 +28,7 @@ SAME_LAW = 1e-8  # of C2 with which WLF is Arrhenius' law: the digits of a mater
 SETTLED = 1e-14  # relative change of the constants with which the search ends
 
 
+@checked
 @dataclass(frozen=True, slots=True)
 class WLF(ShiftLaw):
     """log10 a = -C1 (T - T_ref) / (C2 + T - T_ref), Eq. 11 of DOI 10.1115/1.4030850.

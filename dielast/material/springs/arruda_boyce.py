@@ -9,6 +9,7 @@ from typing import ClassVar
 import numpy as np
 
 from dielast.errors import InputError
+from dielast.material.argument_types import checked
 from dielast.material.law import Constant
 from dielast.material.springs.first_invariant import LimitedLaw
 from dielast.material.springs.langevin import chain_energy, stiffness, stiffness_and_slope
@@ -18,6 +19,7 @@ from dielast.numerics.arrays import Floats
 SERIES = (1 / 2, 1 / 20, 11 / 1050, 19 / 7000, 519 / 673750)  # coefficients of W/mu in I1^k/l_m^(2k - 2), as used by codes
 
 
+@checked
 @dataclass(frozen=True, slots=True, eq=False)
 class ArrudaBoyce(LimitedLaw):
     """W = (3 l_m/b_0) (y b - ln(sinh b / b)), less its value at rest, with y = sqrt(I1/3)/l_m and L(b) = coth b - 1/b = y;

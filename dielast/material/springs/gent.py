@@ -9,12 +9,14 @@ from typing import ClassVar
 import numpy as np
 
 from dielast.errors import InputError
+from dielast.material.argument_types import checked
 from dielast.material.law import Constant
 from dielast.material.springs.first_invariant import LimitedLaw
 from dielast.material.springs.law import CardForm
 from dielast.numerics.arrays import Floats
 
 
+@checked
 @dataclass(frozen=True, slots=True, eq=False)
 class Gent(LimitedLaw):
     """W = -(J/2) ln(1 - (I1 - 3)/J), Eq. 5 of DOI 10.1115/1.4030850, with J = `J_lim`; J to infinity is neo-Hookean.

@@ -7,6 +7,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from dielast.material.argument_types import checked
 from dielast.material.law import Constant
 from dielast.material.springs.law import CardForm
 from dielast.material.springs.scaled import ScaledLaw
@@ -14,6 +15,7 @@ from dielast.numerics.arrays import Floats
 from dielast.units import STRESS
 
 
+@checked
 @dataclass(frozen=True, slots=True, eq=False)
 class MooneyRivlin(ScaledLaw):
     """W = C10 (I1 - 3) + C01 (I2 - 3), I2 = 1/A + 1/B + 1/C (Rivlin 1948, DOI 10.1098/rsta.1948.0024), with the initial shear

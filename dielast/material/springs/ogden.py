@@ -8,6 +8,7 @@ from typing import ClassVar
 import numpy as np
 
 from dielast.errors import InputError
+from dielast.material.argument_types import checked
 from dielast.material.law import Constant
 from dielast.material.springs.law import CardForm, Symmetry
 from dielast.material.springs.scaled import ScaledLaw
@@ -17,6 +18,7 @@ from dielast.units import STRESS
 STEEPEST = 50.0  # largest exponent: at a stretch of 10, larger powers would soon overflow
 
 
+@checked
 @dataclass(frozen=True, slots=True, eq=False)
 class Ogden(ScaledLaw):
     """W = sum mu_p/alpha_p (l1^alpha_p + l2^alpha_p + l3^alpha_p - 3) (Ogden 1972, DOI 10.1098/rspa.1972.0026), with the initial

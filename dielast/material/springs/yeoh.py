@@ -9,6 +9,7 @@ from typing import Any, ClassVar, Self
 import numpy as np
 
 from dielast.errors import InputError
+from dielast.material.argument_types import checked
 from dielast.material.law import Constant
 from dielast.material.springs.first_invariant import FirstInvariantLaw
 from dielast.material.springs.law import CardForm
@@ -17,6 +18,7 @@ from dielast.numerics.arrays import Floats
 from dielast.units import STRESS
 
 
+@checked
 @dataclass(frozen=True, slots=True, eq=False)
 class Yeoh(ScaledLaw, FirstInvariantLaw):
     """W = C10 x + C20 x^2 + C30 x^3 with x = I1 - 3 (Yeoh 1993, DOI 10.5254/1.3538343), with the initial shear modulus 2 C10.
