@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from dielast.errors import InputError, located
+from dielast.errors import InputError, in_keys, located
 from dielast.io.files import Inputs
 from dielast.io.table import finite_columns, number_columns
 from dielast.io.toml import parse_toml
@@ -85,7 +85,10 @@ def _shift_law(summary: Mapping[str, Any], folder: str, inputs: Inputs) -> Shift
 
     if shift["law"] not in SHIFTS:
         raise ValueError(f'[shift] law is "{shift["law"]}"')
-    return SHIFTS[shift["law"]].from_summary(reference, shift, measured)
+    law = SHIFTS[shift["law"]]
+    keys = {constant.name: f"shift.{key}" for key, constant in law.summary_names().items()}
+    with located(file=f"{folder}/summary.toml"), in_keys(keys):
+        return law.from_summary(reference, shift, measured)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -18,10 +18,11 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
+from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.legend import Legend
 from matplotlib.patches import PathPatch
 from matplotlib.path import Path as Outline
-from matplotlib.ticker import LogLocator, NullFormatter
+from matplotlib.ticker import LogLocator, NullFormatter, NullLocator
 from numpy.typing import NDArray
 
 from dielast.simulate import durations
@@ -82,6 +83,23 @@ def style() -> Iterator[None]:
         yield
 
 
+class Layout(ConstrainedLayoutEngine):
+    """Constrained layout, in which minor ticks without labels take no part: they need no room, and there are hundreds of them."""
+
+    def execute(self, fig: Figure) -> None:
+        """As matplotlib has it."""
+        every = [axis for axes in fig.axes for axis in (axes.xaxis, axes.yaxis)]
+        bare: list[Any] = [axis.minor for axis in every if isinstance(axis.minor.formatter, NullFormatter)]
+        locators = [ticker.locator for ticker in bare]
+        try:
+            for ticker in bare:
+                ticker.locator = NullLocator()
+            super().execute(fig)
+        finally:
+            for ticker, locator in zip(bare, locators, strict=True):
+                ticker.locator = locator
+
+
 class Sheet(Figure):
     """A figure that is saved in dielast's style, whoever saves it, without dates, versions or random names."""
 
@@ -105,7 +123,7 @@ def sheet(title: str | None, columns: float, height: float) -> Sheet:
     non-breaking spaces. Call within `style()`.
     """
     lines = [line for part in typeset(title or "").splitlines() for line in textwrap.wrap(part, int(56 * columns))]
-    figure = Sheet(figsize=(COLUMN_WIDTH * columns, height + 0.17 * len(lines)), layout="constrained")
+    figure = Sheet(figsize=(COLUMN_WIDTH * columns, height + 0.17 * len(lines)), layout=Layout())
     if lines:
         # a dollar sign in a text is not the start of a formula
         figure.suptitle("\n".join(lines).replace(FIXED, " "), fontsize=8, parse_math=False)
@@ -157,6 +175,8 @@ def log_axis(axes: Axes, which: str) -> None:
         axis.set_minor_locator(LogLocator(base=10, subs=tuple(range(2, 10)), numticks=60))
     if decades >= 2:
         axis.set_minor_formatter(NullFormatter())
+        # an empty label takes as long to place as a word
+        axis.set_tick_params(which="minor", **{"labelbottom" if which == "x" else "labelleft": False})
         return
 
     def plain(value: float, _: float | None = None) -> str:

@@ -112,13 +112,15 @@ def assemble(points: FitPoints, theta: Floats, prior: Prior, weights: Weights, s
     """The best smooth curves at `theta` (2m,), with cost, gradient and normal matrix of the free parameters."""
     m, curve, weight, free = points.curves, points.curve, weights.weight, prior.free
     parts = linear_parts(points, theta, free, weights, spacing)
-    normal = np.block(
-        [[np.diag(np.bincount(curve, weight * one * other, minlength=m)) for other in parts.sides] for one in parts.sides]
-    )
+    normal = np.zeros((len(parts.sides) * m,) * 2)
+    for i, one in enumerate(parts.sides):
+        for j, other in enumerate(parts.sides):
+            block = normal[i * m : (i + 1) * m, j * m : (j + 1) * m]
+            np.fill_diagonal(block, np.bincount(curve, weight * one * other, minlength=m))
     pull = np.hstack([np.bincount(curve, weight * parts.residual * side, minlength=m) for side in parts.sides])
     deviation = theta - prior.mean
     normal = normal - parts.cross.T @ parts.inverse @ parts.cross
-    normal = np.asarray(normal[np.ix_(free, free)] + prior.precision[np.ix_(free, free)], dtype=float)
+    normal = normal[free[:, None], free] + prior.precision[free[:, None], free]
     gradient = np.asarray(pull[free] + prior.precision[free] @ deviation, dtype=float)
     cost = float(np.sum(weight * parts.residual**2) + deviation @ prior.precision @ deviation)
     return State(theta, parts.curves.splines(parts.coefficient), parts.residual, cost, gradient, normal, weights, prior.freedom)

@@ -6,6 +6,7 @@ SciPy has such splines, but importing scipy.interpolate takes longer than buildi
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 
@@ -108,15 +109,22 @@ def spline_basis(x: Floats, origin: float, spacing: float, size: int) -> tuple[I
 def gram(index: Index, basis: Floats, weight: Floats, size: int) -> Floats:
     """Sum over the points of weight times the products of their basis functions, (size, size)."""
     matrix = np.zeros((size, size))
-    intervals = np.arange(size - 3)
-    weighted = basis * weight
+    flat, weighted = matrix.reshape(-1), basis * weight
     for a in range(4):
         for b in range(a, 4):
-            matrix[intervals + a, intervals + b] += np.bincount(index, weighted[a] * basis[b], minlength=size - 3)
-    return np.asarray(matrix + np.triu(matrix, 1).T)
+            sums = np.bincount(index, weighted[a] * basis[b], minlength=size - 3)
+            # the entries (a, b), (a + 1, b + 1), ... of the intervals, and their mirror images
+            for first in {a * size + b, b * size + a}:
+                flat[first :: size + 1][: size - 3] += sums
+    return matrix
 
 
 def roughness(size: int, spacing: float) -> Floats:
     """Weak prior on second differences of the coefficients, (size, size): the slope may change by about 1 from knot to knot."""
+    return _squared_differences(size) / spacing**2
+
+
+@cache
+def _squared_differences(size: int) -> Floats:
     second = np.diff(np.eye(size), 2, axis=0)
-    return np.asarray(second.T @ second / spacing**2)
+    return np.asarray(second.T @ second)

@@ -70,11 +70,14 @@ def arruda_boyce(l1: Any, l2: Any, mu: float, locking: float) -> Any:
 
 
 def chain(y: Any) -> Any:
-    """y beta + ln(beta / sinh beta) of the relative chain length y, 0 < y < 1; its derivative in y is beta."""
-    length = y.parts[0] if isinstance(y, Taylor) else y
+    """y beta + ln(beta / sinh beta) of the relative chain length y, 0 < y < 1; its derivative in y is beta.
+
+    A complex y is a complex step away from a real one, where the first order is exact to rounding.
+    """
+    length = y.parts[0] if isinstance(y, Taylor) else np.real(y)
     beta = inverse_langevin(length)
     value = length * beta + np.log(2 * beta) - beta - np.log(-np.expm1(-2 * beta))  # sinh beta = exp(beta) (1 - exp(-2 beta)) / 2
-    return y.function(value, beta, 1 / langevin(beta)[1]) if isinstance(y, Taylor) else value
+    return y.function(value, beta, 1 / langevin(beta)[1]) if isinstance(y, Taylor) else value + beta * (y - length)
 
 
 def langevin(beta: Any) -> tuple[Any, Any]:
@@ -94,12 +97,12 @@ def langevin(beta: Any) -> tuple[Any, Any]:
 
 
 def inverse_langevin(y: Any) -> Any:
-    """beta with coth beta - 1/beta = y, any shape, 0 < y < 1, real or complex: Newton's method from y F/(1 - y^2).
+    """beta with coth beta - 1/beta = y, any shape, 0 < y < 1: Newton's method from y F/(1 - y^2).
 
     F lies between 2 and 3 and is interpolated in a table to 1e-6, so that two steps go to rounding.
     """
-    y = np.where(np.real(y) < 1, y, np.nan)  # no chain is longer than it can be
-    return newton(y, y * np.interp(np.real(y), LENGTHS, FACTORS) / (1 - y * y), 2)
+    y = np.where(y < 1, y, np.nan)  # no chain is longer than it can be
+    return newton(y, y * np.interp(y, LENGTHS, FACTORS) / (1 - y * y), 2)
 
 
 def newton(y: Any, beta: Any, steps: int) -> Any:

@@ -7,6 +7,7 @@ import pytest
 from peers.energies import (
     Energy,
     arruda_boyce,
+    chain,
     gent,
     inverse_langevin,
     langevin,
@@ -111,6 +112,13 @@ def test_the_inverse_langevin_function() -> None:
     step = 1e-3 * beta[:200]
     slope = (langevin(beta[:200] + step)[0] - langevin(beta[:200] - step)[0]) / (2 * step)
     assert langevin(beta[:200])[1] == pytest.approx(slope, rel=1e-6)
+
+
+def test_the_tension_of_a_chain_is_the_slope_of_its_energy() -> None:
+    y, step = np.linspace(0.05, 0.97, 93), 1e-3
+    near, far = ((chain(y + h) - chain(y - h)) / (2 * h) for h in (step, 2 * step))
+    assert (4 * near - far) / 3 == pytest.approx(inverse_langevin(y), rel=1e-5)
+    assert np.imag(chain(y + 1e-30j)) / 1e-30 == pytest.approx(inverse_langevin(y), rel=1e-15)
 
 
 def test_arruda_boyce_is_its_series_far_from_locking() -> None:

@@ -155,7 +155,7 @@ def test_watched_for_ever_only_the_equilibrium_spring_holds() -> None:
     st.sampled_from([1e-6, 10.0]),
 )
 @example([(7.0, 0.0), (-12.0, 1.5)], 1.0, 1.0, "dead-load", TimeScale.fraction(0.01), 1e-6)  # the sum of both spans is not 10^1.5
-@settings(max_examples=25, deadline=30_000)
+@settings(max_examples=25)
 def test_any_programme_ends_with_numbers(
     programme: list[tuple[float, float]], first: float, second: float, boundary: str, timescale: TimeScale, fastest: float
 ) -> None:

@@ -44,7 +44,7 @@ def alarm(*_: object) -> None:
 
 def prepare() -> None:
     """The limits of time and memory that hold for every input."""
-    signal.signal(signal.SIGALRM, alarm)
+    signal.signal(signal.SIGPROF, alarm)
     soft = resource.getrlimit(resource.RLIMIT_DATA)[1]
     resource.setrlimit(resource.RLIMIT_DATA, (MEMORY, soft))
 

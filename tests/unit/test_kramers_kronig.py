@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings, strategies as st
+from hypothesis import given, strategies as st
 
 from dielast.errors import DielastWarning, InputError
 from dielast.material.measurement import FrequencySweep
@@ -30,7 +30,6 @@ def broad(slope: float = 0.4) -> tuple[np.ndarray, np.ndarray]:
     return tau, 1e5 * tau**-slope
 
 
-@settings(deadline=None)
 @given(
     slope=st.floats(0.05, 0.9),
     equilibrium=st.floats(0, 1e8),

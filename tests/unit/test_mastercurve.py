@@ -132,7 +132,7 @@ def test_two_runs_of_one_temperature_are_one() -> None:
 
 
 @given(data=st.data())
-@settings(deadline=None, max_examples=40)
+@settings(max_examples=40)
 def test_partial_overlap_and_uneven_sampling(data: st.DataObject) -> None:
     """Exact curves of unequal lengths and samplings give exact shift factors."""
     temperatures = data.draw(st.lists(st.integers(-10, 60), min_size=2, max_size=8, unique=True))

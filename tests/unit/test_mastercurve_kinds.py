@@ -162,7 +162,7 @@ def as_they_come() -> tuple[list[FrequencySweep], MasterCurve]:
     return curves, build(curves)
 
 
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=8)
 @given(st.permutations(range(5)), st.floats(-6, 6), st.floats(-6, 6))
 def test_order_and_units_do_not_matter(order: list[int], faster: float, stiffer: float) -> None:
     curves, own = as_they_come()

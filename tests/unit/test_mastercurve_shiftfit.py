@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings, strategies as st
+from hypothesis import given, strategies as st
 
 from dielast.errors import DielastWarning, InputError
 from dielast.material.shift import WLF, Arrhenius
@@ -25,7 +25,6 @@ def pinned(covariance: np.ndarray, anchor: int) -> np.ndarray:
 
 
 @given(C1=st.floats(2, 40), C2=st.floats(110, 600), anchor=st.integers(0, 10))
-@settings(deadline=None)
 def test_exact_wlf_from_any_anchor(C1: float, C2: float, anchor: int) -> None:
     law = WLF(20.0, C1, C2)
     fit = fit_shift_law(

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from hypothesis import given, settings, strategies as st
+from hypothesis import given, strategies as st
 
 from dielast.errors import InputError
 from dielast.io.cells import TextFormat, decode, is_number
@@ -119,7 +119,6 @@ def test_a_stated_encoding_is_held_to(encoding: str, message: str) -> None:
 
 
 # the first bytes of an old workbook are among the examples, and a workbook is read by a process of its own
-@settings(deadline=None)
 @given(st.binary(max_size=400))
 def test_any_bytes_are_a_table_or_an_input_error(content: bytes) -> None:
     message = "any.csv: "

@@ -96,7 +96,7 @@ def test_polystyrene_in_three_ways(shared_data: Callable[[str], Path]) -> None:
         assert all(isinstance(one, kind) for one in found)
 
 
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 @given(
     levels=st.lists(st.integers(-10, 20), min_size=2, max_size=6, unique=True),
     order=st.randoms(use_true_random=False),

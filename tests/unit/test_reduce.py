@@ -122,7 +122,7 @@ def test_a_window_after_all_has_relaxed_needs_hardly_anything() -> None:
 
 @given(st.integers(min_value=0, max_value=2**31), st.integers(min_value=2, max_value=25), st.floats(min_value=0.003, max_value=0.3))
 @example(712, 20, 0.03125)  # the linear programme gave a modulus a hair below zero
-@settings(max_examples=4, deadline=None)
+@settings(max_examples=4)
 def test_any_spectrum_is_reduced_within_its_tolerance_or_refused(seed: int, branches: int, tolerance: float) -> None:
     rng = np.random.default_rng(seed)
     spectrum = Spectrum(10 ** rng.uniform(-4, 6, branches), 10 ** rng.uniform(3, 7, branches))
