@@ -69,6 +69,63 @@ def with_slopes(residuals: Residuals, at: Floats, fits: Cases, upper: Floats, mo
     return base, jacobian
 
 
+@dataclass(slots=True, eq=False)
+class Descents:
+    """Fits under way: `at` (fits, p), `there` (fits, n) the residuals at these coordinates, `jacobian` (fits, n, p), `cost` (fits,)
+    and `damping` (fits,).
+
+    `varied` (fits, p) are the parameters by which the residuals are differentiated, `free` (fits, p) those that a step may change.
+    """
+
+    residuals: Residuals
+    lower: Floats
+    upper: Floats
+    free: Flags
+    varied: Flags
+    at: Floats
+    there: Floats
+    jacobian: Floats
+    cost: Floats
+    damping: Floats
+
+    @classmethod
+    def begin(
+        cls, residuals: Residuals, start: Floats, lower: Floats, upper: Floats, free: Flags, varied: Flags | None = None
+    ) -> Descents:
+        """Fits at their `start` (fits, p); the cost is infinite if the model cannot be evaluated there."""
+        at = np.clip(start, lower, upper)
+        varied = free if varied is None else varied
+        there, jacobian = with_slopes(residuals, at, np.arange(at.shape[0]), upper, varied)
+        damping = np.full(at.shape[0], FIRST_DAMPING)
+        return cls(residuals, lower, upper, free, varied, at, there, jacobian, _costs(there), damping)
+
+    def trials(self, fits: Cases) -> Floats:
+        """The coordinates (k, p) to which the damped steps of the `fits` (k,) lead."""
+        there = self.there[fits], self.jacobian[fits], self.at[fits]
+        step = _steps(*there, self.lower, self.upper, self.free[fits], self.damping[fits])
+        return np.clip(self.at[fits] + step, self.lower, self.upper)
+
+    def visit(self, fits: Cases, trial: Floats, settled: float, anew: Flags | None = None) -> Flags:
+        """Move those of the `fits` (k,) whose cost is less at the `trial` (k, p), and those that begin `anew` (k,) in any case.
+
+        Returns which fits have converged (k,): those that gain less than the share `settled` of their cost.
+        """
+        there, jacobian = with_slopes(self.residuals, trial, fits, self.upper, self.varied[fits])
+        cost, anew = _costs(there), np.zeros(fits.size, dtype=bool) if anew is None else anew
+        with np.errstate(invalid="ignore"):
+            gain = self.cost[fits] - cost
+        moved = np.max(np.abs(trial - self.at[fits]), axis=1)
+        better = (gain > 0) & ~anew
+        small = np.where(better, gain <= settled * self.cost[fits], (moved < 1e-7) | (self.damping[fits] >= MOST_DAMPING))
+        taken = fits[better | anew]
+        self.at[taken], self.there[taken], self.jacobian[taken] = (part[better | anew] for part in (trial, there, jacobian))
+        self.cost[taken] = cost[better | anew]
+        factor = np.where(anew, 1.0, np.where(better, FALL, RISE))
+        self.damping[fits] = np.clip(self.damping[fits] * factor, LEAST_DAMPING, MOST_DAMPING)
+        # a small gain under strong damping does not mean convergence
+        return small & ~anew & (~better | (self.damping[fits] <= 1.0) | (moved < 1e-7))
+
+
 def minimise(
     residuals: Residuals,
     start: Floats,
@@ -84,36 +141,18 @@ def minimise(
 
     A fit stays at its start, with an infinite cost, if the model cannot be evaluated there.
     """
-    at = np.clip(start, lower, upper)
-    count, size = at.shape
-    free = np.ones((count, size), dtype=bool) if fixed is None else ~fixed
-    every = np.arange(count)
-    here, jacobian = with_slopes(residuals, at, every, upper, free)
-    cost = _costs(here)
-    damping, done = np.full(count, FIRST_DAMPING), ~np.isfinite(cost)
-    reached = np.zeros(count, dtype=bool)
+    free = np.ones(start.shape, dtype=bool) if fixed is None else ~fixed
+    fits = Descents.begin(residuals, start, lower, upper, free)
+    done, reached = ~np.isfinite(fits.cost), np.zeros(start.shape[0], dtype=bool)
     for iteration in range(iterations):
         running = np.flatnonzero(~done)
         if not running.size:
             break
-        step = _steps(here[running], jacobian[running], at[running], lower, upper, free[running], damping[running])
-        trial = np.clip(at[running] + step, lower, upper)
-        trial_here, trial_jacobian = with_slopes(residuals, trial, running, upper, free[running])
-        trial_cost = _costs(trial_here)
-        gain = cost[running] - trial_cost
-        moved = np.max(np.abs(trial - at[running]), axis=1)
-        better = gain > 0
-        small = np.where(better, gain <= settled * cost[running], (moved < 1e-7) | (damping[running] >= MOST_DAMPING))
-        taken = running[better]
-        at[taken], here[taken], jacobian[taken] = trial[better], trial_here[better], trial_jacobian[better]
-        cost[taken] = trial_cost[better]
-        damping[running] = np.clip(damping[running] * np.where(better, FALL, RISE), LEAST_DAMPING, MOST_DAMPING)
-        # a small gain under strong damping does not mean convergence
-        end = running[small & (~better | (damping[running] <= 1.0) | (moved < 1e-7))]
+        end = running[fits.visit(running, fits.trials(running), settled)]
         done[end] = reached[end] = True
         if watch is not None:
-            watch(iteration, cost, at)
-    return Solutions(at, cost, here, jacobian, reached)
+            watch(iteration, fits.cost, fits.at)
+    return Solutions(fits.at, fits.cost, fits.there, fits.jacobian, reached)
 
 
 def _costs(residuals: Floats) -> Floats:
