@@ -1,31 +1,23 @@
 """Profile likelihoods: the uncertainty of each parameter with all others refitted, and a verdict (Raue et al. 2009, DOI
 10.1093/bioinformatics/btp358).
 
-All profiles are followed at once, outwards from the fit, each point from where the last ones lead to. Where the others have several
-minima, a point may be above the least one: an interval is that of the course that leads on from the fit.
+All profiles are followed at once, outwards from the fit, each point from where the last ones lead to (`courses`). Where the others
+have several minima, a point may be above the least one: an interval is that of the course that leads on from the fit.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 
 import numpy as np
 
-from dielast.calibration.courses import Course, follow
+from dielast.calibration.courses import Course, follow, opening
 from dielast.calibration.likelihood import Likelihood, prior_alone
 from dielast.numerics.arrays import Floats
 
 DECISIVE = 0.999  # level at which an end of the range is ruled out: wrongly in one case of a thousand
-NEAR = 0.5  # points of a profile, as shares of the half widths of the stated and of the decisive interval
-FAR = np.array((0.2, 0.45, 0.7, 1.0))  # further points, as shares of the distance to a bound
-END = 0.02  # accuracy of the end of an interval, as a share of its half width, in the root of the rise
-MOST_ROUNDS = 20  # of refining the end of an interval; each round shortens its bracket by a tenth at least
-PRECISE = 1e-4  # relative change of a sum of squares at which a point of a profile has converged
-
-Points = dict[float, tuple[float, Floats]]
-"""Points of a profile by the coordinate of their parameter: the least sum of squares, and all coordinates (p,) there."""
+HALF = 0.5  # first level of the root of the rise, as a share of that at the end of the interval
 
 
 class Verdict(StrEnum):
@@ -65,35 +57,32 @@ def profiles_of(likelihood: Likelihood, level: float = 0.9) -> list[Profile]:
     """The profile of each parameter, with its interval of this `level` and its verdict."""
     fit = likelihood.fit
     at, (lower, upper) = fit.coordinates, fit.space.bounds
-    threshold, decisive = likelihood.thresholds(level), likelihood.thresholds(DECISIVE)
-    inner, outer = np.sqrt(threshold), np.sqrt(decisive)
+    sought, decisive = np.sqrt(likelihood.thresholds(level)), np.sqrt(likelihood.thresholds(DECISIVE))
+    levels = np.stack((HALF * sought, sought, np.sqrt(sought * decisive), decisive), axis=1)
     rooms = {-1.0: at - lower, 1.0: upper - at}
-    courses = [
-        Course(
-            j, side, float(room[j]), (NEAR * inner[j], inner[j], np.sqrt(inner[j] * outer[j]), outer[j]), float(inner[j]), END
-        )
+    courses = {
+        (j, side): Course(j, side, float(room[j]), tuple(levels[j].tolist()), float(sought[j]), [opening(likelihood, j)])
         for side, room in rooms.items()
-        for j in range(at.size)
-        if room[j] > 0
-    ]
-    follow(likelihood, courses)
+        for j in np.flatnonzero(room > 0).tolist()
+    }
+    follow(likelihood, list(courses.values()))
     unseen = prior_alone(fit.problem, likelihood.information)
-    profiles = []
-    for j in range(at.size):
-        below, above = (next((c for c in courses if c.own == j and c.side == side), None) for side in (-1.0, 1.0))
-        profiles.append(_profile(below, above, at, bool(unseen[j])))
-    return profiles
+    return [_profile(courses.get((j, -1.0)), courses.get((j, 1.0)), bool(unseen[j])) for j in range(at.size)]
 
 
-def _profile(below: Course | None, above: Course | None, at: Floats, unseen: bool) -> Profile:
-    """The profile of both courses of a parameter."""
-    points = [*reversed(below.points[1:] if below else []), (below or above).points[0], *(above.points[1:] if above else [])]
-    closed = [course is not None and course.closed and not unseen for course in (below, above)]
-    ends = [course.end() if course is not None and (ok or unseen) else np.nan for course, ok in zip((below, above), closed)]
+def _profile(below: Course | None, above: Course | None, unseen: bool) -> Profile:
+    """The profile of a parameter along its courses below and above the fit, None if the fit is at that bound."""
+    sides = [side for side in (below, above) if side is not None]
+    beyond = [point for side in sides for point in side.points[1:]]
+    points = sorted([sides[0].points[0], *beyond], key=lambda point: point.place)
+    closed_below, closed_above = (side is not None and side.closed and not unseen for side in (below, above))
+    lower = below.end if below is not None and (closed_below or unseen) else np.nan
+    upper = above.end if above is not None and (closed_above or unseen) else np.nan
     return Profile(
-        np.array([p.place for p in points]),
-        np.square([p.root for p in points]),
-        np.array([p.at for p in points]),
-        *ends,
-        VERDICTS[closed[0], closed[1]],
+        np.array([point.place for point in points]),
+        np.square([point.root for point in points]),
+        np.array([point.at for point in points]),
+        lower,
+        upper,
+        VERDICTS[closed_below, closed_above],
     )

@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from dielast.calibration.profiles import END, Verdict, profiles_of
+from dielast.calibration.courses import ACCURATE
+from dielast.calibration.profiles import Verdict, profiles_of
 
 WIDTH, NARROW = 0.2, 1e-3
 
@@ -45,9 +46,9 @@ def test_profiles_follow_a_narrow_valley_to_the_end_of_the_interval(size: int, b
             first = np.sqrt(0.25 + first) - 0.5
         ruled_out = (first / WIDTH) ** 2 >= decisive
         assert profile.verdict is (Verdict.DETERMINED if ruled_out else Verdict.LOWER)
-        assert profile.lower == pytest.approx(ends[0], rel=END)
+        assert profile.lower == pytest.approx(ends[0], rel=ACCURATE)
         if ruled_out:
-            assert profile.upper == pytest.approx(ends[1], rel=END)
+            assert profile.upper == pytest.approx(ends[1], rel=ACCURATE)
         else:
             assert np.isnan(profile.upper)
             assert [profile.coordinate[-1], profile.rise[-1]] == pytest.approx([bound, (first / WIDTH) ** 2], rel=1e-3)
