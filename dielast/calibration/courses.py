@@ -26,16 +26,17 @@ CLOSE = 0.01  # share of a sum of squares that the last step, which is not check
 PRECISE = 1e-4  # share of a sum of squares; a point has converged, too, if a step gains less
 MOST_ITERATIONS = 60  # at a point
 FIRST_DAMPING = 1e-3  # at a point, whose start is near its end
-ACCURATE = 0.02  # distance of a computed root from the sought one, as a share of it
+ACCURATE = 0.02  # accuracy of the end of an interval, as a share of its half width
 MOST_CLOSER = 20  # points to close in on the sought root; each shortens the bracket by a tenth at least
 NEXT = 1.15  # wanted root over the last one, at least
 BEYOND = 1.05  # wanted root over the last level
 REACH = 0.3  # longest step, as a share of the distance from the fit to the bound
 GROWTH = 2.0  # of a step over the one before
-FARTHEST = 1.0  # largest predicted change of a coordinate
+FARTHEST = 1.0  # largest predicted change of another coordinate
 TOO_HIGH = 3.0  # rise of the root in a step, over the wanted rise, above which the step is halved
 LEAST_RISE = 0.3  # of the root in a step, as a share of the wanted root, for this comparison
-MOST_HALVINGS = 5  # of a step
+MOST_HALVINGS = 8  # of steps in a course
+MOST_POINTS = 60  # of a course
 
 Start = tuple[float, Floats]
 """The coordinate of the parameter at a point, and all coordinates (p,) from which the others are refitted."""
@@ -78,8 +79,8 @@ class Course:
 
     @property
     def ended(self) -> bool:
-        """Whether the course has exceeded the last level or reached the bound."""
-        return self.closed or self._distance(self.points[-1]) >= self.room * (1 - 1e-9)
+        """Whether the course has exceeded the last level or reached the bound, or has very many points."""
+        return self.closed or self._distance(self.points[-1]) >= self.room * (1 - 1e-9) or len(self.points) > MOST_POINTS
 
     @property
     def end(self) -> float:
@@ -93,7 +94,6 @@ class Course:
 
     def next_start(self) -> Start | None:
         """The start of the next point, None if no further one is needed."""
-        self.halvings = 0
         return self._inwards() if self.ended else self._outwards()
 
     def nearer(self, place: float, root: float) -> Start | None:
@@ -139,11 +139,12 @@ class Course:
         bracket = self._bracket()
         if not self.closed or bracket is None or self.closer == MOST_CLOSER:
             return None
-        if min(abs(point.root - self.sought) for point in bracket) <= ACCURATE * self.sought:
-            return None
-        self.closer += 1
         inner, outer = bracket
         length, way = outer.place - inner.place, outer.at - inner.at
+        near = min(abs(point.root - self.sought) for point in bracket) <= ACCURATE * self.sought
+        if near or abs(length) <= ACCURATE * self._distance(outer):
+            return None
+        self.closer += 1
         share = float(np.clip((between(inner, outer, self.sought) - inner.place) / length, 0.1, 0.9))
         move = np.clip(share * length * inner.tangent, -FARTHEST, FARTHEST)
         if np.isfinite(outer.root):
