@@ -388,7 +388,7 @@ def test_tests_that_cannot_be_are_said(exact: tuple[MeasuredTest, ...]) -> None:
 
 
 def test_steps_show_what_the_residuals_times_their_second_derivatives_are() -> None:
-    """One step along x of r = (x - 2, y + x^2/2 + 3): the sum of r times their second derivatives is that of the second residual."""
+    """One step along x of r = (x - 2, y + x^2/2 + 3): its second residual alone bends."""
 
     def residuals(at: np.ndarray, fits: np.ndarray) -> np.ndarray:
         return np.stack((at[:, 0] - 2, at[:, 1] + 0.5 * at[:, 0] ** 2 + 3), axis=1)
