@@ -1,6 +1,6 @@
 """Levenberg and Marquardt's method for many fits at once, which evaluates the models of all fits in one batch.
 
-The fits may be starts of one problem, points of a profile or resampled data. Bounds hold by projection: a parameter that is at a
+The fits may be starts of one problem, points of profiles or resampled data. Bounds hold by projection: a parameter that is at a
 bound and would leave the range is fixed for a step (Bertsekas 1982, DOI 10.1137/0320018; Nocedal and Wright, Ch. 10).
 """
 
@@ -17,6 +17,8 @@ DIFFERENCE = 1e-3  # of a coordinate, for derivatives: far above the tolerance o
 FIRST_DAMPING, LEAST_DAMPING, MOST_DAMPING = 1e-2, 1e-9, 1e9
 FALL, RISE = 0.2, 5.0  # factors on the damping, after an accepted and a refused step
 SETTLED = 1e-5  # relative change of the sum of squares at which a fit ends
+LEAST_CURVATURE = 1e-6  # with the bend, over that of a parameter alone without it: below, the bend is not used
+SHORTEST = 1e-6  # step that shows the bend, and least cosine between a step and the change of the slope
 LONGEST = 1.5  # step of a coordinate, a factor of 4.5 for a positive number
 MOST_ITERATIONS = 120
 
@@ -69,6 +71,151 @@ def with_slopes(residuals: Residuals, at: Floats, fits: Cases, upper: Floats, mo
     return base, jacobian
 
 
+@dataclass(slots=True, eq=False)
+class Descents:
+    """Fits under way: `at` (fits, p), `there` (fits, n) the residuals at these coordinates, `jacobian` (fits, n, p), `cost` (fits,)
+    and `damping` (fits,).
+
+    `varied` (fits, p) are the parameters by which the residuals are differentiated, `free` (fits, p) those that a step may change.
+    `bend` (fits, p, p), None for Gauss and Newton's steps, is an estimate of the sum of the residuals times their second
+    derivatives, from the change of the jacobian in all steps. It is used where it is `trusted` (fits,): where the last gain is
+    better predicted with it (Dennis, Gay and Welsch 1981, DOI 10.1145/355958.355965).
+    """
+
+    residuals: Residuals
+    lower: Floats
+    upper: Floats
+    free: Flags
+    varied: Flags
+    at: Floats
+    there: Floats
+    jacobian: Floats
+    cost: Floats
+    damping: Floats
+    bend: Floats | None
+    trusted: Flags
+
+    @classmethod
+    def begin(
+        cls,
+        residuals: Residuals,
+        start: Floats,
+        lower: Floats,
+        upper: Floats,
+        free: Flags,
+        varied: Flags | None = None,
+        bent: bool = False,
+    ) -> Descents:
+        """Fits at their `start` (fits, p); the cost is infinite if the model cannot be evaluated there."""
+        at = np.clip(start, lower, upper)
+        count, size = at.shape
+        varied = free if varied is None else varied
+        there, jacobian = with_slopes(residuals, at, np.arange(count), upper, varied)
+        bend, damping = np.zeros((count, size, size)) if bent else None, np.full(count, FIRST_DAMPING)
+        trusted = np.zeros(count, dtype=bool)
+        return cls(residuals, lower, upper, free, varied, at, there, jacobian, _costs(there), damping, bend, trusted)
+
+    def model(self, fits: Cases) -> Model:
+        """The cost about the `fits` (k,) as a function of second order."""
+        there, jacobian, at = self.there[fits], self.jacobian[fits], self.at[fits]
+        slope = np.einsum("knp,kn->kp", jacobian, there)
+        normal = np.einsum("knp,knq->kpq", jacobian, jacobian)
+        diagonal = np.einsum("kpp->kp", normal).copy()
+        moving = self.free[fits] & ~((at <= self.lower) & (slope > 0)) & ~((at >= self.upper) & (slope < 0)) & (diagonal > 0)
+        if self.bend is not None and (chosen := np.flatnonzero(self.trusted[fits])).size:
+            whole = normal[chosen] + self.bend[fits[chosen]]
+            scale = np.where(moving, np.sqrt(diagonal), np.inf)[chosen]
+            scaled = whole / (scale[:, :, None] * scale[:, None, :]) + np.eye(at.shape[1]) * ~moving[chosen][:, None, :]
+            convex = np.linalg.eigvalsh(scaled)[:, 0] > LEAST_CURVATURE
+            normal[chosen[convex]] = whole[convex]
+        return Model(slope, normal, diagonal, moving)
+
+    def trials(self, fits: Cases) -> Floats:
+        """The coordinates (k, p) to which the damped steps of the `fits` (k,) lead."""
+        step = self.model(fits).step(self.damping[fits])
+        return np.clip(self.at[fits] + np.clip(step, -LONGEST, LONGEST), self.lower, self.upper)
+
+    def visit(self, fits: Cases, trial: Floats, settled: float, anew: Flags | None = None) -> Flags:
+        """Move those of the `fits` (k,) whose cost is less at the `trial` (k, p), and those that begin `anew` (k,) in any case.
+
+        Returns which fits have converged (k,): those that gain less than the share `settled` of their cost.
+        """
+        there, jacobian = with_slopes(self.residuals, trial, fits, self.upper, self.varied[fits])
+        cost, anew = _costs(there), np.zeros(fits.size, dtype=bool) if anew is None else anew
+        with np.errstate(invalid="ignore"):
+            gain = self.cost[fits] - cost
+        if self.bend is not None:
+            self._learn(fits, trial, there, jacobian, gain, anew)
+        moved = np.max(np.abs(trial - self.at[fits]), axis=1)
+        better = (gain > 0) & ~anew
+        small = np.where(better, gain <= settled * self.cost[fits], (moved < 1e-7) | (self.damping[fits] >= MOST_DAMPING))
+        taken = fits[better | anew]
+        self.at[taken], self.there[taken], self.jacobian[taken] = (part[better | anew] for part in (trial, there, jacobian))
+        self.cost[taken] = cost[better | anew]
+        factor = np.where(anew, 1.0, np.where(better, FALL, RISE))
+        self.damping[fits] = np.clip(self.damping[fits] * factor, LEAST_DAMPING, MOST_DAMPING)
+        # a small gain under strong damping does not mean convergence
+        return np.asarray(small & ~anew & (~better | (self.damping[fits] <= 1.0) | (moved < 1e-7)))
+
+    def _learn(self, fits: Cases, trial: Floats, there: Floats, jacobian: Floats, gain: Floats, anew: Flags) -> None:
+        """Update the bend by steps s to the `trial` (k, p): residuals r' `there` (k, n) and `jacobian` J' (k, n, p).
+
+        With g the slope J'r, the bend B is to turn the slope over the step as J' - J does: B s = t. The update
+
+            B <- c B + (m y' + y m') / y's - s'm y y' / (y's)^2,
+            t = (J' - J)' r',   y = g' - g,   m = t - c B s,   c = min(1, |s't| / |s'Bs|)
+
+        is the smallest one in a norm in which the cost is round (Nocedal and Wright, Sec. 10.3).
+        """
+        assert self.bend is not None
+        step = trial - self.at[fits]
+        known = np.isfinite(gain) & (np.max(np.abs(step), axis=1) > SHORTEST)
+        fits, step, there, jacobian, gain, anew = (part[known] for part in (fits, step, there, jacobian, gain, anew))
+        before, bend = self.jacobian[fits], self.bend[fits]
+        slope = np.einsum("knp,kn->kp", before, self.there[fits])
+        bent = np.einsum("kpq,kq->kp", bend, step)
+        straight = -2 * _dot(slope, step) - np.square(np.einsum("knp,kp->kn", before, step)).sum(axis=1)  # predicted gain
+        better = np.abs(straight - _dot(step, bent) - gain) < np.abs(straight - gain)
+        self.trusted[fits] = np.where(anew, self.trusted[fits], better)
+        reached = np.einsum("knp,kn->kp", jacobian, there)
+        turn, change = reached - np.einsum("knp,kn->kp", before, there), reached - slope
+        work, stiff = _dot(change, step), np.abs(_dot(step, bent))
+        share = np.where(stiff > 0, np.minimum(1.0, np.abs(_dot(step, turn)) / np.where(stiff > 0, stiff, 1.0)), 1.0)
+        miss = turn - share[:, None] * bent
+        usable = work > SHORTEST * np.sqrt(_dot(change, change) * _dot(step, step))
+        work = np.where(usable, work, 1.0)[:, None, None]
+        product = miss[:, :, None] * change[:, None, :]
+        bend = share[:, None, None] * bend + (product + np.swapaxes(product, 1, 2)) / work
+        bend -= _dot(step, miss)[:, None, None] / work**2 * change[:, :, None] * change[:, None, :]
+        self.bend[fits[usable]] = bend[usable]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Model:
+    """Costs as functions of second order of a step: `slope` (k, p) and `normal` (k, p, p) are the derivatives of half the cost.
+    `diagonal` (k, p) is that of Gauss and Newton's normal matrix; parameters that are not `moving` (k, p) keep their value.
+    """
+
+    slope: Floats
+    normal: Floats
+    diagonal: Floats
+    moving: Flags
+
+    def solve(self, right: Floats, damping: Floats) -> Floats:
+        """Changes (k, p, m) of the parameters that change the slope by `right` (k, p, m), with Marquardt's `damping` (k,)."""
+        index = np.arange(self.slope.shape[1])
+        both = self.moving[:, :, None] & self.moving[:, None, :]
+        matrix = np.where(both, self.normal, 0.0)
+        least = 1e-12 * np.max(self.diagonal, axis=1, keepdims=True)
+        stiff = matrix[:, index, index] + damping[:, None] * np.maximum(self.diagonal, least)
+        matrix[:, index, index] = np.where(self.moving, stiff, 1.0)
+        return np.asarray(np.linalg.solve(matrix, np.where(self.moving[:, :, None], right, 0.0)))
+
+    def step(self, damping: Floats) -> Floats:
+        """The damped steps (k, p) to the least cost."""
+        return -self.solve(self.slope[:, :, None], damping)[:, :, 0]
+
+
 def minimise(
     residuals: Residuals,
     start: Floats,
@@ -84,36 +231,18 @@ def minimise(
 
     A fit stays at its start, with an infinite cost, if the model cannot be evaluated there.
     """
-    at = np.clip(start, lower, upper)
-    count, size = at.shape
-    free = np.ones((count, size), dtype=bool) if fixed is None else ~fixed
-    every = np.arange(count)
-    here, jacobian = with_slopes(residuals, at, every, upper, free)
-    cost = _costs(here)
-    damping, done = np.full(count, FIRST_DAMPING), ~np.isfinite(cost)
-    reached = np.zeros(count, dtype=bool)
+    free = np.ones(start.shape, dtype=bool) if fixed is None else ~fixed
+    fits = Descents.begin(residuals, start, lower, upper, free)
+    done, reached = ~np.isfinite(fits.cost), np.zeros(start.shape[0], dtype=bool)
     for iteration in range(iterations):
         running = np.flatnonzero(~done)
         if not running.size:
             break
-        step = _steps(here[running], jacobian[running], at[running], lower, upper, free[running], damping[running])
-        trial = np.clip(at[running] + step, lower, upper)
-        trial_here, trial_jacobian = with_slopes(residuals, trial, running, upper, free[running])
-        trial_cost = _costs(trial_here)
-        gain = cost[running] - trial_cost
-        moved = np.max(np.abs(trial - at[running]), axis=1)
-        better = gain > 0
-        small = np.where(better, gain <= settled * cost[running], (moved < 1e-7) | (damping[running] >= MOST_DAMPING))
-        taken = running[better]
-        at[taken], here[taken], jacobian[taken] = trial[better], trial_here[better], trial_jacobian[better]
-        cost[taken] = trial_cost[better]
-        damping[running] = np.clip(damping[running] * np.where(better, FALL, RISE), LEAST_DAMPING, MOST_DAMPING)
-        # a small gain under strong damping does not mean convergence
-        end = running[small & (~better | (damping[running] <= 1.0) | (moved < 1e-7))]
+        end = running[fits.visit(running, fits.trials(running), settled)]
         done[end] = reached[end] = True
         if watch is not None:
-            watch(iteration, cost, at)
-    return Solutions(at, cost, here, jacobian, reached)
+            watch(iteration, fits.cost, fits.at)
+    return Solutions(fits.at, fits.cost, fits.there, fits.jacobian, reached)
 
 
 def _costs(residuals: Floats) -> Floats:
@@ -123,17 +252,6 @@ def _costs(residuals: Floats) -> Floats:
     return np.where(np.isfinite(cost), cost, np.inf)
 
 
-def _steps(here: Floats, jacobian: Floats, at: Floats, lower: Floats, upper: Floats, free: Flags, damping: Floats) -> Floats:
-    """The damped Gauss-Newton steps (k, p) in Marquardt's scaling, at most `LONGEST`."""
-    slope = np.einsum("knp,kn->kp", jacobian, here)
-    normal = np.einsum("knp,knq->kpq", jacobian, jacobian)
-    moving = free & ~((at <= lower) & (slope > 0)) & ~((at >= upper) & (slope < 0))
-    diagonal = np.einsum("kpp->kp", normal).copy()
-    moving &= diagonal > 0
-    both = moving[:, :, None] & moving[:, None, :]
-    matrix = np.where(both, normal, 0.0)
-    index = np.arange(at.shape[1])
-    least = 1e-12 * np.max(diagonal, axis=1, keepdims=True)
-    matrix[:, index, index] = np.where(moving, diagonal + damping[:, None] * np.maximum(diagonal, least), 1.0)
-    step = -np.linalg.solve(matrix, np.where(moving, slope, 0.0)[:, :, None])[:, :, 0]
-    return np.asarray(np.clip(step, -LONGEST, LONGEST))
+def _dot(one: Floats, other: Floats) -> Floats:
+    """Scalar products (k,) of vectors (k, p)."""
+    return np.asarray(np.einsum("kp,kp->k", one, other))

@@ -10,6 +10,7 @@ from matplotlib.figure import Figure, SubFigure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
+from scipy.interpolate import PchipInterpolator
 
 from dielast.calibration.comparison import Comparison
 from dielast.calibration.profiles import DECISIVE, Profile
@@ -122,13 +123,13 @@ def _draw_profile(axes: Axes, calibration: Calibration, k: int) -> None:
     small = parameter.unit == "Pa" and most < 1 / KILO  # such as Yeoh's C20
     unit, factor = ("Pa", 1.0) if small else unit_for(parameter.unit, most)
     x, y = factor * values, profile.rise[near]
-    # interpolated as for the ends of the interval: linear in the root of the rise, which changes sign at the fit
+    # smooth and monotone in the root of the rise, which changes sign at the fit
     fine = np.unique(
         np.append(profile.coordinate[near], np.linspace(profile.coordinate[near[0]], profile.coordinate[near[-1]], 200))
     )
     fit = float(calibration.fit.coordinates[k])
     root = np.sqrt(np.clip(y, 0.0, 1e6)) * np.sign(profile.coordinate[near] - fit)
-    between = np.interp(fine, profile.coordinate[near], root)
+    between = PchipInterpolator(profile.coordinate[near], root)(fine)
     axes.plot(factor * parameter.value(fine), np.square(between), "-", color=COLOURS[0], linewidth=0.9)
     axes.plot(x, y, "o", color=COLOURS[0], markersize=2.2)
     for level, threshold, dashes in zip(levels, thresholds, ("--", ":"), strict=True):

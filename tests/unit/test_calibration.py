@@ -32,7 +32,7 @@ from dielast.calibration.fit import fit_material, starts_of
 from dielast.calibration.history import corners, path_length
 from dielast.calibration.laboratory import Laboratory
 from dielast.calibration.laws import cross_validation_error, stabilities
-from dielast.calibration.levenberg import minimise
+from dielast.calibration.levenberg import Descents, minimise
 from dielast.calibration.likelihood import Likelihood, likelihood_of
 from dielast.calibration.parameters import parameter_space
 from dielast.calibration.scatter import Curves, Scatter, Scatters, Whitening, covariance_of, noise_of, specimen_factors
@@ -385,3 +385,17 @@ def test_tests_that_cannot_be_are_said(exact: tuple[MeasuredTest, ...]) -> None:
     assert fit.left_out == (exact[0].name, exact[1].name)
     with pytest.raises(NumericsError, match=r"no start can follow any of the tests; .* reaches a stretch of 2.95:"):
         fit_material(replace(START, equilibrium_law=Gent(0.5)), exact, MODULI, starts=1)
+
+
+def test_steps_show_what_the_residuals_times_their_second_derivatives_are() -> None:
+    """One step along x of r = (x - 2, y + x^2/2 + 3): its second residual alone bends."""
+
+    def residuals(at: np.ndarray, fits: np.ndarray) -> np.ndarray:
+        return np.stack((at[:, 0] - 2, at[:, 1] + 0.5 * at[:, 0] ** 2 + 3), axis=1)
+
+    lower, upper, free = np.full(2, -9.0), np.full(2, 9.0), np.ones((1, 2), dtype=bool)
+    fits = Descents.begin(residuals, np.zeros((1, 2)), lower, upper, free, bent=True)
+    fits.visit(np.zeros(1, dtype=np.intp), np.array([[0.1, 0.0]]), 1e-4)
+    assert fits.bend is not None
+    assert np.allclose(fits.bend[0], fits.bend[0].T)
+    assert np.allclose(fits.bend[0] @ [0.1, 0.0], [0.1 * (3 + 0.5 * 0.1**2), 0.0], rtol=2e-2, atol=1e-12)
