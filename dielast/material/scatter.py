@@ -82,6 +82,11 @@ class DamageScatter:
             if not (np.isfinite(value) and value > 0):
                 raise InputError(f"{value:g}: a positive number is needed", argument=name)
 
+    @property
+    def typical(self) -> float:
+        """The damage at which 63.2 % of the films have failed, a^(-1/beta): P_f = 1 - 1/e. It is 1 for an area ratio of 1."""
+        return self.area_ratio ** (-1 / self.shape)
+
     def factors(self, quantile: Floats) -> Floats:
         """The damage at failure, with the shape of `quantile`."""
         return np.asarray((-np.log1p(-np.clip(quantile, 1e-15, 1 - 1e-15)) / self.area_ratio) ** (1 / self.shape))
@@ -92,13 +97,22 @@ class DamageScatter:
 class Sample(TabularResult):
     """Draws of films: the material of each draw, and factors (draws,) on the breakdown field and on the undeformed thickness.
 
-    `damage_factor` (draws,) is the damage at which a film fails, None unless it has a separate scatter.
+    `damage_factor` (draws,) is the damage at which a film fails, None unless it has a separate scatter. `typical_damage` is the
+    damage at which the film without scatter fails, to which the draws belong; not 1 if its area differs from that for which the
+    constants of the damage hold.
     """
 
     materials: tuple[Material, ...]
     breakdown_factor: Floats
     thickness_factor: Floats
     damage_factor: Floats | None = None
+    typical_damage: float = 1.0
+
+    def typical(self, material: Material) -> Material:
+        """The material of the film without scatter, with a damage law whose integral reaches 1 at the `typical_damage`."""
+        if self.typical_damage == 1 or material.damage is None:
+            return material
+        return replace(material, damage=material.damage.lasting(self.typical_damage))
 
     def aged(self) -> tuple[Material, ...]:
         """The material of each draw, with a damage law whose integral reaches 1 when the film fails.
@@ -157,6 +171,7 @@ def draw_sample(
         ones if breakdown_field is None else breakdown_field.factors(stream(seed, "breakdown field").random(draws)),
         ones if thickness is None else thickness.factors(stream(seed, "thickness").random(draws)),
         None if damage is None else damage.factors(stream(seed, "damage").random(draws)),
+        1.0 if damage is None else damage.typical,
     )
 
 

@@ -111,7 +111,7 @@ class Exchange(Result):
             if (values := getattr(sample, name)) is not None
         }
         materials = chain.from_iterable(_exchanged(sample, *block) for block in blocks)
-        return cls(Sample(tuple(materials), **factors), len(sample), sources, first, second)
+        return cls(replace(sample, materials=tuple(materials), **factors), len(sample), sources, first, second)
 
 
 def _exchanged(sample: Sample, source: Source, keep: Index, take: Index) -> tuple[Material, ...]:

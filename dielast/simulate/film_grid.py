@@ -188,7 +188,8 @@ def lay_out(
     prestretch and electrode share of the `film`, the last varying fastest, and of each so many `copies`.
 
     A breakdown field may be a number, or one for each prestretch. With a `sample`, also the films of its draws, solved to
-    `drawn_rtol`, by default a larger tolerance. Raises `InputError` for invalid arguments.
+    `drawn_rtol`, by default a larger tolerance; the films of the material then have the area of those of the sample. Raises
+    `InputError` for invalid arguments.
     """
     pairs, thick = prestretches_of(film.prestretch), axis_of(film.thickness, "thickness")
     shares = None if film.electrode_share is None else axis_of(film.electrode_share, "electrode_share")
@@ -225,7 +226,8 @@ def lay_out(
             rtol=tolerance,
         )
 
-    setup = of_all([material], breakdown_field, thickness, rtol)
+    central = material if sample is None else sample.typical(material)
+    setup = of_all([central], breakdown_field, thickness, rtol)
     groups, draws = Group.all_of(setup, pull_in_timescale, 0, rtol), 0
     failures = failures_of([material, *(() if sample is None else sample.materials)])
     if sample is not None:

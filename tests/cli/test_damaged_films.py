@@ -81,10 +81,14 @@ def test_the_damage_at_failure_scatters_with_shape_and_area(folder: Path, dielas
         assert (done.returncode, done.stderr) == (0, "")
         (event,) = rows(folder / "out/events.csv")
         times.append([float(event[f"time{which} [s]"]) for which in ("_lower", "", "_upper")])
-    assert all(low < time < high for low, time, high in times[:1])
-    assert times[1][1] == times[0][1]  # that of the film stated
-    assert times[1][0] < times[0][0]
-    assert times[1][2] < times[0][2]
+    assert all(low < time < high for low, time, high in times)
+    assert all(larger < smaller for larger, smaller in zip(times[1], times[0], strict=True))
+    # when 63.2 % of the larger films have failed, the film of the reference area has D = 4^(-1/2)
+    (folder / "actuate.toml").write_text(ACTUATE + f'[output]\ntimes = ["{times[1][1]!r} s"]\n')
+    done = dielast("actuate", "actuate.toml", "-o", "out", "--plot", "none")
+    assert done.returncode == 0, done.stderr
+    assert float(rows(folder / "out/actuate.csv")[0]["damage [1]"]) == pytest.approx(0.5, rel=1e-6)
+    (folder / "actuate.toml").write_text(ACTUATE + f"[uncertainty]\ndraws = 19\ndamage = {{ shape = 2{area} }}\n")
     for text, message in (
         ('{ shape = 2, area = "4 cm^2" }', "uncertainty.damage: area and reference_area belong together: state both or none"),
         ("{ shape = 0 }", "uncertainty.damage.shape: 0: a number above 0 is needed"),

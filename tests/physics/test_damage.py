@@ -26,10 +26,12 @@ from dielast import (
     Waveform,
     WeibullScatter,
     actuate,
+    design,
     draw_sample,
     failure_map,
 )
 from dielast.material.damage import InversePower
+from dielast.material.sensitivity import Exchange
 from dielast.material.shift import NoShift
 from dielast.numerics.quadrature import _rules, integrals
 from dielast.simulate.actuation_history import ActuationHistory
@@ -189,8 +191,28 @@ def test_the_damage_at_failure_may_scatter_by_itself_and_with_the_area() -> None
     drawn = draw_sample([SILICONE], 2000, damage=DamageScatter(shape, ratio))
     assert drawn.damage_factor is not None
     assert np.mean(drawn.damage_factor < 0.4) == pytest.approx(1 - np.exp(-ratio * 0.4**shape), abs=0.04)
+    assert np.mean(drawn.damage_factor < drawn.typical_damage) == pytest.approx(1 - np.exp(-1), abs=0.04)
     with pytest.raises(InputError, match="area_ratio: 0: a positive number is needed"):
         DamageScatter(1.0, 0.0)
+
+
+def test_the_film_without_scatter_has_the_area_of_the_draws() -> None:
+    """Of films under a constant field, 63.2 % have failed at D = (A/A_0)^(-1/beta); the map of the material and its intervals are
+    of one film, also if sources are exchanged between its draws.
+    """
+    shape, ratio, voltage = 1.5, 40.0, 13e3
+    sample = draw_sample([SILICONE], 400, damage=DamageScatter(shape, ratio))
+    arguments: dict[str, Any] = {"voltage": voltage, "horizon": 1e9, **CLAMPED}
+    samples = (None, sample, Exchange.of(sample).sample)
+    life = [solve_map(plan_failure_map(SILICONE, sample=of, **arguments))[0].time_to_failure.item() for of in samples]
+    assert life[0] == pytest.approx(HOUR * (80e6 / (voltage * 1.7**2 / THICKNESS)) ** 18.5, rel=1e-9)
+    assert life[1:] == pytest.approx([life[0] * ratio ** (-1 / shape)] * 2, rel=1e-9)
+    goal: dict[str, Any] = {"relative_stretch": 1.05, "at": 1.0, "horizon": 1e9, "thickness": THICKNESS, "prestretch": 1.7}
+    plain, larger = (design(SILICONE, sample=of, **goal) for of in (None, sample))
+    assert plain.failure_mode.tolist() == ["damage"]
+    assert plain.voltage == pytest.approx(larger.voltage, rel=1e-6)
+    assert larger.time_to_failure == pytest.approx(plain.time_to_failure * ratio ** (-1 / shape), rel=1e-6)
+    assert draw_sample([SILICONE], 3, damage=DamageScatter(shape)).typical(SILICONE) is SILICONE
 
 
 def test_a_map_has_the_cells_of_films_and_only_materials_with_damage_have_it() -> None:

@@ -119,6 +119,12 @@ def report_of(simulation: Simulation, cases: Sequence[Case[Any]], inputs: Inputs
     def batches(cases: Sequence[Case[Any]], materials: Sequence[Material], factor: Floats | None = None) -> list[SimulationBatch]:
         return simulation.batches(cases, materials, inputs, factor)
 
+    samples: Sequence[Sample | None] = [None] * len(cases)
+    if any(recipe.uncertainty is not None for recipe in recipes):
+        from dielast.commands.simulation.uncertainty import samples_of, typical_materials
+
+        samples = samples_of(cases, materials, inputs)
+        materials = typical_materials(materials, samples)
     clean = solve_batches(batches(cases, materials), execution)
     histories = [solver_steps(recipe, inputs) for recipe in recipes]
     simulation.warn(list(map(SolvedCase, recipes, materials, histories, clean)))
@@ -126,12 +132,10 @@ def report_of(simulation: Simulation, cases: Sequence[Case[Any]], inputs: Inputs
     columns = [with_axes(result.columns, recipe) for result, recipe in zip(results, recipes, strict=True)]
     cycling = {case: result.cycles for case, result in enumerate(results) if result.cycles is not None}
     intervals: dict[str, dict[str, Any]] = {}
-    samples: Sequence[Sample | None] = [None] * len(cases)
     if any(recipe.uncertainty is not None for recipe in recipes):
         from dielast.commands.simulation.bounds import bounded_cases
-        from dielast.commands.simulation.uncertainty import samples_of, uncertainty_headline
+        from dielast.commands.simulation.uncertainty import uncertainty_headline
 
-        samples = samples_of(cases, materials, inputs)
         results = bounded_cases(batches, cases, samples, results, execution)
         intervals = uncertainty_headline([recipe.uncertainty for recipe in recipes], samples)
     tables: dict[str, Table] = {}

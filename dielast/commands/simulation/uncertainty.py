@@ -138,6 +138,14 @@ def samples_of(cases: Sequence[Case[Any]], materials: Sequence[Material], inputs
     return samples
 
 
+def typical_materials(materials: Sequence[Material], samples: Sequence[Sample | None]) -> list[Material]:
+    """The materials of the films without scatter of the cases; cases that share material and draws go on sharing a material."""
+    made: dict[tuple[int, int], Material] = {}
+    for material, sample in zip(materials, samples, strict=True):
+        made.setdefault((id(material), id(sample)), material if sample is None else sample.typical(material))
+    return [made[id(material), id(sample)] for material, sample in zip(materials, samples, strict=True)]
+
+
 def interval_label(recipes: Sequence[Any]) -> str:
     """What a legend calls the bands of these recipes, such as "90 % interval"."""
     levels = sorted({recipe.uncertainty.level for recipe in recipes if recipe.uncertainty is not None})
