@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from dielast.errors import warn
 from dielast.material.checks import warn_of_temperature
 from dielast.material.material import Material
-from dielast.material.springs.stable_range import stable_range, tension_rises
+from dielast.material.springs.stable_range import free_axis_holds, stable_range, tension_rises
 from dielast.units import TIMES
 
 MARGIN = 5.0  # K beyond the measured temperatures at which a shift law is used without a warning
@@ -24,27 +24,32 @@ UNTESTED = 0.1  # of I1 - 3 of the tests, in a mode without tests, without a war
 
 def warn_of_stretches(material: Material, stretch: ArrayLike, mode: str | None) -> None:
     """Warn of stretches (2, points) on the path of a `mode`, None for any, where the material is unstable or was not measured."""
-    warn_of_falling_tension(material, stretch, mode)
+    warn_of_instability(material, stretch, mode)
     warn_of_range(material, stretch, mode)
 
 
-def warn_of_falling_tension(material: Material, stretch: ArrayLike, mode: str | None) -> None:
-    """Warn of stretches (2, points) at which the tension of the equilibrium spring falls; on the path of a `mode` if stated."""
+def warn_of_instability(material: Material, stretch: ArrayLike, mode: str | None) -> None:
+    """Warn of stretches (2, points) at which the equilibrium spring is unstable; on the path of a `mode` if stated."""
     law, values = material.equilibrium_law, np.asarray(stretch, dtype=float)
     if law.always_stable or material.equilibrium_modulus == 0 or not values.size:
         return
-    falls = ~tension_rises(law, np.square(values), mode) & np.all(np.isfinite(values), axis=0)
-    if not falls.any():
+    unstable = ~tension_rises(law, np.square(values), mode) & np.all(np.isfinite(values), axis=0)
+    if not unstable.any():
         return
-    first, second = values[:, int(np.argmax(falls))].tolist()
+    at = values[:, [int(np.argmax(unstable))]]
+    first, second = at.ravel().tolist()
     if mode is None:
-        where, rises = f"stretches of {first:.4g} x {second:.4g}", ""
+        where, stable = f"stretches of {first:.4g} x {second:.4g}", ""
     else:
         low, high = stable_range(law, mode)
         ends = [f"above {low:.4g}"] * (low > 0) + [f"below {high:.4g}"] * (high < np.inf)
-        where, rises = f"a stretch of {first:.4g}", f"; in {mode} loading it rises {' and '.join(ends)} only"
+        where, stable = f"a stretch of {first:.4g}", f"; in {mode} loading it is stable {' and '.join(ends)} only"
+    if free_axis_holds(law, np.square(at), mode).all():
+        why = "its tension falls with the stretch"
+    else:
+        why = "its free axis is at no minimum of the energy, so that the film grows narrower or wider by itself"
     warn(
-        f"at {where} the {law.title} law of the equilibrium spring is unstable: its tension falls with the stretch{rises}; check "
+        f"at {where} the {law.title} law of the equilibrium spring is unstable: {why}{stable}; check "
         "whether its constants were fitted to such stretches"
     )
 

@@ -123,6 +123,19 @@ def test_sound_inputs_are_not_doubted() -> None:
         (lambda: warn_of_law(WLF(20.0, 2e3, 293.15)), "an activation energy of 11224.6 kJ/mol"),
         (lambda: warn_of_law(WLF(20.0, 13.7, 18710.0)), "in another unit"),
         (lambda: warn_of_law(Arrhenius(20.0, 95.0)), "an activation energy of 0.095 kJ/mol"),
+        (
+            lambda: warn_of_law(Arrhenius(20.0, -100e3)),
+            "-100 kJ/mol: relaxation gets slower with .* its sign be positive",
+        ),
+        (lambda: warn_of_law(WLF(20.0, -13.7, 187.1)), "WLF with C1 = -13.7 .* slower with .* should C1 be positive"),
+        (
+            lambda: warn_of_law(ShiftTable(20.0, (0.0, 20.0, 40.0), (-1.0, 0.0, 1.0))),
+            "log10 a increases by 1 from 0 to 20 degC: .* should the signs be the other way round",
+        ),
+        (
+            lambda: warn_of_law(ShiftTable(20.0, (0.0, 20.0, 40.0), (1.0, 0.0, 0.2))),
+            "log10 a increases by 0.2 from 20 to 40 degC: relaxation gets slower .* is this entry right",
+        ),
         (lambda: warn_of_curve(2e6, 77.0), "levels off at 77 Pa"),
         (lambda: warn_of_thickness(0.5), "the thickness is 500 mm, but a film has 1 um to 10 mm"),
         (lambda: warn_of_thickness([5e-4, 5e-7]), "the thickness is 0.0005 mm"),

@@ -28,8 +28,8 @@ from dielast.material.springs import (
     gathered,
 )
 from dielast.material.springs.langevin import chain_energy, inverse
-from dielast.material.springs.stable_range import stable_range, tension_rises
-from dielast.material.use_checks import warn_of_falling_tension
+from dielast.material.springs.stable_range import free_axis_holds, stable_range, tension_rises
+from dielast.material.use_checks import warn_of_instability
 
 MU, ALPHA = (18e3, -2e3, 40.0), (1.6, -2.5, 5.0)
 LAWS: list[tuple[SpringLaw, Callable[[Any, Any], Any]]] = [
@@ -181,9 +181,27 @@ def test_the_maximum_of_tension_of_a_soft_spring(mode: str, end: float) -> None:
     squared = np.stack((at, at**second)) ** 2
     assert tension_rises(law, squared, mode).tolist() == [True, False]
     material = Material("soft", 26e3, Spectrum(np.array([1.0]), np.array([1e4])), NoShift(20.0), law, law)
-    warn_of_falling_tension(material, np.sqrt(squared[:, :1]), mode)
+    warn_of_instability(material, np.sqrt(squared[:, :1]), mode)
     with pytest.warns(DielastWarning, match=rf"the Ogden law of the equilibrium spring is unstable.* below {end:.4g} only"):
-        warn_of_falling_tension(material, np.sqrt(squared), mode)
+        warn_of_instability(material, np.sqrt(squared), mode)
+
+
+def test_a_free_axis_may_be_unstable_while_the_tension_rises() -> None:
+    """Mooney-Rivlin with C01 < 0 in uniaxial tension: d2W/d(ln l2)^2 = 8 (C10/l + C01 l) vanishes at l = sqrt(-C10/C01), and s =
+    2 (l - l^-2) (C10 + C01/l) still rises there.
+    """
+    c10, c01 = 15.0, -2.0
+    law, end = MooneyRivlin(c10, c01), np.sqrt(-c10 / c01)
+    assert stable_range(law, "uniaxial")[1] == pytest.approx(end, rel=1e-9)
+    at = end * np.array([0.99, 1.01])
+    assert np.diff(2 * (at - at**-2.0) * (c10 + c01 / at))[0] > 0
+    stretch = np.stack((at, at**-0.5))
+    assert free_axis_holds(law, stretch**2, "uniaxial").tolist() == [True, False]
+    assert free_axis_holds(law, stretch**2, "pure-shear").all()
+    material = Material("soft", 26e3, Spectrum(np.array([1.0]), np.array([1e4])), NoShift(20.0), law, law)
+    with pytest.warns(DielastWarning, match="unstable: its free axis is at no minimum of the energy.* below 2.739 only") as caught:
+        warn_of_instability(material, stretch, "uniaxial")
+    assert "tension falls" not in str(caught[0].message)
 
 
 def test_a_soft_yeoh_spring_falls_where_its_slope_vanishes() -> None:

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from dielast.errors import InputError, warn
 from dielast.material.argument_types import checked
 from dielast.material.law import Constant
-from dielast.material.shift.law import FittedLaw, MovedLaw, ShiftLaw, fit_factor
+from dielast.material.shift.law import FittedLaw, MovedLaw, ShiftLaw, fit_factor, slower_when_hot
 from dielast.numerics.arrays import Floats
 from dielast.units import MOLAR_ENERGY, ZERO_CELSIUS
 
@@ -57,7 +57,10 @@ class Arrhenius(ShiftLaw):
 
     def warning(self) -> str:
         """A warning if the activation energy is not that of a polymer."""
-        if BARRIERS[0] <= abs(self.activation_energy) <= BARRIERS[1]:
+        if self.activation_energy < 0:
+            stated = f"an activation energy of {self.activation_energy / 1e3:g} kJ/mol"
+            return slower_when_hot(stated, "should its sign be positive?")
+        if BARRIERS[0] <= self.activation_energy <= BARRIERS[1]:
             return ""
         usual = f"polymers have {BARRIERS[0] / 1e3:g} to {BARRIERS[1] / 1e3:g} kJ/mol"
         return f"an activation energy of {self.activation_energy / 1e3:g} kJ/mol, but {usual}: is it in another unit?"

@@ -75,7 +75,7 @@ class ShiftLaw(Law):
         return self.title
 
     def warning(self) -> str:
-        """A warning if the constants look wrong, else None."""
+        """A warning if the constants look wrong, else an empty text."""
         return ""
 
     @classmethod
@@ -136,6 +136,11 @@ class ShiftLaw(Law):
         """The law from the constants in a `summary`; `measured` are temperatures (degC) and log10 a, if they are needed."""
         named = {constant.name: float(summary[key]) for key, constant in cls.summary_names().items()}
         return cls(reference_temperature, **named)  # type: ignore[call-arg]
+
+
+def slower_when_hot(what: str, mend: str) -> str:
+    """The warning of shift factors that increase with temperature; `what` states them, `mend` says what may be wrong."""
+    return f"{what}: relaxation gets slower with temperature, but in polymers it gets faster; {mend}"
 
 
 def fit_factor(whiten: Floats, column: Floats, log10_shift: Floats) -> tuple[float, Floats, Floats, float]:

@@ -13,7 +13,7 @@ from dielast.errors import InputError
 from dielast.io.result import Result
 from dielast.material.argument_types import checked
 from dielast.material.law import Constant, check_table
-from dielast.material.shift.law import ShiftLaw
+from dielast.material.shift.law import ShiftLaw, slower_when_hot
 from dielast.numerics.arrays import Floats
 
 ROUNDING = 1e-6  # of log10 a; dielast writes 9 digits
@@ -69,7 +69,20 @@ class ShiftTable(Result, ShiftLaw):
         return "linear in between"
 
     def warning(self) -> str:
-        """A warning if the table is not 0 at the reference temperature."""
+        """A warning if the table is not 0 at the reference temperature, or if log10 a increases between two temperatures."""
+        return "; ".join(filter(None, (self._displaced(), self._increasing())))
+
+    def _increasing(self) -> str:
+        rises = np.diff(self.log10_shift)
+        if not np.any(rises > ROUNDING):
+            return ""
+        k = int(np.argmax(rises))
+        low, high = self.temperature[k : k + 2]
+        stated = f"the shift table's log10 a increases by {rises[k]:.3g} from {low:g} to {high:g} degC"
+        whole = "should the signs be the other way round?" if np.all(rises > 0) else "is this entry right?"
+        return slower_when_hot(stated, whole)
+
+    def _displaced(self) -> str:
         there, origin = self.reference_temperature, self._origin()
         if abs(origin) <= ROUNDING:
             return ""

@@ -12,7 +12,7 @@ from dielast.errors import InputError, warn
 from dielast.material.argument_types import checked
 from dielast.material.law import Constant
 from dielast.material.shift.arrhenius import GAS_CONSTANT, Arrhenius
-from dielast.material.shift.law import FittedLaw, MovedLaw, ShiftLaw, fit_factor, reduced_chi_square
+from dielast.material.shift.law import FittedLaw, MovedLaw, ShiftLaw, fit_factor, reduced_chi_square, slower_when_hot
 from dielast.numerics.arrays import Floats
 from dielast.units import TEMPERATURE_DIFFERENCE, ZERO_CELSIUS
 
@@ -73,6 +73,8 @@ class WLF(ShiftLaw):
     def warning(self) -> str:
         """A warning if the constants are not those of a polymer."""
         product, (low, high) = self.C1 * self.C2, FREE_VOLUME
+        if product < 0:
+            return slower_when_hot(f"WLF with C1 = {self.C1:g} and C2 = {self.C2:g} K", "should C1 be positive?")
         if np.isclose(self.C2, self.reference_temperature + ZERO_CELSIUS, rtol=SAME_LAW):  # no free volume: it is Arrhenius' law
             return Arrhenius(self.reference_temperature, product * GAS_CONSTANT * float(np.log(10))).warning()
         if low <= product <= high:

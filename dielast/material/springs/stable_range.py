@@ -37,6 +37,16 @@ def tension_rises(law: SpringLaw, squared_stretch: Floats, mode: str | None) -> 
         return np.asarray(rises & (law.margin(squared_stretch) > 0) & np.isfinite(p))
 
 
+def free_axis_holds(law: SpringLaw, squared_stretch: Floats, mode: str | None) -> Flags:
+    """Whether (...) the free axis of a `mode` is stable at squared stretches (2, ...): at constant stretch of axis 1 the energy is
+    at a minimum with respect to axis 2. True in modes without a free axis.
+    """
+    if mode != "uniaxial":
+        return np.ones(np.shape(squared_stretch)[1:], dtype=bool)
+    with np.errstate(all="ignore"):
+        return np.asarray(law.tangent(squared_stretch)[1][2] > 0)
+
+
 def stable_range(law: SpringLaw, mode: str) -> tuple[float, float]:
     """The stretches below and above 1 between which a spring (with numbers for constants) is stable in a `mode`.
 
