@@ -20,9 +20,13 @@ def warnings_of(path: Path) -> list[str]:
     keys = parse_toml(read_file(path, str(path)), str(path)).keys() if os.path.isfile(path) else set()
     if "kind" not in keys and {"equilibrium", "nonequilibrium"} & keys:
         from dielast.handover.material_file import read_material
+        from dielast.material.checks import warn_of_material
 
-        read_material(path)
-        return []
+        material = read_material(path)
+        with warnings.catch_warnings(record=True) as record:
+            warnings.simplefilter("always", DielastWarning)
+            warn_of_material(material)
+        return messages_of(record)
     if keys == {"step"}:
         from dielast.recipe.cases import check_load
 

@@ -122,7 +122,10 @@ def prepare(material: Material, code: Code, options: CardOptions) -> Card:
 def _check_branches(material: Material, terms: int, code: Code) -> None:
     wrong = Mistakes()
     if terms == 0:
-        wrong.append(Problem("no branch has a modulus: there is nothing viscoelastic to write", file=code.name, argument="formats"))
+        spring = f"{_described(material.equilibrium_law)} with a shear modulus of {material.equilibrium_modulus:g} Pa"
+        nothing = "no branch has a modulus: there is nothing viscoelastic to write"
+        alone = f"{nothing}; state the spring, {spring}, as a hyperelastic material of the code"
+        wrong.append(Problem(alone, file=code.name, argument="formats"))
     if code.most_terms is not None and terms > code.most_terms:
         wrong.append(
             Problem(
@@ -156,7 +159,10 @@ def _springs(material: Material, code: Code, options: CardOptions) -> tuple[str,
     approximated = f"allow {possible} instead, which the card will name as an approximation"
     instead = approximated if possible else "no card can hold these springs"
     if form_name not in code.springs:
-        raise InputError(f'{code.name} has no "{form_name}" law: {instead}', argument="hyperelastic")
+        lacks = f'{code.name} has no "{form_name}" law'
+        if form_name in code.unlike:
+            lacks = f'the "{form_name}" law of {code.name} {code.unlike[form_name]}'
+        raise InputError(f"{lacks}: {instead}", argument="hyperelastic")
     if options.hyperelastic is None and not common:
         alike = f"{code.name} has one law for the equilibrium spring and the branches alike"
         raise InputError(f"{alike}, not {_described(first)} and {_described(rest)}: {instead}", argument="hyperelastic")

@@ -90,7 +90,8 @@ class Code:
     whether the branches may have other constants than the equilibrium spring. `poisson_ratio`: at time zero, where the code must
     have a bulk modulus and none is stated; None where a card can be incompressible. `absolute`: shift laws that are written for
     absolute temperatures only. `units`: the one system of units of its cards; None leaves the choice. `most_exponents`: the largest
-    number of terms of an Ogden spring.
+    number of terms of an Ogden spring. `unlike`: laws of springs that the code has under the same name with another equation, and
+    how they differ.
     """
 
     name: str
@@ -104,6 +105,7 @@ class Code:
     absolute: tuple[str, ...] = ()
     units: str | None = None
     most_exponents: int | None = None
+    unlike: Mapping[str, str] = field(default_factory=dict)
 
 
 def number(value: float) -> str:

@@ -77,4 +77,5 @@ CODE = Code(
     flows=True,
     poisson_ratio=0.495,
     most_exponents=6,
+    unlike={"arruda-boyce": "is a series with other coefficients than those of the inverse Langevin function"},
 )

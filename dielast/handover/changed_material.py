@@ -62,7 +62,8 @@ def _restate(values: dict[str, Any], plain: MaterialFile, section: str, law: str
     constants = stated.FAMILY[law].constants
     optional = [constant.file_key for constant in constants if constant.left_out is not None]
     if optional and not any(constant.is_needed for constant in constants) and not changed & set(optional):
-        raise InputError(f"law {shown(law)} needs {' or '.join(optional)}, which the material file does not state")
+        needed = f"law {shown(law)} needs {' or '.join(optional)}, which the material file does not state"
+        raise InputError(f"{needed}: state one of them, even if it is 0")
     values[section] = stated.restated(values[section], law, changed)
 
 

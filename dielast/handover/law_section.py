@@ -33,8 +33,20 @@ class LawSection(FamilySection):
 
     @model_validator(mode="after")
     def _can_be_stated(self) -> Self:
+        self._check_default()
         self.stated(*self.EXAMPLE_PLACE)
         return self
+
+    def _check_default(self) -> None:
+        """`InputError` naming the law to state, if none is stated and the constants belong to another law than the default."""
+        if "law" in self.model_fields_set:
+            return
+        law = self.FAMILY[self.law_stated()]
+        others = {key for key, value in self.constants().items() if value is not None and key not in law.file_keys()}
+        instead = [f'"{other.name}"' for other in self.FAMILY if others <= set(other.file_keys())]
+        if others and instead:
+            refused = f'law "{law.name}" does not take {" and ".join(sorted(others))}'
+            raise InputError(f"{refused}: state law = {' or '.join(instead)}")
 
     def law_stated(self) -> str:
         """The name of the law."""

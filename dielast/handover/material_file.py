@@ -6,7 +6,7 @@ from collections.abc import Mapping, Set
 from copy import copy
 from functools import lru_cache
 from pathlib import Path
-from typing import Annotated, Any, Self
+from typing import Annotated, Any, ClassVar, Self
 
 import numpy as np
 from pydantic import Field, create_model, model_validator
@@ -117,6 +117,10 @@ class ShiftSection(LawSection):
 
 class DielectricSection(LawSection):
     """Permittivity, absolute or relative to that of vacuum."""
+
+    ELSEWHERE: ClassVar = {
+        "frequency": "a permittivity holds at every frequency: leave this out, and state values at one as low as in the simulation"
+    }
 
     def law_stated(self) -> str:
         """The stated law, or else the first law that takes most of the stated constants."""

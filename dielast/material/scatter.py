@@ -85,7 +85,7 @@ class DamageScatter:
     @property
     def typical(self) -> float:
         """The damage at which 63.2 % of the films have failed, a^(-1/beta): P_f = 1 - 1/e. It is 1 for an area ratio of 1."""
-        return self.area_ratio ** (-1 / self.shape)
+        return float(self.area_ratio ** (-1 / self.shape))
 
     def factors(self, quantile: Floats) -> Floats:
         """The damage at failure, with the shape of `quantile`."""

@@ -124,7 +124,12 @@ def test_yeoh_may_state_c10_for_the_shear_modulus() -> None:
         ('law = "yeoh"\nshear_modulus = "2 kPa"\nC10 = "1 kPa"', "", 'equilibrium.C10: law "yeoh" takes shear_modulus or C10'),
         ("J_lim = 100.0", "", "equilibrium.shear_modulus: is needed"),
         ('shear_modulus = "2 kPa"', 'law = "yeoh"\nC20 = "1 Pa"', 'nonequilibrium: law "yeoh" needs C10'),
-        ('shear_modulus = "2 kPa"\nlocking_stretch = 4.0', "", 'equilibrium: law "gent" does not take locking_stretch'),
+        (
+            'shear_modulus = "2 kPa"\nlocking_stretch = 4.0',
+            "",
+            'equilibrium: law "gent" does not take locking_stretch: state law = "arruda-boyce"',
+        ),
+        ('C10 = "2 kPa"\nC20 = "1 Pa"', "", 'equilibrium: law "gent" does not take C10 and C20: state law = "yeoh"'),
     ],
 )
 def test_wrong_constants_are_refused_in_one_line(

@@ -164,3 +164,15 @@ def test_what_spectrum_refuses_validate_refuses_in_the_same_lines(text: str, tol
         assert not (tmp_path / "out").exists()
     else:
         assert checked.stdout == "s.toml: ok\n"
+
+
+def test_a_material_file_is_warned_of_as_in_a_run(dielast: Run, tmp_path: Path) -> None:
+    film = 'reference_temperature = "{}"\n[equilibrium]\nshear_modulus = "26 kPa"\n[dielectric]\npermittivity = "{}"\n'
+    (tmp_path / "film.toml").write_text(film.format("20 K", "4.5 F/m"))
+    done = dielast("validate", "film.toml")
+    assert (done.returncode, done.stdout) == (0, "film.toml: ok\n")
+    first, second = done.stderr.splitlines()
+    assert first.startswith("warning: film.toml: the reference temperature is -253.15 degC")
+    assert second.startswith("warning: film.toml: the permittivity is 5.08e+11 times that of the vacuum")
+    (tmp_path / "film.toml").write_text(film.format("20 degC", "4e-11 F/m"))
+    assert dielast("validate", "film.toml").stderr == ""

@@ -123,6 +123,10 @@ def test_a_material_file_states_the_laws_by_their_keys() -> None:
             ['law = "constant"', 'permittivity = "4e-11 F/m"', "stretch_coefficient = 0.1"],
             'law "constant" does not take stretch_coefficient',
         ),
+        (
+            ['permittivity = "4e-11 F/m"', 'frequency = "1 Hz"'],
+            "dielectric.frequency: .* leave this out, and state values at one as",
+        ),
     ],
 )
 def test_mistakes_of_a_dielectric_are_one_line(lines: list[str], message: str) -> None:
