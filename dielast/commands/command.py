@@ -34,7 +34,7 @@ class Command:
 
     - `recipe.py` with the recipe's model, whose `kind` is the command's name,
     - `run.py` with the function `run`, of type `Run`,
-    - `readings.py` with the function `readings`, of type `Readings`; simulations share that of `simulation`,
+    - `readings.py` with the function `readings`, of type `Readings`; maps and designs share that of `simulation`,
     - `starters/NAME.toml` and `starters/NAME.short.toml`, the recipes that `dielast new` and the help print.
 
     None of these is imported before it is needed.

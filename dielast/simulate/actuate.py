@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import fields
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -131,6 +133,24 @@ def actuate(
     place[np.concatenate(parts)] = np.arange(sum(part.size for part in parts))
     history: ActuationHistory = joined(histories, place)
     return history
+
+
+def check_actuation(
+    material: Material | Sequence[Material],
+    steps: Sequence[VoltageStep] | Sequence[ChargeStep],
+    *,
+    temperature: ArrayLike | None = None,
+    breakdown_field: ArrayLike | BreakdownLaw | None = None,
+    stop_at: str | None = None,
+    rtol: float = 1e-6,
+    **arguments: Any,
+) -> None:
+    """Raise the `InputError` of `actuate` for a film, temperature or end of a run that the material does not allow, without
+    simulating; the `arguments` are those of `actuate`, and the steps are not looked at.
+    """
+    film = FilmSetup(**{field.name: arguments[field.name] for field in fields(FilmSetup) if field.name in arguments})
+    setup = set_up(material, film, temperature=temperature, breakdown_field=breakdown_field, rtol=rtol)
+    _stops(stop_at, materials_of(material), setup)
 
 
 def _stops(stop_at: str | None, materials: Sequence[Material], setup: Setup) -> tuple[str, ...]:

@@ -177,6 +177,25 @@ def simulate(
     )
 
 
+def check_simulation(
+    material: Material | Sequence[Material],
+    steps: Sequence[Step],
+    *,
+    mode: Mode | str = Mode.UNIAXIAL,
+    temperature: ArrayLike | None = None,
+    rtol: float = 1e-6,
+    **arguments: Any,
+) -> None:
+    """Raise the `InputError` of `simulate` for a temperature or stretches that the material does not allow, without simulating; the
+    `arguments` are those of `simulate`.
+    """
+    materials = materials_of(material)
+    of_cases = [entry.reference_temperature for entry in materials] if temperature is None else numbers(temperature, "temperature")
+    cases = case_count(steps, np.asarray(of_cases), np.zeros(len(materials)))
+    points = Points.of(materials, spread(of_cases, "temperature", cases), rtol, with_dielectric=False)
+    _check_reach(points, pieces(steps, mode, cases))
+
+
 def symmetry_of(pieces: Sequence[Piece]) -> Symmetry | None:
     """The symmetry that a specimen at rest keeps throughout a history, None without one."""
     stress = Control.STRESS

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 from collections.abc import Callable
 from pathlib import Path
@@ -176,3 +177,66 @@ def test_a_material_file_is_warned_of_as_in_a_run(dielast: Run, tmp_path: Path) 
     assert second.startswith("warning: film.toml: the permittivity is 5.08e+11 times that of the vacuum")
     (tmp_path / "film.toml").write_text(film.format("20 degC", "4e-11 F/m"))
     assert dielast("validate", "film.toml").stderr == ""
+
+
+FILM = 'reference_temperature = "20 degC"\n[equilibrium]\nshear_modulus = "26 kPa"\n{}\n[dielectric]\n{}\n'
+EPS = 'permittivity = "4e-11 F/m"'
+GENT = "J_lim = 110.0"
+WLF = (
+    "J_lim = 110.0\n[nonequilibrium]\nrelaxation_time_s = [1.0]\nshear_modulus_Pa = [1e4]\n"
+    '[shift]\nlaw = "wlf"\nC1 = 13.7\nC2 = "187.1 K"'
+)
+ACTUATE = 'kind = "actuate"\nmaterial = "film.toml"\n{}\n[film]\nthickness = "0.5 mm"\n{}\n[[step]]\nvoltage = "1 kV"\n'
+STRETCH = 'kind = "relax"\nmaterial = "film.toml"\n{}\n[[step]]\nstretch = {}\n{}'
+
+
+@pytest.mark.parametrize(
+    ("film", "recipe", "message"),
+    [
+        (FILM.format(GENT, EPS), ACTUATE.format("", "") + '[stop]\nat = "damage"', 'stop.at: "damage" cannot happen'),
+        (FILM.format(GENT, EPS), ACTUATE.format("", "") + '[stop]\nat = "breakdown"', "stop.at: material .* no breakdown field"),
+        (FILM.format(GENT, "").replace("[dielectric]", ""), ACTUATE.format("", ""), "material: .* has no permittivity"),
+        (
+            FILM.format(GENT, 'temperature = ["0 degC", "60 degC"]\nrelative_permittivity = [4.7, 4.6]'),
+            ACTUATE.format('temperature = "90 degC"', ""),
+            "temperature: 90 degC is outside the permittivity table",
+        ),
+        (FILM.format(WLF, EPS), ACTUATE.format('temperature = "-180 degC"', ""), "temperature: -180 degC is at or below -167.1"),
+        (FILM.format(WLF, EPS), STRETCH.format('temperature = "-180 degC"', 2, ""), "temperature: -180 degC is at or below"),
+        (FILM.format(GENT, EPS), ACTUATE.format("", "prestretch = 9.0"), "film.prestretch: 9 is beyond the Gent limit"),
+        (
+            FILM.format(GENT, f"{EPS}\nstretch_coefficient = -0.4"),
+            ACTUATE.format("", "prestretch = 3.0"),
+            "film.prestretch: 3: the permittivity is not positive there",
+        ),
+        (
+            FILM.format('law = "arruda-boyce"\nlocking_stretch = 4.0', EPS),
+            STRETCH.format("", 9, ""),
+            r"step\[0\]: stretch 9 is beyond the Arruda-Boyce limit",
+        ),
+        (
+            FILM.format(GENT, EPS),
+            STRETCH.format("", 2, '[sweep]\n"equilibrium.J_lim" = [110.0, 1.0]\n'),
+            r"case 1: step\[0\]: stretch 2 is beyond the Gent limit, J_lim = 1$",
+        ),
+    ],
+)
+def test_what_a_simulation_refuses_validate_refuses_in_the_same_line(
+    dielast: Run, tmp_path: Path, film: str, recipe: str, message: str
+) -> None:
+    (tmp_path / "film.toml").write_text(film)
+    (tmp_path / "r.toml").write_text(recipe)
+    (line,) = errors(dielast("validate", "r.toml"))
+    assert re.match(f"r.toml: {message}", line)
+    done = dielast(recipe.split('"')[1], "r.toml", "-o", "out", "--plot", "none")
+    assert [text for text in errors(done) if not text.startswith("warning")] == [line]
+    assert not (tmp_path / "out").exists()
+
+
+def test_validate_names_a_contradiction_of_every_batch(dielast: Run, tmp_path: Path) -> None:
+    (tmp_path / "film.toml").write_text(FILM.format(GENT, EPS))
+    sweep = '[sweep]\nmode = "zip"\n"film.boundary" = ["dead-load", "clamped"]\n"film.prestretch" = [9.0, 10.0]\n'
+    (tmp_path / "r.toml").write_text(ACTUATE.format("", "") + sweep)
+    first, second = errors(dielast("validate", "r.toml"))
+    assert first.startswith("r.toml: case 0: film.prestretch: 9 is beyond the Gent limit")
+    assert second.startswith("r.toml: case 1: film.prestretch: 10 is beyond the Gent limit")

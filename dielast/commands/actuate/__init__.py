@@ -12,5 +12,4 @@ ACTUATE = Command(
         *(f"{name}.{form}" for name in ("profile", "sensitivity") for form in ("csv", "png", "svg", "pdf")),
     ),
     can_share=True,
-    readings_in="dielast.commands.simulation",
 )

@@ -24,7 +24,7 @@ from dielast.numerics.arrays import Floats
 from dielast.recipe.cases import Case
 from dielast.report.report import Report
 from dielast.sharing.execution import Execution
-from dielast.simulate.actuate import actuate
+from dielast.simulate.actuate import actuate, check_actuation
 from dielast.simulate.actuation_history import ActuationHistory
 from dielast.simulate.film_setup import MESH_RTOL
 from dielast.simulate.history import event_columns
@@ -42,6 +42,7 @@ class Films(Simulation):
     width = 12
     time_scale = "linear"
     warn = staticmethod(warn_of_films)
+    check = staticmethod(check_actuation)
 
     def __init__(self, recipes: Sequence[ActuateRecipe]) -> None:
         # all cases share one table: a column of one case is a column of all

@@ -5,7 +5,7 @@ from dielast.commands.command import Command
 
 def _command(name: str, text: str, short: str) -> Command:
     files = (f"{name}.csv", "cycles.csv", "cases.csv")
-    return Command(name, __name__, text, short, files, can_share=True, readings_in="dielast.commands.simulation")
+    return Command(name, __name__, text, short, files, can_share=True)
 
 
 RELAX = _command("relax", "Prescribed stretch -> stress.", "Prescribed stretch -> stress.")

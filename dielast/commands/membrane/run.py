@@ -19,7 +19,7 @@ from dielast.numerics.arrays import Floats
 from dielast.recipe.cases import Case
 from dielast.report.report import Report
 from dielast.sharing.execution import Execution
-from dielast.simulate.membrane import MembraneHistory, simulate
+from dielast.simulate.membrane import MembraneHistory, check_simulation, simulate
 
 MEASURED = {"relax": "nominal_stress_1 [Pa]", "creep": "stretch_1 [1]"}
 
@@ -34,6 +34,7 @@ class Membranes(Simulation):
 
     width = 10
     warn = staticmethod(warn_of_membranes)
+    check = staticmethod(check_simulation)
 
     def __init__(self, recipes: Sequence[Recipe]) -> None:
         self.kind, self.measured = recipes[0].kind, MEASURED[recipes[0].kind]

@@ -48,6 +48,11 @@ class SimulationBatch:
             history = self.simulate()
         return [self.result(history, row) for row in range(len(self.members))]
 
+    def check(self, check: Callable[..., None]) -> None:
+        """Call `check`, which raises the errors that simulating would, with the arguments of the simulation."""
+        with placed(self.in_recipe_terms):
+            check(*self.simulate.args, **self.simulate.keywords)
+
 
 Batches = Callable[[Sequence[Case[Any]], Sequence[Material], Floats], Sequence[SimulationBatch]]
 """Divides cases into batches, each case with its material and a factor (cases,) on the thickness."""

@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from typing import Any
 
 from dielast.commands.command import Reading
-from dielast.commands.simulation.cases import check_case, material_key, material_of
+from dielast.commands.simulation.cases import check_case, material_key, material_of, read_materials
 from dielast.commands.simulation.compare import read_points
+from dielast.commands.simulation.run import Simulation
 from dielast.commands.simulation.solver_steps import solver_steps
 from dielast.commands.simulation.uncertainty import sample_of
-from dielast.errors import InputError
+from dielast.errors import InputError, Mistakes, without_warnings
 from dielast.io.files import Inputs
 from dielast.recipe.cases import Case
+
+Maker = Callable[[Sequence[Any]], Simulation]
+"""Makes the simulation of a command from the recipes of its cases."""
 
 
 def readings(cases: Sequence[Case[Any]], inputs: Inputs) -> Iterator[Reading]:
@@ -32,6 +36,31 @@ def readings(cases: Sequence[Case[Any]], inputs: Inputs) -> Iterator[Reading]:
             yield f"compare[{index}].file", (comparison, specimen), partial(read_points, comparison, inputs, specimen)
     for index, comparison in enumerate(getattr(cases[0].recipe, "compare", ())):
         yield "", (index, comparison), partial(check_case, index, comparison, len(cases))
+
+
+def checked_readings(simulation: Maker, cases: Sequence[Case[Any]], inputs: Inputs) -> Iterator[Reading]:
+    """The files of every case, and whether the material allows what the recipes ask of it."""
+    yield from readings(cases, inputs)
+    yield "", "material", partial(_check_use, simulation, cases, inputs)
+
+
+def _check_use(simulation: Maker, cases: Sequence[Case[Any]], inputs: Inputs) -> None:
+    """Raise the errors that the run would raise before it solves anything, one for each batch of cases.
+
+    A mistake in a file is reported by the reading of that file.
+    """
+    try:
+        # the run warns of the materials
+        with without_warnings():
+            materials = read_materials(cases, inputs)
+        simulated = simulation([case.recipe for case in cases])
+        batches = simulated.batches(cases, materials, inputs)
+    except InputError:
+        return
+    wrong = Mistakes()
+    for batch in batches:
+        wrong.tried(partial(batch.check, simulated.check))
+    wrong.refuse()
 
 
 def _read_draws(case: Case[Any], inputs: Inputs) -> None:

@@ -47,6 +47,9 @@ class Simulation(ABC):
     """Numbers in a row of the table."""
     time_scale = "log"
 
+    check: Callable[..., None]
+    """Takes the arguments of the library's function; raises `InputError` for what the material does not allow, without solving."""
+
     @abstractmethod
     def solver(self, recipes: Sequence[Any], thickness_factor: Floats) -> partial[Any]:
         """The library's function with the arguments that are particular to this command, from recipes of one shape;
