@@ -73,6 +73,13 @@ def _writable(moment: Moment, field: Floats) -> Moment:
     )
 
 
+def _with_free_damper(moment: Moment) -> Moment:
+    """The films of a moment with the damper free of stress at their present stretches."""
+    internal, around = moment.internal.copy(), moment.surroundings
+    internal[:, -1] = moment.log_squared_stretch if around is None else around.stretch()
+    return replace(moment, internal=internal)
+
+
 def _put(films: Film | Moment, columns: Cases, moved: Moment, chosen: Flags) -> None:
     """Write the stretches and stresses of the films `moved` (k,) to the `columns` (k,) of `films`, for those `chosen` (k,)."""
     columns = columns[chosen]
@@ -84,7 +91,9 @@ def _put(films: Film | Moment, columns: Cases, moved: Moment, chosen: Flags) -> 
 
 
 def _hold(present: Film, controls: Controls, target: Floats, columns: Cases, after: Film, watch: Watch) -> Cases:
-    """Write the state `after` the load of films that hold it; store the events of the others, and return their columns."""
+    """Write the state `after` the load of films that hold it, store the events on the way to it, and return the columns of the
+    other films.
+    """
     on_the_way = {
         lookout.criterion: lookout.signal
         for lookout in watch.lookouts
@@ -95,17 +104,15 @@ def _hold(present: Film, controls: Controls, target: Floats, columns: Cases, aft
     begin = film.moment(controls, columns, watch.clock.age(columns, time))
     reached, held, events = follow_load(begin, film.acting(controls), target[:, columns], on_the_way)
     _put(after, columns, reached, held)
-    # the damper is free of stress again
-    slack = reached.log_squared_stretch if reached.surroundings is None else reached.surroundings.stretch()
-    after.internal[:, -1, ..., columns[held]] = np.moveaxis(slack[..., held], -1, 0)
+    after.internal[:, -1, ..., columns[held]] = np.moveaxis(reached.internal[:, -1][..., held], -1, 0)
     # a film that snaps back when its voltage is lowered has not failed
-    failed = ~held & (np.abs(target[2, columns]) > np.abs(film.field))
+    rising = np.abs(target[2, columns]) > np.abs(film.field)
     for lookout in watch.lookouts:
         if lookout.criterion in events:
             event = events[lookout.criterion]
-            new = failed & np.isfinite(event.field)
+            new = rising & np.isfinite(event.field)
         elif lookout.criterion.ends_equilibria:
-            event, new = reached, failed
+            event, new = reached, rising & ~held
         else:
             continue
         noted = where(new & ~lookout.seen[columns])
@@ -118,8 +125,8 @@ def follow_load(
 ) -> tuple[Moment, Flags, dict[Criterion, Moment]]:
     """Follow the equilibrium of the films at the moment `begin` as their load grows from `present` to `target`, both (3, k).
 
-    Viscous stretches are frozen as in `jump`, and the damper is omitted. The load grows in parts so small that Lambda changes by at
-    most `MAX_MOVE` in each.
+    Viscous stretches are frozen as in `jump`, except that the damper follows, free of stress. The load grows in parts so small that
+    Lambda changes by at most `MAX_MOVE` in each.
 
     Returns the films under the full load, or in the last state with an equilibrium; whether (k,) they hold the full load; and the
     moments at which signals fell to zero on the way, by criterion, with a field of NaN in films without that event.
@@ -146,7 +153,8 @@ def follow_load(
         going = paired(going)
         next_share = np.minimum(reached[going] + share[going], 1.0)
         load = load_at(next_share, going)
-        trial, stable = moved_at_once(way.take(going), load, MAX_MOVE)
+        # even without a modulus, a damper stretched beyond the limit of its law would have a stress of NaN
+        trial, stable = moved_at_once(_with_free_damper(way.take(going)), load, MAX_MOVE)
         change = np.max(np.abs(trial.log_squared_stretch - way.log_squared_stretch[:, going]), axis=0)
         near = stable & (change <= MAX_MOVE)
         located = share[going] < 2 * SMALLEST_SHARE  # located as accurately as the load can be divided
@@ -175,7 +183,7 @@ def follow_load(
             begin.controls,
             lambda share: load_at(share, ends),
             lambda _: frozen.modulus,
-            begin.internal[:, :, ends],
+            _with_free_damper(way).internal[:, :, ends],
             log_squared[:, ends],
             reached[ends],
         )
@@ -184,4 +192,6 @@ def follow_load(
     if around is not None and way.surroundings is not None:
         around = replace(around, border=way.surroundings.border)
     limit = load_at(reached, np.arange(count))[2]
-    return replace(way, points=begin.points, field=limit, surroundings=around), reached >= 1, events
+    films = replace(way, points=begin.points, field=limit, surroundings=around)
+    events = {criterion: _with_free_damper(event) for criterion, event in events.items()}
+    return _with_free_damper(films), reached >= 1, events

@@ -73,15 +73,18 @@ def event_columns(events: Sequence[Sequence[Event]]) -> Table:
 
 
 def events_of(happened: Mapping[Criterion, EventArrays], case: int, thickness: float, end: float) -> tuple[Event, ...]:
-    """The events of one case up to its end in s, in order of time."""
+    """The events of one case up to its end in s, in order of time, and of voltage on the way to one that comes at once."""
     events: list[Event] = []
     for criterion, entry in happened.items():
         time, field = float(entry.time[case]), float(entry.field[case])
-        first, second = np.exp(0.5 * entry.log_squared_stretch[:, case]).tolist()
-        # loss of tension of both axes at one time is one event
-        if time <= end and not any(event.name == criterion.name and event.time == time for event in events):
-            events.append(Event(criterion.name, time, field * thickness, first, second, field * first * second))
-    return tuple(sorted(events, key=lambda event: event.time))
+        stretch_1, stretch_2 = np.exp(0.5 * entry.log_squared_stretch[:, case]).tolist()
+        if time <= end:
+            true_field = field * stretch_1 * stretch_2
+            events.append(Event(criterion.name, time, field * thickness, stretch_1, stretch_2, true_field))
+    first: dict[tuple[str, float], Event] = {}
+    for event in sorted(events, key=lambda event: (event.time, abs(event.voltage))):
+        first.setdefault((event.name, event.time), event)  # loss of tension of both axes at one time is one event
+    return tuple(first.values())
 
 
 def first_of(happened: Mapping[Criterion, EventArrays], names: Sequence[str]) -> EventArrays:

@@ -12,6 +12,8 @@ which leaves the film around the disc half of its tension.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from dielast.mechanics.passive.forms import disc
@@ -31,6 +33,9 @@ def points_needed(points: Points, share: Floats, prestretch: Floats, tolerance: 
     """The number of points (cases,) with which the field of each disc (see `forms.disc`) is accurate to a relative `tolerance`, 0
     where no number is enough.
     """
+    # where the film has no equilibrium modulus, any other does: the error is relative to the field
+    equilibrium = np.where(points.modulus[0] > 0, points.modulus[0], 1.0)
+    points = replace(points, modulus=np.concatenate((equilibrium[None], points.modulus[1:])))
     finest = min(tolerance, RESOLVED)
     errors = _errors(points, share, prestretch, finest, taut=False)
     kinked = np.flatnonzero(~np.any(errors <= RESOLVED, axis=0))
