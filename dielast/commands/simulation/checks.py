@@ -31,6 +31,7 @@ from dielast.material.checks import (
 from dielast.material.material import Material
 from dielast.material.use_checks import Pace, fastest_branch, warn_of_lasting, warn_of_paces, warn_of_stretches, warn_of_use
 from dielast.numerics.arrays import Floats
+from dielast.simulate.profile import unresolved
 
 if TYPE_CHECKING:
     from dielast.commands.actuate.recipe import ActuateRecipe
@@ -109,6 +110,7 @@ def warn_of_films(cases: Sequence[SolvedCase]) -> None:
                 what = f"{_of_case(index, len(cases))}the film breaks down {at_once}, after"
                 paces.append(Pace(what, 0.0, fastest_branch(case.material, temperature), temperature))
     warn_of_paces(paces)
+    _warn_of_profiles([case.result for case in cases])
     if broken:
         beyond = f"the film breaks down {broken[0][1]}: it is beyond the breakdown field from the start"
         warn(_cases([index for index, _ in broken]) + beyond)
@@ -165,6 +167,15 @@ def _warn_of_slack(results: Sequence[CaseResult]) -> None:
     if slack:
         pushed = f"the stress falls to {lowest[slack[0]]:.3g} Pa, by which the film is pushed"
         warn(f"{_cases(slack) if len(results) > 1 else ''}{pushed}: a thin one goes slack instead")
+
+
+def _warn_of_profiles(results: Sequence[CaseResult]) -> None:
+    """Warn of profiles in which the mesh does not resolve the film next to the electrode."""
+    times = [np.zeros(0) if result.profile is None else unresolved(result.profile) for result in results]
+    coarse = [index for index, late in enumerate(times) if late.size]
+    if coarse:
+        first = f"{_cases(coarse) if len(results) > 1 else ''}the profile after {times[coarse[0]][0]:g} s"
+        warn(f"{first} is not resolved next to the electrode, where rows may be empty: state a smaller solver.mesh_rtol")
 
 
 def _permittivity(case: SolvedCase) -> float:
