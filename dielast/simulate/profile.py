@@ -32,8 +32,8 @@ class Profiles(TabularResult):
     length of the electrode. The edge of the electrode appears twice, on its active and on its passive side. Axis 1 is the radius,
     or the length. Stresses are nominal and total, Maxwell stress included.
 
-    Once the film around a disc has lost tension, its mesh, which is chosen for a taut film, may be too coarse next to the electrode.
-    A place where it yields a stretch that is not positive has NaN in all columns but time and radius (see `unresolved`).
+    Once the film around a disc has lost tension, its mesh, which is chosen for a taut film, may be too coarse next to the
+    electrode (see `unresolved`). Stretches and stresses are NaN where it yields a stretch that is not positive.
     """
 
     cases: tuple[Mapping[str, Floats], ...]
@@ -53,7 +53,7 @@ def unresolved(profile: Mapping[str, Floats]) -> Floats:
     inner, outer = hoop[radius == 1].reshape(-1, 2).T  # rows of a time: inside, edge, edge, outside
     times = time[radius == 1][::2]
     apart = ~(np.abs(outer - inner) <= RESOLVED * inner)
-    return times[apart | np.isin(times, time[np.isnan(hoop)])]
+    return np.asarray(times[apart | np.isin(times, time[np.isnan(hoop)])])
 
 
 @dataclass(slots=True, eq=False)

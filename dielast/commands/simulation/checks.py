@@ -81,8 +81,12 @@ def warn_of_films(cases: Sequence[SolvedCase]) -> None:
     stated = [breakdown(recipe.breakdown) for recipe in recipes]
     limits = [law or material.breakdown for law, material in zip(stated, materials, strict=True)]
     warn_of_breakdown([field for law in stated if law is not None for field in law.typical_fields()])
+    steady = all(
+        recipe.control == "charge" and not (material.dielectric and material.dielectric.depends_on_stretch)
+        for recipe, material in zip(recipes, materials, strict=True)
+    )
     if any(recipe.stop.at is None for recipe in recipes):
-        warn_of_no_breakdown([law is not None for law in limits], materials)
+        warn_of_no_breakdown([law is not None for law in limits], materials, steady)
     thickness = np.array([film.thickness for film in films])
     warn_of_setups([film.prestretch for film in films], [film.boundary for film in films], thickness, limits)
     area = np.array([film.prestretch[0] * film.prestretch[1] for film in films])
@@ -116,10 +120,13 @@ def warn_of_films(cases: Sequence[SolvedCase]) -> None:
         warn(_cases([index for index, _ in broken]) + beyond)
 
 
-def warn_of_no_breakdown(has_limit: Sequence[bool], materials: Sequence[Material]) -> None:
-    """Warn of films of which none `has_limit`, a breakdown field, and without damage: only pull-in ends them."""
+def warn_of_no_breakdown(has_limit: Sequence[bool], materials: Sequence[Material], steady: bool = False) -> None:
+    """Warn of films of which none `has_limit`, a breakdown field, and without damage: only pull-in ends them, and nothing ends
+    `steady` films, under a charge at a permittivity that does not depend on stretch, which have no pull-in.
+    """
     if not any(has_limit) and all(material.damage is None for material in materials):
-        warn("no breakdown field is known, so that pull-in alone ends a film: state [breakdown] field")
+        ends = "no failure ends a film under a charge" if steady else "pull-in alone ends a film"
+        warn(f"no breakdown field is known, so that {ends}: state [breakdown] field")
 
 
 def warn_of_setups(

@@ -19,8 +19,8 @@ from dielast.units import FIELD
 @checked
 @dataclass(frozen=True, slots=True, repr=False)
 class Breakdown(Result, BreakdownLaw):
-    """Breakdown `field` (n,) in V/m over ascending equibiaxial `prestretch` (n,), linear between entries, constant outside. Without a
-    prestretch, one field holds at all of them.
+    """Breakdown `field` (n,) in V/m over ascending equibiaxial `prestretch` (n,), linear between entries, constant outside.
+    Without prestretches, one field holds at all of them.
 
     Raises `InputError` for lists of different length, prestretches that do not ascend, and fields that are not positive.
     """
@@ -75,10 +75,10 @@ class Breakdown(Result, BreakdownLaw):
         ]
         prestretches, fields = zip(*sorted(entries), strict=True)
         first, last = self.prestretch[0], self.prestretch[-1]
-        stated = f"breakdown fields are stated for {first:g} to {last:g}" if last > first else f"a breakdown field is stated for {first:g} alone"
+        span = f"{first:g} to {last:g}" if last > first else f"{first:g} alone"
         return (
-            f"{stated}: the nearest, {float(self.at(prestretch)) / 1e6:.4g} MV/m, is taken; to state one, write [breakdown] "
-            f"prestretch = [{', '.join(f'{at:.4g}' for at in prestretches)}], field = [{', '.join(fields)}]"
+            f"breakdown fields are stated for {span}: the nearest, {float(self.at(prestretch)) / 1e6:.4g} MV/m, is taken; to state "
+            f"one, write [breakdown] prestretch = [{', '.join(f'{at:.4g}' for at in prestretches)}], field = [{', '.join(fields)}]"
         )
 
     def typical_fields(self) -> Floats:
