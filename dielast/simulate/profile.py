@@ -20,8 +20,10 @@ UNITS = {
     **{"nominal_stress_1": "Pa", "nominal_stress_2": "Pa"},
 }
 """The columns of a profile, with their units."""
-RESOLVED = 1e-3
-"""Largest difference of the transverse stretches on both sides of the electrode's edge, relative to that of the electrode."""
+RESOLVED = 1e-4
+"""Largest difference of the transverse stretches on both sides of the electrode's edge, relative to that of the electrode;
+of taut films it is some 1e-5, and radial stretches are less exact by far.
+"""
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)

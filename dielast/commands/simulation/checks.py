@@ -182,7 +182,8 @@ def _warn_of_profiles(results: Sequence[CaseResult]) -> None:
     coarse = [index for index, late in enumerate(times) if late.size]
     if coarse:
         first = f"{_cases(coarse) if len(results) > 1 else ''}the profile after {times[coarse[0]][0]:g} s"
-        warn(f"{first} is not resolved next to the electrode, where rows may be empty: state a smaller solver.mesh_rtol")
+        there = "stretches there are inexact, or empty where none is possible"
+        warn(f"{first} is not resolved next to the electrode: {there}; a smaller solver.mesh_rtol may help")
 
 
 def _permittivity(case: SolvedCase) -> float:

@@ -109,7 +109,7 @@ def _share(value: Any) -> float:
     with suppress(InputError):
         number = parse(value, STRAIN)
     if not 0 < number < 1:
-        whole = ': an electrode that leaves no passive film is boundary = "clamped"' if number == 1 else ""
+        whole = ': an electrode as large as the frame or the strip is boundary = "clamped"' if number == 1 else ""
         raise InputError(f'{shown(value)}: a share between 0 and 1 is needed, such as 0.05 or "5 %"{whole}')
     return float(number)
 
