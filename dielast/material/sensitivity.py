@@ -140,8 +140,9 @@ class Perturbed(Result):
     sample: Sample
 
     @classmethod
-    def of(cls, material: Material) -> Perturbed:
-        """Every number of a material, by its path in a material file, followed by breakdown field and thickness of the film.
+    def of(cls, material: Material, *, has_breakdown: bool = True) -> Perturbed:
+        """Every number of a material, by its path in a material file, followed by breakdown field, if there is one, and thickness
+        of the film.
 
         The numbers of a list change together. Numbers that are 0 are not varied.
         """
@@ -149,12 +150,14 @@ class Perturbed(Result):
         films = [member for _, members in changed for member in members]
         steady, moved = np.ones(len(films)), np.exp(STEPS)
         ones = np.ones(STEPS.size)
-        field = np.concatenate((steady, moved, ones))
-        thickness = np.concatenate((steady, ones, moved))
-        plain = [material] * (2 * STEPS.size)
+        of_film = (FIELD, THICKNESS) if has_breakdown else (THICKNESS,)
+        field, thickness = (
+            np.concatenate((steady, *(moved if name == varied else ones for name in of_film))) for varied in (FIELD, THICKNESS)
+        )
+        plain = [material] * (len(of_film) * STEPS.size)
         # with a separate scatter of the damage, the factor on the breakdown field does not change the field of the damage law
         damage = np.ones(field.size) if material.damage is not None else None
-        return cls((*(name for name, _ in changed), FIELD, THICKNESS), Sample((*films, *plain), field, thickness, damage))
+        return cls((*(name for name, _ in changed), *of_film), Sample((*films, *plain), field, thickness, damage))
 
     def slopes(self, results: Floats) -> tuple[Floats, Floats]:
         """The derivatives (names, ...) of results (films, ...) with respect to ln number, and their errors.

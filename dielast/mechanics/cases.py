@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 from dielast.errors import InputError
 from dielast.material.arguments import real_numbers
 from dielast.numerics.arrays import Floats
+from dielast.units import ZERO_CELSIUS
 
 
 def of_case(case: int, cases: int) -> int | None:
@@ -39,3 +40,12 @@ def spread(value: ArrayLike, name: str, cases: int) -> Floats:
     if not np.all(np.isfinite(array)):
         raise InputError("every value must be finite", argument=name)
     return np.ascontiguousarray(np.broadcast_to(array, (cases,)))
+
+
+def temperatures_of(value: ArrayLike, cases: int) -> Floats:
+    """The temperatures in degC as an array (cases,); `InputError` at or below absolute zero."""
+    values = spread(value, "temperature", cases)
+    if np.any(below := values <= -ZERO_CELSIUS):
+        case = int(np.argmax(below))
+        raise InputError(f"{values[case]:g} degC is at or below absolute zero", argument="temperature", case=of_case(case, cases))
+    return values

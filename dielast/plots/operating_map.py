@@ -174,7 +174,7 @@ def _curves(figure: Figure, axes: Sequence[Axes], result: FailureMap, panels: Se
     """The stretch over voltage of some films, with a mark at the highest voltage under which a film lives to the `moment`."""
     _, factor = unit_for("V", float(result.voltage.max()))
     chosen = spread_indices(len(result.prestretch), MOST_LINES)
-    handles = []
+    handles, crossed = [], False
     for index, film in enumerate(chosen):
         look: Any = {"color": COLOURS[index % len(COLOURS)], "linestyle": LINES[index % len(LINES)]}
         for place, (temperature, name) in zip(axes, panels, strict=True):
@@ -182,22 +182,14 @@ def _curves(figure: Figure, axes: Sequence[Axes], result: FailureMap, panels: Se
             lived = np.flatnonzero(np.isfinite(stretch))
             place.plot(result.voltage * factor, stretch, **look, linewidth=1.2)
             if lived.size and lived[-1] + 1 < stretch.size:
-                end = lived[-1]
+                end, crossed = lived[-1], True
                 place.plot(
                     result.voltage[end] * factor, stretch[end], marker="x", color=look["color"], linestyle="none", markersize=4.5
                 )
             if lived.size == 1:
                 place.plot(result.voltage[lived] * factor, stretch[lived], marker=".", color=look["color"])
         handles.append(Line2D([], [], label=film_in_words(result, film), **look))
-    handles.append(
-        Line2D(
-            [],
-            [],
-            marker="x",
-            color="0.3",
-            linestyle="none",
-            markersize=4.5,
-            label="highest voltage under which the film lives to this time",
-        )
-    )
+    if crossed:
+        cross = "highest voltage under which the film lives to this time"
+        handles.append(Line2D([], [], marker="x", color="0.3", linestyle="none", markersize=4.5, label=cross))
     row_legend(figure, handles, min(len(handles), 2), loc="outside lower center", fontsize=6.5)

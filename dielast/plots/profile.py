@@ -29,7 +29,7 @@ def plot_profile(cases: Sequence[Mapping[str, NDArray[np.float64]]], title: str 
     with style():
         figure, axes = panels(2, title)
         stress = np.concatenate([table[f"nominal_stress_{axis} [Pa]"] for axis in (1, 2)])
-        unit, factor = unit_for("Pa", float(np.max(np.abs(stress), initial=1.0)))
+        unit, factor = unit_for("Pa", float(np.nanmax(np.abs(stress), initial=1.0)))
         handles = []
         for number, time in enumerate(chosen):
             rows = table["time [s]"] == time

@@ -33,7 +33,7 @@ class ActuationHistory(History):
     """Histories of films under voltage: arrays (cases, times) in s, V, Pa and V/m, `temperature` (cases,) in degC.
 
     `time` begins with the voltage programme, `voltage` is that of the film. Relative stretches are relative to the prestretch,
-    nominal stresses are mechanical (without the Maxwell stress), and `stability` is the pull-in determinant over its value at the
+    nominal stresses are total, Maxwell stress included, and `stability` is the pull-in determinant over its value at the
     beginning of the programme. `events` lists the events of each case in order of time. `damage` is None if no material has a
     damage law, `electrical` and `profiles` are None unless they were requested.
 

@@ -44,8 +44,8 @@ class CycleTable(TabularResult):
     """Cycles of waveforms, numbered from 1 through a history: arrays (cases, cycles), NaN for an unfinished cycle.
 
     `lowest`, `highest` and `mean` of the measured quantity in its `unit`; `amplitude` of its component at the period, and `phase`
-    in rad by which it leads the load, negative where it lags; `work` done on the film in J/m^3 of undeformed volume; `efficiency`,
-    the returned over the delivered energy of the source, None unless it was requested.
+    in rad by which it leads the load, negative where it lags; `work` done on the film, by source and load together, in J/m^3 of
+    undeformed volume; `efficiency`, the returned over the delivered energy of the source, None unless it was requested.
     """
 
     unit: str

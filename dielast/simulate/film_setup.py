@@ -39,7 +39,7 @@ class FilmSetup(Result):
     circular "frame", or a part of the length of a "strip" between bars, whose width is clamped; `electrode_share` is the radius of
     the electrode over that of the frame, or its share of the length of the strip. The mesh of the film around a disc follows from
     `mesh_rtol` (see `passive.mesh`). A `force` in N acts on the undeformed `width` in m along axis 1, or along both axes for pairs,
-    with None for an axis without weight; it stretches an axis whose prestretch is None.
+    with None for an axis without weight; it stretches an axis whose prestretch is None. A force of 0 is an axis free of stress.
     """
 
     thickness: ArrayLike
@@ -99,8 +99,8 @@ class FilmSetup(Result):
         return np.asarray(np.max(moves, axis=0, initial=0.0) / positive(self.prestretch_rate, "prestretch_rate", "/s", cases))
 
     def hung(self, thickness: Floats, prestretch: Stretched) -> Stretched:
-        """The nominal stress (cases,) in Pa of the weight along each axis, None without one; `InputError` for weights that are not
-        positive, incomplete, or not possible at this boundary and prestretch.
+        """The nominal stress (cases,) in Pa of the weight along each axis, None without one; `InputError` for weights that are
+        negative, incomplete, or not possible at this boundary and prestretch.
         """
         loads: list[Floats | None] = [None, None]
         for axis, (force, width) in enumerate(zip(self.forces, _of_axes(self.width, "width"), strict=True)):
@@ -115,7 +115,9 @@ class FilmSetup(Result):
             if prestretch[axis] is not None:
                 stated = "the weight stretches it: state no prestretch for it"
                 raise InputError(f"axis {axis + 1}: {stated}", argument="prestretch")
-            newtons = positive(force, "force", "N", thickness.size)
+            newtons = spread(force, "force", thickness.size)
+            if np.any(newtons < 0):
+                raise InputError(f"{float(newtons.min()):g} N: it must not be negative", argument="force")
             loads[axis] = newtons / (positive(width, "width", "m", thickness.size) * thickness)
         return loads[0], loads[1]
 

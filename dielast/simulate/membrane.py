@@ -14,7 +14,7 @@ from dielast.errors import InputError
 from dielast.material.argument_types import checked
 from dielast.material.material import Material, materials_of
 from dielast.material.springs import EQUIBIAXIAL, UNIAXIAL, SpringLaw, Symmetry
-from dielast.mechanics.cases import numbers, spread
+from dielast.mechanics.cases import numbers, spread, temperatures_of
 from dielast.mechanics.course import Piece
 from dielast.mechanics.history import case_count, pieces
 from dielast.mechanics.line import Ramp
@@ -144,7 +144,7 @@ def simulate(
     check_tolerance(rtol)
     field = np.zeros(1) if nominal_field is None else numbers(nominal_field, "nominal_field")
     cases = case_count(steps, temperature, np.zeros(len(materials)), field)
-    temperature = spread(temperature, "temperature", cases)
+    temperature = temperatures_of(temperature, cases)
     electric = bool(np.any(field))
     for entry in materials if electric else ():
         if not entry.permittivity:

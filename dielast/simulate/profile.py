@@ -20,6 +20,10 @@ UNITS = {
     **{"nominal_stress_1": "Pa", "nominal_stress_2": "Pa"},
 }
 """The columns of a profile, with their units."""
+RESOLVED = 1e-4
+"""Largest difference of the transverse stretches on both sides of the electrode's edge, relative to that of the electrode;
+of taut films it is some 1e-5, and radial stretches are less exact by far.
+"""
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -28,7 +32,10 @@ class Profiles(TabularResult):
 
     The radius of a disc in a frame is over that of the electrode; for a strip, it is the place along the length over half the
     length of the electrode. The edge of the electrode appears twice, on its active and on its passive side. Axis 1 is the radius,
-    or the length. Stresses are nominal and include the Maxwell stress.
+    or the length. Stresses are nominal and total, Maxwell stress included.
+
+    Once the film around a disc has lost tension, its mesh, which is chosen for a taut film, may be too coarse next to the
+    electrode (see `unresolved`). Stretches and stresses are NaN where it yields a stretch that is not positive.
     """
 
     cases: tuple[Mapping[str, Floats], ...]
@@ -36,6 +43,19 @@ class Profiles(TabularResult):
     def columns(self) -> Table:
         """The table of all cases, one after another."""
         return case_table(dict(enumerate(self.cases)))
+
+
+def unresolved(profile: Mapping[str, Floats]) -> Floats:
+    """The times (k,) in s of a case's profile at which the mesh does not resolve the passive film next to the electrode.
+
+    The edge of the electrode is one circle of the film, r(A) = l_a A, so that the hoop stretches on both its sides are equal. The
+    mesh fulfils this if they differ by at most `RESOLVED`, and no place is without a positive stretch.
+    """
+    time, radius, hoop = (profile[header] for header in ("time [s]", "radius [1]", "stretch_2 [1]"))
+    inner, outer = hoop[radius == 1].reshape(-1, 2).T  # rows of a time: inside, edge, edge, outside
+    times = time[radius == 1][::2]
+    apart = ~(np.abs(outer - inner) <= RESOLVED * inner)
+    return np.asarray(times[apart | np.isin(times, time[np.isnan(hoop)])])
 
 
 @dataclass(slots=True, eq=False)
@@ -73,10 +93,12 @@ class ProfileRecorder(Recorder):
         result: list[Mapping[str, Floats]] = []
         for case, end in enumerate(ends.tolist()):
             shown = np.isfinite(stored[0, case]) & (times[case] <= end * (1 + 1e-12))
+            values = stored[:, case, shown].reshape(4, radii, -1)
+            possible = np.all(values[:2] > 0, axis=0)  # no film passes through itself
             columns = [
                 np.repeat(times[case, shown], radii),
                 np.tile(self.spread.radius[:, case], np.count_nonzero(shown)),
-                *(values.T.ravel() for values in stored[:, case, shown].reshape(4, radii, -1)),
+                *(column.T.ravel() for column in np.where(possible, values, np.nan)),
             ]
             result.append({f"{name} [{unit}]": column for (name, unit), column in zip(UNITS.items(), columns, strict=True)})
         return Profiles(tuple(result))

@@ -25,7 +25,7 @@ AFTER = 1e-13  # of the duration of a piece; a row this soon after the beginning
 class Record:
     """Films at output times `time` (cases, rows) in s.
 
-    `values` (6 + exposures + electrical rows, cases, rows) are Lambda (2), mechanical nominal stress (2), field and determinant,
+    `values` (6 + exposures + electrical rows, cases, rows) are Lambda (2), total nominal stress (2), field and determinant,
     then the `exposures` of films with a watch, then the rows of `electrical.EXTRA` if requested; NaN for times that a film does not
     reach. `internal` is x (2, n, cases, rows) if requested.
     """
@@ -42,7 +42,7 @@ class Record:
 
     @property
     def nominal_stress(self) -> Floats:
-        """The mechanical nominal stresses of axes 1 and 2, (2, cases, rows) in Pa."""
+        """The total nominal stresses, Maxwell stress included, of axes 1 and 2, (2, cases, rows) in Pa."""
         return self.values[2:4]
 
     @property

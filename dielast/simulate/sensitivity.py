@@ -95,11 +95,11 @@ Sensitivity = LifeShares | LifeElasticities
 Variation = Exchange | Perturbed
 
 
-def variation_for(material: Material, sample: Sample | None, seed: int = 1) -> Variation:
+def variation_for(material: Material, sample: Sample | None, seed: int = 1, *, has_breakdown: bool = True) -> Variation:
     """The variation of a material for the sensitivity of a life: exchanges between the draws of a `sample`, or, without a sample,
-    the material with its numbers changed one at a time.
+    the material with its numbers changed one at a time, and with the breakdown field if the film `has_breakdown`.
     """
-    return Perturbed.of(material) if sample is None else Exchange.of(sample, seed)
+    return Perturbed.of(material, has_breakdown=has_breakdown) if sample is None else Exchange.of(sample, seed)
 
 
 def sensitivity_of(variation: Variation, life: Floats, films: Table) -> Sensitivity:
@@ -137,7 +137,8 @@ def life_sensitivity(material: Material, sample: Sample | None = None, *, seed: 
     SI units and shapes as in `failure_map`. Raises `InputError` for invalid arguments. Source of the shares: `numerics.shares`
     (Sobol' 2001, Saltelli et al. 2010).
     """
-    variation = variation_for(material, sample, seed)
+    has_breakdown = film.get("breakdown_field") is not None or material.breakdown is not None
+    variation = variation_for(material, sample, seed, has_breakdown=has_breakdown)
     film.setdefault("drawn_rtol", film.get("rtol", 1e-6))
     result, *drawn = solve_map(plan_failure_map(material, sample=variation.sample, **film))
     return sensitivity_of_map(variation, result, drawn)

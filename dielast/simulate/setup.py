@@ -14,7 +14,7 @@ from dielast.material.breakdown import Breakdown, BreakdownLaw
 from dielast.material.laws_of_cases import Endurance, FollowingField, LawsOfCases
 from dielast.material.material import Material, materials_of
 from dielast.material.springs import EQUIBIAXIAL
-from dielast.mechanics.cases import of_case, one_set, spread
+from dielast.mechanics.cases import of_case, one_set, temperatures_of
 from dielast.mechanics.criteria.criterion import WatchedFilms
 from dielast.mechanics.line import Ramp
 from dielast.mechanics.passive.forms import Spread, across_disc, across_strip, disc, strip
@@ -170,7 +170,7 @@ def set_up(
     thickness, prestretch = positive(film.thickness, "thickness", "m", cases), film.stretched(cases)
     controls = film.controls
     share, hung, ramp = film.share(prestretch, cases), film.hung(thickness, prestretch), film.ramp(prestretch, cases)
-    temperatures = spread(temperature, "temperature", cases)
+    temperatures = temperatures_of(temperature, cases)
     points = Points.of(materials, temperatures, rtol)
     held = [axis for axis in prestretch if axis is not None]
     check_limits(points, held, ramp == 0, prestretch)

@@ -121,6 +121,13 @@ def test_a_source_without_resistance_is_none_and_its_cycles_have_an_efficiency(d
         (SOURCE, ('"0 ohm"', '"-5 ohm"'), r'source\.resistance: "-5 ohm": a resistance of at least 0 ohm is needed'),
         (SOURCE.replace('"0 ohm"', '"1 ohm"'), ('electrode_diameter = "10 mm"\n', ""), r"source\.resistance: .*electrode_diameter"),
         (SOURCE, ('high = "2 kV"', 'high = "2 kV"\nlow = "1 nC"'), r"low and high of a waveform must both be voltages"),
+        (
+            SOURCE,
+            ('high = "2 kV"', 'high = "2 kV"\nlow = "3 kV"'),
+            r"step\[0\]\.low: low is 3000, above high, 2000: low is the lowest",
+        ),
+        (SOURCE, ('high = "2 kV"', 'high = "-2 kV"'), r"step\[0\]\.low: low, which is left out, is 0, above high, -2000"),
+        (CHARGE, ("[output]", '[output]\ncycles = "last"'), r"output\.cycles: has no effect without a waveform in"),
         (SOURCE, ("[stop]", '[plot]\ny = "leaked_energy [J/m^3]"\n[stop]'), r"plot\.y: .* needs \[leakage\]"),
         (
             SOURCE,

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from dielast.commands.simulation.checks import warn_of_setups
+from dielast.commands.simulation.checks import warn_of_no_breakdown, warn_of_setups
 from dielast.errors import DielastWarning, InputError
 from dielast.material.checks import (
     warn_of_breakdown,
@@ -208,7 +208,7 @@ def test_a_prestretch_beyond_the_breakdown_fields_takes_the_nearest_and_says_how
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         warn_of_prestretches(
-            [(1.7, 1.7), (1.9 * (1 + 1e-12), 1.9), (3.0, 1.0), (5.0, 5.0)], [known, known, None, Breakdown((1.0,), (4e7,))]
+            [(1.7, 1.7), (1.9 * (1 + 1e-12), 1.9), (3.0, 1.0), (5.0, 5.0)], [known, known, None, Breakdown((), (4e7,))]
         )
     found = (
         r"^prestretch 3 \(and 1 more\): breakdown fields are stated for 1.7 to 1.9: the nearest, 48 MV/m, is taken; to state one, "
@@ -218,9 +218,21 @@ def test_a_prestretch_beyond_the_breakdown_fields_takes_the_nearest_and_says_how
         warn_of_prestretches([(1.8, 1.8), (3.0, 3.0), (4.0, 2.0)], [known] * 3)
     with pytest.warns(DielastWarning, match=r"^prestretch 2 x 1 \(as 1.414 equibiaxial\): .*, 40 MV/m, .* = \[1.414, 1.7, 1.9\]"):
         warn_of_prestretches([(2.0, 1.0)], [known])
+    alone = r"^prestretch 1.9: breakdown fields are stated for 1.7 alone: the nearest, 40 MV/m, is taken"
+    with pytest.warns(DielastWarning, match=alone):
+        warn_of_prestretches([(1.7, 1.7), (1.9, 1.9)], [Breakdown((1.7,), (4e7,))] * 2)
 
 
 def test_a_film_without_prestretch_in_a_frame_is_warned_of() -> None:
     with pytest.warns(DielastWarning, match="in a frame: without prestretch the voltage pushes"):
         warn_of_setups([(2.0, 2.0), (1.0, 1.0)], [("frame", "frame")] * 2, 5e-4, [None] * 2)
     warn_of_setups([(2.0, 2.0), (1.0, 1.0)], [("frame", "frame"), ("dead-load", "dead-load")], 5e-4, [None] * 2)
+
+
+@pytest.mark.parametrize(
+    ("steady", "ends"), [(True, "no failure ends a film under a charge"), (False, "pull-in alone ends a film")]
+)
+def test_a_film_without_a_breakdown_field_is_warned_of(steady: bool, ends: str) -> None:
+    """Under a charge a film does not pull in, unless its permittivity depends on the stretch."""
+    with pytest.warns(DielastWarning, match=f"^no breakdown field is known, so that {ends}: state"):
+        warn_of_no_breakdown([False], [replace(VHB, damage=None)], steady)

@@ -51,6 +51,8 @@ def driven(steps: list[VoltageStep], **change: Any) -> Callable[[], object]:
         (lambda: ShiftTable(20.0, (0.0, 40.0, 20.0), (1.0, 0.0, -1.0)), r"must ascend"),
         (lambda: ShiftTable(20.0, (0.0, 20.0, 20.0), (1.0, 0.0, -1.0)), r"must ascend"),
         (lambda: Breakdown((1.0, 2.0), (4e7,)), r"2 prestretches but 1 fields: one for each is needed"),
+        (lambda: Breakdown((), (4e7, 5e7)), r"2 fields, but no prestretch: state the prestretch of each, or one field for all"),
+        (driven([VoltageStep(1e3)], temperature=[20.0, -300.0]), r"temperature: .*-300 degC is at or below absolute zero"),
         (lambda: Breakdown((), ()), r"a breakdown table needs at least one entry"),
         (lambda: Breakdown((1.0, 3.0, 2.0), (4e7, 5e7, 6e7)), r"prestretches of a breakdown table must ascend"),
         (lambda: Breakdown((1.0, 1.0), (4e7, 5e7)), r"prestretches of a breakdown table must ascend"),

@@ -10,7 +10,21 @@ import numpy as np
 import pytest
 from films import SOFT
 
-from dielast import ActuationHistory, Breakdown, InputError, TimeScale, VoltageStep, Waveform, actuate, failure_map
+from dielast import (
+    ActuationHistory,
+    Breakdown,
+    InputError,
+    Material,
+    NeoHookean,
+    NoShift,
+    Spectrum,
+    TimeScale,
+    VoltageStep,
+    Waveform,
+    actuate,
+    failure_map,
+    write_material,
+)
 from dielast.commands.registry import read_cases
 from dielast.material.dielectric import LinearPermittivity
 from dielast.material.springs import Ogden
@@ -22,6 +36,7 @@ from dielast.mechanics.point_material import Points
 from dielast.mechanics.span import Control, Load
 from dielast.mechanics.stability import stability
 from dielast.simulate.film_setup import FilmSetup
+from dielast.simulate.profile import unresolved
 from dielast.simulate.setup import set_up
 
 FILM: dict[str, Any] = {"thickness": 5e-4, "relax": 60.0, "boundary": "frame", "electrode_share": 0.1, "breakdown_field": 4e7}
@@ -120,6 +135,37 @@ def test_a_profile_goes_from_the_middle_to_the_frame() -> None:
     first = columns["stretch_1 [1]"]
     assert 0.25 * first[0] + 0.75 * first[-1] == pytest.approx(1.8, rel=1e-7)
     assert np.ptp(columns["nominal_stress_1 [Pa]"]) < 1e-4 * columns["nominal_stress_1 [Pa]"][0]
+
+
+def test_a_profile_of_a_slack_film_has_no_film_that_passes_through_itself() -> None:
+    """A mesh for a taut film yields negative radial stretches once it is slack, and r(A) = l_a A does not hold."""
+    high = [VoltageStep(8e3, duration=1.0), VoltageStep.hold(100.0)]
+    history, fine = (driven(high, stop_at="end", profile=[0.0, 10.0, 100.0], mesh_rtol=rtol) for rtol in (1e-6, 1e-12))
+    slack = next(event.time for event in history.events[0] if event.name == "loss-of-tension")
+    assert 10.0 < slack < 100.0
+    assert history.profiles is not None
+    assert fine.profiles is not None
+    coarse, (exact,) = history.profiles.cases[0], fine.profiles.cases
+    first = coarse["stretch_1 [1]"]
+    empty = np.isnan(first)
+    assert empty.any()
+    assert set(coarse["time [s]"][empty]) == {100.0}
+    assert np.all(first[~empty] > 0)
+    for name in ("stretch_2 [1]", "nominal_stress_1 [Pa]", "nominal_stress_2 [Pa]"):
+        assert np.array_equal(np.isnan(coarse[name]), empty)
+    assert np.isfinite(coarse["radius [1]"]).all()
+    assert unresolved(coarse).tolist() == [100.0]
+    assert np.all(exact["stretch_1 [1]"] > 0)
+    # the disc itself hardly depends on the mesh
+    assert history.stretch_1[0, -1] == pytest.approx(fine.stretch_1[0, -1], rel=1e-4)
+
+
+def test_an_edge_that_is_torn_is_not_resolved() -> None:
+    there = np.array([0.0, 1.0, 1.0, 10.0])
+    profile = {"time [s]": np.repeat([1.0, 2.0, 3.0], 4), "radius [1]": np.tile(there, 3)}
+    hoop = np.array([2.0, 2.0, 2.0001, 1.8, 2.0, 2.0, 2.0003, 1.8, 2.0, 2.0, 2.0, np.nan])
+    assert unresolved(profile | {"stretch_2 [1]": hoop}).tolist() == [2.0, 3.0]
+    assert unresolved({name: values[:0] for name, values in (profile | {"stretch_2 [1]": hoop}).items()}).size == 0
 
 
 def test_a_run_stops_where_the_film_around_goes_slack_unless_asked_to_go_on() -> None:
@@ -348,12 +394,37 @@ def test_a_weight_is_a_dead_load() -> None:
     assert times == pytest.approx(failure_map(SOFT, **(given | {"prestretch": pair})).time_to_failure, rel=1e-4, nan_ok=True)
 
 
+@pytest.mark.parametrize("pair", [(1.0, 2.0), (2.0, 1.0)])
+def test_an_axis_without_force_is_free(tmp_path: Path, pair: tuple[float, float]) -> None:
+    """Clamped width l_p, S_1 = 0, neo-Hookean: l_1 = [l_p^2 (1 - e^2 l_p^2)]^(-1/4) with e = sqrt(eps/mu) E~."""
+    free = pair.index(1.0)
+    boundary = ("dead-load", "clamped") if free == 0 else ("clamped", "dead-load")
+    forces, widths = ((0.0, None), (0.01, None)) if free == 0 else ((None, 0.0), (None, 0.01))
+    stated = tuple(None if axis == free else pair[axis] for axis in range(2))
+    given: dict[str, Any] = {"thickness": 5e-4, "prestretch": stated, "boundary": boundary, "stop_at": "end", "times": [1.0]}
+    rubber = Material("rubber", 26e3, Spectrum((), ()), NoShift(20.0), NeoHookean(), NeoHookean(), 3.98e-11)
+    volts = np.array([0.0, 2e3, 4e3])
+    steps = [VoltageStep(volts, duration=1.0)]
+    squared = 3.98e-11 / 26e3 * (volts / 5e-4) ** 2
+    expected = (4 * (1 - 4 * squared)) ** -0.25
+    for weight in ({"force": forces, "width": widths}, {}):
+        stretch = getattr(actuate(rubber, steps, **given, **weight), f"stretch_{free + 1}")[:, -1]
+        assert stretch == pytest.approx(expected, rel=1e-6)
+    if free == 0:
+        film = 'thickness = "0.5 mm"\nprestretch = [1, 2]\nboundary = ["dead-load", "clamped"]\nforce = "0 N"\nwidth = "1 cm"\n'
+        (tmp_path / "m.toml").write_bytes(write_material(rubber))
+        path = tmp_path / "r.toml"
+        path.write_text(f'kind = "actuate"\nmaterial = "m.toml"\n[film]\n{film}[[step]]\nvoltage = "4 kV"\n')
+        (case,) = read_cases(path, "actuate", ())
+        assert case.recipe.film.weights == ((0.0, None), (0.01, None))
+
+
 @pytest.mark.parametrize(
     ("change", "message"),
     [
         ({"width": None}, "force: the film's width is needed, too"),
         ({"force": None}, "width: there is no force on axis 1"),
-        ({"force": -1.0}, "force: -1 N: it must be positive"),
+        ({"force": -1.0}, "force: -1 N: it must not be negative"),
         ({"boundary": "clamped"}, "force: a weight along axis 1 is for boundary dead-load alone"),
         ({"prestretch": 1.8}, "prestretch: axis 1: the weight stretches it"),
         ({"force": (1.0, 2.0, 3.0)}, "force: 3 values"),
@@ -372,7 +443,7 @@ def test_bad_weights(change: dict[str, Any], message: str) -> None:
         ('force = "1 N"', "film.width: a width for each force is needed: 1 and 0 are stated"),
         ('force = ["1 N", "1 N", "1 N"]', "film.force: 3 forces: one, or one for each of two axes"),
         ('force = "1 N"\nwidth = "2 cm"', "film.prestretch: axis 1 is stretched by its weight: its prestretch must be 1"),
-        ('force = "0 N"\nwidth = "2 cm"', 'film.force: "0 N": a force above 0 N is needed'),
+        ('force = "-1 N"\nwidth = "2 cm"', 'film.force: "-1 N": a force of at least 0 N is needed'),
     ],
 )
 def test_bad_weights_of_recipes(tmp_path: Path, film: str, message: str) -> None:

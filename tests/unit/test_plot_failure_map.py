@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from io import BytesIO
 
 import numpy as np
 import pytest
+from films import SOFT
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from dielast.plots.failure_map import decade_name, plot_failure_map
+from dielast.plots.operating_map import plot_operating_map
 from dielast.plots.style import COLOURS
-from dielast.simulate.failure_map import FailureMap
+from dielast.simulate.failure_map import FailureMap, failure_map
 from dielast.simulate.lifetime import fit_lifetime
 
 UP, DOWN = r"$\uparrow$", r"$\downarrow$"
@@ -217,3 +220,15 @@ def test_every_decade_between_the_shortest_and_the_longest_time_has_a_contour_wi
     time = np.log10(result.time_to_failure)
     between = range(int(np.ceil(time.min())), int(np.floor(time.max())) + 1)
     assert {text.get_text() for text in axes.texts} == {decade_name(exponent) for exponent in between}
+
+
+@pytest.mark.parametrize(("lives", "crosses"), [([1.02, 1.05], 0), ([1.02, np.nan], 1)])
+def test_an_operating_map_explains_a_cross_only_where_it_has_one(lives: list[float], crosses: int) -> None:
+    times = np.full((1, 1, 2), np.nan)
+    stretch = np.array(lives)[None, None, None]
+    result = failure_map(
+        SOFT, voltage=[1e3, 2e3], prestretch=[1.8], thickness=5e-4, horizon=10.0, breakdown_field=1e9, stretch_at={"1 s": 1.0}
+    )
+    result = replace(result, relative_stretch={"1 s": stretch}, time_to_failure=times)
+    labels = [text.get_text() for legend in plot_operating_map(result).legends for text in legend.get_texts()]
+    assert sum("highest voltage" in label for label in labels) == crosses

@@ -172,7 +172,8 @@ class FilmOutput(ElectricalOutput):
         None,
         min_length=1,
         description="Times at which profile.csv holds stretches and stresses over the radius of a film in a frame, or along a "
-        "strip.",
+        "strip. Its column radius [1] is the radius over that of the electrode, or the place along the strip over half the length "
+        "of the electrode; 1 stands there twice, for both sides of the electrode's edge.",
     )
 
     @model_validator(mode="after")

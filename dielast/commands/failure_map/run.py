@@ -38,7 +38,7 @@ def run(cases: Sequence[Case[FailureMapRecipe]], inputs: Inputs, execution: Exec
     if recipe.sensitivity:
         from dielast.commands.simulation.sensitivity import variation_of
 
-        variation = variation_of(material, sample, stated)
+        variation = variation_of(material, sample, recipe)
     plan = _plan(recipe, material, sample if variation is None else variation.sample)
     warn_of_map(recipe, material, plan)
     result, *every = assembled(plan, solve(plan, fingerprint(cases[0], inputs), execution))

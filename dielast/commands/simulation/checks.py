@@ -31,6 +31,7 @@ from dielast.material.checks import (
 from dielast.material.material import Material
 from dielast.material.use_checks import Pace, fastest_branch, warn_of_lasting, warn_of_paces, warn_of_stretches, warn_of_use
 from dielast.numerics.arrays import Floats
+from dielast.simulate.profile import unresolved
 
 if TYPE_CHECKING:
     from dielast.commands.actuate.recipe import ActuateRecipe
@@ -80,8 +81,12 @@ def warn_of_films(cases: Sequence[SolvedCase]) -> None:
     stated = [breakdown(recipe.breakdown) for recipe in recipes]
     limits = [law or material.breakdown for law, material in zip(stated, materials, strict=True)]
     warn_of_breakdown([field for law in stated if law is not None for field in law.typical_fields()])
+    steady = all(
+        recipe.control == "charge" and not (material.dielectric and material.dielectric.depends_on_stretch)
+        for recipe, material in zip(recipes, materials, strict=True)
+    )
     if any(recipe.stop.at is None for recipe in recipes):
-        warn_of_no_breakdown([law is not None for law in limits], materials)
+        warn_of_no_breakdown([law is not None for law in limits], materials, steady)
     thickness = np.array([film.thickness for film in films])
     warn_of_setups([film.prestretch for film in films], [film.boundary for film in films], thickness, limits)
     area = np.array([film.prestretch[0] * film.prestretch[1] for film in films])
@@ -109,15 +114,19 @@ def warn_of_films(cases: Sequence[SolvedCase]) -> None:
                 what = f"{_of_case(index, len(cases))}the film breaks down {at_once}, after"
                 paces.append(Pace(what, 0.0, fastest_branch(case.material, temperature), temperature))
     warn_of_paces(paces)
+    _warn_of_profiles([case.result for case in cases])
     if broken:
         beyond = f"the film breaks down {broken[0][1]}: it is beyond the breakdown field from the start"
         warn(_cases([index for index, _ in broken]) + beyond)
 
 
-def warn_of_no_breakdown(has_limit: Sequence[bool], materials: Sequence[Material]) -> None:
-    """Warn of films of which none `has_limit`, a breakdown field, and without damage: only pull-in ends them."""
+def warn_of_no_breakdown(has_limit: Sequence[bool], materials: Sequence[Material], steady: bool = False) -> None:
+    """Warn of films of which none `has_limit`, a breakdown field, and without damage: only pull-in ends them, and nothing ends
+    `steady` films, under a charge at a permittivity that does not depend on stretch, which have no pull-in.
+    """
     if not any(has_limit) and all(material.damage is None for material in materials):
-        warn("no breakdown field is known, so that pull-in alone ends a film: state [breakdown] field")
+        ends = "no failure ends a film under a charge" if steady else "pull-in alone ends a film"
+        warn(f"no breakdown field is known, so that {ends}: state [breakdown] field")
 
 
 def warn_of_setups(
@@ -165,6 +174,16 @@ def _warn_of_slack(results: Sequence[CaseResult]) -> None:
     if slack:
         pushed = f"the stress falls to {lowest[slack[0]]:.3g} Pa, by which the film is pushed"
         warn(f"{_cases(slack) if len(results) > 1 else ''}{pushed}: a thin one goes slack instead")
+
+
+def _warn_of_profiles(results: Sequence[CaseResult]) -> None:
+    """Warn of profiles in which the mesh does not resolve the film next to the electrode."""
+    times = [np.zeros(0) if result.profile is None else unresolved(result.profile) for result in results]
+    coarse = [index for index, late in enumerate(times) if late.size]
+    if coarse:
+        first = f"{_cases(coarse) if len(results) > 1 else ''}the profile after {times[coarse[0]][0]:g} s"
+        there = "stretches there are inexact, or empty where none is possible"
+        warn(f"{first} is not resolved next to the electrode: {there}; a smaller solver.mesh_rtol may help")
 
 
 def _permittivity(case: SolvedCase) -> float:

@@ -109,7 +109,7 @@ def _share(value: Any) -> float:
     with suppress(InputError):
         number = parse(value, STRAIN)
     if not 0 < number < 1:
-        whole = ': an electrode as large as the frame is boundary = "clamped"' if number == 1 else ""
+        whole = ': an electrode as large as the frame or the strip is boundary = "clamped"' if number == 1 else ""
         raise InputError(f'{shown(value)}: a share between 0 and 1 is needed, such as 0.05 or "5 %"{whole}')
     return float(number)
 
@@ -133,7 +133,7 @@ Shares = Annotated[
 ]
 
 
-Forces = Annotated[tuple[float, ...], Quantity(FORCE, above=0.0, many=True)]
+Forces = Annotated[tuple[float, ...], Quantity(FORCE, at_least=0.0, many=True)]
 Widths = Annotated[tuple[float, ...], Quantity(LENGTH, above=0.0, many=True)]
 
 
@@ -174,7 +174,7 @@ class FilmBase(Section):
     force: Forces | None = Field(
         None,
         description="Weight that hangs on the film from the beginning, along axis 1, or one for each axis: a dead load. State "
-        "prestretch 1 for an axis with a weight.",
+        'prestretch 1 for an axis with a weight. "0 N" is an axis free of stress.',
     )
     width: Widths | None = Field(None, description="Undeformed width of the film across each force.")
     electrode_diameter: Length | None = Field(

@@ -263,6 +263,13 @@ class SimulationRecipe(MaterialRecipe):
     uncertainty: Uncertainty | None = Field(None, description="Intervals of all results, from draws of the material.")
 
     @model_validator(mode="after")
+    def _cycles_of_a_waveform(self) -> Self:
+        steps, swept = getattr(self, "step", ()), bool(self.sweep)  # other cases of a sweep may have a waveform
+        if self.output.cycles is not None and not swept and all(step.waveform is None for step in steps):
+            raise InputError("has no effect without a waveform in [[step]]: leave it out", key="output.cycles")
+        return self
+
+    @model_validator(mode="after")
     def _cases_to_join(self) -> Self:
         if self.plot.join == "cases" and (not self.sweep or self.plot.x in (None, "time [s]")):
             raise InputError('join = "cases" needs a [sweep] and an x other than time [s]', key="plot")

@@ -11,7 +11,6 @@ import numpy as np
 from dielast.commands.simulation.bounds import drawn_case
 from dielast.commands.simulation.cases import Batches
 from dielast.commands.simulation.result import CaseResult
-from dielast.commands.simulation.uncertainty_recipe import Uncertainty
 from dielast.errors import InputError, in_a_draw, warn
 from dielast.io.table import Column, Table
 from dielast.material.material import Material
@@ -26,10 +25,14 @@ from dielast.simulate.sensitivity import LifeShares, Sensitivity, Variation, sen
 SENSITIVITY = "sensitivity"
 
 
-def variation_of(material: Material, sample: Sample | None, stated: Uncertainty | None) -> Variation:
-    """The films to solve: with draws, exchanges of sources between them; else the material with one constant changed at a time."""
+def variation_of(material: Material, sample: Sample | None, recipe: Any) -> Variation:
+    """The films to solve for a `recipe` of films: with draws, exchanges of sources between them; else the material with one
+    constant changed at a time.
+    """
+    seed = 1 if recipe.uncertainty is None else recipe.uncertainty.seed
+    has_breakdown = recipe.breakdown is not None or material.breakdown is not None
     try:
-        return variation_for(material, sample, 1 if stated is None else stated.seed)
+        return variation_for(material, sample, seed, has_breakdown=has_breakdown)
     except InputError as error:
         raise error.changed(lambda problem: problem.in_keys({"sample": SENSITIVITY})) from None
 
@@ -47,7 +50,7 @@ def case_sensitivities(
     for number, (case, material, sample, result) in enumerate(zip(cases, materials, samples, results, strict=True)):
         if not case.recipe.sensitivity:
             continue
-        variation = variation_of(material, sample, case.recipe.uncertainty)
+        variation = variation_of(material, sample, case.recipe)
         # a run that only gives a life needs one row
         brief = replace(result, columns={"time [s]": np.zeros(1)})
         with in_a_draw(key=SENSITIVITY if sample is None else "uncertainty", case=of_case(number, len(cases))):

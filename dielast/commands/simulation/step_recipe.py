@@ -102,7 +102,18 @@ class HistoryStep(Section):
             raise InputError(f"{stated[0]} goes with waveform")
         if self.waveform is not None and (missing := [key for key in ("high", "period") if key not in stated]):
             raise InputError(f"a waveform needs {' and '.join(missing)}")
+        if self.waveform is not None:
+            self._check_ends()
         return self
+
+    def _check_ends(self) -> None:
+        """`InputError` for a low above high; a quantity with its unit is a pair, and low is `REST` where it is left out."""
+        low, high = getattr(self, "low", None), getattr(self, "high", None)
+        (least, unit), (most, other) = (value if isinstance(value, tuple) else (value, "") for value in (low, high))
+        least = self.REST if least is None else least
+        if (low is None or unit == other) and least > most:
+            stated = f"low is {least:g}" if low is not None else f"low, which is left out, is {least:g}"
+            raise InputError(f"{stated}, above high, {most:g}: low is the lowest value of a waveform", key="low")
 
     @model_validator(mode="after")
     def _one_action(self) -> Self:
