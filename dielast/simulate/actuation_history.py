@@ -164,9 +164,8 @@ def _in_fields(points: Points, record: Record) -> Record:
 
 
 def _reason(events: Sequence[Event], stops: Sequence[str], end: float) -> str:
-    """The name of the event of `stops` at the `end` in s of a film, the first in `stops` of several; empty without one."""
-    names = [event.name for event in events if event.time == end]
-    return next((name for name in stops if name in names), "")
+    """The name of the event of `stops` at the `end` in s of a film, the first of several `events`; empty without one."""
+    return next((event.name for event in events if event.time == end and event.name in stops), "")
 
 
 def _electrical(record: Record, thickness: Floats, wiring: Wiring, part: Cases) -> Electrical:

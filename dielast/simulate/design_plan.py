@@ -237,7 +237,8 @@ def _tried(plan: DesignPlan, part: Group, goal: Goal, columns: Cases, voltage: F
     mode = np.full(columns.size, NONE, dtype=object)
     mode[~np.isin(lives.status, (Status.COMPLETED, Status.STOPPED))] = UNFINISHED
     for name in reversed(criteria):
-        mode[first_of(lives.happened, [name]).time == end.time] = name
+        event = first_of(lives.happened, [name])
+        mode[(event.time == end.time) & (event.field == end.field)] = name
     lived = ~(end.time < goal.at) & np.isfinite(lives.stretched[0, 0])
     value = np.where(lived, goal.missed(lives.stretched[:, 0]), np.nan)
     # A film that fails while a voltage is applied at once fails likewise under every higher voltage; its state beyond that failure

@@ -88,12 +88,17 @@ def events_of(happened: Mapping[Criterion, EventArrays], case: int, thickness: f
 
 
 def first_of(happened: Mapping[Criterion, EventArrays], names: Sequence[str]) -> EventArrays:
-    """The first event of these names in each film: its time, and the film at that time."""
+    """The first event of these names in each film: its time, and the film at that time.
+
+    Of events at one time, on the way to a voltage that comes at once, the first is the one at the lowest voltage.
+    """
     entries = [entry for criterion, entry in happened.items() if criterion.name in names]
     any_entry = next(iter(happened.values()))
     first = EventArrays.never(any_entry.time.size, len(any_entry.exposed))
     for entry in entries:
-        first.put(earlier := np.flatnonzero(~(first.time <= entry.time) & ~np.isnan(entry.time)), entry.take(earlier))
+        no_later = (first.time == entry.time) & (np.abs(first.field) <= np.abs(entry.field))
+        earlier = np.flatnonzero(~(first.time < entry.time) & ~no_later & ~np.isnan(entry.time))
+        first.put(earlier, entry.take(earlier))
     return first
 
 

@@ -9,11 +9,13 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from dielast import Material, read_material, write_material
 from dielast.cli.run import compute
 from dielast.commands.registry import COMMANDS, read_cases
+from dielast.material.spectrum import Spectrum
 from dielast.sharing.execution import Execution
 
 EXAMPLE = Path(str(files("dielast") / "examples/vhb4905.toml"))
@@ -161,6 +163,16 @@ def test_breakdown_at_once_is_a_result(run: Run) -> None:
     assert summary["map"]["breakdown"] == summary["map"]["cells"] == 6
     assert summary["map"]["longest_time_to_failure_s"] == 0
     assert any("6 of 6 cells break down as the voltage comes on" in line for line in warnings)
+
+
+def test_a_film_that_breaks_only_because_it_moves_is_not_beyond_the_breakdown_field_from_the_start(run: Run) -> None:
+    """At the prestretch, 1.2 kV makes 9.6 MV/m and 1.3 kV makes 10.4 MV/m; the film would hold both voltages."""
+    elastic = replace(read_material(EXAMPLE), spectrum=Spectrum(np.ones(1), np.zeros(1)))
+    film = ("film.prestretch=2", 'film.thickness="0.5 mm"', 'breakdown.field="10 MV/m"')
+    for voltage, beyond in (("1.2 kV", False), ("1.3 kV", True)):
+        warnings, summary = run("actuate", f'step.0={{voltage="{voltage}"}}', *film, material=elastic)
+        assert summary["breakdown"]["time_s"] == [0.0]
+        assert any("beyond the breakdown field from the start" in line for line in warnings) == beyond
 
 
 def test_many_cells_that_are_given_up_for_one_reason_take_one_line(run: Run) -> None:

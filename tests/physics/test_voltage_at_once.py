@@ -21,6 +21,9 @@ from reconstruction import spectrum
 FULL = spectrum()
 # without the fast branches, which would hold any field that a film survives
 SLOW = Spectrum(FULL.relaxation_time[:12:2], FULL.shear_modulus[:12:2])
+GENT = Material(
+    "springs without branches", 26e3, Spectrum(np.ones(1), np.zeros(1)), NoShift(20.0), Gent(110.0), permittivity=3.98e-11
+)
 FILM = Material("six slow branches", 26e3, SLOW, WLF(20.0, 13.7, 187.1), Gent(110.0), Gent(55.0), 3.98e-11)
 
 
@@ -94,3 +97,66 @@ def test_voltages_that_no_film_holds_are_ruled_out_in_few_evaluations(monkeypatc
     assert [len(each) for each in found] == [1, 1, 1, 1, 1, 0]
     assert np.array(found[:4])[:, 0] == pytest.approx(np.array(known), rel=1e-4)
     assert evaluations < 2000
+
+
+def elastic(prestretch: float | tuple[float, float], *steps: VoltageStep, **film: Any) -> tuple[Event, ...]:
+    """The first event of each name in a film of Gent springs without branches, up to the end of the steps."""
+    history = actuate(GENT, steps, thickness=0.5e-3, prestretch=prestretch, stop_at="end", times=[1e-3], **film)
+    (found,) = history.events
+    first: dict[str, Event] = {}
+    for event in found:
+        first.setdefault(event.name, event)
+    return tuple(first.values())
+
+
+@pytest.mark.parametrize(
+    ("prestretch", "boundary", "share", "voltage"),
+    [(3.0, "frame", 0.5, 6e3), ((3.358, 3.358), "strip", 0.514, 5639.0), (4.0, ("dead-load", "dead-load"), None, 2e4)],
+)
+def test_a_film_that_holds_a_ramp_holds_the_voltage_at_once(
+    prestretch: Any, boundary: Any, share: float | None, voltage: float
+) -> None:
+    """It stretches so far that a damper at the stretch before the voltage would be beyond the limit of its law."""
+    film: dict[str, Any] = {"boundary": boundary, "electrode_share": share}
+    at_once = elastic(prestretch, VoltageStep(voltage), VoltageStep.hold(1e-3), **film)
+    ramped = elastic(prestretch, VoltageStep(voltage, duration=1e-3), **film)
+    assert [event.name for event in at_once] == [event.name for event in ramped]
+    assert "pull-in" not in [event.name for event in at_once]
+    for event, expected in zip(at_once, ramped, strict=True):
+        assert event.time == 0.0
+        assert (event.voltage, event.stretch_1) == pytest.approx((expected.voltage, expected.stretch_1), rel=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("prestretch", "boundary", "share", "voltage", "breakdown", "names"),
+    [
+        ((2.0, 2.0), "strip", 0.5, 6e3, 60e6, ["loss-of-tension", "breakdown"]),
+        (2.0, "frame", 0.5, -3.5e3, 30e6, ["breakdown"]),
+        ((2.0, 1.5), ("dead-load", "clamped"), None, 6e3, 30e6, ["breakdown", "loss-of-tension"]),
+        ((2.0, 2.0), ("clamped", "clamped"), None, 2e4, 60e6, ["loss-of-tension", "breakdown"]),
+    ],
+)
+def test_events_on_the_way_to_a_voltage_that_the_film_holds_are_those_of_a_ramp(
+    prestretch: Any, boundary: Any, share: float | None, voltage: float, breakdown: float, names: list[str]
+) -> None:
+    film: dict[str, Any] = {"boundary": boundary, "electrode_share": share, "breakdown_field": breakdown}
+    at_once = elastic(prestretch, VoltageStep(voltage), VoltageStep.hold(1e-3), **film)
+    ramped = elastic(prestretch, VoltageStep(voltage, duration=1e-3), **film)
+    assert [event.name for event in at_once] == [event.name for event in ramped] == names
+    for event, expected in zip(at_once, ramped, strict=True):
+        assert event.time == 0.0
+        assert (event.voltage, event.stretch_1) == pytest.approx((expected.voltage, expected.stretch_1), rel=1e-5)
+    (broken,) = [event for event in at_once if event.name == "breakdown"]
+    assert abs(broken.true_field) == pytest.approx(breakdown, rel=1e-6)
+
+
+def test_clamped_films_lose_their_tension_on_the_way_at_the_closed_form() -> None:
+    """Between clamps the stretches stay, and the tension sigma_2 is lost where eps E^2 = sigma_2 (Eqs. 6 and 7 of the paper)."""
+    first, second = 2.0, 1.5
+    across = 1 / (first * second) ** 2
+    stress = 26e3 * (second**2 - across) / (1 - (first**2 + second**2 + across - 3) / 110)
+    expected = np.sqrt(stress / 3.98e-11) * 0.5e-3 / (first * second)
+    clamped: dict[str, Any] = {"boundary": ("clamped", "clamped"), "breakdown_field": 1e12}
+    (event,) = elastic((first, second), VoltageStep(2e4), VoltageStep.hold(1e-3), **clamped)
+    assert (event.name, event.time) == ("loss-of-tension", 0.0)
+    assert event.voltage == pytest.approx(expected, rel=1e-6)

@@ -10,12 +10,16 @@ from films import SOFT
 from hypothesis import given, strategies as st
 from numpy.typing import NDArray
 
+from dielast.mechanics.criteria.breakdown import ElectricalBreakdown
 from dielast.mechanics.criteria.criterion import Signal, WatchedFilms
+from dielast.mechanics.criteria.loss_of_tension import LossOfTension
 from dielast.mechanics.criteria.pull_in import PullIn
 from dielast.mechanics.load import VoltageStep
+from dielast.mechanics.watch import EventArrays
 from dielast.numerics.roots import fall, samples
 from dielast.simulate.actuate import actuate
 from dielast.simulate.actuation_history import ActuationHistory
+from dielast.simulate.history import events_of, first_of
 
 Array = NDArray[np.float64]
 
@@ -91,3 +95,16 @@ def test_a_dip_from_far_above_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
         return np.asarray(np.minimum(2.0 * ((time / 300.0 - 1) ** 2 - 0.01), 0.9))
 
     assert [event.name for event in watched(monkeypatch, margin, rtol=1e-2).events[0]] == ["pull-in"]
+
+
+def test_of_events_at_one_time_the_first_is_at_the_lowest_voltage() -> None:
+    def at(time: float, field: float) -> EventArrays:
+        return EventArrays(np.array([time]), np.array([field]), *np.zeros((2, 2, 1)), np.zeros(1), np.zeros((0, 1)))
+
+    happened = {ElectricalBreakdown(): at(2.0, -8e6), LossOfTension(0): at(2.0, -7e6), LossOfTension(1): at(2.0, -6e6)}
+    names = ["breakdown", "loss-of-tension"]
+    assert first_of(happened, names).field.tolist() == [-6e6]
+    assert first_of(happened, ["breakdown"]).field.tolist() == [-8e6]
+    assert first_of({**happened, PullIn(): at(1.0, -9e6)}, [*names, "pull-in"]).time.tolist() == [1.0]
+    found = events_of(happened, 0, 1e-3, 2.0)
+    assert [(event.name, event.voltage) for event in found] == [("loss-of-tension", -6e3), ("breakdown", -8e3)]

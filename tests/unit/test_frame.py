@@ -27,6 +27,9 @@ from dielast import (
 )
 from dielast.commands.registry import read_cases
 from dielast.material.dielectric import LinearPermittivity
+from dielast.material.material import Material
+from dielast.material.shift import NoShift
+from dielast.material.spectrum import Spectrum
 from dielast.material.springs import Ogden
 from dielast.mechanics.passive import forms
 from dielast.mechanics.passive.framed import Assembly, FramedFilms, Surroundings
@@ -210,6 +213,20 @@ def test_without_a_passive_part_the_stiffness_at_the_rim_is_the_factor_of_the_de
     assert ((rim > 0) == (determinant > 0)).all()
     assert 5 < (rim > 0).sum() < 25
     assert (whole > 0).all()
+
+
+def test_a_film_without_equilibrium_modulus_is_divided_as_one_of_any_modulus() -> None:
+    steps, film = [VoltageStep(2.5e3), VoltageStep.hold(10.0)], FILM | {"prestretch": 1.5, "relax": 10.0, "times": [0.0, 1.0, 10.0]}
+    spectrum = Spectrum(np.array([100.0]), np.array([6e4]))
+    materials = [Material("one branch", modulus, spectrum, NoShift(20.0), permittivity=3.98e-11) for modulus in (0.0, 1e-3, 26e3)]
+    share, prestretch = np.array([0.01, 0.3, 0.9]), np.full(3, 2.0)
+    counts = [points_needed(Points.of(each, np.full(3, 20.0), 1e-6), share, prestretch, 1e-6).tolist() for each in materials]
+    assert min(counts[0]) > 0
+    assert counts[0] == counts[1] == counts[2]
+    liquid, softest = (actuate(each, steps, **film) for each in materials[:2])
+    assert liquid.outcome[0].completed
+    assert liquid.relative_stretch_1[0, -1] > liquid.relative_stretch_1[0, 0] > 1.01
+    assert liquid.stretch_1 == pytest.approx(softest.stretch_1, rel=1e-6)
 
 
 def test_a_voltage_applied_at_once_that_a_film_cannot_hold_is_a_pull_in() -> None:

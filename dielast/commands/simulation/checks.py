@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from dielast.commands.membrane.recipe import CreepRecipe, RelaxRecipe
 from dielast.commands.simulation.cases import last
 from dielast.commands.simulation.result import CaseResult, SolvedCase
-from dielast.commands.simulation.solver_steps import Entry, aims, corners, lasting, reached
+from dielast.commands.simulation.solver_steps import Entry, aims, corners, lasting, reached, reached_at_once
 from dielast.errors import and_more, warn
 from dielast.handover.law_section import breakdown
 from dielast.material.breakdown import BreakdownLaw
@@ -38,7 +38,6 @@ if TYPE_CHECKING:
 
 WHOLE = 0.5  # of the range of a step through many points: a monotonic run of points over this part counts as a load
 EARLY = 1e-3  # of the duration after a load at once: the response before that is not of interest, though tables begin there
-MOVED = 1.01  # ratio of fields: below it, motion has hardly raised the field, and a film breaks down at once
 SLACK = 0.01  # of the highest stress: a larger compressive stress gives a warning
 AT_ONCE = "as the voltage comes on"
 
@@ -92,7 +91,9 @@ def warn_of_films(cases: Sequence[SolvedCase]) -> None:
     area = np.array([film.prestretch[0] * film.prestretch[1] for film in films])
     highest = np.array([max(map(abs, aims(case.steps)), default=0.0) for case in cases])
     charged = np.array([recipe.control == "charge" for recipe in recipes])
-    field = np.where(charged, highest / (np.array(list(map(_permittivity, cases))) * area), highest * area / thickness)
+    # the true field that a voltage or a charge makes before the film moves
+    before_motion = np.where(charged, 1 / (np.array(list(map(_permittivity, cases))) * area), area / thickness)
+    field = highest * before_motion
     # if none is known, the plausible value closest to the field
     limit = np.clip(field, FAINTEST, STRONGEST)
     for k, law in enumerate(limits):
@@ -108,7 +109,7 @@ def warn_of_films(cases: Sequence[SolvedCase]) -> None:
         for event in case.result.events or ():
             if event.name != "breakdown" or event.time > 0:
                 continue
-            if abs(event.voltage) * area[index] / thickness[index] * MOVED >= limit[index]:
+            if reached_at_once(case.steps) * before_motion[index] >= limit[index]:
                 broken.append((index, at_once))
             else:
                 what = f"{_of_case(index, len(cases))}the film breaks down {at_once}, after"

@@ -131,6 +131,17 @@ def aims(entries: Sequence[Entry]) -> list[float]:
     return [value for entry in entries if entry.target is not None for value, _ in corners(entry, 0.0)]
 
 
+def reached_at_once(entries: Sequence[Entry]) -> float:
+    """The largest magnitude that the first entries reach in no time."""
+    largest, present = 0.0, 0.0
+    for entry in entries:
+        for value, lasts in corners(entry, present):
+            if lasts > 0:
+                return largest
+            largest, present = max(largest, abs(value)), value
+    return largest
+
+
 def lasting(entry: Entry, present: float) -> float:
     """The duration of an entry in s; 0 at a rate of 0, which the solver refuses."""
     if isinstance(entry.target, Path):
