@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dielast.errors import InputError, in_keys, located
-from dielast.io.files import Inputs
+from dielast.io.files import Inputs, exists, resolve
 from dielast.io.table import finite_columns, number_columns
 from dielast.io.toml import parse_toml
 from dielast.material.measurement_kind import KINDS, MeasurementKind
@@ -41,6 +41,8 @@ class ReducedCurve:
 def read_master_curve(folder: str, inputs: Inputs) -> ReducedCurve:
     """The master curve in a folder that `mastercurve` wrote; raises `InputError` if it is not one."""
     name = f"{folder}/summary.toml"
+    if not exists(resolve(inputs.folder, name)):
+        raise InputError("no such file: mastercurve must be a folder that dielast mastercurve wrote", file=name)
     summary = parse_toml(inputs.read(name), name)
     if summary.get("kind") != "mastercurve":
         raise InputError(f'kind: "{summary.get("kind")}": a folder written by mastercurve is needed', file=name)
@@ -88,7 +90,17 @@ def _shift_law(summary: Mapping[str, Any], folder: str, inputs: Inputs) -> Shift
     law = SHIFTS[shift["law"]]
     keys = {constant.name: f"shift.{key}" for key, constant in law.summary_names().items()}
     with located(file=f"{folder}/summary.toml"), in_keys(keys):
-        return law.from_summary(reference, shift, measured)
+        read = law.from_summary(reference, shift, measured)
+        for constant in law.summary_names().values():
+            value = getattr(read, constant.name)
+            if not constant.is_allowed(value):  # no material file may state it
+                raise InputError(
+                    f"{value:g}: a number {constant.bounds} is needed; the shift factors are those of a material that relaxes more "
+                    "slowly at higher temperatures: correct the temperatures of the tests, or take "
+                    'shift.law = "table" in mastercurve',
+                    argument=constant.name,
+                )
+        return read
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -44,7 +44,8 @@ def warn_of_material(material: Material) -> None:
         warn(f"the shear moduli add up to {rest + branches:g} Pa, more than any polymer's glass: are they in another unit?")
     if 0 < branches < RELAXING * rest:
         beside = f"beside an equilibrium modulus of {rest:g} Pa"
-        warn(f"the branches add up to {branches:.3g} Pa {beside}, so that relaxation does not show: are they in another unit?")
+        why = "is the material elastic, or are they in another unit?"
+        warn(f"the branches add up to {branches:.3g} Pa {beside}, so that relaxation does not show: {why}")
     for reason in (material.equilibrium_law.warning("equilibrium"), material.nonequilibrium_law.warning("nonequilibrium")):
         if reason:
             warn(reason)

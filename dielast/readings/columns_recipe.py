@@ -97,16 +97,16 @@ def _check_over_time(columns: Collection[str]) -> None:
     for pair in (strains, stresses):
         if len(pair) > 1:
             raise InputError(f"{' and '.join(pair)} are the same quantity: one of them is needed")
+    stiffness = [role for role in ("modulus", *stresses, "compliance") if role in columns]
+    if len(stiffness) > 1:
+        raise InputError(f"either modulus, or strain and stress, is needed, or compliance, not {' and '.join(stiffness)}")
     if len(strains) != len(stresses):
         raise InputError("strain (or stretch, or extension) and stress (or force) go together")
-    stiffness = [role for role in ("modulus", *stresses, "compliance") if role in columns]
     if not stiffness:
         raise InputError(
             "either modulus, or strain and stress, is needed (or extension and force); for creep compliance; "
             "for a sweep storage and loss over frequency or angular_frequency"
         )
-    if len(stiffness) > 1:
-        raise InputError(f"either modulus, or strain and stress, is needed, or compliance, not {' and '.join(stiffness)}")
 
 
 def _check_sweep(columns: Collection[str]) -> None:

@@ -166,7 +166,7 @@ class MeasurementData(MeasuredData):
     @model_validator(mode="after")
     def _one_source(self) -> Self:
         if (self.file is None) == (self.files is None):
-            raise InputError("either file or files is needed")
+            raise InputError("either file or files is needed" + (", not both" if self.file is not None else ""))
         stated = self.temperature_keys
         headed = self.columns is None or self.file is not None or self.layout == "wide"  # perhaps, which reading tells
         if len(stated) + headed == 0 or len(stated) > 1 or (self.file and stated not in ([], ["columns.temperature"])):

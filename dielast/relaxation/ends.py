@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dielast.numerics.arrays import Floats
+from dielast.numerics.arrays import Flags, Floats
 
 # Slightly more than round numbers, so that rounding does not decide about points at round spacings.
 _NEIGHBOURHOOD = 0.025 + 1e-6  # decades to either side: at most twenty units of weight a decade, about the width of one process
@@ -48,9 +48,14 @@ def least_modulus(log10_time: Floats, modulus: Floats) -> float:
 
     If the last decade bends towards a plateau, the straight line through it ends below the curve.
     """
-    last = log10_time >= log10_time[-1] - _LAST
+    last = last_quarter(log10_time)
     mean = float(10 ** np.average(np.log10(modulus[last]), weights=votes(log10_time[last])))
     return max(long_time_end(log10_time, modulus).modulus, mean)
+
+
+def last_quarter(log10_time: Floats) -> Flags:
+    """Which points of ascending `log10_time` (n,) are in the last quarter decade, (n,)."""
+    return np.asarray(log10_time >= log10_time[-1] - _LAST)
 
 
 def _end(log10_time: Floats, modulus: Floats, at: float) -> End:

@@ -22,7 +22,7 @@ from dielast.relaxation.checks import (
     sorted_points,
     what_rises,
 )
-from dielast.relaxation.ends import extremes, long_time_end, votes
+from dielast.relaxation.ends import extremes, last_quarter, long_time_end, votes
 from dielast.relaxation.interconversion import response
 from dielast.relaxation.nnls import Known, Total, WeightedCurve, fit_strengths, place_times
 from dielast.relaxation.result import Method, SpectrumFit
@@ -33,6 +33,7 @@ BELOW_CURVE = 0.1
 DECADES_BEYOND = 2.0
 LOOKS_LIKE_SHEAR = (2.5, 3.5)  # ratio of two moduli that suggests Young's over shear
 LEVEL_SLOPE = 0.045  # decades of modulus per decade of time, about 10 %: a smaller slope at the end is a plateau
+MEASURABLE = 0.02  # of the modulus at the end of a curve: a smaller excess over a stated equilibrium modulus may be noise
 NEAR_END = 10**0.1  # a curve determines processes up to a tenth of a decade beyond its end
 
 
@@ -95,13 +96,32 @@ class FitTask:
             )
         return first, last
 
+    @property
+    def relaxes_later(self) -> bool:
+        """Whether a stated equilibrium modulus is so far below the end of the curve that only slower processes lead there.
+
+        The excess E = G - G_e of processes with relaxation times up to t falls as -d ln E/d ln t = t <1/tau> >= 1, the mean being
+        weighted by their shares of E(t) (the derivative of E = sum G_k exp(-t/tau_k), Ferry 1980, ch. 3). An excess that falls less
+        steeply at the end of the curve therefore demands processes slower than the curve is long. For creep the same holds of
+        1/G_e - J; the compliance of a melt rises by its fluidity instead.
+        """
+        level, slope = self.plateau
+        if self.equilibrium is None:
+            return False
+        excess = 1 - self.equilibrium / level
+        if self.curve.kind is CREEP:  # d ln E/d ln t = slope G_e / (G - G_e)
+            return self.equilibrium > 0 and excess > MEASURABLE and -slope < level / self.equilibrium - 1
+        return excess > MEASURABLE and -slope < excess  # d ln E/d ln t = slope G / (G - G_e)
+
     def place(self, known: Known, past: float = 1.0, longest: float | None = None) -> Floats:
         """Times of the processes for nnls in s, slowest first, by default up to a factor `past` beyond the ends of the curve.
 
-        The `longest` time is by default that of the task.
+        Where the material still relaxes after the curve, they reach as far as a process affects the curve. The `longest` time is by
+        default that of the task.
         """
         time = self.curve.time
-        ends = self.range_of_times((time[0] / past, time[-1] * past), (SEEN_AWAY, 1 / SEEN_AWAY), longest)
+        past_end = SEEN_AWAY if self.relaxes_later else past
+        ends = self.range_of_times((time[0] / past, time[-1] * past_end), (SEEN_AWAY, 1 / SEEN_AWAY), longest)
         movable = self.times[0] is None, (longest or self.times[1]) is None
         return place_times(self.curve, self.branches, *ends, movable, known)
 
@@ -146,6 +166,8 @@ class FitTask:
         if mean > POOR_FIT:
             advice = what_rises(compared) or "try more branches or another method"
             warn(f"the spectrum misses the curve by {mean:.1%} rms and {worst:.1%} at worst: {advice}")
+        else:
+            self._warn_of_end(compared, error)
         pair = (self.measured, model * 3.0**kind.stiffness_power)
         measured, modelled = (values[0] if len(values) == 1 else values for values in pair)
         return SpectrumFit(
@@ -160,6 +182,18 @@ class FitTask:
             test=kind.name,
             **rest,
         )
+
+    def _warn_of_end(self, compared: WeightedCurve, error: Floats) -> None:
+        """Warn if the model, with the relative `error` (channels, n), misses the stiffness at the end of the `compared` curve."""
+        last = last_quarter(np.log10(compared.time))
+        bias = float(np.average(error[0, last], weights=compared.weight[last]))
+        if abs(bias) > POOR_FIT:
+            side, at = ("above" if bias > 0 else "below"), compared.time[-1] ** compared.kind.time_power
+            warn(
+                f"the spectrum is {abs(bias):.1%} {side} the curve at its end, {at:.3g} {compared.kind.abscissa[1]}: check "
+                'equilibrium_modulus, state a longer max of relaxation_time, or take method = "nnls"',
+                mentions=("equilibrium_modulus", "relaxation_time", "method"),
+            )
 
     def warn_of_equilibrium(self, fitted: float) -> None:
         """Warn if the modulus of a solid (shear, Pa) was `fitted` without a plateau, or is stated and far below a plateau."""

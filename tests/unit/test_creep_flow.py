@@ -105,6 +105,7 @@ def test_slower_processes_do_not_move_an_end_that_is_stated() -> None:
     assert fit.retardation.retardation_time[0] == pytest.approx(10 * time[-1], rel=1e-9)
 
 
+@pytest.mark.filterwarnings("ignore:the spectrum is .* below the curve at its end")
 def test_what_is_stated_is_not_asked_of_the_data() -> None:
     time = np.logspace(-6, 4, 121)
     scatter = np.exp(0.005 * np.random.default_rng(3).standard_normal(time.size))

@@ -115,6 +115,15 @@ law = "wfl"
         (SPECTRUM.replace('"."', '"dma.csv"'), 'mastercurve: "dma.csv": a folder is needed'),
         (MASTERCURVE.replace('file = "dma.csv"', 'files = "*.txt"'), 'data.files: "*.txt": no file matches'),
         (MASTERCURVE.replace('modulus = "E [Pa]"', 'stress = "s"'), "or extension) and stress (or force) go together"),
+        (
+            MASTERCURVE.replace('modulus = "E [Pa]"', 'modulus = "E [Pa]", stress = "s"'),
+            "data.columns: either modulus, or strain and stress, is needed, or compliance, not modulus and stress",
+        ),
+        (MASTERCURVE.replace("file =", 'files = ["dma.csv"]\nfile ='), "data: either file or files is needed, not both"),
+        (
+            MASTERCURVE + 'thermal_expansion = "6e-4 /K"',
+            'shift: thermal_expansion acts only with vertical = "density-temperature", not with vertical = "none"',
+        ),
         (MASTERCURVE.replace(', modulus = "E [Pa]"', ""), "data.columns: either modulus, or strain and stress, is needed"),
         (
             MASTERCURVE.replace('temperature = "T [degC]", ', "").replace("file =", "files =").replace('"dma.csv"', '["dma.csv"]'),

@@ -13,6 +13,7 @@ from dielast.errors import DielastWarning, InputError
 from dielast.material.spectrum import Spectrum
 from dielast.relaxation.creep import fit_creep
 from dielast.relaxation.fit import fit_oscillation, fit_spectrum
+from dielast.relaxation.interconversion import RetardationSpectrum
 from dielast.relaxation.result import Method
 
 Array = NDArray[np.float64]
@@ -158,7 +159,7 @@ def test_an_equilibrium_modulus_a_little_above_the_curve_is_warned_of(method: Me
         fit_spectrum(time, modulus, method=method, equilibrium_modulus=1.04 * modulus[-1], relaxation_time=(1e-5, 1e3))
 
 
-@pytest.mark.filterwarnings("ignore:the spectrum misses the curve")
+@pytest.mark.filterwarnings("ignore:the spectrum misses the curve", "ignore:the spectrum is .* below the curve at its end")
 @pytest.mark.parametrize("method", METHODS)
 def test_an_equilibrium_modulus_far_below_a_plateau_is_warned_of(method: Method) -> None:
     time, modulus = smooth_curve()
@@ -228,6 +229,7 @@ def test_a_poor_polynomial_and_a_poor_fit_are_warned_of() -> None:
     assert "spectrum misses the curve" in said
 
 
+@pytest.mark.filterwarnings("ignore:the spectrum is .* below the curve at its end")
 @pytest.mark.parametrize(
     ("method", "reach"),
     [("schwarzl-staverman", (3.5e-7, 1e6)), ("schwarzl-staverman", (1e-4, 7e6)), ("nnls", (7e-8, 1e5)), ("nnls", (1e-5, 2e8))],
@@ -326,3 +328,44 @@ def test_fewer_points_than_unknowns_are_enough_for_nnls() -> None:
 def test_relaxation_times_beyond_all_bounds_are_refused_with_advice() -> None:
     with pytest.raises(InputError, match=r"so far off the curve .* keep them between 5e-07 and 5e\+06 s"):
         fit_spectrum(*smooth_curve(), relaxation_time=(1e-60, 1e60))
+
+
+SLOW = Spectrum(np.logspace(6, -6, 61), 2e3 * np.logspace(6, -6, 61) ** -0.25)  # four decades slower than the curves below
+SHORT = np.logspace(0, 2, 60)
+
+
+@pytest.mark.parametrize("equilibrium", [2.6e4, 1e4, 0.0])
+def test_what_has_not_relaxed_at_the_end_of_a_curve_relaxes_after_it(equilibrium: float) -> None:
+    """A stated equilibrium modulus below the end of a curve neither drags its last points down nor what follows soon after."""
+    modulus = 3 * SLOW.relaxation_modulus(SHORT, equilibrium)
+    fit = fit_spectrum(SHORT, modulus, method="nnls", equilibrium_modulus=3 * equilibrium)
+    assert SHORT[-1] < fit.spectrum.relaxation_time[0] <= 10 * SHORT[-1]
+    np.testing.assert_allclose(fit.model[-30:], modulus[-30:], rtol=2e-3)
+    twice = SLOW.relaxation_modulus(2 * SHORT[-1:], equilibrium)
+    np.testing.assert_allclose(fit.spectrum.relaxation_modulus(2 * SHORT[-1:], fit.equilibrium_shear_modulus), twice, rtol=0.02)
+
+
+def test_the_end_of_a_sweep_or_of_a_creep_curve_is_followed_as_well() -> None:
+    omega = 1 / SHORT
+    storage, loss = 3 * np.stack((SLOW.storage_modulus(omega), SLOW.loss_modulus(omega)))
+    sweep = fit_oscillation(omega, storage, loss, liquid=True)
+    assert sweep.spectrum.relaxation_time[0] > 10**0.5 * SHORT[-1]
+    assert sweep.max_relative_error < 0.05
+    slow = RetardationSpectrum(SLOW.relaxation_time, 1e-6 * SLOW.relaxation_time**0.1, 1e-7, 0.0)
+    compliance = slow.creep_compliance(SHORT) / 3
+    level = 3 / (slow.glassy_compliance + float(slow.compliance.sum()))
+    creep = fit_creep(SHORT, compliance, equilibrium_modulus=level)
+    np.testing.assert_allclose(creep.model, compliance, rtol=0.01)
+
+
+@pytest.mark.parametrize("stated", [3e4, 2.99e4])
+def test_a_levelled_curve_has_no_processes_slower_than_itself(stated: float) -> None:
+    modulus = PLATEAU + 1e5 * np.exp(-SHORT / 3)
+    fit = fit_spectrum(SHORT, modulus, method="nnls", equilibrium_modulus=stated)
+    assert fit.spectrum.relaxation_time[0] <= SHORT[-1]
+
+
+def test_a_spectrum_that_misses_the_end_of_its_curve_is_warned_of() -> None:
+    modulus = 3 * SLOW.relaxation_modulus(SHORT, 2e4)
+    with pytest.warns(DielastWarning, match=r"the spectrum is \d+\.\d% below the curve at its end, 100 s: check"):
+        fit_spectrum(SHORT, modulus, equilibrium_modulus=6e4)

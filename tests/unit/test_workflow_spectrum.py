@@ -104,6 +104,20 @@ def test_a_folder_of_any_measurement_is_fitted(tmp_path: Path, measurement: str,
     assert report.figure().axes
 
 
+@pytest.mark.parametrize("factor", ["-13.57", "0.0"])
+def test_shift_constants_that_no_material_file_may_state_are_refused(tmp_path: Path, factor: str) -> None:
+    summary = write_folder(tmp_path / "mc", "creep") / "summary.toml"
+    summary.write_text(summary.read_text().replace("C1 = 13.7", f"C1 = {factor}"))
+    with pytest.raises(InputError, match=r"mc/summary.toml: shift.C1: .* above 0 is needed; .* correct the temperatures"):
+        spectrum(tmp_path, mastercurve="mc")
+
+
+def test_a_folder_without_results_is_named_with_its_key(tmp_path: Path) -> None:
+    (tmp_path / "mc").mkdir()
+    with pytest.raises(InputError, match=r"mc/summary.toml: no such file: mastercurve must be a folder that .* wrote"):
+        spectrum(tmp_path, mastercurve="mc")
+
+
 def test_an_unknown_measurement_and_a_missing_column_are_refused(tmp_path: Path) -> None:
     write_folder(tmp_path / "one", "creep", '[data]\nmeasurement = "torsion"\n')
     with pytest.raises(InputError, match='measurement is "torsion": a folder written by mastercurve is needed'):

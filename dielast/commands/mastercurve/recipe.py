@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Literal, Self
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
+from dielast.errors import InputError
 from dielast.material.shift import SHIFTS
 from dielast.readings.recipe import MeasurementData
 from dielast.recipe.base import RecipeBase
@@ -30,6 +31,15 @@ class Shift(Section):
         description="The quantity by which frequency sweeps are shifted: storage and loss modulus together (moduli), tan delta, "
         "the storage modulus, or whichever determines the shifts best (auto).",
     )
+
+    @model_validator(mode="after")
+    def _expansion_has_an_effect(self) -> Self:
+        if self.thermal_expansion and self.vertical != "density-temperature":
+            raise InputError(
+                f'thermal_expansion acts only with vertical = "density-temperature", not with vertical = "{self.vertical}": '
+                "change vertical, or leave thermal_expansion out"
+            )
+        return self
 
 
 # arguments of `build_master_curve` -> keys of the recipe
