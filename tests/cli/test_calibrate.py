@@ -193,6 +193,21 @@ def test_a_parameter_at_a_bound_is_named_with_its_bound(dielast: Run, tmp_path: 
     assert float(found["start"][row]) == 0.01
 
 
+def test_a_film_that_runs_away_is_warned_of(dielast: Run, tmp_path: Path) -> None:
+    stretch = np.linspace(1.05, 3.0, 40)
+    rows = [f"{10 * (each - 1):g},{each:g},{2e4 * (each - each**-2):g}" for each in stretch]
+    (tmp_path / "pull.csv").write_text("\n".join(["time [s],stretch,stress [Pa]", *rows]))
+    material = 'name = "m"\nreference_temperature = "20 degC"\n[equilibrium]\nshear_modulus = "20 kPa"\nJ_lim = 110\n'
+    material += '[nonequilibrium]\nrelaxation_time_s = [1.0]\nshear_modulus_Pa = [1.0]\n[shift]\nlaw = "none"\n'
+    (tmp_path / "m.toml").write_text(material + '[dielectric]\npermittivity = "4e-11 F/m"\n')
+    high = '[[validate]]\nfile = "pull.csv"\nlabel = "high"\nvoltage = "6 kV"\nspecimen = { thickness = "0.5 mm" }\n'
+    recipe = HEAD.replace("example:tensile/start.toml", "m.toml") + '[[test]]\nfile = "pull.csv"\n' + high + FREE + QUICK
+    (tmp_path / "r.toml").write_text(recipe)
+    done = dielast("calibrate", "r.toml", "-q")
+    assert done.returncode == 0, done.stderr
+    assert "warning: the material is not stable in test high beyond a stretch of 1.8: it pulls in and becomes wider" in done.stderr
+
+
 def test_laws_are_ranked_and_draws_go_on(dielast: Run, tmp_path: Path) -> None:
     yeoh = 'name = "y"\nreference_temperature = "20 degC"\n[equilibrium]\nlaw = "yeoh"\nshear_modulus = "20 kPa"\nC20 = "-50 Pa"\n'
     yeoh += '[nonequilibrium]\nrelaxation_time_s = [200.0, 5.0]\nshear_modulus_Pa = [2e4, 2e4]\n[shift]\nlaw = "none"\n'

@@ -35,6 +35,7 @@ from dielast.calibration.laws import cross_validation_error, stabilities
 from dielast.calibration.levenberg import Descents, minimise
 from dielast.calibration.likelihood import Likelihood, likelihood_of
 from dielast.calibration.parameters import Parameter, parameter_space
+from dielast.calibration.runaway import runaway_stretch
 from dielast.calibration.scatter import Curves, Scatter, Scatters, Whitening, covariance_of, noise_of, specimen_factors
 from dielast.errors import DielastWarning, InputError, NumericsError
 from dielast.handover.material_draws import draw_columns, parse_draws
@@ -323,6 +324,30 @@ def test_a_law_that_is_wrong_predicts_worse(exact: tuple[MeasuredTest, ...]) -> 
     assert "the branches' spring by itself" in weak.said
     assert "faster than in the tests" in weak.said
     assert all(each.holds for each in stabilities(TRUTH, 4.0))
+
+
+def pulled(field: float, mode: str = "uniaxial") -> MeasuredTest:
+    """A test to a stretch of 3.4 at 0.1 /s, and back, under a nominal field."""
+    time = np.linspace(0.1, 40.0, 400)
+    return MeasuredTest("pulled", time, np.interp(time, [0, 24, 48], [1, 3.4, 1]), np.ones(400), 20.0, mode, nominal_field=field)
+
+
+def test_a_film_that_pulls_in_across_a_test_is_found() -> None:
+    film = Material("film", 20e3, Spectrum([1.0], [1.0]), NoShift(20.0), NeoHookean(), NeoHookean(), permittivity=4e-11)
+    for field in (10e6, 12e6, 14e6):
+        # mu (B - 1/(A B)) = eps E^2 A B without stress across, A and B the squared stretches: B = A where A^3 (1 - r A) = 1
+        r = 4e-11 * field**2 / 20e3
+        as_wide_as_long = np.sqrt(max(root.real for root in np.roots([-r, 1, 0, 0, -1]) if abs(root.imag) < 1e-9))
+        beyond = runaway_stretch(pulled(field), film)
+        assert beyond is not None
+        assert beyond < as_wide_as_long < beyond + 0.0101
+    assert runaway_stretch(pulled(4e6), film) is None
+    assert runaway_stretch(pulled(0.0), film) is None
+    assert runaway_stretch(pulled(10e6, "pure-shear"), film) is None
+    # from the first point on
+    gent = replace(film, equilibrium_law=Gent(110.0))
+    assert runaway_stretch(pulled(18e6), gent) == pytest.approx(1.01)
+    assert runaway_stretch(pulled(18e6), replace(film, permittivity=None)) is None
 
 
 def test_starts_lie_within_the_bounds() -> None:

@@ -12,6 +12,7 @@ from dielast.calibration.laws import Stability
 from dielast.calibration.parameters import Parameter
 from dielast.calibration.profiles import Profile, Verdict
 from dielast.calibration.result import Calibration, range_of
+from dielast.calibration.runaway import runaway_stretch
 from dielast.errors import and_more, warn
 from dielast.material.use_checks import BEYOND_TESTS, LONGER
 
@@ -27,6 +28,7 @@ def warn_of_fit(result: Calibration) -> None:
             warn(f"{', '.join(names)} {verb} not determined by these tests: draws {spread}")
     warn_of_bounds(result)
     warn_of_tests_beyond(result)
+    warn_of_runaway(result)
     if fit.same_share < MANY:
         median = float(np.median(fit.start_misfit))
         others = f"the median misfit is {median:.3g} times as large" if np.isfinite(median) else "many cannot follow the tests"
@@ -85,6 +87,16 @@ def warn_of_tests_beyond(result: Calibration) -> None:
     if far:
         reach = f"reaches I1 = {max(test.largest_invariant for test in far):.4g}, the fitted tests {known.largest_invariant:.4g}"
         warn(f"test {far[0].name}{and_more(len(far) - 1)} {reach}: the springs are extrapolated")
+
+
+def warn_of_runaway(result: Calibration) -> None:
+    """Warn of tests under voltage in which the fitted material runs away."""
+    material = result.fit.material
+    for each in result.comparisons:
+        beyond = runaway_stretch(each.test, material) if isinstance(each.test, MeasuredTest) and each.followed else None
+        if beyond is not None:
+            unstable = f"the material is not stable in test {each.test.name} beyond a stretch of {beyond:.4g}"
+            warn(f"{unstable}: it pulls in and becomes wider than it is long, and its stress from there on is no prediction")
 
 
 def warn_of_springs(stabilities: Sequence[Stability]) -> None:
