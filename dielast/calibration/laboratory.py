@@ -19,7 +19,7 @@ from dielast.material.springs import EQUIBIAXIAL, UNIAXIAL, SpringLaw, gathered
 from dielast.mechanics.load import Mode, Step, Track
 from dielast.mechanics.stretched import Histories, carried
 from dielast.numerics.arrays import Cases, Flags, Floats
-from dielast.simulate.membrane import relax
+from dielast.simulate.membrane import MembraneHistory, relax
 
 RTOL = 1e-5  # of the solver
 MOST = 6000  # branches that are solved together, to bound the memory
@@ -47,7 +47,7 @@ class Laboratory:
                 if members:
                     self._carried(mode, members, springs, np.array(there), values)
         for index in self.electric:
-            solve = partial(_under_voltage, self.machine[index], rtol=self.rtol)
+            solve = partial(_stress_under_voltage, self.machine[index], rtol=self.rtol)
             values[index] = answers_of(solve, materials, values[index].shape[1])
         for index, test in enumerate(self.tests):
             if not isinstance(test, MeasuredTest):
@@ -138,9 +138,9 @@ class Springs:
         return cls(modulus, rate, law, joined if len(laws) > 1 else laws[0], known)
 
 
-def _under_voltage(test: MeasuredTest, materials: Sequence[Material], rtol: float) -> list[Floats]:
-    """The stress (n,) of each material in a test under voltage, which couples the branches; NaN where the numerics give up."""
-    history = relax(
+def under_voltage(test: MeasuredTest, materials: Sequence[Material], rtol: float = RTOL) -> MembraneHistory:
+    """The simulation of a test under voltage, which couples the branches: a case for each material."""
+    return relax(
         materials,
         [Step(stretch=Track(test.corner_time, test.corner_stretch))],
         mode=test.mode,
@@ -149,6 +149,11 @@ def _under_voltage(test: MeasuredTest, materials: Sequence[Material], rtol: floa
         rtol=rtol,
         nominal_field=test.nominal_field,
     )
+
+
+def _stress_under_voltage(test: MeasuredTest, materials: Sequence[Material], rtol: float) -> list[Floats]:
+    """The stress (n,) of each material in a test under voltage; NaN where the numerics give up."""
+    history = under_voltage(test, materials, rtol)
     rows = zip(history.nominal_stress_1, history.outcome, strict=True)
     return [stress if outcome.completed else np.full_like(stress, np.nan) for stress, outcome in rows]
 

@@ -51,6 +51,10 @@ class Stability(Result):
     highest: float
     furthest: float
     tested: bool = False
+    at_equilibrium: bool = True
+    """Whether it is the equilibrium spring, which alone acts in slow loading, that has the least `highest`, rather than that of the
+    branches.
+    """
 
     @property
     def holds(self) -> bool:
@@ -60,10 +64,11 @@ class Stability(Result):
     @property
     def said(self) -> str:
         """The finding in a sentence."""
-        limit = f"in {self.mode} loading at once, the springs lock or become unstable at a stretch of {self.highest:.4g}"
+        which, rate = ("equilibrium spring", "slower") if self.at_equilibrium else ("branches' spring", "faster")
+        limit = f"in {self.mode} loading, the {which} by itself locks or becomes unstable at a stretch of {self.highest:.4g}"
         needed = f"{self.furthest:.4g} is needed"
         if self.tested:
-            return f"{limit}; {needed}: a simulation of loading faster than in the tests may end there"
+            return f"{limit}; {needed}: a simulation of loading {rate} than in the tests may end there"
         return f"{limit}; {needed}: to check the law, measure in this mode up to this stretch"
 
 
@@ -78,7 +83,8 @@ def stabilities(material: Material, furthest: float, tested: Collection[str] = (
     stabilities = []
     for mode in SECOND:
         ranges = [stable_range(law, mode) for law in laws]
-        stabilities.append(
-            Stability(mode, max(low for low, _ in ranges), min(high for _, high in ranges), furthest, mode in tested)
-        )
+        first = int(np.argmin([high for _, high in ranges]))
+        lowest, highest = max(low for low, _ in ranges), ranges[first][1]
+        at_equilibrium = first == 0 and material.equilibrium_modulus > 0
+        stabilities.append(Stability(mode, lowest, highest, furthest, mode in tested, at_equilibrium))
     return tuple(stabilities)

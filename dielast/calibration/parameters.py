@@ -12,6 +12,7 @@ from functools import partial
 
 import numpy as np
 
+from dielast.calibration.bounds import Bound, bounds_about, bounds_between
 from dielast.errors import InputError, Mistakes, Problem
 from dielast.io.result import Result
 from dielast.material.argument_types import checked
@@ -19,10 +20,8 @@ from dielast.material.law import Constant
 from dielast.material.material import SCALE, Material, Numbers, constants_of, material_of, numbers_of
 from dielast.numerics.arrays import Floats
 
-WIDE = 100.0  # default bounds of a positive number, as a factor on either side of the start
 TINY = 1e-3  # of the start: replaces a modulus of 0 in a draw, which has no logarithm
 NARROW = 1e-3  # standard deviation added to each coordinate, as draws may share one value
-SIGNED = 3.0  # default bounds of a number of either sign, in scales on either side of the start
 _KEY = re.compile(r"(?P<section>[a-z]+)\.(?P<key>[A-Za-z0-9_]+)(\[(?P<index>\d+)\])?")
 
 
@@ -58,6 +57,8 @@ class Parameter(Result):
     """Unit of the coordinate; None: the coordinate is the logarithm."""
     prior: float | None = None
     relative: float | None = None
+    default_bounds: tuple[str, str] = ("", "")
+    """What the lower and the upper bound are by default, in words; "" for a bound that was stated."""
 
     @property
     def name(self) -> str:
@@ -139,7 +140,7 @@ def parameter_space(material: Material, free: Mapping[str, Free]) -> ParameterSp
     if not free:
         raise InputError("nothing is free: state the constants to fit", argument="free")
     wrong = Mistakes()
-    parameters = [one for path, known in free.items() for one in wrong.tried(partial(_parameters, material, path, known)) or ()]
+    parameters = [one for path in free for one in wrong.tried(partial(_parameters, material, path, free)) or ()]
     names = [parameter.name for parameter in parameters]
     wrong += [Problem("is free twice", key=name) for name in dict.fromkeys(names) if names.count(name) > 1]
     wrong.refuse()
@@ -158,26 +159,33 @@ def parameter_space(material: Material, free: Mapping[str, Free]) -> ParameterSp
     return ParameterSpace(material, tuple(parameters), centre, whole)
 
 
-def _parameters(material: Material, path: str, known: Free) -> list[Parameter]:
+def _parameters(material: Material, path: str, free: Mapping[str, Free]) -> list[Parameter]:
     """The parameter that a path leads to, or those of a list."""
-    numbers, kinds = numbers_of(material), constants_of(material)
+    numbers, kinds, known = numbers_of(material), constants_of(material), free[path]
+    law = material.equilibrium_law
+    # in place of these constants, such as Yeoh's C10, the numbers of a material have the shear modulus
+    replaced = [("equilibrium", constant.file_key) for constant in law.constants if law.takes_modulus and not constant.needed]
     match = _KEY.fullmatch(path)
     section, key = (match["section"], match["key"]) if match else ("", "")
+    if (section, key) in replaced:
+        raise InputError(f"free equilibrium.shear_modulus instead: {law.name} is stated by it or by {key}", key=path)
     if key not in kinds.get(section, {}):
-        there = [f"{name}.{each}" for name, own in kinds.items() for each in own]
+        there = [f"{name}.{each}" for name, group in kinds.items() for each in group if (name, each) not in replaced]
         raise InputError(f"the material has no such constant; there are {', '.join(there)}", key=path)
     kind, value = kinds[section][key], numbers[section].get(key)
+    size = _size(material, section, kind)
     if not isinstance(value, list):
-        return [_parameter(section, key, None, kind, known, value, _size(material, section, kind), path)]
+        return [_parameter(section, key, None, kind, known, value, size, path)]
     index = None if match is None or match["index"] is None else int(match["index"])
     if index is not None and index >= len(value):
         raise InputError(f"there are {len(value)} entries, counted from 0", key=path)
     found = []
     for k, each in enumerate(value):
         if index in (None, k):
-            between = _between(value, k) if key == "relaxation_time" else known
-            own = known if known.min is not None or known.max is not None else between
-            found.append(_parameter(section, key, k, kind, own, each, _size(material, section, kind), path))
+            usual = None
+            if key == "relaxation_time" and known.min is None and known.max is None:
+                usual = bounds_between(_starting_times(value, free), k, path)
+            found.append(_parameter(section, key, k, kind, known, each, size, path, usual))
     return found
 
 
@@ -211,12 +219,13 @@ def _number(numbers: Numbers, parameter: Parameter) -> float:
     return float(stated if parameter.index is None else stated[parameter.index])
 
 
-def _between(times: Sequence[float], k: int) -> Free:
-    """Bounds half-way in log time to the neighbouring branches, so that branches keep their order."""
-    order = np.log(times)
-    low = 0.5 * (order[k] + order[k + 1]) if k + 1 < len(times) else order[k] - np.log(WIDE)
-    high = 0.5 * (order[k] + order[k - 1]) if k else order[k] + np.log(WIDE)
-    return Free(min=float(np.exp(low)), max=float(np.exp(high)))
+def _starting_times(times: Sequence[float], free: Mapping[str, Free]) -> list[float]:
+    """Where the fit of each relaxation time begins: at its start or prior, else at the time of the material."""
+    starts = []
+    for k, time in enumerate(times):
+        known = free.get(f"nonequilibrium.relaxation_time[{k}]") or free.get("nonequilibrium.relaxation_time") or Free()
+        starts.append(next((stated for stated in (known.start, known.prior) if stated is not None), time))
+    return starts
 
 
 def _size(material: Material, section: str, kind: Constant) -> float:
@@ -229,18 +238,30 @@ def _size(material: Material, section: str, kind: Constant) -> float:
 
 
 def _parameter(
-    section: str, key: str, index: int | None, kind: Constant, known: Free, value: float | None, size: float, path: str
+    section: str,
+    key: str,
+    index: int | None,
+    kind: Constant,
+    known: Free,
+    value: float | None,
+    size: float,
+    path: str,
+    usual: tuple[Bound, Bound] | None = None,
 ) -> Parameter:
-    """A parameter with its bounds; `value` is that of the material, `size` the scale of a number of either sign."""
+    """A parameter with its bounds, those not stated being the `usual` ones; `value` is that of the material, `size` the scale of a
+    number of either sign.
+    """
     start = known.start if known.start is not None else known.prior if known.prior is not None else value
     if start is None or not np.isfinite(start) or (kind.is_positive and start <= 0):
         if known.min is None or known.max is None:
             raise InputError("the material states no value to start from: state start, or min and max", key=path)
         start = float(np.sqrt(known.min * known.max)) if kind.is_positive and known.min > 0 else 0.5 * (known.min + known.max)
     scale = None if kind.is_positive else max(abs(start), size)
-    spread = 0.0 if scale is None else SIGNED * scale
-    lower = known.min if known.min is not None else start / WIDE if scale is None else start - spread
-    upper = known.max if known.max is not None else start * WIDE if scale is None else start + spread
+    bounds = [
+        default if stated is None else (stated, "")
+        for stated, default in zip((known.min, known.max), usual or bounds_about(start, scale), strict=True)
+    ]
+    (lower, _), (upper, _) = bounds
     if scale is None and lower <= 0:
         raise InputError(f"min = {lower:g}: a number above 0 is needed, as the constant must be positive", key=path)
     if lower >= upper:
@@ -250,6 +271,6 @@ def _parameter(
             raise InputError(f"{name} = {number:g} is not between min = {lower:g} and max = {upper:g}", key=path)
     if (known.prior is None) != (known.relative is None):
         raise InputError("prior and relative go together: the expected value and its relative standard deviation", key=path)
-    return Parameter(
-        section, key, index, kind.unit, float(np.clip(start, lower, upper)), lower, upper, scale, known.prior, known.relative
-    )
+    first = float(np.clip(start, lower, upper))
+    words = bounds[0][1], bounds[1][1]
+    return Parameter(section, key, index, kind.unit, first, lower, upper, scale, known.prior, known.relative, words)

@@ -108,6 +108,11 @@ def _draw_test(axes: Axes, comparison: Comparison) -> None:
     least, most = float(np.nanmin(seen)), float(np.nanmax(seen))
     low, high = axes.get_ylim()  # the axes end at the points and the curve: a band may leave them
     low, high = max(low, least - (most - least)), min(high, most + (most - least))
+    # and near the points where the curve runs away from them
+    measured = factor * (test.measured + test.rest)
+    room = float(np.ptp(measured))
+    if least < measured.min() - room or most > measured.max() + room:
+        low, high = max(low, float(measured.min()) - room), min(high, float(measured.max()) + room)
     axes.set_ylim(min(0.0, low) if test.rest == 0 else low, high)
 
 

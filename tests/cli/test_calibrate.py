@@ -26,6 +26,11 @@ QUICK = "[fit]\nstarts = 1\n[uncertainty]\ndraws = 0\n"
     [
         (HEAD + TEST + "[free]\n", 'free: nothing is free: write, for example, "equilibrium.shear_modulus" = {}'),
         ('kind = "calibrate"\n' + TEST + FREE, "either material or materials is needed"),
+        (
+            HEAD + 'materials = ["example:tensile/start.toml"]\n' + TEST + FREE,
+            "material and materials are both stated: remove one of them",
+        ),
+        (HEAD + TEST + 'recipe = "plain.toml"\n' + FREE, "test[0]: file and recipe are both stated: remove one of them"),
         (HEAD + TEST.replace(SPECIMEN, "") + FREE, "an extension needs the undeformed specimen"),
         (HEAD + TEST.replace(SPECIMEN, 'specimen = { gauge_length = "80 mm" }') + FREE, "a force needs the undeformed specimen"),
         (HEAD + TEST + '[free]\n"equilibrium.C20" = {}\n', 'free."equilibrium.C20": the material has no such constant; there are'),
@@ -169,6 +174,38 @@ def test_a_history_that_is_not_told_and_tests_beyond_the_others_are_warned_of(di
     assert "test late lasts 3.6e+04 s" in done.stderr
     (tmp_path / "r.toml").write_text(HEAD + TEST + late + 'ramp_rate = "10 %/s"\n' + FREE + QUICK)
     assert "straight line" not in dielast("calibrate", "r.toml", "--plot", "none").stderr
+
+
+def test_a_parameter_at_a_bound_is_named_with_its_bound(dielast: Run, tmp_path: Path) -> None:
+    free = '[free]\n"equilibrium.shear_modulus" = { min = "40 kPa", max = "60 kPa" }\n"nonequilibrium.shear_modulus" = {}\n'
+    free += '"nonequilibrium.relaxation_time[1]" = { start = "0.01 s" }\n'
+    (tmp_path / "r.toml").write_text(HEAD + TEST + TEST.replace("hold", "fast") + free + QUICK)
+    done = dielast("calibrate", "r.toml", "--plot", "none", "-q")
+    assert done.returncode == 0, done.stderr
+    lines = done.stderr.splitlines()
+    stated = "warning: equilibrium.shear_modulus is at its lower bound of 4e+04 Pa (the stated min)"
+    default = "warning: nonequilibrium.relaxation_time[1] is at its upper bound of "
+    assert any(line.startswith(stated) for line in lines), done.stderr
+    (said,) = (line for line in lines if line.startswith(default))
+    assert " s (by default half-way to relaxation_time[0] in log time: state max or start)" in said
+    found = parse_csv((tmp_path / "r/parameters.csv").read_bytes(), "parameters")
+    row = list(found["parameter"]).index("nonequilibrium.relaxation_time[1]")
+    assert float(found["start"][row]) == 0.01
+
+
+def test_a_film_that_runs_away_is_warned_of(dielast: Run, tmp_path: Path) -> None:
+    stretch = np.linspace(1.05, 3.0, 40)
+    rows = [f"{10 * (each - 1):g},{each:g},{2e4 * (each - each**-2):g}" for each in stretch]
+    (tmp_path / "pull.csv").write_text("\n".join(["time [s],stretch,stress [Pa]", *rows]))
+    material = 'name = "m"\nreference_temperature = "20 degC"\n[equilibrium]\nshear_modulus = "20 kPa"\nJ_lim = 110\n'
+    material += '[nonequilibrium]\nrelaxation_time_s = [1.0]\nshear_modulus_Pa = [1.0]\n[shift]\nlaw = "none"\n'
+    (tmp_path / "m.toml").write_text(material + '[dielectric]\npermittivity = "4e-11 F/m"\n')
+    high = '[[validate]]\nfile = "pull.csv"\nlabel = "high"\nvoltage = "6 kV"\nspecimen = { thickness = "0.5 mm" }\n'
+    recipe = HEAD.replace("example:tensile/start.toml", "m.toml") + '[[test]]\nfile = "pull.csv"\n' + high + FREE + QUICK
+    (tmp_path / "r.toml").write_text(recipe)
+    done = dielast("calibrate", "r.toml", "-q")
+    assert done.returncode == 0, done.stderr
+    assert "warning: the material is not stable in test high beyond a stretch of 1.8: it pulls in and becomes wider" in done.stderr
 
 
 def test_laws_are_ranked_and_draws_go_on(dielast: Run, tmp_path: Path) -> None:

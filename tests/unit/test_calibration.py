@@ -34,7 +34,8 @@ from dielast.calibration.laboratory import Laboratory
 from dielast.calibration.laws import cross_validation_error, stabilities
 from dielast.calibration.levenberg import Descents, minimise
 from dielast.calibration.likelihood import Likelihood, likelihood_of
-from dielast.calibration.parameters import parameter_space
+from dielast.calibration.parameters import Parameter, parameter_space
+from dielast.calibration.runaway import runaway_stretch
 from dielast.calibration.scatter import Curves, Scatter, Scatters, Whitening, covariance_of, noise_of, specimen_factors
 from dielast.errors import DielastWarning, InputError, NumericsError
 from dielast.handover.material_draws import draw_columns, parse_draws
@@ -317,8 +318,36 @@ def test_a_law_that_is_wrong_predicts_worse(exact: tuple[MeasuredTest, ...]) -> 
     found = {each.mode: each for each in stabilities(unstable, 4.0)}
     assert not found["equibiaxial"].holds
     assert "measure in this mode up to this stretch" in found["equibiaxial"].said
-    assert "faster than in the tests" in stabilities(unstable, 4.0, {"equibiaxial"})[1].said
+    assert "the equilibrium spring by itself locks or becomes unstable" in found["equibiaxial"].said
+    assert "slower than in the tests" in stabilities(unstable, 4.0, {"equibiaxial"})[1].said
+    weak = stabilities(replace(TRUTH, nonequilibrium_law=Yeoh(1.0, -0.05)), 4.0, {"equibiaxial"})[1]
+    assert "the branches' spring by itself" in weak.said
+    assert "faster than in the tests" in weak.said
     assert all(each.holds for each in stabilities(TRUTH, 4.0))
+
+
+def pulled(field: float, mode: str = "uniaxial") -> MeasuredTest:
+    """A test to a stretch of 3.4 at 0.1 /s, and back, under a nominal field."""
+    time = np.linspace(0.1, 40.0, 400)
+    return MeasuredTest("pulled", time, np.interp(time, [0, 24, 48], [1, 3.4, 1]), np.ones(400), 20.0, mode, nominal_field=field)
+
+
+def test_a_film_that_pulls_in_across_a_test_is_found() -> None:
+    film = Material("film", 20e3, Spectrum([1.0], [1.0]), NoShift(20.0), NeoHookean(), NeoHookean(), permittivity=4e-11)
+    for field in (10e6, 12e6, 14e6):
+        # mu (B - 1/(A B)) = eps E^2 A B without stress across, A and B the squared stretches: B = A where A^3 (1 - r A) = 1
+        r = 4e-11 * field**2 / 20e3
+        as_wide_as_long = np.sqrt(max(root.real for root in np.roots([-r, 1, 0, 0, -1]) if abs(root.imag) < 1e-9))
+        beyond = runaway_stretch(pulled(field), film)
+        assert beyond is not None
+        assert beyond < as_wide_as_long < beyond + 0.0101
+    assert runaway_stretch(pulled(4e6), film) is None
+    assert runaway_stretch(pulled(0.0), film) is None
+    assert runaway_stretch(pulled(10e6, "pure-shear"), film) is None
+    # from the first point on
+    gent = replace(film, equilibrium_law=Gent(110.0))
+    assert runaway_stretch(pulled(18e6), gent) == pytest.approx(1.01)
+    assert runaway_stretch(pulled(18e6), replace(film, permittivity=None)) is None
 
 
 def test_starts_lie_within_the_bounds() -> None:
@@ -331,6 +360,27 @@ def test_starts_lie_within_the_bounds() -> None:
     assert space.values(upper)[2] == pytest.approx(space.values(lower)[1])  # branches do not change places
 
 
+def test_relaxation_times_are_bounded_half_way_between_their_starts() -> None:
+    def times(**free: Free) -> list[Parameter]:
+        paths = {f"nonequilibrium.relaxation_time[{key[1:]}]": known for key, known in free.items()}
+        return list(parameter_space(TRUTH, paths).parameters)
+
+    first, second = times(_0=Free(), _1=Free(start=1.0))
+    assert (first.start, second.start) == (100.0, 1.0)
+    assert (first.lower, first.upper) == (pytest.approx(10.0), pytest.approx(1e4))
+    assert (second.lower, second.upper) == (pytest.approx(0.01), pytest.approx(10.0))
+    assert first.default_bounds == ("half-way to relaxation_time[1] in log time", "100 start")
+    assert second.default_bounds == ("start/100", "half-way to relaxation_time[0] in log time")
+    # a prior holds for a single time, too
+    (known,) = times(_1=Free(prior=4.0, relative=0.05))
+    assert (known.start, known.prior, known.relative) == (4.0, 4.0, 0.05)
+    (stated,) = times(_1=Free(min=0.5))
+    assert (stated.lower, stated.upper) == (0.5, pytest.approx(300.0))
+    assert stated.default_bounds == ("", "100 start")
+    with pytest.raises(InputError, match="in descending order as in the material, are needed, or min and max"):
+        times(_0=Free(), _1=Free(start=200.0))
+
+
 @pytest.mark.parametrize(
     ("free", "message"),
     [
@@ -340,6 +390,7 @@ def test_starts_lie_within_the_bounds() -> None:
         ({"equilibrium.J_lim": Free(min=10, start=5)}, "start = 5 is not between"),
         ({"equilibrium.J_lim": Free(prior=50)}, "prior and relative go together"),
         ({"equilibrium.J_lim": Free(min=-1)}, "a number above 0 is needed"),
+        ({"nonequilibrium.relaxation_time": Free(start=5.0)}, "nonequilibrium.relaxation_time: positive starts of the relaxation"),
         ({"nonequilibrium.shear_modulus[7]": Free()}, "there are 2 entries, counted from 0"),
         ({"nonequilibrium.scale": Free(), "nonequilibrium.shear_modulus": Free()}, "free one of the two"),
     ],
@@ -348,6 +399,19 @@ def test_what_cannot_be_free_is_said(free: dict[str, Free], message: str) -> Non
     with pytest.raises(InputError) as caught:
         parameter_space(TRUTH, free)
     assert message in str(caught.value)
+
+
+def test_the_modulus_is_free_in_place_of_a_constant_that_it_replaces() -> None:
+    yeoh = replace(TRUTH, equilibrium_law=Yeoh(10e3, -100.0))
+    for path, message in (
+        ("equilibrium.C10", "equilibrium.C10: free equilibrium.shear_modulus instead: yeoh is stated by it or by C10"),
+        ("equilibrium.C77", "there are equilibrium.shear_modulus, equilibrium.C20, equilibrium.C30, nonequilibrium.shear_modulus"),
+    ):
+        with pytest.raises(InputError) as caught:
+            parameter_space(yeoh, {path: Free()})
+        assert message in str(caught.value)
+    pair = replace(TRUTH, equilibrium_law=MooneyRivlin(9e3, 1e3))
+    assert parameter_space(pair, {"equilibrium.C10": Free()}).names == ("equilibrium.C10",)
 
 
 def test_draws_are_a_prior_with_their_correlations() -> None:

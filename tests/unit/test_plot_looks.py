@@ -15,10 +15,12 @@ import pytest
 from matplotlib.figure import Figure
 
 from dielast import FrequencySweep, RelaxationCurve, build_master_curve, fit_spectrum, plot_master_curve, plot_spectrum
+from dielast.calibration.comparison import Comparison
+from dielast.calibration.experiment import MeasuredTest
 from dielast.io.table import Column
 from dielast.material.shift import NoShift
 from dielast.material.spectrum import Spectrum
-from dielast.plots.calibration import _draw_correlations
+from dielast.plots.calibration import _draw_correlations, _draw_test
 from dielast.plots.mastercurve import _tangent_axis
 from dielast.plots.style import COLOURS, LINES, TEMPERATURES, lasting, log_axis, number, panels, spread, style, typeset
 from dielast.relaxation.creep import fit_creep
@@ -269,3 +271,26 @@ def test_correlations_that_round_to_zero_have_no_sign() -> None:
     axes = Figure().add_subplot()
     _draw_correlations(axes, calibration, [0, 1])
     assert [text.get_text() for text in axes.texts] == ["0.0", "0.0"]
+
+
+def test_a_model_that_runs_away_leaves_the_measured_points_apart() -> None:
+    stretch = np.linspace(1.1, 3.0, 30)
+    stress = 2e4 * (stretch - stretch**-2)
+    test = MeasuredTest("pull", 10 * (stretch - 1), stretch, stress, 20.0)
+    axes = Figure().subplots()
+    close = stress * 1.1
+    for model, within in (
+        (close, True),
+        (np.where(stretch > 2.5, -1e6, close), False),
+        (np.where(stretch > 2.5, 1e6, close), False),
+    ):
+        axes.clear()
+        _draw_test(axes, Comparison(test, False, model, model - 1e4, model + 1e4))
+        low, high = axes.get_ylim()
+        kilo, room = 1e-3 * stress, 1e-3 * np.ptp(stress)
+        assert low <= min(0.0, kilo.min())
+        assert high >= kilo.max()
+        if within:
+            assert high > 1e-3 * close.max()
+        else:
+            assert high - low <= 3.01 * room

@@ -59,8 +59,10 @@ class TestData(TextTable):
 
     @model_validator(mode="after")
     def _paced(self) -> Self:
-        if (self.file is None) == (self.recipe is None):
+        if self.file is None and self.recipe is None:
             raise InputError("either file (a table) or recipe (of relax, creep or actuate) is needed")
+        if self.file is not None and self.recipe is not None:
+            raise InputError("file and recipe are both stated: remove one of them, or write a [[test]] for each")
         if self.recipe is not None and (other := sorted(self.model_fields_set - {"recipe", "specimen_id", "label"})):
             raise InputError(f"{', '.join(other)}: the recipe of a test states that itself")
         if self.rate is not None and self.ramp_rate is not None:
@@ -95,8 +97,12 @@ Value = Annotated[str | float, PlainValidator(_value), WithJsonSchema({"type": [
 class FreeValue(Section):
     """Bounds and prior of a constant, in its unit."""
 
-    min: Value | None = Field(None, description="The least value. Default: a hundredth of start.")
-    max: Value | None = Field(None, description="The greatest value. Default: a hundred times start.")
+    min: Value | None = Field(
+        None, description="The least value. Default: start/100; for the defaults of other constants see the key free."
+    )
+    max: Value | None = Field(
+        None, description="The greatest value. Default: 100 start; for the defaults of other constants see the key free."
+    )
     start: Value | None = Field(None, description="Where the first fit begins. Default: the prior, or the material's value.")
     prior: Value | None = Field(
         None, description='The expected value, with relative; or "draws": the distribution in the draws of the starting material.'
@@ -143,15 +149,21 @@ class CalibrateRecipe(RecipeBase):
     validate_: list[TestData] = Field([], alias="validate", description="Tests that are only predicted.")
     free: dict[str, FreeValue] = Field(
         description='The constants to fit, by path in the material file, such as "equilibrium.J_lim" = {}; for a list, all its '
-        "entries."
+        'entries. In braces, all optional: min, max, start, prior and relative, as in { min = "5 kPa", max = "50 kPa" }. Default '
+        "of start: the prior, or the value in the material file. Defaults of min and max: start/100 and 100 start; for a constant "
+        "of either sign, three times the larger of the magnitude of start and the shear modulus (1 for a bare number) below and "
+        "above start; for a relaxation time without min and max, half-way in log time to the starts of the neighbouring branches. "
+        "A value that ends at a bound is warned of."
     )
     fit: FitOptions = Field(FitOptions(), description="How the fit is done.")
     uncertainty: PosteriorOptions = Field(PosteriorOptions(), description="Draws of the material.")
 
     @model_validator(mode="after")
     def _one_start(self) -> Self:
-        if (self.material is None) == (self.materials is None):
+        if self.material is None and self.materials is None:
             raise InputError("either material or materials is needed")
+        if self.material is not None and self.materials is not None:
+            raise InputError("material and materials are both stated: remove one of them; materials ranks several files")
         if not self.free:
             raise InputError('nothing is free: write, for example, "equilibrium.shear_modulus" = {}', key="free")
         return self

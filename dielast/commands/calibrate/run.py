@@ -11,21 +11,20 @@ from typing import Any
 import numpy as np
 
 from dielast.calibration.experiment import Experiment, MeasuredTest
-from dielast.calibration.fit import MANY, Watch
+from dielast.calibration.fit import Watch
 from dielast.calibration.laws import Stability, cross_validation_error, stabilities
 from dielast.calibration.parameters import Free
-from dielast.calibration.profiles import Verdict
-from dielast.calibration.result import Calibration, calibrate, range_of
+from dielast.calibration.result import Calibration, calibrate
+from dielast.commands.calibrate.checks import warn_of_fit, warn_of_springs
 from dielast.commands.calibrate.freedom import free_of
 from dielast.commands.calibrate.recipe import CalibrateRecipe
 from dielast.commands.calibrate.tests import read_tests
-from dielast.errors import InputError, Mistakes, NumericsError, and_more, in_keys, warn
+from dielast.errors import InputError, Mistakes, NumericsError, in_keys
 from dielast.handover.material_draws import draw_columns
 from dielast.handover.material_file import parse_material, write_material
 from dielast.io.files import Inputs
 from dielast.io.table import Column, Table
 from dielast.material.material import Material
-from dielast.material.use_checks import BEYOND_TESTS, LONGER
 from dielast.mechanics.load import Mode
 from dielast.recipe.cases import Case
 from dielast.report.report import Report
@@ -113,7 +112,8 @@ def run(cases: Sequence[Case[CalibrateRecipe]], inputs: Inputs, execution: Execu
     failures += [f"test {name}: left out, the material cannot follow it" for name in dict.fromkeys(best.not_followed)]
     if interrupted:
         failures.append("interrupted: the best fit so far is written, without intervals and draws")
-    _warn(ranked[0])
+    warn_of_fit(best)
+    warn_of_springs(ranked[0].stability)
     members = best.materials
     files = {"material.toml": write_material(best.material, DRAWS if members else None)}
     tables: dict[str, Table] = {
@@ -183,48 +183,6 @@ def _ranked(candidates: Sequence[Candidate]) -> list[Candidate]:
     foreseen = [each.prediction_error for each in candidates if each.prediction_error is not None]
     errors = foreseen if len(foreseen) == len(candidates) else [each.calibration.total(True)[0] for each in candidates]
     return [candidates[k] for k in np.argsort(errors, kind="stable")]
-
-
-def _warn(best: Candidate) -> None:
-    """Warn of parameters that the tests do not determine, and of an unstable law."""
-    result = best.calibration
-    fit = result.fit
-    expected = dict(zip(fit.space.names, np.diag(fit.space.precision) > 0, strict=True))
-    left_open = [name for name, verdict in result.verdicts.items() if verdict == Verdict.UNDETERMINED]
-    for prior, spread in ((False, "spread over the whole range between the bounds"), (True, "follow the prior")):
-        if names := [name for name in left_open if expected[name] == prior]:
-            verb = "is" if len(names) == 1 else "are"
-            warn(f"{', '.join(names)} {verb} not determined by these tests: draws {spread}")
-    if result.profiles and np.all(fit.at_bound):
-        warn("every free parameter is at a bound: check the units and signs of the tests, and widen the bounds")
-    for parameter, profile in zip(fit.space.parameters, result.profiles, strict=False):
-        if profile.verdict in (Verdict.LOWER, Verdict.UPPER):
-            side, end = ("least", profile.lower) if profile.verdict is Verdict.LOWER else ("most", profile.upper)
-            unit = "" if parameter.unit == "1" else f" {parameter.unit}"
-            warn(f"these tests give only a bound of {parameter.name}: at {side} {float(parameter.value(end)):.4g}{unit}")
-    warn_of_tests_beyond(result)
-    if fit.same_share < MANY:
-        median = float(np.median(fit.start_misfit))
-        others = f"the median misfit is {median:.3g} times as large" if np.isfinite(median) else "many cannot follow the tests"
-        warn(f"only {100 * fit.same_share:.0f} % of the starts end in the best fit, {others}: raise fit.starts")
-    for stability in best.stability:
-        if not stability.holds:
-            warn(stability.said)
-
-
-def warn_of_tests_beyond(result: Calibration) -> None:
-    """Warn of predicted tests that are longer, or at larger stretches, than all fitted tests: the model is extrapolated."""
-    known = range_of(result.fit)
-    measured = [each.test for each in result.comparisons if not each.fitted and isinstance(each.test, MeasuredTest)]
-    late = [test for test in measured if test.time[-1] > LONGER * known.time[1]]
-    if late:
-        last, longest = max(test.time[-1] for test in late), known.time[1]
-        lasting = f"lasts {last:.4g} s, the fitted tests at most {longest:.4g} s"
-        warn(f"test {late[0].name}{and_more(len(late) - 1)} {lasting}: slower relaxation is unknown")
-    far = [test for test in measured if test.largest_invariant > known.largest_invariant * (1 + BEYOND_TESTS)]
-    if far:
-        reach = f"reaches I1 = {max(test.largest_invariant for test in far):.4g}, the fitted tests {known.largest_invariant:.4g}"
-        warn(f"test {far[0].name}{and_more(len(far) - 1)} {reach}: the springs are extrapolated")
 
 
 def headline(ranked: Sequence[Candidate]) -> Mapping[str, Mapping[str, Any]]:

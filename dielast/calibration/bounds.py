@@ -1,0 +1,44 @@
+"""Default bounds of the parameters of a calibration, each with words for it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from dielast.errors import InputError
+
+WIDE = 100.0  # default bounds of a positive number, as a factor on either side of the start
+SIGNED = 3.0  # default bounds of a number of either sign, in scales on either side of the start
+BELOW, ABOVE = f"start/{WIDE:g}", f"{WIDE:g} start"
+
+Bound = tuple[float, str]
+"""A bound in SI, and what it is by default in words; "" if it was stated."""
+
+
+def bounds_about(start: float, scale: float | None) -> tuple[Bound, Bound]:
+    """The default bounds of a number of either sign with a `scale`, or of a positive number if the scale is None."""
+    if scale is None:
+        return (start / WIDE, BELOW), (start * WIDE, ABOVE)
+    spread = SIGNED * scale
+    return (start - spread, f"start - {spread:.4g}"), (start + spread, f"start + {spread:.4g}")
+
+
+def bounds_between(starts: Sequence[float], k: int, path: str) -> tuple[Bound, Bound]:
+    """The default bounds of a relaxation time, half-way in log time from its start to those of the neighbouring branches.
+
+    Branches that could change places would have profiles with two minima, and draws of both, for one and the same material. Raises
+    `InputError` with the key `path` unless the starts are positive and descend.
+    """
+    if not (np.all(np.diff(starts) < 0) and min(starts) > 0):
+        needed = "positive starts of the relaxation times, in descending order as in the material, are needed, or min and max"
+        raise InputError(needed, key=path)
+    order = np.log(starts)
+
+    def beside(other: int, outermost: Bound) -> Bound:
+        if not 0 <= other < len(starts):
+            return outermost
+        return float(np.exp(0.5 * (order[k] + order[other]))), f"half-way to relaxation_time[{other}] in log time"
+
+    lowest, highest = (float(np.exp(order[k] + sign * np.log(WIDE))) for sign in (-1, 1))
+    return beside(k + 1, (lowest, BELOW)), beside(k - 1, (highest, ABOVE))

@@ -1,0 +1,106 @@
+"""Warnings of a calibration: what the tests do not tell, bounds, tests beyond those fitted, and unstable springs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from dielast.calibration.experiment import MeasuredTest
+from dielast.calibration.fit import MANY
+from dielast.calibration.laws import Stability
+from dielast.calibration.parameters import Parameter
+from dielast.calibration.profiles import Profile, Verdict
+from dielast.calibration.result import Calibration, range_of
+from dielast.calibration.runaway import runaway_stretch
+from dielast.errors import and_more, warn
+from dielast.material.use_checks import BEYOND_TESTS, LONGER
+
+
+def warn_of_fit(result: Calibration) -> None:
+    """Warn of parameters that the tests do not determine or that are at a bound, of extrapolation, and of several minima."""
+    fit = result.fit
+    expected = dict(zip(fit.space.names, np.diag(fit.space.precision) > 0, strict=True))
+    left_open = [name for name, verdict in result.verdicts.items() if verdict == Verdict.UNDETERMINED]
+    for prior, spread in ((False, "spread over the whole range between the bounds"), (True, "follow the prior")):
+        if names := [name for name in left_open if expected[name] == prior]:
+            verb = "is" if len(names) == 1 else "are"
+            warn(f"{', '.join(names)} {verb} not determined by these tests: draws {spread}")
+    warn_of_bounds(result)
+    warn_of_tests_beyond(result)
+    warn_of_runaway(result)
+    if fit.same_share < MANY:
+        median = float(np.median(fit.start_misfit))
+        others = f"the median misfit is {median:.3g} times as large" if np.isfinite(median) else "many cannot follow the tests"
+        warn(f"only {100 * fit.same_share:.0f} % of the starts end in the best fit, {others}: raise fit.starts")
+
+
+def warn_of_bounds(result: Calibration) -> None:
+    """Warn of parameters at a bound, and of those of which the tests give only a bound."""
+    fit = result.fit
+    if result.profiles and np.all(fit.at_bound):
+        warn("every free parameter is at a bound: check the units and signs of the tests, and widen the bounds")
+    lower, _ = fit.space.bounds
+    for k, (parameter, profile) in enumerate(zip(fit.space.parameters, result.profiles, strict=False)):
+        known = _known(parameter, profile)
+        if fit.at_bound[k]:
+            side = 0 if fit.coordinates[k] <= lower[k] else 1
+            within = f"; between its bounds it is {known}" if known else ""
+            warn(f"{parameter.name} is at its {_bound(parameter, side)}{within}")
+        elif known:
+            side = 1 if profile.verdict is Verdict.LOWER else 0
+            beyond = f"; its {_bound(parameter, side)} is not ruled out" if parameter.default_bounds[side] else ""
+            warn(f"these tests give only a bound of {parameter.name}: {known}{beyond}")
+
+
+def _known(parameter: Parameter, profile: Profile) -> str:
+    """The end of an interval that is open on the other side, in words; "" for other intervals."""
+    if profile.verdict is Verdict.LOWER:
+        return f"at least {_quantity(parameter, float(parameter.value(profile.lower)))}"
+    if profile.verdict is Verdict.UPPER:
+        return f"at most {_quantity(parameter, float(parameter.value(profile.upper)))}"
+    return ""
+
+
+def _bound(parameter: Parameter, side: int) -> str:
+    """The lower (0) or upper (1) bound of a parameter, and where it comes from."""
+    number, key = ((parameter.lower, "min"), (parameter.upper, "max"))[side]
+    default = parameter.default_bounds[side]
+    origin = f"by default {default}: state {key} or start" if default else f"the stated {key}"
+    return f"{('lower', 'upper')[side]} bound of {_quantity(parameter, number)} ({origin})"
+
+
+def _quantity(parameter: Parameter, value: float) -> str:
+    return f"{value:.4g}" + ("" if parameter.unit == "1" else f" {parameter.unit}")
+
+
+def warn_of_tests_beyond(result: Calibration) -> None:
+    """Warn of predicted tests that are longer, or at larger stretches, than all fitted tests: the model is extrapolated."""
+    known = range_of(result.fit)
+    measured = [each.test for each in result.comparisons if not each.fitted and isinstance(each.test, MeasuredTest)]
+    late = [test for test in measured if test.time[-1] > LONGER * known.time[1]]
+    if late:
+        last, longest = max(test.time[-1] for test in late), known.time[1]
+        lasting = f"lasts {last:.4g} s, the fitted tests at most {longest:.4g} s"
+        warn(f"test {late[0].name}{and_more(len(late) - 1)} {lasting}: slower relaxation is unknown")
+    far = [test for test in measured if test.largest_invariant > known.largest_invariant * (1 + BEYOND_TESTS)]
+    if far:
+        reach = f"reaches I1 = {max(test.largest_invariant for test in far):.4g}, the fitted tests {known.largest_invariant:.4g}"
+        warn(f"test {far[0].name}{and_more(len(far) - 1)} {reach}: the springs are extrapolated")
+
+
+def warn_of_runaway(result: Calibration) -> None:
+    """Warn of tests under voltage in which the fitted material runs away."""
+    material = result.fit.material
+    for each in result.comparisons:
+        beyond = runaway_stretch(each.test, material) if isinstance(each.test, MeasuredTest) and each.followed else None
+        if beyond is not None:
+            unstable = f"the material is not stable in test {each.test.name} beyond a stretch of {beyond:.4g}"
+            warn(f"{unstable}: it pulls in and becomes wider than it is long, and its stress from there on is no prediction")
+
+
+def warn_of_springs(stabilities: Sequence[Stability]) -> None:
+    """Warn of modes in which the springs are not stable up to the stretch that is needed."""
+    for stability in stabilities:
+        if not stability.holds:
+            warn(stability.said)
