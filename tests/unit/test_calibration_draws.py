@@ -1,0 +1,144 @@
+"""Draws from posteriors that are known: a linear problem, a curved valley on a grid, and what R-hat is."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.stats import t as student
+
+from dielast.calibration.posterior import AGREEMENT, MOST_MOVES, MOST_WALKERS, draw, r_hat
+from dielast.calibration.profiles import profiles_of
+from dielast.errors import DielastWarning
+
+SHARES = np.array([0.05, 0.25, 0.5, 0.75, 0.95])
+FREEDOM = 6.0
+COUNT = 2000
+INDEPENDENT = 2 * MOST_WALKERS  # at the least: two draws of each walker
+WRONG_BY_CHANCE = 3.5 * np.sqrt(SHARES * (1 - SHARES) / INDEPENDENT)
+
+
+def likelihood_of(residuals: Any, fit: list[float], bounds: tuple[list[float], list[float]], covariance: Any) -> Any:
+    """A likelihood with these residuals, which are 0 at the fit, and the `covariance` (p, p) there."""
+    size = len(fit)
+    space = SimpleNamespace(bounds=tuple(np.array(bound) for bound in bounds), precision=np.zeros((size, size)))
+    known = np.isfinite(np.diag(covariance))
+    information = np.zeros((size, size))
+    information[np.ix_(known, known)] = np.linalg.inv(np.array(covariance)[np.ix_(known, known)])
+    return SimpleNamespace(
+        fit=SimpleNamespace(coordinates=np.array(fit), space=space, problem=SimpleNamespace(space=space)),
+        residuals=residuals,
+        covariance=np.array(covariance),
+        standard_error=np.sqrt(np.diag(covariance)),
+        information=information,
+        thresholds=lambda level: np.full(size, 2.706 if level == 0.9 else 10.83),
+        common_freedom=FREEDOM,
+    )
+
+
+def drawn_from(likelihood: Any, count: int = COUNT) -> Any:
+    """Draws that agree: no warning."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", DielastWarning)
+        return draw(likelihood, profiles_of(likelihood), count)
+
+
+def test_draws_of_a_linear_problem_are_students() -> None:
+    """Correlated by 0.99, of different sizes, with a parameter that nothing depends on: uniform over its range."""
+    error, correlation = np.array([1e-3, 0.5]), np.array([[1.0, 0.99], [0.99, 1.0]])
+    covariance = np.full((3, 3), 0.0)
+    covariance[:2, :2] = correlation * np.outer(error, error)
+    root = np.linalg.cholesky(np.linalg.inv(covariance[:2, :2])).T
+    covariance[2, 2] = np.inf
+    fit = [1.0, 2.0, 8.0]
+    likelihood = likelihood_of(lambda at, _: (at[:, :2] - fit[:2]) @ root.T, fit, ([-9.0] * 3, [9.0] * 3), covariance)
+    drawn = drawn_from(likelihood)
+    assert drawn.shape == (COUNT, 3)
+    # density (1 + cost / freedom) ** -((freedom + 3) / 2) of two parameters: one degree of freedom more, and a smaller scale
+    freedom = FREEDOM + 1
+    for j in range(2):
+        scaled = (drawn[:, j] - fit[j]) / error[j] * np.sqrt(freedom / FREEDOM)
+        below = student.cdf(np.quantile(scaled, SHARES), freedom)
+        assert np.all(np.abs(below - SHARES) < WRONG_BY_CHANCE), (j, below)
+    below = (np.quantile(drawn[:, 2], SHARES) + 9) / 18
+    assert np.all(np.abs(below - SHARES) < WRONG_BY_CHANCE), below
+    assert np.corrcoef(drawn[:, :2].T)[0, 1] == pytest.approx(0.99, abs=0.005)
+
+
+def sum_of_two(at: Any, _: Any) -> Any:
+    """Only the sum of two moduli is seen: a valley with a corner, in which either of them may be anything small."""
+    return ((np.exp(at[:, 0]) + np.exp(at[:, 1])) / 2 - 1)[:, None] / 0.05
+
+
+def product_and_curve(at: Any, _: Any) -> Any:
+    """A bent valley that is open at a bound."""
+    return np.stack((at[:, 0] / 2, (at[:, 1] - at[:, 0] ** 2) / 0.3), axis=1)
+
+
+@pytest.mark.parametrize(
+    ("residuals", "slope", "bounds"),
+    [(sum_of_two, [[10.0, 10.0]], ([-4.0, -4.0], [2.0, 2.0])), (product_and_curve, [[0.5, 0.0], [0.0, 1 / 0.3]], ([-3.0, -1.0], [1.0, 6.0]))],
+)
+def test_draws_of_curved_problems_are_those_on_a_grid(
+    residuals: Callable[..., Any], slope: list[list[float]], bounds: tuple[list[float], list[float]]
+) -> None:
+    information = np.array(slope).T @ np.array(slope)
+    covariance = np.linalg.inv(information + 1e-12 * np.eye(2) * np.max(information))
+    likelihood = likelihood_of(residuals, [0.0, 0.0], bounds, covariance)
+    drawn = drawn_from(likelihood)
+    lines = [low + (high - low) * (np.arange(1500) + 0.5) / 1500 for low, high in zip(*bounds, strict=True)]
+    grid = np.stack(np.meshgrid(*lines, indexing="ij"), axis=-1).reshape(-1, 2)
+    cost = np.sum(np.square(residuals(grid, None)), axis=1)
+    density = ((1 + cost / FREEDOM) ** (-(FREEDOM + 2) / 2)).reshape(1500, 1500)
+    for j in range(2):
+        below = np.cumsum(np.sum(density, axis=1 - j)) / np.sum(density)
+        reached = np.interp(np.quantile(drawn[:, j], SHARES), lines[j], below)
+        assert np.all(np.abs(reached - SHARES) < WRONG_BY_CHANCE), (j, reached)
+
+
+def test_walkers_that_do_not_agree_are_warned_of() -> None:
+    """Two narrow valleys with different heights of the same kind, which no move joins: R-hat is large."""
+
+    def residuals(at: Any, _: Any) -> Any:
+        return np.sin(at * 10)[:, :1] / 1e-3 + 0 * at
+
+    likelihood = likelihood_of(residuals, [0.0, 0.0], ([-5.0, -5.0], [5.0, 5.0]), np.diag([1e-4**2, np.inf]))
+    profiles = profiles_of(likelihood)
+    spread = np.pi / 10 * np.arange(-15, 16)
+    wide = SimpleNamespace(
+        coordinate=spread, rise=np.zeros(31), points=np.stack((spread + 1e-5 * np.sin(spread), 0 * spread), axis=1)
+    )
+    seen: list[tuple[int, int]] = []
+    with pytest.warns(DielastWarning, match=rf"after {MOST_MOVES} moves R-hat is .*, at most {AGREEMENT} is wanted"):
+        draw(likelihood, [wide, profiles[1]], 40, watch=lambda done, most: seen.append((done, most)))
+    assert seen[-1] == (MOST_MOVES, MOST_MOVES)
+
+
+def test_r_hat_is_that_of_its_definition() -> None:
+    """Of normal chains whose means differ, sqrt(1 + between/within); chains of one value agree, walkers that never moved do not."""
+    random = np.random.default_rng(3)
+    alike = random.standard_normal((400, 50, 1))
+    apart = alike + random.standard_normal((50, 1))
+    wider = alike * np.where(np.arange(50) % 2, 1.0, 3.0)[:, None]
+    drifting = alike + np.linspace(0, 3, 400)[:, None, None]
+    still = np.repeat(random.standard_normal((1, 50, 1)), 400, axis=0)
+    ratio = r_hat(np.concatenate((alike, apart, wider, drifting, still, np.ones_like(alike)), axis=2))
+    assert ratio[0] == pytest.approx(1.0, abs=0.01)
+    assert ratio[1] == pytest.approx(np.sqrt(2), rel=0.1)
+    assert ratio[2] > 1.05
+    # halves with means of -0.75 and 0.75, and a variance of 1.1875 in each
+    assert ratio[3] == pytest.approx(np.sqrt(1 + 0.75**2 / 1.1875), rel=0.02)
+    assert ratio[4] == np.inf
+    assert ratio[5] == 1.0
+
+
+def test_draws_are_the_same_for_a_seed() -> None:
+    likelihood = likelihood_of(lambda at, _: at / 0.1, [0.0, 0.0], ([-5.0, -5.0], [5.0, 5.0]), np.diag([0.01, 0.01]))
+    profiles = profiles_of(likelihood)
+    first, again, other = (draw(likelihood, profiles, 30, seed=seed) for seed in (1, 1, 2))
+    assert np.array_equal(first, again)
+    assert not np.array_equal(first, other)
