@@ -22,6 +22,8 @@ _FORMULA = re.compile(
 BLOCK = 10_000  # rows that are written at a time
 LONGEST_HEADER = 300  # characters
 _HEADER = re.compile(r"(?P<name>.*?)\s*(?:\[(?P<square>[^\]]*)\]|\((?P<round>[^)]*)\)|\s/\s(?P<slash>\S+))\s*")
+# tan(delta), E(t), G'(omega): the brackets hold the argument of a function, not a unit
+_FUNCTION = re.compile(r"(?:\b[Tt][Aa][Nn]\s?\([^()]*\)|(?<!\w)\w['\"]*\((?:[tTfwω]|omega|time)\))$")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -46,7 +48,12 @@ Frame: TypeAlias = "pd.DataFrame"
 
 
 def split_header(header: str) -> tuple[str, str | None]:
-    """(name, unit) of a header cell written `name [unit]`, `name (unit)` or `name / unit`; the unit is None if none is stated."""
+    """(name, unit) of a header cell written `name [unit]`, `name (unit)` or `name / unit`; the unit is None if none is stated.
+
+    Arguments are no units: tan(delta) and E(t) are names.
+    """
+    if len(header) <= LONGEST_HEADER and _FUNCTION.search(header.strip()):
+        return header.strip(), None
     # a longer text is not a header, and would take the pattern very long
     match = _HEADER.fullmatch(header.strip()) if len(header) <= LONGEST_HEADER else None
     if match is None or not match["name"]:

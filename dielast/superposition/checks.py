@@ -62,12 +62,17 @@ def find_undetermined(
             reason = "the curve is a plateau" if np.any(points.lift) else "tan delta is level"
         elif vertical and stderr[k] > DOUBTFUL and np.any(points.lift) and not _is_bent(_channels(points, int(k))):
             reason = "the curve is a straight line in log-log, whose horizontal and vertical shift cannot be told apart"
-        elif stderr[k] > UNDETERMINED:
+        elif not np.isfinite(stderr[k]):
             reason = "the curve overlaps the others too little"
+        elif stderr[k] > UNDETERMINED:
+            reason = f"it is known to +- {stderr[k]:.2g} decades only"
         else:
             continue
         undetermined.append(Undetermined(float(temperature[k]), reason))
-        warn(f"{temperature[k]:g} degC: the shift factor is not determined: {reason}; {filled}")
+    # with fewer than two others there is no law, and an error follows
+    instead = f"; {filled}" if temperature.size - len(undetermined) >= 2 else ""
+    for entry in undetermined:
+        warn(f"{entry.temperature:g} degC: the shift factor is not determined: {entry.reason}{instead}")
     return tuple(undetermined)
 
 

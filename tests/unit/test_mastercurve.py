@@ -180,6 +180,7 @@ def test_plateaus_alone_are_refused(seed: int) -> None:
     ):
         build_master_curve(flat, reference_temperature=0.0)
     assert any("plateau" in str(one.message) for one in caught)
+    assert not any("shift law" in str(one.message) for one in caught), "no law will place the points"
 
 
 def test_no_overlap_names_both_sides() -> None:

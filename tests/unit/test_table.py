@@ -59,3 +59,15 @@ def test_a_number_column_names_the_row_that_is_wrong() -> None:
         number_columns(b"a [1]\n1\nb\n", "x.csv", ["a [1]"])
     with pytest.raises(InputError, match='column "c" is missing'):
         number_columns(b"a [1]\n1\n", "x.csv", ["c"])
+
+
+@pytest.mark.parametrize("name", ["tan(delta)", "tan(d)", "Tan (δ)", "E(t)", "G'(omega)", "E''(f)"])
+def test_the_argument_of_a_function_is_not_a_unit(name: str) -> None:
+    assert split_header(name) == (name, None)
+    assert split_header(f"{name} [Pa]") == (name, "Pa")
+    assert split_header(f"{name} (Pa)") == (name, "Pa")
+
+
+@pytest.mark.parametrize(("header", "unit"), [("E(Pa)", "Pa"), ("T(C)", "C"), ("C(F)", "F"), ("time(s)", "s"), ("E(Mpaa)", "Mpaa")])
+def test_other_brackets_still_hold_the_unit(header: str, unit: str) -> None:
+    assert split_header(header)[1] == unit
