@@ -10,7 +10,7 @@ The first half of the moves is dropped. The walkers move until the rank-normalis
 coordinates and of the sum of squares, is small (Vehtari et al. 2021, DOI 10.1214/20-BA1221). For n moves in each half of a chain
 that forgets its start within t moves, R-hat is nearly sqrt(1 + t/n), and exp(-2 n/t) of any error of the starts is left when the
 first draw is kept. At `AGREEMENT` this is a tenth, and the chain holds two independent draws. This is enough, as the draws are
-those of all walkers together; less than 1.01 is needed for the means of a few chains (Margossian et al. 2024, DOI 10.1214/24-BA1453).
+those of all walkers together; 1.01 is needed for means over a few chains only (Margossian et al. 2024, DOI 10.1214/24-BA1453).
 """
 
 from __future__ import annotations
@@ -152,7 +152,7 @@ class _Ensemble:
         step += JITTER * (self.upper - self.lower) * random.standard_normal(step.shape)
         # values relative to the present ones; tests often see sums of moduli, which differences of values leave as they are
         rise = length * (np.exp(past[one] - self.at) - np.exp(past[two] - self.at))
-        by_value = moved & self.positive & (random.random(walkers) < BY_VALUE)[:, None]
+        by_value = moved & self.positive & (random.random((walkers, 1)) < BY_VALUE)
         with np.errstate(invalid="ignore", divide="ignore"):
             step = np.where(by_value, np.log1p(rise), step)
         volume = -np.sum(step, axis=1, where=by_value)
