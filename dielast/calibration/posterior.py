@@ -3,13 +3,14 @@
 The prior is uniform in the coordinates within the bounds: a positive parameter that the tests do not determine is drawn
 log-uniformly over its range. The walkers start from points of the profiles. They move by differences between earlier positions of
 all walkers (ter Braak and Vrugt 2008, DOI 10.1007/s11222-008-9104-9), often in some of the parameters only (Vrugt et al. 2009, DOI
-10.1515/IJNSNS.2009.10.3.273): parameters that tests determine and those that they do not need steps of different length.
+10.1515/IJNSNS.2009.10.3.273): parameters that tests determine and those that they do not need steps of different length. Half of
+the differences are of the values of positive parameters instead of their logarithms.
 
-The first half of the moves is dropped. The walkers move until the rank-normalised split R-hat of the second half, of all coordinates
-and of the sum of squares, is small (Vehtari et al. 2021, DOI 10.1214/20-BA1221). For n moves in each half of a chain that forgets
-its start within t moves, R-hat is nearly sqrt(1 + t/n), and exp(-2 n/t) of any error of the starts is left when the first draw is
-kept. At `AGREEMENT` this is a tenth, and the chain holds two independent draws. This is enough, as the draws are those of all
-walkers together; less than 1.01 is needed for the means of a few chains (Margossian et al. 2024, DOI 10.1214/24-BA1453).
+The first half of the moves is dropped. The walkers move until the rank-normalised split R-hat of the second half, of all
+coordinates and of the sum of squares, is small (Vehtari et al. 2021, DOI 10.1214/20-BA1221). For n moves in each half of a chain
+that forgets its start within t moves, R-hat is nearly sqrt(1 + t/n), and exp(-2 n/t) of any error of the starts is left when the
+first draw is kept. At `AGREEMENT` this is a tenth, and the chain holds two independent draws. This is enough, as the draws are
+those of all walkers together; 1.01 is needed for means over a few chains only (Margossian et al. 2024, DOI 10.1214/24-BA1453).
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ from scipy.special import fdtri, ndtri
 from dielast.calibration.likelihood import Likelihood
 from dielast.calibration.profiles import Profile
 from dielast.errors import warn
-from dielast.numerics.arrays import Cases, Floats
+from dielast.numerics.arrays import Cases, Flags, Floats
 from dielast.numerics.random_streams import stream
 
 FEWEST_WALKERS, MOST_WALKERS = 40, 200
@@ -32,8 +33,10 @@ FEWEST_MOVES, MOST_MOVES = 100, 400
 LONGER = 1.4  # number of moves over that of the check before
 AGREEMENT = 1.35  # largest R-hat
 JUMP = 0.1  # share of the moves that can jump between modes of the posterior
+BY_VALUE = 0.5  # share of the moves by differences of values instead of logarithms
 MOVED = (0.3, 0.6, 1.0)  # probabilities that a parameter moves, one of them for each move
 JITTER = 1e-6  # of the range
+ROUNDING = 1e-12  # variance of equal values, which have no R-hat
 WIDEST = 0.3  # standard deviation of the scatter about profiles, at most: beyond, a linearised model is not to be relied on
 PLAUSIBLE = 0.99  # level of the sums of squares of starts
 HALVINGS = 8  # of the scatter of starts
@@ -98,7 +101,7 @@ def _r_hat(split: Floats) -> Floats:
     between = np.var(np.mean(normal, axis=0), axis=0, ddof=1)
     with np.errstate(invalid="ignore", divide="ignore"):
         ratio = np.sqrt((length - 1) / length + between / within)
-    return np.asarray(np.where((within == 0) & (between == 0), 1.0, ratio))
+    return np.asarray(np.where(between <= ROUNDING, 1.0, ratio))
 
 
 class _Ensemble:
@@ -109,6 +112,7 @@ class _Ensemble:
     def __init__(self, likelihood: Likelihood, profiles: Sequence[Profile], walkers: int, random: np.random.Generator) -> None:
         self.likelihood, self.random = likelihood, random
         self.lower, self.upper = likelihood.fit.space.bounds
+        self.positive: Flags = np.array([parameter.scale is None for parameter in likelihood.fit.space.parameters])
         starts, cost = _starts(likelihood, profiles, 2 * walkers, random)
         self.at, self.cost = starts[:walkers], cost[:walkers]
         self.past = [starts]
@@ -121,20 +125,21 @@ class _Ensemble:
 
     def move(self) -> None:
         """Move all walkers, or leave them where they are (Metropolis)."""
-        trial = self._trial()
+        trial, volume = self._trial()
         inside = np.all((trial >= self.lower) & (trial <= self.upper), axis=1)
         cost = np.full(inside.size, np.inf)
         if inside.any():
             cost[inside] = _cost(self.likelihood, trial[inside])
-        gain = 0.5 * (_heavy(self.cost, self.likelihood) - _heavy(cost, self.likelihood))
-        taken = np.log(self.random.random(gain.size)) < gain
+        gain = 0.5 * (_heavy(self.cost, self.likelihood) - _heavy(cost, self.likelihood)) + volume
+        taken = np.log(self.random.random(gain.size)) < np.where(inside, gain, -np.inf)
         self.at = np.where(taken[:, None], trial, self.at)
         self.cost = np.where(taken, cost, self.cost)
         self.path.append(np.column_stack((self.at, self.cost)))
         if len(self.path) % SPACING == 0:
             self.past.append(self.at)
 
-    def _trial(self) -> Floats:
+    def _trial(self) -> tuple[Floats, Floats]:
+        """Trials (walkers, p), NaN where a value would be negative, and the logarithm (walkers,) of the change of the volume."""
         past, (walkers, size), random = np.concatenate(self.past), self.at.shape, self.random
         one = random.integers(0, len(past), walkers)
         two = (one + random.integers(1, len(past), walkers)) % len(past)
@@ -142,10 +147,16 @@ class _Ensemble:
         moved[np.arange(walkers), random.integers(0, size, walkers)] = True
         # 2.38/sqrt(2d) is the best factor for normal distributions in d dimensions; shorter moves follow curved ones
         length = 2.38 / np.sqrt(2 * np.sum(moved, axis=1)) * random.uniform(0.1, 1.2, walkers)
-        length = np.where(random.random(walkers) < JUMP, 1.0, length)
-        step = length[:, None] * (past[one] - past[two])
+        length = np.where(random.random(walkers) < JUMP, 1.0, length)[:, None]
+        step = length * (past[one] - past[two])
         step += JITTER * (self.upper - self.lower) * random.standard_normal(step.shape)
-        return np.asarray(self.at + np.where(moved, step, 0.0))
+        # values relative to the present ones; tests often see sums of moduli, which differences of values leave as they are
+        rise = length * (np.exp(past[one] - self.at) - np.exp(past[two] - self.at))
+        by_value = moved & self.positive & (random.random((walkers, 1)) < BY_VALUE)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            step = np.where(by_value, np.log1p(rise), step)
+        volume = -np.sum(step, axis=1, where=by_value)
+        return self.at + np.where(moved, step, 0.0), volume
 
 
 def _cost(likelihood: Likelihood, at: Floats) -> Floats:
@@ -162,9 +173,7 @@ def _heavy(cost: Floats, likelihood: Likelihood) -> Floats:
     return np.asarray((freedom + likelihood.fit.coordinates.size) * np.log1p(cost / freedom))
 
 
-def _starts(
-    likelihood: Likelihood, profiles: Sequence[Profile], count: int, random: np.random.Generator
-) -> tuple[Floats, Floats]:
+def _starts(likelihood: Likelihood, profiles: Sequence[Profile], count: int, random: np.random.Generator) -> tuple[Floats, Floats]:
     """Starts (count, p) with their sums of squares (count,): points of the profiles, by likelihood, with scatter from the
     covariance, and parameters without a variance anywhere along their profile. Where the sum of squares would not be plausible,
     the scatter is halved, again and again, down to none.

@@ -305,6 +305,19 @@ def test_small_stretches_do_not_tell_the_limit_of_the_chains() -> None:
     assert calibration.verdicts["equilibrium.J_lim"] in ("undetermined", "lower bound")
 
 
+@pytest.mark.filterwarnings("ignore:draws are approximate")
+def test_draws_follow_the_test_that_was_fitted_where_it_determines_little() -> None:
+    """A small cycle tells one modulus, and hardly how it is shared out. All draws must follow the test as well as is plausible."""
+    test = cycle(1.01, 0.001)
+    calibration = calibrate([test], START, MODULI, starts=1, draws=40)
+    assert "determined" not in calibration.verdicts["equilibrium.shear_modulus"].split()
+    answers = Laboratory([test]).answers(calibration.fit.space.materials(calibration.draws))[0]
+    factor = answers @ test.stress / (test.stress @ test.stress)
+    spread = 3 * np.sqrt(np.mean(calibration.likelihood.scatters.variance(test.stress)) / np.mean(np.square(test.stress)))
+    assert np.quantile(np.abs(factor - 1), 0.95) < spread
+    assert calibration.comparisons[0].coverage >= 0.9
+
+
 def test_a_law_that_is_wrong_predicts_worse(exact: tuple[MeasuredTest, ...]) -> None:
     tests = [cycle(4.0, 0.1), cycle(3.0, 0.02), cycle(2.0, 0.05)]
     base = replace(START, spectrum=TRUTH.spectrum)

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from scipy.stats import t as student
 
+from dielast.calibration import posterior
 from dielast.calibration.posterior import AGREEMENT, MOST_MOVES, MOST_WALKERS, draw, r_hat
 from dielast.calibration.profiles import profiles_of
 from dielast.errors import DielastWarning
@@ -22,10 +23,13 @@ INDEPENDENT = 2 * MOST_WALKERS  # at the least: two draws of each walker
 WRONG_BY_CHANCE = 3.5 * np.sqrt(SHARES * (1 - SHARES) / INDEPENDENT)
 
 
-def likelihood_of(residuals: Any, fit: list[float], bounds: tuple[list[float], list[float]], covariance: Any) -> Any:
+def likelihood_of(
+    residuals: Any, fit: list[float], bounds: tuple[list[float], list[float]], covariance: Any, positive: bool = True
+) -> Any:
     """A likelihood with these residuals, which are 0 at the fit, and the `covariance` (p, p) there."""
     size = len(fit)
     space = SimpleNamespace(bounds=tuple(np.array(bound) for bound in bounds), precision=np.zeros((size, size)))
+    space.parameters = [SimpleNamespace(scale=None if positive else 1.0)] * size
     known = np.isfinite(np.diag(covariance))
     information = np.zeros((size, size))
     information[np.ix_(known, known)] = np.linalg.inv(np.array(covariance)[np.ix_(known, known)])
@@ -80,15 +84,25 @@ def product_and_curve(at: Any, _: Any) -> Any:
 
 
 @pytest.mark.parametrize(
-    ("residuals", "slope", "bounds"),
-    [(sum_of_two, [[10.0, 10.0]], ([-4.0, -4.0], [2.0, 2.0])), (product_and_curve, [[0.5, 0.0], [0.0, 1 / 0.3]], ([-3.0, -1.0], [1.0, 6.0]))],
+    ("residuals", "slope", "bounds", "positive"),
+    [
+        (sum_of_two, [[10.0, 10.0]], ([-4.0, -4.0], [2.0, 2.0]), True),
+        (sum_of_two, [[10.0, 10.0]], ([-4.0, -4.0], [2.0, 2.0]), False),
+        (product_and_curve, [[0.5, 0.0], [0.0, 1 / 0.3]], ([-3.0, -1.0], [1.0, 6.0]), True),
+    ],
 )
 def test_draws_of_curved_problems_are_those_on_a_grid(
-    residuals: Callable[..., Any], slope: list[list[float]], bounds: tuple[list[float], list[float]]
+    residuals: Callable[..., Any],
+    slope: list[list[float]],
+    bounds: tuple[list[float], list[float]],
+    positive: bool,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     information = np.array(slope).T @ np.array(slope)
     covariance = np.linalg.inv(information + 1e-12 * np.eye(2) * np.max(information))
-    likelihood = likelihood_of(residuals, [0.0, 0.0], bounds, covariance)
+    likelihood = likelihood_of(residuals, [0.0, 0.0], bounds, covariance, positive)
+    # the number of moves that it takes is not the question here
+    monkeypatch.setattr(posterior, "MOST_MOVES", 3000)
     drawn = drawn_from(likelihood)
     lines = [low + (high - low) * (np.arange(1500) + 0.5) / 1500 for low, high in zip(*bounds, strict=True)]
     grid = np.stack(np.meshgrid(*lines, indexing="ij"), axis=-1).reshape(-1, 2)
@@ -109,7 +123,7 @@ def test_walkers_that_do_not_agree_are_warned_of() -> None:
     likelihood = likelihood_of(residuals, [0.0, 0.0], ([-5.0, -5.0], [5.0, 5.0]), np.diag([1e-4**2, np.inf]))
     profiles = profiles_of(likelihood)
     spread = np.pi / 10 * np.arange(-15, 16)
-    wide = SimpleNamespace(
+    wide: Any = SimpleNamespace(
         coordinate=spread, rise=np.zeros(31), points=np.stack((spread + 1e-5 * np.sin(spread), 0 * spread), axis=1)
     )
     seen: list[tuple[int, int]] = []
@@ -132,7 +146,7 @@ def test_r_hat_is_that_of_its_definition() -> None:
     assert ratio[2] > 1.05
     # halves with means of -0.75 and 0.75, and a variance of 1.1875 in each
     assert ratio[3] == pytest.approx(np.sqrt(1 + 0.75**2 / 1.1875), rel=0.02)
-    assert ratio[4] == np.inf
+    assert ratio[4] > 1e3
     assert ratio[5] == 1.0
 
 
