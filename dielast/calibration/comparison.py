@@ -44,8 +44,8 @@ class Comparison(TabularResult):
 
     @property
     def rms_relative_error(self) -> float:
-        """`rms_error` over the root mean square of the measured values."""
-        return self.rms_error / rms(self.test.measured)
+        """`rms_error` over the root mean square of the measured values, which include the value at rest."""
+        return self.rms_error / size_of(self.test)
 
     @property
     def r_squared(self) -> float:
@@ -74,6 +74,22 @@ class Comparison(TabularResult):
             ),
             Column("unit", None, [self.test.unit] * self.test.measured.size),
         ]
+
+
+def size_of(test: Experiment) -> float:
+    """The root mean square of the measured values, as in the table of residuals: with the value at rest."""
+    return rms(test.measured + test.rest)
+
+
+def relative_error(tests: Sequence[Experiment], misses: Sequence[Floats]) -> float:
+    """The root mean square of the differences (n,) from the measured values over that of the measured values, over all points.
+
+    The values of each test are over their own root mean square if the units of the tests differ.
+    """
+    mixed = len({test.unit for test in tests}) > 1
+    sizes = [size_of(test) if mixed else 1.0 for test in tests]
+    measured = [(test.measured + test.rest) / size for test, size in zip(tests, sizes, strict=True)]
+    return rms(np.concatenate([miss / size for miss, size in zip(misses, sizes, strict=True)])) / rms(np.concatenate(measured))
 
 
 def compare_tests(

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from dielast.calibration.comparison import relative_error
 from dielast.calibration.fit import Fit
 from dielast.calibration.levenberg import minimise
 from dielast.io.result import Result
@@ -19,7 +20,7 @@ PRECISE = 1e-4
 
 
 def cross_validation_error(fit: Fit) -> float | None:
-    """The relative rms error over all points where each test of a fit is predicted from fits to the others, all at once (Stone
+    """The `relative_error` over all points where each test of a fit is predicted from fits to the others, all at once (Stone
     1974); tests of one specimen are left out together if there are several specimens. None for a single test.
     """
     tests, curves = fit.problem.laboratory.tests, fit.curves
@@ -36,8 +37,7 @@ def cross_validation_error(fit: Fit) -> float | None:
     solutions = minimise(residuals, start, lower, upper, iterations=ITERATIONS, settled=PRECISE)
     answers = curves.split(fit.problem.answers(solutions.coordinates))
     misses = [answers[k][fold[k]] - values for k, values in enumerate(curves.values)]
-    total = np.mean(np.square(np.concatenate(misses))) / np.mean(np.square(curves.measured))
-    return float(np.sqrt(total))
+    return relative_error(tests, misses)
 
 
 @dataclass(frozen=True, slots=True)

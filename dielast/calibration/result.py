@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from dielast.calibration.comparison import Comparison, compare_tests
+from dielast.calibration.comparison import Comparison, compare_tests, relative_error
 from dielast.calibration.experiment import Experiment, MeasuredTest
 from dielast.calibration.fit import STARTS, Fit, Watch, fit_material
 from dielast.calibration.likelihood import Likelihood, likelihood_of
@@ -69,19 +69,20 @@ class Calibration(TabularResult):
         return dict(zip(names, np.exp(factors).tolist(), strict=True))
 
     def total(self, fitted: bool) -> tuple[float, float]:
-        """Relative rms error and share of explained variance, over all points of the fitted or of the predicted tests."""
+        """Relative rms error (`relative_error`) and share of explained variance, over all points of the fitted or of the predicted
+        tests.
+        """
         chosen = [comparison for comparison in self.comparisons if comparison.fitted is fitted and comparison.followed]
         if not chosen:
             return np.nan, np.nan
-        # values of different units are divided by the root mean square of their test
+        misses = [comparison.model - comparison.test.measured for comparison in chosen]
+        error = relative_error([comparison.test for comparison in chosen], misses)
+        # for the variance, values of different units are divided by the root mean square of their changes from rest
         mixed = len({comparison.test.unit for comparison in chosen}) > 1
         sizes = [rms(comparison.test.measured) if mixed else 1.0 for comparison in chosen]
-        miss = np.concatenate(
-            [(comparison.model - comparison.test.measured) / size for comparison, size in zip(chosen, sizes, strict=True)]
-        )
+        miss = np.concatenate([each / size for each, size in zip(misses, sizes, strict=True)])
         measured = np.concatenate([comparison.test.measured / size for comparison, size in zip(chosen, sizes, strict=True)])
-        square = float(np.mean(np.square(miss)))
-        return float(np.sqrt(square / np.mean(np.square(measured)))), 1 - square / float(np.var(measured))
+        return error, 1 - float(np.mean(np.square(miss))) / float(np.var(measured))
 
     def columns(self) -> Table:
         """A row for each parameter, in SI; an undetermined parameter has no standard error, unknown numbers are NaN."""

@@ -28,6 +28,8 @@ from dielast import (
     calibrate,
     relax,
 )
+from dielast.calibration.comparison import Comparison, relative_error
+from dielast.calibration.experiment import SimulatedExperiment
 from dielast.calibration.fit import fit_material, starts_of
 from dielast.calibration.history import corners, path_length
 from dielast.calibration.laboratory import Laboratory
@@ -316,6 +318,18 @@ def test_draws_follow_the_test_that_was_fitted_where_it_determines_little() -> N
     spread = 3 * np.sqrt(np.mean(calibration.likelihood.scatters.variance(test.stress)) / np.mean(np.square(test.stress)))
     assert np.quantile(np.abs(factor - 1), 0.95) < spread
     assert calibration.comparisons[0].coverage >= 0.9
+
+
+def test_errors_are_relative_to_what_was_measured() -> None:
+    time, stress = np.array([1.0, 2.0, 3.0]), np.array([1e4, 2e4, 3e4])
+    pull = MeasuredTest("pull", time, time / 10 + 1, stress, 20.0)
+    creep = SimulatedExperiment("creep", "A", time, np.array([0.1, 0.2, 0.3]), 1.0, "1", 20.0, "stretch_1 [1]")
+    stretched = Comparison(creep, True, creep.measured + 0.012, creep.measured, creep.measured)
+    assert stretched.rms_relative_error == pytest.approx(0.012 / np.sqrt(np.mean(np.square([1.1, 1.2, 1.3]))))
+    # points of different units count alike
+    assert relative_error([pull, creep], [0.1 * stress, 0.1 * (1 + creep.measured)]) == pytest.approx(0.1)
+    both = relative_error([pull, creep], [0.3 * stress, 0.4 * (1 + creep.measured)])
+    assert both == pytest.approx(np.sqrt(0.5 * (0.09 + 0.16)))
 
 
 def test_a_law_that_is_wrong_predicts_worse(exact: tuple[MeasuredTest, ...]) -> None:
