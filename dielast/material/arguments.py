@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 
 from dielast.errors import InputError, shown
-from dielast.numerics.arrays import Floats
+from dielast.numerics.arrays import Flags, Floats
+from dielast.units import ZERO_CELSIUS
 
 # kinds that numpy converts without a warning: a duration to its count of nanoseconds, a complex number to its real part
 NO_NUMBERS = {"m": "durations", "M": "dates", "c": "complex numbers", "U": "text", "S": "text"}
@@ -49,3 +50,8 @@ def whole_number(value: Any, name: str) -> int:
     if not number.is_integer():
         raise InputError(f"{number:g}: a whole number is needed", argument=name)
     return int(number)
+
+
+def are_too_cold(temperature: Floats) -> Flags:
+    """Whether temperatures (any shape) in degC are at or below absolute zero."""
+    return np.asarray(temperature <= -ZERO_CELSIUS)

@@ -8,9 +8,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from dielast.errors import InputError
-from dielast.material.arguments import real_numbers
+from dielast.material.arguments import are_too_cold, real_numbers
 from dielast.numerics.arrays import Floats
-from dielast.units import ZERO_CELSIUS
 
 
 def of_case(case: int, cases: int) -> int | None:
@@ -45,7 +44,7 @@ def spread(value: ArrayLike, name: str, cases: int) -> Floats:
 def temperatures_of(value: ArrayLike, cases: int) -> Floats:
     """The temperatures in degC as an array (cases,); `InputError` at or below absolute zero."""
     values = spread(value, "temperature", cases)
-    if np.any(below := values <= -ZERO_CELSIUS):
+    if np.any(below := are_too_cold(values)):
         case = int(np.argmax(below))
         raise InputError(f"{values[case]:g} degC is at or below absolute zero", argument="temperature", case=of_case(case, cases))
     return values

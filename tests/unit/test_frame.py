@@ -27,9 +27,6 @@ from dielast import (
 )
 from dielast.commands.registry import read_cases
 from dielast.material.dielectric import LinearPermittivity
-from dielast.material.material import Material
-from dielast.material.shift import NoShift
-from dielast.material.spectrum import Spectrum
 from dielast.material.springs import Ogden
 from dielast.mechanics.passive import forms
 from dielast.mechanics.passive.framed import Assembly, FramedFilms, Surroundings
