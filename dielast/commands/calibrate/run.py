@@ -16,6 +16,7 @@ from dielast.calibration.laws import Stability, cross_validation_error, stabilit
 from dielast.calibration.parameters import Free
 from dielast.calibration.profiles import Verdict
 from dielast.calibration.result import Calibration, calibrate, range_of
+from dielast.calibration.scatter import USUAL_SCATTER
 from dielast.commands.calibrate.freedom import free_of
 from dielast.commands.calibrate.recipe import CalibrateRecipe
 from dielast.commands.calibrate.tests import read_tests
@@ -33,6 +34,8 @@ from dielast.sharing.execution import Execution
 
 DRAWS = "draws.csv"
 STRETCHED = 2.0  # default of fit.stable_up_to if no test prescribes the stretch
+FAR = 3.0  # usual scatters of specimens: no such specimen is expected
+MISSED = 0.25  # relative rms error: several times that of a model that describes a test
 KEPT = "the best fit so far is written, if there is one"
 
 
@@ -202,6 +205,7 @@ def _warn(best: Candidate) -> None:
             side, end = ("least", profile.lower) if profile.verdict is Verdict.LOWER else ("most", profile.upper)
             unit = "" if parameter.unit == "1" else f" {parameter.unit}"
             warn(f"these tests give only a bound of {parameter.name}: at {side} {float(parameter.value(end)):.4g}{unit}")
+    warn_of_contradictions(result)
     warn_of_tests_beyond(result)
     if fit.same_share < MANY:
         median = float(np.median(fit.start_misfit))
@@ -210,6 +214,21 @@ def _warn(best: Candidate) -> None:
     for stability in best.stability:
         if not stability.holds:
             warn(stability.said)
+
+
+def warn_of_contradictions(result: Calibration) -> None:
+    """Warn of specimens whose factor is far beyond the usual or a larger stated scatter, and of fitted tests that are missed."""
+    scatter = result.fit.scatter
+    stated = not np.isfinite(scatter.specimens)
+    usual = max(USUAL_SCATTER, scatter.specimen) if stated else USUAL_SCATTER
+    far = {name: factor for name, factor in result.specimen_factors.items() if abs(np.log(factor)) > FAR * usual}
+    if far:
+        listed = ", ".join(f"{name} {factor:.3g}" for name, factor in far.items())
+        warn(f"stress over that of the material, by specimen: {listed}: check unit, cross-section, temperature and mode")
+    missed = [each for each in result.comparisons if each.fitted and each.followed and each.rms_relative_error > MISSED]
+    if missed:
+        listed = ", ".join(f"{each.test.name} by {100 * each.rms_relative_error:.0f} %" for each in missed)
+        warn(f"the material misses fitted tests, {listed}: they contradict each other, or the model cannot describe them")
 
 
 def warn_of_tests_beyond(result: Calibration) -> None:
