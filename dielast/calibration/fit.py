@@ -12,7 +12,7 @@ from dielast.calibration.experiment import Experiment
 from dielast.calibration.laboratory import Laboratory
 from dielast.calibration.levenberg import MOST_ITERATIONS, Watcher, minimise
 from dielast.calibration.parameters import Free, ParameterSpace, parameter_space
-from dielast.calibration.problem import Problem, smooth_branches, weights_of
+from dielast.calibration.problem import Problem, Weighting, smooth_branches
 from dielast.calibration.scatter import FIRST_LENGTH, FIRST_SHARE, USUAL_SCATTER, Curves, Scatter
 from dielast.errors import InputError, NumericsError
 from dielast.io.result import Result
@@ -115,7 +115,7 @@ def fit_material(
     specimen_scatter: float | None = None,
     watch: Watch | None = None,
 ) -> Fit:
-    """Fit the `free` constants of a material to tests by weighted least squares, from several starts at once.
+    """Fit the `free` constants of a material to tests by generalised least squares, from several starts at once.
 
     `specimen_scatter` is the relative scatter between specimens; None: it is estimated. Ctrl-C ends with the best fit so far and
     `finished` False. Raises `InputError` for parameters that the material does not have and temperatures at which its shift law
@@ -164,7 +164,7 @@ def _fit(problem: Problem, start: Floats, specimen_scatter: float | None, watch:
         return watched
 
     def estimated(slopes: Floats) -> Scatter:
-        weight, stated = np.concatenate(weights_of(curves, scatter)), specimen_scatter is not None
+        weight, stated = Weighting.of(curves, scatter).weight, specimen_scatter is not None
         return estimate(curves, curves.differences, weight, slopes, problem.prior, scatter.specimen, stated)
 
     finished, ends = True, np.zeros(1)

@@ -1,8 +1,9 @@
 """The likelihood of the parameters about a fit, and their standard errors.
 
-The fit is by weighted least squares, which needs no assumption about the model's error; its uncertainty follows from the covariance
-of all measured values (`scatter`). With weighted differences z, their covariance M, and the projection P on the space of the
-derivatives of z by the parameters at the fit, the likelihood has the covariance
+The fit is by least squares with a fixed weighting, of points and of the factors of specimens (`problem`). Its uncertainty follows
+from the covariance of all measured values (`scatter`), and holds whether or not the weighting agrees with this covariance. With
+weighted differences z, their covariance M, and the projection P on the space of the derivatives of z by the parameters at the fit,
+the likelihood has the covariance
 
     S = P M P + v (1 - P),    v = tr A^2 / tr A,    A = (1 - P) M (1 - P).
 
@@ -28,7 +29,7 @@ from scipy.special import fdtrc, fdtri
 from dielast.calibration.estimate import Left, basis_of, likely
 from dielast.calibration.fit import Fit
 from dielast.calibration.levenberg import Residuals
-from dielast.calibration.problem import Problem, root_of, weights_of
+from dielast.calibration.problem import Problem, Weighting, root_of
 from dielast.calibration.scatter import Curves, Scatter, Scatters, covariance_of
 from dielast.numerics.arrays import Cases, Flags, Floats
 from dielast.numerics.roots import fall
@@ -86,19 +87,20 @@ class Likelihood:
 def likelihood_of(fit: Fit, scatters: Scatters | None = None) -> Likelihood:
     """The likelihood about a fit; `scatters` are the possible scatters, by default those that the curves make likely."""
     problem, curves = fit.problem, fit.curves
-    weight = np.concatenate(weights_of(curves, fit.scatter))
+    weighting = Weighting.of(curves, fit.scatter)
+    weight = weighting.weight
     if scatters is None:
         scatters = likely(curves, curves.differences, weight, fit.slopes, problem.prior, fit.scatter)
-    slopes = weight[:, None] * fit.slopes
+    slopes = weighting(fit.slopes.T).T
     # a parameter at a bound is not a solution of least squares
     basis = basis_of(slopes[:, ~fit.at_bound])
-    whole = scatters.covariance(curves) * np.outer(weight, weight)
+    whole = weighting(weighting(scatters.covariance(curves)).T)
     inside = whole @ basis
     within = basis.T @ inside
     outside = whole - basis @ inside.T - inside @ basis.T + basis @ within @ basis.T
     size = float(np.sum(np.square(outside)) / np.trace(outside))
     beyond = (np.eye(weight.size) - basis @ basis.T) / np.sqrt(size)
-    whiten = np.concatenate((np.linalg.solve(np.linalg.cholesky(within), basis.T), beyond)) * weight
+    whiten = np.concatenate((np.linalg.solve(np.linalg.cholesky(within), basis.T), beyond)) @ weighting(np.eye(weight.size)).T
     model, prior = np.concatenate(curves.model), problem.prior
 
     def residuals(coordinates: Floats, fits: Cases) -> Floats:
@@ -153,7 +155,7 @@ def _variance(curves: Curves, scatter: Scatter, follows: Floats, pieces: float) 
     uncertain = np.square(error) / pieces + np.square(specimens) / scatter.specimens
     with np.errstate(invalid="ignore", divide="ignore"):
         known = np.minimum(np.square(total) / uncertain, MOST_FREEDOM)
-    return total, np.asarray(np.where(total > 0, known, pieces), dtype=float)
+    return total, np.asarray(np.where(total > 0, known, MOST_FREEDOM), dtype=float)
 
 
 def _covariance(precision: Floats, moving: Flags) -> Floats:

@@ -13,8 +13,12 @@ from dielast.calibration.parameters import Parameter
 from dielast.calibration.profiles import Profile, Verdict
 from dielast.calibration.result import Calibration, range_of
 from dielast.calibration.runaway import runaway_stretch
+from dielast.calibration.scatter import USUAL_SCATTER
 from dielast.errors import and_more, warn
 from dielast.material.use_checks import BEYOND_TESTS, LONGER
+
+FAR = 3.0  # usual scatters of specimens: no such specimen is expected
+MISSED = 0.25  # relative rms error: several times that of a model that describes a test
 
 
 def warn_of_fit(result: Calibration) -> None:
@@ -27,6 +31,7 @@ def warn_of_fit(result: Calibration) -> None:
             verb = "is" if len(names) == 1 else "are"
             warn(f"{', '.join(names)} {verb} not determined by these tests: draws {spread}")
     warn_of_bounds(result)
+    warn_of_contradictions(result)
     warn_of_tests_beyond(result)
     warn_of_runaway(result)
     if fit.same_share < MANY:
@@ -72,6 +77,21 @@ def _bound(parameter: Parameter, side: int) -> str:
 
 def _quantity(parameter: Parameter, value: float) -> str:
     return f"{value:.4g}" + ("" if parameter.unit == "1" else f" {parameter.unit}")
+
+
+def warn_of_contradictions(result: Calibration) -> None:
+    """Warn of specimens whose factor is far beyond the usual or a larger stated scatter, and of fitted tests that are missed."""
+    scatter = result.fit.scatter
+    stated = not np.isfinite(scatter.specimens)
+    usual = max(USUAL_SCATTER, scatter.specimen) if stated else USUAL_SCATTER
+    far = {name: factor for name, factor in result.specimen_factors.items() if abs(np.log(factor)) > FAR * usual}
+    if far:
+        listed = ", ".join(f"{name} {factor:.3g}" for name, factor in far.items())
+        warn(f"stress over that of the material, by specimen: {listed}: check unit, cross-section, temperature and mode")
+    missed = [each for each in result.comparisons if each.fitted and each.followed and each.rms_relative_error > MISSED]
+    if missed:
+        listed = ", ".join(f"{each.test.name} by {100 * each.rms_relative_error:.0f} %" for each in missed)
+        warn(f"the material misses fitted tests, {listed}: they contradict each other, or the model cannot describe them")
 
 
 def warn_of_tests_beyond(result: Calibration) -> None:
