@@ -32,7 +32,7 @@ from dielast.simulate.wiring import Wiring
 @checked
 def actuate(
     material: Material | Sequence[Material],
-    steps: Sequence[VoltageStep] | Sequence[ChargeStep],
+    steps: Sequence[VoltageStep | ChargeStep],
     *,
     thickness: ArrayLike,
     prestretch: ArrayLike | tuple[ArrayLike | None, ArrayLike | None] = 1.0,
@@ -137,7 +137,7 @@ def actuate(
 
 def check_actuation(
     material: Material | Sequence[Material],
-    steps: Sequence[VoltageStep] | Sequence[ChargeStep],
+    steps: Sequence[VoltageStep | ChargeStep],
     *,
     temperature: ArrayLike | None = None,
     breakdown_field: ArrayLike | BreakdownLaw | None = None,
