@@ -148,7 +148,8 @@ def _in_words(kind: Any) -> list[str]:
     if issubclass(origin, Mapping):
         return ["a dict"]
     if issubclass(origin, Iterable) and inner:
-        entries = [ENTRIES.get(get_origin(entry) or entry) or entry.__name__ + "s" for entry in _alternatives(inner[0])]
+        kinds = [entry for entry in _alternatives(inner[0]) if entry is not NoneType]
+        entries = [ENTRIES.get(get_origin(entry) or entry) or entry.__name__ + "s" for entry in kinds]
         listed = "list" if origin is not tuple or Ellipsis in inner else "pair"
         return [f"a {listed} of {' or '.join(dict.fromkeys(entries))}"]
     return [f"{'an' if origin.__name__[0] in 'AEIOU' else 'a'} {origin.__name__}"]
