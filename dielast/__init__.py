@@ -1,6 +1,7 @@
 """dielast: dielectric elastomers from relaxation measurements to time to failure.
 
-Everything public is imported from here, `from dielast import build_master_curve`, and loaded when it is first used.
+Everything public is imported from here, `from dielast import build_master_curve`, and loaded when it is first used. Functions that
+are imported from here refuse arguments of a wrong type; within the package, where callers pass what they have checked, they do not.
 
 The words of this package:
 
@@ -32,6 +33,7 @@ from __future__ import annotations
 
 from functools import cache
 from importlib import import_module
+from types import FunctionType
 from typing import TYPE_CHECKING, Any
 
 __version__ = "0.1.0"
@@ -139,7 +141,20 @@ def __getattr__(name: str) -> Any:
         return __dir__()
     if name.startswith("__") or name not in _modules():
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(import_module(_modules()[name]), name)
+    return _public(name)
+
+
+@cache
+def _public(name: str) -> Any:
+    """What a public name stands for; a function with a check of its arguments."""
+    public = getattr(import_module(_modules()[name]), name)
+    if not isinstance(public, FunctionType):
+        return public
+    from dielast.material.argument_types import checked
+
+    function = checked(public)
+    function.__module__ = __name__  # where pickle finds it
+    return function
 
 
 def __dir__() -> list[str]:

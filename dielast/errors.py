@@ -1,7 +1,7 @@
 """What can go wrong: the errors and the warning of dielast, and how their messages read.
 
-Bad input raises `InputError`, numerics that give up raise `NumericsError`, and what a user should know but can live with is
-warned of as `DielastWarning`. A predicted failure of the film is none of these: it is a value in a result.
+Bad input raises `InputError`, numerics that give up raise `NumericsError`, and input or results that are doubtful but
+possible are reported as `DielastWarning`. A predicted failure of the film is none of these: it is a value in a result.
 
 Every error holds its place as data, a `Problem` for each thing found wrong. Whoever knows more about the place of an error than
 the function that raises it adds that with `placed`: a command turns arguments of the library into keys of its recipe.
@@ -129,7 +129,7 @@ class NumericsError(DielastError):
 
 
 class Mistakes(list[Problem]):
-    """Problems of several attempts, which a user is to hear of together."""
+    """Problems of several attempts, which are reported together."""
 
     def tried(self, make: Callable[[], Made]) -> Made | None:
         """What `make` returns; None where it raises `InputError`, whose problems are then among these."""

@@ -19,8 +19,8 @@ GRAVITY = 9.80665  # m/s^2, standard acceleration
 TIMES = (1e-15, 1e15)  # s: from less than a bond's vibration to 30 million years, where no test and no service begins or ends
 
 BASE = ("m", "s", "kg", "A", "K", "mol")
-# Names of units, their size and what they are made of. Sizes are exact by definition: SI Brochure, 9th edition; for inch and
-# pound-force NIST SP 811, appendix B.8.
+# Names of units, their size and what they are made of. Sizes are exact by definition: SI Brochure, 9th edition; for inch,
+# mil, foot and pound-force NIST SP 811, appendix B.8.
 _TABLE = """
 meter metre m: 1 m
 second sec s: 1 s
@@ -41,6 +41,8 @@ kilogram_force kgf: 9.80665 N
 pound_force lbf: 4.4482216152605 N
 dyne dyn: 1e-5 N
 inch in: 0.0254 m
+mil: 2.54e-5 m
+foot feet ft: 0.3048 m
 pascal Pa: 1 N/m^2
 bar: 1e5 Pa
 psi: 6894.757293168361 Pa

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import signal
 import socket
@@ -16,7 +17,7 @@ from hypothesis import HealthCheck, settings
 from processes import PYTHON
 
 # no example fails because the machine is busy; the same ones every time where a result must not be a matter of luck
-settings.register_profile("any machine", deadline=None, suppress_health_check=[HealthCheck.too_slow])
+settings.register_profile("any machine", deadline=None, max_examples=30, suppress_health_check=[HealthCheck.too_slow])
 settings.register_profile("ci", settings.get_profile("any machine"), derandomize=True)
 settings.load_profile("ci" if os.environ.get("CI") else "any machine")
 
@@ -80,10 +81,25 @@ def function_of(test: str) -> str:
     return test.partition("[")[0]
 
 
+def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
+    """What is not for this run is not even imported: the files of tests/trust, and in a quick run those of long runs."""
+    names = (LONG_RUNS if config.getoption("--quick") else ()) + (
+        ("tests/trust/",) if "not trust" in config.option.markexpr else ()
+    )
+    left_out = tuple(f"{SLOW.parents[1].as_posix()}/{name}" for name in names)
+    return True if f"{collection_path.as_posix()}/".startswith(left_out) else None
+
+
+def pytest_collection_finish() -> None:
+    """What has been collected stays: it need not be looked through for rubbish again and again, which took a tenth of the time."""
+    gc.freeze()
+    gc.set_threshold(20_000)
+
+
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     if config.getoption("--quick"):
         slow = set(SLOW.read_text().split())
-        left_out = {item for item in items if item.nodeid.startswith(LONG_RUNS) or function_of(item.nodeid) in slow}
+        left_out = {item for item in items if function_of(item.nodeid) in slow}
         config.hook.pytest_deselected(items=left_out)
         items[:] = [item for item in items if item not in left_out]
 

@@ -12,8 +12,8 @@ from dielast.material.shift import NoShift
 from dielast.material.spectrum import Spectrum
 from dielast.material.springs import Gent
 from dielast.mechanics.course import Piece
+from dielast.mechanics.film import Film
 from dielast.mechanics.point_material import Points
-from dielast.simulate.film import Film
 from dielast.simulate.follow import follow
 from dielast.simulate.history import Outcome
 from dielast.simulate.membrane import symmetry_of

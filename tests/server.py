@@ -1,4 +1,4 @@
-"""A process that has dielast and its libraries loaded, and runs command lines, each in a fork of its own.
+"""A process that has dielast and its libraries loaded and ready, and runs command lines, each in a fork of its own.
 
 A fork starts in milliseconds, Python with all that a command loads in about a second. Requests come from client.py through a socket
 that listens already: three descriptors (standard streams), then JSON with arguments, folder, environment and code to run before
@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import atexit
 import gc
+import io
 import json
 import os
 import pkgutil
@@ -20,6 +21,11 @@ import traceback
 from importlib import import_module
 from typing import Any
 
+# what libraries and dielast import when they are used
+LATE = (
+    *("encodings.utf_8_sig", "pydantic.type_adapter", "resource", "rich.progress"),
+    *("scipy.optimize", "scipy.stats", "tomli_w", "typer._adapters"),
+)
 Request = tuple[dict[str, Any], list[int]]  # what client.py sends, and three descriptors
 
 
@@ -52,14 +58,29 @@ def become(request: dict[str, Any], streams: list[int]) -> None:
     sys.argv = ["-c", *request["arguments"]]
 
 
-if __name__ == "__main__":
+def load() -> None:
+    """Import whatever a command may import, and make what it makes on first use: models of recipes, fonts and a first figure."""
     import dielast
 
     for module in pkgutil.walk_packages(dielast.__path__, "dielast."):
         import_module(module.name)
-    for name in ("matplotlib.backends.backend_agg", "matplotlib.font_manager", "rich.progress", "scipy.optimize"):
+    for name in LATE:
         import_module(name)
+    from dielast.commands.registry import COMMANDS
+    from dielast.handover.material_file import material_file
+    from dielast.plots.style import panels, style
+
+    for model in (*(command.model for command in COMMANDS.values()), material_file()):
+        model.model_rebuild()
+    with style():
+        figure, (axes,) = panels(1, "")
+        axes.loglog([1.0, 1e9], [1.0, 1e9])
+        figure.savefig(io.BytesIO(), format="png")
     gc.freeze()
+
+
+if __name__ == "__main__":
+    load()
     asked = serve(socket.socket(fileno=int(sys.argv[1])))
     if asked is not None:
         code: object = 1

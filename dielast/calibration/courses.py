@@ -190,7 +190,7 @@ class _Followed:
     """
 
     def __init__(self, likelihood: Likelihood, courses: Sequence[Course]) -> None:
-        self.courses, (self.lower, self.upper) = courses, likelihood.fit.space.bounds
+        self.courses, self.bounds = courses, likelihood.fit.space.bounds
         every = np.arange(len(courses))
         self.parameter = np.array([course.parameter for course in courses])
         self.side = np.array([course.side for course in courses])
@@ -202,7 +202,7 @@ class _Followed:
         free = np.ones(self.start.shape, dtype=bool)
         free[every, self.parameter] = False
         varied = np.ones_like(free)
-        self.fits = Descents.begin(likelihood.residuals, self.start, self.lower, self.upper, free, varied, bent=True)
+        self.fits = Descents.begin(likelihood.residuals, self.start, self.bounds, free, varied, bent=True)
 
     def run(self) -> None:
         """Visit points until all courses have ended."""
@@ -221,21 +221,21 @@ class _Followed:
         if start is not None:
             self.start[k] = start[1]
             self.start[k, self.parameter[k]] = start[0]
-            self.start[k] = np.clip(self.start[k], self.lower, self.upper)
+            self.start[k] = np.clip(self.start[k], *self.bounds)
 
     def _look(self, under_way: Cases, converged: Flags) -> None:
         """Add the points of those courses (k,) that have nearly reached the least sum of squares."""
         lost = ~np.isfinite(self.fits.cost[under_way])
         for k in under_way[lost].tolist():
             if (closer := self.courses[k].nearer(self._place(k), np.inf)) is None:
-                self._arrive(k, np.inf, 0.0, self.fits.at[k], np.zeros(self.lower.size))
+                self._arrive(k, np.inf, 0.0, self.fits.at[k], np.zeros(self.start.shape[1]))
             else:
                 self._begin(k, closer)
         rows, converged = under_way[~lost], converged[~lost]
         step, least, derivative, tangent = _linearised(self.fits, rows, self.parameter[rows])
         cost, at = self.fits.cost[rows], self.fits.at[rows]
         near = (cost - least <= CLOSE * least) & (np.max(np.abs(step), axis=1) < FARTHEST)
-        at = np.where(near[:, None], np.clip(at + step, self.lower, self.upper), at)
+        at = np.where(near[:, None], np.clip(at + step, *self.bounds), at)
         root = np.sqrt(np.where(near, least, cost))
         slope = self.side[rows] * derivative / np.maximum(root, 1e-300)
         for i, k in enumerate(rows.tolist()):

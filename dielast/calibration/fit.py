@@ -145,11 +145,11 @@ def fit_material(
 
 def _fit(problem: Problem, start: Floats, specimen_scatter: float | None, watch: Watch | None) -> Fit:
     """The best fit from the coordinates `start` (starts, p)."""
-    lower, upper = problem.space.bounds
+    bounds = problem.space.bounds
     curves = problem.curves()
     specimens = USUAL_SCATTER if specimen_scatter is None else specimen_scatter
     scatter = Scatter(np.full(len(curves.values), 0.01), FIRST_SHARE, FIRST_LENGTH, specimens)
-    best = np.clip(start, lower, upper)[0]  # so far, for an interrupt
+    best = np.clip(start, *bounds)[0]  # so far, for an interrupt
 
     def watcher(task: str) -> Watcher:
         total, error = sum(float(place[-1]) for place in curves.places) / scatter.piece, scatter.model_error
@@ -169,7 +169,7 @@ def _fit(problem: Problem, start: Floats, specimen_scatter: float | None, watch:
 
     finished, ends = True, np.zeros(1)
     try:
-        solutions = minimise(problem.weighted(curves, scatter), start, lower, upper, watch=watcher("starts"))
+        solutions = minimise(problem.weighted(curves, scatter), start, bounds, watch=watcher("starts"))
         if not np.isfinite(solutions.cost[solutions.best]):
             raise NumericsError(f"no start can follow all tests{_furthest(problem.laboratory.tests)}")
         ends, best = solutions.cost, solutions.coordinates[solutions.best]
@@ -179,7 +179,7 @@ def _fit(problem: Problem, start: Floats, specimen_scatter: float | None, watch:
             scatter = estimated(slopes)
             problem = replace(problem, smoothness=smooth_branches(problem, curves, scatter, slopes, best))
             refined = problem.weighted(curves, scatter)
-            best = minimise(refined, best[None], lower, upper, watch=watcher("refined")).coordinates[0]
+            best = minimise(refined, best[None], bounds, watch=watcher("refined")).coordinates[0]
     except KeyboardInterrupt:
         finished = False
     curves = problem.curves(best)

@@ -31,10 +31,9 @@ def cross_validation_error(fit: Fit) -> float | None:
     if folds < 2:
         return None
     chosen = (fold[None, :] != np.arange(folds)[:, None]).astype(float)
-    lower, upper = fit.space.bounds
     start = np.repeat(fit.coordinates[None], folds, axis=0)
     residuals = fit.problem.weighted(curves, fit.scatter, chosen)
-    solutions = minimise(residuals, start, lower, upper, iterations=ITERATIONS, settled=PRECISE)
+    solutions = minimise(residuals, start, fit.space.bounds, iterations=ITERATIONS, settled=PRECISE)
     answers = curves.split(fit.problem.answers(solutions.coordinates))
     misses = [answers[k][fold[k]] - values for k, values in enumerate(curves.values)]
     return relative_error(tests, misses)
@@ -62,7 +61,7 @@ class Stability(Result):
         return self.highest >= self.furthest
 
     @property
-    def said(self) -> str:
+    def in_words(self) -> str:
         """The finding in a sentence."""
         which, rate = ("equilibrium spring", "slower") if self.at_equilibrium else ("branches' spring", "faster")
         limit = f"in {self.mode} loading, the {which} by itself locks or becomes unstable at a stretch of {self.highest:.4g}"

@@ -24,6 +24,8 @@ MOST_ITERATIONS = 120
 
 Residuals = Callable[[Floats, Cases], Floats]
 """Residuals (k, n) at coordinates (k, p) of the fits with these numbers (k,); not finite if the model cannot be evaluated."""
+Bounds = tuple[Floats, Floats]
+"""The least and the largest coordinates, each (p,)."""
 Watcher = Callable[[int, Floats, Floats], None]
 """Called after every iteration with its number, the sums of squares (fits,) and the coordinates (fits, p)."""
 
@@ -46,7 +48,7 @@ class Solutions:
         return int(np.argmin(self.cost))
 
 
-def with_slopes(residuals: Residuals, at: Floats, fits: Cases, upper: Floats, moves: Flags) -> tuple[Floats, Floats]:
+def with_slopes(residuals: Residuals, at: Floats, fits: Cases, bounds: Bounds, moves: Flags) -> tuple[Floats, Floats]:
     """Residuals (k, n) and their derivatives (k, n, p) at coordinates (k, p), by forward differences, in one batch.
 
     Only parameters with `moves` (k, p) True are varied; the derivatives by the others are 0. If the model cannot be evaluated on
@@ -54,7 +56,7 @@ def with_slopes(residuals: Residuals, at: Floats, fits: Cases, upper: Floats, mo
     """
     count, size = at.shape
     row, column = np.nonzero(moves)
-    step = np.where(at + DIFFERENCE > upper, -DIFFERENCE, DIFFERENCE)[row, column]
+    step = np.where(at + DIFFERENCE > bounds[1], -DIFFERENCE, DIFFERENCE)[row, column]
     varied = at[row].copy()
     varied[np.arange(row.size), column] += step
     answers = residuals(np.concatenate((at, varied)), np.concatenate((fits, fits[row])))
@@ -83,8 +85,7 @@ class Descents:
     """
 
     residuals: Residuals
-    lower: Floats
-    upper: Floats
+    bounds: Bounds
     free: Flags
     varied: Flags
     at: Floats
@@ -100,20 +101,19 @@ class Descents:
         cls,
         residuals: Residuals,
         start: Floats,
-        lower: Floats,
-        upper: Floats,
+        bounds: Bounds,
         free: Flags,
         varied: Flags | None = None,
         bent: bool = False,
     ) -> Descents:
         """Fits at their `start` (fits, p); the cost is infinite if the model cannot be evaluated there."""
-        at = np.clip(start, lower, upper)
+        at = np.clip(start, *bounds)
         count, size = at.shape
         varied = free if varied is None else varied
-        there, jacobian = with_slopes(residuals, at, np.arange(count), upper, varied)
+        there, jacobian = with_slopes(residuals, at, np.arange(count), bounds, varied)
         bend, damping = np.zeros((count, size, size)) if bent else None, np.full(count, FIRST_DAMPING)
         trusted = np.zeros(count, dtype=bool)
-        return cls(residuals, lower, upper, free, varied, at, there, jacobian, _costs(there), damping, bend, trusted)
+        return cls(residuals, bounds, free, varied, at, there, jacobian, _costs(there), damping, bend, trusted)
 
     def model(self, fits: Cases) -> Model:
         """The cost about the `fits` (k,) as a function of second order."""
@@ -121,7 +121,8 @@ class Descents:
         slope = np.einsum("knp,kn->kp", jacobian, there)
         normal = np.einsum("knp,knq->kpq", jacobian, jacobian)
         diagonal = np.einsum("kpp->kp", normal).copy()
-        moving = self.free[fits] & ~((at <= self.lower) & (slope > 0)) & ~((at >= self.upper) & (slope < 0)) & (diagonal > 0)
+        lower, upper = self.bounds
+        moving = self.free[fits] & ~((at <= lower) & (slope > 0)) & ~((at >= upper) & (slope < 0)) & (diagonal > 0)
         if self.bend is not None and (chosen := np.flatnonzero(self.trusted[fits])).size:
             whole = normal[chosen] + self.bend[fits[chosen]]
             scale = np.where(moving, np.sqrt(diagonal), np.inf)[chosen]
@@ -133,14 +134,14 @@ class Descents:
     def trials(self, fits: Cases) -> Floats:
         """The coordinates (k, p) to which the damped steps of the `fits` (k,) lead."""
         step = self.model(fits).step(self.damping[fits])
-        return np.clip(self.at[fits] + np.clip(step, -LONGEST, LONGEST), self.lower, self.upper)
+        return np.clip(self.at[fits] + np.clip(step, -LONGEST, LONGEST), *self.bounds)
 
     def visit(self, fits: Cases, trial: Floats, settled: float, anew: Flags | None = None) -> Flags:
         """Move those of the `fits` (k,) whose cost is less at the `trial` (k, p), and those that begin `anew` (k,) in any case.
 
         Returns which fits have converged (k,): those that gain less than the share `settled` of their cost.
         """
-        there, jacobian = with_slopes(self.residuals, trial, fits, self.upper, self.varied[fits])
+        there, jacobian = with_slopes(self.residuals, trial, fits, self.bounds, self.varied[fits])
         cost, anew = _costs(there), np.zeros(fits.size, dtype=bool) if anew is None else anew
         with np.errstate(invalid="ignore"):
             gain = self.cost[fits] - cost
@@ -219,20 +220,19 @@ class Model:
 def minimise(
     residuals: Residuals,
     start: Floats,
-    lower: Floats,
-    upper: Floats,
+    bounds: Bounds,
     *,
     fixed: Flags | None = None,
     iterations: int = MOST_ITERATIONS,
     settled: float = SETTLED,
     watch: Watcher | None = None,
 ) -> Solutions:
-    """Least sums of squares from `start` (fits, p) within bounds (p,); parameters that are `fixed` (fits, p) keep their value.
+    """Least sums of squares from `start` (fits, p) within the `bounds`; parameters that are `fixed` (fits, p) keep their value.
 
     A fit stays at its start, with an infinite cost, if the model cannot be evaluated there.
     """
     free = np.ones(start.shape, dtype=bool) if fixed is None else ~fixed
-    fits = Descents.begin(residuals, start, lower, upper, free)
+    fits = Descents.begin(residuals, start, bounds, free)
     done, reached = ~np.isfinite(fits.cost), np.zeros(start.shape[0], dtype=bool)
     for iteration in range(iterations):
         running = np.flatnonzero(~done)

@@ -1,16 +1,16 @@
 """Draws of the parameters from their posterior, by an ensemble of walkers that move in batches until their draws agree.
 
 The prior is uniform in the coordinates within the bounds: a positive parameter that the tests do not determine is drawn
-log-uniformly over its range. The walkers start from points of the profiles. They move by differences between earlier positions of
-all walkers (ter Braak and Vrugt 2008, DOI 10.1007/s11222-008-9104-9), often in some of the parameters only (Vrugt et al. 2009, DOI
-10.1515/IJNSNS.2009.10.3.273): parameters that tests determine and those that they do not need steps of different length. Half of
-the differences are of the values of positive parameters instead of their logarithms.
+log-uniformly over its range. The walkers start from points of the profiles. In each move they make many moves (`moves`) in a
+surrogate of the model, and are evaluated where these end, which is accepted or not such that the draws are those of the model
+(delayed acceptance, Christen and Fox 2005, DOI 10.1198/106186005X76983). In the first half of the moves the surrogate learns, and
+the positions that moves are made from are renewed; in the second half both stay as they are.
 
-The first half of the moves is dropped. The walkers move until the rank-normalised split R-hat of the second half, of all
-coordinates and of the sum of squares, is small (Vehtari et al. 2021, DOI 10.1214/20-BA1221). For n moves in each half of a chain
-that forgets its start within t moves, R-hat is nearly sqrt(1 + t/n), and exp(-2 n/t) of any error of the starts is left when the
-first draw is kept. At `AGREEMENT` this is a tenth, and the chain holds two independent draws. This is enough, as the draws are
-those of all walkers together; 1.01 is needed for means over a few chains only (Margossian et al. 2024, DOI 10.1214/24-BA1453).
+The first half is dropped. The walkers move until the rank-normalised split R-hat of the second half, of all coordinates and of the
+sum of squares, is small (Vehtari et al. 2021, DOI 10.1214/20-BA1221). For n moves in each half of a chain that forgets its start
+within t moves, R-hat is nearly sqrt(1 + t/n), and exp(-2 n/t) of any error of the starts is left when the first draw is kept. At
+`AGREEMENT` this is a tenth, and the chain holds two independent draws. This is enough, as the draws are those of all walkers
+together; 1.01 is needed for means over a few chains only (Margossian et al. 2024, DOI 10.1214/24-BA1453).
 """
 
 from __future__ import annotations
@@ -21,21 +21,24 @@ import numpy as np
 from scipy.special import fdtri, ndtri
 
 from dielast.calibration.likelihood import Likelihood
+from dielast.calibration.moves import Moves
 from dielast.calibration.profiles import Profile
+from dielast.calibration.surrogate import Surrogate
 from dielast.errors import warn
 from dielast.numerics.arrays import Cases, Flags, Floats
 from dielast.numerics.random_streams import stream
 
 FEWEST_WALKERS, MOST_WALKERS = 40, 200
 ROUNDS = 4  # draws of a walker, if the number of walkers allows for it
-SPACING = 5  # moves of a walker between two of its draws, at least
-FEWEST_MOVES, MOST_MOVES = 100, 400
-LONGER = 1.4  # number of moves over that of the check before
+SPACING = 2  # moves of a walker between two of its draws, at least
+FEWEST_MOVES, MOST_MOVES = 16, 400
+LONGER = 2  # number of moves over that of the check before: what is dropped then ends at that check
+AHEAD = 30  # moves in the surrogate in each move
+MORE = 1.3  # number of evaluations over that at the last surrogate, for a new one
+MOST_KNOWN = 500  # points of a surrogate
+MOST_PAST = 400  # positions that moves are made from
+FAR = 100.0  # largest root of a sum of squares that a surrogate follows
 AGREEMENT = 1.35  # largest R-hat
-JUMP = 0.1  # share of the moves that can jump between modes of the posterior
-BY_VALUE = 0.5  # share of the moves by differences of values instead of logarithms
-MOVED = (0.3, 0.6, 1.0)  # probabilities that a parameter moves, one of them for each move
-JITTER = 1e-6  # of the range
 ROUNDING = 1e-12  # variance of equal values, which have no R-hat
 WIDEST = 0.3  # standard deviation of the scatter about profiles, at most: beyond, a linearised model is not to be relied on
 PLAUSIBLE = 0.99  # level of the sums of squares of starts
@@ -63,6 +66,8 @@ def draw(
     ensemble = _Ensemble(likelihood, profiles, walkers, random)
     check, ratio = fewest, np.inf
     for done in range(1, most + 1):
+        if done <= check - check // 2:
+            ensemble.learn()
         ensemble.move()
         if watch is not None:
             watch(done, most)
@@ -70,7 +75,7 @@ def draw(
             ratio = float(np.max(r_hat(ensemble.second_half)))
             if ratio <= AGREEMENT:
                 break
-            check = min(int(LONGER * check), most)
+            check = min(LONGER * check, most)
     else:
         warn(
             f"draws are approximate: after {most} moves R-hat is {ratio:.2g}, at most {AGREEMENT} is wanted; "
@@ -112,59 +117,80 @@ class _Ensemble:
     def __init__(self, likelihood: Likelihood, profiles: Sequence[Profile], walkers: int, random: np.random.Generator) -> None:
         self.likelihood, self.random = likelihood, random
         self.lower, self.upper = likelihood.fit.space.bounds
-        self.positive: Flags = np.array([parameter.scale is None for parameter in likelihood.fit.space.parameters])
-        starts, cost = _starts(likelihood, profiles, 2 * walkers, random)
-        self.at, self.cost = starts[:walkers], cost[:walkers]
-        self.past = [starts]
+        self.logarithm: Flags = np.array([parameter.scale is None for parameter in likelihood.fit.space.parameters])
+        self.evaluated = _Evaluated(likelihood)
+        starts, cost = _starts(self.evaluated, profiles, 2 * walkers, random)
+        self.at, self.cost, self.past = starts[:walkers], cost[:walkers], starts
         self.path: list[Floats] = []
+        self.learnt = 0
 
     @property
     def second_half(self) -> Floats:
         """Positions and sums of squares (moves, walkers, p + 1) of the second half of the moves."""
         return np.array(self.path[len(self.path) // 2 :])
 
+    def learn(self) -> None:
+        """Renew the positions that moves are made from, and the surrogate if many points have been evaluated since the last one."""
+        if self.path:
+            self.past = np.concatenate((self.past, self.at))[-MOST_PAST:]
+        self.moves = Moves.of(self.past, self.upper - self.lower, self.logarithm)
+        if self.evaluated.count > MORE * self.learnt:
+            self.learnt = self.evaluated.count
+            self.surrogate = Surrogate.of(*self.evaluated.points, self.logarithm)
+
     def move(self) -> None:
-        """Move all walkers, or leave them where they are (Metropolis)."""
-        trial, volume = self._trial()
-        inside = np.all((trial >= self.lower) & (trial <= self.upper), axis=1)
-        cost = np.full(inside.size, np.inf)
-        if inside.any():
-            cost[inside] = _cost(self.likelihood, trial[inside])
-        gain = 0.5 * (_heavy(self.cost, self.likelihood) - _heavy(cost, self.likelihood)) + volume
-        taken = np.log(self.random.random(gain.size)) < np.where(inside, gain, -np.inf)
-        self.at = np.where(taken[:, None], trial, self.at)
-        self.cost = np.where(taken, cost, self.cost)
+        """Move all walkers in the surrogate, and then to where this led, or leave them where they are (Metropolis)."""
+        at = self.at
+        guess = foreseen = self.surrogate.cost(at)
+        for _ in range(AHEAD):
+            trial, way = self.moves.trial(at, self.random)
+            inside = np.flatnonzero(np.all((trial >= self.lower) & (trial <= self.upper), axis=1))
+            cost = np.full(len(at), np.inf)
+            cost[inside] = self.surrogate.cost(trial[inside])
+            taken = self._taken(self._gain(foreseen, cost) + way)
+            at, foreseen = np.where(taken[:, None], trial, at), np.where(taken, cost, foreseen)
+        cost = self.evaluated(at)
+        taken = self._taken(self._gain(self.cost, cost) - self._gain(guess, foreseen))
+        self.at, self.cost = np.where(taken[:, None], at, self.at), np.where(taken, cost, self.cost)
         self.path.append(np.column_stack((self.at, self.cost)))
-        if len(self.path) % SPACING == 0:
-            self.past.append(self.at)
 
-    def _trial(self) -> tuple[Floats, Floats]:
-        """Trials (walkers, p), NaN where a value would be negative, and the logarithm (walkers,) of the change of the volume."""
-        past, (walkers, size), random = np.concatenate(self.past), self.at.shape, self.random
-        one = random.integers(0, len(past), walkers)
-        two = (one + random.integers(1, len(past), walkers)) % len(past)
-        moved = random.random((walkers, size)) < random.choice(MOVED, walkers)[:, None]
-        moved[np.arange(walkers), random.integers(0, size, walkers)] = True
-        # 2.38/sqrt(2d) is the best factor for normal distributions in d dimensions; shorter moves follow curved ones
-        length = 2.38 / np.sqrt(2 * np.sum(moved, axis=1)) * random.uniform(0.1, 1.2, walkers)
-        length = np.where(random.random(walkers) < JUMP, 1.0, length)[:, None]
-        step = length * (past[one] - past[two])
-        step += JITTER * (self.upper - self.lower) * random.standard_normal(step.shape)
-        # values relative to the present ones; tests often see sums of moduli, which differences of values leave as they are
-        rise = length * (np.exp(past[one] - self.at) - np.exp(past[two] - self.at))
-        by_value = moved & self.positive & (random.random((walkers, 1)) < BY_VALUE)
-        with np.errstate(invalid="ignore", divide="ignore"):
-            step = np.where(by_value, np.log1p(rise), step)
-        volume = -np.sum(step, axis=1, where=by_value)
-        return self.at + np.where(moved, step, 0.0), volume
+    def _gain(self, before: Floats, after: Floats) -> Floats:
+        """The gain (walkers,) of the logarithm of the density with sums of squares `after` instead of `before`."""
+        return 0.5 * (_heavy(before, self.likelihood) - _heavy(after, self.likelihood))
+
+    def _taken(self, gain: Floats) -> Flags:
+        """Whether moves with this `gain` (walkers,) are taken; NaN is none."""
+        return np.asarray(np.log(self.random.random(gain.size)) < np.where(np.isnan(gain), -np.inf, gain))
 
 
-def _cost(likelihood: Likelihood, at: Floats) -> Floats:
-    """Sums of squares (k,), infinite if the tests cannot be simulated."""
-    every: Cases = np.zeros(len(at), dtype=np.intp)
-    residuals = likelihood.residuals(at, every)
-    cost = np.einsum("kn,kn->k", residuals, residuals)
-    return np.where(np.isfinite(cost), cost, np.inf)
+class _Evaluated:
+    """Evaluates a `likelihood`, and keeps the latest points with their residuals."""
+
+    def __init__(self, likelihood: Likelihood) -> None:
+        self.likelihood = likelihood
+        self.kept: list[tuple[Floats, Floats]] = []
+        self.count = 0
+
+    def __call__(self, at: Floats) -> Floats:
+        """Sums of squares (k,) at coordinates (k, p), infinite if the tests cannot be simulated."""
+        every: Cases = np.zeros(len(at), dtype=np.intp)
+        residuals = self.likelihood.residuals(at, every)
+        with np.errstate(over="ignore", invalid="ignore"):
+            cost = np.einsum("kn,kn->k", residuals, residuals)
+        known = np.isfinite(cost)
+        # far beyond what is plausible, only the direction matters
+        share = np.minimum(1.0, FAR / np.sqrt(np.maximum(cost[known], 1e-300)))
+        self.kept.append((at[known], share[:, None] * residuals[known]))
+        self.count += int(np.sum(known))
+        while sum(len(each) for each, _ in self.kept[1:]) >= MOST_KNOWN:
+            del self.kept[0]
+        return np.where(known, cost, np.inf)
+
+    @property
+    def points(self) -> tuple[Floats, Floats]:
+        """Coordinates (m, p) and residuals (m, n) of the latest points."""
+        at, residuals = (np.concatenate(parts)[-MOST_KNOWN:] for parts in zip(*self.kept, strict=True))
+        return at, residuals
 
 
 def _heavy(cost: Floats, likelihood: Likelihood) -> Floats:
@@ -173,11 +199,12 @@ def _heavy(cost: Floats, likelihood: Likelihood) -> Floats:
     return np.asarray((freedom + likelihood.fit.coordinates.size) * np.log1p(cost / freedom))
 
 
-def _starts(likelihood: Likelihood, profiles: Sequence[Profile], count: int, random: np.random.Generator) -> tuple[Floats, Floats]:
+def _starts(evaluated: _Evaluated, profiles: Sequence[Profile], count: int, random: np.random.Generator) -> tuple[Floats, Floats]:
     """Starts (count, p) with their sums of squares (count,): points of the profiles, by likelihood, with scatter from the
     covariance, and parameters without a variance anywhere along their profile. Where the sum of squares would not be plausible,
     the scatter is halved, again and again, down to none.
     """
+    likelihood = evaluated.likelihood
     fit = likelihood.fit
     lower, upper = fit.space.bounds
     centre = _points(likelihood, profiles, count, random)
@@ -193,6 +220,7 @@ def _starts(likelihood: Likelihood, profiles: Sequence[Profile], count: int, ran
         scatter[:, j] = (np.resize(likely, count) if likely.size else fit.coordinates[j]) - centre[:, j]
     freedom, size = likelihood.common_freedom, fit.coordinates.size
     plausible = size * float(fdtri(size, freedom, PLAUSIBLE))
+    centre[0], scatter[0] = fit.coordinates, 0.0  # the tests can be simulated there
     edge = 1e-9 * (upper - lower)
     at, cost = np.clip(centre, lower + edge, upper - edge), np.full(count, np.inf)
     for halving in range(HALVINGS + 1):
@@ -200,7 +228,7 @@ def _starts(likelihood: Likelihood, profiles: Sequence[Profile], count: int, ran
         if left.size:
             share = 0.5**halving if halving < HALVINGS else 0.0
             at[left] = np.clip(centre[left] + share * scatter[left], lower + edge, upper - edge)
-            cost[left] = _cost(likelihood, at[left])
+            cost[left] = evaluated(at[left])
     lost = ~np.isfinite(cost)
     at[lost], cost[lost] = fit.coordinates, 0.0
     return at, cost

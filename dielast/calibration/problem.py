@@ -41,7 +41,7 @@ class Problem:
     def slopes(self, at: Floats) -> Floats:
         """The derivatives (n, p) of all simulated values by the coordinates `at` (p,)."""
         moves, alone = np.ones((1, at.size), dtype=bool), np.zeros(1, dtype=np.intp)
-        _, slopes = with_slopes(lambda q, _: self.answers(q), at[None], alone, self.space.bounds[1], moves)
+        _, slopes = with_slopes(lambda q, _: self.answers(q), at[None], alone, self.space.bounds, moves)
         return np.asarray(slopes[0])
 
     def curves(self, coordinates: Floats | None = None) -> Curves:

@@ -17,7 +17,6 @@ from dielast.calibration.profiles import Profile, Verdict, profiles_of
 from dielast.calibration.scatter import specimen_factors
 from dielast.io.result import TabularResult
 from dielast.io.table import Column, Table
-from dielast.material.argument_types import checked
 from dielast.material.material import CalibratedRange, Material
 from dielast.material.scatter import fewest_draws
 from dielast.mechanics.load import Mode
@@ -63,10 +62,10 @@ class Calibration(TabularResult):
 
     @property
     def specimen_factors(self) -> dict[str, float]:
-        """The relative difference of each specimen's stress from that of the material, by specimen."""
+        """The stress of each specimen over that of the material, by specimen."""
         names = list(dict.fromkeys(test.specimen for test in self.fit.problem.laboratory.tests))
         factors = specimen_factors(self.fit.curves, self.fit.scatter, self.fit.curves.differences)
-        return dict(zip(names, np.exp(factors).tolist(), strict=True))
+        return dict(zip(names, (1 + factors).tolist(), strict=True))
 
     def total(self, fitted: bool) -> tuple[float, float]:
         """Relative rms error (`relative_error`) and share of explained variance, over all points of the fitted or of the predicted
@@ -173,7 +172,6 @@ def range_of(fit: Fit) -> CalibratedRange:
     return CalibratedRange(tuple(sorted(set(modes))), max(invariants), (min(times), max(times)), (min(heat), max(heat)))
 
 
-@checked
 def calibrate(
     tests: Sequence[Experiment],
     material: Material,

@@ -195,7 +195,7 @@ class Whitening:
 
 
 def specimen_factors(curves: Curves, scatter: Scatter, differences: Floats) -> Floats:
-    """The logarithm of each specimen's factor, the best prediction from differences (n,) from the model."""
+    """Each specimen's factor less 1, the best prediction from differences (n,) from the model."""
     alone, parts = replace(scatter, specimen=0.0), curves.split(differences)
     factors = []
     for members, chosen in curves.by_specimen():

@@ -34,7 +34,7 @@ class Command:
 
     - `recipe.py` with the recipe's model, whose `kind` is the command's name,
     - `run.py` with the function `run`, of type `Run`,
-    - `readings.py` with the function `readings`, of type `Readings`; maps and designs share that of `simulation`,
+    - `readings.py` with the function `readings`, of type `Readings`,
     - `starters/NAME.toml` and `starters/NAME.short.toml`, the recipes that `dielast new` and the help print.
 
     None of these is imported before it is needed.
@@ -50,8 +50,6 @@ class Command:
     """Every file that the command may write, besides its figures and its summary."""
     can_share: bool = False
     """Whether several processes or a cluster can share the work."""
-    readings_in: str | None = None
-    """The package with the `readings`, if it is not that of the command."""
 
     @property
     def model(self) -> type[RecipeBase]:
@@ -72,7 +70,7 @@ class Command:
     @property
     def readings(self) -> Readings:
         """The function that lists what `dielast validate` reads."""
-        readings: Readings = import_module(f"{self.readings_in or self.package}.readings").readings
+        readings: Readings = import_module(f"{self.package}.readings").readings
         return readings
 
     def starter(self) -> str:

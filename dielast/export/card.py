@@ -19,7 +19,6 @@ from numpy.typing import NDArray
 from dielast.errors import InputError, Mistakes, Problem, located, nearest, shown, warn
 from dielast.export import abaqus, ansys, comsol, febio, mfront
 from dielast.export.code import UNITS, Card, CardOptions, Code
-from dielast.material.argument_types import checked
 from dielast.material.law import Registry
 from dielast.material.material import Material
 from dielast.material.shift import NoShift, ShiftLaw
@@ -36,7 +35,6 @@ def spring_names() -> tuple[str, ...]:
     return tuple(sorted({name for code in CODES for name in code.springs}))
 
 
-@checked
 def export_card(material: Material, form: str, options: CardOptions | None = None) -> dict[str, str]:
     """The material as text files (name -> ASCII text) for the finite-element code `form`, one of `CODES`.
 

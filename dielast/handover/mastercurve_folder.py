@@ -26,8 +26,9 @@ class ReducedCurve:
     """A master curve to be fitted: its `kind`, the shift law, and `columns` (n,) with the abscissa first.
 
     Young's relaxation modulus (Pa) or tensile creep compliance (1/Pa) over reduced time (s), or Young's storage and loss modulus
-    over reduced angular frequency (rad/s). `measured_temperature` (degC) is the range of the measurement, None if unknown. `data`
-    is the section of the summary on an instrument's export. `scaling`: how moduli change with temperature, from the vertical shift.
+    over reduced angular frequency (rad/s). `measured_temperature` (degC) is the range with known shift factors, None if there is
+    none. `data` is the section of the summary on an instrument's export. `scaling`: how moduli change with temperature, from the
+    vertical shift.
     """
 
     kind: MeasurementKind
@@ -51,6 +52,7 @@ def read_master_curve(folder: str, inputs: Inputs) -> ReducedCurve:
         if measurement not in KINDS:
             raise ValueError(f'[data] measurement is "{measurement}"')
         law, scaling = _shift_law(summary, folder, inputs), _scaling(summary["shift"], name)
+        undetermined = [float(value) for value in summary.get("data", {}).get("undetermined_temperatures_degC", [])]
     except (AttributeError, KeyError, TypeError, ValueError) as error:
         if isinstance(error, InputError):
             raise
@@ -60,7 +62,9 @@ def read_master_curve(folder: str, inputs: Inputs) -> ReducedCurve:
     temperature, *columns = finite_columns(inputs.read(name), name, ["temperature [degC]", *headers])
     if not temperature.size:
         raise InputError("no rows: a folder written by mastercurve is needed", file=name)
-    return ReducedCurve(kind, tuple(columns), law, (float(temperature.min()), float(temperature.max())), scaling=scaling)
+    known = temperature[~np.any(np.isclose(temperature[:, None], undetermined, rtol=1e-6), axis=1)]
+    measured = (float(known.min()), float(known.max())) if known.size else None
+    return ReducedCurve(kind, tuple(columns), law, measured, scaling=scaling)
 
 
 def _scaling(shift: Mapping[str, Any], source: str) -> ModulusLaw:

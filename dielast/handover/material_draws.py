@@ -14,7 +14,6 @@ from dielast.errors import InputError, located
 from dielast.handover.material_file import parse_file
 from dielast.io.files import EXAMPLE, read_file, resolve
 from dielast.io.table import Column, Table, finite_columns
-from dielast.material.argument_types import checked
 from dielast.material.material import Material, constants_of, material_of, numbers_of
 from dielast.material.spectrum import Spectrum
 
@@ -132,7 +131,6 @@ def beside(source: str, name: str) -> str:
     return (Path(source).parent / name).as_posix()
 
 
-@checked
 def read_draws(path: str | Path) -> tuple[Material, ...]:
     """The draws of the material in a material file, which is found as by `read_material`.
 

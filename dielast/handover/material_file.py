@@ -25,7 +25,6 @@ from dielast.handover.law_section import (
 )
 from dielast.io.files import read_file, resolve
 from dielast.io.toml import parse_toml
-from dielast.material.argument_types import checked
 from dielast.material.breakdown import BREAKDOWNS
 from dielast.material.damage import DAMAGES
 from dielast.material.dielectric import DIELECTRICS, ConstantPermittivity, DielectricLaw
@@ -273,7 +272,6 @@ def parse_material(content: bytes, source: str) -> Material:
     return parse_file(content, source).material()
 
 
-@checked
 def read_material(path: str | Path) -> Material:
     """The material (SI units, temperatures in degC) in a material file, or in one that ships with dielast, `example:vhb4905`.
 
@@ -282,7 +280,6 @@ def read_material(path: str | Path) -> Material:
     return parse_material(read_file(resolve(Path(), path), str(path)), str(path))
 
 
-@checked
 def write_material(material: Material, draws: str | None = None) -> bytes:
     """The material as a material file (TOML, UTF-8), numbers with 9 significant digits; `draws` names the table of its draws."""
     import tomli_w

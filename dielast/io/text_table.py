@@ -107,7 +107,7 @@ class MeasuredTable:
         index = self.find(column, "where")
         if isinstance(value, str):
             return np.array([cell == value for cell in self.cells[index]])
-        return np.array([as_number(cell.replace(self.decimal, ".")) == value for cell in self.cells[index]])
+        return np.asarray(self._numbers(index) == value)
 
     def column(
         self, column: str | int, role: str, dimension: Dimension, rows: NDArray[np.bool_] | None = None
@@ -120,18 +120,32 @@ class MeasuredTable:
             return self.only(rows).column(column, role, dimension)
         index = self.find(column, role)
         scale, offset = self._conversion(index, column, role, dimension)
-        here, cells = f'column "{self.names[index]}"', self.cells[index]
-        numbers = np.array([as_number(cell.replace(self.decimal, ".")) for cell in cells])
+        here, cells, numbers = f'column "{self.names[index]}"', self.cells[index], self._numbers(index)
         wrong = np.flatnonzero(~np.isfinite(numbers))
         for row in wrong[:1]:
             what = f'"{cells[row]}" is not a finite number' if cells[row] else "the cell is empty"
             more = f" ({wrong.size} such cells)" if wrong.size > 1 else ""
-            raise self.error(f"{here}: {what}{more}", row)
+            raise self.error(f"{here}: {what}{more}{self._hint(index, cells[row])}", row)
         with np.errstate(over="ignore"):
             values = numbers * scale + offset
         for row in np.flatnonzero(~np.isfinite(values))[:1]:
             raise self.error(f"{here}: the number is too large", row)
         return values
+
+    def _numbers(self, index: int) -> NDArray[np.float64]:
+        """The numbers in a column, NaN for other text: beside decimal commas a point separates thousands, or is a mistake."""
+        marks = str.maketrans({",": ".", ".": " "}) if self.decimal == "," else {}
+        return np.array([as_number(cell.translate(marks)) for cell in self.cells[index]])
+
+    def _hint(self, index: int, cell: str) -> str:
+        """What to do about a cell of a column that is no number."""
+        if re.fullmatch(r"\d+:[\d:.,]+", cell):
+            return ": write a time as a number, in a unit such as s"
+        if re.fullmatch(r"[+-]?[\d.,'\s]+([eE][+-]?\d+)?", cell):
+            return f': the decimal mark is "{self.decimal}", and thousands are not separated'
+        if cell and _plain(cell) in (_plain(self.headers[index].spelled), _plain(self.names[index])):
+            return ": delete the rows that repeat the header"
+        return ": write a number, or delete the row"
 
     def check(self, column: str | int, role: str, dimension: Dimension | None) -> None:
         """Raise `InputError` as `column` does for a missing column or a wrong unit; without a `dimension` for the former alone."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, Generic, TypeVar
+from typing import Any, Generic, Self, TypeVar
 
 import numpy as np
 
@@ -102,12 +102,32 @@ class Endurance(ByCase):
     damage: LawsOfCases[DamageLaw] | None = None
 
 
+NO_STRETCH = DielectricLaw()
+"""Stands for all laws of permittivities that do not depend on stretch."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class StretchedDielectrics(ByCase):
-    """The `laws`, and the index `which` (cases,) of the law of each case."""
+    """How permittivities depend on stretch: the `laws`, and the index `which` (cases,) of the law of each case."""
 
     laws: tuple[DielectricLaw, ...]
     which: Index
+
+    @classmethod
+    def of(cls, laws: Sequence[DielectricLaw], cases: int) -> StretchedDielectrics:
+        """The dielectrics of cases, from one law for each case or one for all."""
+        stretched = [law if law.depends_on_stretch else NO_STRETCH for law in laws]
+        different = tuple(dict.fromkeys(stretched))
+        return cls(different, np.broadcast_to(np.array([different.index(law) for law in stretched]), (cases,)))
+
+    @property
+    def absent(self) -> bool:
+        """Whether no permittivity depends on stretch."""
+        return self.laws == (NO_STRETCH,)
+
+    def take(self, cases: Index) -> Self:
+        """The selected cases (k,)."""
+        return self if len(self.laws) == 1 else ByCase.take(self, cases)
 
     def log_ratio(self, log_squared_stretch: Floats) -> LogRatio:
         """`DielectricLaw.log_ratio` of the laws of the cases, at Lambda (2, cases)."""
@@ -121,10 +141,5 @@ class StretchedDielectrics(ByCase):
         return value, slope, bend
 
 
-def stretched_dielectrics(laws: Sequence[DielectricLaw], cases: int) -> StretchedDielectrics | None:
-    """The dielectrics of cases, from one law for each case or one for all; None if no permittivity depends on stretch."""
-    if not any(law.depends_on_stretch for law in laws):
-        return None
-    different = tuple(dict.fromkeys(laws))
-    number = {law: place for place, law in enumerate(different)}
-    return StretchedDielectrics(different, np.broadcast_to(np.array([number[law] for law in laws]), (cases,)))
+UNSTRETCHED = StretchedDielectrics((NO_STRETCH,), np.zeros(0, dtype=np.intp))
+"""The dielectrics of any number of cases whose permittivities do not depend on stretch."""

@@ -14,7 +14,6 @@ from numpy.typing import ArrayLike
 
 from dielast.io.result import Result
 from dielast.material.argument_types import checked
-from dielast.material.arguments import real_number
 from dielast.material.breakdown import Breakdown as Breakdown, BreakdownLaw
 from dielast.material.damage import DamageLaw
 from dielast.material.dielectric import VACUUM_PERMITTIVITY as VACUUM_PERMITTIVITY, ConstantPermittivity, DielectricLaw
@@ -80,9 +79,6 @@ class Material(Result):
     equilibrium_scaling: ModulusLaw = CONSTANT_MODULUS
     nonequilibrium_scaling: ModulusLaw = CONSTANT_MODULUS
     calibrated: CalibratedRange | None = None
-
-    def __post_init__(self) -> None:
-        real_number(self.equilibrium_modulus, "equilibrium_modulus")
 
     @property
     def reference_temperature(self) -> float:

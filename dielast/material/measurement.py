@@ -15,7 +15,6 @@ from dielast.errors import InputError
 from dielast.io.result import Result, freeze
 from dielast.io.table import plural, spoken
 from dielast.material.argument_types import checked
-from dielast.material.arguments import real_number, real_numbers
 from dielast.material.measurement_kind import CREEP, OSCILLATION, RELAXATION, MeasurementKind
 from dielast.numerics.arrays import Floats
 from dielast.units import ZERO_CELSIUS
@@ -63,10 +62,10 @@ class Measurement(Result):
         return replace(self, **dict(zip(self.names(), columns, strict=True)))
 
     def __post_init__(self) -> None:
-        where, kind = f"{real_number(self.temperature, 'temperature'):g} degC", type(self).KIND
+        where, kind = f"{float(self.temperature):g} degC", type(self).KIND
         if not is_temperature(self.temperature):
             raise InputError(f"temperature {where} is not a temperature above absolute zero")
-        arrays = {name: np.array(real_numbers(getattr(self, name), name)) for name in self.names()}
+        arrays = {name: np.array(getattr(self, name), dtype=float) for name in self.names()}
         for name, values in arrays.items():
             if values.ndim > 1:
                 raise InputError(f"{where}: {plural(name)} of shape {values.shape}: a list of numbers is needed")

@@ -11,7 +11,6 @@ from dielast.errors import InputError
 from dielast.io.result import TabularResult
 from dielast.io.table import Column, Table
 from dielast.material.argument_types import checked
-from dielast.material.arguments import real_numbers
 from dielast.material.material import Material
 from dielast.numerics.arrays import Floats
 from dielast.numerics.random_streams import stream
@@ -146,7 +145,6 @@ class Sample(TabularResult):
         ]
 
 
-@checked
 def draw_sample(
     members: Sequence[Material],
     draws: int,
@@ -182,7 +180,6 @@ def fewest_draws(level: float) -> int:
     return int(np.ceil(2 / (1 - level) - 1 - 1e-9))
 
 
-@checked
 def interval(values: Floats, level: float) -> tuple[Floats, Floats]:
     """Lower and upper bound (...) of an interval that covers a further draw with probability `level`, from `values` (draws, ...).
 
@@ -191,7 +188,7 @@ def interval(values: Floats, level: float) -> tuple[Floats, Floats]:
     that is not between 0 and 1.
     """
     fewest_draws(level)
-    values = real_numbers(values, "values")
+    values = np.asarray(values, dtype=float)
     if not (values.ndim and len(values)):
         raise InputError("at least one draw is needed", argument="values")
     ordered = np.sort(values, axis=0)  # NaN last

@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from dielast.mechanics.criteria.criterion import Moment, Signal
+from dielast.mechanics.equations import Films
 from dielast.mechanics.span import Load
-from dielast.mechanics.symmetric import Films
 from dielast.numerics.arrays import ByCase, Cases, Floats
 from dielast.numerics.quadrature import integrals
 from dielast.numerics.roots import fall, samples

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from dielast.errors import InputError
-from dielast.material.arguments import are_too_cold, real_numbers
+from dielast.material.shift.arrhenius import kelvin
 from dielast.numerics.arrays import Floats
 
 
@@ -18,8 +18,8 @@ def of_case(case: int, cases: int) -> int | None:
 
 
 def numbers(values: ArrayLike, name: str) -> Floats:
-    """One number or a list of them as an array (cases,); `InputError` with the argument `name` for anything else."""
-    array = real_numbers(values, name)
+    """One number or a list of them as an array (cases,); `InputError` with the argument `name` for an array of another shape."""
+    array = np.asarray(values, dtype=float)
     if array.ndim > 1 or not array.size:
         raise InputError(f"an array of shape {array.shape}: one number, or one for each case, is needed", argument=name)
     return array.reshape(-1)
@@ -44,7 +44,7 @@ def spread(value: ArrayLike, name: str, cases: int) -> Floats:
 def temperatures_of(value: ArrayLike, cases: int) -> Floats:
     """The temperatures in degC as an array (cases,); `InputError` at or below absolute zero."""
     values = spread(value, "temperature", cases)
-    if np.any(below := are_too_cold(values)):
+    if np.any(below := kelvin(values) <= 0):
         case = int(np.argmax(below))
         raise InputError(f"{values[case]:g} degC is at or below absolute zero", argument="temperature", case=of_case(case, cases))
     return values

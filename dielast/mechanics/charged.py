@@ -1,4 +1,4 @@
-"""Films whose charge is an unknown, in a circuit (`electric`): the equations of `point` and `symmetric` with one more row.
+"""Films whose charge is an unknown, in a circuit (`electric`): the equations of `point` with one more row.
 
 The state holds the nominal charge density D~ (C/m^2) in the row before the unknown stretches or stresses. The film responds to D~
 as to a prescribed charge, and D~ changes at the rate f = dD~/dt of the circuit, which depends on D~ and on the stretches, not on
@@ -13,26 +13,22 @@ evaluation of f.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any, ClassVar
-
 import numpy as np
 
 from dielast.mechanics.electric import ELECTRIC
 from dielast.mechanics.point import Arrowhead, LoadedPoints
-from dielast.mechanics.point_material import Points
-from dielast.mechanics.span import UnderLoad
-from dielast.mechanics.symmetric import SymmetricArrowhead, SymmetricPoints
 from dielast.numerics.arrays import Cases, Floats
 
 
-class _Charged(UnderLoad):
-    """Films whose charge is an unknown, in the first row of the border; the other base class is that of films without it."""
+class ChargedPoints(LoadedPoints):
+    """Material points whose charge is an unknown, in the first row of the border."""
 
     __slots__ = ()
 
-    points: Points
-    border: ClassVar[int]
+    @property
+    def border(self) -> int:
+        """Index of the row of the charge, counted from the end of the state."""
+        return -self.axes - 1
 
     @property
     def electric(self) -> bool:
@@ -47,7 +43,7 @@ class _Charged(UnderLoad):
 
     def pack(self, internal: Floats, log_squared_stretch: Floats, nominal_stress: Floats, charge: Floats | None = None) -> Floats:
         """State (rows, cases) from x (2, n, cases), Lambda and nominal stress (2, cases), and D~ (cases,), by default 0."""
-        packed: Floats = super().pack(internal, log_squared_stretch, nominal_stress)  # type: ignore[misc]
+        packed = super().pack(internal, log_squared_stretch, nominal_stress)
         charge = np.zeros(packed.shape[1]) if charge is None else charge
         return np.concatenate((packed[: self.border + 1], charge[None], packed[self.border + 1 :]))
 
@@ -58,42 +54,19 @@ class _Charged(UnderLoad):
         """
         floor = np.sqrt(self.points.permittivity * self.points.stress_floor)
         of_charge = np.abs(increment[self.border]) / (np.abs(state[self.border]) + floor)
-        return np.asarray(np.maximum(super().error(state, increment), of_charge))  # type: ignore[misc]
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class ChargedPoints(_Charged, LoadedPoints):
-    """Material points whose charge is an unknown."""
-
-    border: ClassVar[int] = -3
+        return np.asarray(np.maximum(super().error(state, increment), of_charge))
 
     def linearise(self, time: Floats, state: Floats, step: Floats, gamma: float) -> ChargedArrowhead:
         """The linear system of a step (cases,) in s that starts at `time` and `state`."""
         return ChargedArrowhead(self, time, state, step, gamma)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class ChargedSymmetricPoints(_Charged, SymmetricPoints):
-    """Material points under equibiaxial load whose charge is an unknown."""
+class ChargedArrowhead(Arrowhead):
+    """The linear system of one step, with a row for the charge."""
 
-    border: ClassVar[int] = -2
-
-    def linearise(self, time: Floats, state: Floats, step: Floats, gamma: float) -> ChargedSymmetricArrowhead:
-        """The linear system of a step (cases,) in s that starts at `time` and `state`."""
-        return ChargedSymmetricArrowhead(self, time, state, step, gamma)
-
-
-class _WithCharge:
-    """The linear system of one step, with a row for the charge; the other base class is that of films without it."""
-
-    system: Any
-    unknowns: Any
-    _border: Any
-    _change_of_stretch: Any
-
-    def __init__(self, system: Any, time: Floats, state: Floats, step: Floats, gamma: float) -> None:
-        super().__init__(system, time, state, step, gamma)  # type: ignore[call-arg]
-        points, load, charge, axes = system.points, system.load, state[system.border], self.unknowns
+    def __init__(self, system: ChargedPoints, time: Floats, state: Floats, step: Floats, gamma: float) -> None:
+        super().__init__(system, time, state, step, gamma)
+        points, load, charge, axes = system.points, system.load, state[system.border], system.axes
         assert points.circuit is not None
         self.step, self.circuit = step, points.circuit
         log_squared = system.membrane(state, system.driven(time, state))[0]
@@ -103,7 +76,7 @@ class _WithCharge:
         self.by_stretch = by_stretch if axes == 2 else np.sum(by_stretch, axis=0, keepdims=True)  # one axis stands for both
         slope, bend = load.slope(time)[ELECTRIC], load.bend(time)[ELECTRIC]
         self.by_time = np.square(step) * self.circuit.supply_change(slope, bend)
-        self.by_charge = self._border(np.broadcast_to(self.by_load, (axes, step.size)))
+        self.by_charge = self._border(self.by_load)
         unit_change = self._change_of_stretch(self.by_charge, 0.0)
         self.pivot = 1 / gamma - step * by_charge - np.einsum("cm,cm->m", self.by_stretch, unit_change)
 
@@ -115,7 +88,7 @@ class _WithCharge:
         self, residual: Floats, increment: Floats, time: Floats, state: Floats, history: Floats | None, gamma_i: float
     ) -> None:
         """Write the border of the increment: the charge, and the rows of the film."""
-        super()._solve(residual, increment, time, state, history, gamma_i)  # type: ignore[misc]
+        super()._solve(residual, increment, time, state, history, gamma_i)
         system, row = self.system, self.system.border
         border = increment[row + 1 :]
         right = self.step * self._rate(time, system.membrane(state, system.driven(time, state))[0], state[row])
@@ -134,11 +107,3 @@ class _WithCharge:
         source, slope = load.value(time)[ELECTRIC], load.slope(time)[ELECTRIC]
         supply = self.circuit.supply(permittivity, log_area, charge, source, slope)
         return np.asarray(supply - self.circuit.leak(permittivity, log_area, charge))
-
-
-class ChargedArrowhead(_WithCharge, Arrowhead):
-    """The linear system of one step of films without symmetry, with a row for the charge."""
-
-
-class ChargedSymmetricArrowhead(_WithCharge, SymmetricArrowhead):
-    """The linear system of one step of equibiaxial films, with a row for the charge."""

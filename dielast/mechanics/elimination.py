@@ -1,8 +1,11 @@
-"""The flow of the springs over one step, and the elimination of their unknowns, a 2x2 block per spring.
+"""The flow of the springs over one step, and the elimination of their unknowns, a small block per spring.
 
 A spring with stress p, q in axes 1 and 2 flows in proportion to F (p, q), F = [[2, -1], [-1, 2]] (Sec. 3 of DOI
 10.1115/1.4030850). With K its tangent in Lambda = 2 ln lambda, f its flow factor in a step and c diagonal, its block is
 D = c + f F K, and it contributes Q = mu K D^-1 to the tangent of the film. Arrays end with the axes springs, points or cases.
+
+Under a load that keeps every spring symmetric, axis 1 stands for both. Arrays then have one axis in the place of two, F is the
+number `Symmetry.flow`, K is dp/dLambda_1 along the symmetry, and D and Q are numbers.
 """
 
 from __future__ import annotations
@@ -11,11 +14,41 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from dielast.material.springs import UNIAXIAL, SpringLaw, Symmetry
 from dielast.numerics.arrays import Floats
 
 
+def stress_of(law: SpringLaw, symmetry: Symmetry | None, elastic: Floats) -> Floats:
+    """Stresses (axes, n, cases) of springs at Lambda - x (axes, n, cases), which is overwritten."""
+    if symmetry is None:
+        return law.stress(np.exp(elastic, out=elastic))
+    return law.axial_stress(symmetry, *_sides(symmetry, elastic[0]))[None]
+
+
+def tangent_of(law: SpringLaw, symmetry: Symmetry | None, elastic: Floats) -> tuple[Floats, Floats]:
+    """Stresses as by `stress_of`, and the entries of K: 11, 12 and 22 (3, n, cases), or the only one (1, n, cases)."""
+    if symmetry is None:
+        return law.tangent(np.exp(elastic, out=elastic))
+    stress, tangent = law.axial_tangent(symmetry, *_sides(symmetry, elastic[0]))
+    return stress[None], tangent[None]
+
+
+def _sides(symmetry: Symmetry, elastic: Floats) -> tuple[Floats, Floats]:
+    """A and C (n, cases) of springs, from one exponential."""
+    if symmetry is UNIAXIAL:
+        elastic *= -0.5
+        thickness = np.exp(elastic, out=elastic)
+        front = thickness * thickness
+        return np.divide(1.0, front, out=front), thickness
+    front = np.exp(elastic, out=elastic)
+    thickness = front * front
+    return front, np.divide(1.0, thickness, out=thickness)
+
+
 def flow_of(stress: Floats, factor: Floats) -> Floats:
-    """F times the stress (2, n, cases) of the springs times `factor` (n, cases)."""
+    """F times the stress (axes, n, cases) of the springs times `factor` (n, cases), which holds F itself if there is one axis."""
+    if len(stress) == 1:
+        return stress * factor
     flow = 3 * stress
     flow -= stress[0] + stress[1]
     flow *= factor
@@ -24,17 +57,27 @@ def flow_of(stress: Floats, factor: Floats) -> Floats:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Eliminated:
-    """D^-1 of the springs as `diagonal` and `off_diagonal` entries (2, n, cases); `share` (2, 2, n, cases) is Q."""
+    """D^-1 of the springs as `diagonal` and `off_diagonal` entries (2, n, cases); `share` (2, 2, n, cases) is Q.
+
+    With one axis, there are no off-diagonal entries, and the others are (1, n, cases) and (1, 1, n, cases).
+    """
 
     diagonal: Floats
-    off_diagonal: Floats
+    off_diagonal: Floats | None
     share: Floats
 
     @classmethod
     def of(cls, modulus: Floats, tangent: Floats, flow: Floats, hold: Floats | float) -> Eliminated:
-        """Springs with `modulus` mu and flow factor `flow` f, both (n, cases), and the entries 11, 12, 22 of their `tangent` K
-        (3, n, cases). `hold` is c: one number, which makes Q symmetric, or values for each spring and axis (2, n, cases).
+        """Springs with `modulus` mu and flow factor `flow` f, both (n, cases), and the entries of their `tangent` K (3, n, cases)
+        or (1, n, cases). `hold` is c: one number, which makes Q symmetric, or values for each spring and axis (2, n, cases).
         """
+        if len(tangent) == 1:
+            inverse = tangent * flow
+            inverse += hold
+            np.divide(1.0, inverse, out=inverse)
+            tangent *= inverse
+            tangent *= modulus
+            return cls(inverse, None, tangent[None])
         k11, k12, k22 = tangent
         hold_1, hold_2 = (hold, hold) if isinstance(hold, float) else hold
         block = np.empty((2, 2, *k11.shape))
@@ -70,7 +113,8 @@ class Eliminated:
         return cls(diagonal, off_diagonal, share)
 
     def solve(self, right: Floats, out: Floats) -> None:
-        """Write D^-1 `right` to `out`, both (2, n, cases); `right` is overwritten."""
+        """Write D^-1 `right` to `out`, both (axes, n, cases); `right` is overwritten."""
         np.multiply(self.diagonal, right, out=out)
-        right *= self.off_diagonal[::-1]
-        out += right[::-1]
+        if self.off_diagonal is not None:
+            right *= self.off_diagonal[::-1]
+            out += right[::-1]

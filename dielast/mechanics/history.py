@@ -16,19 +16,19 @@ from dielast.mechanics.span import Control, Controls
 from dielast.numerics.arrays import Floats
 
 
-def case_count(steps: Sequence[Step], *others: ArrayLike) -> int:
+def case_count(steps: Sequence[Step] | Sequence[ElectricalStep], *others: ArrayLike | None) -> int:
     """The number of cases of the arrays in `steps` and `others`; `InputError` if their lengths disagree."""
-    sizes = {np.size(other) for other in others}
+    sizes = {np.size(other) for other in others if other is not None}
     for index, step in enumerate(steps):
         with located(step=index):
             sizes |= _sizes(step)
     return one_set(sizes)
 
 
-def _sizes(step: Step) -> set[int]:
+def _sizes(step: Step | ElectricalStep) -> set[int]:
     """The sizes of the arrays in a step."""
     sizes = set[int]()
-    for name in ("stretch", "stress", "rate", "duration"):
+    for name in step.__match_args__:
         value = getattr(step, name)
         pair = isinstance(value, tuple) and name in ("stretch", "stress")
         if pair and len(value) != 2:
@@ -59,7 +59,7 @@ def _pieces(step: Step, mode: Mode, held: Controls, cases: int, origin: int) -> 
     path = step.stretch if isinstance(step.stretch, Path) else step.stress if isinstance(step.stress, Path) else None
     if path is not None:
         if step.rate is not None or step.duration is not None or (step.stretch is not None and step.stress is not None):
-            raise InputError("a waveform or a track determines its own time: state no rate, duration or second quantity with it")
+            raise InputError("a waveform or a track states its times itself: leave out rate, duration and the other quantity")
         control = Control.STRESS if step.stretch is None else Control.STRETCH
         _check_stretch(control, path.values())
         equibiaxial = mode is Mode.EQUIBIAXIAL
@@ -161,7 +161,7 @@ def electrical_pieces(steps: Sequence[ElectricalStep], controls: Controls, unit:
                 raise InputError(f"a {step.QUANTITY} does not go with a {kind.QUANTITY}: all steps prescribe one or the other")
             if isinstance(step.target, Path):
                 if step.rate is not None or step.duration is not None:
-                    raise InputError("a waveform or a track determines its own time: state no rate or duration with it")
+                    raise InputError("a waveform or a track states its times itself: leave out rate and duration")
                 result += path_pieces(step.target, controls, (False, False, True), 1 / unit, index)
                 present = spread(step.target.last, step.QUANTITY, unit.size)
                 continue
@@ -182,3 +182,19 @@ def _electrical_ramp(step: ElectricalStep, present: Floats) -> tuple[Floats, Flo
         target = spread(step.target, step.QUANTITY, present.size)
     lasts, rate = pace(step.duration, step.rate, present.size, step.QUANTITY)
     return target, lasts if rate is None else lasts_at(rate, target - present, step.QUANTITY, step.UNIT)
+
+
+def lasting(pieces: Sequence[Piece], cases: int) -> Floats:
+    """The duration (cases,) in s of a history that begins at rest; NaN where it depends on how the films respond, as for a rate of
+    the stress after a prescribed stretch. Raises `InputError` for a rate of the wrong sign.
+    """
+    at_rest: dict[Control, float] = {Control.STRETCH: 1.0, Control.STRESS: 0.0}
+    known, field, total = [{kind: np.full(cases, value) for kind, value in at_rest.items()}] * 2, np.zeros(cases), np.zeros(cases)
+    unknown = np.full(cases, np.nan)
+    for piece in pieces:
+        present = [axis.get(control, unknown) for axis, control in zip(known, piece.controls, strict=True)]
+        course = piece.begin(np.array([*present, field]))
+        total = total + course.duration
+        *ends, field = course.end
+        known = [{control: end} for control, end in zip(piece.controls, ends, strict=True)]
+    return total

@@ -185,11 +185,6 @@ class _SourceStep(_AnyStep):
         target: ArrayLike | Path | None = getattr(self, self.QUANTITY)
         return target
 
-    def varied(self) -> list[ArrayLike]:
-        """The values that may differ from case to case."""
-        target = self.target.varied() if isinstance(self.target, Path) else (self.target,)
-        return [value for value in (*target, self.rate, self.duration) if value is not None]
-
 
 @checked
 @dataclass(frozen=True, slots=True, eq=False, repr=False)

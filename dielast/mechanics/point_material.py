@@ -14,7 +14,7 @@ import numpy as np
 
 from dielast.errors import InputError
 from dielast.material.law import DielectricLaw
-from dielast.material.laws_of_cases import StretchedDielectrics, stretched_dielectrics
+from dielast.material.laws_of_cases import UNSTRETCHED, StretchedDielectrics
 from dielast.material.material import Material, materials_of
 from dielast.material.springs import SpringLaw, gathered
 from dielast.mechanics.cases import of_case
@@ -34,7 +34,7 @@ class Points(ByCase):
     - `permittivity` (cases,): in F/m at stretch 1.
     - `stress_floor` (cases,): in Pa; errors of a smaller stress are relative to this stress.
     - `electric`: the electrical quantity that the load prescribes, the charge if there is a `circuit`.
-    - `stretching`: the dependence of the permittivity on stretch, None if there is none.
+    - `stretching`: the dependence of the permittivity on stretch.
     - `circuit`: the circuit through which charge flows, None unless the charge is an unknown.
     """
 
@@ -44,7 +44,7 @@ class Points(ByCase):
     permittivity: Floats
     stress_floor: Floats
     electric: ElectricalLoad = FIELD
-    stretching: StretchedDielectrics | None = None
+    stretching: StretchedDielectrics = UNSTRETCHED
     circuit: Circuit | None = None
 
     @classmethod
@@ -77,7 +77,8 @@ class Points(ByCase):
             laws.append((member.equilibrium_law, member.nonequilibrium_law))
         # the rounding error of the stiffest spring's stress bounds the accuracy of every stress
         floor = 1e-4 * modulus[0] + 20 * np.finfo(float).eps / rtol * modulus.sum(axis=0)
-        stretching = stretched_dielectrics(dielectrics, width) if len(dielectrics) == len(materials) else None
+        complete = len(dielectrics) == len(materials)
+        stretching = StretchedDielectrics.of(dielectrics, width) if complete else UNSTRETCHED
         return cls(modulus, rate, gathered(laws, modulus > 0), permittivity, floor, stretching=stretching)
 
     def undamped(self) -> Points:
@@ -91,59 +92,46 @@ class Points(ByCase):
 
     def permittivity_at(self, log_squared_stretch: Floats) -> Floats:
         """eps (cases,) in F/m at Lambda (2, cases)."""
-        if self.stretching is None:
-            return self.permittivity
         return np.asarray(self.permittivity * np.exp(self.stretching.log_ratio(log_squared_stretch)[0]))
 
     def maxwell_stress(self, log_squared_stretch: Floats, electrical: Floats) -> Floats:
-        """The Maxwell stress in Pa at Lambda (2, cases) and the prescribed electrical quantity (cases,): eps E^2 (cases,), equal in
-        both axes, or m_1 and m_2 (2, cases) if the permittivity depends on stretch.
+        """The Maxwell stress m_1 and m_2 (axes, cases) in Pa at Lambda (axes, cases) and the prescribed electrical quantity
+        (cases,); one axis stands for two equal ones.
         """
-        log_area = log_squared_stretch[0] + log_squared_stretch[1]
-        if self.stretching is None:
-            return self.electric.stress(self.permittivity, log_area, electrical)
-        ratio, slope, _ = self.stretching.log_ratio(log_squared_stretch)
-        return np.asarray(self.electric.stress(self.permittivity * np.exp(ratio), log_area, electrical) * (1 + slope))
+        log_area = log_squared_stretch[0] + log_squared_stretch[-1]
+        if self.stretching.absent:  # in most films: this is evaluated in every stage of a step
+            stress = self.electric.stress(self.permittivity, log_area, electrical)
+            return np.array((stress,) * len(log_squared_stretch))
+        permittivity, share = self.capacitance(in_both_axes(log_squared_stretch))
+        return np.asarray(self.electric.stress(permittivity, log_area, electrical) * share[: len(log_squared_stretch)])
 
     def maxwell_tangent(self, log_squared_stretch: Floats, electrical: Floats) -> tuple[Floats, Floats, Floats]:
-        """The Maxwell stress, its derivatives in Lambda, and those in the prescribed electrical quantity: all (cases,) if both axes
-        are equal; (2, cases), (2, 2, cases) and (2, cases) if the permittivity depends on stretch.
+        """The Maxwell stress (axes, cases), its derivatives (axes, axes, cases) in Lambda, and (axes, cases) in the prescribed
+        electrical quantity; one axis stands for two equal ones, and the derivative is in both together.
         """
-        log_area = log_squared_stretch[0] + log_squared_stretch[1]
-        if self.stretching is None:
-            return self.electric.linearised(self.permittivity, log_area, electrical)
-        ratio, slope, bend = self.stretching.log_ratio(log_squared_stretch)
+        one, log_area = len(log_squared_stretch) == 1, log_squared_stretch[0] + log_squared_stretch[-1]
+        if self.stretching.absent:
+            stress, by_area, by_load = self.electric.linearised(self.permittivity, log_area, electrical)
+            if one:
+                return stress[None], 2 * by_area[None, None], by_load[None]
+            return np.array((stress, stress)), np.array(((by_area, by_area),) * 2), np.array((by_load, by_load))
+        ratio, slope, bend = self.stretching.log_ratio(in_both_axes(log_squared_stretch))
         stress, by_area, by_load = self.electric.linearised(self.permittivity * np.exp(ratio), log_area, electrical)
         share = 1 + slope
-        return stress * share, by_area * (share[:, None] * share) + stress * bend[SYMMETRIC], by_load * share
-
-    def equibiaxial_maxwell_stress(self, log_squared_stretch: Floats, electrical: Floats) -> Floats:
-        """The Maxwell stress (cases,) of either axis, where Lambda (cases,) is equal in both."""
-        if self.stretching is None:
-            return self.electric.stress(self.permittivity, 2 * log_squared_stretch, electrical)
-        stress: Floats = self.maxwell_stress(np.stack((log_squared_stretch, log_squared_stretch)), electrical)[0]
-        return stress
-
-    def equibiaxial_maxwell_tangent(self, log_squared_stretch: Floats, electrical: Floats) -> tuple[Floats, Floats]:
-        """The derivatives (cases,) of `equibiaxial_maxwell_stress` in the Lambda of both axes, and in the electrical quantity."""
-        if self.stretching is None:
-            _, by_area, by_load = self.electric.linearised(self.permittivity, 2 * log_squared_stretch, electrical)
-            return 2 * by_area, by_load
-        in_both_axes = np.stack((log_squared_stretch, log_squared_stretch))
-        _, by_stretch, by_load = self.maxwell_tangent(in_both_axes, electrical)
-        return by_stretch[0, 0] + by_stretch[0, 1], by_load[0]
+        by_stretch = by_area * (share[:, None] * share) + stress * bend[SYMMETRIC]
+        if one:
+            return stress * share[:1], np.sum(by_stretch[:1], axis=1, keepdims=True), by_load * share[:1]
+        return stress * share, by_stretch, by_load * share
 
     def capacitance(self, log_squared_stretch: Floats) -> tuple[Floats, Floats]:
         """eps (cases,) in F/m at Lambda (2, cases), and the derivatives (2, cases) in Lambda of ln(eps lambda_1^2 lambda_2^2)."""
-        if self.stretching is None:
-            return self.permittivity, np.ones_like(log_squared_stretch)
         ratio, slope, _ = self.stretching.log_ratio(log_squared_stretch)
         return np.asarray(self.permittivity * np.exp(ratio)), 1 + slope
 
     def watched_maxwell_tangent(self, log_squared_stretch: Floats, electrical: Floats, watched: Floats | None) -> Floats:
-        """The derivatives in Lambda as in `maxwell_tangent`, `watched` (cases,) s after the stretches changed.
+        """The derivatives (2, 2, cases) in Lambda as in `maxwell_tangent`, `watched` (cases,) s after the stretches changed.
 
-        In a circuit, charge flows in that time, and they are (2, 2, cases); None stands for no time.
+        In a circuit, charge flows in that time; None stands for no time.
         """
         _, by_stretch, by_load = self.maxwell_tangent(log_squared_stretch, electrical)
         if self.circuit is None or watched is None:
@@ -151,7 +139,12 @@ class Points(ByCase):
         permittivity, share = self.capacitance(log_squared_stretch)
         log_area = log_squared_stretch[0] + log_squared_stretch[1]
         released = self.circuit.released(permittivity, share, log_area, electrical, watched)
-        return by_stretch + np.atleast_2d(by_load)[:, None] * released
+        return by_stretch + by_load[:, None] * released
+
+
+def in_both_axes(of_axes: Floats) -> Floats:
+    """Values (2, cases) of both axes from those of the axes (axes, cases) in a state; one axis stands for two equal ones."""
+    return of_axes if len(of_axes) == 2 else np.concatenate((of_axes, of_axes))
 
 
 def _at(law: Callable[[Floats], Floats], temperature: Floats, first: int, cases: slice) -> Floats:

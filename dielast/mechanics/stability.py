@@ -106,8 +106,7 @@ def stability(
     time scale in s, in which charge flows in a circuit; without it the charge is frozen, like a branch.
     """
     k11, k12, k22 = _spring_tangent(points, weighted_modulus, internal, log_squared_stretch)
-    by_stretch = points.watched_maxwell_tangent(log_squared_stretch, electrical, watched)
-    maxwell = np.broadcast_to(2 * by_stretch, (2, 2, *k11.shape))
+    maxwell = 2 * points.watched_maxwell_tangent(log_squared_stretch, electrical, watched)
     stretch = np.exp(0.5 * log_squared_stretch)
     t11, t22 = k11 - maxwell[0, 0] - nominal_stress[0] * stretch[0], k22 - maxwell[1, 1] - nominal_stress[1] * stretch[1]
     free = [control is Control.STRESS for control in controls]

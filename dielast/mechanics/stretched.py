@@ -17,11 +17,13 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from dielast.material.springs import SpringLaw, Symmetry
-from dielast.mechanics.elimination import Eliminated, flow_of
+from dielast.mechanics.elimination import Eliminated, flow_of, stress_of, tangent_of
 from dielast.numerics.arrays import ByCase, Cases, Flags, Floats
 from dielast.numerics.integrate import Status, integrate
 from dielast.numerics.stride import DenseSteps, Stride
 
+Line = tuple[Floats, Floats]
+"""The stretch `start` + `slope` t in a span, both (k,)."""
 ROUNDING = 3e-15  # least tolerance for an elastic strain: ten times the rounding error of A - C
 
 
@@ -48,49 +50,34 @@ class Branches(ByCase):
         """Largest error (cases,) of the elastic stretches over the `scale`."""
         return np.asarray(0.5 * np.max(np.abs(increment), axis=0) / self.scale)
 
-    def linearise(self, time: Floats, state: Floats, step: Floats, gamma: float) -> AxialStep | PlanarStep:
+    def driven_by(self, columns: Cases, line: Line) -> Branches:
+        """The branches with another line of the stretch in the `columns` (k,)."""
+        start, slope = self.start.copy(), self.slope.copy()
+        start[columns], slope[columns] = line
+        return replace(self, start=start, slope=slope)
+
+    def linearise(self, time: Floats, state: Floats, step: Floats, gamma: float) -> BranchStep:
         """The linear system of a step (cases,) in s that starts at `time` and `state`."""
-        return (PlanarStep if self.symmetry is None else AxialStep)(self, time, state, step, gamma)
+        return BranchStep(self, time, state, step, gamma)
 
 
-class AxialStep:
-    """The linear system of one step of branches under a symmetry: one scalar equation per branch."""
-
-    def __init__(self, system: Branches, time: Floats, state: Floats, step: Floats, gamma: float) -> None:
-        assert system.symmetry is not None
-        self.system, self.symmetry, self.step = system, system.symmetry, step
-        self.flow = system.symmetry.flow * step * system.rate
-        self.stress, tangent = system.law.axial_tangent(system.symmetry, *elastic(system.symmetry, state))
-        self.change = -0.5 * np.square(step * system.strain_rate(time))
-        self.inverse = 1 / (tangent * self.flow + 1 / gamma)
-
-    def increment(self, time: Floats, state: Floats, history: Floats | None, gamma_i: float, out: Floats) -> Floats:
-        """The increment u_i of the stage at `time` and `state`, in `out`; `history` is sum_j c_ij u_j, None in the first stage."""
-        stress = self.stress
-        if history is not None:
-            stress = self.system.law.axial_stress(self.symmetry, *elastic(self.symmetry, state))
-        right = self.step * self.system.strain_rate(time) - stress * self.flow
-        if history is not None:
-            right += history
-        if gamma_i:
-            right += gamma_i * self.change
-        return np.multiply(self.inverse, right, out=out)
-
-
-class PlanarStep:
-    """The linear system of one step of branches whose axis 2 is held: one 2x2 block per branch."""
+class BranchStep:
+    """The linear system of one step: one small block per branch."""
 
     def __init__(self, system: Branches, time: Floats, state: Floats, step: Floats, gamma: float) -> None:
-        self.system, self.step, self.flow = system, step, step * system.rate
-        self.stress, tangent = system.law.tangent(np.exp(state[:, None]))
+        self.system, self.step = system, step
+        self.flow = (step if system.symmetry is None else system.symmetry.flow * step) * system.rate
+        self.stress, tangent = tangent_of(system.law, system.symmetry, state[:, None].copy())
         self.springs = Eliminated.of(np.ones_like(self.flow), tangent, self.flow, 1 / gamma)
         self.change = -0.5 * np.square(step * system.strain_rate(time))
 
     def increment(self, time: Floats, state: Floats, history: Floats | None, gamma_i: float, out: Floats) -> Floats:
-        """As in `AxialStep`."""
-        stress = self.stress if history is None else self.system.law.stress(np.exp(state[:, None]))
+        """The increment u_i of the stage at `time` and `state`, in `out`; `history` is sum_j c_ij u_j, None in the first stage."""
+        system, stress = self.system, self.stress
+        if history is not None:
+            stress = stress_of(system.law, system.symmetry, state[:, None].copy())
         right = -flow_of(stress, self.flow)
-        right[0] += self.step * self.system.strain_rate(time)
+        right[0] += self.step * system.strain_rate(time)
         if history is not None:
             right += history[:, None]
         if gamma_i:
@@ -116,18 +103,11 @@ class Histories:
         """The number of intervals between corners."""
         return int(self.time.shape[1]) - 1
 
-    def lasts(self, cases: Cases, index: Cases) -> Floats:
-        """The durations (k,) in s of the spans `index` (k,) of `cases` (k,)."""
-        return np.asarray(self.time[cases, index + 1] - self.time[cases, index])
-
-    def enter(self, system: Branches, columns: Cases, cases: Cases, index: Cases) -> tuple[Branches, Floats]:
-        """The branches whose columns (k,) enter the spans `index` (k,) of `cases` (k,), and the durations (k,) of these spans."""
-        lasts = self.lasts(cases, index)
-        start, slope = system.start.copy(), system.slope.copy()
-        start[columns] = self.stretch[cases, index]
-        rise = self.stretch[cases, index + 1] - start[columns]
-        slope[columns] = np.where(lasts > 0, rise, 0.0) / np.where(lasts > 0, lasts, 1.0)
-        return replace(system, start=start, slope=slope), lasts
+    def span(self, cases: Cases, index: Cases) -> tuple[Line, Floats]:
+        """The lines in the spans `index` (k,) of `cases` (k,), and the durations (k,) in s of these spans."""
+        lasts, start = self.time[cases, index + 1] - self.time[cases, index], self.stretch[cases, index]
+        rise = self.stretch[cases, index + 1] - start
+        return (start, np.where(lasts > 0, rise, 0.0) / np.where(lasts > 0, lasts, 1.0)), lasts
 
     def largest_elastic_strain(self, rate: Floats) -> Floats:
         """The largest |Lambda - x| (cases,) at the corners, of linear branches of `rate` 1/(3 tau) (cases,) in 1/s.
@@ -173,11 +153,6 @@ class _Steps:
         return steps.take(indices).state(np.clip(fraction, 0.0, 1.0)).reshape(-1, *times.shape)
 
 
-def elastic(symmetry: Symmetry, log_squared: Floats) -> tuple[Floats, Floats]:
-    """A and C (...) of a spring whose elastic stretch in axis 1 has the 2 ln lambda `log_squared` (...)."""
-    return np.exp(log_squared), np.exp(-symmetry.thinning * log_squared)
-
-
 def carried(
     law: SpringLaw, rate: Floats, symmetry: Symmetry | None, histories: Histories, times: Floats, stretch: Floats, rtol: float
 ) -> Floats:
@@ -205,9 +180,5 @@ def carried(
         if steps.parts:
             strain[:, flowing] = steps.states(times[flowing], history.time[:, -1])
     with np.errstate(all="ignore"):
-        if symmetry is None:
-            stress = law.stress(np.moveaxis(np.exp(strain), 1, 2))[0].T
-        else:
-            stress = law.axial_stress(symmetry, *(side.T for side in elastic(symmetry, strain[0]))).T
-        stress = stress / stretch
+        stress = stress_of(law, symmetry, np.moveaxis(strain, 1, 2).copy())[0].T / stretch
     return np.where(np.isfinite(stress) & ~lost[:, None], stress, np.nan)

@@ -15,9 +15,9 @@ import numpy as np
 from dielast.mechanics.brackets import Brackets, Exposure
 from dielast.mechanics.criteria.criterion import Criterion, Moment, Signal, WatchedFilms
 from dielast.mechanics.criteria.pull_in import stability_at
+from dielast.mechanics.equations import Films, films_of
 from dielast.mechanics.span import Load
 from dielast.mechanics.stability import Stability
-from dielast.mechanics.symmetric import Films, films_of
 from dielast.numerics.arrays import ByCase, Cases, Flags, Floats, paired, where
 from dielast.numerics.roots import CLOSE
 from dielast.numerics.stride import DenseSteps, Stride

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import IntEnum
+from typing import Any
 
 import numpy as np
 
@@ -130,7 +131,7 @@ class _Pool:
         last = np.zeros_like(cases)
         if self.spans is not None:
             last += self.spans.spans - 1
-            while (empty := np.flatnonzero((last > 0) & ~(self.spans.lasts(cases, last) > 0))).size:
+            while (empty := np.flatnonzero((last > 0) & ~(self.spans.span(cases, last)[1] > 0))).size:
                 last[empty] -= 1
         return last
 
@@ -152,16 +153,18 @@ class _Pool:
         self.active = np.ones(at.cases.size, dtype=bool)
         self.increments = np.empty((self.method.stages, *state.shape))
 
-    def _entered(self, system: System, columns: Cases, cases: Cases, span: Cases) -> tuple[System, Floats]:
+    def _entered(self, system: Any, columns: Cases, cases: Cases, span: Cases) -> tuple[System, Floats]:
         """The system with columns (k,) of `cases` (k,) in the spans `span` (k,), and the durations (k,) of these spans.
 
         Spans of duration 0 are skipped: `span` is changed in place to the next one that lasts.
         """
         assert self.spans is not None
-        system, duration = self.spans.enter(system, columns, cases, span)
+        load, duration = self.spans.span(cases, span)
+        system = system.driven_by(columns, load)
         while (empty := np.flatnonzero((duration <= 0) & (span < self.last_span[cases]))).size:
             span[empty] += 1
-            system, duration[empty] = self.spans.enter(system, columns[empty], cases[empty], span[empty])
+            load, duration[empty] = self.spans.span(cases[empty], span[empty])
+            system = system.driven_by(columns[empty], load)
         return system, duration
 
     def _onward(self, ready: Flags) -> None:

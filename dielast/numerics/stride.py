@@ -44,11 +44,10 @@ class Spans(Protocol):
     def spans(self) -> int:
         """The number of spans."""
 
-    def lasts(self, cases: Cases, index: Cases) -> Floats:
-        """Durations (k,) in s of the spans `index` (k,) of `cases` (k,)."""
-
-    def enter(self, system: Any, columns: Cases, cases: Cases, index: Cases) -> tuple[Any, Floats]:
-        """The system whose `columns` (k,), of `cases` (k,), enter the spans `index` (k,), and the durations (k,) of these spans."""
+    def span(self, cases: Cases, index: Cases) -> tuple[Any, Floats]:
+        """The load in the spans `index` (k,) of `cases` (k,), as `driven_by(columns, load)` of the system takes it for columns
+        (k,), and the durations (k,) in s of these spans.
+        """
 
     def smooth(self, index: Cases) -> Flags:
         """Whether the load is smooth (without a kink) at the beginning of the spans `index` (k,)."""

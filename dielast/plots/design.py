@@ -71,8 +71,10 @@ def plot_design(result: Design, title: str | None = None, interval: str | None =
     times; films that do not reach the goal have crosses in a strip below.
     """
     along, others = _axes(result)
-    combinations = np.unique(np.stack([axis.values for axis in others]), axis=1).T if others else np.zeros((1, 0))
-    shown = combinations[spread_indices(len(combinations), MOST_LINES)]
+    differing = np.stack([axis.values for axis in others], axis=1) if others else np.zeros((result.target.size, 1))
+    combinations, inverse = np.unique(differing, axis=0, return_inverse=True)
+    line = inverse.ravel()  # the shape of the inverse depends on the version of NumPy
+    shown = _shown(result, line, len(combinations))
     life = result.life
     with style():
         figure, (left, right) = panels(2, title, height=2.9)
@@ -80,10 +82,7 @@ def plot_design(result: Design, title: str | None = None, interval: str | None =
         frontier = along.label.startswith(result.goal.replace("_", " ")) and _frontier(right, along, life)
         handles, lines, looks = [], [], []
         for index, combination in enumerate(shown):
-            alike = np.ones(result.target.shape, dtype=bool)
-            for axis, value in zip(others, combination, strict=True):
-                alike &= axis.values == value
-            films = np.flatnonzero(alike)
+            films = np.flatnonzero(line == combination)
             films = films[np.argsort(along.values[films], kind="stable")]
             look: Any = {"color": COLOURS[index % len(COLOURS)], "linestyle": LINES[index % len(LINES)], "linewidth": 1.1}
             look |= {"marker": MARKERS[index % len(MARKERS)], "markerfacecolor": "white"}
@@ -91,7 +90,7 @@ def plot_design(result: Design, title: str | None = None, interval: str | None =
             lines.append(films)
             looks.append(look)
             if others:
-                label = ", ".join(axis.texts[int(films[0])] for axis in others)
+                label = ", ".join(text for axis in others if (text := axis.texts[int(films[0])]))
                 handles.append(Line2D([], [], label=label, **look))
         _lives(right, along, result, life, lines, looks)
         left.set_ylabel(f"voltage [{unit}]")
@@ -134,6 +133,16 @@ def _axes(result: Design) -> tuple[_Axis, list[_Axis]]:
         return goal, [axis for axis in axes if axis.levels.size > 1]
     along = max(axes, key=lambda axis: axis.levels.size)
     return along, [axis for axis in axes if axis is not along and axis.levels.size > 1]
+
+
+def _shown(result: Design, line: NDArray[np.intp], lines: int) -> list[int]:
+    """The lines that are drawn, of so many `lines`; `line` (films,) is that of each film. If there are too many: that of the best
+    film for every goal at every temperature, and some of the others.
+    """
+    best = np.unique(np.stack([result.target, result.temperature], axis=1), axis=0, return_index=True)[1]
+    first = list(dict.fromkeys(line[best].tolist()))[:MOST_LINES]
+    others = [index for index in range(lines) if index not in first]
+    return sorted([*first, *(others[index] for index in spread_indices(len(others), MOST_LINES - len(first)))])
 
 
 def _voltages(axes: Axes, along: _Axis, result: Design, films: NDArray[np.intp], factor: float, look: Any) -> None:

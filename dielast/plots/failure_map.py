@@ -8,15 +8,14 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
-from matplotlib.colors import ListedColormap, LogNorm
+from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
-from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from dielast.mechanics.criteria import named
+from dielast.plots.cells import UNFINISHED, Cells, patch
 from dielast.plots.lifetimes import MOST_LINES, Panel, arrange, draw_panels, films_of, legend, notes
 from dielast.plots.looks import MOST_BANDS
-from dielast.plots.quantities import unit_for
 from dielast.plots.style import (
     SECONDS,
     TEMPERATURES,
@@ -116,48 +115,34 @@ def _beside_a_map(result: FailureMap, most: int) -> list[tuple[int, int]]:
 
 def _map(figure: Figure, axes: Axes, result: FailureMap) -> None:
     """The map of the first temperature: colours and contour lines for the time, hatching for the mode of failure."""
-    unit, factor = unit_for("V", float(result.voltage.max()))
-    voltage, prestretch = result.voltage * factor, result.prestretch[:, 0]
-    order = np.argsort(prestretch)
-    time, mode = result.time_to_failure[0][order], result.failure_mode[0][order]
-    prestretch = prestretch[order]
+    cells = Cells.of(result)
+    time, mode = result.time_to_failure[0, cells.order], result.failure_mode[0, cells.order]
     shown = np.where(time > 0, time, np.nan)
     finite = shown[np.isfinite(shown)]
     axes.set_facecolor("0.92")
     if finite.size:
         shortest, longest = float(finite.min()), float(finite.max())
         scale = LogNorm(shortest, longest if longest > shortest else 10 * shortest)
-        cells = np.ma.masked_invalid(shown)
-        axes.pcolormesh(voltage, prestretch, cells, norm=scale, cmap=TEMPERATURES, shading="nearest", rasterized=True)
+        lives, places = np.ma.masked_invalid(shown), (cells.voltage, cells.prestretch)
+        axes.pcolormesh(*places, lives, norm=scale, cmap=TEMPERATURES, shading="nearest", rasterized=True)
         figure.colorbar(ScalarMappable(scale, TEMPERATURES), ax=axes, label="time to failure [s]", pad=0.02, aspect=30)
-        _contours(axes, voltage, prestretch, np.ma.log10(cells))
+        _contours(axes, *places, np.ma.log10(lives))
     regions = [
         ("survives", mode == "none", "0.92"),
         ("at once", time == 0, "0.6"),
-        ("not finished", mode == "unfinished", "#E6A0A0"),
+        ("not finished", mode == "unfinished", UNFINISHED),
     ]
-    handles = []
-    for name, where, colour in regions:
-        if where.any():
-            # drawn over whole cells, like the times
-            cells = np.ma.masked_where(~where, np.ones(where.shape))
-            axes.pcolormesh(voltage, prestretch, cells, cmap=ListedColormap([colour]), shading="nearest", rasterized=True)
-            handles.append(Patch(facecolor=colour, edgecolor="black", linewidth=0.5, label=name))
+    handles = [cells.fill(axes, where, colour, name) for name, where, colour in regions if where.any()]
+    handles += cells.hatch(axes, mode, result.times, TEMPERATURES(0.2))
     happens = [name for name in result.times if (mode == name).any()]
-    for name in sorted(happens, key=lambda name: not named(name).hatch):
-        if hatch := named(name).hatch:
-            cells = np.ma.masked_where(mode != name, np.ones(mode.shape))
-            clear = ListedColormap([(0.0, 0.0, 0.0, 0.0)])
-            axes.pcolor(voltage, prestretch, cells, cmap=clear, shading="nearest", hatch=hatch, edgecolor="white", linewidth=0.0)
-            handles.append(Patch(facecolor=TEMPERATURES(0.2), edgecolor="white", hatch=hatch, linewidth=0.5, label=f"{name} first"))
-        elif len(happens) > 1:
-            handles.append(Patch(facecolor=TEMPERATURES(0.5), edgecolor="black", linewidth=0.5, label=f"{name} first"))
+    if len(happens) > 1:
+        handles += [patch(TEMPERATURES(0.5), f"{name} first") for name in happens if not named(name).hatch]
     if handles:
         columns = min(len(handles), 3)  # a legend wider than the figure would spoil its layout
         row_legend(axes, handles, columns, loc="upper center", bbox_to_anchor=(0.5, -0.2))
     if result.temperature.size > 1:
         axes.set_title(degrees(result.temperature[0]), loc="right")
-    axes.set_xlabel(f"voltage [{unit}]")
+    axes.set_xlabel(f"voltage [{cells.unit}]")
     axes.set_ylabel("prestretch")
 
 
@@ -174,7 +159,10 @@ def _contours(axes: Axes, voltage: NDArray[np.float64], prestretch: NDArray[np.f
         along = np.asarray(path.vertices)
         if names[level] not in named and len(along):
             middle: tuple[float, float] = tuple(along[len(along) // 2])
-            axes.annotate(names[level], middle, (2, 0), textcoords="offset points", fontsize=6.5, color="white", va="center")
+            # and within the axes
+            side, aside = ("left", 2) if middle[0] < np.mean(axes.get_xlim()) else ("right", -2)
+            look: Any = {"fontsize": 6.5, "color": "white", "va": "center", "ha": side}
+            axes.annotate(names[level], middle, (aside, 0), textcoords="offset points", **look)
 
 
 def decade_name(exponent: int) -> str:

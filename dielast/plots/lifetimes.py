@@ -142,9 +142,9 @@ def draw_panels(all_axes: Sequence[Axes], result: FailureMap, all_films: Sequenc
             _band(axes, voltage, film, *shown)
             _times(axes, result.voltage, factor, film)
         axes.set_xlabel(f"voltage [{unit}]")
-        if above or below or len(all_axes) > 1:
+        if above or below or len(all_axes) > 1 or not any(film.fails.any() for film in every):
             axes.set_ylim(*limits(shown, _share(above), _share(below)))
-            # the same voltages in all panels
+            # the same voltages in all panels, and in a panel in which no film fails
             axes.update_datalim([(voltage.min(), shown[0]), (voltage.max(), shown[0])])
             axes.autoscale_view(scaley=False)
         log_axis(axes, "y")

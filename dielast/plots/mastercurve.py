@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 from matplotlib.artist import Artist
@@ -28,6 +28,7 @@ from dielast.plots.superposition import (
 from dielast.superposition.result import MasterCurve
 
 
+@runtime_checkable
 class MeasuredCurve(Protocol):
     """The measurement at one temperature, as the figure shows it."""
 

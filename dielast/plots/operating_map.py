@@ -16,7 +16,7 @@ from matplotlib.patheffects import withStroke
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from dielast.mechanics.criteria import named
+from dielast.plots.cells import UNFINISHED, Cells, patch
 from dielast.plots.failure_map import is_map
 from dielast.plots.lifetimes import film_in_words
 from dielast.plots.quantities import unit_for
@@ -43,7 +43,7 @@ TIMES = (*SHORT_TIMES, 60.0, 600.0, 3600.0, DAY / 4, DAY, 7 * DAY, 30 * DAY, *(Y
 MOST_BANDS = 9
 MOST_PANELS = 4
 MOST_LINES = 7
-SURVIVES, UNKNOWN = "#FFFFFF", "#E6A0A0"
+SURVIVES = "#FFFFFF"
 LIFE = LinearSegmentedColormap.from_list("life", [*TEMPERATURES(np.linspace(0, 1, 6)), (0.80, 0.90, 0.45, 1.0)])
 
 
@@ -79,38 +79,25 @@ def plot_operating_map(result: FailureMap, title: str | None = None) -> Figure:
 
 def _maps(figure: Figure, axes: Sequence[Axes], result: FailureMap, panels: Sequence[tuple[int, str]]) -> None:
     """Draw the maps, with one scale of time."""
-    _, factor = unit_for("V", float(result.voltage.max()))
-    order = np.argsort(result.prestretch[:, 0])
-    voltage, prestretch = result.voltage * factor, result.prestretch[order, 0]
+    cells = Cells.of(result)
+    places = cells.voltage, cells.prestretch
     levels = _levels(result)
     colours = LIFE(np.linspace(0, 1, max(len(levels) - 1, 2)))
     modes: dict[str, Patch] = {}
     for place, (temperature, name) in zip(axes, panels, strict=True):
-        time, mode = result.time_to_failure[temperature, order], result.failure_mode[temperature, order]
+        time, mode = result.time_to_failure[temperature, cells.order], result.failure_mode[temperature, cells.order]
         place.set_facecolor(SURVIVES)
         decades = _decades(time, mode, levels)
         if len(levels) > 1:
-            place.contourf(voltage, prestretch, decades, levels=np.log10(levels), colors=[tuple(c) for c in colours], zorder=0.5)
+            place.contourf(*places, decades, levels=np.log10(levels), colors=[tuple(c) for c in colours], zorder=0.5)
         unknown = mode == "unfinished"
-        if unknown.any():
-            cells = np.ma.masked_where(~unknown, np.ones(mode.shape))
-            place.pcolormesh(
-                voltage, prestretch, cells, cmap=LinearSegmentedColormap.from_list("u", [UNKNOWN] * 2), shading="nearest"
-            )
-            modes["not finished"] = Patch(facecolor=UNKNOWN, edgecolor="black", linewidth=0.5, label="not finished")
-        for failure in result.times:
-            hatch = named(failure).hatch
-            if hatch and (mode == failure).any():
-                cells = np.ma.masked_where(mode != failure, np.ones(mode.shape))
-                clear = LinearSegmentedColormap.from_list("clear", [(0.0, 0.0, 0.0, 0.0)] * 2)
-                place.pcolor(
-                    voltage, prestretch, cells, cmap=clear, shading="nearest", hatch=hatch, edgecolor="white", linewidth=0.0
-                )
-                modes[failure] = Patch(facecolor=LIFE(0.2), edgecolor="white", hatch=hatch, linewidth=0.5, label=f"{failure} first")
-        _stretch_lines(place, voltage, prestretch, result.relative_stretch[name][0, temperature, order])
+        drawn = [cells.fill(place, unknown, UNFINISHED, "not finished")] if unknown.any() else []
+        drawn += cells.hatch(place, mode, result.times, LIFE(0.2))
+        modes |= {str(handle.get_label()): handle for handle in drawn}
+        _stretch_lines(place, *places, result.relative_stretch[name][0, temperature, cells.order])
         # contours end at the centres of the cells that pcolor draws
-        place.set_xlim(voltage[0], voltage[-1])
-        place.set_ylim(prestretch[0], prestretch[-1])
+        place.set_xlim(cells.voltage[0], cells.voltage[-1])
+        place.set_ylim(cells.prestretch[0], cells.prestretch[-1])
     if len(levels) > 1:
         norm = BoundaryNorm(np.log10(levels), len(levels) - 1)
         shown = LinearSegmentedColormap.from_list("bands", colours, N=len(levels) - 1)
@@ -119,7 +106,7 @@ def _maps(figure: Figure, axes: Sequence[Axes], result: FailureMap, panels: Sequ
         )
         bar.set_ticks(np.log10(levels).tolist(), labels=[lasting(level) for level in levels])
         bar.ax.tick_params(which="both", length=0)
-    white = Patch(facecolor=SURVIVES, edgecolor="black", linewidth=0.5, label=f"lives longer than {lasting(result.horizon)}")
+    white = patch(SURVIVES, f"lives longer than {lasting(result.horizon)}")
     line = Line2D([], [], color="black", linewidth=1.0, label="relative stretch")
     handles = [line] + [white] * bool(np.any(result.failure_mode == "none")) + list(modes.values())
     row_legend(figure, handles, min(len(handles), 3), loc="outside lower center", fontsize=7)

@@ -148,7 +148,10 @@ def _beginning(cases: Sequence[Mapping[str, NDArray[np.float64]]], measured: Seq
         seen = view.seen(across, up) & (across > 0)
         if np.any(seen):
             moved = np.abs(up[seen] - up[seen][0]) > STILL * np.ptp(up[seen])
-            firsts.append(float(across[seen][np.argmax(moved)]) if moved.any() else np.inf)
+            place = int(np.argmax(moved))
+            still, changed = across[seen][place - 1], across[seen][place]
+            # of rows that are far apart, the one before the change is shown as well
+            firsts.append(float(still if still < changed / BEFORE else changed) if moved.any() else np.inf)
     first = min(firsts, default=np.inf)
     return view.factors[0] * first / BEFORE if np.isfinite(first) else None
 

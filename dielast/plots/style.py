@@ -103,6 +103,14 @@ class Layout(ConstrainedLayoutEngine):
 class Sheet(Figure):
     """A figure that is saved in dielast's style, whoever saves it, without dates, versions or random names."""
 
+    def draw(self, renderer: Any) -> None:
+        """As matplotlib has it, but for the pass before a figure is saved, which shows nothing: only the layout is needed of it."""
+        layout = self.get_layout_engine()
+        if isinstance(layout, Layout) and self.canvas.is_saving():
+            layout.execute(self)
+        else:
+            super().draw(renderer)
+
     def savefig(self, fname: Any, **options: Any) -> None:
         """As matplotlib has it; `fname` is a path or an open file."""
         form = options.get("format") or (Path(fname).suffix[1:] if isinstance(fname, str | os.PathLike) else "")

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from dielast.plots.style import COLOURS, MARKERS, TEMPERATURES, degrees, spread, typeset
 from dielast.superposition.result import MasterCurve
 
-MOST_IN_LEGEND = 6  # temperatures; more are told by a colour bar
+MOST_IN_LEGEND = 6  # temperatures; more are shown by a colour bar
 HEIGHT = 95.0  # points, about, of the axes of the shift factors
 POINTS = 300  # about so many on the master curve, so that they do not run together
 

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 from numpy.typing import NDArray
 
-from dielast.errors import InputError
+from dielast.errors import InputError, warn
 
 WIDEST = 4  # spread of the readings of one set, in tolerances
 SHORTEST = 3  # number of points of a run
@@ -43,10 +45,28 @@ def isotherms(
             "temperatures",
             f"run into one another: no two are more than temperature_tolerance = {tolerance:g} K apart",
         )
+    _warn_of_scatter(temperature, parted, source, tolerance)
     runs = [(_level(temperature[members]), members) for members in sets]
     for members in parted:
         runs += [(_level(temperature[members]), run) for run in _runs(np.sort(members), abscissa, source)]
     return sorted(runs, key=lambda run: run[0])
+
+
+def _warn_of_scatter(
+    temperature: NDArray[np.float64], parted: list[NDArray[np.intp]], source: NDArray[np.intp], tolerance: float
+) -> None:
+    """Warn of sets next to each other in temperature whose rows alternate in a file: one set, perhaps, whose readings scatter."""
+    for colder, warmer in pairwise(parted):
+        low, high = _level(temperature[colder]), _level(temperature[warmer])
+        rows = np.sort(np.concatenate((colder, warmer)))
+        if high - low > WIDEST * tolerance or np.unique(source[rows]).size > 1:
+            continue
+        if np.count_nonzero(np.diff(np.isin(rows, warmer))) > 2:
+            warn(
+                f"the rows at {low:g} and {high:g} degC alternate: if they are one temperature whose readings scatter, state "
+                f"columns.set, or a temperature_tolerance above {tolerance:g} K"
+            )
+            return
 
 
 def _check_spread(readings: NDArray[np.float64], tolerance: float, what: str, why: str) -> None:

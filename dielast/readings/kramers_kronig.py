@@ -23,7 +23,8 @@ SIGNIFICANT_ANGLE = 0.2  # rad; smaller slopes and phases are not compared
 CONTRADICTION = 0.5  # difference of the two angles over the larger one; good sweeps have less than 0.1
 EXPLAINED = 0.35  # the same after the mistake is corrected
 ENOUGH_POINTS = 5
-UNIT_FACTORS = (-9, -6, -3, 3, 6, 9)  # decades between Pa, kPa, MPa and GPa
+PER_CENT = -2  # decades that a tan delta in per cent is off
+UNIT_FACTORS = (-9, -6, -3, PER_CENT, 3, 6, 9)  # decades between Pa, kPa, MPa and GPa
 
 
 def warn_if_inconsistent(sweeps: Sequence[FrequencySweep]) -> None:
@@ -41,7 +42,7 @@ def warn_if_inconsistent(sweeps: Sequence[FrequencySweep]) -> None:
     if misfits[decades] < EXPLAINED:
         warn(
             "storage and loss moduli look to be in different units: the loss moduli fit the slopes of the curves if they are "
-            f"1e{decades} times as large (Kramers-Kronig)"
+            f"1e{decades} times as large (Kramers-Kronig)" + (": is tan delta in per cent?" if decades == PER_CENT else "")
         )
         return
     warn("storage and loss moduli do not belong together: the loss does not fit the slopes of the curves (Kramers-Kronig)")

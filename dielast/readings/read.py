@@ -18,6 +18,7 @@ from dielast.readings.columns_recipe import MECHANICAL, ROLES
 from dielast.readings.isotherms import isotherms
 from dielast.readings.kramers_kronig import viscosity_factor, warn_if_inconsistent
 from dielast.readings.recipe import MeasuredData
+from dielast.readings.signs import check_signs
 from dielast.readings.specimen import mistaken
 from dielast.readings.steps import Part, parts_of
 from dielast.readings.values import Readings, read_part
@@ -71,17 +72,19 @@ def read_all(data: MeasuredData, inputs: Inputs) -> Dataset:
             used = [part.table.names[part.table.find(part.columns[role], role)] for role in MECHANICAL if role in part.columns]
             warn_of_tension(used, part.table.source)
     if kind.over_frequency and (data.ramp is not None or data.discard_before > 0):
-        raise InputError("ramp and discard_before are times of a test over time: a frequency sweep has none")
+        raise InputError("ramp and discard_before belong to a test over time: leave them out for a frequency sweep")
     labels: dict[tuple[int, str], int] = {}
     readings = [read_part(part, data, 3.0 if deformation == "shear" else 1.0, labels) for part in parts]
     source = np.repeat(np.arange(len(parts)), [reading.abscissa.size for reading in readings])
     temperature = np.concatenate([reading.temperature for reading in readings])
     columns = np.concatenate([np.vstack([reading.abscissa, reading.ordinates]) for reading in readings], axis=1)
-    label = np.concatenate([reading.label for reading in readings])
+    label, line = (np.concatenate([getattr(reading, name) for reading in readings]) for name in ("label", "line"))
     measurements: list[Measurement] = []
     first: list[int] = []
     for level, rows in isotherms(temperature, columns[0], source, label, data.temperature_tolerance):
-        names = ", ".join(dict.fromkeys(parts[k].table.source for k in source[rows]))
+        files = [parts[k].table.source for k in source[rows]]
+        check_signs(kind, level, columns[:, rows], files, line[rows])
+        names = ", ".join(dict.fromkeys(files))
         measurements.append(measurement_of(kind, level, columns[:, rows], names, data.time_offset))
         first.append(int(np.min(rows)))
     if kind.over_frequency:

@@ -168,7 +168,7 @@ class MeasurementData(MeasuredData):
         if (self.file is None) == (self.files is None):
             raise InputError("either file or files is needed" + (", not both" if self.file is not None else ""))
         stated = self.temperature_keys
-        headed = self.columns is None or self.file is not None or self.layout == "wide"  # perhaps, which reading tells
+        headed = self.columns is None or self.file is not None or self.layout == "wide"  # perhaps: the file shows it
         if len(stated) + headed == 0 or len(stated) > 1 or (self.file and stated not in ([], ["columns.temperature"])):
             raise InputError(
                 f"temperatures are needed from {self.sources}" + (f", not from {' and '.join(stated)}" if stated else "")

@@ -30,13 +30,14 @@ ONE_TEMPERATURE = (
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Readings:
-    """Rows (n,) in SI and degC: abscissa, one or two ordinates (c, n), Young's or tensile; labels of sets, -1 for none."""
+    """Rows (n,) in SI and degC: abscissa, one or two ordinates (c, n), Young's or tensile; labels of sets, -1 for none; lines."""
 
     temperature: NDArray[np.float64]
     abscissa: NDArray[np.float64]
     ordinates: NDArray[np.float64]
     label: NDArray[np.intp]
     viscosity: NDArray[np.float64]
+    line: NDArray[np.intp]
 
 
 def read_part(part: Part, data: MeasuredData, per_shear: float, labels: dict[tuple[int, str], int]) -> Readings:
@@ -64,8 +65,7 @@ def read_part(part: Part, data: MeasuredData, per_shear: float, labels: dict[tup
     with np.errstate(all="ignore"):
         ordinates = _ordinates(part, per_shear, data.specimen)
     _refuse(part, ~np.all(np.isfinite(ordinates), axis=0), part.kind.name, "is too large a number")
-    _refuse_most(part, np.any(ordinates <= 0, axis=0))
-    return Readings(temperature, abscissa, ordinates, label, viscosity)
+    return Readings(temperature, abscissa, ordinates, label, viscosity, part.table.lines)
 
 
 def _complete(part: Part, roles: list[str]) -> Part:
@@ -185,11 +185,3 @@ def _refuse(part: Part, wrong: NDArray[np.bool_], role: str, why: str) -> None:
         first, count = int(np.flatnonzero(wrong)[0]), int(np.count_nonzero(wrong))
         more = f" ({count} such rows)" if count > 1 else ""
         raise part.table.error(f"{role} {why}{more}", first)
-
-
-def _refuse_most(part: Part, wrong: NDArray[np.bool_]) -> None:
-    """`InputError` if most values are zero or negative: only a few can be a noise floor."""
-    if 2 * np.count_nonzero(wrong) > wrong.size:
-        many, first = part.kind.values, int(np.flatnonzero(wrong)[0])
-        text = f"{np.count_nonzero(wrong)} of {wrong.size} {many} are zero or negative: positive {many} are needed"
-        raise part.table.error(text, first)

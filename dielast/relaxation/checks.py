@@ -9,7 +9,6 @@ from numpy.typing import ArrayLike
 
 from dielast.errors import InputError, and_more, warn
 from dielast.io.table import plural, spoken
-from dielast.material.arguments import real_number, real_numbers, whole_number
 from dielast.material.measurement_kind import MeasurementKind
 from dielast.numerics.arrays import Floats, rms
 from dielast.relaxation.nnls import WeightedCurve
@@ -25,7 +24,7 @@ POOR_FIT = 0.10  # relative rms
 def sorted_points(kind: MeasurementKind, columns: Sequence[ArrayLike]) -> list[Floats]:
     """Abscissa and ordinates of a master curve, arrays (n,) in ascending order; `InputError` unless positive and equally long."""
     names = [(spoken(name), unit) for name, unit in (kind.reduced_abscissa, *kind.ordinates)]
-    arrays = [real_numbers(values, name) for (name, _), values in zip(names, columns, strict=True)]
+    arrays = [np.asarray(values, dtype=float) for values in columns]
     abscissa = arrays[0]
     for (name, _), values in zip(names, arrays, strict=True):
         if values.ndim != 1 or values.shape != abscissa.shape:
@@ -45,10 +44,10 @@ def sorted_points(kind: MeasurementKind, columns: Sequence[ArrayLike]) -> list[F
 
 def checked_counts(method: str, branches: int, fewest: int, keep: int | None) -> tuple[int, int | None]:
     """The numbers of branches to fit and to keep, at least `fewest` and from 1 to `branches`."""
-    branches = whole_number(branches, "branches")
+    branches = int(branches)
     if branches < fewest:
         raise InputError(f"{branches}: {method} needs at least {fewest}", argument="branches")
-    keep = None if keep is None else whole_number(keep, "keep")
+    keep = None if keep is None else int(keep)
     if keep is not None and not 1 <= keep <= branches:
         raise InputError(f"cannot keep {keep} of {branches} branches", argument="keep")
     return branches, keep
@@ -56,7 +55,7 @@ def checked_counts(method: str, branches: int, fewest: int, keep: int | None) ->
 
 def checked_times(times: TimeRange, argument: str) -> TimeRange:
     """The shortest and the longest time, positive and in this order."""
-    shortest, longest = (None if time is None else real_number(time, argument) for time in times)
+    shortest, longest = (None if time is None else float(time) for time in times)
     for name, time in (("min", shortest), ("max", longest)):
         if time is not None and not 0 < time < np.inf:
             raise InputError(f"{name} = {time:g} s: a positive, finite time is needed", argument=argument)
@@ -72,8 +71,8 @@ def checked_moduli(
 
     All arguments are Young's moduli in Pa; `smallest` and `largest` are those of the curve, which the others must not contradict.
     """
-    equilibrium = None if equilibrium is None else real_number(equilibrium, "equilibrium_modulus")
-    glassy = None if glassy is None else real_number(glassy, "glassy_modulus")
+    equilibrium = None if equilibrium is None else float(equilibrium)
+    glassy = None if glassy is None else float(glassy)
     if liquid and equilibrium:
         raise InputError(f"{equilibrium:g} Pa: that of a liquid is 0", argument="equilibrium_modulus")
     equilibrium = 0.0 if liquid else equilibrium

@@ -14,7 +14,6 @@ import numpy as np
 from dielast.errors import InputError, warn
 from dielast.io.result import TabularResult
 from dielast.io.table import Column, Table
-from dielast.material.argument_types import checked
 from dielast.numerics.arrays import Floats, rms
 from dielast.relaxation.ends import votes
 from dielast.relaxation.nnls import WeightedCurve, fit_strengths
@@ -48,7 +47,6 @@ class ContinuousSpectrum(TabularResult):
         return float(self.density.sum() * self.width)
 
 
-@checked
 def continuous_spectrum(fit: SpectrumFit, points_per_decade: int = 10) -> ContinuousSpectrum:
     """H(ln tau) of the curve of a `fit`, with its equilibrium modulus, from half a decade before its first to a decade after its
     last time, at `points_per_decade`.
@@ -57,7 +55,7 @@ def continuous_spectrum(fit: SpectrumFit, points_per_decade: int = 10) -> Contin
     discrete retardation spectrum.
     """
     if fit.retardation is not None:
-        raise InputError("a creep curve has no continuous relaxation spectrum of its own: only its discrete one is converted")
+        raise InputError("a creep curve has no continuous relaxation spectrum, only a discrete one")
     if points_per_decade < 1:
         raise InputError(f"{points_per_decade} points per decade: at least one is needed")
     time, tau = fit.reduced_time, fit.spectrum.relaxation_time

@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from dielast.errors import warn
-from dielast.material.argument_types import checked
 from dielast.material.measurement_kind import CREEP
 from dielast.material.spectrum import Spectrum
 from dielast.numerics.arrays import Floats
@@ -29,7 +28,6 @@ EXACT = 1e-9  # relative rounding error of values in tables
 SLOWER = 10.0  # times the length of the curve, at which processes still have an effect on it
 
 
-@checked
 def fit_creep(
     reduced_time: ArrayLike,
     creep_compliance: ArrayLike,
@@ -76,7 +74,7 @@ def fit_creep(
         )
     elif prescribed is None and equilibrium == 0 and softest.slope >= -LEVEL_SLOPE:
         warn(
-            f"the material flows, by which its compliance hardly rises yet ({share:.1%} of it at the end of the curve): a solid of "
+            f"the material flows, but flow is only {share:.1%} of its compliance at the end of the curve: a solid of "
             "far slower processes would look alike: state equilibrium_modulus (0 for a melt)",
             mentions=("equilibrium_modulus",),
         )

@@ -7,8 +7,6 @@ from typing import get_args
 from numpy.typing import ArrayLike
 
 from dielast.errors import InputError, shown
-from dielast.material.argument_types import checked
-from dielast.material.arguments import whole_number
 from dielast.material.measurement_kind import OSCILLATION, RELAXATION
 from dielast.relaxation.checks import TimeRange
 from dielast.relaxation.result import Method, SpectrumFit
@@ -18,7 +16,6 @@ from dielast.relaxation.task import FitTask
 PAST_ENDS = 10**0.5  # a process affects the loss modulus within half a decade on either side of its frequency
 
 
-@checked
 def fit_spectrum(
     reduced_time: ArrayLike,
     modulus: ArrayLike,
@@ -53,7 +50,7 @@ def fit_spectrum(
     if method not in get_args(Method):
         raise InputError(f'{shown(method)}: "schwarzl-staverman" or "nnls" is needed', argument="method")
     by_polynomial = method != "nnls"
-    degree = whole_number(polynomial_degree, "polynomial_degree") if by_polynomial else 0
+    degree = int(polynomial_degree) if by_polynomial else 0
     if by_polynomial and degree < 1:
         raise InputError(f"{degree}: at least 1 is needed", argument="polynomial_degree")
     columns, fewest = (reduced_time, modulus), FEWEST_BRANCHES if by_polynomial else 1
@@ -63,7 +60,6 @@ def fit_spectrum(
     return schwarzl_staverman(task, degree) if by_polynomial else task.fit_moduli(past=1.0)
 
 
-@checked
 def fit_oscillation(
     reduced_angular_frequency: ArrayLike,
     storage_modulus: ArrayLike,

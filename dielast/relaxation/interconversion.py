@@ -61,7 +61,6 @@ class RetardationSpectrum(TabularResult):
         return np.asarray(self.glassy_compliance + retarded + t * self.fluidity)
 
 
-@checked
 def relaxation_from_retardation(retardation: RetardationSpectrum) -> tuple[Spectrum, float]:
     """The relaxation spectrum and the equilibrium shear modulus (Pa; 0 if the material flows) of the same material.
 
@@ -79,7 +78,6 @@ def relaxation_from_retardation(retardation: RetardationSpectrum) -> tuple[Spect
     return Spectrum(1 / zeros, moduli), 0.0 if flow else float(1 / (glassy + compliance.sum()))
 
 
-@checked
 def retardation_from_relaxation(spectrum: Spectrum, equilibrium_modulus: float = 0.0) -> RetardationSpectrum:
     """The retardation spectrum of the material with the relaxation `spectrum` and `equilibrium_modulus` (shear, Pa; 0 if it flows).
 

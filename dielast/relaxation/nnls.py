@@ -29,6 +29,8 @@ _EVEN = 0.02  # scores closer than this count as equal, and the smoother fit win
 _HELD = 1e4  # weight of a prescribed sum of moduli, in units of the weight of all points
 _CELL = 0.05  # decades over which points are averaged for placing the processes
 _WORTHWHILE = 0.98  # ratio of misfits below which a change of the times is accepted, so that noise causes none
+_SINGULAR = 1e-13  # ratio to the largest singular value below which one is a rounding error
+_EXACT = 1e-9  # misfit, relative to the curve, below which a fit is exact but for rounding errors, which differ between machines
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -117,8 +119,7 @@ def fit_strengths(
     weight = curve.row_weight
     rows, values = _reduced(design, target, weight)
     # Points have equal scatter but unequal weight: dense ones follow their noise less, hence the squared weight in the trace.
-    twice_weighted = design * weight[:, None]
-    influence = twice_weighted.T @ twice_weighted
+    influence = np.asarray(np.linalg.qr(design * weight[:, None], mode="r"))
     count = float(weight.sum())
     if total is not None:
         shares = np.array(total.constants)
@@ -133,9 +134,10 @@ def fit_strengths(
         stacked = np.vstack([rows, smoothing * roughness])
         strength, _ = _non_negative(stacked, padded)
         free = strength > 0
-        normal = stacked[:, free].T @ stacked[:, free]
-        trace = float(np.trace(np.linalg.lstsq(normal, influence[np.ix_(free, free)], rcond=None)[0]))
-        spare = 1 - trace / count
+        # singular values, as normal equations lose too many digits where little freedom is left
+        _, size, axes = np.linalg.svd(stacked[:, free], full_matrices=False)
+        seen = size > _SINGULAR * np.max(size, initial=0.0)
+        spare = 1 - float(np.sum((influence[:, free] @ (axes[seen].T / size[seen])) ** 2)) / count
         return (float(np.sum((rows @ strength - values) ** 2)) / spare**2 if spare > 1e-6 else np.inf), strength, count * spare
 
     tried = [smoothing for smoothing in [0.0, *_COARSE] if smoothing >= least] if smoothing is None else [smoothing]
@@ -178,11 +180,12 @@ def place_times(
     finest, step = 1e-7 if single else 0.1, max(furthest) / 4
     trials = sorted(product(*(np.linspace(0.0, end, 5 if end else 1).tolist() for end in furthest)), key=sum)  # widest range first
     inset, least = (0.0, 0.0), np.inf
-    while step >= finest:
+    exact = _EXACT * float(np.sqrt(coarse.row_weight.sum()))
+    while step >= finest and least > exact:
         improved = False
         for trial in trials:
             inside = all(0 <= place <= end for place, end in zip(trial, furthest, strict=True))
-            if inside and (score := misfit(trial)) < _WORTHWHILE * least:
+            if inside and least > exact and (score := misfit(trial)) < _WORTHWHILE * least:
                 inset, least, improved = trial, score, True
         step = step if improved else step / 2
         trials = [(inset[0] + step * shorter, inset[1] + step * longer) for shorter, longer in ((1, 0), (-1, 0), (0, 1), (0, -1))]

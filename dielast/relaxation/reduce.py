@@ -23,7 +23,6 @@ import numpy as np
 from dielast.errors import InputError, NumericsError
 from dielast.io.result import TabularResult
 from dielast.io.table import Column, Table
-from dielast.material.argument_types import checked
 from dielast.material.shift import ShiftLaw
 from dielast.material.spectrum import Spectrum
 from dielast.numerics.arrays import Floats
@@ -68,7 +67,6 @@ class Reduction(TabularResult):
         ]
 
 
-@checked
 def reduce_spectrum(
     spectrum: Spectrum,
     equilibrium_modulus: float,

@@ -140,9 +140,10 @@ class _Change:
     @classmethod
     def of(cls, target: Spectrum, fit: SpectrumFit) -> _Change:
         """For a `target` in place of the spectrum of a fit: the smallest relative changes of its moduli that nearly suffice."""
-        tau = target.relaxation_time
-        time = np.geomspace(tau[-1] / 2, 10 * tau[0], int(TIMES_PER_DECADE * np.log10(20 * tau[0] / tau[-1])) + 1)
-        equilibrium = fit.equilibrium_shear_modulus
+        tau, equilibrium = target.relaxation_time, fit.equilibrium_shear_modulus
+        # after its slowest time a melt has next to no modulus, of which a draw with other times is any multiple
+        first, last = tau[-1] / 2, tau[0] * (10 if equilibrium > 0 else 1)
+        time = np.geomspace(first, last, int(TIMES_PER_DECADE * np.log10(last / first)) + 1)
         modulus, carried = fit.spectrum.relaxation_modulus(time, equilibrium), target.relaxation_modulus(tau, equilibrium)
         of_equilibrium = max(equilibrium, SMALL * carried[0]) if equilibrium > 0 else 0.0  # a melt stays one
         size = np.append(np.maximum(target.shear_modulus, SMALL * carried), of_equilibrium)

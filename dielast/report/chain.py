@@ -103,7 +103,7 @@ def _read(folder: Path, names: Mapping[str, Sequence[str]]) -> StoredResult:
         raise InputError(f"{'is a file' if os.path.exists(folder) else 'no such folder'}: {_NEEDED}", file=folder)
     source = folder / SUMMARY
     if not os.path.isfile(source):
-        raise InputError(f"no {SUMMARY} in it: {_NEEDED}", file=folder)
+        raise InputError(f"the folder has no {SUMMARY}: {_NEEDED}", file=folder)
     content = read_file(source, str(source))
     summary = parse_toml(content, str(source))
     kind = summary.get("kind")

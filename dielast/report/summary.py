@@ -72,13 +72,12 @@ def _measured(value: Any, unit: str, stderr: float | None = None) -> str:
     if isinstance(value, list):
         more = f", … {len(value)} in all" if len(value) > SHOWN else ""
         return ", ".join(_measured(entry, unit) for entry in value[:SHOWN]) + more
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        return str(value)
-    if isinstance(value, int) and not unit:
-        return str(value)
+    number = isinstance(value, int | float) and not isinstance(value, bool)
+    if not number or (isinstance(value, int) and not unit):
+        return _plain(value)
     scale, shown = _scaled(value, unit)
-    number = f"{value / scale:.4g}" if stderr is None else f"{value / scale:.5g} ± {stderr / scale:.2g}"
-    return f"{number} {shown}".rstrip()
+    digits = f"{value / scale:.4g}" if stderr is None else f"{value / scale:.5g} ± {stderr / scale:.2g}"
+    return f"{digits} {shown}".rstrip()
 
 
 def _scaled(value: float, unit: str) -> tuple[float, str]:
@@ -97,6 +96,8 @@ def _scaled(value: float, unit: str) -> tuple[float, str]:
 def _plain(value: Any) -> str:
     if isinstance(value, list):
         return f"[{', '.join(map(_plain, value))}]"
+    if isinstance(value, bool):
+        return str(value).lower()
     return f"{value:.5g}" if isinstance(value, float) else str(value)
 
 

@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import fields
-from typing import Any
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from dielast.errors import InputError, shown
-from dielast.material.argument_types import checked
 from dielast.material.breakdown import BreakdownLaw
 from dielast.material.leakage import Leakage
 from dielast.material.material import Material, materials_of
@@ -18,19 +15,19 @@ from dielast.mechanics.criteria import CRITERIA, END, failures_of, names
 from dielast.mechanics.criteria.breakdown import ElectricalBreakdown
 from dielast.mechanics.criteria.loss_of_tension import LossOfTension
 from dielast.mechanics.criteria.pull_in import PullIn
-from dielast.mechanics.history import electrical_pieces
+from dielast.mechanics.history import case_count, electrical_pieces, lasting
 from dielast.mechanics.load import ChargeStep, VoltageStep
 from dielast.mechanics.stability import ONE_PERCENT, TimeScale
 from dielast.simulate.actuation_history import ActuationHistory, run_films
 from dielast.simulate.film_setup import MESH_RTOL, FilmSetup
-from dielast.simulate.history import joined
+from dielast.simulate.history import joined, simulating
 from dielast.simulate.output import Output, check_end, stated_times
 from dielast.simulate.setup import Setup, set_up
 from dielast.simulate.wiring import Wiring
 
 
-@checked
-def actuate(
+# the docstring is that of `actuate`, which simulates what this function has prepared
+def prepare(
     material: Material | Sequence[Material],
     steps: Sequence[VoltageStep | ChargeStep],
     *,
@@ -57,7 +54,7 @@ def actuate(
     electrode_area: ArrayLike | None = None,
     electrical: bool | None = None,
     profile: ArrayLike | None = None,
-) -> ActuationHistory:
+) -> Callable[[], ActuationHistory]:
     """Prestretch films, hold them for `relax` s, and then drive them through the `steps`, from 0 V or from a charge of 0.
 
     The film: `thickness` is the undeformed one in m. `prestretch` is equibiaxial, or a pair (tuple) with None for an axis free of
@@ -83,17 +80,14 @@ def actuate(
     """
     if stop_at not in (None, *names(), END):
         raise InputError(f"{stop_at!r}: it must be one of {', '.join((*names(), END))}", argument="stop_at")
+    cases = case_count(steps, source_resistance, electrode_area, *(() if leakage is None else leakage.varied()))
     setup = set_up(
         material,
         FilmSetup(thickness, prestretch, prestretch_rate, relax, boundary, electrode_share, mesh_rtol, force, width),
         temperature=temperature,
         breakdown_field=breakdown_field,
         rtol=rtol,
-        spanning=[
-            *(value for step in steps for value in step.varied()),
-            *(value for value in (source_resistance, electrode_area) if value is not None),
-            *([] if leakage is None else leakage.varied()),
-        ],
+        cases=cases,
     )
     cases = setup.temperature.size
     charge = isinstance(next(iter(steps), None), ChargeStep)
@@ -105,52 +99,41 @@ def actuate(
     if setup.share is not None and stated:
         only = "a film with a passive part, boundary frame or strip, can only be driven by an ideal source of voltage"
         raise InputError(f"{only}; its charge and energies are not computed", argument=stated[0])
-    duration = np.sum([piece.begin(np.zeros((3, cases))).duration for piece in pieces], axis=0)
+    duration = lasting(pieces, cases)
     check_end(output.times, duration, "programme")
     profile_times = None if profile is None else stated_times(profile, cases, "profile")
     if profile_times is not None and setup.share is None:
-        raise InputError("it is of films with a passive part, boundary frame or strip", argument="profile")
+        raise InputError("a profile needs a film with a passive part, boundary frame or strip", argument="profile")
     check_end(profile_times, duration, "programme", "profile")
     stops = _stops(stop_at, materials_of(material), setup)
     parts = setup.groups(wiring.has_circuit)
-    histories = [
-        run_films(
-            setup,
-            part,
-            wiring,
-            [piece.take(part) for piece in pieces],
-            output,
-            timescale=pull_in_timescale,
-            stops=stops,
-            with_end=times is None if with_end is None else with_end,
-            electrical=bool(stated) if electrical is None else electrical,
-            profile_times=profile_times,
-            rtol=rtol,
-        )
-        for part in parts
-    ]
-    place = np.empty(cases, dtype=np.intp)
-    place[np.concatenate(parts)] = np.arange(sum(part.size for part in parts))
-    history: ActuationHistory = joined(histories, place)
-    return history
+
+    def simulated() -> ActuationHistory:
+        histories = [
+            run_films(
+                setup,
+                part,
+                wiring,
+                [piece.take(part) for piece in pieces],
+                output,
+                timescale=pull_in_timescale,
+                stops=stops,
+                with_end=times is None if with_end is None else with_end,
+                electrical=bool(stated) if electrical is None else electrical,
+                profile_times=profile_times,
+                rtol=rtol,
+            )
+            for part in parts
+        ]
+        place = np.empty(cases, dtype=np.intp)
+        place[np.concatenate(parts)] = np.arange(sum(part.size for part in parts))
+        history: ActuationHistory = joined(histories, place)
+        return history
+
+    return simulated
 
 
-def check_actuation(
-    material: Material | Sequence[Material],
-    steps: Sequence[VoltageStep | ChargeStep],
-    *,
-    temperature: ArrayLike | None = None,
-    breakdown_field: ArrayLike | BreakdownLaw | None = None,
-    stop_at: str | None = None,
-    rtol: float = 1e-6,
-    **arguments: Any,
-) -> None:
-    """Raise the `InputError` of `actuate` for a film, temperature or end of a run that the material does not allow, without
-    simulating; the `arguments` are those of `actuate`, and the steps are not looked at.
-    """
-    film = FilmSetup(**{field.name: arguments[field.name] for field in fields(FilmSetup) if field.name in arguments})
-    setup = set_up(material, film, temperature=temperature, breakdown_field=breakdown_field, rtol=rtol)
-    _stops(stop_at, materials_of(material), setup)
+actuate = simulating(prepare, "actuate", ActuationHistory)
 
 
 def _stops(stop_at: str | None, materials: Sequence[Material], setup: Setup) -> tuple[str, ...]:

@@ -19,10 +19,10 @@ from dielast.io.result import TabularResult
 from dielast.io.table import Table, case_table
 from dielast.material.leakage import Leakage
 from dielast.mechanics.course import Course, Cycles
+from dielast.mechanics.equations import Films, films_of
 from dielast.mechanics.passive.framed import FramedFilms
 from dielast.mechanics.point_material import Points
 from dielast.mechanics.span import Control, Load
-from dielast.mechanics.symmetric import Films, films_of
 from dielast.numerics.arrays import Cases, Floats
 from dielast.numerics.stride import DenseSteps, Stride
 from dielast.simulate.electrical import NODES, WEIGHTS, flow
@@ -171,9 +171,8 @@ class CycleMeter:
         measured = self._measured(log_squared, nominal, wide.cases).reshape(places, count)
         sent: Floats | None = None
         if self.leakage is None:
-            permittivity = self.points.permittivity[wide.cases]
-            if self.points.stretching is not None:
-                permittivity = permittivity * np.exp(self.points.stretching.take(wide.cases).log_ratio(log_squared)[0])
+            ratio = self.points.stretching.take(wide.cases).log_ratio(log_squared)[0]
+            permittivity = self.points.permittivity[wide.cases] * np.exp(ratio)
             charge = permittivity * np.square(stretch[0] * stretch[1]) * value[2]
             power, boundary_term = -charge * slope[2], charge * value[2]
         else:

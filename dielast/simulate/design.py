@@ -12,7 +12,6 @@ from numpy.typing import ArrayLike, NDArray
 from dielast.errors import InputError
 from dielast.io.result import Result, TabularResult
 from dielast.io.table import Column, Table
-from dielast.material.argument_types import checked
 from dielast.material.breakdown import BreakdownLaw
 from dielast.material.material import Material
 from dielast.material.scatter import Sample, fewest_draws, interval
@@ -130,7 +129,6 @@ def _with_bounds(name: str, unit: str, values: Floats, bounds: Bounds | None) ->
     return [Column(name, unit, values), *(Column(f"{name}_{side}", unit, bound) for side, bound in sides)]
 
 
-@checked
 def design(
     material: Material,
     *,
@@ -193,7 +191,7 @@ def check_draws(draws: int, level: float, failure_probability: float) -> None:
         raise InputError(text, argument="failure_probability")
     for name, probability in (("level", level), ("failure_probability", 1 - 2 * failure_probability)):
         if 0 < draws < (fewest := fewest_draws(probability)):
-            raise InputError(f"{draws} draws do not tell it: at least {fewest} are needed", argument=name)
+            raise InputError(f"{draws} draws are too few for this {name}: at least {fewest} are needed", argument=name)
 
 
 def plan_design(
@@ -208,8 +206,10 @@ def plan_design(
     rtol: float = 1e-6,
     sample: Sample | None = None,
     drawn_rtol: float | None = None,
+    relaxed: bool = True,
 ) -> DesignPlan:
-    """Check the arguments of `design`, and prestretch and relax its films and those of all draws of a `sample`.
+    """Check the arguments of `design`, and prestretch and relax its films and those of all draws of a `sample`; unless they are to
+    be `relaxed`, `DesignPlan.relaxed` does that later.
 
     Prestretch, electrode share and thickness of the `film` and the target of the `goal` are axes of the grid. Raises `InputError`
     as `design` does.
@@ -230,7 +230,8 @@ def plan_design(
         drawn_rtol=drawn_rtol,
         copies=goal.target.size,
     )
-    return DesignPlan(grid, goal.take(np.arange(grid.temperature.size) % goal.target.size), horizon)
+    plan = DesignPlan(grid, goal.take(np.arange(grid.temperature.size) % goal.target.size), horizon)
+    return plan.relaxed() if relaxed else plan
 
 
 def under_way(plan: DesignPlan, solved: Sequence[Designed]) -> DesignPlan:

@@ -5,10 +5,10 @@ The films of a chunk are searched together: a round is one run of all voltages t
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from dielast.errors import InputError
 from dielast.io.result import Result
@@ -18,7 +18,7 @@ from dielast.numerics.arrays import ByCase, Cases, Flags, Floats, paired
 from dielast.numerics.edged_roots import EDGE, ENDED, FAR, FOUND, OPEN, PASSED, SHORT, EdgedRoots
 from dielast.numerics.integrate import Status
 from dielast.simulate.film_grid import FilmGrid, Group, axis_of
-from dielast.simulate.history import first_of
+from dielast.simulate.history import NONE, Names, first_of, name_of_first
 
 ROUNDS = 100  # of trials, at most: a bracket is halved every other round
 MET = 1e-4  # accuracy of a goal, in the logarithm of the stretch or of the area
@@ -28,8 +28,7 @@ NOISE = 3.0  # accuracy of a stretch, in relative tolerances of the solver
 ROUNDING = 1e-12
 SPREAD = np.array((0.75, 0.92, 1.13, 1.39))  # first voltages over the expected voltage
 CHUNK = 256  # films
-NONE, UNFINISHED = "none", "unfinished"
-Names = NDArray[np.object_]
+UNFINISHED = "unfinished"
 WAY = (0.1, 0.25, 0.5, 0.75, 1.0)  # fractions of the logarithm of the stretch at the goal
 RELATIVE_STRETCH, AREA_STRAIN = "relative_stretch", "area_strain"
 
@@ -101,6 +100,10 @@ class DesignPlan(Result):
     horizon: float
     voltage: Floats = field(default_factory=lambda: np.zeros(0))
     slope: Floats = field(default_factory=lambda: np.zeros(0))
+
+    def relaxed(self) -> DesignPlan:
+        """The plan with prestretched and relaxed films; raises `NumericsError` if the prestretch of a film cannot be computed."""
+        return replace(self, grid=self.grid.relaxed())
 
     @property
     def films(self) -> int:
@@ -234,11 +237,8 @@ def _tried(plan: DesignPlan, part: Group, goal: Goal, columns: Cases, voltage: F
     criteria, goal = plan.criteria, goal.take(columns)
     lives = part.lives(columns, voltage, horizon=horizon, watched=criteria, ends=criteria, times=[goal.at])
     end = first_of(lives.happened, criteria)
-    mode = np.full(columns.size, NONE, dtype=object)
-    mode[~np.isin(lives.status, (Status.COMPLETED, Status.STOPPED))] = UNFINISHED
-    for name in reversed(criteria):
-        event = first_of(lives.happened, [name])
-        mode[(event.time == end.time) & (event.field == end.field)] = name
+    mode = name_of_first(lives.happened, criteria)
+    mode[(mode == NONE) & ~np.isin(lives.status, (Status.COMPLETED, Status.STOPPED))] = UNFINISHED
     lived = ~(end.time < goal.at) & np.isfinite(lives.stretched[0, 0])
     value = np.where(lived, goal.missed(lives.stretched[:, 0]), np.nan)
     # A film that fails while a voltage is applied at once fails likewise under every higher voltage; its state beyond that failure

@@ -21,12 +21,12 @@ import numpy as np
 from dielast.io.result import Result
 from dielast.material.leakage import Leakage
 from dielast.mechanics.electric import ELECTRIC, FIELD
+from dielast.mechanics.equations import Films, films_of
+from dielast.mechanics.film import Film
 from dielast.mechanics.point_material import SYMMETRIC, Points
 from dielast.mechanics.span import Control, Controls, stretched
-from dielast.mechanics.symmetric import Films, films_of
 from dielast.numerics.arrays import Cases, Flags, Floats, paired
 from dielast.numerics.stride import DenseSteps, Stride
-from dielast.simulate.film import Film
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(8)
 NODES, WEIGHTS = 0.5 * (1 + _NODES), 0.5 * _WEIGHTS  # on a step of length 1

@@ -16,8 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from dielast.errors import InputError
 from dielast.io.result import TabularResult
 from dielast.io.table import Column, Table
-from dielast.material.argument_types import checked
-from dielast.material.arguments import real_number
+from dielast.material.argument_types import real_number
 from dielast.material.breakdown import BreakdownLaw
 from dielast.material.material import Material
 from dielast.material.scatter import Sample
@@ -28,7 +27,7 @@ from dielast.numerics.integrate import Status
 from dielast.simulate.durations import lasting
 from dielast.simulate.film_grid import axis_of, lay_out
 from dielast.simulate.film_setup import MESH_RTOL, FilmSetup
-from dielast.simulate.history import REASONS
+from dielast.simulate.history import NONE, REASONS
 from dielast.simulate.map_plan import Cells, MapPlan, column_of, solve_cells
 
 
@@ -108,7 +107,6 @@ def failure_cells(result: FailureMap) -> Table:
     ]
 
 
-@checked
 def failure_map(
     material: Material,
     *,
@@ -164,7 +162,6 @@ def failure_map(
     return solve_map(plan, progress)[0]
 
 
-@checked
 def solve_map(plan: MapPlan, progress: Callable[[int, int], None] | None = None) -> list[FailureMap]:
     """The planned map, followed by the maps of all draws, each with shape (nt, np, nv); `progress` as in `failure_map`."""
     solved = []
@@ -175,7 +172,6 @@ def solve_map(plan: MapPlan, progress: Callable[[int, int], None] | None = None)
     return assembled(plan, solved)
 
 
-@checked
 def plan_failure_map(
     material: Material,
     *,
@@ -190,10 +186,11 @@ def plan_failure_map(
     rtol: float = 1e-6,
     sample: Sample | None = None,
     drawn_rtol: float | None = None,
+    relaxed: bool = True,
     **film: Any,
 ) -> MapPlan:
     """Check the arguments of `failure_map`, and prestretch and relax its films, which are made and held as `film` states (see
-    `FilmSetup`); with a `sample`, also those of its draws.
+    `FilmSetup`); with a `sample`, also those of its draws. Unless they are to be `relaxed`, `MapPlan.relaxed` does that later.
 
     The draws are solved to `drawn_rtol`, by default a larger tolerance than `rtol`. Raises `InputError` as `failure_map` does.
     """
@@ -201,9 +198,9 @@ def plan_failure_map(
     volts = axis_of(voltage, "voltage")
     if not np.all(volts >= 0):
         raise InputError(f"{volts.min():g} V: it must not be negative", argument="voltage")
-    if not 0 < real_number(horizon, "horizon") < np.inf:
+    if not 0 < horizon < np.inf:
         raise InputError(f"{horizon:g} s: it must be positive", argument="horizon")
-    if not 0 <= real_number(ramp, "ramp") <= horizon:
+    if not 0 <= ramp <= horizon:
         raise InputError(f"{ramp:g} s: it must lie between 0 and the horizon of {horizon:g} s", argument="ramp")
     stretch_times = _stretch_times(stretch_at, horizon)
     temperatures = axis_of(material.reference_temperature if temperature is None else temperature, "temperature")
@@ -219,7 +216,8 @@ def plan_failure_map(
     )
     films = slice(grid.temperature.size // temperatures.size)
     share = None if grid.electrode_share is None else grid.electrode_share[films]
-    return MapPlan(grid, temperatures, grid.prestretch[films], volts, ramp, horizon, share, stretch_times)
+    plan = MapPlan(grid, temperatures, grid.prestretch[films], volts, ramp, horizon, share, stretch_times)
+    return plan.relaxed() if relaxed else plan
 
 
 def _stretch_times(stretch_at: Mapping[str, float] | ArrayLike, horizon: float) -> dict[str, float]:
@@ -245,21 +243,22 @@ def assembled(plan: MapPlan, solved: Sequence[Cells]) -> list[FailureMap]:
         return rows[..., place, :].reshape(*values.shape[:-1], *shape)
 
     times = {name: whole([cells.times[name] for cells in ordered]) for name in ordered[0].times}
-    status, stretched = whole([cells.status for cells in ordered]), whole([cells.stretched for cells in ordered])
+    mode, status, stretched = (whole([getattr(cells, name) for cells in ordered]) for name in ("mode", "status", "stretched"))
     return [
-        _map(plan, {name: time[draw] for name, time in times.items()}, status[draw], stretched[:, :, draw])
+        _map(plan, {name: time[draw] for name, time in times.items()}, mode[draw], status[draw], stretched[:, :, draw])
         for draw in range(1 + plan.grid.draws)
     ]
 
 
-def _map(plan: MapPlan, times: Mapping[str, Floats], status: Cases, stretched: Floats) -> FailureMap:
-    """A map from times by event and `Status` (nt, np, nv), and relative stretches (2, requested times, nt, np, nv)."""
+def _map(plan: MapPlan, times: Mapping[str, Floats], mode: Texts, status: Cases, stretched: Floats) -> FailureMap:
+    """A map from times by event, the `mode` of the first failure and `Status`, all (nt, np, nv), and relative stretches (2,
+    requested times, nt, np, nv).
+    """
     slack = times.get(LossOfTension.name)
     times = {name: times[name] for name in plan.grid.failures}
     failure = np.fmin.reduce(list(times.values()))
     gave_up = ~np.isin(status, (Status.COMPLETED, Status.STOPPED))
-    first = [*(time == failure for time in times.values()), gave_up]
-    mode = np.select(first, [*times, "unfinished"], default="none")
+    mode = np.where((mode == NONE) & gave_up, "unfinished", mode)
     outcome = np.full(status.shape, "completed", dtype=object)
     for state in sorted(set(status[gave_up].tolist())):
         outcome[status == state] = REASONS[Status(state)]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -10,17 +11,16 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from dielast.errors import InputError, in_a_draw
-from dielast.material.arguments import real_numbers
 from dielast.material.breakdown import BreakdownLaw
 from dielast.material.material import Material
 from dielast.mechanics.criteria import CRITERIA, failures_of
 from dielast.mechanics.criteria.criterion import Criterion, WatchedFilms
+from dielast.mechanics.film import Film
 from dielast.mechanics.line import Ramp
 from dielast.mechanics.span import Controls
 from dielast.mechanics.stability import TimeScale
 from dielast.mechanics.watch import EventArrays, Watch
 from dielast.numerics.arrays import ByCase, Cases, Floats, paired
-from dielast.simulate.film import Film
 from dielast.simulate.film_setup import FilmSetup, OfAxes
 from dielast.simulate.follow import follow
 from dielast.simulate.output import Output
@@ -109,26 +109,34 @@ class Group(ByCase):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FilmGrid:
-    """Relaxed films in `groups`: those of the material (films,), then those of each of the `draws`.
+    """Films in `groups`, relaxed: those of the material (films,), then those of each of the `draws`; before that, their `setups`.
 
     Of the films of the material: `temperature` (films,) in degC, `prestretch` (films, 2), undeformed `thickness` (films,) in m,
     `electrode_share` (films,) if they have a passive part, and `breakdown_field` (films,) in V/m, infinite where none is known.
-    `failures` are the names of the failures that can happen to them.
+    `controls` are those of all films, `failures` are the names of the failures that can happen to them.
     """
 
-    groups: tuple[Group, ...]
+    controls: Controls
     temperature: Floats
     prestretch: Floats
     thickness: Floats
     electrode_share: Floats | None
     breakdown_field: Floats
     failures: tuple[str, ...]
+    timescale: TimeScale
     draws: int = 0
+    groups: tuple[Group, ...] = ()
+    setups: tuple[tuple[Setup, float], ...] = ()
+    """The films of the material, and those of all draws, with the tolerance of their solution, as long as they are not relaxed."""
 
-    @property
-    def controls(self) -> Controls:
-        """The controls of all films."""
-        return self.groups[0].watched.controls
+    def relaxed(self) -> FilmGrid:
+        """The same films, prestretched and relaxed. Raises `NumericsError` if the prestretch of a film cannot be computed."""
+        groups, first = self.groups, 0
+        for of_draws, (setup, rtol) in enumerate(self.setups):
+            with in_a_draw(argument="sample") if of_draws else nullcontext():
+                groups += Group.all_of(setup, self.timescale, first, rtol)
+            first += setup.temperature.size
+        return replace(self, groups=groups, setups=())
 
     def chunks(self, size: int, cells: int = 1, drawn: bool | None = None) -> list[tuple[int, int]]:
         """First and end of chunks of at most `size` cells, each within one group. Every film has this number of `cells`, which are
@@ -154,7 +162,7 @@ class FilmGrid:
 
 def axis_of(values: ArrayLike, name: str) -> Floats:
     """The values as an axis (n,) of a grid; `InputError` unless they are a list of finite numbers."""
-    array = np.atleast_1d(real_numbers(values, name))
+    array = np.atleast_1d(np.asarray(values, dtype=float))
     if array.ndim != 1 or not array.size:
         raise InputError("a list of numbers, which is not empty, is needed", argument=name)
     if not np.all(np.isfinite(array)):
@@ -164,7 +172,7 @@ def axis_of(values: ArrayLike, name: str) -> Floats:
 
 def prestretches_of(prestretch: OfAxes) -> Floats:
     """The prestretches (n, 2) of axes 1 and 2, from a list of numbers (equibiaxial) or of pairs."""
-    pairs = real_numbers(prestretch, "prestretch")
+    pairs = np.asarray(prestretch, dtype=float)
     pairs = np.stack((pairs, pairs), axis=-1) if pairs.ndim < 2 else pairs
     pairs = pairs.reshape(-1, 2) if pairs.shape[-1] == 2 else pairs
     if pairs.ndim != 2 or pairs.shape[1] != 2 or not pairs.size:
@@ -184,8 +192,8 @@ def lay_out(
     drawn_rtol: float | None = None,
     copies: int = 1,
 ) -> FilmGrid:
-    """Prestretch and relax films of the material, for every combination of the axes `temperature` (nt,) in degC, thickness,
-    prestretch and electrode share of the `film`, the last varying fastest, and of each so many `copies`.
+    """Films of the material, not yet relaxed, for every combination of the axes `temperature` (nt,) in degC, thickness, prestretch
+    and electrode share of the `film`, the last varying fastest, and `copies` of all of them.
 
     A breakdown field may be a number, or one for each prestretch. With a `sample`, also the films of its draws, solved to
     `drawn_rtol`, by default a larger tolerance; the films of the material then have the area of those of the sample. Raises
@@ -198,14 +206,14 @@ def lay_out(
     temperature, prestretch, thickness = temperature[of_temperature], pairs[of_pair], thick[of_thickness]
     share = None if shares is None else shares[of_share]
     if breakdown_field is not None and not isinstance(breakdown_field, BreakdownLaw):
-        fields = real_numbers(breakdown_field, "breakdown_field").reshape(-1)
+        fields = np.asarray(breakdown_field, dtype=float).reshape(-1)
         if fields.size not in (1, len(pairs)):
             text = f"{fields.size} fields for {len(pairs)} prestretches: one, or one for each is needed"
             raise InputError(text, argument="breakdown_field")
         breakdown_field = fields[of_pair] if fields.size > 1 else fields
     for axis, weight in enumerate(film.forces):
         if weight is not None and np.any(pairs[:, axis] != 1):
-            stated = "the weight stretches it: a prestretch of 1 says so"
+            stated = "this axis is stretched by its weight: state a prestretch of 1"
             raise InputError(f"axis {axis + 1}: {stated}", argument="prestretch")
 
     def of_all(materials: Sequence[Material], field: ArrayLike | BreakdownLaw | None, thick: Floats, tolerance: float) -> Setup:
@@ -228,7 +236,7 @@ def lay_out(
 
     central = material if sample is None else sample.typical(material)
     setup = of_all([central], breakdown_field, thickness, rtol)
-    groups, draws = Group.all_of(setup, pull_in_timescale, 0, rtol), 0
+    setups, draws = [(setup, rtol)], 0
     failures = failures_of([material, *(() if sample is None else sample.materials)])
     if sample is not None:
         films, draws = temperature.size, len(sample)
@@ -239,6 +247,6 @@ def lay_out(
         with in_a_draw(argument="sample"):
             drawn = of_all(sample.aged(), field, np.tile(thickness, draws) * np.repeat(sample.thickness_factor, films), tolerance)
             scaled = drawn.endurance.breakdown_field * np.repeat(sample.breakdown_factor, films)
-            drawn = replace(drawn, endurance=replace(drawn.endurance, breakdown_field=scaled))
-            groups += Group.all_of(drawn, pull_in_timescale, films, tolerance)
-    return FilmGrid(groups, temperature, prestretch, thickness, share, setup.endurance.breakdown_field, failures, draws)
+            setups.append((replace(drawn, endurance=replace(drawn.endurance, breakdown_field=scaled)), tolerance))
+    field_of_films, films_of_grid = setup.endurance.breakdown_field, (temperature, prestretch, thickness, share)
+    return FilmGrid(setup.controls, *films_of_grid, field_of_films, failures, pull_in_timescale, draws, setups=tuple(setups))

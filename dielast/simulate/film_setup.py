@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from dielast.errors import InputError
 from dielast.io.result import Result
+from dielast.material.argument_types import checked
 from dielast.mechanics.cases import of_case, spread
 from dielast.mechanics.span import Control, Controls
 from dielast.numerics.arrays import Cases, Flags, Floats
@@ -31,6 +32,7 @@ BOUNDARIES = {"dead-load": Control.STRESS, "clamped": Control.STRETCH}
 SURROUNDED: dict[str, Controls] = {"frame": (Control.NEITHER, Control.NEITHER), "strip": (Control.NEITHER, Control.STRETCH)}
 
 
+@checked
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class FilmSetup(Result):
     """A film, and its treatment before the voltage, as in `actuate`; every value may be one number or one number per case.
@@ -113,7 +115,7 @@ class FilmSetup(Result):
             if self.controls[axis] is not Control.STRESS:
                 raise InputError(f"a weight along axis {axis + 1} is for boundary dead-load alone", argument="force")
             if prestretch[axis] is not None:
-                stated = "the weight stretches it: state no prestretch for it"
+                stated = "this axis is stretched by its weight: its prestretch must be None"
                 raise InputError(f"axis {axis + 1}: {stated}", argument="prestretch")
             newtons = spread(force, "force", thickness.size)
             if np.any(newtons < 0):
@@ -125,10 +127,10 @@ class FilmSetup(Result):
         """The electrode's share (cases,) of films with a passive part, else None; `InputError` if it does not suit the film."""
         name = self.surrounded
         if name != "frame" and self.mesh_rtol != MESH_RTOL:
-            raise InputError("it is for the boundary frame alone", argument="mesh_rtol")
+            raise InputError("only a film with boundary frame has a mesh", argument="mesh_rtol")
         if name is None:
             if self.electrode_share is not None:
-                raise InputError("it is for the boundaries frame and strip alone", argument="electrode_share")
+                raise InputError("only a film with boundary frame or strip has an electrode share", argument="electrode_share")
             return None
         whole = "radius of the frame" if name == "frame" else "length of the strip"
         if self.electrode_share is None:

@@ -7,41 +7,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from dielast.mechanics.course import Course, Piece
-from dielast.mechanics.symmetric import Films
+from dielast.mechanics.at_once import apply_at_once
+from dielast.mechanics.course import Piece
+from dielast.mechanics.film import Film
 from dielast.mechanics.watch import Watch
 from dielast.numerics.arrays import Cases, Flags, Floats
 from dielast.numerics.integrate import Status, integrate
 from dielast.numerics.stride import Stride
-from dielast.simulate.at_once import apply_at_once
 from dielast.simulate.cycles import CycleMeter
-from dielast.simulate.film import Film
 from dielast.simulate.record import Recorder
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Driven:
-    """The spans of a course, with the interface of the stepper."""
-
-    course: Course
-
-    @property
-    def spans(self) -> int:
-        """The number of spans."""
-        return self.course.spans
-
-    def lasts(self, cases: Cases, index: Cases) -> Floats:
-        """The durations (k,) in s of the spans `index` (k,) of `cases` (k,)."""
-        return self.course.span(cases, index)[1]
-
-    def enter(self, system: Films, columns: Cases, cases: Cases, index: Cases) -> tuple[Films, Floats]:
-        """The system whose `columns` (k,), of `cases` (k,), enter the spans `index` (k,), and the durations (k,) of these spans."""
-        load, lasts = self.course.span(cases, index)
-        return system.driven_by(columns, load), lasts
-
-    def smooth(self, index: Cases) -> Flags:
-        """Whether (k,) there is no kink at the beginning of the spans `index` (k,)."""
-        return self.course.smooth(index)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -116,7 +90,6 @@ def follow(
             if meter is not None:
                 meter.finish()
             continue
-        spans = _Driven(course) if course.spans > 1 else None
         result = integrate(
             system,
             state,
@@ -125,11 +98,11 @@ def follow(
             observe=observe,
             first_step=film.next_step,
             longest_step=course.longest_step,
-            spans=spans,
+            spans=course if course.spans > 1 else None,
         )
         if meter is not None:
             meter.finish()
-        driven = system.load.value(result.time) if spans is None else course.end
+        driven = course.end if course.spans > 1 else system.load.value(result.time)
         film = film.reached(system, result.state, driven, film.time + result.time, result.next_step)
         status = np.where(alive, result.status, status)
         steps += result.steps + result.rejected

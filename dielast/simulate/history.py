@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, is_dataclass
-from typing import Any, ClassVar
+from functools import wraps
+from inspect import signature
+from typing import Any, ClassVar, ParamSpec, TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from dielast.io.result import TabularResult
 from dielast.io.table import Column, Table, case_table
@@ -16,6 +19,12 @@ from dielast.numerics.arrays import Cases, Floats
 from dielast.numerics.integrate import Status
 from dielast.simulate.cycles import CycleTable
 
+Arguments = ParamSpec("Arguments")
+Result = TypeVar("Result")
+
+Names = NDArray[np.object_]
+NONE = "none"
+"""The name of the first event where none happens."""
 REASONS = {
     Status.STEP_VANISHED: "the rates grow beyond all bounds",
     Status.TOO_MANY_STEPS: "the integration takes too many steps",
@@ -102,6 +111,16 @@ def first_of(happened: Mapping[Criterion, EventArrays], names: Sequence[str]) ->
     return first
 
 
+def name_of_first(happened: Mapping[Criterion, EventArrays], names: Sequence[str]) -> Names:
+    """The name (films,) of `first_of` these events, or "none"; of events at one time and field, the one that `names` has first."""
+    end = first_of(happened, names)
+    first = np.full(end.time.size, NONE, dtype=object)
+    for name in reversed(names):
+        event = first_of(happened, [name])
+        first[(event.time == end.time) & (event.field == end.field)] = name
+    return first
+
+
 class History(TabularResult):
     """Arrays (cases, times) by the names of `UNITS`, or None; `temperature` (cases,) in degC; one `outcome` per case."""
 
@@ -148,3 +167,15 @@ def joined(parts: Sequence[Any], place: Cases) -> Any:
     if is_dataclass(first):
         return kind(**{entry.name: joined([getattr(part, entry.name) for part in parts], place) for entry in fields(first)})
     return first
+
+
+def simulating(prepare: Callable[Arguments, Callable[[], Result]], name: str, result: type[Result]) -> Callable[Arguments, Result]:
+    """The public function `name`, which simulates what `prepare` returns once it has checked the arguments."""
+
+    @wraps(prepare)
+    def simulated(*arguments: Arguments.args, **keywords: Arguments.kwargs) -> Result:
+        return prepare(*arguments, **keywords)()
+
+    simulated.__name__ = simulated.__qualname__ = name
+    simulated.__signature__ = signature(prepare).replace(return_annotation=result)  # type: ignore[attr-defined]
+    return simulated

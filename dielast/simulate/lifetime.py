@@ -10,7 +10,6 @@ import numpy as np
 
 from dielast.io.result import Result, TabularResult
 from dielast.io.table import Column, Table
-from dielast.material.argument_types import checked
 from dielast.numerics.arrays import Floats, rms
 from dielast.simulate.failure_map import FailureMap
 
@@ -105,7 +104,6 @@ class LifetimeLines(tuple[LifetimeLine, ...], TabularResult):
         return f"{len(missing)} of {len(fitted)} lines: no law meets all points, the closer one is up to {largest:.2g} decades off"
 
 
-@checked
 def fit_lifetime(result: FailureMap) -> LifetimeLines:
     """Least-squares lines of the log time to failure (s) over voltage (V), and over its log, for each temperature and prestretch
     (nt, np), through the films that fail after 0 s and within the horizon.

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from dielast.io.result import Result
 from dielast.mechanics.criteria.loss_of_tension import LossOfTension
-from dielast.numerics.arrays import Cases, Floats
+from dielast.numerics.arrays import Cases, Floats, Texts
 from dielast.simulate.film_grid import FilmGrid
-from dielast.simulate.history import first_of
+from dielast.simulate.history import first_of, name_of_first
 
 CHUNK = 2048  # cells
 
@@ -33,6 +33,10 @@ class MapPlan(Result):
     electrode_share: Floats | None = None
     stretch_at: Mapping[str, float] = field(default_factory=dict)
     """Times in s at which stretches are requested, by their names in tables."""
+
+    def relaxed(self) -> MapPlan:
+        """The plan with prestretched and relaxed films; raises `NumericsError` if the prestretch of a film cannot be computed."""
+        return replace(self, grid=self.grid.relaxed())
 
     @property
     def breakdown_field(self) -> Floats:
@@ -56,12 +60,14 @@ class MapPlan(Result):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Cells:
-    """Results of the cells from `first` on: `times` (cells,) in s by the name of the event, NaN where it did not happen; `Status`;
-    and relative stretches (2, requested times, cells), NaN where a film failed earlier.
+    """Results of the cells from `first` on: `times` (cells,) in s by the name of the event, NaN where it did not happen; `mode`
+    (cells,), the name of the first failure or "none"; `Status`; and relative stretches (2, requested times, cells), NaN where a
+    film failed earlier.
     """
 
     first: int
     times: Mapping[str, Floats]
+    mode: Texts
     status: Cases
     stretched: Floats = field(default_factory=lambda: np.zeros((2, 0, 0)))
 
@@ -85,4 +91,5 @@ def solve_cells(plan: MapPlan, first: int, end: int) -> Cells:
         times=list(plan.stretch_at.values()),
     )
     times = {name: first_of(lives.happened, [name]).time for name in plan.watched}
-    return Cells(first, times, lives.status, lives.stretched)
+    mode = name_of_first(lives.happened, plan.grid.failures).astype(str)
+    return Cells(first, times, mode, lives.status, lives.stretched)

@@ -5,18 +5,18 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import wraps
-from typing import Any, ClassVar, ParamSpec
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from dielast.errors import InputError
-from dielast.material.argument_types import checked
 from dielast.material.material import Material, materials_of
 from dielast.material.springs import EQUIBIAXIAL, UNIAXIAL, SpringLaw, Symmetry
 from dielast.mechanics.cases import numbers, spread, temperatures_of
 from dielast.mechanics.course import Piece
-from dielast.mechanics.history import case_count, pieces
+from dielast.mechanics.film import Film
+from dielast.mechanics.history import case_count, lasting, pieces
 from dielast.mechanics.line import Ramp
 from dielast.mechanics.load import Mode, Step
 from dielast.mechanics.point_material import Points
@@ -24,14 +24,11 @@ from dielast.mechanics.span import Control
 from dielast.numerics.arrays import Cases, Floats
 from dielast.numerics.integrate import Status
 from dielast.simulate.cycles import CycleMeter, CycleTable
-from dielast.simulate.film import Film
 from dielast.simulate.film_setup import check_limits
 from dielast.simulate.follow import follow
-from dielast.simulate.history import History, Outcome
+from dielast.simulate.history import Arguments, History, Outcome, simulating
 from dielast.simulate.output import Output, check_end, check_tolerance
 from dielast.simulate.record import Recorder
-
-Test = ParamSpec("Test")
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -103,7 +100,8 @@ class MembraneHistory(History):
         return squared.reshape(*squared.shape[:2], -1), points.law, points.modulus, points.rate
 
 
-def simulate(
+# the docstring is that of `relax` and `creep`, which simulate what this function has prepared
+def prepare(
     material: Material | Sequence[Material],
     steps: Sequence[Step],
     *,
@@ -115,7 +113,7 @@ def simulate(
     internal: bool = False,
     cycles: str | Sequence[int] | None = None,
     nominal_field: ArrayLike | None = None,
-) -> MembraneHistory:
+) -> Callable[[], MembraneHistory]:
     """Simulate specimens, initially undeformed and relaxed, under `steps` of stretch (`relax`), nominal stress (`creep`), or both.
 
     The number of cases is the largest length of the arrays in the steps, of `temperature` (degC; by default the reference
@@ -157,43 +155,30 @@ def simulate(
         switched_on = None, None, spread(field, "nominal_field", cases)
         history.insert(0, Ramp(history[0].controls, switched_on, np.zeros(cases)))
     _check_reach(points, history)
+    check_end(output.times, lasting(history, cases), "history")
     stress_is_measured = any(piece.driven[0] and piece.controls[0] is Control.STRETCH for piece in history)
-    recorder, meter = Recorder(output), CycleMeter(points, np.ones(cases), stress_is_measured)
-    followed = follow(Film.at_rest(points, symmetry_of(history)), history, rtol=rtol, recorders=[recorder], meter=meter)
-    check_end(output.times, np.where(followed.status == Status.COMPLETED, followed.time, np.inf), "history")
-    record = recorder.collect()
-    return MembraneHistory(
-        temperature=temperature,
-        time=record.time,
-        stretch_1=record.stretch[0],
-        stretch_2=record.stretch[1],
-        nominal_stress_1=record.nominal_stress[0],
-        nominal_stress_2=record.nominal_stress[1],
-        outcome=tuple(map(Outcome.of, followed.status.tolist(), followed.time.tolist())),
-        steps=followed.steps,
-        viscous_stretch=None if record.internal is None else np.exp(0.5 * record.internal[:, 1:]),
-        points=points,
-        cycles=meter.collect(),
-    )
 
+    def simulated() -> MembraneHistory:
+        recorder, meter = Recorder(output), CycleMeter(points, np.ones(cases), stress_is_measured)
+        followed = follow(Film.at_rest(points, symmetry_of(history)), history, rtol=rtol, recorders=[recorder], meter=meter)
+        # the duration of a step to a stress at a rate that begins at a stretch, or the reverse, is known only now
+        check_end(output.times, np.where(followed.status == Status.COMPLETED, followed.time, np.inf), "history")
+        record = recorder.collect()
+        return MembraneHistory(
+            temperature=temperature,
+            time=record.time,
+            stretch_1=record.stretch[0],
+            stretch_2=record.stretch[1],
+            nominal_stress_1=record.nominal_stress[0],
+            nominal_stress_2=record.nominal_stress[1],
+            outcome=tuple(map(Outcome.of, followed.status.tolist(), followed.time.tolist())),
+            steps=followed.steps,
+            viscous_stretch=None if record.internal is None else np.exp(0.5 * record.internal[:, 1:]),
+            points=points,
+            cycles=meter.collect(),
+        )
 
-def check_simulation(
-    material: Material | Sequence[Material],
-    steps: Sequence[Step],
-    *,
-    mode: Mode | str = Mode.UNIAXIAL,
-    temperature: ArrayLike | None = None,
-    rtol: float = 1e-6,
-    **arguments: Any,
-) -> None:
-    """Raise the `InputError` of `simulate` for a temperature or stretches that the material does not allow, without simulating; the
-    `arguments` are those of `simulate`.
-    """
-    materials = materials_of(material)
-    of_cases = [entry.reference_temperature for entry in materials] if temperature is None else numbers(temperature, "temperature")
-    cases = case_count(steps, np.asarray(of_cases), np.zeros(len(materials)))
-    points = Points.of(materials, spread(of_cases, "temperature", cases), rtol, with_dielectric=False)
-    _check_reach(points, pieces(steps, mode, cases))
+    return simulated
 
 
 def symmetry_of(pieces: Sequence[Piece]) -> Symmetry | None:
@@ -233,27 +218,26 @@ def _check_reach(points: Points, pieces: Sequence[Piece]) -> None:
 
 
 def _prescribing(
-    function: Callable[Test, MembraneHistory], name: str, control: Control, other: str
-) -> Callable[Test, MembraneHistory]:
-    """The function `simulate` for histories with at least one step of this control.
+    prepare: Callable[Arguments, Callable[[], MembraneHistory]], name: str, control: Control, other: str
+) -> Callable[Arguments, MembraneHistory]:
+    """The public function `name` for histories with at least one step of this control.
 
     `InputError` for histories that prescribe only the other control, which need the function named `other`.
     """
     other_control = next(another.value for another in Control if another is not control)
 
-    @wraps(function)
-    def run(*arguments: Test.args, **keywords: Test.kwargs) -> MembraneHistory:
+    @wraps(prepare)
+    def of_control(*arguments: Arguments.args, **keywords: Arguments.kwargs) -> Callable[[], MembraneHistory]:
         stated: Any = keywords["steps"] if "steps" in keywords else arguments[1] if len(arguments) > 1 else ()
         steps = [step for step in stated if isinstance(step, Step)] if isinstance(stated, Sequence) else []
         others = [index for index, step in enumerate(steps) if getattr(step, other_control) is not None]
         if others and all(getattr(step, control.value) is None for step in steps):
             needed = f"{name} is about a {control.value} that is prescribed: state that, or use {other}"
             raise InputError(needed, step=others[0], argument=other_control)
-        return function(*arguments, **keywords)
+        return prepare(*arguments, **keywords)
 
-    run.__name__ = run.__qualname__ = name
-    return run
+    return simulating(of_control, name, MembraneHistory)
 
 
-relax = checked(_prescribing(simulate, "relax", Control.STRETCH, "creep"))
-creep = checked(_prescribing(simulate, "creep", Control.STRESS, "relax"))
+relax = _prescribing(prepare, "relax", Control.STRETCH, "creep")
+creep = _prescribing(prepare, "creep", Control.STRESS, "relax")

@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from dielast.errors import InputError, shown
-from dielast.material.arguments import real_numbers
 from dielast.mechanics.cases import of_case
 from dielast.mechanics.load import ElectricalStep, Step
 from dielast.numerics.arrays import Cases, Floats
@@ -43,7 +42,7 @@ class Output:
             raise InputError(f"{points_per_decade}: a whole number of at least one is needed", argument="points_per_decade")
         kept, most = _kept_cycles(cycles), max((step.cycles for step in steps), default=0)
         if isinstance(kept, tuple) and most and max(kept) > most:
-            raise InputError(f"{max(kept)}: there {'is only 1' if most == 1 else f'are only {most}'} of them", argument="cycles")
+            raise InputError(f"{max(kept)}: the waveform has only {most} cycle{'s' * (most > 1)}", argument="cycles")
         return cls(None if times is None else stated_times(times, cases), points_per_decade, kept, internal)
 
     def take(self, cases: Cases) -> Output:
@@ -74,7 +73,7 @@ def stated_times(times: object, cases: int, argument: str = "times") -> Floats:
     """Output times as an array (cases, k); `InputError` with this `argument` unless they are finite, not negative and never
     decrease.
     """
-    array = np.atleast_2d(real_numbers(times, argument))
+    array = np.atleast_2d(np.asarray(times, dtype=float))
     if array.ndim != 2 or array.shape[0] not in (1, cases) or not array.size:
         raise InputError(f"one list for all cases, or one for each of {cases} cases, is needed", argument=argument)
     if not np.all(np.isfinite(array)) or np.any(array < 0):

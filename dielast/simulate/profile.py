@@ -9,9 +9,9 @@ import numpy as np
 
 from dielast.io.result import TabularResult
 from dielast.io.table import Table, case_table
+from dielast.mechanics.equations import Films
 from dielast.mechanics.passive.forms import Spread
 from dielast.mechanics.passive.framed import FramedFilms, Surroundings
-from dielast.mechanics.symmetric import Films
 from dielast.numerics.arrays import Cases, Floats
 from dielast.simulate.record import Recorder
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from dielast.mechanics.course import Chain, Course
 from dielast.mechanics.electric import ELECTRIC
-from dielast.mechanics.symmetric import Films, films_of
+from dielast.mechanics.equations import Films, films_of
 from dielast.mechanics.watch import Watch
 from dielast.numerics.arrays import Cases, Flags, Floats, paired
 from dielast.numerics.stride import Stride

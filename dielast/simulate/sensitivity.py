@@ -122,7 +122,6 @@ def sensitivity_of(variation: Variation, life: Floats, films: Table) -> Sensitiv
     return LifeShares(films, variation.sources, **values, spread=spread, censored=censored)
 
 
-@checked
 def life_sensitivity(material: Material, sample: Sample | None = None, *, seed: int = 1, **film: Any) -> Sensitivity:
     """The sensitivity of the life of the films of a `failure_map`, whose arguments are `film`.
 
@@ -140,7 +139,8 @@ def life_sensitivity(material: Material, sample: Sample | None = None, *, seed: 
     has_breakdown = film.get("breakdown_field") is not None or material.breakdown is not None
     variation = variation_for(material, sample, seed, has_breakdown=has_breakdown)
     film.setdefault("drawn_rtol", film.get("rtol", 1e-6))
-    result, *drawn = solve_map(plan_failure_map(material, sample=variation.sample, **film))
+    plan = checked(plan_failure_map)(material, sample=variation.sample, **film)  # `film` has no annotations here
+    result, *drawn = solve_map(plan)
     return sensitivity_of_map(variation, result, drawn)
 
 

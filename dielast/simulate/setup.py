@@ -9,13 +9,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from dielast.errors import InputError, NumericsError
-from dielast.material.arguments import real_number
 from dielast.material.breakdown import Breakdown, BreakdownLaw
 from dielast.material.laws_of_cases import Endurance, FollowingField, LawsOfCases
 from dielast.material.material import Material, materials_of
 from dielast.material.springs import EQUIBIAXIAL
 from dielast.mechanics.cases import of_case, one_set, temperatures_of
 from dielast.mechanics.criteria.criterion import WatchedFilms
+from dielast.mechanics.film import Film
 from dielast.mechanics.line import Ramp
 from dielast.mechanics.passive.forms import Spread, across_disc, across_strip, disc, strip
 from dielast.mechanics.passive.mesh import points_needed
@@ -24,7 +24,6 @@ from dielast.mechanics.span import Control, Controls
 from dielast.mechanics.stability import TimeScale, damped
 from dielast.numerics.arrays import Cases, Flags, Floats, paired
 from dielast.numerics.integrate import Status
-from dielast.simulate.film import Film
 from dielast.simulate.film_setup import FilmSetup, Stretched, check_limits, pair_in_words, positive
 from dielast.simulate.follow import follow
 from dielast.simulate.history import REASONS
@@ -123,13 +122,13 @@ def prestretched(
     """Films at rest, prestretched, relaxed for `relax` s and given a damper, and their `Status` (cases,).
 
     `stretch` (cases,) of each axis is reached within `duration` (cases,) s; None is an axis that is free, or under the nominal
-    stress `hung` (cases,) in Pa. Use a film only where its status is COMPLETED.
+    stress `hung` (cases,) in Pa, all of it from the beginning. Use a film only where its status is COMPLETED.
     """
     first, second = (Control.STRESS if target is None else Control.STRETCH for target in stretch)
     zero = np.zeros_like(duration)
-    loads = [zero if load is None else load for load in hung]
-    targets = tuple(load if target is None else target for target, load in zip(stretch, loads, strict=True))
-    pieces = [Ramp((first, second), (targets[0], targets[1], None), duration)]
+    pieces = [Ramp((first, second), (*stretch, None), duration)]
+    if any(load is not None for load in hung):
+        pieces.insert(0, Ramp((first, second), (*hung, None), zero))
     if relax > 0:
         pieces.append(Ramp((first, second), (None, None, None), np.full_like(duration, relax)))
     # only the final viscous stretches matter, not the stress on the way
@@ -147,9 +146,10 @@ def set_up(
     temperature: ArrayLike | None,
     breakdown_field: ArrayLike | BreakdownLaw | None,
     rtol: float,
-    spanning: Sequence[ArrayLike] = (),
+    cases: int = 1,
 ) -> Setup:
-    """Films from the arguments of a simulation; the number of cases is the largest length of the arrays in them and in `spanning`.
+    """Films from the arguments of a simulation, whose other arguments are for `cases` cases; each of the arrays has this length or
+    1, or all have the same length if `cases` is 1.
 
     Raises `InputError` for invalid arguments.
     """
@@ -160,13 +160,13 @@ def set_up(
         if not entry.permittivity:
             needed = "which a film under voltage needs: state [dielectric] permittivity in the material file"
             raise InputError(f"{entry.name!r} has no permittivity, {needed}", argument="material")
-    if not 0 <= real_number(film.relax, "relax") < np.inf:
+    if not 0 <= film.relax < np.inf:
         raise InputError(f"{film.relax:g} s: it must not be negative", argument="relax")
     check_tolerance(rtol)
     if temperature is None:
         temperature = [material.reference_temperature for material in materials]
     fields = [] if breakdown_field is None or isinstance(breakdown_field, BreakdownLaw) else [breakdown_field]
-    cases = one_set([*map(np.size, (*film.varied(), temperature, *fields, *spanning)), len(materials)])
+    cases = one_set([cases, len(materials), *map(np.size, (*film.varied(), temperature, *fields))])
     thickness, prestretch = positive(film.thickness, "thickness", "m", cases), film.stretched(cases)
     controls = film.controls
     share, hung, ramp = film.share(prestretch, cases), film.hung(thickness, prestretch), film.ramp(prestretch, cases)
@@ -179,7 +179,7 @@ def set_up(
     area = held[0] * held[1] if len(held) == 2 else np.sqrt(held[0]) if held else np.ones(cases)
     laws = [entry.breakdown for entry in materials] if breakdown_field is None else [breakdown_field]
     if any(load is not None for load in hung) and any(isinstance(law, Breakdown) and len(law.prestretch) > 1 for law in laws):
-        needed_number = "a field over prestretch is not known of a film that a weight stretches: state one number"
+        needed_number = "the prestretch under a weight is not known beforehand: state one number, not a table"
         raise InputError(needed_number, argument="breakdown_field")
     damage = LawsOfCases.of([entry.damage for entry in materials], cases) or None
     endurance = Endurance(*_breakdown(laws, np.sqrt(area), thickness), damage)
@@ -227,7 +227,7 @@ def _breakdown(
 def _check_permittivity(points: Points, prestretch: Stretched) -> None:
     """`InputError` for a prestretch at which the permittivity is not positive."""
     held = [axis for axis in prestretch if axis is not None]
-    if points.stretching is None or not held:
+    if not held:
         return
     # a free axis is assumed to contract as under uniaxial stress
     log_squared = 2 * np.log(np.stack((held[0], held[1] if len(held) == 2 else held[0] ** -0.5)))

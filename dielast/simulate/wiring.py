@@ -41,7 +41,7 @@ class Wiring:
         """
         cases = thickness.size
         if resistance is not None and charge:
-            raise InputError("a source that prescribes the charge has none: leave it out", argument="source_resistance")
+            raise InputError("a source that prescribes the charge takes no resistance: leave it out", argument="source_resistance")
         ohm = spread(0.0 if resistance is None else resistance, "source_resistance", cases)
         if np.any(ohm < 0):
             case = int(np.argmin(ohm))

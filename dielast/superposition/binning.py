@@ -86,7 +86,7 @@ def bin_curves(curve: Index, time: Floats, modulus: Floats) -> Binned:
     scatter = _borrowed(group, mean, scatter, known)
     keep = (mean > 0) & ~_noise_floor(group, mean, mean < SIGNAL_TO_NOISE * np.sqrt(scatter), known)
     safe = np.where(keep, mean, 1.0)
-    variance = scatter / count / (safe * np.log(10)) ** 2
+    variance = (np.sqrt(scatter / count) / (safe * np.log(10))) ** 2  # the square of a tiny mean would vanish
     new_index = np.where(keep, np.cumsum(keep) - 1, -1)
     return Binned(group[keep], centre[keep], np.log10(safe[keep]), variance[keep], new_index[owner])
 

@@ -13,8 +13,6 @@ import numpy as np
 from dielast.errors import InputError, NumericsError, without_warnings
 from dielast.io.result import TabularResult
 from dielast.io.table import Column, Table
-from dielast.material.argument_types import checked
-from dielast.material.arguments import whole_number
 from dielast.material.measurement import Measurement
 from dielast.material.shift import ShiftLaw
 from dielast.numerics.arrays import Floats, Index
@@ -61,7 +59,6 @@ class MasterCurveDraws(TabularResult):
         return dict(zip((name for name, _ in self.law.drawn()), spread.tolist(), strict=True))
 
 
-@checked
 def bootstrap_master_curve(
     curves: Sequence[Measurement],
     master: MasterCurve,
@@ -80,7 +77,7 @@ def bootstrap_master_curve(
     10.1214/aos/1176350142). Raises `InputError` for fewer than two draws, and `NumericsError` if less than half of them give a
     master curve.
     """
-    if (draws := whole_number(draws, "draws")) < 2:
+    if (draws := int(draws)) < 2:
         raise InputError(f"{draws} draws: at least 2 are needed")
     if not curves:
         raise InputError("at least one curve is needed", argument="curves")
@@ -119,7 +116,7 @@ def _on_grid(master: MasterCurve, grid: Floats) -> Floats:
     x, at = np.log(master.smooth_abscissa), np.log(grid)
     before, after = np.minimum(at - x[0], 0.0), np.maximum(at - x[-1], 0.0)
     rows = []
-    for y in np.log(master.placed_ordinates):
+    for y in np.log(master.smooth_ordinates):
         beyond = before * (y[1] - y[0]) / (x[1] - x[0]) + after * (y[-1] - y[-2]) / (x[-1] - x[-2])
         rows.append(np.exp(np.interp(at, x, y) + beyond))
     return np.array(rows)

@@ -61,11 +61,11 @@ def find_undetermined(
         if not shaped[k]:
             reason = "the curve is a plateau" if np.any(points.lift) else "tan delta is level"
         elif vertical and stderr[k] > DOUBTFUL and np.any(points.lift) and not _is_bent(_channels(points, int(k))):
-            reason = "the curve is a straight line in log-log, whose horizontal and vertical shift cannot be told apart"
+            reason = "the curve is a straight line in log-log, which does not separate horizontal from vertical shifts"
         elif not np.isfinite(stderr[k]):
             reason = "the curve overlaps the others too little"
         elif stderr[k] > UNDETERMINED:
-            reason = f"it is known to +- {stderr[k]:.2g} decades only"
+            reason = f"it is known to +- {stderr[k]:.2g} decades only{_for_offsets(_channels(points, int(k)), fit.offset_spread)}"
         else:
             continue
         undetermined.append(Undetermined(float(temperature[k]), reason))
@@ -74,6 +74,15 @@ def find_undetermined(
     for entry in undetermined:
         warn(f"{entry.temperature:g} degC: the shift factor is not determined: {entry.reason}{instead}")
     return tuple(undetermined)
+
+
+def _for_offsets(curves: Sequence[tuple[Floats, Floats]], spread: float) -> str:
+    """How far an offset of a whole curve by the `spread`, in decades of modulus, looks like a shift, if that is far."""
+    slope = max(abs(float(np.polyfit(x, y, 1)[0])) for x, y in curves)
+    if spread < DOUBTFUL * slope:
+        return ""
+    shift = f"looks like a shift by {spread / slope:.2g} decades"
+    return f": it changes by {_percent(slope)} a decade, and an offset of {_percent(spread)}, as the curves have, {shift}"
 
 
 def have_shape(points: FitPoints, splines: Sequence[Spline], shift: Floats, peaks: bool) -> Flags:

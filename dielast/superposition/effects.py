@@ -1,7 +1,7 @@
 """Vertical offsets and tilts of whole curves, as random effects with estimated spreads.
 
 Differences between specimens or load cells, and a drift between two temperatures, shift a curve up or down. A systematic error of
-the first or the last points of a test tilts it. Within one curve, neither can be told from a shift factor; the curves together show
+the first or the last points of a test tilts it. Within one curve, neither differs from a shift factor; the curves together show
 both, as they fail to superpose. The spreads are those of greatest restricted likelihood (H. D. Patterson and R. Thompson,
 Biometrika 58 (1971) 545), by the update of S. N. Wood and M. Fasiolo, Biometrics 73 (2017) 1071. A few curves hardly determine a
 spread, and the likeliest value is then often zero or far too large. A prior prevents both (Y. Chung et al., Psychometrika 78 (2013)
@@ -19,6 +19,8 @@ from dielast.numerics.arrays import Floats, Index
 
 AVOID = 0.25  # exponent with which the prior rises from zero
 LEAST = 1e-5  # decades; lower bound of a spread
+PRIOR_SCALE = 0.334  # of a half-Cauchy distribution, over its root mean square if it ends at five times that, as OFFSET does
+SPREAD_RATIO, SPREADS = 500.0, 16  # ratio of the largest to the smallest spread of its distribution, and their number
 SETTLED = 0.02  # relative change of a spread at which the iteration ends
 
 
@@ -65,12 +67,35 @@ def likeliest(
         settled, likely = abs(updated - likely) <= SETTLED * likely, updated
         if settled:
             break
-    precision = precision_of(likely, normal.shape[0], known)
-    effects = np.linalg.solve(normal + precision, right)
-    volume = np.linalg.slogdet(normal + precision)[1] - np.linalg.slogdet(precision)[1]
-    ratio = likely / effect.usual
-    prior = 2 * np.log1p(ratio**2) - 2 * AVOID * np.log(ratio)
-    return LikelySpread(likely, counted, float(effects @ precision @ effects + volume + prior))
+    precision, effects, volume = _at_spread(normal, right, likely, known)
+    prior = _tail(likely, effect.usual) - 2 * AVOID * float(np.log(likely / effect.usual))
+    return LikelySpread(likely, counted, float(effects @ precision @ effects) + volume + prior)
+
+
+def probable(effect: Effect, normal: Floats, right: Floats, known: Floats | None = None) -> tuple[Floats, Floats]:
+    """Spreads (s,) and their probabilities (s,), from the restricted likelihood and a prior; arguments as in `likeliest`.
+
+    An average does not have to avoid zero. Without information from the curves, its root mean square is about the usual spread.
+    """
+    spreads = np.geomspace(effect.most / SPREAD_RATIO, effect.most, SPREADS)
+    cost = np.empty(SPREADS)
+    for k, spread in enumerate(spreads.tolist()):
+        _, effects, volume = _at_spread(normal, right, spread, known)
+        cost[k] = volume - right @ effects + _tail(spread, PRIOR_SCALE * effect.usual)
+    likelihood = np.exp((np.min(cost) - cost) / 2) * spreads  # they are even in the logarithm
+    return spreads, likelihood / np.sum(likelihood)
+
+
+def _at_spread(normal: Floats, right: Floats, spread: float, known: Floats | None) -> tuple[Floats, Floats, float]:
+    """The precision (m, m) of effects of this spread, the effects (m,), and the log of the volume that the data leave them."""
+    precision = precision_of(spread, normal.shape[0], known)
+    effects = np.asarray(np.linalg.solve(normal + precision, right), dtype=float)
+    return precision, effects, float(np.linalg.slogdet(normal + precision)[1] - np.linalg.slogdet(precision)[1])
+
+
+def _tail(spread: float, scale: float) -> float:
+    """-2 ln of a half-Cauchy distribution of the spread."""
+    return float(2 * np.log1p((spread / scale) ** 2))
 
 
 def precision_of(spread: float, curves: int, known: Floats | None = None) -> Floats:

@@ -103,7 +103,7 @@ def _gather(curves: Sequence[Measurement]) -> Gathered:
     run = np.repeat(np.arange(len(curves)), [column.shape[1] for column in columns])
     abscissa, *ordinate_rows = np.concatenate(columns, axis=1)
     ordinates, curve = np.array(ordinate_rows), run_curve[run]
-    _check_signs(temperature, curve, run, np.any(ordinates <= 0, axis=0), kind)
+    _check_signs(curves, temperature, curve, run, np.any(ordinates <= 0, axis=0), kind)
     position = abscissa**kind.falling_power
     order = np.lexsort((ordinates[0], position, curve))
     order = order[~_repeated(kind, temperature, curve[order], run[order], abscissa[order], ordinates[:, order])]
@@ -137,16 +137,23 @@ def _where(curves: Sequence[Measurement], temperature: float) -> str:
     return f"{temperature:g} degC" + (f" ({', '.join(sources)})" if with_files else "")
 
 
-def _check_signs(temperature: Floats, curve: Index, run: Index, wrong: Flags, kind: MeasurementKind) -> None:
-    """Raise `InputError` if most values of a curve are zero or negative; warn of fewer, which are a noise floor."""
+def _check_signs(
+    curves: Sequence[Measurement], temperature: Floats, curve: Index, run: Index, wrong: Flags, kind: MeasurementKind
+) -> None:
+    """Raise `InputError` if most values of a curve are zero or negative; warn of fewer, which are left out.
+
+    Of curves with a source there is no warning: the reader of the file names the rows.
+    """
+    reported = {measured.temperature for measured in curves if measured.source}
     total = np.bincount(curve, minlength=temperature.size)
     below = np.bincount(curve[wrong], minlength=temperature.size)
     for k in np.flatnonzero(below):
         first = int(np.flatnonzero((curve == k) & wrong)[0] - np.searchsorted(run, run[np.flatnonzero(curve == k)[0]]))
-        problem = f"{temperature[k]:g} degC: {below[k]} of {total[k]} {kind.values} are zero or negative"
+        problem = f"{_where(curves, temperature[k])}: {below[k]} of {total[k]} {kind.values} are zero or negative"
         if 2 * below[k] > total[k]:
             raise InputError(f"{problem}, the first at point {first}: positive {kind.values} are needed")
-        warn(f"{problem} (noise floor)")
+        if temperature[k] not in reported:
+            warn(f"{problem}, the first at point {first}: they are left out as a noise floor")
 
 
 def _check_runs(temperature: float, runs: list[Floats], kind: MeasurementKind) -> None:

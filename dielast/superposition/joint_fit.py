@@ -27,6 +27,7 @@ from dielast.superposition.joint_problem import (
     with_spread,
 )
 from dielast.superposition.points import FitPoints, channel_shares, even_weights, noise_shares
+from dielast.superposition.shift_errors import offset_equations, shift_covariance
 from dielast.superposition.spline import Spline, spacing_bounds
 
 ITERATIONS = 40
@@ -40,7 +41,7 @@ SAME_START = 0.01  # decades; closer starting values are taken as equal
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MasterFit:
-    """log10 a (m,) relative to the anchor, log10 b (m,), their covariance (2m, 2m), the smooth curves and the residuals (n,).
+    """log10 a (m,) relative to the anchor, log10 b (m,), their covariance (2m, 2m), and the smooth curves.
 
     `noise_stderr` (m,) is the standard error of the shifts without the contribution of their dependence on the part of the curves
     that determines them. `offset_spread` and `tilt_spread` are the standard deviations, in decades of modulus, of the vertical
@@ -57,7 +58,6 @@ class MasterFit:
     covariance: Floats
     noise_stderr: Floats
     splines: tuple[Spline, ...]
-    residual: Floats
     offset_spread: float
     tilt_spread: float
     placed: tuple[Spline, ...]
@@ -87,26 +87,23 @@ def fit_master(points: FitPoints, starts: Sequence[Floats], anchor: int, vertica
     covariance = np.zeros((2 * m, 2 * m))
     inner = np.ix_(prior.free, prior.free)
     tilts, tilt_spread = tilt_errors(points, prior, state)
-    covariance[inner] = np.linalg.inv(state.normal) * correlation(points, state) + tilts
+    covariance[inner] = shift_covariance(points, *_smoothest(points, prior, state, score)) + tilts
     covariance += smoothing_errors(points, prior, state)
     noise_stderr = np.sqrt(np.diag(covariance)[:m])
     ambiguity, left_out = leave_out(points, prior, state, misfit)
     if misfit.sure:
         covariance += ambiguity
         misfit = replace(misfit, matters=misfit.matters or bool(np.max(np.diag(ambiguity)[:m]) > AMBIGUOUS**2))
-    shift, level, residual, placed = state.theta[:m], state.theta[m:], state.residual, state.splines
+    shift, level, placed = state.theta[:m], state.theta[m:], state.splines
     if not vertical:
         covariance[m:, :] = covariance[:, m:] = 0.0
-        residual = residual - points.lift * level[points.curve]
         level = np.zeros(m)
         none = prior.free[:0]
         plain = Prior(np.concatenate((shift, level)), prior.precision, none, 0.0)
         placed = assemble(points, plain.mean, plain, state.weights, state.spacing).splines
     spread = prior.spread if prior.spread > 0 else 0.0
     splines = state.splines
-    return MasterFit(
-        shift, level, covariance, noise_stderr, splines, residual, spread, tilt_spread, placed, misfit, score, left_out
-    )
+    return MasterFit(shift, level, covariance, noise_stderr, splines, spread, tilt_spread, placed, misfit, score, left_out)
 
 
 def fit_held(points: FitPoints, shifts: MasterFit, anchor: int, vertical: bool) -> MasterFit:
@@ -129,7 +126,7 @@ def fit_held(points: FitPoints, shifts: MasterFit, anchor: int, vertical: bool) 
         covariance[m:, m:] = covariance[m:, :m] @ response.T
         covariance[np.ix_(m + down, m + down)] += level_covariance
     level, splines = state.theta[m:], state.splines
-    return replace(shifts, vertical=level, covariance=covariance, splines=splines, placed=splines, residual=state.residual)
+    return replace(shifts, vertical=level, covariance=covariance, splines=splines, placed=splines)
 
 
 def _begin(points: FitPoints, start: Floats, anchor: int, vertical: bool, drift: Floats | None) -> tuple[Floats, Prior]:
@@ -147,17 +144,10 @@ def _respread(points: FitPoints, prior: Prior, state: State) -> tuple[State, Pri
     """The fit with the likeliest spread of the vertical offsets, given the linearised equations."""
     if prior.spread == 0:
         return state, prior
-    m = prior.mean.size // 2
-    random = prior.free >= m
-    fixed, level = ~random, state.theta[m:]
-    precision = prior.precision[m:, m:]
-    normal, gradient = state.normal[np.ix_(random, random)] - precision, state.gradient[random] - precision @ level
-    across = state.normal[np.ix_(random, fixed)]
-    answer = np.linalg.solve(state.normal[np.ix_(fixed, fixed)], np.column_stack((across.T, state.gradient[fixed])))
-    normal, gradient = normal - across @ answer[:, :-1], gradient - across @ answer[:, -1]
-    repeated = correlation(points, state)
-    offset = likeliest(OFFSET, normal / repeated, (normal @ level - gradient) / repeated, prior.spread, OFFSET_ROUNDS, prior.drift)
-    freedom = float(np.count_nonzero(fixed)) + offset.counted
+    m, repeated = prior.mean.size // 2, correlation(points, state)
+    random, level, precision = prior.free >= m, state.theta[m:], prior.precision[m:, m:]
+    offset = likeliest(OFFSET, *offset_equations(prior, state, repeated), prior.spread, OFFSET_ROUNDS, prior.drift)
+    freedom = float(np.count_nonzero(~random)) + offset.counted
     new = replace(with_spread(prior, offset.spread, repeated), freedom=freedom, evidence=offset.evidence)
     change = new.precision[m:, m:] - precision
     normal, gradient = state.normal.copy(), state.gradient.copy()
@@ -186,6 +176,19 @@ def _fit(points: FitPoints, theta: Floats, prior: Prior) -> tuple[State, Prior, 
             break
     # The spacing of the lowest criterion still bends the curves slightly, and so biases the shifts; one step finer costs little.
     return converge(points, prior, tried[min(best + FINER, len(tried) - 1)][1])
+
+
+def _smoothest(points: FitPoints, prior: Prior, state: State, score: float) -> tuple[Prior, State]:
+    """The fit with no more knots than the data support once offsets are known: more take noise for the shape of the curves."""
+    tried = [(score, prior, state)]
+    spacings = knot_spacings(points, state.theta, prior.free.size)
+    for spacing in spacings[spacings > 1.01 * state.spacing][::-1]:
+        wider, its_prior, its_score = converge(points, prior, assemble(points, state.theta, prior, state.weights, spacing))
+        tried.append((its_score, its_prior, wider))
+        best = min(range(len(tried)), key=lambda k: tried[k][0])
+        if len(tried) > best + 2:
+            break
+    return min(tried, key=lambda fit: fit[0])[1:]
 
 
 def converge(points: FitPoints, prior: Prior, state: State) -> tuple[State, Prior, float]:

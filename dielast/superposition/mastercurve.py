@@ -16,8 +16,6 @@ from typing import Literal, get_args
 import numpy as np
 
 from dielast.errors import InputError, shown, warn
-from dielast.material.argument_types import checked
-from dielast.material.arguments import real_number
 from dielast.material.measurement import Measurement, is_temperature
 from dielast.material.modulus import EntropicModulus
 from dielast.material.shift import SHIFTS
@@ -39,7 +37,6 @@ ShiftOn = Basis | Literal["auto"]
 TEMPERATURE_STDERR = 0.1  # K; a good thermostat
 
 
-@checked
 def build_master_curve(
     curves: Sequence[Measurement],
     *,
@@ -73,9 +70,9 @@ def build_master_curve(
     that is mostly zero or negative, and groups of curves that do not overlap.
     """
     curves = list(curves)
-    reference = real_number(reference_temperature, "reference_temperature")
-    expansion = real_number(thermal_expansion, "thermal_expansion")
-    stated = Stated(real_number(temperature_stderr, "temperature_stderr"), real_number(drift, "drift"))
+    reference = float(reference_temperature)
+    expansion = float(thermal_expansion)
+    stated = Stated(float(temperature_stderr), float(drift))
     if not is_temperature(reference):
         raise InputError(f"{reference:g} degC is not a temperature above absolute zero", argument="reference_temperature")
     if not 0 <= stated.temperature_stderr < np.inf:

@@ -66,7 +66,7 @@ def find_isolated(data: Binned, kind: MeasurementKind) -> dict[int, str]:
     if not np.any(alone) or np.count_nonzero(~alone) < 2 or not np.all(main[np.ix_(~alone, ~alone)]):
         return {}
     return {
-        int(k): f"its {kind.stiffness}, {10 ** bottom[k]:.3g} to {10 ** top[k]:.3g} Pa, is that of no other curve: "
+        int(k): f"its {kind.stiffness}, {10 ** bottom[k]:.3g} to {10 ** top[k]:.3g} Pa, overlaps with that of no other curve: "
         f"measure {kind.more_overlap}, or at a temperature in between"
         for k in np.flatnonzero(alone)
     }

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import replace
 
 import numpy as np
 
@@ -23,7 +22,6 @@ from dielast.superposition.gather import Gathered
 from dielast.superposition.joint_fit import MasterFit
 from dielast.superposition.result import MasterCurve, Stated
 from dielast.superposition.shiftfit import ShiftFit, fit_shift_law
-from dielast.superposition.spline import Spline
 from dielast.superposition.sweepfit import BasisFit
 
 SMOOTH_POINTS = 400
@@ -77,7 +75,7 @@ def place_at_reference(
     warn_if_law_misses(
         temperature[determined], shift[determined], stderr[determined], by_law[determined], shift_fit.misfit, len(shift_fit.names)
     )
-    warn_if_no_plateau(fit.splines[0], kind)
+    warn_if_no_plateau(fit.placed[0], kind)
 
     placed = np.where(determined, shift, np.where(_astray(shift_fit, temperature, determined), np.nan, by_law))
     used = (binned.bin_of_point >= 0) & data.good & np.isfinite(placed)[data.curve]
@@ -85,12 +83,8 @@ def place_at_reference(
     reduced = abscissa / (10 ** placed[curve]) ** kind.time_power
     order = np.lexsort((abscissa, reduced))
     along = slice(None, None, kind.time_power)  # order of the smooth curves by ascending abscissa
-    x = np.linspace(fit.splines[0].origin, fit.splines[0].end, SMOOTH_POINTS)
-
-    def smooth(splines: Sequence[Spline]) -> Floats:
-        return np.stack([10 ** (spline(x) - raised) for spline in splines])[:, along] ** kind.stiffness_power
-
-    modulus = 10 ** (fit.splines[0](x) - raised)
+    x = np.linspace(fit.placed[0].origin, fit.placed[0].end, SMOOTH_POINTS)
+    stiffness = np.stack([10 ** (spline(x) - raised) for spline in fit.placed])
     return MasterCurve(
         measurement=kind.name,
         reference_temperature=reference,
@@ -109,15 +103,14 @@ def place_at_reference(
         reduced_abscissa=reduced[order],
         ordinates=(data.ordinates[:, used] * vertical[curve] ** kind.stiffness_power)[:, order],
         smooth_abscissa=10 ** (kind.time_power * (x + origin))[along],
-        smooth_ordinates=smooth(fit.splines),
-        equilibrium_modulus=float(modulus[-1]),
-        glassy_modulus=float(np.max(modulus)),
+        smooth_ordinates=stiffness[:, along] ** kind.stiffness_power,
+        equilibrium_modulus=float(stiffness[0, -1]),
+        glassy_modulus=float(np.max(stiffness[0])),
         undetermined=undetermined,
         stated=stated,
         log10_shift_factor_slope=slope,
         offset_spread=fit.offset_spread,
         tilt_spread=fit.tilt_spread,
-        placed_ordinates=smooth(fit.placed),
         outlying_points=int(np.count_nonzero(np.any(outlying, axis=0))),
     )
 
@@ -129,47 +122,45 @@ def _nothing_determined(undetermined: Sequence[Undetermined]) -> InputError:
 
 
 def _astray(fit: ShiftFit, temperature: Floats, determined: Flags) -> Flags:
-    """Undetermined temperatures (m,) at which the extrapolated law is as uncertain as the data; warns of them."""
-    astray = ~determined & (_law_stderr(fit, temperature, temperature[determined]) > UNDETERMINED)
-    if np.any(astray):
-        places = ", ".join(f"{value:g}" for value in temperature[astray])
-        warn(
-            f"at {places} degC the shift law is extrapolated and does not know log10 a within half a decade: "
-            "their points are left out"
-        )
+    """Undetermined temperatures (m,) at which the law, from the nearest determined one on, is as uncertain as the data; warns of
+    them, and of others at which the law is extrapolated.
+    """
+    measured = temperature[determined]
+    stderr = np.zeros(temperature.size)
+    for k in np.flatnonzero(~determined):
+        nearest = measured[np.argmin(np.abs(temperature[k] - measured))]
+        stderr[k] = fit.stderr_between(float(temperature[k]), float(nearest))
+    astray = stderr > UNDETERMINED
+    beyond = ~determined & ~astray & ((temperature < measured[0]) | (temperature > measured[-1])) & bool(fit.names)
+    for at, then in (
+        (astray, "does not know log10 a within half a decade: their points are left out"),
+        (
+            beyond,
+            f"knows log10 a to +- {np.max(stderr[beyond], initial=0.0):.2g}, if it holds there: their points are placed by it",
+        ),
+    ):
+        if np.any(at):
+            places = ", ".join(f"{value:g}" for value in temperature[at])
+            warn(f"at {places} degC the shift law is extrapolated and {then}")
     return astray
 
 
 def _rms(fit: MasterFit, binned: Binned, outlying: Flags) -> float:
-    """Root mean square of the residuals in decades, without averages that contain an outlying point (c, n)."""
-    trusted = np.ones((len(outlying), binned.curve.size), dtype=bool)
-    for row, far in zip(trusted, outlying & (binned.bin_of_point >= 0), strict=True):
-        row[binned.bin_of_point[far]] = False
-    return float(np.sqrt(np.nanmean(fit.residual[trusted.ravel()] ** 2)))
+    """Root mean square distance, in decades, of the averages from the smooth curves through them, without averages that contain an
+    outlying point (c, n), and without curves that were not fitted.
+    """
+    position = binned.log_time - fit.shift[binned.curve]
+    residual = binned.log_modulus + fit.vertical[binned.curve] - np.stack([spline(position) for spline in fit.placed])
+    residual[:, ~np.isfinite(fit.noise_stderr)[binned.curve]] = np.nan
+    for row, far in zip(residual, outlying & (binned.bin_of_point >= 0), strict=True):
+        row[binned.bin_of_point[far]] = np.nan
+    return float(np.sqrt(np.nanmean(residual**2)))
 
 
 def _relative(covariance: Floats, weight: Floats) -> Floats:
     """Covariance of values relative to their weighted mean."""
     relative = np.eye(weight.size) - weight
     return np.asarray(relative @ covariance @ relative.T)
-
-
-def _law_stderr(fit: ShiftFit, temperature: Floats, measured: Floats) -> Floats:
-    """Standard error (m,) of log10 a by the law from the nearest `measured` temperature on, from its constants; 0 for a table, or
-    if the constants have no finite errors.
-    """
-    if not fit.names or not np.all(np.isfinite(fit.covariance)):
-        return np.zeros(temperature.size)
-    nearest = measured[np.argmin(np.abs(temperature[:, None] - measured), axis=1)]
-    slope = np.empty((len(fit.names), temperature.size))
-    for row, (name, value) in enumerate(fit.parameters.items()):
-        step = 1e-4 * abs(value) or 1e-6
-        up, down = (
-            _law_values(law, temperature) - _law_values(law, nearest)
-            for law in (replace(fit.law, **{name: value + sign * step}) for sign in (1, -1))  # type: ignore[type-var]
-        )
-        slope[row] = (up - down) / (2 * step)
-    return np.asarray(np.sqrt(np.maximum(np.einsum("pm,pq,qm->m", slope, fit.covariance, slope), 0.0)))
 
 
 def _law_values(law: ShiftLaw, temperature: Floats) -> Floats:

@@ -71,9 +71,9 @@ class MasterCurve(TabularResult):
     the master curve, are excluded.
 
     `stated` are the errors stated by the user. `offset_spread` and `tilt_spread` are the estimated standard deviations, in decades
-    of modulus, of the vertical offsets (beyond a stated drift) and tilts of whole curves. The standard errors include both, and the
-    smooth curves are corrected for them; `placed_ordinates` (c, k) are smooth curves through the uncorrected points.
-    `log10_shift_factor_slope` (m,) is the slope over temperature, in decades per K.
+    of modulus, of the vertical offsets (beyond a stated drift) and tilts of whole curves. The standard errors include both; points,
+    smooth curves and moduli are not corrected for them. `log10_shift_factor_slope` (m,) is the slope over temperature, in decades
+    per K.
     """
 
     measurement: KindName
@@ -101,7 +101,6 @@ class MasterCurve(TabularResult):
     log10_shift_factor_slope: Floats
     offset_spread: float
     tilt_spread: float
-    placed_ordinates: Floats
     outlying_points: int = 0
 
     @property

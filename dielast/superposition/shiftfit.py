@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
-from dielast.errors import warn
+from dielast.errors import InputError, warn
 from dielast.material.shift import SHIFTS, ShiftLaw
+from dielast.material.shift.law import MovedLaw
 from dielast.numerics.arrays import Floats, rms
 
 NEGLIGIBLE = 1e-3  # decades
@@ -25,6 +27,8 @@ class ShiftFit:
     the law plus the distance of the shift factors from the law, interpolated between the neighbouring temperatures; at a measured
     temperature it is therefore the measured value. `origin_weight` (m,) is its derivative with respect to the shift factors, and
     `origin_excess` the additional variance due to the misfit and to an assumed C2.
+
+    `about` is the law about a temperature in degC, and `moments` the covariance of the fitted parameters; None for a table.
     """
 
     law: ShiftLaw
@@ -35,6 +39,22 @@ class ShiftFit:
     origin: float
     origin_weight: Floats
     origin_excess: float
+    about: Callable[[float], MovedLaw] | None = None
+    moments: Floats | None = None
+
+    def stderr_between(self, temperature: float, other: float) -> float:
+        """Standard error of the difference of the law's log10 a between two temperatures (degC): 0 for a table, infinite beyond a
+        pole of the law, or of another law that the data allow.
+        """
+        if self.about is None or self.moments is None:
+            return 0.0
+        try:
+            here, there = self.about(temperature), self.about(other)
+        except InputError:
+            return np.inf
+        step = here.to_origin - there.to_origin
+        doubt = _spread(here.others - here.origin - (there.others - there.origin))
+        return float(np.hypot(np.sqrt(step @ self.moments @ step), doubt))
 
     @property
     def parameters(self) -> dict[str, float]:
@@ -67,9 +87,13 @@ def fit_shift_law(
     measured = covariance[np.ix_(others, others)]
     whiten = np.linalg.inv(np.linalg.cholesky(measured + 1e-14 * np.mean(np.diag(measured)) * np.eye(m - 1)))
     fitted = kind.fit(base, distance, relative, whiten)
-    moved = fitted.about(reference_temperature - base)
+
+    def about(temperature: float) -> MovedLaw:
+        return fitted.about(temperature - base)
+
+    moved = about(reference_temperature)
     near = np.array([np.interp(reference_temperature, temperature, row) for row in np.eye(m)])
-    neighbours = [(near[k], fitted.about(float(temperature[k]) - base), k) for k in np.flatnonzero(near)]
+    neighbours = [(near[k], about(float(temperature[k])), k) for k in np.flatnonzero(near)]
     off = np.array([log10_shift_factor[k] - neighbour.origin for _, neighbour, k in neighbours])
     shares = np.array([share for share, _, _ in neighbours])
     # the difference of the law between the neighbours and the reference temperature
@@ -94,6 +118,8 @@ def fit_shift_law(
         moved.origin + float(shares @ off),
         weight,
         (float(step @ fitted.moments @ step) + float(shares @ (off - shares @ off) ** 2) / scale) * (scale - 1) + doubt**2,
+        about,
+        spread,
     )
 
 

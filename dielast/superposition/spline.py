@@ -69,7 +69,14 @@ class SplineProblem:
 
     def leverage(self, inverse: Floats) -> Floats:
         """Variance (n,) of the fitted values for weights that are inverse variances."""
-        return np.asarray(np.einsum("an,abn,bn->n", self.basis, inverse[self.rows[:, None], self.rows[None]], self.basis))
+        return self._variance(inverse, self.basis)
+
+    def slope_variance(self, inverse: Floats) -> Floats:
+        """Variance (n,) of the slopes at the points for weights that are inverse variances."""
+        return self._variance(inverse, self.slope)
+
+    def _variance(self, inverse: Floats, side: Floats) -> Floats:
+        return np.asarray(np.einsum("an,abn,bn->n", side, inverse[self.rows[:, None], self.rows[None]], side))
 
     def splines(self, coefficient: Floats) -> tuple[Spline, ...]:
         """The spline of each channel."""

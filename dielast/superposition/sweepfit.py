@@ -83,10 +83,10 @@ def fit_sweeps(
         place = int(np.searchsorted(connected, anchor))
         joined = fit_sweeps(_only(data, connected), start[connected], place, vertical, on, part)
         points = {"moduli": raw, "tan-delta": ratio, "storage": storage}[joined.on]
-        return _of_all_curves(joined, connected, points, np.tile(np.isin(data.curve, connected), len(data.log_modulus)), start)
+        return _of_all_curves(joined, connected, points, start)
     if on == "storage":
         return _on_storage(alone, storage, loss, anchor)
-    beta = _common(raw, together.residual)
+    beta = _common(raw, together)
     points, fit = raw, together
     if beta:
         points = points_of(data, beta)
@@ -175,10 +175,9 @@ def _only(data: Binned, curves: Index) -> Binned:
     return Binned(new, data.log_time[selected], *rows, data.bin_of_point)
 
 
-def _of_all_curves(joined: BasisFit, curves: Index, points: FitPoints, inside: Flags, elsewhere: Floats) -> BasisFit:
-    """The fit of the numbered `curves` as a fit of all m curves: the others stay at `elsewhere` (m,), with infinite errors.
-
-    `points` are those of all curves, `inside` (n,) marks the points of the fitted ones; the residuals of other points are NaN.
+def _of_all_curves(joined: BasisFit, curves: Index, points: FitPoints, elsewhere: Floats) -> BasisFit:
+    """The fit of the numbered `curves` as a fit of all m curves with all `points`: the others stay at `elsewhere` (m,), with errors
+    that are infinite.
     """
     fit, m = joined.fit, elsewhere.size
 
@@ -194,7 +193,6 @@ def _of_all_curves(joined: BasisFit, curves: Index, points: FitPoints, inside: F
         vertical=among(fit.vertical, 0.0),
         covariance=among(fit.covariance, 0.0, np.concatenate((curves, m + curves)), 2 * m),
         noise_stderr=among(fit.noise_stderr, np.inf),
-        residual=among(fit.residual, np.nan, np.flatnonzero(inside), inside.size),
         misfit=replace(fit.misfit, by_curve=among(fit.misfit.by_curve, 0.0)),
     )
     others = [
@@ -206,18 +204,14 @@ def _of_all_curves(joined: BasisFit, curves: Index, points: FitPoints, inside: F
 
 def _on_storage(alone: MasterFit, storage: FitPoints, loss: FitPoints, anchor: int) -> BasisFit:
     other = fit_held(loss, alone, anchor, False)
-    fits = replace(
-        alone,
-        splines=alone.splines + other.splines,
-        placed=alone.placed + other.splines,
-        residual=np.concatenate((alone.residual, other.residual)),
-    )
+    fits = replace(alone, splines=alone.splines + other.splines, placed=alone.placed + other.splines)
     return BasisFit(fits, "storage", storage, alone.splines)
 
 
-def _common(points: FitPoints, residual: Floats) -> float:
+def _common(points: FitPoints, fit: MasterFit) -> float:
     """The fraction of the first channel's scatter that the second shares: the slope of a line through their residuals, or 0."""
-    series = points.series
+    series, channel, position = points.series, points.channel, points.log_time - fit.shift[points.curve]
+    residual = points.log_modulus - np.choose(channel, [spline(position) for spline in fit.splines])
     middle = np.array([np.median(residual[series == k]) for k in range(series[-1] + 1)])
     one, other = (_clipped(part) for part in (residual - middle[series]).reshape(2, -1))
     square, product = float(one @ one), float(one @ other)
@@ -235,12 +229,11 @@ def _uncombined(fit: MasterFit, beta: float) -> MasterFit:
     """The fit of log G' and log G'' - beta log G', converted to a fit of log G' and log G''."""
     if not beta:
         return fit
-    storage, rest = fit.residual.reshape(2, -1)
     splines, placed = (
         (first, replace(second, coefficient=second.coefficient + beta * first.coefficient))
         for first, second in (fit.splines, fit.placed)
     )
-    return replace(fit, splines=splines, placed=placed, residual=np.concatenate((storage, rest + beta * storage)))
+    return replace(fit, splines=splines, placed=placed)
 
 
 def _uncertainty(fit: MasterFit) -> float:

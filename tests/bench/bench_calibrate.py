@@ -129,7 +129,7 @@ def bench_misfit(count: int = 20, error: float = 0.2) -> None:
         likelihood, place = likelihood_of(fit), fit.space.start
         start, itself = np.tile(fit.coordinates, (place.size, 1)), np.eye(place.size, dtype=bool)
         start[itself] = place
-        rise = minimise(likelihood.residuals, start, *fit.space.bounds, fixed=itself).cost
+        rise = minimise(likelihood.residuals, start, fit.space.bounds, fixed=itself).cost
         held.append(rise <= likelihood.thresholds(0.9))
     for name, share in zip(fit.space.names, np.mean(held, axis=0), strict=True):
         print(f"{name}: truth held {share:.0%}")

@@ -71,7 +71,7 @@ draws = 19
 thickness = "1 %"
 """
     (tmp_path / "a.toml").write_text(CHARGE + sweep)
-    done = dielast("actuate", "a.toml", "--plot", "none", "--jobs", "2")
+    done = dielast("actuate", "a.toml", "--plot", "none")
     assert done.returncode == 0, done.stderr
     content = (tmp_path / "a/actuate.csv").read_bytes()
     names = ["case", "time [s]", "charge [C]", "charge_density [C/m^2]", "current [A]", "leaked_energy [J/m^3]"]

@@ -13,7 +13,7 @@ from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
 import dask.config
-import distributed  # noqa: F401  its settings are there before a test changes them
+import distributed
 import numpy as np
 import pytest
 from maps import map_of
@@ -30,6 +30,7 @@ from dielast.sharing.execution import Execution
 Run = Callable[..., subprocess.CompletedProcess[str]]
 MAP = map_of(2)
 PATIENCE = 3  # s, within which a busy machine can connect
+IMPATIENT = ("DASK_DISTRIBUTED__COMM__TIMEOUTS__CONNECT", f"{PATIENCE}s")
 SWEEP = """
 kind = "actuate"
 material = "example:vhb4905.toml"
@@ -49,7 +50,6 @@ draws = 19
 breakdown_field = { law = "weibull", shape = 20 }
 [sweep]
 "step.0.voltage" = ["1 kV", "3 kV", "4.5 kV"]
-"film.prestretch" = [1.5, 1.9]
 """
 TABLES = ("failure-map.csv", "fit.csv", "summary.toml")
 MAPPING = ("failure-map", "m.toml", "--plot", "none")
@@ -88,14 +88,18 @@ def is_whole(file: Path) -> bool:
 @pytest.fixture
 def impatient(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     """Little patience, here and in what is started here."""
-    monkeypatch.setenv("DASK_DISTRIBUTED__COMM__TIMEOUTS__CONNECT", f"{PATIENCE}s")
+    monkeypatch.setenv(*IMPATIENT)
     with dask.config.set({"distributed.comm.timeouts.connect": f"{PATIENCE}s"}):
         yield
 
 
-def test_lost_workers_and_interrupts_change_no_byte(dielast: Run, tmp_path: Path) -> None:
+def lost(file: Path) -> str:
+    return f"{file}: the scheduler was lost; what is solved is kept, and the same command goes on from there\n"
+
+
+def test_a_lost_worker_or_scheduler_changes_no_byte(dielast: Run, tmp_path: Path) -> None:
     # far from done when its first cells are kept
-    (tmp_path / "m.toml").write_text(map_of(375) + '[stretch]\nat = ["1 ms", "5 s"]\n')
+    (tmp_path / "m.toml").write_text(map_of(125) + '[stretch]\nat = ["1 ms", "5 s"]\n')
     with ExitStack() as stack:
         file = tmp_path / "scheduler.json"
         stack.enter_context(node("scheduler", file))
@@ -106,24 +110,13 @@ def test_lost_workers_and_interrupts_change_no_byte(dielast: Run, tmp_path: Path
             (tmp_path / "go").touch()
             assert run.communicate(timeout=ENDS)[1] == ""
             assert run.returncode == 0
-        with half_done(tmp_path, "interrupted", "--scheduler", str(file)) as run:
-            run.send_signal(signal.SIGINT)
-            assert run.communicate(timeout=ENDS)[1].startswith("interrupted: ")
-            assert run.returncode == 130
-        # nothing of it is left on the cluster
-        count = "import distributed, sys; print(len(distributed.Client(scheduler_file=sys.argv[1]).run_on_scheduler(tasks)))"
-        count = f"def tasks(dask_scheduler): return list(dask_scheduler.tasks)\n{count}"
-        asked = subprocess.run([sys.executable, "-c", count, str(file)], capture_output=True, text=True, timeout=ENDS, check=True)
-        assert asked.stdout == "0\n"
         with half_done(tmp_path, "left", "--scheduler", str(file)) as run:
             workers[1].send_signal(signal.SIGSTOP)
             stack.close()
             (tmp_path / "go").touch()
-            said = run.communicate(timeout=ENDS)[1]
-        assert said == f"{file}: the scheduler was lost; what is solved is kept, and the same command goes on from there\n"
-        assert run.returncode == 2
+            assert run.communicate(timeout=ENDS)[1] == lost(file)
+            assert run.returncode == 2
     # what a cluster has solved is of use without it
-    assert (tmp_path / "interrupted/.unfinished").stat().st_size > 1000
     assert (tmp_path / "left/.unfinished").stat().st_size > 1000
     assert dielast(*MAPPING, "-o", "left", prelude=SMALL_CHUNKS).returncode == 0
     for name in TABLES:
@@ -132,62 +125,79 @@ def test_lost_workers_and_interrupts_change_no_byte(dielast: Run, tmp_path: Path
             assert (tmp_path / out / name).read_bytes() == whole, (out, name)
 
 
-def test_a_sweep_with_draws_outlives_a_worker(dielast: Run, tmp_path: Path) -> None:
-    recipe = tmp_path / "s.toml"
-    recipe.write_text(SWEEP)
-    cases = read_cases(recipe)
-    here = actuate.run(cases, Inputs(tmp_path), Execution()).tables
-    with ExitStack() as stack:
-        file = tmp_path / "scheduler.json"
-        stack.enter_context(node("scheduler", file))
-        workers = [stack.enter_context(node("worker", file)) for _ in range(2)]
+@pytest.mark.trust
+def test_an_interrupted_map_leaves_nothing_on_the_cluster_and_a_scheduler_that_stands_still_is_given_up(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def tasks(dask_scheduler: distributed.Scheduler) -> int:
+        return len(dask_scheduler.tasks)
 
-        def kill(done: int, of: int, what: str) -> None:
-            if done < of and workers[0].poll() is None:
-                workers[0].send_signal(signal.SIGKILL)
+    (tmp_path / "m.toml").write_text(map_of(125))
+    file = tmp_path / "scheduler.json"
+    with node("scheduler", file) as scheduler, node("worker", file):
+        with half_done(tmp_path, "interrupted", "--scheduler", str(file)) as run:
+            run.send_signal(signal.SIGINT)
+            assert run.communicate(timeout=ENDS)[1].startswith("interrupted: ")
+            assert run.returncode == 130
+        assert (tmp_path / "interrupted/.unfinished").stat().st_size > 1000
+        with distributed.Client(scheduler_file=str(file)) as client:
+            assert client.run_on_scheduler(tasks) == 0
+        with monkeypatch.context() as impatient:
+            impatient.setenv(*IMPATIENT)
+            with half_done(tmp_path, "frozen", "--scheduler", str(file)) as run:
+                scheduler.send_signal(signal.SIGSTOP)
+                (tmp_path / "go").touch()
+                assert run.communicate(timeout=ENDS)[1] == lost(file)
+                assert run.returncode == 2
+        scheduler.send_signal(signal.SIGCONT)
 
-        there = actuate.run(cases, Inputs(tmp_path), Execution(progress=kill, scheduler=str(file))).tables
-        assert workers[0].wait(timeout=ENDS) == -signal.SIGKILL
-        assert {name: to_csv(table) for name, table in there.items()} == {name: to_csv(table) for name, table in here.items()}
-        # and as a whole command
-        done = dielast("actuate", "s.toml", "--scheduler", file, "--plot", "none", "-q")
-        assert (done.returncode, done.stderr) == (0, "")
-        assert (tmp_path / "s/events.csv").read_bytes() == to_csv(here["events.csv"])
+
+@pytest.fixture(scope="module")
+def scheduler(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
+    """The file of a Dask scheduler, without workers at first."""
+    file = tmp_path_factory.mktemp("cluster") / "scheduler.json"
+    with node("scheduler", file):
+        yield file
 
 
+@pytest.mark.trust
 @pytest.mark.usefixtures("impatient")
-def test_a_cluster_of_no_use_is_named_in_one_line(dielast: Run, tmp_path: Path) -> None:
+def test_a_cluster_of_no_use_is_named_in_one_line(dielast: Run, tmp_path: Path, scheduler: Path) -> None:
     (tmp_path / "m.toml").write_text(MAP)
     other = tmp_path / "other/dielast-9.9.dist-info"
     other.mkdir(parents=True)
     (other / "METADATA").write_text("Metadata-Version: 2.1\nName: dielast\nVersion: 9.9\n")
 
     def refused() -> str:
-        done = dielast(*MAPPING, "--scheduler", file)
+        done = dielast(*MAPPING, "--scheduler", scheduler)
         assert (done.returncode, done.stdout) == (2, "")
         assert not (tmp_path / "m").exists()
         return done.stderr
 
-    file = tmp_path / "scheduler.json"
-    with node("scheduler", file):
-        assert refused() == f"{file}: the scheduler has no workers, after {PATIENCE} s of waiting\n"
-        with node("worker", file, PYTHONPATH=str(other.parent)) as worker:
-            said = refused()
-            assert worker.poll() is None
-    assert said.startswith(f"{file}: worker tcp://127.0.0.1:")
+    assert refused() == f"{scheduler}: the scheduler has no workers, after {PATIENCE} s of waiting\n"
+    with node("worker", scheduler, PYTHONPATH=str(other.parent)) as worker:
+        said = refused()
+        assert worker.poll() is None
+    assert said.startswith(f"{scheduler}: worker tcp://127.0.0.1:")
     assert said.endswith(f": dielast {cluster.VERSIONS['dielast']} is needed, 9.9 is installed\n")
 
 
-@pytest.mark.usefixtures("impatient")
-def test_a_scheduler_that_stands_still_is_given_up(tmp_path: Path) -> None:
-    (tmp_path / "m.toml").write_text(map_of(212))
-    file = tmp_path / "scheduler.json"
-    with node("scheduler", file) as frozen, node("worker", file), half_done(tmp_path, "left", "--scheduler", str(file)) as run:
-        frozen.send_signal(signal.SIGSTOP)
-        (tmp_path / "go").touch()
-        said = run.communicate(timeout=ENDS)[1]
-    assert said == f"{file}: the scheduler was lost; what is solved is kept, and the same command goes on from there\n"
-    assert run.returncode == 2
+@pytest.mark.trust
+def test_a_sweep_with_draws_outlives_a_worker(tmp_path: Path, scheduler: Path) -> None:
+    recipe = tmp_path / "s.toml"
+    recipe.write_text(SWEEP)
+    cases = read_cases(recipe)
+    here = actuate.run(cases, Inputs(tmp_path), Execution()).tables
+    with ExitStack() as stack:
+        workers = [stack.enter_context(node("worker", scheduler)) for _ in range(2)]
+
+        def kill(done: int, of: int, what: str) -> None:
+            if done < of and workers[0].poll() is None:
+                workers[0].send_signal(signal.SIGKILL)
+
+        there = actuate.run(cases, Inputs(tmp_path), Execution(progress=kill, scheduler=str(scheduler))).tables
+        assert workers[0].wait(timeout=ENDS) == -signal.SIGKILL
+        assert {name: to_csv(table) for name, table in there.items()} == {name: to_csv(table) for name, table in here.items()}
 
 
 def test_who_is_no_scheduler_is_named_in_one_line() -> None:

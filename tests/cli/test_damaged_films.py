@@ -134,6 +134,7 @@ def test_a_map_without_a_breakdown_field_is_about_damage(folder: Path, dielast: 
     assert "\ndamage = " in (folder / "out/summary.toml").read_text()
 
 
+@pytest.mark.trust
 def test_a_disc_in_a_frame_ages_and_breaks_down_by_a_power_law(folder: Path, dielast: Run) -> None:
     framed = FILM + 'boundary = "frame"\nelectrode_share = "5 %"\n'
     power = '{ law = "power", field = "25 MV/m", stretch_exponent = 1.2, thickness_exponent = 0.1, reference_thickness = "0.1 mm" }'

@@ -121,7 +121,7 @@ def test_maps_and_draws_take_every_law(tmp_path: Path, dielast: Run) -> None:
         done = dielast("failure-map", "map.toml", "-o", "map", "--plot", "none")
         assert done.returncode == 0, done.stderr
         found.append([float(row["time_to_failure [s]"] or "inf") for row in rows(tmp_path / "map/failure-map.csv")])
-        done = dielast("actuate", "run.toml", "-o", "out", "--plot", "svg")
+        done = dielast("actuate", "run.toml", "-o", "out", "--plot", "svg" if "stretch" in dielectric else "none")
         assert done.returncode == 0, done.stderr
     constant, softening, table = found
     assert len(constant) == 6

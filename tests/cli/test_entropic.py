@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import shutil
 import subprocess
 import tomllib
 from collections.abc import Callable
@@ -57,20 +58,28 @@ def modulus(temperature: float, time: np.ndarray) -> np.ndarray:
     return np.asarray(factor * (LEVEL + np.exp(-reduced[:, None] / TIMES) @ MODULI))
 
 
-@pytest.fixture
-def folder(tmp_path: Path, dielast: Run) -> Path:
+@pytest.fixture(scope="module")
+def made(command: Run, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with a master curve, a spectrum made of it, and their draws."""
+    folder = tmp_path_factory.mktemp("made")
     time, noise = np.geomspace(0.3, 300, 25), np.random.default_rng(0)
     lines = ["temperature [degC],time [s],modulus [Pa]"]
     for temperature in (-20.0, 0.0, 20.0, 40.0, 60.0, 80.0):
         values = modulus(temperature, time) * (1 + 1e-3 * noise.standard_normal(time.size))
         lines += [f"{temperature:g},{t!r},{value!r}" for t, value in zip(time.tolist(), values.tolist(), strict=True)]
-    (tmp_path / "dma.csv").write_text("\n".join(lines))
+    (folder / "dma.csv").write_text("\n".join(lines))
     for name, text in (("curve", CURVE), ("spectrum", SPECTRUM), ("relax", RELAX)):
-        (tmp_path / f"{name}.toml").write_text(text)
+        (folder / f"{name}.toml").write_text(text)
     for kind, name in (("mastercurve", "curve"), ("spectrum", "spectrum")):
-        done = dielast(kind, f"{name}.toml", "-o", name, "--plot", "none")
+        done = command(folder, kind, f"{name}.toml", "-o", name, "--plot", "none")
         assert done.returncode == 0, done.stderr
-    return tmp_path
+    return folder
+
+
+@pytest.fixture
+def folder(made: Path, tmp_path: Path) -> Path:
+    """The folder of the test, with a copy of what was made."""
+    return Path(shutil.copytree(made, tmp_path, dirs_exist_ok=True))
 
 
 def test_a_material_made_with_a_vertical_shift_simulates_with_it(folder: Path, dielast: Run) -> None:

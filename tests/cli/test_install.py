@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 from processes import ENDS
+from setuptools import Distribution
 
 from dielast import __version__
 from dielast.cli.version import commit, version
@@ -27,11 +28,29 @@ def run(*command: str | Path, folder: Path) -> str:
     return done.stdout
 
 
+def checked_out() -> set[str]:
+    """The files of the package."""
+    files = {path.relative_to(TOP).as_posix() for path in (TOP / "dielast").rglob("*") if path.is_file()}
+    return {name for name in files if "__pycache__" not in name}
+
+
 def built(what: str, source: Path, out: Path) -> Path:
     """The archive or the wheel that setuptools makes of a source folder; pip would make it in an environment of its own."""
     return out / run(sys.executable, "-c", BUILD.format(what, str(out)), folder=source).splitlines()[-1]
 
 
+def test_a_wheel_will_hold_every_file(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What setuptools would copy into it; the test below builds one and installs it."""
+    monkeypatch.chdir(TOP)
+    distribution = Distribution({"src_root": "", "script_name": "setup.py"})
+    distribution.parse_config_files(["pyproject.toml"])
+    command = distribution.get_command_obj("build_py")
+    command.ensure_finalized()
+    data = [f"{folder}/{name}" for _, folder, _, names in command.data_files for name in names]
+    assert {Path(name).as_posix() for name in (*command.get_source_files(), *data)} == checked_out()
+
+
+@pytest.mark.trust
 def test_an_archive_becomes_a_wheel_that_runs_without_the_checkout(tmp_path: Path) -> None:
     source = tmp_path / "source"
     left_out = shutil.ignore_patterns("__pycache__", "*.egg-info")
@@ -45,10 +64,9 @@ def test_an_archive_becomes_a_wheel_that_runs_without_the_checkout(tmp_path: Pat
     shutil.rmtree(source)
     wheel = built("wheel", unpacked, tmp_path)
     # all that the checkout has, and nothing of tests or recipes
-    files = {path.relative_to(TOP).as_posix() for path in (TOP / "dielast").rglob("*") if path.is_file()}
     with zipfile.ZipFile(wheel) as packed_wheel:
         names = {name for name in packed_wheel.namelist() if ".dist-info/" not in name}
-    assert names == {name for name in files if "__pycache__" not in name}
+    assert names == checked_out()
 
     environment, elsewhere = tmp_path / "environment", tmp_path / "elsewhere"
     run(sys.executable, "-m", "venv", "--without-pip", environment, folder=tmp_path)

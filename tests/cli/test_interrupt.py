@@ -63,7 +63,7 @@ KEPT = r"interrupted: 1024 of 1030 cells are kept: the same command goes on from
     ("module", "function", "points", "message"),
     [
         ("report.report", "_saved", 1030, KEPT),
-        ("cli.run", "write_files", 1030, KEPT),
+        pytest.param("cli.run", "write_files", 1030, KEPT, marks=pytest.mark.trust),
         ("report.report", "_saved", 3, "interrupted: nothing is kept or written; the same command begins anew\n"),
         ("cli.run", "print_summary", 3, "interrupted: the results are written\n"),
     ],

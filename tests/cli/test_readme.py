@@ -19,6 +19,11 @@ PAGES = {path.name if path != readme.README else "front": path.read_text() for p
 FRONT, INDEX = PAGES["front"], (readme.GUIDE / "README.md").read_text()
 LONGEST = 200  # lines of the front page
 WITHOUT_RECIPE = {"README.md", "commands.md", "glossary.md", "install.md", "limits.md", "notebook.md", "what-it-computes.md"}
+# pages of more than two seconds, of commands that other tests run, too: `make -C tests trust`
+LONG = {
+    *("cards.md", "cycles.md", "intervals.md", "own-material.md", "prestretch-and-frame.md"),
+    *("voltage-for-a-strain.md", "what-drives-the-life.md"),
+}
 NUMBER = re.compile(r"-?\d+(?:\.(\d+))?(?:e([+-]?\d+))?")
 
 
@@ -40,7 +45,10 @@ def commands(text: str) -> list[tuple[str, list[str]]]:
     return [(command, shown) for command, shown in readme.session(text) if not command.startswith("make")]
 
 
-@pytest.mark.parametrize("name", [name for name, text in PAGES.items() if commands(text)])
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param(name, marks=[pytest.mark.trust] if name in LONG else []) for name, text in PAGES.items() if commands(text)],
+)
 def test_the_commands_print_what_is_shown(name: str, tmp_path: Path, server: str) -> None:
     terminal = readme.Terminal(tmp_path, PAGES[name], [sys.executable, "-I", "-S", client.__file__, server])
     for command, shown in commands(PAGES[name]):

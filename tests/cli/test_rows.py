@@ -62,7 +62,7 @@ def test_straight_lines_between_the_rows_of_the_starters(kind: str, starter: Cal
 @pytest.mark.parametrize(
     ("kind", "swing"), [("actuate", 'high = "2.5 kV"'), ("relax", "high = 1.5"), ("creep", 'low = "10 kPa"\nhigh = "50 kPa"')]
 )
-@pytest.mark.parametrize("shape", ["triangle", "sine"])
+@pytest.mark.parametrize("shape", ["triangle", pytest.param("sine", marks=pytest.mark.trust)])
 def test_straight_lines_between_the_rows_of_cycles(kind: str, swing: str, shape: str, tmp_path: Path) -> None:
     path = tmp_path / "cycles.toml"
     path.write_text(CYCLES.format(kind=kind, shape=shape, swing=swing, film=FILM if kind == "actuate" else ""))

@@ -55,6 +55,7 @@ def numbers(cells: dict[str, list[str]], header: str) -> np.ndarray:
     return np.array([float(cell) if cell else np.nan for cell in cells[header]])
 
 
+@pytest.mark.trust
 def test_a_map_and_films_tell_the_same_shares_and_nothing_else_moves(tmp_path: Path) -> None:
     mapped = run(tmp_path, MAP + DRAWS, plots=("png",))
     plain = run(tmp_path, (MAP + DRAWS).replace("sensitivity = true", "sensitivity = false"))

@@ -155,16 +155,16 @@ def test_every_command_takes_every_law(tmp_path: Path, dielast: Run) -> None:
     }
     for kind, steps in recipes.items():
         (tmp_path / f"{kind}.toml").write_text(f'kind = "{kind}"\nmaterial = "yeoh.toml"\n{steps}{swept}')
-        done = dielast(kind, f"{kind}.toml", "-o", kind, "--plot", "svg")
+        done = dielast(kind, f"{kind}.toml", "-o", kind, "--plot", "svg" if kind == "actuate" else "none")
         assert done.returncode == 0, done.stderr
         found = rows(tmp_path / kind / f"{kind}.csv")
         assert {row["case"] for row in found} == {"0", "1", "2", "3"}
-        assert (tmp_path / kind / f"{kind}.svg").stat().st_size > 1000
         # the last law alone
         done = dielast(kind, f"{kind}.toml", "-o", "alone", "--plot", "none", "--set", 'sweep.material=["ogden.toml"]')
         assert done.returncode == 0, done.stderr
         own = [{key: value for key, value in row.items() if key != "case"} for row in rows(tmp_path / f"alone/{kind}.csv")]
         assert own == [{key: value for key, value in row.items() if key != "case"} for row in found if row["case"] == "3"]
+    assert (tmp_path / "actuate/actuate.svg").stat().st_size > 1000
     for name in LAWS:
         (tmp_path / "map.toml").write_text(
             f'kind = "failure-map"\nmaterial = "{name}.toml"\ntemperature = ["20 degC"]\nhorizon = "1 h"\n{FILM}'

@@ -52,7 +52,7 @@ finally:
     ("kind", "more"),
     [
         ("relax", OF_FILMS),
-        ("actuate", ("dielast.simulate.failure_map",)),
+        pytest.param("actuate", ("dielast.simulate.failure_map",), marks=pytest.mark.trust),
         ("failure-map", ("dielast.simulate.actuate", "dielast.io.text_table")),
     ],
 )

@@ -137,7 +137,7 @@ CARDS = '[export]\nformats = ["febio"]\nhyperelastic = "neo-hookean"\n'
         (
             '[reduce]\nwindow = ["1 s", "1 h"]\ntemperatures = ["20 degC", "-180 degC"]\n' + CARDS,
             [
-                "reduce.temperatures: -180 degC is at or below -166.551 degC, where the WLF law has its pole",
+                "reduce.temperatures: -180 degC is at or below -166.818 degC, where the WLF law has its pole",
                 'export.temperature: febio has no shift function for the law "wlf": state the one temperature that its',
             ],
         ),
@@ -187,12 +187,25 @@ WLF = (
     '[shift]\nlaw = "wlf"\nC1 = 13.7\nC2 = "187.1 K"'
 )
 ACTUATE = 'kind = "actuate"\nmaterial = "film.toml"\n{}\n[film]\nthickness = "0.5 mm"\n{}\n[[step]]\nvoltage = "1 kV"\n'
+WAVES = 'waveform = "sine"\nhigh = 1.1\nperiod = "1 s"\ncycles = 3'
 STRETCH = 'kind = "relax"\nmaterial = "film.toml"\n{}\n[[step]]\nstretch = {}\n{}'
+MAP = (
+    'kind = "failure-map"\nmaterial = "film.toml"\nhorizon = "1 h"\n{}\n[film]\nthickness = "0.5 mm"\nprestretch = [2.0, {}]\n'
+    '[voltage]\nvalues = "3 kV"\n'
+)
+GOAL = (
+    'kind = "design"\nmaterial = "film.toml"\n{}\n[film]\nthickness = "0.5 mm"\nprestretch = {}\n'
+    '[goal]\nrelative_stretch = 1.2\nat = "1 h"\nhorizon = "2 h"\n'
+)
 
 
 @pytest.mark.parametrize(
     ("film", "recipe", "message"),
     [
+        (FILM.format(GENT, EPS), MAP.format("", 9.0), r"film.prestretch\[1\]: 9 is beyond the Gent limit"),
+        (FILM.format(GENT, EPS), GOAL.format("", "[2.0, 9.0]"), r"film.prestretch\[1\]: 9 is beyond the Gent limit"),
+        (FILM.format(WLF, EPS), MAP.format('temperature = "-180 degC"', 3.0), "temperature: -180 degC is at or below"),
+        (FILM.format(GENT, "").replace("[dielectric]", ""), GOAL.format("", 2.0), "material: .* has no permittivity"),
         (FILM.format(GENT, EPS), ACTUATE.format("", "") + '[stop]\nat = "damage"', 'stop.at: "damage" cannot happen'),
         (FILM.format(GENT, EPS), ACTUATE.format("", "") + '[stop]\nat = "breakdown"', "stop.at: material .* no breakdown field"),
         (FILM.format(GENT, "").replace("[dielectric]", ""), ACTUATE.format("", ""), "material: .* has no permittivity"),
@@ -219,6 +232,27 @@ STRETCH = 'kind = "relax"\nmaterial = "film.toml"\n{}\n[[step]]\nstretch = {}\n{
             STRETCH.format("", 2, '[sweep]\n"equilibrium.J_lim" = [110.0, 1.0]\n'),
             r"case 1: step\[0\]: stretch 2 is beyond the Gent limit, J_lim = 1$",
         ),
+        (
+            FILM.format(GENT, EPS),
+            STRETCH.format("", 2, '[[step]]\nhold = "1 min"\n[output]\ntimes = ["1 s", "1 h"]\n'),
+            r"output.times: 3600 s lies after the end of the history at 60 s$",
+        ),
+        (
+            FILM.format(GENT, EPS),
+            STRETCH.format("", 2, "[output]\ncycles = [1, 4]\n").replace("stretch = 2", WAVES),
+            r"output.cycles: 4: the waveform has only 3 cycles$",
+        ),
+        (
+            FILM.format(GENT, EPS),
+            ACTUATE.format("", 'boundary = "frame"\nelectrode_share = 0.1\nprestretch = 1.5') + '[output]\nprofile = ["1 s"]\n',
+            r"output.profile: 1 s lies after the end of the programme at 0 s$",
+        ),
+        (
+            FILM.format(GENT, EPS),
+            STRETCH.format("", 2, '[[step]]\nhold = "1 min"\n')
+            + '[sweep]\n"step.1.hold" = ["1 h", "1 min"]\n[output]\ntimes = ["61 s"]\n',
+            r"case 1: output.times: 61 s lies after the end of the history at 60 s$",
+        ),
     ],
 )
 def test_what_a_simulation_refuses_validate_refuses_in_the_same_line(
@@ -233,10 +267,64 @@ def test_what_a_simulation_refuses_validate_refuses_in_the_same_line(
     assert not (tmp_path / "out").exists()
 
 
-def test_validate_names_a_contradiction_of_every_batch(dielast: Run, tmp_path: Path) -> None:
-    (tmp_path / "film.toml").write_text(FILM.format(GENT, EPS))
-    sweep = '[sweep]\nmode = "zip"\n"film.boundary" = ["dead-load", "clamped"]\n"film.prestretch" = [9.0, 10.0]\n'
-    (tmp_path / "r.toml").write_text(ACTUATE.format("", "") + sweep)
-    first, second = errors(dielast("validate", "r.toml"))
-    assert first.startswith("r.toml: case 0: film.prestretch: 9 is beyond the Gent limit")
-    assert second.startswith("r.toml: case 1: film.prestretch: 10 is beyond the Gent limit")
+@pytest.mark.parametrize("recipe", [MAP.format("", 9.0), GOAL.format("", 2.5), ACTUATE.format("", "prestretch = 2.5")])
+def test_validate_warns_as_a_run_does_before_it_solves(recipe: str, dielast: Run, tmp_path: Path) -> None:
+    limit = '[breakdown]\nprestretch = [1.0, 1.5]\nfield = ["20 MV/m", "30 MV/m"]\n'
+    shift = '[shift]\nlaw = "arrhenius"\nactivation_energy = "-50 kJ/mol"\n'
+    branch = "[nonequilibrium]\nrelaxation_time_s = [1.0]\nshear_modulus_Pa = [1e4]\n"
+    (tmp_path / "film.toml").write_text(FILM.format("J_lim = 200.0", EPS) + limit + branch + shift)
+    (tmp_path / "r.toml").write_text(recipe)
+    checked = dielast("validate", "r.toml")
+    assert checked.stdout == "r.toml: ok\n"
+    stated = [line.replace("r.toml: ", "") for line in checked.stderr.splitlines()]
+    assert sum("breakdown fields are stated for 1 to 1.5" in line for line in stated) == 1
+    assert sum("activation energy" in line for line in stated) == 1
+    done = dielast(recipe.split('"')[1], "r.toml", "-o", "out", "--plot", "none")
+    assert done.returncode == 0
+    assert [line for line in done.stderr.splitlines() if line in stated] == stated
+
+
+def refused(dielast: Run, folder: Path, lines: list[str]) -> None:
+    """`validate` and the run refuse r.toml in these lines, and the run writes nothing."""
+    kind = (folder / "r.toml").read_text().partition('kind = "')[2].partition('"')[0]
+    for done in (dielast("validate", "r.toml"), dielast(kind, "r.toml", "-o", "out", "--plot", "none")):
+        stated = [line for line in errors(done) if not line.startswith("warning")]
+        assert len(stated) == len(lines), stated
+        assert all(re.match(f"r.toml: {line}", text) for line, text in zip(lines, stated, strict=True)), stated
+    assert not (folder / "out").exists()
+
+
+def test_every_mistake_of_every_case_is_reported_before_anything_is_solved(dielast: Run, tmp_path: Path) -> None:
+    (tmp_path / "film.toml").write_text(FILM.format(WLF, EPS))
+    recipe = ACTUATE.format("", "") + '[[step]]\nhold = "1 h"\n[output]\ntimes = ["1 h"]\n[sweep]\nmode = "zip"\n'
+    sweep = '"film.boundary" = ["dead-load", "clamped", "clamped", "clamped"]\n"film.prestretch" = [9.0, 10.0, 2.0, 11.0]\n'
+    (tmp_path / "r.toml").write_text(recipe + sweep + 'temperature = ["20 degC", "20 degC", "-180 degC", "20 degC"]\n')
+    beyond = r"case {}: film\.prestretch: {} is beyond the Gent limit"
+    pole = r"case 2: temperature: -180 degC is at or below"
+    refused(dielast, tmp_path, [beyond.format(0, 9), beyond.format(1, 10), pole, beyond.format(3, 11)])
+
+
+WAVE = '[[step]]\nwaveform = "sine"\nhigh = {}\nperiod = "1 s"\ncycles = 3\n'
+
+
+@pytest.mark.parametrize(
+    ("kept", "sweep", "line"),
+    [
+        ("[1]", 'temperature = ["0 degC", "20 degC"]', "output.cycles: has no effect without a waveform"),
+        ("[1]", 'load = ["hold.toml", "other.toml"]', "output.cycles: has no effect without a waveform"),
+        ("[1, 7]", 'load = ["hold.toml", "wave.toml"]', "case 1: output.cycles: 7: the waveform has only 3 cycles"),
+    ],
+)
+def test_cycles_of_no_waveform_are_refused_in_a_sweep(kept: str, sweep: str, line: str, dielast: Run, tmp_path: Path) -> None:
+    (tmp_path / "wave.toml").write_text(WAVE.format(2.0))
+    for name in ("hold.toml", "other.toml"):
+        (tmp_path / name).write_text("[[step]]\nstretch = 2.0\n" + HOLD)
+    load = "" if "load" in sweep else 'load = "hold.toml"\n'
+    (tmp_path / "r.toml").write_text(f"{RELAX}{load}[output]\ncycles = {kept}\n[sweep]\n{sweep}\n")
+    refused(dielast, tmp_path, [line])
+
+
+def test_output_after_the_end_is_refused_before_the_simulation(dielast: Run, tmp_path: Path) -> None:
+    steps = '[[step]]\nstretch = 2.0\nrate = "0.1 /s"\n' + HOLD
+    (tmp_path / "r.toml").write_text(RELAX + steps + '[output]\ntimes = ["12 s"]\n')
+    refused(dielast, tmp_path, ["output.times: 12 s lies after the end of the history at 11 s"])

@@ -93,7 +93,7 @@ def test_electrode_axes_in_millimetres_are_compared(dielast: Run, tmp_path: Path
 
 
 def test_a_map_is_the_same_in_any_number_of_processes(dielast: Run, tmp_path: Path) -> None:
-    (tmp_path / "m.toml").write_text(MAP.replace("points = 9", "points = 250"))
+    (tmp_path / "m.toml").write_text(MAP.replace("points = 9", "points = 180"))
     for jobs in ("1", "2"):
         done = dielast("failure-map", "m.toml", "--plot", "none", "-o", jobs, "--jobs", jobs)
         assert done.returncode == 0, done.stderr
@@ -149,6 +149,7 @@ def test_an_interrupted_map_goes_on_where_it_stopped(dielast: Run, tmp_path: Pat
         assert (tmp_path / "part" / name).read_bytes() == (tmp_path / "whole" / name).read_bytes()
 
 
+@pytest.mark.trust
 def test_a_terminated_map_leaves_no_process_behind(tmp_path: Path) -> None:
     (tmp_path / "m.toml").write_text(map_of(125, "1 h"))
     with half_done(tmp_path, "out", "--jobs", "2") as process:
@@ -207,7 +208,7 @@ def test_what_is_no_whole_earlier_run_is_passed_over(dielast: Run, tmp_path: Pat
         assert not (tmp_path / "m/.unfinished").exists()
 
 
-@pytest.mark.parametrize(("kind", "prestretch"), [("actuate", 1), ("actuate", 5), ("failure-map", 1.4), ("failure-map", 3)])
+@pytest.mark.parametrize(("kind", "prestretch"), [("actuate", 5), ("failure-map", 1.4)])
 def test_the_starters_take_any_prestretch(kind: str, prestretch: float, starter: Callable[[str], Path], dielast: Run) -> None:
     path = starter(kind)
     few = ["--set", "voltage.points=3"] if kind == "failure-map" else []

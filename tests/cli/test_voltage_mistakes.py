@@ -77,8 +77,8 @@ WAVES = ACTUATE.replace('voltage = "4 kV"', 'voltage = "1 kV"\n[[step]]\nwavefor
         (ACTUATE.replace("1.9", "[9, 1.5]"), "film.prestretch: 9 x 1.5 is beyond the Gent limit, J_lim = 55"),
         (ACTUATE + '[sweep]\n"film.prestretch" = [1.5, 1.9, 9]\n', "case 2: film.prestretch: 9 is beyond the Gent limit"),
         (
-            ACTUATE + '[sweep]\n"film.prestretch" = [1.5, 9]\n"film.relax" = ["1 s", "2 s"]\n',
-            "case 2: film.prestretch: 9 is beyond the Gent limit",
+            ACTUATE + '[sweep]\n"film.prestretch" = [1.5, 9]\n"film.relax" = ["1 s", "2 s"]\nmode = "zip"\n',
+            "case 1: film.prestretch: 9 is beyond the Gent limit",
         ),
         (
             ACTUATE.replace("1.9", "190"),
@@ -193,7 +193,7 @@ def test_the_file_stands_in_front(dielast: Run, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ("[1.7, 1.8]", "[1.7, 1.8, 1.7]", "film.prestretch: 1.7 is stated twice: the values of a map's axis must differ"),
+        ("[1.7, 1.8]", "[1.7, 1.8, 1.7]", "film.prestretch: 1.7 is stated twice: the values of a list must differ"),
         ("[1.7, 1.8]", "[1.7, [1.7, 1.7]]", "film.prestretch: 1.7 is stated twice"),
         ("[1.7, 1.8]", "[[3, 1], 1.8, [3.0, 1.0]]", "film.prestretch: 3 x 1 is stated twice"),
         ('["3 kV"]', '["3 kV", "4 kV", "4000 V"]', "voltage.values: 4000 V after 4000 V: the voltages must ascend"),

@@ -98,6 +98,7 @@ def said_at_the_end(run: subprocess.Popen[str], folder: Path) -> str:
     return line + run.communicate(timeout=ENDS)[1]
 
 
+@pytest.mark.trust
 def test_workers_end_with_a_parent_that_is_killed(tmp_path: Path) -> None:
     with half_done(tmp_path) as run:
         run.kill()
@@ -129,6 +130,7 @@ def test_a_group_that_is_terminated_is_one_line(tmp_path: Path) -> None:
     assert (tmp_path / "r/.unfinished").exists()
 
 
+@pytest.mark.trust
 def test_a_sweep_has_workers_too(tmp_path: Path) -> None:
     with running(tmp_path, "actuate", SWEEP) as run:
         os.kill(workers(run.pid)[0], signal.SIGKILL)

@@ -22,7 +22,15 @@ def run(mode: str, temperature: np.ndarray) -> MembraneHistory:
     return relax(VHB, [Step(stretch=2.0, rate=0.125), Step.hold(3600.0)], mode=mode, temperature=temperature)
 
 
-@pytest.mark.parametrize("mode", ["uniaxial", "equibiaxial", "pure-shear", "creep"])
+@pytest.mark.parametrize(
+    "mode",
+    [
+        pytest.param("uniaxial", marks=pytest.mark.trust),
+        pytest.param("equibiaxial", marks=pytest.mark.trust),
+        pytest.param("pure-shear", marks=pytest.mark.trust),
+        "creep",
+    ],
+)
 def test_a_case_does_not_depend_on_its_company(mode: str) -> None:
     whole = run(mode, TEMPERATURES)
     for members in ([3], [3, 7], [3, 7, 11], list(range(3, 19, 2))):

@@ -100,6 +100,7 @@ def test_without_exponents_the_law_is_a_constant_and_large_thickness_exponents_f
     assert np.isnan(never.time_to_breakdown).all()
 
 
+@pytest.mark.trust
 def test_maps_films_and_draws_agree() -> None:
     material = replace(SOFT, breakdown=PowerBreakdown(17e6, 1.13, 0.1, 0.3e-3))
     stiff = replace(SOFT, equilibrium_modulus=30e3, breakdown=PowerBreakdown(18e6, 1.0))
@@ -123,6 +124,7 @@ def test_maps_films_and_draws_agree() -> None:
         np.testing.assert_allclose(result.time_to_breakdown, alone.time_to_breakdown, rtol=2e-3)
 
 
+@pytest.mark.trust
 def test_films_of_several_laws_run_together_as_each_would_alone() -> None:
     laws = [PowerBreakdown(17e6, 1.13, 0.1, 0.3e-3), None, Breakdown((1.0,), (3e7,)), PowerBreakdown(18e6, 1.0)]
     materials = [replace(SOFT, breakdown=law) for law in laws]

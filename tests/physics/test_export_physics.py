@@ -230,7 +230,7 @@ def compiled(tmp_path_factory: pytest.TempPathFactory) -> Callable[[Material, Ca
     return build
 
 
-@pytest.mark.parametrize("law", LAWS, ids=lambda law: type(law).__name__)
+@pytest.mark.parametrize("law", LAWS[::2], ids=lambda law: type(law).__name__)
 def test_the_mfront_behaviour_relaxes_as_the_material(compiled: Any, law: Any) -> None:
     material = replace(EXAMPLE, shift=law, equilibrium_law=Gent(110.0), nonequilibrium_law=Gent(55.0))
     run = compiled(material, CardOptions())

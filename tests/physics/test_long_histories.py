@@ -25,7 +25,7 @@ def complex_modulus(pace: float) -> complex:
     return complex(LINEAR.equilibrium_modulus + np.sum(spectrum.shear_modulus * wt / (1 + wt)))
 
 
-@pytest.mark.parametrize("period", [0.1, 1.0, 40.0])
+@pytest.mark.parametrize("period", [pytest.param(0.1, marks=pytest.mark.trust), pytest.param(1.0, marks=pytest.mark.trust), 40.0])
 def test_a_small_sine_has_the_complex_modulus(period: float) -> None:
     strain, cycles = 1e-5, 40 if period < 1 else 8 if period < 10 else 4
     history = relax(LINEAR, [Step(stretch=Waveform(1.0, 1 + 2 * strain, period, cycles))], rtol=1e-9, cycles="last")
@@ -68,7 +68,7 @@ def test_the_work_of_a_cycle_is_the_area_of_its_loops(shape: str) -> None:
 
 @pytest.mark.parametrize(("shape", "low"), [("triangle", 0.0), ("triangle", -1500.0), ("sine", -1500.0)])
 def test_a_waveform_is_what_many_ramps_come_to(shape: str, low: float) -> None:
-    points = 2000 if shape == "sine" else 2
+    points = 500 if shape == "sine" else 2
     cycles = 3 if shape == "triangle" else 1
     phase = np.arange(points * cycles + 1) / points
     height = 0.5 * (1 - np.cos(2 * np.pi * phase)) if shape == "sine" else 1 - np.abs(2 * (phase % 1) - 1)
@@ -77,12 +77,14 @@ def test_a_waveform_is_what_many_ramps_come_to(shape: str, low: float) -> None:
     film = {"thickness": 5e-4, "prestretch": (1.6, 1.4), "relax": 60.0, "stop_at": "end", "times": asked}
     whole = actuate(SOFT, [VoltageStep(Waveform(low, 2000.0, 2.0, cycles, shape))], **film)
     ramps = actuate(SOFT, [VoltageStep(track)], **film)
-    assert whole.stretch_1[0] == pytest.approx(ramps.stretch_1[0], rel=2e-6)
-    assert whole.voltage[0] == pytest.approx(ramps.voltage[0], abs=3e-3)
+    # straight lines between points of a sine are off by half the square of its angle between two
+    off = (np.pi / points) ** 2 / 2 if shape == "sine" else 0.0
+    assert whole.stretch_1[0] == pytest.approx(ramps.stretch_1[0], rel=2e-6 + off)
+    assert whole.voltage[0] == pytest.approx(ramps.voltage[0], abs=3e-3 + off * (2000.0 - low) / 2)
     assert whole.stability[0] == pytest.approx(ramps.stability[0], rel=2e-3)
 
 
-def test_a_thousand_cycles_take_as_many_steps_as_a_hundred_do_ten_times() -> None:
+def test_ten_times_the_cycles_take_ten_times_the_steps() -> None:
     def steps(cycles: int) -> int:
         history = creep(SOFT, [Step(stress=Waveform(0.0, 2e4, 1.0, cycles))], rtol=1e-4, cycles="last")
         assert history.time.shape[1] < 3 * EVEN_ROWS
@@ -90,7 +92,7 @@ def test_a_thousand_cycles_take_as_many_steps_as_a_hundred_do_ten_times() -> Non
         assert np.isfinite(history.cycles.work).all()
         return int(history.steps[0])
 
-    few, many = steps(10), steps(100)
+    few, many = steps(5), steps(50)
     assert many < 11 * few
 
 
@@ -105,11 +107,11 @@ def test_which_cycles_are_kept() -> None:
         inside = np.unique(np.floor(time[np.abs(time - np.round(time)) > 1e-6]).astype(int)) + 1
         return inside.tolist()
 
-    assert kept("last", 25) == [25]
-    assert kept([1, 10, 20], 25) == [1, 10, 20]
+    assert kept("last", 4) == [4]
+    assert kept([1, 3], 4) == [1, 3]
     assert kept(None, 120) == [1, 2, 5, 10, 20, 50, 100, 120]
     assert kept(None, 12) == list(range(1, 13))
-    assert kept("all", 25) == list(range(1, 26))
+    assert kept("all", 13) == list(range(1, 14))
 
 
 def test_a_long_hold_after_a_fast_load_reaches_equilibrium() -> None:
@@ -163,7 +165,15 @@ def test_rows_are_close_in_what_is_driven() -> None:
         assert rows[0] < 2e-3 * course.duration[0] / max(course.cycles, 1)
 
 
-@pytest.mark.parametrize(("mode", "begins"), [("uniaxial", 0.0), ("uniaxial", 100.0), ("equibiaxial", 0.0), ("pure-shear", 100.0)])
+@pytest.mark.parametrize(
+    ("mode", "begins"),
+    [
+        pytest.param("uniaxial", 0.0, marks=pytest.mark.trust),
+        ("uniaxial", 100.0),
+        ("equibiaxial", 0.0),
+        pytest.param("pure-shear", 100.0, marks=pytest.mark.trust),
+    ],
+)
 def test_a_path_is_loaded_in_its_mode(mode: str, begins: float) -> None:
     """Whatever it begins with: a load of 0 or a stretch of 1 says nothing about what comes."""
     stress, stretch = [begins, 3e4, begins], [1 + begins / 1e3, 1.5, 1 + begins / 1e3]
@@ -210,5 +220,5 @@ def test_amplitude_and_phase_of_a_small_swing_do_not_depend_on_its_mean(volts: f
 
 
 def test_cycles_that_there_are_not_are_refused() -> None:
-    with pytest.raises(InputError, match="cycles: 7: there are only 4 of them"):
+    with pytest.raises(InputError, match="cycles: 7: the waveform has only 4 cycles"):
         creep(LINEAR, [Step(stress=Waveform(0.0, 1e3, 1.0, 4))], cycles=[1, 7])

@@ -60,12 +60,14 @@ def test_paper_constants_from_noisy_curves() -> None:
     assert np.ptp(np.log10(master.reduced_time)) > 12.9
 
 
-@pytest.mark.parametrize("setting", ["none", "free"])
+@pytest.mark.parametrize("setting", [pytest.param("none", marks=pytest.mark.trust), "free"])
 def test_standard_errors_cover_the_truth(setting: Vertical) -> None:
-    """95 % intervals hold the truth in 92-98 % of cases; shift factors and the constants of the law alike."""
+    """95 % intervals hold the truth in 92-98 % of cases, with specimens that differ by 2 %; shift factors and constants alike."""
     inside, constants = [], []
     for seed in range(40 if setting == "none" else 20):
-        curves = measure(TEMPERATURES if setting == "none" else TEMPERATURES[4:17:2], seed=seed)
+        level = 1 + 0.02 * np.random.default_rng(2000 + seed).standard_normal(TEMPERATURES.size)
+        curves = [RelaxationCurve(c.temperature, c.time, c.modulus * b) for c, b in zip(measure(seed=seed), level, strict=True)]
+        curves = curves if setting == "none" else curves[4:17:2]
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", DielastWarning)  # the shorter range has no plateau
             master = build_master_curve(curves, reference_temperature=20.0, vertical=setting, temperature_stderr=0.0)
@@ -78,6 +80,26 @@ def test_standard_errors_cover_the_truth(setting: Vertical) -> None:
     assert np.mean(constants) >= low
 
 
+def test_nearly_level_curves_do_not_feign_shift_factors() -> None:
+    """A power law of 5 % a decade from specimens that differ by 2 %: shift factors are undetermined, or mostly within errors."""
+    temperatures, time, held = np.arange(-10.0, 31.0, 5.0), np.geomspace(1, 2000, 40), []
+    shift = np.asarray(LAW.log10_shift_factor(temperatures))
+    for seed in range(8):
+        random = np.random.default_rng([5, seed])
+        factor = random.normal(1, 0.005, (temperatures.size, time.size)) * random.normal(1, 0.02, (temperatures.size, 1))
+        moduli = 1e9 * (time / 10 ** shift[:, None]) ** -0.02 * factor
+        curves = [RelaxationCurve(t, time, modulus) for t, modulus in zip(temperatures.tolist(), moduli, strict=True)]
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", DielastWarning)
+            try:
+                master = build_master_curve(curves, reference_temperature=10.0, law="table", temperature_stderr=0.0)
+            except dielast.InputError:  # no shift factor is determined
+                held.append(np.ones(temperatures.size, dtype=bool))
+                continue
+        held.append(~(np.abs(error(master)) > 1.96 * master.log10_shift_factor_stderr))
+    assert np.mean(held) > 0.85
+
+
 def test_vertical_shifts_are_recovered() -> None:
     truth = 1 / (1 + 0.002 * (TEMPERATURES - 20.0))
     curves = [RelaxationCurve(c.temperature, c.time, c.modulus / b) for c, b in zip(measure(), truth, strict=True)]
@@ -88,6 +110,7 @@ def test_vertical_shifts_are_recovered() -> None:
     assert master.vertical_shift[master.temperature == 20.0] == 1.0
 
 
+@pytest.mark.filterwarnings("ignore:the master curve has no plateau")  # offsets tilt its end
 def test_specimen_scatter_is_allowed_for_and_said() -> None:
     """5 % scatter of whole curves, as specimens have it: the standard errors grow with it."""
     inside = []
@@ -127,6 +150,7 @@ def test_spikes_and_bumps_do_no_harm() -> None:
     assert np.sqrt(np.mean(error(master) ** 2)) < 0.006
 
 
+@pytest.mark.filterwarnings("ignore:at 400 degC the shift law is extrapolated")
 def test_an_empty_plateau_is_not_given_a_number() -> None:
     """Above its longest relaxation time the reconstruction no longer relaxes, and no shift factor can be read from it."""
     with pytest.warns(DielastWarning, match="400 degC: the shift factor is not determined: the curve is a plateau"):

@@ -24,6 +24,7 @@ def build(seed: int, without: int | None, **options: str) -> tuple[MasterCurve, 
     return master, np.asarray(master.log10_shift_factor - made.shift)
 
 
+@pytest.mark.trust
 def test_default_shifts_of_melts_are_right() -> None:
     """None off by more than 0.15 decade, nearly all within 0.05, and no farther off than their standard errors say."""
     off, score = [], []

@@ -5,6 +5,7 @@ from __future__ import annotations
 from functools import cache
 
 import numpy as np
+import pytest
 from numpy.typing import NDArray
 from ramps import ramp_error
 
@@ -39,6 +40,7 @@ def errors(some: Spectrum, temperature: float) -> tuple[float, float]:
     return step, ramp_error(some, FULL, LEVEL, time)
 
 
+@pytest.mark.trust
 def test_three_branches_do_in_the_modulus_what_case_4_does_not_with_five() -> None:
     few = reduced((20.0,), 0.09)
     assert len(few.spectrum) == 3
@@ -82,6 +84,7 @@ def relative_stretch(temperature: float) -> Array:
     return history.relative_stretch_1
 
 
+@pytest.mark.trust
 def test_along_fig_11_and_fig_12_five_branches_do_better_than_the_five_of_case_4() -> None:
     worst = {}
     for temperature in BOTH:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
@@ -77,10 +78,18 @@ SPRINGS = {
 }
 # over the three tests below, every law is used in three ways, laws that differ in two, and every test has every mode
 NAMES = tuple(SPRINGS)
+
+
+def cases(second: Iterable[str], short: tuple[str, ...]) -> list[Any]:
+    """Each law with its mode or film; those that the peer follows in less than a second are enough for every day."""
+    pairs = zip(NAMES, second, strict=False)
+    return [pytest.param(name, other, marks=[] if name in short else pytest.mark.trust) for name, other in pairs]
+
+
 TIMES = np.concatenate((np.linspace(0.2, 1.0, 5), 1.0 + np.geomspace(1e-2, 20.0, 10)))
 
 
-@pytest.mark.parametrize(("name", "mode"), list(zip(NAMES[:-1], MODES * 2, strict=False)))
+@pytest.mark.parametrize(("name", "mode"), cases((*MODES, *MODES[:2]), ("yeoh", "ogden")))
 def test_relaxation(name: str, mode: str) -> None:
     springs, end = SPRINGS[name], 2.0
 
@@ -95,7 +104,7 @@ def test_relaxation(name: str, mode: str) -> None:
     assert here.nominal_stress_1[0] == pytest.approx(there.stress[0], rel=WITHIN)
 
 
-@pytest.mark.parametrize(("name", "mode"), list(zip(NAMES, (*MODES[1:], *MODES, MODES[0]), strict=True)))
+@pytest.mark.parametrize(("name", "mode"), cases((*MODES[1:], *MODES, MODES[0]), ("gent", "mooney-rivlin")))
 def test_creep(name: str, mode: str) -> None:
     springs, end = SPRINGS[name], 3e4
 
@@ -109,9 +118,10 @@ def test_creep(name: str, mode: str) -> None:
     assert np.stack((here.stretch_1[0], here.stretch_2[0])) == pytest.approx(there.stretch, rel=WITHIN)
 
 
+@pytest.mark.trust
 def test_mixed_control() -> None:
     """Axis 1 is stretched and held while axis 2 carries a growing load: no symmetry to hide behind."""
-    springs = SPRINGS["gent"]
+    springs = SPRINGS["yeoh"]
     moving, still = (("stretch", ramp(1.0, 1.5, 1.0)), ("stress", ramp(0.0, 4e4, 1.0))), (1.5, 4e4)
     held = ("stretch", constant(still[0])), ("stress", constant(still[1]))
     there = Run(springs.film, [Piece(1.0, moving), Piece(20.0, held)], rtol=PEER).at(TIMES)
@@ -121,7 +131,7 @@ def test_mixed_control() -> None:
     assert here.nominal_stress_1[0] == pytest.approx(there.stress[0], rel=WITHIN)
 
 
-@pytest.mark.parametrize(("name", "film"), list(zip(NAMES, ("clamped", "even", "uneven") * 2, strict=True)))
+@pytest.mark.parametrize(("name", "film"), cases(("clamped", "even", "uneven") * 2, ("yeoh", "mixed")))
 def test_actuation(name: str, film: str) -> None:
     prestretch = (1.6, 1.6) if film == "even" else (1.8, 1.4)
     boundary: tuple[str, str] = ("dead-load", "clamped") if film == "clamped" else ("dead-load", "dead-load")
@@ -157,19 +167,17 @@ def test_actuation(name: str, film: str) -> None:
 
 def test_materials_of_all_laws_in_one_run_are_those_one_by_one() -> None:
     materials = [springs.material for springs in SPRINGS.values()]
-    for mode in MODES:
-        steps = [Step(stress=2e4, duration=1.0), Step.hold(5.0)]
-        together = creep(materials, steps, mode=mode, points_per_decade=3)
-        for case, material in enumerate(materials):
-            alone = creep(material, steps, mode=mode, points_per_decade=3)
-            assert np.array_equal(together.stretch_1[case], alone.stretch_1[0])
+    steps = [Step(stress=2e4, duration=1.0), Step.hold(5.0)]
+    together = creep(materials, steps, mode="pure-shear", points_per_decade=3)
+    for case, material in enumerate(materials):
+        alone = creep(material, steps, mode="pure-shear", points_per_decade=3)
+        assert np.array_equal(together.stretch_1[case], alone.stretch_1[0])
     voltages = [VoltageStep(3e3, duration=1.0), VoltageStep.hold(5.0)]
-    for prestretch in ((1.5, 1.5), (1.8, 1.4)):
-        films = {"thickness": THICKNESS, "prestretch": prestretch, "relax": 30.0, "breakdown_field": 1e9, "points_per_decade": 3}
-        together_films = actuate(materials, voltages, **films)  # type: ignore[arg-type]
-        for case, material in enumerate(materials):
-            alone_film = actuate(material, voltages, **films)  # type: ignore[arg-type]
-            assert np.array_equal(together_films.stretch_1[case], alone_film.stretch_1[0])
+    films = {"thickness": THICKNESS, "prestretch": (1.8, 1.4), "relax": 30.0, "breakdown_field": 1e9, "points_per_decade": 3}
+    together_films = actuate(materials, voltages, **films)  # type: ignore[arg-type]
+    for case, material in enumerate(materials):
+        alone_film = actuate(material, voltages, **films)  # type: ignore[arg-type]
+        assert np.array_equal(together_films.stretch_1[case], alone_film.stretch_1[0])
 
 
 @pytest.mark.parametrize("name", SPRINGS)

@@ -32,7 +32,12 @@ def specimen(mode: str, field: float = 0.0, temperature: float = 20.0) -> Measur
 
 
 @pytest.mark.parametrize(
-    ("law", "mode"), [*(("gent", mode) for mode in MODES), ("of several", "equibiaxial"), ("warm", "pure-shear")]
+    ("law", "mode"),
+    [
+        *(pytest.param("gent", mode, marks=pytest.mark.trust) for mode in MODES),
+        ("of several", "equibiaxial"),
+        pytest.param("warm", "pure-shear", marks=pytest.mark.trust),
+    ],
 )
 def test_branches_on_their_own_carry_what_they_carry_together(law: str, mode: str) -> None:
     material = LAWS[law]
@@ -51,6 +56,7 @@ def test_branches_on_their_own_carry_what_they_carry_together(law: str, mode: st
     assert np.all(np.isnan(ramp[1]))
 
 
+@pytest.mark.trust
 @pytest.mark.parametrize("mode", MODES)
 def test_stiff_branches_that_relax_fast_are_as_exact_as_slow_ones(mode: str) -> None:
     """Their elastic strain is small, but not their stress: errors count over this strain, down to rounding errors."""
@@ -65,11 +71,11 @@ def test_stiff_branches_that_relax_fast_are_as_exact_as_slow_ones(mode: str) -> 
 
 
 def test_a_history_of_many_corners_is_followed_as_the_library_does() -> None:
-    time = np.linspace(0.0, 60.0, 61)
+    time = np.linspace(0.0, 25.0, 26)
     stretch = 1.5 + 0.4 * np.sin(0.7 * time) + 0.1 * np.cos(3.1 * time)
     stretch[0] = 1.0
-    test = MeasuredTest("many", time, stretch, np.ones(61), 20.0)
-    assert test.corner_time.size > 50
+    test = MeasuredTest("many", time, stretch, np.ones(26), 20.0)
+    assert test.corner_time.size > 20
     track = Track(test.corner_time, test.corner_stretch)
     whole = relax(FILM, [Step(stretch=track)], times=time[1:], rtol=1e-9).nominal_stress_1[0]
     assert np.allclose(Laboratory([test], rtol=1e-8).answers([FILM])[0][0, 1:], whole, rtol=1e-6, atol=1e-6 * np.max(whole))

@@ -18,29 +18,29 @@ from dielast.simulate.membrane import creep, relax
 Array = NDArray[np.float64]
 FILE = Path(dielast.__file__).parent / "examples/vhb4905.toml"
 VHB = parse_material(FILE.read_bytes(), FILE.name)
-TIME = np.arange(1.0, 31.0)
+TIME = np.arange(1.0, 21.0)
 # soon after a point, where a kink shows, as well as between points
 LOOK = np.unique(np.concatenate((TIME, TIME[1:] - 0.999, TIME[1:] - 0.97, TIME[1:] - 0.5)))
 WAVE = np.sin(TIME / 5)
 NOISE = np.random.default_rng(1).normal(0.0, 1.0, TIME.size)
 
 
-@pytest.mark.parametrize("noise", [0.0, 0.02])
+@pytest.mark.parametrize("noise", [0.0, pytest.param(0.02, marks=pytest.mark.trust)])
 def test_a_stress_that_follows_a_table(noise: float) -> None:
     stress = 4e4 * (1 + 0.5 * WAVE + noise * NOISE)
-    loose, tight = (creep(VHB, [Step(stress=Track(TIME, stress))], times=LOOK, rtol=rtol) for rtol in (1e-6, 1e-9))
+    loose, tight = (creep(VHB, [Step(stress=Track(TIME, stress))], times=LOOK, rtol=rtol) for rtol in (1e-6, 1e-8))
     assert loose.stretch_1 == pytest.approx(tight.stretch_1, rel=1e-6)
     assert loose.steps[0] < (6 if noise == 0 else 9) * TIME.size  # 14 and 16 where each point is a start
 
 
-@pytest.mark.parametrize("noise", [0.0, 0.003])
+@pytest.mark.parametrize("noise", [pytest.param(0.0, marks=pytest.mark.trust), 0.003])
 def test_a_stretch_that_follows_a_table(noise: float) -> None:
     stretch = 1.3 + 0.2 * WAVE + noise * NOISE
-    loose, tight = (relax(VHB, [Step(stretch=Track(TIME, stretch))], times=LOOK, rtol=rtol) for rtol in (1e-6, 1e-9))
+    loose, tight = (relax(VHB, [Step(stretch=Track(TIME, stretch))], times=LOOK, rtol=rtol) for rtol in (1e-6, 1e-8))
     assert loose.nominal_stress_1 == pytest.approx(tight.nominal_stress_1, rel=1e-6)
 
 
-@pytest.mark.parametrize("prestretch", [1.9, (2.0, 1.5)])
+@pytest.mark.parametrize("prestretch", [pytest.param(1.9, marks=pytest.mark.trust), (2.0, 1.5)])
 def test_a_voltage_that_follows_a_table(prestretch: float | tuple[float, float]) -> None:
     steps = [VoltageStep(Track(TIME, 1500 + 1000 * WAVE + 30 * NOISE))]
     loose, tight = (
@@ -55,7 +55,7 @@ def test_a_voltage_that_follows_a_table(prestretch: float | tuple[float, float])
             times=LOOK,
             rtol=rtol,
         )
-        for rtol in (1e-6, 1e-9)
+        for rtol in (1e-6, 1e-8)
     )
     assert loose.stretch_1 == pytest.approx(tight.stretch_1, rel=1e-6)
     assert loose.stability == pytest.approx(tight.stability, rel=1e-5)

@@ -115,6 +115,7 @@ def test_the_literal_criterion_is_never_met_with_a_full_spectrum() -> None:
     assert not any(event.name == "pull-in" for events in fig13(TimeScale.fixed(0.0)).events for event in events)
 
 
+@pytest.mark.trust
 def test_event_times_are_as_accurate_as_the_integration() -> None:
     fine, usual = fig13(rtol=1e-9), fig13()
     for reference, events in zip(fine.events, usual.events, strict=True):

@@ -45,7 +45,7 @@ FIRST, SECOND = np.array([1.9, 1.7, 1.9, 2.2, 1.5]), np.array([1.9, 1.7, 1.9, 1.
 TEMPERATURE = np.array([20.0, 20.0, 0.0, 40.0, 60.0])
 
 
-@pytest.mark.parametrize("timescale", [TimeScale.fraction(0.01), TimeScale.fixed(0.0)])
+@pytest.mark.parametrize("timescale", [TimeScale.fraction(0.01), pytest.param(TimeScale.fixed(0.0), marks=pytest.mark.trust)])
 def test_a_case_does_not_depend_on_its_company(timescale: TimeScale) -> None:
     def run(some: slice) -> ActuationHistory:
         return actuate(
@@ -76,7 +76,7 @@ def test_events_do_not_depend_on_the_output_grid() -> None:
 
 def test_a_map_does_not_depend_on_its_chunks() -> None:
     common: dict[str, Any] = {
-        "voltage": np.linspace(2.4e3, 4.4e3, 7),
+        "voltage": np.linspace(2.4e3, 4.4e3, 4),
         "prestretch": [(1.7, 1.7), (2.2, 1.4), (1.9, 1.9)],
         "temperature": [20.0, 50.0],
         "thickness": THICKNESS,
@@ -95,7 +95,7 @@ def test_a_map_does_not_depend_on_its_chunks() -> None:
     for j, pair in enumerate(common["prestretch"]):
         history = actuate(
             solid(),
-            [VoltageStep(common["voltage"][5]), VoltageStep.hold(3600.0)],
+            [VoltageStep(common["voltage"][3]), VoltageStep.hold(3600.0)],
             thickness=THICKNESS,
             prestretch=pair,
             relax=600.0,
@@ -104,8 +104,8 @@ def test_a_map_does_not_depend_on_its_chunks() -> None:
             rtol=1e-5,
         )
         times = {event.name: event.time for event in history.events[0]}
-        assert whole.time_to_breakdown[1, j, 5] == times["breakdown"]
-        assert whole.time_to_pull_in[1, j, 5] == times.get("pull-in", pytest.approx(np.nan, nan_ok=True))
+        assert whole.time_to_breakdown[1, j, 3] == times["breakdown"]
+        assert whole.time_to_pull_in[1, j, 3] == times.get("pull-in", pytest.approx(np.nan, nan_ok=True))
 
 
 def test_without_voltage_the_film_stays() -> None:
@@ -155,7 +155,7 @@ def test_watched_for_ever_only_the_equilibrium_spring_holds() -> None:
     st.sampled_from([1e-6, 10.0]),
 )
 @example([(7.0, 0.0), (-12.0, 1.5)], 1.0, 1.0, "dead-load", TimeScale.fraction(0.01), 1e-6)  # the sum of both spans is not 10^1.5
-@settings(max_examples=25)
+@settings(max_examples=12)
 def test_any_programme_ends_with_numbers(
     programme: list[tuple[float, float]], first: float, second: float, boundary: str, timescale: TimeScale, fastest: float
 ) -> None:

@@ -63,6 +63,7 @@ def test_every_recipe_is_built_once_and_after_what_it_needs(kitchen: Kitchen, ma
 FIGURES = ["fig4", "fig5", "fig6", "fig7", "fig8", "fig9", "fig11", "fig12", "fig13", "failure-map"]
 
 
+@pytest.mark.trust
 def test_every_figure_of_the_paper_has_a_target(kitchen: Kitchen, make: Make) -> None:
     kitchen()
     for figure in FIGURES:
@@ -99,6 +100,7 @@ def later(path: Path) -> tuple[int, int]:
     return before.st_atime_ns, before.st_mtime_ns
 
 
+@pytest.mark.trust
 def test_what_was_touched_and_what_depends_on_it_is_redone_and_no_more(chain: Path, make: Make) -> None:
     assert sorted(built(make("-j2", QUICK))) == sorted(CHAIN)
     again = make(QUICK)

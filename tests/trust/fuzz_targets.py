@@ -373,8 +373,10 @@ def _kept(scratch: Path) -> dict[str, Target]:
     store.parent.mkdir(exist_ok=True)
     chunks = [(0, 3), (3, 6)]
     times = {"breakdown": np.full(3, np.nan), "pull-in": np.array([1.0, 2.0, np.nan])}
-    _save(store, key, [Cells(first, times, np.full(3, Status.COMPLETED), np.zeros((2, 0, 3))) for first, _ in chunks])
-    plan: Any = SimpleNamespace(horizon=10.0, chunks=lambda size: chunks, watched=tuple(times), stretch_at={})
+    mode, status = np.array(["pull-in", "pull-in", "none"]), np.full(3, Status.COMPLETED)
+    _save(store, key, [Cells(first, times, mode, status, np.zeros((2, 0, 3))) for first, _ in chunks])
+    grid = SimpleNamespace(failures=tuple(times))
+    plan: Any = SimpleNamespace(horizon=10.0, chunks=lambda size: chunks, watched=tuple(times), stretch_at={}, grid=grid)
 
     def load(data: bytes) -> object:
         store.write_bytes(data)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import inspect
 import warnings
 from collections.abc import Callable
+from dataclasses import fields
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -18,6 +19,7 @@ from dielast import DielastError, InputError
 from dielast.handover.material_draws import draw_columns
 from dielast.io.files import resolve
 from dielast.io.table import to_csv
+from dielast.simulate.film_setup import FilmSetup
 
 # made by functions of dielast: a user who makes one of them is alone with its types
 RESULTS = {
@@ -41,11 +43,10 @@ FILM = {"prestretch": 1.9, "thickness": 5e-4, "rtol": 1e-3}
 
 
 def names() -> list[str]:
-    """All public functions but those that draw a result, and all classes that users make."""
+    """All public functions, and all classes that users make."""
     public = {name: getattr(dielast, name) for name in dielast.__all__}
-    drawing = {name for name in public if name.startswith("plot_")}
     errors = {name for name, thing in public.items() if isinstance(thing, type) and issubclass(thing, Exception | Warning)}
-    return [name for name, thing in public.items() if callable(thing) and name not in RESULTS | errors | drawing]
+    return [name for name, thing in public.items() if callable(thing) and name not in RESULTS | errors]
 
 
 @cache
@@ -77,6 +78,13 @@ def fitted() -> dielast.SpectrumFit:
 
 
 @cache
+def sensitive() -> dielast.LifeElasticities:
+    result = dielast.life_sensitivity(simple(), voltage=4e3, horizon=10.0, **FILM)
+    assert isinstance(result, dielast.LifeElasticities)
+    return result
+
+
+@cache
 def planned() -> Any:
     return dielast.plan_failure_map(simple(), voltage=4e3, horizon=10.0, **FILM)
 
@@ -84,6 +92,13 @@ def planned() -> Any:
 @cache
 def mapped() -> dielast.FailureMap:
     return dielast.solve_map(planned())[0]
+
+
+@cache
+def pulled() -> dielast.MeasuredTest:
+    time = np.arange(1.0, 9.0)
+    stress = dielast.relax(simple(), [dielast.Step(stretch=2.0, duration=9.0)], times=time).nominal_stress_1[0]
+    return dielast.MeasuredTest("test", time, 1 + time / 9, stress, 20.0)
 
 
 def drawn_material(folder: Path) -> Path:
@@ -107,8 +122,6 @@ def simple() -> dielast.Material:
 def arguments_of(name: str, folder: Path) -> dict[str, Any]:
     """Arguments with which a function or a class works."""
     step, spectrum = dielast.Step(stretch=1.5, duration=1.0), dielast.Spectrum([10.0, 1.0], [1e4, 1e4])
-    stress = dielast.relax(simple(), [dielast.Step(stretch=2.0, duration=9.0)], times=np.arange(1.0, 9.0)).nominal_stress_1[0]
-    test = dielast.MeasuredTest("test", np.arange(1.0, 9.0), 1 + np.arange(1.0, 9.0) / 9, stress, 20.0)
     valid: dict[str, Callable[[], dict[str, Any]]] = {
         "Arrhenius": lambda: {"reference_temperature": 20.0, "activation_energy": 1e5},
         "ArrudaBoyce": lambda: {"locking_stretch": 5.0},
@@ -163,7 +176,7 @@ def arguments_of(name: str, folder: Path) -> dict[str, Any]:
         "bootstrap_master_curve": lambda: {"curves": curves(), "master": master(), "draws": 2},
         "build_master_curve": lambda: {"curves": curves(), "reference_temperature": 20.0},
         "calibrate": lambda: {
-            "tests": [test],
+            "tests": [pulled()],
             "material": simple(),
             "free": {"equilibrium.shear_modulus": dielast.Free()},
             "starts": 1,
@@ -187,6 +200,9 @@ def arguments_of(name: str, folder: Path) -> dict[str, Any]:
         "interval": lambda: {"values": np.arange(30.0), "level": 0.9},
         "life_sensitivity": lambda: {"material": simple(), "voltage": 4e3, "horizon": 10.0, **FILM},
         "plan_failure_map": lambda: {"material": simple(), "voltage": 4e3, "horizon": 10.0, **FILM},
+        "plot_master_curve": lambda: {"result": master(), "curves": curves()},
+        "plot_sensitivity": lambda: {"results": sensitive(), "labels": ()},
+        "plot_spectrum": lambda: {"result": fitted(), "title": "5 branches"},
         "read_draws": lambda: {"path": drawn_material(folder)},
         "read_material": lambda: {"path": resolve(Path(), "example:vhb4905.toml")},
         "reduce_spectrum": lambda: {
@@ -218,12 +234,16 @@ def refusal(name: str, arguments: dict[str, Any]) -> DielastError | None:
 @pytest.mark.filterwarnings("ignore")
 def test_a_wrong_type_is_an_input_error_that_names_the_argument(name: str, tmp_path: Path) -> None:
     valid, signed = arguments_of(name, tmp_path), inspect.signature(getattr(dielast, name)).parameters.values()
+    defaults = {one.name: one.default for one in signed} | {field.name: field.default for field in fields(FilmSetup)}
     assert refusal(name, valid) is None
-    for argument in sorted({*valid, *(one.name for one in signed if one.kind is not one.VAR_KEYWORD)}):
+    further = [field.name for field in fields(FilmSetup)] if any(one.kind is one.VAR_KEYWORD for one in signed) else []
+    for argument in sorted({*valid, *further, *(one.name for one in signed if one.kind is not one.VAR_KEYWORD)}):
         error = refusal(name, {**valid, argument: object()})
         assert isinstance(error, InputError), argument
         assert error.problems[0].argument == argument, error
         assert "is needed" in str(error)
         for wrong in WRONG:  # some are allowed for some arguments
+            if wrong is None and argument not in valid and defaults[argument] is None:
+                continue  # the call above, once more
             other = refusal(name, {**valid, argument: wrong})
             assert other is None or "\n" not in str(other.problems[0])

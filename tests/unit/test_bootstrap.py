@@ -54,6 +54,7 @@ def test_a_draw_depends_on_the_seed_and_its_number_alone() -> None:
     assert not np.any(other.law_parameters == few.law_parameters)
 
 
+@pytest.mark.trust
 @pytest.mark.parametrize("setting", [{"offset": 0.03}, {"memory": 0.7, "points": 60}])
 def test_draws_scatter_as_repeated_tests_do(setting: dict[str, float]) -> None:
     """Specimens that differ, and noise that lasts: within a quarter, which is what so few can tell."""
@@ -66,10 +67,12 @@ def test_draws_scatter_as_repeated_tests_do(setting: dict[str, float]) -> None:
     assert 0.75 < ratio < 1.33
 
 
+@pytest.mark.trust
 def test_standard_errors_agree_with_those_of_the_fit() -> None:
-    master, draws = drawn(list(measure(1)), 60)
+    """Specimens differ by 2 %: the fit allows for offsets that the draws do not make where there are none."""
+    master, draws = drawn(list(measure(1, offset=0.02)), 60)
     for name, value in draws.stderr().items():
-        assert value == pytest.approx(master.law_stderr[name], rel=0.4)  # the fit allows for offsets, of which there are none
+        assert value == pytest.approx(master.law_stderr[name], rel=0.4)
     moved = master.temperature != 20.0
     ratio = np.std(draws.log10_shift_factor, axis=0)[moved] / master.log10_shift_factor_stderr[moved]
     assert np.median(ratio) == pytest.approx(1.0, abs=0.2)

@@ -12,13 +12,14 @@ import pytest
 from scipy.stats import t as student
 
 from dielast.calibration import posterior
-from dielast.calibration.posterior import AGREEMENT, MOST_MOVES, MOST_WALKERS, draw, r_hat
+from dielast.calibration.posterior import AGREEMENT, FEWEST_MOVES, MOST_WALKERS, draw, r_hat
 from dielast.calibration.profiles import profiles_of
+from dielast.calibration.surrogate import Surrogate
 from dielast.errors import DielastWarning
 
 SHARES = np.array([0.05, 0.25, 0.5, 0.75, 0.95])
 FREEDOM = 6.0
-COUNT = 2000
+COUNT = 800
 INDEPENDENT = 2 * MOST_WALKERS  # at the least: two draws of each walker
 WRONG_BY_CHANCE = 3.5 * np.sqrt(SHARES * (1 - SHARES) / INDEPENDENT)
 
@@ -59,8 +60,16 @@ def test_draws_of_a_linear_problem_are_students() -> None:
     root = np.linalg.cholesky(np.linalg.inv(covariance[:2, :2])).T
     covariance[2, 2] = np.inf
     fit = [1.0, 2.0, 8.0]
-    likelihood = likelihood_of(lambda at, _: (at[:, :2] - fit[:2]) @ root.T, fit, ([-9.0] * 3, [9.0] * 3), covariance)
+    batches = []
+
+    def residuals(at: Any, _: Any) -> Any:
+        batches.append(len(at))
+        return (at[:, :2] - fit[:2]) @ root.T
+
+    likelihood = likelihood_of(residuals, fit, ([-9.0] * 3, [9.0] * 3), covariance)
     drawn = drawn_from(likelihood)
+    assert sum(batches[-FEWEST_MOVES:]) == FEWEST_MOVES * MOST_WALKERS
+    assert len(batches) < 2 * FEWEST_MOVES  # with those of profiles and starts
     assert drawn.shape == (COUNT, 3)
     # density (1 + cost / freedom) ** -((freedom + 3) / 2) of two parameters: one degree of freedom more, and a smaller scale
     freedom = FREEDOM + 1
@@ -83,6 +92,7 @@ def product_and_curve(at: Any, _: Any) -> Any:
     return np.stack((at[:, 0] / 2, (at[:, 1] - at[:, 0] ** 2) / 0.3), axis=1)
 
 
+@pytest.mark.trust
 @pytest.mark.parametrize(
     ("residuals", "slope", "bounds", "positive"),
     [
@@ -96,13 +106,10 @@ def test_draws_of_curved_problems_are_those_on_a_grid(
     slope: list[list[float]],
     bounds: tuple[list[float], list[float]],
     positive: bool,
-    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     information = np.array(slope).T @ np.array(slope)
     covariance = np.linalg.inv(information + 1e-12 * np.eye(2) * np.max(information))
     likelihood = likelihood_of(residuals, [0.0, 0.0], bounds, covariance, positive)
-    # the number of moves that it takes is not the question here
-    monkeypatch.setattr(posterior, "MOST_MOVES", 3000)
     drawn = drawn_from(likelihood)
     lines = [low + (high - low) * (np.arange(1500) + 0.5) / 1500 for low, high in zip(*bounds, strict=True)]
     grid = np.stack(np.meshgrid(*lines, indexing="ij"), axis=-1).reshape(-1, 2)
@@ -114,7 +121,7 @@ def test_draws_of_curved_problems_are_those_on_a_grid(
         assert np.all(np.abs(reached - SHARES) < WRONG_BY_CHANCE), (j, reached)
 
 
-def test_walkers_that_do_not_agree_are_warned_of() -> None:
+def test_walkers_that_do_not_agree_are_warned_of(monkeypatch: pytest.MonkeyPatch) -> None:
     """Two narrow valleys with different heights of the same kind, which no move joins: R-hat is large."""
 
     def residuals(at: Any, _: Any) -> Any:
@@ -127,9 +134,11 @@ def test_walkers_that_do_not_agree_are_warned_of() -> None:
         coordinate=spread, rise=np.zeros(31), points=np.stack((spread + 1e-5 * np.sin(spread), 0 * spread), axis=1)
     )
     seen: list[tuple[int, int]] = []
-    with pytest.warns(DielastWarning, match=rf"after {MOST_MOVES} moves R-hat is .*, at most {AGREEMENT} is wanted"):
+    most = 40
+    monkeypatch.setattr(posterior, "MOST_MOVES", most)
+    with pytest.warns(DielastWarning, match=rf"after {most} moves R-hat is .*, at most {AGREEMENT} is wanted"):
         draw(likelihood, [wide, profiles[1]], 40, watch=lambda done, most: seen.append((done, most)))
-    assert seen[-1] == (MOST_MOVES, MOST_MOVES)
+    assert seen[-1] == (most, most)
 
 
 def test_r_hat_is_that_of_its_definition() -> None:
@@ -148,6 +157,17 @@ def test_r_hat_is_that_of_its_definition() -> None:
     assert ratio[3] == pytest.approx(np.sqrt(1 + 0.75**2 / 1.1875), rel=0.02)
     assert ratio[4] > 1e3
     assert ratio[5] == 1.0
+
+
+def test_a_surrogate_is_exact_at_its_points_and_for_sums_of_values() -> None:
+    """A sum of moduli is a feature; between points of a bent valley, the error is far below a standard deviation."""
+    random = np.random.default_rng(4)
+    known, between = random.uniform(-2, 1, (60, 2)), random.uniform(-1.5, 0.5, (50, 2))
+    for residuals, error in ((sum_of_two, 1e-6), (product_and_curve, 0.1)):
+        surrogate = Surrogate.of(known, residuals(known, None), np.array([True, True]))
+        for at, most in ((known, 1e-6), (between, error)):
+            root = np.sqrt(np.sum(np.square(residuals(at, None)), axis=1))
+            assert np.max(np.abs(np.sqrt(surrogate.cost(at)) - root)) < most
 
 
 def test_draws_are_the_same_for_a_seed() -> None:

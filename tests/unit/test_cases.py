@@ -8,12 +8,13 @@ from typing import Any
 import pytest
 from hypothesis import given, strategies as st
 
+from dielast.commands.actuate.run import prepared
 from dielast.commands.registry import COMMANDS, read_cases
 from dielast.commands.simulation.cases import case_columns
 from dielast.commands.simulation.naming import labels, swept
 from dielast.errors import InputError, as_toml
 from dielast.handover.material_file import parse_material
-from dielast.io.files import read_file, resolve
+from dielast.io.files import Inputs, read_file, resolve
 from dielast.io.table import to_csv
 from dielast.recipe.cases import settings
 
@@ -79,6 +80,15 @@ def test_a_value_that_is_swept_twice_is_two_cases(tmp_path: Path) -> None:
 def test_the_loading_mode_can_be_swept(tmp_path: Path) -> None:
     cases = read_cases(write(tmp_path, RELAX + '[sweep]\nmode = ["uniaxial", "equibiaxial"]\n'))
     assert [case.recipe.mode for case in cases] == ["uniaxial", "equibiaxial"]
+
+
+def test_films_with_different_breakdown_laws_are_solved_together(tmp_path: Path) -> None:
+    laws = '[{ field = "40 MV/m" }, { field = "48 MV/m" }, { law = "power", field = "30.6 MV/m", stretch_exponent = 0.5 }]'
+    ramp = ACTUATE.replace("2 kV", '8 kV"\nduration = "10 s')
+    (batch,) = prepared(read_cases(write(tmp_path, ramp + f"[sweep]\nbreakdown = {laws}\n")), Inputs(tmp_path)).batches
+    first, second, third = (film.events[0] for film in batch.solve() if film.events)
+    assert [first.true_field, second.true_field] == pytest.approx([40e6, 48e6])
+    assert third.true_field == pytest.approx(30.6e6 * third.stretch_1**0.5)
 
 
 def test_steps_may_live_in_a_file_of_their_own(tmp_path: Path) -> None:

@@ -6,11 +6,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from dielast.commands.simulation.cases import check_case, compare_headline
-from dielast.commands.simulation.compare import Fine, match
+from dielast.commands.membrane.recipe import RelaxRecipe
+from dielast.commands.simulation.compare import Fine, check_comparison, compare_headline, match
 from dielast.commands.simulation.recipe import Comparison
 from dielast.errors import DielastWarning, InputError
 from dielast.io.files import Inputs
+from dielast.recipe.cases import Case
 
 TIME = np.geomspace(0.1, 1000, 200)
 X, Y = "time [s]", "nominal_stress_1 [Pa]"
@@ -77,11 +78,31 @@ def test_unknown_columns_are_told(tmp_path: Path) -> None:
         match(one, known, Inputs(tmp_path), given(known), "compare[2]")
 
 
+def recipe(folder: Path, rows: str, **options: object) -> list[Case[RelaxRecipe]]:
+    """Three cases of an hour, compared with these points."""
+    (folder / "m.csv").write_text(rows)
+    steps = [{"stretch": 2.0, "rate": "12.5 %/s"}, {"hold": "3592 s"}]
+    keys = {
+        "kind": "relax",
+        "material": "example:vhb4905.toml",
+        "step": steps,
+        "compare": [{"file": "m.csv", "x": X, "y": Y, **options}],
+    }
+    return [Case(RelaxRecipe.model_validate(keys, context={"folder": folder}))] * 3
+
+
 def test_a_case_that_is_not_there_is_told_by_its_key(tmp_path: Path) -> None:
-    one = compare(tmp_path, "stretch,y\n1,1\n").model_copy(update={"case": 3})
+    cases = recipe(tmp_path, f"{X},{Y}\n1,1\n", case=3)
     with pytest.raises(InputError, match=r"^compare\[1\].case: 3: cases are numbered from 0, and the last is 2$"):
-        check_case(1, one, 3)
-    check_case(1, one, 4)
+        check_comparison(1, cases[0].recipe.compare[0], cases, Inputs(tmp_path))
+
+
+def test_points_after_the_last_step_are_told_before_anything_is_solved(tmp_path: Path) -> None:
+    cases = recipe(tmp_path, f"{X},{Y}\n3600,1\n1e6,1\n")
+    check_comparison(0, cases[0].recipe.compare[0], cases, Inputs(tmp_path))
+    cases = recipe(tmp_path, f"{X},{Y}\n3601,1\n1e6,1\n")
+    with pytest.raises(InputError, match=r"m.csv: the steps end at 3600 s, before the first of the 2 points at 3601 s"):
+        check_comparison(0, cases[0].recipe.compare[0], cases, Inputs(tmp_path))
 
 
 @pytest.mark.parametrize("rows", ["1.5,1\n2.5,1\n1.6,1\n2.9,1\n1.5,1\n", "2.9,1\n1.2,1\n2.8,1\n1.1,1\n2.7,1\n"])

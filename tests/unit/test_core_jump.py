@@ -86,6 +86,7 @@ def test_a_film_clamped_along_one_axis(controls: tuple[Control, Control]) -> Non
     assert nominal[1 - axis, 0] == pytest.approx(0, abs=1e-12)
 
 
+@pytest.mark.trust
 def test_a_case_does_not_depend_on_its_company() -> None:
     random, cases = np.random.default_rng(3), 30
     target = np.stack((*random.uniform(0.0, 3.0, (2, cases)), random.uniform(0.0, 1.2, cases)))

@@ -47,7 +47,7 @@ def test_three_temperatures_are_just_enough_for_both_constants(anchor: int) -> N
 def test_what_a_c2_that_is_only_assumed_may_do_to_the_origin() -> None:
     """Through both shift factors, with any k = 1/C2 about the anchor: log10 a = -g d/(1 + k d)."""
     at, step, move = np.array([0.0, 20.0]), 1.6, -10.0
-    with pytest.warns(DielastWarning, match="do not tell the WLF constants"):
+    with pytest.warns(DielastWarning, match="do not determine the WLF constants"):
         fit = fit_shift_law("wlf", at, np.array([step, 0.0]), np.diag([1e-8, 0.0]), 1, 20.0 + move)
 
     def origin(k: np.ndarray) -> np.ndarray:

@@ -53,9 +53,9 @@ def fitted(truth: RetardationSpectrum, time: Array, noise: float = 0.0, seed: in
     return fit, " ".join(str(one.message) for one in caught if "glassy" not in str(one.message))
 
 
-@pytest.mark.parametrize("noise", [0.0, 1e-4, 1e-3, 5e-3, 2e-2])
+@pytest.mark.parametrize("noise", [0.0, 1e-3, 2e-2])
 def test_noise_makes_no_solid_flow(noise: float) -> None:
-    for seed in range(12):
+    for seed in range(6):
         fit, said = fitted(SOLID, TIME, noise, seed)
         assert fit.retardation is not None
         assert fit.retardation.fluidity == 0
@@ -79,7 +79,7 @@ def test_flow_that_the_curve_hardly_shows_is_said() -> None:
     time = np.logspace(-6, 4, 121)
     fit, said = fitted(melt(0.1), time)
     assert fit.equilibrium_shear_modulus == 0
-    assert "the material flows, by which its compliance hardly rises yet (10.0% of it" in said
+    assert "the material flows, but flow is only 10.0% of its compliance" in said
     assert "state equilibrium_modulus (0 for a melt)" in said
     fit, said = fitted(melt(0.1), time, 0.005)
     assert fit.equilibrium_shear_modulus > 0
@@ -135,7 +135,7 @@ def test_a_little_flow_of_exact_values_is_found() -> None:
     own, time = np.logspace(4, -4, 9), np.logspace(-6, 6, 145)
     truth = RetardationSpectrum(own, 1e-6 * np.array([5, 3, 4, 1, 2, 0.5, 1, 0.2, 0.3]), 2e-7, 1e-16)
     assert truth.fluidity * time[-1] < 1e-5 * truth.creep_compliance(time[-1])
-    with pytest.warns(DielastWarning, match="the material flows, by which its compliance hardly rises yet"):
+    with pytest.warns(DielastWarning, match="the material flows, but flow is only"):
         fit = fit_creep(time, truth.creep_compliance(time) / 3, branches=9, retardation_time=(1e-4, 1e4))
     assert fit.retardation is not None
     assert fit.retardation.fluidity == pytest.approx(truth.fluidity, rel=1e-3)
@@ -216,7 +216,7 @@ def test_counts_and_times_that_cannot_be_are_refused(options: dict[str, Any], fo
         fit_creep(TIME, SOLID.creep_compliance(TIME) / 3, **options)
 
 
-@pytest.mark.parametrize(("truth", "flows"), [(SOLID, False), (melt(0.97), True)])
+@pytest.mark.parametrize(("truth", "flows"), [(SOLID, False), (melt(0.97), True), (melt(0.9999), True)])
 def test_draws_flow_if_and_only_if_the_fit_does(monkeypatch: pytest.MonkeyPatch, truth: RetardationSpectrum, flows: bool) -> None:
     time = np.logspace(-6, 4, 121)
     smooth = truth.creep_compliance(time) / 3
@@ -236,3 +236,6 @@ def test_draws_flow_if_and_only_if_the_fit_does(monkeypatch: pytest.MonkeyPatch,
     assert len(equilibrium) == 12
     assert (fit.equilibrium_shear_modulus == 0) == flows
     assert np.all((np.asarray(equilibrium, dtype=float) == 0) == flows)
+    # of a curve that is uncertain by 1 %, no draw is far off, also of a melt with next to no modulus at the end
+    stiffness = sum(np.asarray(column.values, dtype=float) for column in drawn[0] if "shear_modulus" in column.header)
+    np.testing.assert_allclose(stiffness, fit.equilibrium_shear_modulus + fit.spectrum.shear_modulus.sum(), rtol=0.1)

@@ -27,7 +27,7 @@ def runaway(edge: np.ndarray, top: np.ndarray, goal: np.ndarray, search: EdgedRo
     return rounds
 
 
-@settings(max_examples=60)
+@settings(max_examples=25)
 @given(
     share=st.lists(st.floats(0.02, 0.98), min_size=1, max_size=6),
     guess=st.floats(0.3, 3.0),
@@ -53,7 +53,7 @@ def test_near_its_guess_a_root_takes_four_rounds() -> None:
     assert search.root == pytest.approx(exact, rel=1e-5)
 
 
-@settings(max_examples=40)
+@settings(max_examples=20)
 @given(beyond=st.floats(1.01, 5.0), guess=st.floats(0.3, 3.0))
 def test_no_root_before_the_edge_is_told_in_eight_rounds(beyond: float, guess: float) -> None:
     search = EdgedRoots(guess * 3e3 * SPREAD[None], np.array([1e-5]))
@@ -75,7 +75,7 @@ def test_values_that_never_change_their_sign(constant: float, state: int) -> Non
     assert search.state.tolist() == [state]
 
 
-@settings(max_examples=40)
+@settings(max_examples=20)
 @given(beyond=st.floats(1.01, 5.0), guess=st.floats(0.3, 3.0), goal=st.floats(0.1, 0.9))
 def test_how_high_values_come_before_an_edge(beyond: float, guess: float, goal: float) -> None:
     """Though they rise vertically there."""
@@ -85,7 +85,7 @@ def test_how_high_values_come_before_an_edge(beyond: float, guess: float, goal: 
     assert search.highest[0] == pytest.approx(goal - goal * beyond, abs=1e-5)
 
 
-@settings(max_examples=40)
+@settings(max_examples=20)
 @given(cliff=st.floats(900, 1500), steep=st.floats(-9, -2), share=st.floats(0.05, 0.95))
 def test_a_root_at_a_cliff_is_found_by_halving_the_bracket(cliff: float, steep: float, share: float) -> None:
     search = EdgedRoots(1e3 * SPREAD[None], np.array([1e-5]))

@@ -25,7 +25,11 @@ def last(history: ActuationHistory, case: int = 0) -> dict[str, float]:
 
 @pytest.mark.parametrize(
     ("stop_at", "boundary", "voltage"),
-    [("breakdown", "dead-load", 3.6e3), ("breakdown", ("dead-load", "clamped"), 5e3), ("pull-in", "dead-load", 5.5e3)],
+    [
+        ("breakdown", "dead-load", 3.6e3),
+        pytest.param("breakdown", ("dead-load", "clamped"), 5e3, marks=pytest.mark.trust),
+        ("pull-in", "dead-load", 5.5e3),
+    ],
 )
 def test_the_last_row_is_the_state_at_the_stop(stop_at: str, boundary: str | tuple[str, str], voltage: float) -> None:
     steps = [*LATER[:2], VoltageStep(voltage), LATER[3]]
@@ -33,7 +37,7 @@ def test_the_last_row_is_the_state_at_the_stop(stop_at: str, boundary: str | tup
     fine = stopped(points_per_decade=7)
     (event,) = [event for event in fine.events[0] if event.name == stop_at]
     given = run(steps=steps, stop_at="end", boundary=boundary, times=[event.time])
-    for points_per_decade in (1, 4, 50):
+    for points_per_decade in (1, 50):
         history = stopped(points_per_decade=points_per_decade)
         assert history.events == fine.events
         row = last(history)
@@ -56,6 +60,7 @@ def test_the_last_row_is_the_state_at_the_stop(stop_at: str, boundary: str | tup
             assert row["stability"] == pytest.approx(float(given.stability[0, 0]), rel=1e-5)
 
 
+@pytest.mark.trust
 def test_a_case_has_the_same_end_alone_and_among_others() -> None:
     fields = np.array([4.0e7, 4.8e7, 9e9])
     together = run(breakdown_field=fields)

@@ -117,7 +117,7 @@ EVERY = {
 
 
 def figure_of(folder: Path, recipe: str) -> Figure:
-    """The figure of a recipe, drawn."""
+    """The figure of a recipe."""
     path = folder / "r.toml"
     path.write_text(recipe)
     cases = read_cases(path)
@@ -125,8 +125,6 @@ def figure_of(folder: Path, recipe: str) -> Figure:
         warnings.simplefilter("ignore", DielastWarning)
         figure = COMMANDS[cases[0].recipe.kind].run(cases, Inputs(folder), Execution()).figure()
     assert isinstance(figure, Figure)
-    FigureCanvasAgg(figure)
-    figure.draw_without_rendering()
     return figure
 
 
@@ -134,10 +132,16 @@ def figure_of(folder: Path, recipe: str) -> Figure:
 def figure_of_kind(kind: str) -> Figure:
     """The figure of a kind, drawn once."""
     with TemporaryDirectory() as folder:
-        return figure_of(Path(folder), EVERY[kind])
+        figure = figure_of(Path(folder), EVERY[kind])
+    FigureCanvasAgg(figure)
+    figure.draw_without_rendering()
+    return figure
 
 
-@pytest.fixture(scope="module", params=EVERY)
+LONG = {"27 films", "bands of a map", "creep curves", "sweeps"}
+
+
+@pytest.fixture(scope="module", params=[pytest.param(kind, marks=[pytest.mark.trust] if kind in LONG else []) for kind in EVERY])
 def every(request: pytest.FixtureRequest) -> Figure:
     """One figure of each kind."""
     return figure_of_kind(request.param)

@@ -171,7 +171,7 @@ def test_of_two_runs_into_one_folder_all_files_are_the_later_ones(tmp_path: Path
     names = [f"{number}.csv" for number in range(40)]
     write = (
         "import sys; from pathlib import Path; from dielast.io.files import write_files\n"
-        "for _ in range(30): write_files(Path(sys.argv[1]), {name: sys.argv[2].encode() * 999 for name in sys.argv[3:]})"
+        "for _ in range(10): write_files(Path(sys.argv[1]), {name: sys.argv[2].encode() * 999 for name in sys.argv[3:]})"
     )
     runs = [subprocess.Popen([sys.executable, "-c", write, str(tmp_path / "out"), mark, *names]) for mark in "ab"]
     assert [run.wait(ENDS) for run in runs] == [0, 0]

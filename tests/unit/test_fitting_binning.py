@@ -77,6 +77,8 @@ def test_scatter_within_bins_is_the_noise_of_their_means() -> None:
     points = binned([dense(np.full(20, 5.0), 0.01)])
     np.testing.assert_allclose(points.log_modulus, np.log10(5.0), atol=1e-12)
     np.testing.assert_allclose(scatter(points, 4), 4 * 0.01**2 / FREEDOM, rtol=1e-9)
+    tiny = binned([dense(np.full(20, 5e-290), 1e-292)])  # whose squares are zero
+    assert np.all(np.isfinite(tiny.variance))
 
 
 def test_a_straight_line_within_a_bin_is_no_noise_but_two_readings_know_of_none() -> None:

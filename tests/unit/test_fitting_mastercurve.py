@@ -90,6 +90,20 @@ def test_offsets_of_whole_curves_are_said_and_free_vertical_shifts_measure_them(
     assert "differ vertically" not in heard(relaxation(0.003))[1]
 
 
+@pytest.mark.parametrize("curves", [relaxation(0.003, OFFSET), relaxation(0.003, OFFSET[::-1])])
+def test_without_vertical_shifts_moduli_and_smooth_curve_are_those_of_the_table(curves: list[RelaxationCurve]) -> None:
+    """Offsets of 5 % are allowed for, not taken out: each end is as high as the curve that was measured there."""
+    master, said = heard(curves)
+    assert "differ vertically" in said
+    smooth = np.interp(np.log(master.reduced_time), np.log(master.smooth_reduced_time), np.log(master.smooth_modulus))
+    missed = np.log(master.relaxation_modulus) - smooth
+    assert master.rms_residual_decades == pytest.approx(np.sqrt(np.mean(missed**2)) / np.log(10), rel=0.02)
+    assert abs(np.mean(missed)) < 0.002
+    hot, cold = curves[-1].modulus[-1], curves[0].modulus[0]
+    assert master.equilibrium_modulus == pytest.approx(hot, rel=0.02)
+    assert master.glassy_modulus == pytest.approx(cold, rel=0.02)
+
+
 def test_standard_errors_of_free_vertical_shifts_are_true() -> None:
     """And relative: of a modulus in other units they are the same. The reference lies half way between two temperatures."""
     score = []
@@ -245,6 +259,10 @@ def test_what_is_not_determined_has_no_number_and_spoils_none() -> None:
     flat = RelaxationCurve(260.0, TIME, data[-1].modulus[-1] * (1 + 0.005 * rng.standard_normal(TIME.size)))
     (without, _), (master, said) = heard(data), heard([*data, flat])
     assert "260 degC: the shift factor is not determined: the curve is a plateau; its points are placed by the shift law" in said
+    (known,) = re.findall(r"at 260 degC the shift law is extrapolated and knows log10 a to \+- (\S+), if it holds there", said)
+    C1, C2 = master.law_parameters.values()
+    slope = np.array([-240 / (C2 + 240) + 40 / (C2 + 40), C1 * (240 / (C2 + 240) ** 2 - 40 / (C2 + 40) ** 2)])
+    assert float(known) == pytest.approx(np.sqrt(slope @ master.law_covariance @ slope), rel=0.05)
     assert [entry.temperature for entry in master.undetermined] == [260.0]
     np.testing.assert_allclose(master.log10_shift_factor[:-1], without.log10_shift_factor, atol=4e-3)
     np.testing.assert_allclose(master.log10_shift_factor_stderr[:-1], without.log10_shift_factor_stderr, rtol=0.1, atol=1e-6)
@@ -265,5 +283,6 @@ def test_two_temperatures_that_are_determined_are_enough() -> None:
     flat = [RelaxationCurve(t, TIME, np.full(TIME.size, modulus(30.0)[-1])) for t in (250.0, 260.0)]
     master, _ = heard([*relaxation()[4:6], *flat])
     np.testing.assert_allclose(master.log10_shift_factor[:2], TRUTH[4:6], atol=0.05)
+    assert set(master.point_temperature) == {20.0, 30.0}  # for want of C2 the law says nothing of 250 degC
     with pytest.raises(InputError, match="no shift factor is determined: at 250, 260 degC the curve is a plateau"):
         heard([relaxation()[5], *flat])

@@ -142,7 +142,7 @@ def test_a_gap_names_the_two_curves_on_its_sides() -> None:
         shifts([(x, 8 - 0.5 * x), (x, 7 - 1.1 * TOUCH - 0.5 * x)])
 
 
-@settings(max_examples=30)
+@settings(max_examples=15)
 @given(st.lists(st.integers(min_value=-20, max_value=20), min_size=1, max_size=40))
 def test_a_curve_is_made_to_fall_by_isotonic_regression(values: list[int]) -> None:
     """The levels are those of the best falling fit, each at the mean log time of its points; ties are one level."""
@@ -155,7 +155,7 @@ def test_a_curve_is_made_to_fall_by_isotonic_regression(values: list[int]) -> No
     np.testing.assert_allclose(centre, np.bincount(block, x) / np.bincount(block), rtol=1e-12)
 
 
-@settings(max_examples=30)
+@settings(max_examples=15)
 @given(st.lists(st.integers(min_value=-50, max_value=50), min_size=1, max_size=15, unique=True), st.data())
 def test_a_weighted_median(values: list[int], data: st.DataObject) -> None:
     """Of equal weights the median. Of any: as much weight lies below as above, that of each value half on either side of it."""

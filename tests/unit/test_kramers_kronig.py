@@ -55,7 +55,9 @@ def test_one_maxwell_element_does_not_either(tau: float) -> None:
         warn_if_inconsistent([sweep(np.array([tau]), np.array([1e5]))])
 
 
-@pytest.mark.parametrize(("loss_scale", "said"), [(1e-6, "1e6"), (1e-3, "1e3"), (1e3, "1e-3"), (1e6, "1e-6"), (1e9, "1e-9")])
+@pytest.mark.parametrize(
+    ("loss_scale", "said"), [(1e-6, "1e6"), (1e-3, "1e3"), (1e3, "1e-3"), (1e6, "1e-6"), (1e9, "1e-9"), (1e2, "1e-2")]
+)
 def test_moduli_in_different_units_are_told(loss_scale: float, said: str) -> None:
     with pytest.warns(DielastWarning, match=f"different units: the loss moduli fit .* if they are {said} times as large"):
         warn_if_inconsistent([sweep(*broad(), loss_scale=loss_scale)])

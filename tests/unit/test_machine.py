@@ -152,7 +152,7 @@ def test_the_time_of_a_comparison_may_be_called_otherwise(tmp_path: Path) -> Non
             'machine.csv: column "Kraft": a force needs the undeformed specimen: specimen = { width = "6 mm", ',
         ),
         ({"y_column": "Kraft", "columns": {"force": "Kraft"}, **KNOWN}, "y_column and columns.force state the same"),
-        ({**KNOWN}, 'no column "nominal_stress_1" for y; there are "time [s]", "Weg [mm]", "Kraft [N]"'),
+        ({**KNOWN}, 'no column "nominal_stress_1" for y; there are "time [s]", "Weg [mm]", "Kraft [N]": state y_column'),
         ({"y_column": "Weg", **KNOWN}, 'column "Weg" [mm]: a stress or modulus is needed'),
     ],
 )

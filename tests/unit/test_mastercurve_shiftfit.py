@@ -71,7 +71,7 @@ def test_misfit_widens_the_errors() -> None:
 
 def test_two_temperatures_give_the_ratio_only() -> None:
     temperature = np.array([0.0, 20.0])
-    with pytest.warns(DielastWarning, match=r"2 temperatures do not tell the WLF constants C1 and C2 apart"):
+    with pytest.warns(DielastWarning, match=r"2 temperatures do not determine the WLF constants C1 and C2 separately"):
         fit = fit_shift_law("wlf", temperature, np.array([1.6, 0.0]), np.diag([1e-4, 0.0]), 1, 20.0)
     assert np.isinf(fit.stderr["C1"])
     assert np.isinf(fit.stderr["C2"])
@@ -99,10 +99,20 @@ def test_an_assumed_constant_does_not_matter_at_a_measured_temperature() -> None
     assert fit.origin_excess == 0
 
 
-def test_the_wrong_bend_is_said() -> None:
-    values = -0.05 * (TEMPERATURE - 20) - 0.0005 * (TEMPERATURE - 20) ** 2
-    with pytest.warns(DielastWarning, match="bend the other way"):
-        fit_shift_law("wlf", TEMPERATURE, values, pinned(INDEPENDENT, 6), 6, 20.0)
+@pytest.mark.parametrize(("bend", "said"), [(0.0, r"are a straight line .* above 7.3\de\+03 K"), (5e-4, "bend the other way")])
+def test_shift_factors_as_straight_as_a_line_or_bent_the_wrong_way_have_the_closest_law(bend: float, said: str) -> None:
+    """Which of all C2 is an infinite one: the straight line through the reference temperature with the smallest squares."""
+    values = -0.05 * (TEMPERATURE - 20) - bend * (TEMPERATURE - 20) ** 2
+    covariance = pinned(INDEPENDENT, 6)
+    with pytest.warns(DielastWarning, match=f"{said}.* holds between these temperatures only"):
+        fit = fit_shift_law("wlf", TEMPERATURE, values, covariance, 6, 20.0)
+    others = np.arange(TEMPERATURE.size) != 6
+    weight = np.linalg.inv(covariance[np.ix_(others, others)])
+    distance = TEMPERATURE[others] - 20
+    slope = (distance @ weight @ values[others]) / (distance @ weight @ distance)
+    np.testing.assert_allclose(fit.law.log10_shift_factor(TEMPERATURE), slope * (TEMPERATURE - 20), atol=1e-3)
+    assert np.isinf(fit.stderr["C2"])
+    assert "is a straight line over temperature" in fit.law.warning()
 
 
 def test_rising_activation_is_said() -> None:

@@ -82,8 +82,15 @@ def test_a_comment_above_the_numbers_names_columns() -> None:
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("time [s],E [MPa]\n1,2\n2,\n3,1\n", 'line 3: column "E": the cell is empty'),
-        ("time [s],E [MPa]\n1,2\n2,nan\n3,inf\n", 'line 3: column "E": "nan" is not a finite number (2 such cells)'),
+        ("time [s],E [MPa]\n1,2\n2,\n3,1\n", 'line 3: column "E": the cell is empty: write a number, or delete the row'),
+        ("time [s],E [MPa]\n1,2\n2,nan\n3,inf\n", '"nan" is not a finite number (2 such cells): write a number, or delete'),
+        (
+            "time [s],E [MPa]\n1,2\ntime [s],E [MPa]\n3,4\n",
+            'line 3: column "time": "time [s]" is not a finite number: delete the rows that',
+        ),
+        ("time [s];E [kPa]\n0,5;1.234\n1,5;999\n", 'line 2: column "E": "1.234" is not a finite number: the decimal mark is ","'),
+        ('time [s],E [kPa]\n0.5,"1,234"\n', 'line 2: column "E": "1,234" is not a finite number: the decimal mark is "."'),
+        ("time [s],E [kPa]\n00:01:00,1.5\n", 'line 2: column "time": "00:01:00" is not a finite number: write a time as a number'),
         ("T [C],time [s],E [MPa]\n20,1,\n20,2,3\n20,3,4\n", 'line 2: column "E": the cell is empty'),
         ("time [s],E [MPa]\n1,2\n1,2,3\n1,2\n", "line 3: 3 cells, but the table has 2 columns"),
         ("time,E [MPa]\n1,2\n", 'column "time" has no unit: call it "time [s]"'),

@@ -172,7 +172,7 @@ def test_a_creep_test_s_export_needs_no_columns(tmp_path: Path, unit: str) -> No
 
 
 def test_a_ramp_is_refused_for_an_export_of_sweeps() -> None:
-    with pytest.raises(InputError, match="a frequency sweep has none"):
+    with pytest.raises(InputError, match="leave them out for a frequency sweep"):
         read(exports.FOLDER, file="trios-sweeps.txt", ramp="1 s")
 
 

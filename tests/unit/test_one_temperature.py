@@ -104,11 +104,22 @@ def test_the_temperature_is_stated_once(tmp_path: Path) -> None:
         read(tmp_path, **options)
 
 
-def test_a_noise_floor_is_left_out_with_a_warning(tmp_path: Path) -> None:
-    held(tmp_path, "time [s],modulus [Pa]", TIME, np.where(TIME > 5e3, -1.0, MODULUS))
-    with pytest.warns(DielastWarning, match=r"test.csv: 6 of 80 points are zero or negative \(noise floor\) and left out"):
+@pytest.mark.parametrize(
+    ("wrong", "said"),
+    [
+        (
+            TIME > 5e3,
+            "line 76: the relaxation modulus at 23 degC is zero or negative here, and in 5 more rows, where",
+        ),
+        (np.arange(80) == 9, "line 11: the relaxation modulus at 23 degC is zero or negative amid large values, which is no noise"),
+    ],
+)
+def test_values_below_zero_are_left_out_and_their_rows_named(tmp_path: Path, wrong: np.ndarray, said: str) -> None:
+    """Those of a noise floor, and those that cannot be one."""
+    held(tmp_path, "time [s],modulus [Pa]", TIME, MODULUS * np.where(wrong, -1e-3 if wrong[-1] else -1.0, 1.0))
+    with pytest.warns(DielastWarning, match=f"test.csv: {said}"):
         found = read(tmp_path, file="test.csv", reference_temperature="23 degC")
-    assert found.columns[0].max() <= 5e3
+    np.testing.assert_array_equal(found.columns[0], TIME[~wrong])
 
 
 def test_an_export_of_one_temperature_needs_nothing_else(tmp_path: Path) -> None:

@@ -232,3 +232,30 @@ def test_an_operating_map_explains_a_cross_only_where_it_has_one(lives: list[flo
     result = replace(result, relative_stretch={"1 s": stretch}, time_to_failure=times)
     labels = [text.get_text() for legend in plot_operating_map(result).legends for text in legend.get_texts()]
     assert sum("highest voltage" in label for label in labels) == crosses
+
+
+def test_a_map_without_failures_shows_its_voltages() -> None:
+    result = a_map(1, 6, 6)
+    never = np.full(result.time_to_failure.shape, np.nan)
+    survives = replace(result, times={"breakdown": never}, time_to_failure=never, failure_mode=np.full(never.shape, "none"))
+    figure = plot_failure_map(survives, fit_lifetime(survives))
+    low, high = figure.axes[0].get_xlim()
+    assert 2.5 < low <= 3.0 < 5.0 <= high < 5.5
+    assert figure.axes[0].get_ylim()[1] >= survives.horizon
+
+
+def test_the_label_of_a_short_contour_is_within_the_map() -> None:
+    """Only one corner of the map fails within 10 s: the line there is too short for a label on it."""
+    result = a_map(1, 5, 16)
+    time = 10.0 ** (3.98 - np.add.outer(np.linspace(0, 1, 5), np.linspace(0, 2, 16)))[None]
+    cornered = replace(result, times={"breakdown": time}, time_to_failure=time)
+    figure = plot_failure_map(cornered, fit_lifetime(cornered))
+    figure.draw_without_rendering()
+    mapped = figure.axes[1]
+    texts = [text for text in mapped.texts if text.get_text()]
+    assert "10 s" in [text.get_text() for text in texts]
+    frame = mapped.get_window_extent()
+    for text in texts:
+        extent = text.get_window_extent()
+        assert extent.x1 <= frame.x1 + 1
+        assert extent.x0 >= frame.x0 - 1

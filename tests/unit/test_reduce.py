@@ -34,7 +34,14 @@ def answers(spectrum: Spectrum, time: Array) -> Array:
     return np.concatenate([spectrum.relaxation_modulus(time, LEVEL), mean])
 
 
-@pytest.mark.parametrize(("tolerance", "temperatures"), [(0.1, (-10.0, 20.0, 60.0)), (0.02, (60.0,)), (0.005, None)])
+@pytest.mark.parametrize(
+    ("tolerance", "temperatures"),
+    [
+        pytest.param(0.1, (-10.0, 20.0, 60.0), marks=pytest.mark.trust),
+        (0.02, (60.0,)),
+        pytest.param(0.005, None, marks=pytest.mark.trust),
+    ],
+)
 def test_the_error_stays_within_the_tolerance(tolerance: float, temperatures: tuple[float, ...] | None) -> None:
     found = reduce_spectrum(FULL, LEVEL, SHIFT, window=(1.0, 2e4), temperatures=temperatures, tolerance=tolerance)
     assert len(found.spectrum) < 20
@@ -65,13 +72,13 @@ def test_a_measured_curve_is_reduced_for_ramps_that_end_at_the_edge_of_the_windo
     glassy = 1739.03e6 / 3
     spectrum = Spectrum(terms[:, -1], terms[:, -2] * glassy)
     level = glassy - spectrum.shear_modulus.sum()
-    for window in ((1e18, 1e26), (1e22, 1e28)):  # about the glass transition, and after it
-        found = reduce_spectrum(spectrum, level, NoShift(20.0), window=window, tolerance=0.01)
-        assert len(found.spectrum) <= 8
-        assert ramp_error(found.spectrum, spectrum, level, np.geomspace(*window, 40)) < 0.01
-        # at the very edge, ramps that end there, or a little before or after
-        edge = window[0] * np.linspace(1.0, 1.2, 5)
-        assert ramp_error(found.spectrum, spectrum, level, edge) <= found.max_relative_error_ramp * 1.01
+    window = (1e18, 1e26)  # about the glass transition
+    found = reduce_spectrum(spectrum, level, NoShift(20.0), window=window, tolerance=0.01)
+    assert len(found.spectrum) <= 8
+    assert ramp_error(found.spectrum, spectrum, level, np.geomspace(*window, 40)) < 0.01
+    # at the very edge, ramps that end there, or a little before or after
+    edge = window[0] * np.linspace(1.0, 1.2, 5)
+    assert ramp_error(found.spectrum, spectrum, level, edge) <= found.max_relative_error_ramp * 1.01
 
 
 def least_error(number: int, window: tuple[float, float]) -> float:
@@ -95,6 +102,7 @@ def least_error(number: int, window: tuple[float, float]) -> float:
     return least
 
 
+@pytest.mark.trust
 def test_no_exhaustive_search_finds_a_smaller_one() -> None:
     window = (1.0, 1000.0)
     by_search = [least_error(number, window) for number in (1, 2)]
@@ -122,7 +130,7 @@ def test_a_window_after_all_has_relaxed_needs_hardly_anything() -> None:
 
 @given(st.integers(min_value=0, max_value=2**31), st.integers(min_value=2, max_value=25), st.floats(min_value=0.003, max_value=0.3))
 @example(712, 20, 0.03125)  # the linear programme gave a modulus a hair below zero
-@settings(max_examples=4)
+@settings(max_examples=2)
 def test_any_spectrum_is_reduced_within_its_tolerance_or_refused(seed: int, branches: int, tolerance: float) -> None:
     rng = np.random.default_rng(seed)
     spectrum = Spectrum(10 ** rng.uniform(-4, 6, branches), 10 ** rng.uniform(3, 7, branches))

@@ -9,10 +9,11 @@ import pytest
 from numpy.typing import NDArray
 from scipy.optimize import isotonic_regression
 
+from dielast import fit_oscillation, fit_spectrum
 from dielast.errors import DielastWarning, InputError
 from dielast.material.spectrum import Spectrum
+from dielast.relaxation.checks import POOR_FIT
 from dielast.relaxation.creep import fit_creep
-from dielast.relaxation.fit import fit_oscillation, fit_spectrum
 from dielast.relaxation.interconversion import RetardationSpectrum
 from dielast.relaxation.result import Method
 
@@ -318,10 +319,17 @@ def test_impossible_points_are_refused(method: Method, time: list[float], modulu
 
 
 def test_fewer_points_than_unknowns_are_enough_for_nnls() -> None:
+    """Many spectra pass through them exactly; rounding errors, which differ between machines, must not choose among these."""
     time = np.array([1e-3, 1e-1, 10.0, 100.0])
     modulus = np.array([3e6, 1e6, 3.1e4, 3e4])
-    fit = fit_spectrum(time, modulus, method="nnls", branches=10, equilibrium_modulus=2.9e4)
-    assert fit.rms_relative_error < 0.01
+    rounding = 1 + 1e-14 * np.random.default_rng(0).standard_normal((20, 4))
+    fits = [
+        fit_spectrum(time, values, method="nnls", branches=10, equilibrium_modulus=2.9e4)
+        for values in (modulus, *(rounding * modulus))
+    ]
+    assert fits[0].rms_relative_error < POOR_FIT
+    for fit in fits[1:]:
+        np.testing.assert_allclose(fit.spectrum.shear_modulus, fits[0].spectrum.shear_modulus, rtol=1e-8, atol=1e-3)
 
 
 @pytest.mark.filterwarnings("ignore:relaxation times from")

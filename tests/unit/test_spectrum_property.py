@@ -18,7 +18,7 @@ strengths = st.lists(st.floats(min_value=0, max_value=1), min_size=8, max_size=8
 @given(
     strengths, st.floats(min_value=0.05, max_value=1), st.floats(min_value=-12, max_value=12), st.floats(min_value=0, max_value=9)
 )
-@settings(max_examples=40)
+@settings(max_examples=20)
 def test_noise_free_series_give_their_curve_back(heights: list[float], level: float, decade: float, size: float) -> None:
     truth = Spectrum(10**decade * np.logspace(3, -4, 8), 10**size * np.array(heights))
     time = 10**decade * np.logspace(-5, 5, 201)
@@ -34,7 +34,7 @@ def test_noise_free_series_give_their_curve_back(heights: list[float], level: fl
     st.integers(min_value=9, max_value=80),
     st.integers(min_value=3, max_value=40),
 )
-@settings(max_examples=60)
+@settings(max_examples=25)
 @pytest.mark.filterwarnings("ignore::dielast.errors.DielastWarning")
 def test_any_curve_gives_a_finite_spectrum_or_a_refusal(method: Method, seed: int, points: int, branches: int) -> None:
     rng = np.random.default_rng(seed)
@@ -56,7 +56,7 @@ def test_any_curve_gives_a_finite_spectrum_or_a_refusal(method: Method, seed: in
 
 
 @given(st.integers(min_value=0, max_value=2**31), st.floats(min_value=0, max_value=0.1), st.integers(min_value=1, max_value=25))
-@settings(max_examples=40)
+@settings(max_examples=20)
 def test_nnls_copes_with_any_scattered_curve(seed: int, noise: float, branches: int) -> None:
     rng = np.random.default_rng(seed)
     x = np.sort(rng.uniform(-4, 4, 60))

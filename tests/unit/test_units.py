@@ -103,7 +103,7 @@ def test_units_scale_linearly(number: float, unit: str) -> None:
 
 def test_every_name_has_its_size_in_si() -> None:
     sizes = {  # of 1 of each, as the SI Brochure and NIST SP 811 state them
-        units.LENGTH: "m metre meter 1, in inch 0.0254, cm 0.01, µm μm um micrometer 1e-6, nm 1e-9, km kilometres 1e3",
+        units.LENGTH: "m metre 1, in inch 0.0254, mil 2.54e-5, ft foot feet 0.3048, µm μm um micrometer 1e-6, kilometres 1e3",
         units.TIME: "s sec second 1, min minute 60, h hr hour 3600, d day 86400, week 604800, ns 1e-9, ps 1e-12, 1/Hz 1, coul/A 1",
         units.MASS: "kg kilogram 1, g gram 1e-3, mg 1e-6",
         units.FORCE: "N newton 1, dyn dyne 1e-5, gf gram_force 9.80665e-3, kgf kilogram_force 9.80665, lbf 4.4482216152605",

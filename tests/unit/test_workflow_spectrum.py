@@ -112,6 +112,15 @@ def test_shift_constants_that_no_material_file_may_state_are_refused(tmp_path: P
         spectrum(tmp_path, mastercurve="mc")
 
 
+@pytest.mark.parametrize(("undetermined", "measured"), [("", b'[\n    "-20 degC",\n    "60 degC"'), ("60.0, -20.0", b"59.38")])
+def test_temperatures_without_a_shift_factor_of_their_own_are_not_where_the_law_was_measured(
+    tmp_path: Path, undetermined: str, measured: bytes
+) -> None:
+    data = f'[data]\nmeasurement = "creep"\nundetermined_temperatures_degC = [{undetermined}]\n'
+    write_folder(tmp_path / "mc", "creep", data)
+    assert measured in spectrum(tmp_path, mastercurve="mc").files["material.toml"]
+
+
 def test_a_folder_without_results_is_named_with_its_key(tmp_path: Path) -> None:
     (tmp_path / "mc").mkdir()
     with pytest.raises(InputError, match=r"mc/summary.toml: no such file: mastercurve must be a folder that .* wrote"):

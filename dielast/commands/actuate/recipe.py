@@ -92,7 +92,8 @@ class ElectricalOutput(Output):
     electrical: bool | None = Field(
         None,
         description="Whether to write charge, current and energies, and the efficiency of cycles. Default: true with charges, "
-        "[source] or [leakage]. Charge and current are per undeformed area; with film.electrode_diameter also in C and A.",
+        "[source] or [leakage]. Charge and current are per undeformed area; with film.electrode_diameter also in C and A. "
+        'Not with boundary = "frame" or "strip".',
     )
 
 
@@ -205,7 +206,7 @@ class ActuateRecipe(SimulationRecipe):
     solver: FilmSolver = Field(FilmSolver(), description="How exactly the equations are solved.")
     stop: Stop = Field(Stop(), description="When the simulation ends.")
     uncertainty: FilmUncertainty | None = Field(
-        None, description="Intervals of all results, from draws of the material and of films."
+        None, description="Intervals of actuate.csv and events.csv, from draws of the material and of films."
     )
     sensitivity: bool = Field(False, description=SENSITIVITY_TEXT + " The time to failure is that of the first failure event.")
 

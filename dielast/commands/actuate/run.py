@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 
 from dielast.commands.actuate.recipe import ActuateRecipe, FilmSection
-from dielast.commands.simulation.cases import case_result, last, one_or_list
-from dielast.commands.simulation.checks import warn_of_films
-from dielast.commands.simulation.result import CaseResult, at_event
-from dielast.commands.simulation.run import Figures, Simulation, report_of
+from dielast.commands.simulation.cases import SimulationBatch, case_result, last, one_or_list
+from dielast.commands.simulation.checks import warn_of_films, warn_of_programmes
+from dielast.commands.simulation.result import CaseResult, StatedCase, at_event
+from dielast.commands.simulation.run import Figures, Prepared, Simulation, report_of
 from dielast.handover.law_section import breakdown
 from dielast.io.files import Inputs
 from dielast.io.table import Table, case_table
@@ -24,7 +24,7 @@ from dielast.numerics.arrays import Floats
 from dielast.recipe.cases import Case
 from dielast.report.report import Report
 from dielast.sharing.execution import Execution
-from dielast.simulate.actuate import actuate, check_actuation
+from dielast.simulate.actuate import prepare
 from dielast.simulate.actuation_history import ActuationHistory
 from dielast.simulate.film_setup import MESH_RTOL
 from dielast.simulate.history import event_columns
@@ -35,14 +35,19 @@ def run(cases: Sequence[Case[ActuateRecipe]], inputs: Inputs, execution: Executi
     return report_of(Films([case.recipe for case in cases]), cases, inputs, execution)
 
 
+def prepared(cases: Sequence[Case[ActuateRecipe]], inputs: Inputs) -> Prepared:
+    """The cases, read and checked, but not solved."""
+    return Prepared.of(Films([case.recipe for case in cases]), cases, inputs)
+
+
 class Films(Simulation):
     """Films under voltage."""
 
     measured = "relative_stretch_1 [1]"
     width = 12
     time_scale = "linear"
+    warn_before = staticmethod(warn_of_programmes)
     warn = staticmethod(warn_of_films)
-    check = staticmethod(check_actuation)
 
     def __init__(self, recipes: Sequence[ActuateRecipe]) -> None:
         # all cases share one table: a column of one case is a column of all
@@ -50,6 +55,19 @@ class Films(Simulation):
         self.has_source = any(recipe.source is not None for recipe in recipes)
         self.has_leakage = any(recipe.leakage is not None for recipe in recipes)
         self.has_area = all(recipe.film.electrode_diameter is not None for recipe in recipes)
+
+    def batches(
+        self, cases: Sequence[StatedCase], thickness_factor: Floats | None = None, *, alone: Sequence[int] = ()
+    ) -> list[SimulationBatch]:
+        """The cases in batches, each with the breakdown law of its recipe in its material: films may differ in it as in others."""
+        limited: dict[Hashable, Material] = {}
+        used = []
+        for case in cases:
+            law, material = breakdown(case.recipe.breakdown), case.material
+            if law is not None:
+                material = limited.setdefault((id(material), law), replace(material, breakdown=law))
+            used.append(replace(case, material=material))
+        return super().batches(used, thickness_factor, alone=alone)
 
     def solver(self, recipes: Sequence[ActuateRecipe], thickness_factor: Floats) -> partial[Any]:
         """The simulation of the films of the recipes."""
@@ -61,7 +79,7 @@ class Films(Simulation):
             [np.inf if leak is None or leak.field is None else leak.field for leak in leaks],
         )
         return partial(
-            actuate,
+            prepare,
             source_resistance=resistance if self.has_source else None,
             leakage=leakage if self.has_leakage else None,
             electrode_area=np.array([film.electrode_area for film in films], dtype=float) if self.has_area else None,
@@ -76,7 +94,6 @@ class Films(Simulation):
             mesh_rtol=recipe.solver.mesh_rtol if recipe.film.boundary[0] == "frame" else MESH_RTOL,
             force=_over_films([film.weights[0] for film in films]),
             width=_over_films([film.weights[1] for film in films]),
-            breakdown_field=breakdown(recipe.breakdown),
             pull_in_timescale=recipe.pull_in.criterion,
             stop_at=recipe.stop.at,
             with_end=recipe.output.times is None,
@@ -90,7 +107,7 @@ class Films(Simulation):
     def alike(self, recipe: ActuateRecipe) -> Hashable:
         """Set-up of the films and criteria of failure, which cases that are solved together share."""
         profile = None if recipe.output.profile is None else tuple(recipe.output.profile)
-        film, ends = recipe.film, (breakdown(recipe.breakdown), recipe.pull_in.timescale, recipe.stop.at)
+        film, ends = recipe.film, (recipe.pull_in.timescale, recipe.stop.at)
         return (
             film.prestretch_rate is None,
             film.relax,

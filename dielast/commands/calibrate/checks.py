@@ -1,4 +1,4 @@
-"""Warnings of a calibration: what the tests do not tell, bounds, tests beyond those fitted, and unstable springs."""
+"""Warnings of a calibration: what the tests do not determine, bounds, tests beyond those fitted, and unstable springs."""
 
 from __future__ import annotations
 
@@ -84,7 +84,7 @@ def warn_of_contradictions(result: Calibration) -> None:
     scatter = result.fit.scatter
     stated = not np.isfinite(scatter.specimens)
     usual = max(USUAL_SCATTER, scatter.specimen) if stated else USUAL_SCATTER
-    far = {name: factor for name, factor in result.specimen_factors.items() if abs(np.log(factor)) > FAR * usual}
+    far = {name: factor for name, factor in result.specimen_factors.items() if abs(factor - 1) > FAR * usual}
     if far:
         listed = ", ".join(f"{name} {factor:.3g}" for name, factor in far.items())
         warn(f"stress over that of the material, by specimen: {listed}: check unit, cross-section, temperature and mode")
@@ -123,4 +123,4 @@ def warn_of_springs(stabilities: Sequence[Stability]) -> None:
     """Warn of modes in which the springs are not stable up to the stretch that is needed."""
     for stability in stabilities:
         if not stability.holds:
-            warn(stability.said)
+            warn(stability.in_words)

@@ -8,16 +8,17 @@ from functools import partial
 from dielast.commands.calibrate.freedom import free_of
 from dielast.commands.calibrate.recipe import CalibrateRecipe, TestData
 from dielast.commands.calibrate.simulated import recipe_tests
+from dielast.commands.calibrate.task import check_conditions, read_task
 from dielast.commands.calibrate.tests import check_temperature, read_test
 from dielast.commands.command import Reading
-from dielast.errors import InputError
+from dielast.errors import InputError, NumericsError, without_warnings
 from dielast.handover.material_file import parse_material
 from dielast.io.files import Inputs
 from dielast.recipe.cases import Case
 
 
 def readings(cases: Sequence[Case[CalibrateRecipe]], inputs: Inputs) -> Iterator[Reading]:
-    """The materials, their free constants, and every test."""
+    """The materials, their free constants, every test, and the conditions of all tests together."""
     recipe = cases[0].recipe
     for name in recipe.started_from:
         key = "material" if recipe.material is not None else "materials"
@@ -35,6 +36,7 @@ def readings(cases: Sequence[Case[CalibrateRecipe]], inputs: Inputs) -> Iterator
                         (test, index),
                         partial(_temperature, recipe, test, test.temperature, inputs),
                     )
+    yield "", recipe, partial(_conditions, recipe, inputs)
 
 
 def _material(name: str, inputs: Inputs) -> object:
@@ -57,3 +59,13 @@ def _free(recipe: CalibrateRecipe, inputs: Inputs) -> None:
     except InputError:
         return
     free_of(recipe.free, materials, inputs)
+
+
+def _conditions(recipe: CalibrateRecipe, inputs: Inputs) -> None:
+    """The temperatures and voltages of the tests, if the inputs can be read; their own mistakes and warnings are stated before."""
+    try:
+        with without_warnings():
+            task = read_task(recipe, inputs)
+    except (InputError, NumericsError):
+        return
+    check_conditions(task)

@@ -4,24 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from dielast.calibration.experiment import Experiment, MeasuredTest
+from dielast.calibration.experiment import MeasuredTest
 from dielast.calibration.fit import Watch
 from dielast.calibration.laws import Stability, cross_validation_error, stabilities
-from dielast.calibration.parameters import Free
 from dielast.calibration.result import Calibration, calibrate
 from dielast.commands.calibrate.checks import warn_of_fit, warn_of_springs
-from dielast.commands.calibrate.freedom import free_of
 from dielast.commands.calibrate.recipe import CalibrateRecipe
-from dielast.commands.calibrate.tests import read_tests
-from dielast.errors import InputError, Mistakes, NumericsError, in_keys
+from dielast.commands.calibrate.task import CalibrationTask, check_conditions, read_task
+from dielast.errors import NumericsError, in_keys
 from dielast.handover.material_draws import draw_columns
-from dielast.handover.material_file import parse_material, write_material
+from dielast.handover.material_file import write_material
 from dielast.io.files import Inputs
 from dielast.io.table import Column, Table
 from dielast.material.material import Material
@@ -36,16 +33,6 @@ KEPT = "the best fit so far is written, if there is one"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Asked:
-    """The inputs of a recipe: tests to fit and to predict, materials by file, and their free constants by file."""
-
-    tests: list[Experiment]
-    predicted: list[Experiment]
-    materials: dict[str, Material]
-    free: dict[str, dict[str, Free]]
-
-
-@dataclass(frozen=True, slots=True, eq=False)
 class Candidate:
     """A fitted law: the file that it started from, its cross-validation, and its range of stability."""
 
@@ -56,46 +43,21 @@ class Candidate:
     interrupted: bool = False
 
 
-def ask(recipe: CalibrateRecipe, inputs: Inputs) -> Asked:
-    """Read all files that a recipe names; raises `InputError` with a line for every mistake."""
-    wrong, materials = Mistakes(), dict[str, Material]()
-    for name in recipe.started_from:
-        if material := wrong.tried(partial(_read_material, name, inputs)):
-            materials[name] = material
-    at = next((material.reference_temperature for material in materials.values()), 20.0)
-    fixed = [] if recipe.frees_shift else list(materials.values())
-    tests = wrong.tried(partial(read_tests, recipe.test, inputs, at, "test", fixed)) or []
-    further = wrong.tried(partial(read_tests, recipe.validate_, inputs, at, "validate")) or []
-    # without its material a free constant cannot be checked
-    free = wrong.tried(partial(free_of, recipe.free, materials, inputs)) if len(materials) == len(recipe.started_from) else None
-    wrong.refuse()
-    assert free is not None
-    electric = [test.name for test in (*tests, *further) if isinstance(test, MeasuredTest) and test.nominal_field]
-    for name, material in materials.items():
-        if electric and material.dielectric is None:
-            needed = f"test {electric[0]} is under voltage: state [dielectric] permittivity"
-            raise InputError(needed, file=name)
-    return Asked(tests, further, materials, free)
-
-
-def _read_material(name: str, inputs: Inputs) -> Material:
-    return parse_material(inputs.read(name), name)
-
-
 def run(cases: Sequence[Case[CalibrateRecipe]], inputs: Inputs, execution: Execution) -> Report:
     """Fit every material, rank them, report the best."""
     recipe = cases[0].recipe
-    asked = ask(recipe, inputs)
+    task = read_task(recipe, inputs)
+    check_conditions(task)
     if execution.keep is not None:
         execution.keep(KEPT)
     watch = watcher(execution)
-    several = len(asked.materials) > 1
+    several = len(task.materials) > 1
     candidates: list[Candidate] = []
     failures: list[str] = []
     interrupted = False
-    for name, material in asked.materials.items():
+    for name, material in task.materials.items():
         try:
-            candidates.append(_candidate(recipe, asked, name, material, several, watch))
+            candidates.append(_candidate(recipe, task, name, material, several, watch))
         except NumericsError as error:
             failures.append(f"{name}: {error}")
         except KeyboardInterrupt:  # before this law has a fit
@@ -149,16 +111,16 @@ def watcher(execution: Execution) -> Watch | None:
 
 
 def _candidate(
-    recipe: CalibrateRecipe, asked: Asked, name: str, material: Material, several: bool, watch: Watch | None
+    recipe: CalibrateRecipe, task: CalibrationTask, name: str, material: Material, several: bool, watch: Watch | None
 ) -> Candidate:
     """Fit one material."""
     options, wanted = recipe.fit, recipe.uncertainty
     with in_keys({"tests": "test"}):
         result = calibrate(
-            asked.tests,
+            task.tests,
             material,
-            asked.free[name],
-            validate=asked.predicted,
+            task.free[name],
+            validate=task.predicted,
             starts=options.starts,
             specimen_scatter=options.specimen_scatter,
             draws=wanted.draws,

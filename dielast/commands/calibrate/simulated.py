@@ -12,14 +12,14 @@ import numpy as np
 from dielast.calibration.experiment import SimulatedExperiment, answers_of
 from dielast.commands.registry import read_cases
 from dielast.commands.simulation.compare import read_points
-from dielast.commands.simulation.result import with_axes
+from dielast.commands.simulation.result import CaseResult, StatedCase, with_axes
 from dielast.commands.simulation.run import Simulation
-from dielast.errors import InputError
+from dielast.commands.simulation.solver_steps import Entry, solver_steps
+from dielast.errors import InputError, located
 from dielast.io.files import Inputs, resolve
 from dielast.io.table import split_header
 from dielast.material.material import Material
 from dielast.numerics.arrays import Floats
-from dielast.recipe.cases import Case
 from dielast.sharing.batches import solve_batches
 
 KINDS = ("relax", "creep", "actuate")
@@ -27,11 +27,11 @@ KINDS = ("relax", "creep", "actuate")
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SimulatedTest(SimulatedExperiment):
-    """One `[[compare]]` of a recipe, whose `case` is simulated."""
+    """One `[[compare]]` of a `recipe`, whose case is simulated through the `steps`."""
 
-    case: Case[Any]
+    recipe: Any
+    steps: Sequence[Entry]
     simulation: Simulation
-    inputs: Inputs
 
     def answers(self, materials: Sequence[Material | None]) -> Floats:
         """The simulated values (materials, n) less `rest`, NaN if the simulation of a material ends earlier."""
@@ -39,18 +39,23 @@ class SimulatedTest(SimulatedExperiment):
 
     def reach(self, material: Material) -> tuple[str, float]:
         """The mode of loading, and the largest I1 of a material until the last point."""
-        (result,) = solve_batches(self.simulation.batches([self.case], [material], self.inputs))
+        (result,) = self._results([material])
         until = np.asarray(result.columns["time [s]"]) <= self.time[-1]
         first, second = (np.asarray(result.columns[f"stretch_{axis} [1]"])[until] for axis in (1, 2))
         invariant = float(np.max(first**2 + second**2 + (first * second) ** -2.0, initial=3.0))
         alike = "equibiaxial" if np.allclose(first, second) else "biaxial"
-        return str(getattr(self.case.recipe, "mode", alike)), invariant
+        return str(getattr(self.recipe, "mode", alike)), invariant
 
     def _solve(self, materials: Sequence[Material]) -> list[Floats]:
         """The simulated values (n,) of each material less `rest`, NaN after the end of its simulation."""
-        results = solve_batches(self.simulation.batches([self.case] * len(materials), materials, self.inputs))
-        tables = [with_axes(result.columns, self.case.recipe) for result in results]
+        tables = [with_axes(result.columns, self.recipe) for result in self._results(materials)]
         return [self._at_times(table["time [s]"], table[self.header]) for table in tables]
+
+    def _results(self, materials: Sequence[Material]) -> list[CaseResult]:
+        """The result of the simulation of each material."""
+        return solve_batches(
+            self.simulation.batches([StatedCase(self.recipe, material, self.steps, None) for material in materials])
+        )
 
     def _at_times(self, time: Floats, values: Floats) -> Floats:
         """The values (n,) less `rest` at the times of the test, NaN outside."""
@@ -69,7 +74,7 @@ def recipe_tests(name: str, inputs: Inputs, called: str, specimen: str) -> list[
     comparisons = cases[0].recipe.compare
     if not comparisons:
         raise InputError("[[compare]] with the measured points is needed", file=name)
-    own, found = Inputs(path.parent), []
+    beside, tests = Inputs(path.parent), []
     for index, comparison in enumerate(comparisons):
         if comparison.case >= len(cases):
             raise InputError(
@@ -78,7 +83,7 @@ def recipe_tests(name: str, inputs: Inputs, called: str, specimen: str) -> list[
         if comparison.x != "time [s]":
             raise InputError(f'"{comparison.x}": a calibration needs x = "time [s]"', key=f"compare[{index}].x", file=name)
         recipe = cases[comparison.case].recipe
-        time, values = read_points(comparison, own, getattr(recipe, "specimen", None))
+        time, values = read_points(comparison, beside, getattr(recipe, "specimen", None))
         order = np.argsort(time, kind="stable")
         time, first = np.unique(time[order], return_index=True)
         values = values[order][first]
@@ -87,14 +92,18 @@ def recipe_tests(name: str, inputs: Inputs, called: str, specimen: str) -> list[
         header, (column, unit) = comparison.y, split_header(comparison.y)
         output = recipe.output.model_copy(update={"times": time[time >= 0].tolist()})
         stop = {"stop": recipe.stop.model_copy(update={"at": "end"})} if kind == "actuate" else {}
-        case = Case(recipe.model_copy(update={"output": output, **stop}))
+        simulated = recipe.model_copy(update={"output": output, **stop})
+        with located(file=name):
+            steps = solver_steps(recipe, beside)
         rest = 1.0 if "stretch" in column else 0.0
         label = called if len(comparisons) == 1 else f"{called}, {comparison.label or os.path.basename(comparison.file)}"
         at = 20.0 if recipe.temperature is None else float(recipe.temperature)
-        found.append(
-            SimulatedTest(label, specimen, time, values - rest, rest, unit or "1", at, header, case, _simulation(recipe), own)
+        tests.append(
+            SimulatedTest(
+                label, specimen, time, values - rest, rest, unit or "1", at, header, simulated, steps, _simulation(recipe)
+            )
         )
-    return found
+    return tests
 
 
 def _simulation(recipe: Any) -> Simulation:

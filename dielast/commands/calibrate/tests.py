@@ -22,6 +22,7 @@ from dielast.readings.specimen import mistaken, read_as, role_in
 from dielast.units import TIME
 
 MOST_POINTS = 400  # of a test that are compared: more points carry no more information
+FAR_FROM_REST, SLACK = 1.5, 0.1  # stretch, and stress over the largest of the test, that do not go together
 Rows = np.ndarray[tuple[int], np.dtype[np.int64]]
 _TRUE = ("true", "cauchy")
 
@@ -110,7 +111,10 @@ def read_test(test: TestData, inputs: Inputs, temperature: float, name: str) -> 
     if np.min(made.stretch) < SQUEEZED:
         squeezed = f"a stretch of {np.min(made.stretch):.4g} is compression (1 is undeformed)"
         warn(f"{test.file}: {squeezed}: is the column a strain? then state columns.strain")
-    if test.ramp_rate is None and test.rate is None and begins_late(made):
+    if stretch[0] > FAR_FROM_REST and abs(stress[0]) < SLACK * np.max(np.abs(stress)):
+        slack = f"the first point has a stretch of {stretch[0]:.4g}, but next to no stress"
+        warn(f"{test.file}: {slack}: stretches count from the undeformed state, 1; is the column a stretch, but read as a strain?")
+    elif test.ramp_rate is None and test.rate is None and begins_late(made):
         began = f"the first point is at {made.time[0]:g} s and a stretch of {made.stretch[0]:g}"
         warn(f"{test.file}: {began}: it is reached by a ramp from time 0; if the test was a ramp and a hold, state ramp_rate")
     return made

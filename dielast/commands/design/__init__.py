@@ -9,5 +9,4 @@ DESIGN = Command(
     short_help="Films, a goal -> voltage, life, the best film first.",
     files=("design.csv",),
     can_share=True,
-    readings_in="dielast.commands.simulation",
 )

@@ -87,6 +87,6 @@ class DesignRecipe(GridRecipe):
         if self.uncertainty is None:
             raise InputError("needs [uncertainty], which states what scatters", key="goal.failure_probability")
         if self.uncertainty.draws < (fewest := fewest_draws(1 - 2 * share)):
-            text = f"{self.uncertainty.draws} draws are too few for it: at least {fewest} are needed"
+            text = f"{self.uncertainty.draws} draws are too few for this probability: at least {fewest} are needed"
             raise InputError(text, key="goal.failure_probability")
         return self

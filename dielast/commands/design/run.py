@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from contextlib import closing
+from dataclasses import dataclass
 from functools import partial
 from itertools import product
 from math import prod
@@ -16,7 +17,7 @@ from dielast.commands.simulation.cases import first_of_each, material_of
 from dielast.commands.simulation.grid import in_grid_terms, in_words, sample_for, warn_of_design, warn_of_grid
 from dielast.commands.simulation.memory_needed import check_cells
 from dielast.commands.simulation.recipe import KEYS
-from dielast.errors import in_keys, placed
+from dielast.errors import Problem, in_keys, placed
 from dielast.io.files import Inputs
 from dielast.material.material import Material
 from dielast.recipe.cases import Case
@@ -44,15 +45,42 @@ GOAL = {name: f"goal.{name}" for name in (RELATIVE_STRETCH, AREA_STRAIN, "at", "
 GOAL_KEYS = KEYS | GOAL | {"goal": "goal", "level": "uncertainty.level"}
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class PreparedDesign:
+    """A design that is ready to be solved: its material, the draws of `[uncertainty]`, the plan with films that are not relaxed,
+    and what puts problems of its films in terms of the recipe.
+    """
+
+    material: Material
+    sample: Sample | None
+    plan: DesignPlan
+    in_recipe_terms: partial[Problem]
+
+
+def prepared(cases: Sequence[Case[DesignRecipe]], inputs: Inputs) -> PreparedDesign:
+    """The design, read, checked and warned of, but not solved. Raises `InputError`, and `NumericsError` if memory is short."""
+    recipe, material = cases[0].recipe, material_of(cases[0], inputs)
+    sample = sample_for(cases[0], material, inputs)
+    with in_keys(GOAL_KEYS):
+        check_draws(0 if sample is None else len(sample), *_levels(recipe))
+    plan, in_recipe_terms = _plan(recipe, material, sample)
+    warn_of_grid(recipe, material, plan.grid.temperature, plan.grid.breakdown_field, recipe.goal.horizon)
+    return PreparedDesign(material, sample, plan, in_recipe_terms)
+
+
+def _levels(recipe: DesignRecipe) -> tuple[float, float]:
+    """The level of the intervals, and the probability of failure at the safe life."""
+    level = 0.9 if recipe.uncertainty is None else recipe.uncertainty.level
+    return level, recipe.goal.failure_probability or FAILURE_PROBABILITY
+
+
 def run(cases: Sequence[Case[DesignRecipe]], inputs: Inputs, execution: Execution) -> Report:
     """Plan the films, find their voltages, report."""
-    recipe, material = cases[0].recipe, material_of(cases[0], inputs)
-    stated, sample = recipe.uncertainty, sample_for(cases[0], material, inputs)
-    level, share = 0.9 if stated is None else stated.level, recipe.goal.failure_probability or FAILURE_PROBABILITY
-    with in_keys(GOAL_KEYS):
-        check_draws(0 if sample is None else len(sample), level, share)
-    plan = _plan(recipe, material, sample)
-    warn_of_grid(recipe, material, plan.grid.temperature, plan.grid.breakdown_field, recipe.goal.horizon)
+    recipe, ready = cases[0].recipe, prepared(cases, inputs)
+    material, sample, stated = ready.material, ready.sample, recipe.uncertainty
+    level, share = _levels(recipe)
+    with placed(ready.in_recipe_terms):
+        plan = ready.plan.relaxed()
     solved = _solved(solve_films, plan, False, execution)
     plan = under_way(plan, solved)
     drawn = [] if sample is None else _solved(solve_draws, plan, True, execution)
@@ -95,22 +123,27 @@ def _solved(
     return solved
 
 
-def _plan(recipe: DesignRecipe, material: Material, sample: Sample | None) -> DesignPlan:
-    """The films and the goal of the recipe; errors name the keys of the recipe. Raises `NumericsError` if memory is short."""
+def _plan(recipe: DesignRecipe, material: Material, sample: Sample | None) -> tuple[DesignPlan, partial[Problem]]:
+    """The films of the recipe, not relaxed, with their goal, and what puts problems of films in terms of the recipe. Raises
+    `InputError` with keys of the recipe, and `NumericsError` if memory is short.
+    """
     goal, temperatures = recipe.goal, recipe.temperature or [material.reference_temperature]
     *sizes, shares = recipe.film.sizes
     targets = len(goal.relative_stretch or goal.area_strain or ())
     grid = (len(temperatures), *sizes, shares * targets)
     check_cells(prod(grid), 0 if sample is None else len(sample))
-    with placed(partial(in_grid_terms, sizes=grid, temperatures=temperatures, keys=GOAL_KEYS)):
-        return plan_design(
+    in_recipe_terms = partial(in_grid_terms, sizes=grid, temperatures=temperatures, keys=GOAL_KEYS)
+    with placed(in_recipe_terms):
+        plan = plan_design(
             material,
             FilmSetup(**recipe.film.setup(recipe.solver.mesh_rtol)),
             Goal.of(goal.at, goal.relative_stretch, goal.area_strain),
             horizon=goal.horizon,
             temperature=np.array(temperatures),
+            relaxed=False,
             **recipe.solving(sample),
         )
+    return plan, in_recipe_terms
 
 
 def film_of(result: Design, film: int) -> str:
@@ -133,8 +166,8 @@ def headline(result: Design) -> dict[str, dict[str, Any]]:
     sections: dict[str, dict[str, Any]] = {"design": counts}
     goals, temperatures = (sorted(set(values.tolist())) for values in (result.target, result.temperature))
     for target, temperature in product(goals, temperatures):
-        said = f"{100 * target:g}_percent" if result.goal == AREA_STRAIN else f"{target:g}"
-        goal = f"_for_{said}" if len(goals) > 1 else ""
+        spelled = f"{100 * target:g}_percent" if result.goal == AREA_STRAIN else f"{target:g}"
+        goal = f"_for_{spelled}" if len(goals) > 1 else ""
         at = f"_at_{temperature:g}_degC" if len(temperatures) > 1 else ""
         # films are sorted, the best first
         first = int(np.flatnonzero((result.target == target) & (result.temperature == temperature))[0])

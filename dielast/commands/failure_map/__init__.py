@@ -12,5 +12,4 @@ FAILURE_MAP = Command(
         *(f"{name}.{form}" for name in ("operating-map", "sensitivity") for form in ("png", "svg", "pdf")),
     ),
     can_share=True,
-    readings_in="dielast.commands.simulation",
 )

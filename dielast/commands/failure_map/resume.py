@@ -21,6 +21,7 @@ from dielast.recipe.cases import Case
 from dielast.sharing.batches import share_out
 from dielast.sharing.execution import NOTHING_KEPT, Execution
 from dielast.sharing.versions import VERSIONS
+from dielast.simulate.history import NONE
 from dielast.simulate.map_plan import Cells, MapPlan, column_of, solve_cells
 
 CHUNK = 1024  # cells, about a second of work: little is lost by an interrupt, and the shares of processes are even
@@ -96,6 +97,7 @@ def _save(store: Path, key: str, solved: Sequence[Cells]) -> None:
         "key": np.array(key),
         "first": np.array([cells.first for cells in solved]),
         "size": np.array([cells.status.size for cells in solved]),
+        "mode": np.concatenate([cells.mode for cells in solved]),
         "status": np.concatenate([cells.status for cells in solved]),
         "stretched": np.concatenate([cells.stretched for cells in solved], axis=2),
         **{column_of(name): np.concatenate([cells.times[name] for cells in solved]) for name in solved[0].times},
@@ -114,10 +116,11 @@ def _load(store: Path | None, key: str, plan: MapPlan) -> tuple[dict[int, Cells]
                 return {}, CHANGED.format(saved["status"].size)
             bounds = np.cumsum(saved["size"])[:-1]
             times = {name: np.split(saved[column_of(name)], bounds) for name in plan.watched}
+            mode, status = (np.split(saved[name], bounds) for name in ("mode", "status"))
             stretched = np.split(saved["stretched"], bounds, axis=2)
             kept = {
-                int(first): Cells(int(first), {name: parts[chunk] for name, parts in times.items()}, status, stretched[chunk])
-                for chunk, (first, status) in enumerate(zip(saved["first"], np.split(saved["status"], bounds), strict=True))
+                int(first): Cells(int(first), {name: parts[k] for name, parts in times.items()}, mode[k], status[k], stretched[k])
+                for k, first in enumerate(saved["first"].tolist())
             }
         chunks = set(plan.chunks(CHUNK))
         return (kept, "") if all(_belongs(cells, chunks, plan) for cells in kept.values()) else ({}, UNREADABLE)
@@ -132,7 +135,9 @@ def _belongs(cells: Cells, chunks: set[tuple[int, int]], plan: MapPlan) -> bool:
     return bool(
         (cells.first, cells.first + size) in chunks
         and times.shape == (len(cells.times), size)
-        and cells.status.shape == (size,)
+        and cells.mode.shape == cells.status.shape == (size,)
+        and np.array_equal(cells.mode == NONE, np.isnan([cells.times[name] for name in plan.grid.failures]).all(axis=0))
+        and np.isin(cells.mode, (NONE, *plan.grid.failures)).all()
         and cells.stretched.shape == (2, len(plan.stretch_at), size)
         and not np.any(cells.stretched <= 0)
         and np.isin(cells.status, list(Status)).all()

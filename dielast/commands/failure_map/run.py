@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from functools import partial
 from math import prod
 from typing import TYPE_CHECKING, Any
@@ -15,7 +16,7 @@ from dielast.commands.simulation.cases import first_of_each, material_of
 from dielast.commands.simulation.grid import in_grid_terms, in_words, sample_for, warn_of_failures, warn_of_map
 from dielast.commands.simulation.memory_needed import check_cells
 from dielast.commands.simulation.recipe import KEYS
-from dielast.errors import placed
+from dielast.errors import Problem, placed
 from dielast.io.files import Inputs
 from dielast.io.table import Table
 from dielast.material.material import Material
@@ -28,19 +29,41 @@ from dielast.simulate.map_plan import MapPlan
 
 if TYPE_CHECKING:
     from dielast.material.scatter import Sample
+    from dielast.simulate.sensitivity import Variation
 
 
-def run(cases: Sequence[Case[FailureMapRecipe]], inputs: Inputs, execution: Execution) -> Report:
-    """Plan the map, solve its cells, report."""
+@dataclass(frozen=True, slots=True, eq=False)
+class PreparedMap:
+    """A map that is ready to be solved: its material, the draws of `[uncertainty]`, the variation of `sensitivity`, the plan with
+    films that are not relaxed, and what puts problems of its films in terms of the recipe.
+    """
+
+    material: Material
+    sample: Sample | None
+    variation: Variation | None
+    plan: MapPlan
+    in_recipe_terms: partial[Problem]
+
+
+def prepared(cases: Sequence[Case[FailureMapRecipe]], inputs: Inputs) -> PreparedMap:
+    """The map, read, checked and warned of, but not solved. Raises `InputError`, and `NumericsError` if memory is short."""
     recipe, material = cases[0].recipe, material_of(cases[0], inputs)
-    stated, sample = recipe.uncertainty, sample_for(cases[0], material, inputs)
-    variation = None
+    sample, variation = sample_for(cases[0], material, inputs), None
     if recipe.sensitivity:
         from dielast.commands.simulation.sensitivity import variation_of
 
         variation = variation_of(material, sample, recipe)
-    plan = _plan(recipe, material, sample if variation is None else variation.sample)
+    plan, in_recipe_terms = _plan(recipe, material, sample if variation is None else variation.sample)
     warn_of_map(recipe, material, plan)
+    return PreparedMap(material, sample, variation, plan, in_recipe_terms)
+
+
+def run(cases: Sequence[Case[FailureMapRecipe]], inputs: Inputs, execution: Execution) -> Report:
+    """Plan the map, solve its cells, report."""
+    recipe, ready = cases[0].recipe, prepared(cases, inputs)
+    material, sample, variation, stated = ready.material, ready.sample, ready.variation, recipe.uncertainty
+    with placed(ready.in_recipe_terms):
+        plan = ready.plan.relaxed()
     result, *every = assembled(plan, solve(plan, fingerprint(cases[0], inputs), execution))
     drawn = every[: 0 if sample is None else len(sample)]
     warn_of_failures(recipe, material, result)
@@ -81,24 +104,29 @@ def run(cases: Sequence[Case[FailureMapRecipe]], inputs: Inputs, execution: Exec
     return Report(tables, sections, figure, failures=failures(result), figures=figures)
 
 
-def _plan(recipe: FailureMapRecipe, material: Material, sample: Sample | None) -> MapPlan:
-    """The map of the recipe; errors name the keys of the recipe. Raises `NumericsError` if memory is short."""
+def _plan(recipe: FailureMapRecipe, material: Material, sample: Sample | None) -> tuple[MapPlan, partial[Problem]]:
+    """The map of the recipe with films that are not relaxed, and what puts problems of its films in terms of the recipe. Raises
+    `InputError` with keys of the recipe, and `NumericsError` if memory is short.
+    """
     axis, temperatures = recipe.voltage, recipe.temperature or [material.reference_temperature]
     voltage = np.array(axis.values) if axis.values else np.linspace(axis.start or 0.0, axis.to or 0.0, axis.points or 1)
     sizes = (len(temperatures), *recipe.film.sizes)
     check_cells(prod(sizes) * voltage.size, 0 if sample is None else len(sample))
     keys = KEYS if recipe.uncertainty is not None else KEYS | {"sample": "sensitivity"}
-    with placed(partial(in_grid_terms, sizes=sizes, temperatures=temperatures, keys=keys)):
-        return plan_failure_map(
+    in_recipe_terms = partial(in_grid_terms, sizes=sizes, temperatures=temperatures, keys=keys)
+    with placed(in_recipe_terms):
+        plan = plan_failure_map(
             material,
             voltage=voltage,
             horizon=recipe.horizon,
             temperature=np.array(temperatures),
             ramp=recipe.voltage.ramp,
             stretch_at={} if recipe.stretch is None else dict(recipe.stretch.at),
+            relaxed=False,
             **recipe.solving(sample),
             **recipe.film.setup(recipe.solver.mesh_rtol),
         )
+    return plan, in_recipe_terms
 
 
 def failures(result: FailureMap) -> list[str]:

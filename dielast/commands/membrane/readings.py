@@ -2,16 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from typing import Any
+from functools import partial
 
-from dielast.commands.command import Reading
-from dielast.commands.membrane.run import Membranes
+from dielast.commands.membrane.run import prepared
 from dielast.commands.simulation.readings import checked_readings
-from dielast.io.files import Inputs
-from dielast.recipe.cases import Case
 
-
-def readings(cases: Sequence[Case[Any]], inputs: Inputs) -> Iterator[Reading]:
-    """The files of every case, and whether the material allows what the recipes ask of it."""
-    return checked_readings(Membranes, cases, inputs)
+readings = partial(checked_readings, prepared)

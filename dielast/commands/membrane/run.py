@@ -10,16 +10,16 @@ import numpy as np
 
 from dielast.commands.membrane.recipe import Recipe
 from dielast.commands.simulation.cases import case_result, last, one_or_list
-from dielast.commands.simulation.checks import warn_of_membranes
+from dielast.commands.simulation.checks import warn_of_membranes, warn_of_tests
 from dielast.commands.simulation.result import CaseResult
-from dielast.commands.simulation.run import Simulation, report_of
+from dielast.commands.simulation.run import Prepared, Simulation, report_of
 from dielast.io.files import Inputs
 from dielast.material.material import Material
 from dielast.numerics.arrays import Floats
 from dielast.recipe.cases import Case
 from dielast.report.report import Report
 from dielast.sharing.execution import Execution
-from dielast.simulate.membrane import MembraneHistory, check_simulation, simulate
+from dielast.simulate.membrane import MembraneHistory, prepare
 
 MEASURED = {"relax": "nominal_stress_1 [Pa]", "creep": "stretch_1 [1]"}
 
@@ -29,12 +29,17 @@ def run(cases: Sequence[Case[Recipe]], inputs: Inputs, execution: Execution) -> 
     return report_of(Membranes([case.recipe for case in cases]), cases, inputs, execution)
 
 
+def prepared(cases: Sequence[Case[Recipe]], inputs: Inputs) -> Prepared:
+    """The cases, read and checked, but not solved."""
+    return Prepared.of(Membranes([case.recipe for case in cases]), cases, inputs)
+
+
 class Membranes(Simulation):
     """Simulations of `relax` or `creep`."""
 
     width = 10
+    warn_before = staticmethod(warn_of_tests)
     warn = staticmethod(warn_of_membranes)
-    check = staticmethod(check_simulation)
 
     def __init__(self, recipes: Sequence[Recipe]) -> None:
         self.kind, self.measured = recipes[0].kind, MEASURED[recipes[0].kind]
@@ -43,7 +48,7 @@ class Membranes(Simulation):
 
     def solver(self, recipes: Sequence[Recipe], thickness_factor: Floats) -> partial[Any]:
         """The simulation in the mode of the recipes; the thickness has no effect."""
-        return partial(simulate, mode=recipes[0].mode)
+        return partial(prepare, mode=recipes[0].mode)
 
     def result(self, recipe: Recipe, materials: Sequence[Material]) -> partial[CaseResult]:
         """The result of a case, with the relaxation modulus if any case has one."""

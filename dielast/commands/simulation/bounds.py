@@ -5,21 +5,18 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
 from dielast.commands.simulation.cases import Batches
-from dielast.commands.simulation.result import BoundedEvent, CaseResult
+from dielast.commands.simulation.result import BoundedEvent, CaseResult, SolvedCase, StatedCase
 from dielast.errors import in_a_draw
 from dielast.handover.law_section import breakdown
 from dielast.io.table import Column, Table
-from dielast.material.material import Material
 from dielast.material.scatter import Sample, interval
 from dielast.mechanics.cases import of_case
 from dielast.mechanics.criteria import named
 from dielast.numerics.arrays import Flags, Floats
-from dielast.recipe.cases import Case
 from dielast.sharing.batches import Batch, solve_batches
 from dielast.sharing.execution import Execution
 from dielast.simulate.failure_map import FailureMap
@@ -60,39 +57,34 @@ class CaseWithDraws:
         return [replace(result, bounded_events=bounded_events(self.result.events, events, self.level))]
 
 
-def bounded_cases(
-    batches: Batches,
-    cases: Sequence[Case[Any]],
-    samples: Sequence[Sample | None],
-    results: Sequence[CaseResult],
-    execution: Execution,
-) -> list[CaseResult]:
+def bounded_cases(batches: Batches, cases: Sequence[SolvedCase], execution: Execution) -> list[CaseResult]:
     """The results, with bounds in cases with draws, which are divided into `batches`."""
     drawn: dict[int, CaseWithDraws] = {}
-    for number, (case, sample, result) in enumerate(zip(cases, samples, results, strict=True)):
-        if sample is not None:
+    for number, case in enumerate(cases):
+        if (sample := case.sample) is not None:
             place = of_case(number, len(cases))
             with in_a_draw(key="uncertainty", case=place):
-                parts = batches(*drawn_case(case, sample, result), sample.thickness_factor)
-            drawn[number] = CaseWithDraws([len(drawn)], place, parts, result, case.recipe.uncertainty.level)
+                parts = batches(drawn_case(case, sample, case.result), sample.thickness_factor)
+            drawn[number] = CaseWithDraws([len(drawn)], place, parts, case.result, case.recipe.uncertainty.level)
     bounds = dict(zip(drawn, solve_batches(list(drawn.values()), execution, "cases with draws"), strict=True))
-    return [bounds.get(number, result) for number, result in enumerate(results)]
+    return [bounds.get(number, case.result) for number, case in enumerate(cases)]
 
 
-def drawn_case(case: Case[Any], sample: Sample, result: CaseResult) -> tuple[list[Case[Any]], Sequence[Material]]:
-    """A case once for each draw, and the materials of the draws. A draw of a film has its breakdown field in its material, and the
-    rows of the result, including the last row.
+def drawn_case(case: StatedCase, sample: Sample, result: CaseResult) -> list[StatedCase]:
+    """A case with the material of each draw of a sample. A draw of a film has its breakdown field in its material, and the rows of
+    the result, including the last row.
     """
     if result.events is None:
-        return [case] * len(sample), sample.materials
+        return [StatedCase(case.recipe, member, case.steps, None) for member in sample.materials]
     stated = breakdown(case.recipe.breakdown)
-    materials = []
+    output = case.recipe.output.model_copy(update={"times": _times_for_draws(result.columns["time [s]"]), "profile": None})
+    recipe = case.recipe.model_copy(update={"breakdown": None, "output": output})
+    drawn = []
     for member, factor in zip(sample.aged(), sample.breakdown_factor.tolist(), strict=True):
         field = stated or member.breakdown
-        materials.append(replace(member, breakdown=None if field is None else field.scaled(factor)))
-    output = case.recipe.output.model_copy(update={"times": _times_for_draws(result.columns["time [s]"]), "profile": None})
-    film = Case(case.recipe.model_copy(update={"breakdown": None, "output": output}), case.settings)
-    return [film] * len(sample), materials
+        material = replace(member, breakdown=None if field is None else field.scaled(factor))
+        drawn.append(StatedCase(recipe, material, case.steps, None))
+    return drawn
 
 
 def _times_for_draws(time: Floats) -> list[float] | None:

@@ -1,18 +1,18 @@
-"""Cases of simulations: batches, materials, tables, comparisons with measured points, axes of the figure."""
+"""Cases of simulations: batches, materials, tables, axes of the figure."""
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from dielast.commands.simulation.recipe import Comparison, SimulationRecipe
-from dielast.commands.simulation.result import CaseResult, GivenUp
+from dielast.commands.simulation.recipe import NO_WAVEFORM, SimulationRecipe
+from dielast.commands.simulation.result import CaseResult, GivenUp, StatedCase
 from dielast.commands.simulation.step_recipe import HistoryStep
 from dielast.errors import InputError, Mistakes, Problem, and_more, as_toml, placed
 from dielast.handover.changed_material import parse_changed_material
@@ -24,38 +24,35 @@ from dielast.numerics.arrays import Floats
 from dielast.recipe.cases import Case
 from dielast.simulate.history import Event, History
 
-if TYPE_CHECKING:
-    from dielast.commands.simulation.compare import Match
-
 PART = 2**14  # branches in a batch, over all cases: less than a second of work
-FINE = 4000  # points along a history for a comparison over another quantity than time
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SimulationBatch:
-    """Cases with histories of one shape: `simulate` runs them, `result` makes a result from the history and a row of it, and
-    `in_recipe_terms` translates a problem of the solver into one of the recipe.
+    """Cases with histories of one shape: `prepare` checks the arguments of their simulation and returns a function that simulates
+    them, `result` makes a result from the history and a row of it, and `in_recipe_terms` translates a problem of the solver into
+    one of the recipe.
     """
 
     members: Sequence[int]
-    simulate: partial[Any]
+    prepare: partial[Callable[[], Any]]
     result: partial[CaseResult]
     in_recipe_terms: partial[Problem]
 
     def solve(self) -> list[CaseResult]:
         """The result of each member."""
         with placed(self.in_recipe_terms):
-            history = self.simulate()
+            history = self.prepare()()
         return [self.result(history, row) for row in range(len(self.members))]
 
-    def check(self, check: Callable[..., None]) -> None:
-        """Call `check`, which raises the errors that simulating would, with the arguments of the simulation."""
+    def check(self) -> None:
+        """Raise the `InputError` of a simulation that is refused before anything is solved."""
         with placed(self.in_recipe_terms):
-            check(*self.simulate.args, **self.simulate.keywords)
+            self.prepare()
 
 
-Batches = Callable[[Sequence[Case[Any]], Sequence[Material], Floats], Sequence[SimulationBatch]]
-"""Divides cases into batches, each case with its material and a factor (cases,) on the thickness."""
+Batches = Callable[[Sequence[StatedCase], Floats], Sequence[SimulationBatch]]
+"""Divides cases into batches, each case with a factor (cases,) on the thickness."""
 
 
 def material_of(case: Case[Any], inputs: Inputs) -> Material:
@@ -79,11 +76,6 @@ def read_materials(cases: Sequence[Case[SimulationRecipe]], inputs: Inputs) -> l
     for material in materials.values():
         warn_of_material(material)
     return [materials[material_key(case)] for case in cases]
-
-
-def temperature_of(recipe: SimulationRecipe, material: Material) -> float:
-    """The temperature in degC: that of the recipe, or the reference temperature of the material."""
-    return material.reference_temperature if recipe.temperature is None else float(recipe.temperature)
 
 
 def divided(members: Sequence[int], materials: Sequence[Material]) -> list[list[int]]:
@@ -144,35 +136,12 @@ def first_of_each(lines: Sequence[tuple[str, str]], what: str) -> list[str]:
     return [first[reason] + and_more(many - 1, named.get(many, what)) for reason, many in count.items()]
 
 
-def matches(
-    recipe: SimulationRecipe,
-    columns: Sequence[Mapping[str, Floats]],
-    inputs: Inputs,
-    simulate: Callable[[int, Floats], Mapping[str, Floats]],
-) -> list[Match]:
-    """The measured points of every comparison with the model, which `simulate` evaluates at their times."""
-    if not recipe.compare:
-        return []
-    from dielast.commands.simulation.compare import match
-
-    def model(case: int, measured: Floats | None) -> Mapping[str, Floats]:
-        rows = columns[case]["time [s]"]
-        end = float(rows[-1]) if rows.size else 0.0
-        times = np.union1d(rows, np.linspace(0.0, end, FINE)) if measured is None else measured[measured <= end]
-        return simulate(case, times) if times.size else {header: np.zeros(0) for header in columns[case]}
-
-    matched = []
-    for index, comparison in enumerate(recipe.compare):
-        check_case(index, comparison, len(columns))
-        case, specimen = comparison.case, getattr(recipe, "specimen", None)
-        matched.append(match(comparison, columns[case], inputs, partial(model, case), f"compare[{index}]", specimen))
-    return matched
-
-
-def check_case(index: int, comparison: Comparison, cases: int) -> None:
-    """Raise `InputError` if the case of the comparison `index` of the recipe does not exist."""
-    if comparison.case >= cases:
-        raise InputError(f"{comparison.case}: cases are numbered from 0, and the last is {cases - 1}", key=f"compare[{index}].case")
+def check_cycles(cases: Sequence[Case[SimulationRecipe]]) -> None:
+    """Raise `InputError` if `output.cycles` is stated and no case has a waveform."""
+    stated = any(case.recipe.output.cycles is not None for case in cases)
+    steps: Iterable[HistoryStep] = (step for case in cases for step in getattr(case.recipe, "step", ()))
+    if stated and all(step.waveform is None for step in steps):
+        raise InputError(NO_WAVEFORM, key="output.cycles")
 
 
 def one_or_list(values: Sequence[float | int]) -> Any:
@@ -184,21 +153,6 @@ def one_or_list(values: Sequence[float | int]) -> Any:
 def last(values: Floats) -> float:
     """The last value of a case; NaN for a case without a result."""
     return float(values[-1]) if values.size else np.nan
-
-
-def compare_headline(matched: Sequence[Match]) -> dict[str, Any]:
-    """The comparisons: column, case, misfit in its SI unit, and the number of points that it includes."""
-    used = [int(np.count_nonzero(entry.reached)) for entry in matched]
-    left_out = [entry.x.size - count for entry, count in zip(matched, used, strict=True)]
-    compared = [entry.headers[1] for entry in matched]
-    return {
-        "y": compared[0] if len(compared) == 1 else compared,
-        "case": one_or_list([entry.case for entry in matched]),
-        "points": one_or_list(used),
-        **({"points_left_out": one_or_list(left_out)} if any(left_out) else {}),
-        "rms_error": one_or_list([entry.rms_error for entry in matched]),
-        "rms_relative_error": one_or_list([entry.rms_relative_error for entry in matched]),
-    }
 
 
 def axes_of(

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from dielast.commands.membrane.recipe import CreepRecipe, RelaxRecipe
 from dielast.commands.simulation.cases import last
-from dielast.commands.simulation.result import CaseResult, SolvedCase
+from dielast.commands.simulation.result import CaseResult, SolvedCase, StatedCase
 from dielast.commands.simulation.solver_steps import Entry, aims, corners, lasting, reached, reached_at_once
 from dielast.errors import and_more, warn
 from dielast.handover.law_section import breakdown
@@ -42,21 +42,27 @@ SLACK = 0.01  # of the highest stress: a larger compressive stress gives a warni
 AT_ONCE = "as the voltage comes on"
 
 
-def warn_of_membranes(cases: Sequence[SolvedCase]) -> None:
-    """Warn of cases of `relax` or `creep` that ask too much of their material, or whose loads look like something else."""
-    relaxing = cases[0].recipe.kind == "relax"
-    rest = 1.0 if relaxing else 0.0
-    _warn_of_materials(cases, [case.recipe.mode for case in cases])
-    warn_of_paces(_paces(cases, rest))
-    targets = [aims(case.steps) for case in cases]
-    if relaxing:
-        warn_of_stretch(min(min(values, default=rest) for values in targets), max(max(values, default=rest) for values in targets))
-        _warn_of_slack([case.result for case in cases])
+def warn_of_tests(cases: Sequence[StatedCase]) -> None:
+    """Warn of cases of `relax` or `creep` whose loads, specimens or temperatures look like something else."""
+    _warn_of_temperatures(cases)
+    if cases[0].recipe.kind == "relax":
+        targets = [aim for case in cases for aim in aims(case.steps)]
+        warn_of_stretch(min(targets, default=1.0), max(targets, default=1.0))
         return
     specimens = [case.recipe.specimen for case in cases if case.recipe.specimen is not None]
     thickness = [specimen.thickness for specimen in specimens if specimen.thickness is not None]
     warn_of_thickness(thickness, "specimen", THICKEST_SPECIMEN)
-    loaded = [case for case, aim in zip(cases, targets, strict=True) if any(aim)]
+
+
+def warn_of_membranes(cases: Sequence[SolvedCase]) -> None:
+    """Warn of results of `relax` or `creep` that ask too much of their material, or show that a load looks like something else."""
+    relaxing = cases[0].recipe.kind == "relax"
+    _warn_of_materials(cases, [case.recipe.mode for case in cases])
+    warn_of_paces(_paces(cases, 1.0 if relaxing else 0.0))
+    if relaxing:
+        _warn_of_slack([case.result for case in cases])
+        return
+    loaded = [case for case in cases if any(aims(case.steps))]
     if loaded:
         stretches = [_stretches(case.result) for case in loaded]
         margins = [
@@ -69,56 +75,68 @@ def warn_of_membranes(cases: Sequence[SolvedCase]) -> None:
         warn_of_elongation(first, second, np.concatenate(margins))
 
 
-def warn_of_films(cases: Sequence[SolvedCase]) -> None:
-    """Warn of cases of `actuate` that ask too much of their material, whose films or voltages look as if they were in another unit,
-    or that break down at once.
-    """
+def warn_of_programmes(cases: Sequence[StatedCase]) -> None:
+    """Warn of cases of `actuate` whose films, voltages, charges or temperatures look as if they were in another unit."""
     recipes: Sequence[ActuateRecipe] = [case.recipe for case in cases]
     films, materials = [recipe.film for recipe in recipes], [case.material for case in cases]
-    even = [len({*film.prestretch}) == 1 and len({*film.boundary}) == 1 for film in films]
-    _warn_of_materials(cases, ["equibiaxial" if both else None for both in even])
+    _warn_of_temperatures(cases)
     stated = [breakdown(recipe.breakdown) for recipe in recipes]
-    limits = [law or material.breakdown for law, material in zip(stated, materials, strict=True)]
     warn_of_breakdown([field for law in stated if law is not None for field in law.typical_fields()])
     steady = all(
         recipe.control == "charge" and not (material.dielectric and material.dielectric.depends_on_stretch)
         for recipe, material in zip(recipes, materials, strict=True)
     )
+    limits = list(map(_limit, cases))
     if any(recipe.stop.at is None for recipe in recipes):
         warn_of_no_breakdown([law is not None for law in limits], materials, steady)
     thickness = np.array([film.thickness for film in films])
     warn_of_setups([film.prestretch for film in films], [film.boundary for film in films], thickness, limits)
-    area = np.array([film.prestretch[0] * film.prestretch[1] for film in films])
     highest = np.array([max(map(abs, aims(case.steps)), default=0.0) for case in cases])
-    charged = np.array([recipe.control == "charge" for recipe in recipes])
-    # the true field that a voltage or a charge makes before the film moves
-    before_motion = np.where(charged, 1 / (np.array(list(map(_permittivity, cases))) * area), area / thickness)
+    before_motion, limit = np.array(list(map(_fields, cases))).T
     field = highest * before_motion
     # if none is known, the plausible value closest to the field
-    limit = np.clip(field, FAINTEST, STRONGEST)
-    for k, law in enumerate(limits):
-        if law is not None:
-            limit[k] = law.of_film(np.sqrt(area[k]), thickness[k] / area[k])
-    warn_of_field(field, limit, charged)
-    leaks = [recipe.leakage for recipe in recipes]
+    limit = np.where(np.isinf(limit), np.clip(field, FAINTEST, STRONGEST), limit)
+    warn_of_field(field, limit, np.array([recipe.control == "charge" for recipe in recipes]))
+
+
+def warn_of_films(cases: Sequence[SolvedCase]) -> None:
+    """Warn of results of `actuate` that ask too much of their material, or of films that break down at once."""
+    films = [case.recipe.film for case in cases]
+    even = [len({*film.prestretch}) == 1 and len({*film.boundary}) == 1 for film in films]
+    _warn_of_materials(cases, ["equibiaxial" if both else None for both in even])
+    leaks = [case.recipe.leakage for case in cases]
     scale = [np.inf if leak is None or leak.field is None or not leak.conductivity else leak.field for leak in leaks]
     warn_of_leak([np.max(np.abs(case.result.columns["true_field [V/m]"]), initial=0.0) for case in cases], scale)
     paces, broken = list(_paces(cases, 0.0)), []
     for index, case in enumerate(cases):
-        at_once, temperature = AT_ONCE.replace("voltage", case.recipe.control), case.result.temperature
+        at_once = AT_ONCE.replace("voltage", case.recipe.control)
         for event in case.result.events or ():
             if event.name != "breakdown" or event.time > 0:
                 continue
-            if reached_at_once(case.steps) * before_motion[index] >= limit[index]:
+            before_motion, limit = _fields(case)
+            if reached_at_once(case.steps) * before_motion >= limit:
                 broken.append((index, at_once))
             else:
                 what = f"{_of_case(index, len(cases))}the film breaks down {at_once}, after"
-                paces.append(Pace(what, 0.0, fastest_branch(case.material, temperature), temperature))
+                paces.append(Pace(what, 0.0, fastest_branch(case.material, case.temperature), case.temperature))
     warn_of_paces(paces)
     _warn_of_profiles([case.result for case in cases])
     if broken:
         beyond = f"the film breaks down {broken[0][1]}: it is beyond the breakdown field from the start"
         warn(_cases([index for index, _ in broken]) + beyond)
+
+
+def _limit(case: StatedCase) -> BreakdownLaw | None:
+    """The law of the breakdown field of a film: that of the recipe, or else that of the material."""
+    return breakdown(case.recipe.breakdown) or case.material.breakdown
+
+
+def _fields(case: StatedCase) -> tuple[float, float]:
+    """The true field in V/m that 1 V or 1 C/m^2 makes in a film before it moves, and the breakdown field, infinite if unknown."""
+    film, law = case.recipe.film, _limit(case)
+    area = film.prestretch[0] * film.prestretch[1]
+    limit = np.inf if law is None else float(law.of_film(np.sqrt(area), film.thickness / area))
+    return 1 / (_permittivity(case) * area) if case.recipe.control == "charge" else area / film.thickness, limit
 
 
 def warn_of_no_breakdown(has_limit: Sequence[bool], materials: Sequence[Material], steady: bool = False) -> None:
@@ -146,16 +164,24 @@ def warn_of_setups(
         warn(f"film.prestretch: 1 in a frame: {buckles}; the result is of a film that stays flat")
 
 
+def _warn_of_temperatures(cases: Sequence[StatedCase]) -> None:
+    """Warn of temperatures that look wrong, or for which the materials were not measured."""
+    of_material: dict[int, list[StatedCase]] = {}
+    for case in cases:
+        of_material.setdefault(id(case.material), []).append(case)
+    for alike in of_material.values():
+        warn_of_use(alike[0].material, [case.temperature for case in alike])
+
+
 def _warn_of_materials(cases: Sequence[SolvedCase], modes: Sequence[str | None]) -> None:
-    """Warn of temperatures, times and stretches that the materials are used at; `modes` are the modes of loading of the cases."""
+    """Warn of times and stretches that the materials are used at; `modes` are the modes of loading of the cases."""
     of_material: dict[int, list[SolvedCase]] = {}
     of_mode: dict[tuple[int, str | None], list[SolvedCase]] = {}
     for case, mode in zip(cases, modes, strict=True):
         of_material.setdefault(id(case.material), []).append(case)
         of_mode.setdefault((id(case.material), mode), []).append(case)
     for alike in of_material.values():
-        temperature = [case.result.temperature for case in alike]
-        warn_of_use(alike[0].material, temperature)
+        temperature = [case.temperature for case in alike]
         ends = [np.max(case.result.columns["time [s]"], initial=0.0) for case in alike]
         warn_of_lasting(alike[0].material, temperature, ends)
     for (_, mode), alike in of_mode.items():
@@ -187,10 +213,10 @@ def _warn_of_profiles(results: Sequence[CaseResult]) -> None:
         warn(f"{first} is not resolved next to the electrode: {there}; a smaller solver.mesh_rtol may help")
 
 
-def _permittivity(case: SolvedCase) -> float:
+def _permittivity(case: StatedCase) -> float:
     """The permittivity at stretch 1 in F/m; 1 if the material has none."""
     law = case.material.dielectric
-    return 1.0 if law is None else float(law.at(np.array([case.result.temperature]))[0])
+    return 1.0 if law is None else float(law.at(np.array([case.temperature]))[0])
 
 
 def _cases(numbers: Sequence[int]) -> str:
@@ -205,7 +231,7 @@ def _of_case(index: int, cases: int) -> str:
 def _paces(cases: Sequence[SolvedCase], rest: float) -> Iterator[Pace]:
     """The durations of all loads in all cases, whose histories begin with `rest`."""
     for index, case in enumerate(cases):
-        temperature, recipe = case.result.temperature, case.recipe
+        temperature, recipe = case.temperature, case.recipe
         fastest, of_case = fastest_branch(case.material, temperature), _of_case(index, len(cases))
         if isinstance(recipe, RelaxRecipe | CreepRecipe):
             times = recipe.output.times

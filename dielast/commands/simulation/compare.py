@@ -1,14 +1,18 @@
-"""Measured points and a simulated curve, with their misfit."""
+"""Comparisons of a recipe: measured points beside a simulated curve, with their misfit."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from dielast.commands.simulation.recipe import Comparison, roles_of
+from dielast.commands.simulation.cases import one_or_list
+from dielast.commands.simulation.recipe import Comparison, SimulationRecipe, roles_of
+from dielast.commands.simulation.solver_steps import end_of, solver_steps
 from dielast.errors import InputError, warn
 from dielast.io.files import Inputs
 from dielast.io.table import split_header
@@ -17,6 +21,7 @@ from dielast.material.checks import warn_of_measured_stretch
 from dielast.numerics.arrays import Flags, Floats, rms
 from dielast.readings.specimen import KNOWN_AS, read_as, role_in
 from dielast.readings.specimen_recipe import Specimen
+from dielast.recipe.cases import Case
 from dielast.units import (
     CHARGE,
     CHARGE_DENSITY,
@@ -33,6 +38,7 @@ from dielast.units import (
     kind_of,
 )
 
+FINE = 4000  # points along a history for a comparison over another quantity than time
 _MECHANICAL, _ELECTRICAL = (
     (TIME, STRESS, LENGTH, NUMBER),
     (VOLTAGE, FIELD, CHARGE, CHARGE_DENSITY, CHARGE_RATE, CHARGE_DENSITY_RATE),
@@ -73,6 +79,64 @@ class Match:
         """`rms_error` over the root mean square of y."""
         level = rms(self.y[self.reached])
         return self.rms_error / level if level > 0 else np.nan
+
+
+def matches(
+    recipe: SimulationRecipe,
+    columns: Sequence[Mapping[str, Floats]],
+    inputs: Inputs,
+    simulate: Callable[[int, Floats], Mapping[str, Floats]],
+    ends: Sequence[float],
+) -> list[Match]:
+    """The measured points of every comparison with the model, which `simulate` evaluates at their times; `ends` are the times in s
+    at which the cases ended.
+    """
+
+    def model(case: int, measured: Floats | None) -> Mapping[str, Floats]:
+        rows, end = columns[case]["time [s]"], ends[case]
+        times = np.union1d(rows, np.linspace(0.0, end, FINE)) if measured is None else measured[measured <= end]
+        return simulate(case, times) if times.size else {header: np.zeros(0) for header in columns[case]}
+
+    matched = []
+    for index, comparison in enumerate(recipe.compare):
+        case, specimen = comparison.case, getattr(recipe, "specimen", None)
+        matched.append(match(comparison, columns[case], inputs, partial(model, case), f"compare[{index}]", specimen))
+    return matched
+
+
+def check_comparison(index: int, comparison: Comparison, cases: Sequence[Case[SimulationRecipe]], inputs: Inputs) -> None:
+    """Raise `InputError` for measured points of the comparison `index` of the recipe that cannot be read, that belong to no case,
+    or that come after the last step of their case.
+    """
+    if comparison.case >= len(cases):
+        numbered = f"cases are numbered from 0, and the last is {len(cases) - 1}"
+        raise InputError(f"{comparison.case}: {numbered}", key=f"compare[{index}].case")
+    recipe: Any = cases[comparison.case].recipe
+    time, _ = read_points(comparison, inputs, getattr(cases[0].recipe, "specimen", None))
+    if comparison.x != "time [s]":
+        return
+    try:
+        end = end_of(solver_steps(recipe, inputs), recipe.step[0].REST)
+    except InputError:
+        return  # a mistake in a table of load is reported where the table is read
+    if time.min() > end:
+        late = f"the steps end at {end:g} s, before the first of the {time.size} points at {time.min():g} s"
+        raise InputError(f"{late}: is their time in another unit?", file=comparison.file)
+
+
+def compare_headline(matched: Sequence[Match]) -> dict[str, Any]:
+    """The comparisons: column, case, misfit in its SI unit, and the number of points that it includes."""
+    used = [int(np.count_nonzero(entry.reached)) for entry in matched]
+    left_out = [entry.x.size - count for entry, count in zip(matched, used, strict=True)]
+    compared = [entry.headers[1] for entry in matched]
+    return {
+        "y": compared[0] if len(compared) == 1 else compared,
+        "case": one_or_list([entry.case for entry in matched]),
+        "points": one_or_list(used),
+        **({"points_left_out": one_or_list(left_out)} if any(left_out) else {}),
+        "rms_error": one_or_list([entry.rms_error for entry in matched]),
+        "rms_relative_error": one_or_list([entry.rms_relative_error for entry in matched]),
+    }
 
 
 def match(
@@ -130,17 +194,26 @@ def read_points(comparison: Comparison, inputs: Inputs, specimen: Specimen | Non
                 role, chosen = role_in(table, quantity, comparison.columns)
             else:
                 # the unit tells an extension from a stretch, and a force from a stress
-                stated_unit = table.units[table.find(chosen, axis)] or (table.stated_units or {}).get(axis)
+                stated_unit = table.units[_place(table, chosen, axis, column)] or (table.stated_units or {}).get(axis)
                 raw, dimension = MACHINE[quantity]
                 role = raw if stated_unit is not None and kind_of(stated_unit) is dimension else quantity
             if role != quantity:
                 return read_as(table, role, chosen, specimen, rows, axis)
+        _place(table, chosen, axis, column)
         values = table.column(chosen, axis, DIMENSIONS.get(unit or "1", NUMBER), rows)
         if "stretch" in name:
             warn_of_measured_stretch(table.names[table.find(chosen, axis)], values, comparison.file)
         return values
 
     return values_of("x", comparison.x, comparison.x_column), values_of("y", comparison.y, comparison.y_column)
+
+
+def _place(table: MeasuredTable, chosen: str | int, axis: str, column: str | None) -> int:
+    """The index of the `chosen` column; if a recipe states no `column` for the axis, a missing one names the key that does."""
+    try:
+        return table.find(chosen, axis)
+    except InputError as error:
+        raise (error if column is not None else error.adding(f": state {axis}_column")) from None
 
 
 def _label(comparison: Comparison) -> str:

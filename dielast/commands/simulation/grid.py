@@ -98,7 +98,7 @@ def warn_of_failures(recipe: FailureMapRecipe, material: Material, result: Failu
     area = result.prestretch[:, 0] * result.prestretch[:, 1]
     field = result.voltage * area[:, None] / recipe.film.thickness
     beyond = (result.time_to_failure == 0) & (field >= result.breakdown_field[:, None])
-    if broken := int(np.count_nonzero(beyond & (result.time_to_breakdown == 0))):
+    if broken := int(np.count_nonzero(beyond & (result.failure_mode == "breakdown"))):
         share = f"{broken} of {result.failure_mode.size} cells"
         warn(f"{share} break down {AT_ONCE}: they are beyond the breakdown field from the start")
     if (slack := result.time_to_loss_of_tension) is not None:

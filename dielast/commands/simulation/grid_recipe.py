@@ -48,7 +48,7 @@ def distinct(spelled: Callable[[Value], str]) -> AfterValidator:
         texts = set[str]()
         for text in map(spelled, values):
             if text in texts:
-                raise InputError(f"{text} is stated twice: the values of a map's axis must differ")
+                raise InputError(f"{text} is stated twice: the values of a list must differ")
             texts.add(text)
         return values
 

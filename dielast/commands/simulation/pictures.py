@@ -12,9 +12,11 @@ from matplotlib.figure import Figure
 from dielast.commands.simulation.bounds import band
 from dielast.commands.simulation.naming import labels, swept, titled
 from dielast.commands.simulation.result import CaseResult, at_event
+from dielast.commands.simulation.solver_steps import Entry, timed
 from dielast.commands.simulation.uncertainty import interval_label
 from dielast.material.material import Material
 from dielast.mechanics.criteria import named
+from dielast.mechanics.load import Waveform
 from dielast.numerics.arrays import Flags, Floats
 from dielast.plots.events import Band, Mark
 from dielast.plots.looks import Swept
@@ -25,7 +27,8 @@ from dielast.recipe.cases import Case
 if TYPE_CHECKING:
     from dielast.commands.simulation.compare import Match
 
-SKIPPED = 20.0  # ratio of time intervals that shows that cycles between two rows are left out
+SKIPPED = 0.75  # of a period: rows of one cycle are closer together
+ROUNDING = 1e-9  # relative, of the times at which steps begin and end
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,9 +44,10 @@ class _Mark:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Curve:
-    """What the figure shows of one case: the `table` of its columns (rows,), its bounds, and its events."""
+    """What the figure shows of one case: its `steps`, the `table` of its columns (rows,), its bounds, and its events."""
 
     case: Case[Any]
+    steps: Sequence[Entry]
     table: Mapping[str, Floats]
     band: Band | None
     marks: Sequence[_Mark]
@@ -55,13 +59,14 @@ class _Curve:
 
     def left_out(self, time: Floats) -> Flags:
         """The last row (times,) before cycles that the table leaves out, where the line is broken."""
-        recipe, gaps = self.case.recipe, np.diff(time, append=np.inf)
-        periods = [period for step in recipe.step if (period := getattr(step, "period", None)) is not None]
-        if not periods or recipe.output.times is not None or time.size < 3:
-            return np.zeros(time.size, dtype=bool)
-        before, after = np.append(np.inf, gaps[:-1]), np.append(gaps[1:], np.inf)
-        # rows of a cycle are dense, and intervals of a hold grow slowly
-        return np.asarray((gaps > 0.75 * min(periods)) & (gaps > SKIPPED * np.minimum(before, after)) & np.isfinite(gaps))
+        recipe, last = self.case.recipe, np.zeros(time.size, dtype=bool)
+        if recipe.output.times is not None:
+            return last
+        for begin, end, entry in timed(self.steps, recipe.step[0].REST):
+            if isinstance(entry.target, Waveform):
+                cycling = (time[:-1] >= begin * (1 - ROUNDING)) & (time[1:] <= end * (1 + ROUNDING))
+                last[:-1] |= cycling & (np.diff(time) > SKIPPED * float(np.asarray(entry.target.period)))
+        return last
 
     def row(self, time: float | None) -> int | None:
         """The row at a time, or the last row; None if the time was not reached, or if the film had failed by then."""
@@ -81,17 +86,18 @@ def picture(
     columns: Sequence[Mapping[str, Floats]],
     matches: Sequence[Match],
     axes: tuple[str, str, tuple[str, str]],
+    histories: Sequence[Sequence[Entry]],
 ) -> Figure:
     """The figure of the cases: a line for each case over a column of its results, or lines that join all cases at equal times.
 
-    `columns` are what can be drawn of the `results`, `axes` are those of `axes_of`.
+    `columns` are what can be drawn of the `results`, `axes` are those of `axes_of`, `histories` are the steps of the cases.
     """
     x, y, scales = axes
     is_key = x in cases[0].settings
     across = "time [s]" if is_key else x
     curves = [
-        _Curve(case, table, band(result.columns, across, y), _marks(case, result, table, across, y))
-        for case, result, table in zip(cases, results, columns, strict=True)
+        _Curve(case, steps, table, band(result.columns, across, y), _marks(case, result, table, across, y))
+        for case, steps, result, table in zip(cases, histories, results, columns, strict=True)
     ]
     interval = interval_label([case.recipe for case in cases])
     if is_key or _joined(x, curves):

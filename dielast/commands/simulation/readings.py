@@ -7,17 +7,16 @@ from functools import partial
 from typing import Any
 
 from dielast.commands.command import Reading
-from dielast.commands.simulation.cases import check_case, material_key, material_of, read_materials
-from dielast.commands.simulation.compare import read_points
-from dielast.commands.simulation.run import Simulation
+from dielast.commands.simulation.cases import material_key, material_of
+from dielast.commands.simulation.compare import check_comparison
 from dielast.commands.simulation.solver_steps import solver_steps
 from dielast.commands.simulation.uncertainty import sample_of
-from dielast.errors import InputError, Mistakes, without_warnings
+from dielast.errors import InputError
 from dielast.io.files import Inputs
 from dielast.recipe.cases import Case
 
-Maker = Callable[[Sequence[Any]], Simulation]
-"""Makes the simulation of a command from the recipes of its cases."""
+Check = Callable[[Sequence[Case[Any]], Inputs], object]
+"""What the run of a command does with its cases and the files that they name before it solves anything."""
 
 
 def readings(cases: Sequence[Case[Any]], inputs: Inputs) -> Iterator[Reading]:
@@ -31,36 +30,26 @@ def readings(cases: Sequence[Case[Any]], inputs: Inputs) -> Iterator[Reading]:
             if step.table is not None:
                 alone = recipe.model_copy(update={"step": [step], "load": None})
                 yield f"step[{index}].table", step, partial(solver_steps, alone, inputs)
-        specimen = getattr(recipe, "specimen", None)
-        for index, comparison in enumerate(getattr(recipe, "compare", ())):
-            yield f"compare[{index}].file", (comparison, specimen), partial(read_points, comparison, inputs, specimen)
     for index, comparison in enumerate(getattr(cases[0].recipe, "compare", ())):
-        yield "", (index, comparison), partial(check_case, index, comparison, len(cases))
+        yield f"compare[{index}].file", (index, comparison), partial(check_comparison, index, comparison, cases, inputs)
 
 
-def checked_readings(simulation: Maker, cases: Sequence[Case[Any]], inputs: Inputs) -> Iterator[Reading]:
-    """The files of every case, and whether the material allows what the recipes ask of it."""
+def checked_readings(check: Check, cases: Sequence[Case[Any]], inputs: Inputs) -> Iterator[Reading]:
+    """The files of every case, and what the run would `check` before it solves anything."""
     yield from readings(cases, inputs)
-    yield "", "material", partial(_check_use, simulation, cases, inputs)
+    yield "", "run", partial(_check, check, cases, inputs)
 
 
-def _check_use(simulation: Maker, cases: Sequence[Case[Any]], inputs: Inputs) -> None:
-    """Raise the errors that the run would raise before it solves anything, one for each batch of cases.
+def _check(check: Check, cases: Sequence[Case[Any]], inputs: Inputs) -> None:
+    """Raise the errors that the run would raise before it solves anything, and warn as it would.
 
     A mistake in a file is reported by the reading of that file.
     """
     try:
-        # the run warns of the materials
-        with without_warnings():
-            materials = read_materials(cases, inputs)
-        simulated = simulation([case.recipe for case in cases])
-        batches = simulated.batches(cases, materials, inputs)
-    except InputError:
-        return
-    wrong = Mistakes()
-    for batch in batches:
-        wrong.tried(partial(batch.check, simulated.check))
-    wrong.refuse()
+        check(cases, inputs)
+    except InputError as error:
+        if of_recipe := [problem for problem in error.problems if problem.file is None]:
+            raise InputError(*of_recipe) from None
 
 
 def _read_draws(case: Case[Any], inputs: Inputs) -> None:

@@ -55,6 +55,7 @@ COLUMNS = (
 # columns of comparisons and plots only: the axes of the electrode as a camera measures them
 MAJOR_AXIS, MINOR_AXIS = "major_axis [m]", "minor_axis [m]"
 
+NO_WAVEFORM = "has no effect without a waveform in [[step]]: leave it out"
 # column of the result -> columns of a testing machine that measure the same
 _MEASURED_AS = {
     "time [s]": {"time"},
@@ -164,7 +165,10 @@ class Output(Section):
         30, ge=1, le=10000, description="Number of output times per decade of time, from the start of each step."
     )
     times: list[Time] | None = Field(
-        None, min_length=1, description="Output times since the start. Default: points_per_decade, and the ends of all steps."
+        None,
+        min_length=1,
+        description="Output times since the start. Default: points_per_decade, and the ends of all steps. Two rows at one time are "
+        "the states before and after: where a load jumps, or a voltage begins to rise and restarts pull_in.timescale.",
     )
     cycles: KeptCycles | None = Field(
         None,
@@ -260,13 +264,14 @@ class SimulationRecipe(MaterialRecipe):
     output: Output = Field(Output(), description="The times of the result.")
     solver: Solver = Field(Solver(), description="How exactly the equations are solved.")
     plot: PlotAxes = Field(PlotAxes(), description="What the plot shows.")
-    uncertainty: Uncertainty | None = Field(None, description="Intervals of all results, from draws of the material.")
+    uncertainty: Uncertainty | None = Field(None, description="Intervals of the main table, from draws of the material.")
 
     @model_validator(mode="after")
     def _cycles_of_a_waveform(self) -> Self:
-        steps, swept = getattr(self, "step", ()), bool(self.sweep)  # other cases of a sweep may have a waveform
-        if self.output.cycles is not None and not swept and all(step.waveform is None for step in steps):
-            raise InputError("has no effect without a waveform in [[step]]: leave it out", key="output.cycles")
+        # other cases of a sweep over steps may have a waveform
+        swept = any((read_path(key) or ("",))[0] in ("step", "load") for key in self.sweep or ())
+        if self.output.cycles is not None and not swept and all(step.waveform is None for step in getattr(self, "step", ())):
+            raise InputError(NO_WAVEFORM, key="output.cycles")
         return self
 
     @model_validator(mode="after")

@@ -9,12 +9,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from dielast.commands.simulation.recipe import MAJOR_AXIS, MINOR_AXIS
+from dielast.commands.simulation.solver_steps import Entry, end_of
 from dielast.numerics.arrays import Floats
 from dielast.numerics.random_streams import stream
 
 if TYPE_CHECKING:
-    from dielast.commands.simulation.solver_steps import Entry
     from dielast.material.material import Material
+    from dielast.material.scatter import Sample
     from dielast.simulate.history import Event
 
 
@@ -56,14 +57,34 @@ class CaseResult:
     stopped: Event | None = None
     """The event that the case stopped at."""
 
+    def end(self, steps: Sequence[Entry], rest: float) -> float:
+        """The time in s at which the case ended; `steps` are those of its load, which begins at `rest`."""
+        ended = self.failure or self.stopped
+        return end_of(steps, rest) if ended is None else ended.time
+
 
 @dataclass(frozen=True, slots=True, eq=False)
-class SolvedCase:
-    """The `recipe` of a case, the `material` and the `steps` that the solver took for it, and the result."""
+class StatedCase:
+    """The `recipe` of a case, and the `material` and the `steps` that the solver takes for it; `sample` are its draws, None without
+    `[uncertainty]`.
+    """
 
     recipe: Any
     material: Material
     steps: Sequence[Entry]
+    sample: Sample | None
+
+    @property
+    def temperature(self) -> float:
+        """In degC: that of the recipe, or the reference temperature of the material."""
+        stated = self.recipe.temperature
+        return self.material.reference_temperature if stated is None else float(stated)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SolvedCase(StatedCase):
+    """A case with its result."""
+
     result: CaseResult
 
 

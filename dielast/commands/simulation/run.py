@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Hashable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -13,27 +14,29 @@ from dielast.commands.simulation.cases import (
     SimulationBatch,
     axes_of,
     case_columns,
-    compare_headline,
+    check_cycles,
     divided,
     failures,
-    matches,
     one_or_all,
     read_materials,
     result_columns,
-    temperature_of,
 )
 from dielast.commands.simulation.memory_needed import check_series
-from dielast.commands.simulation.result import CaseResult, SolvedCase, with_axes, with_noise
+from dielast.commands.simulation.result import CaseResult, SolvedCase, StatedCase, with_axes, with_noise
 from dielast.commands.simulation.solver_steps import in_recipe_terms, joined, solver_steps
+from dielast.errors import Mistakes, without_warnings
 from dielast.io.files import Inputs
 from dielast.io.table import Table, case_table
 from dielast.material.material import Material
 from dielast.material.scatter import Sample
 from dielast.numerics.arrays import Floats
-from dielast.recipe.cases import Case
+from dielast.recipe.cases import MOST_WRONG_CASES, Case
 from dielast.report.report import Report
 from dielast.sharing.batches import solve_batches
 from dielast.sharing.execution import Execution
+
+if TYPE_CHECKING:
+    from dielast.commands.simulation.compare import Match
 
 Figures = dict[str, Callable[[], Any]]
 
@@ -47,13 +50,10 @@ class Simulation(ABC):
     """Numbers in a row of the table."""
     time_scale = "log"
 
-    check: Callable[..., None]
-    """Takes the arguments of the library's function; raises `InputError` for what the material does not allow, without solving."""
-
     @abstractmethod
     def solver(self, recipes: Sequence[Any], thickness_factor: Floats) -> partial[Any]:
-        """The library's function with the arguments that are particular to this command, from recipes of one shape;
-        `thickness_factor` (cases,) is a factor on the thickness of each film.
+        """The library's function that prepares a simulation, with the arguments that are particular to this command, from recipes
+        of one shape; `thickness_factor` (cases,) is a factor on the thickness of each film.
         """
 
     @abstractmethod
@@ -65,8 +65,12 @@ class Simulation(ABC):
         """A value that cases must share to be solved together, besides steps of one shape and one output."""
 
     @abstractmethod
+    def warn_before(self, cases: Sequence[StatedCase]) -> None:
+        """Warn of cases that look like a mistake, before they are solved."""
+
+    @abstractmethod
     def warn(self, cases: Sequence[SolvedCase]) -> None:
-        """Warn of cases that look like a mistake."""
+        """Warn of cases whose results look like a mistake, or ask too much of their material."""
 
     @abstractmethod
     def headline(self, cases: Sequence[Case[Any]], results: Sequence[CaseResult]) -> dict[str, dict[str, Any]]:
@@ -79,95 +83,143 @@ class Simulation(ABC):
         return {}, {}
 
     def batches(
-        self, cases: Sequence[Case[Any]], materials: Sequence[Material], inputs: Inputs, thickness_factor: Floats | None = None
+        self, cases: Sequence[StatedCase], thickness_factor: Floats | None = None, *, alone: Sequence[int] = ()
     ) -> list[SimulationBatch]:
-        """The cases in batches of those that can be solved together."""
+        """The cases in batches of those that can be solved together; or these cases `alone`, each in its own batch."""
         factor = np.ones(len(cases)) if thickness_factor is None else thickness_factor
-        # a case is repeated in the list for each draw; its steps are read once
-        steps = {id(case): solver_steps(case.recipe, inputs) for case in {id(case): case for case in cases}.values()}
-        histories = [steps[id(case)] for case in cases]
+        different = len({id(case.steps) for case in cases})  # the draws of a case share its steps
         groups: dict[Hashable, list[int]] = {}
-        for index, (case, entries) in enumerate(zip(cases, histories, strict=True)):
-            output, shape = case.recipe.output, tuple(entry.shape for entry in entries)
+        for index, case in enumerate(cases):
+            output, shape = case.recipe.output, tuple(entry.shape for entry in case.steps)
             times = None if output.times is None else tuple(output.times)
             rows = (times, output.points_per_decade, output.cycles, case.recipe.solver.rtol)
             groups.setdefault((self.alike(case.recipe), rows, shape), []).append(index)
         batches = []
-        for members in groups.values():
-            origin = [entry.origin for entry in histories[members[0]]]
-            for part in divided(members, materials):
-                recipes, used = [cases[index].recipe for index in part], [materials[index] for index in part]
+        for members in [[index] for index in alone] or groups.values():
+            origin = [entry.origin for entry in cases[members[0]].steps]
+            for part in divided(members, [case.material for case in cases]):
+                together = [cases[index] for index in part]
+                recipes, materials = [case.recipe for case in together], [case.material for case in together]
                 output = recipes[0].output
-                simulate = partial(
+                prepare = partial(
                     self.solver(recipes, factor[part]),
-                    one_or_all(used),
-                    [joined(step, recipes[0]) for step in zip(*(histories[index] for index in part), strict=True)],
-                    temperature=np.array(list(map(temperature_of, recipes, used))),
+                    one_or_all(materials),
+                    [joined(step, recipes[0]) for step in zip(*(case.steps for case in together), strict=True)],
+                    temperature=np.array([case.temperature for case in together]),
                     times=output.times,
                     points_per_decade=output.points_per_decade,
                     rtol=recipes[0].solver.rtol,
                     cycles=output.cycles,
                 )
-                terms = partial(in_recipe_terms, origin=origin, members=part, cases=len(steps))
-                batches.append(SimulationBatch(part, simulate, self.result(recipes[0], used), terms))
+                terms = partial(in_recipe_terms, origin=origin, members=part, cases=different)
+                batches.append(SimulationBatch(part, prepare, self.result(recipes[0], materials), terms))
         return batches
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Prepared:
+    """Cases that are ready to be solved: their `stated` data, and the batches of the cases without scatter."""
+
+    stated: Sequence[StatedCase]
+    batches: Sequence[SimulationBatch]
+
+    @classmethod
+    def of(cls, simulation: Simulation, cases: Sequence[Case[Any]], inputs: Inputs, jobs: int = 1) -> Prepared:
+        """Read what the cases name and check everything that can be known before anything is solved.
+
+        Warns of what looks like a mistake. Raises `InputError` with the mistakes of all cases, and `NumericsError` if memory is
+        short.
+        """
+        materials = read_materials(cases, inputs)
+        check_series(cases, simulation.width, inputs, jobs)
+        samples: Sequence[Sample | None] = [None] * len(cases)
+        if any(case.recipe.uncertainty is not None for case in cases):
+            from dielast.commands.simulation.uncertainty import samples_of, typical_materials
+
+            samples = samples_of(cases, materials, inputs)
+            materials = typical_materials(materials, samples)
+        wrong = Mistakes()
+        steps = [wrong.tried(partial(solver_steps, case.recipe, inputs)) for case in cases]
+        wrong.tried(partial(check_cycles, cases))
+        if comparisons := cases[0].recipe.compare:
+            from dielast.commands.simulation.compare import check_comparison
+
+            with without_warnings():  # the comparison itself warns of its points
+                for index, comparison in enumerate(comparisons):
+                    wrong.tried(partial(check_comparison, index, comparison, cases, inputs))
+        stated = [
+            StatedCase(case.recipe, material, entries, sample)
+            for case, material, entries, sample in zip(cases, materials, steps, samples, strict=True)
+            if entries is not None
+        ]
+        if len(stated) < len(cases):
+            wrong.refuse()
+        batches = simulation.batches(stated)
+        for batch in batches:
+            found = len(wrong)
+            wrong.tried(batch.check)
+            if len(batch.members) > 1 and any(problem.case is not None for problem in wrong[found:]):
+                of_cases = Mistakes()
+                for alone in simulation.batches(stated, alone=batch.members[:MOST_WRONG_CASES]):
+                    of_cases.tried(alone.check)
+                wrong[found:found] = of_cases
+        wrong.refuse()
+        simulation.warn_before(stated)
+        return cls(stated, batches)
 
 
 def report_of(simulation: Simulation, cases: Sequence[Case[Any]], inputs: Inputs, execution: Execution) -> Report:
     """Simulate every case, report."""
-    recipes, materials = [case.recipe for case in cases], read_materials(cases, inputs)
-    kind = recipes[0].kind
-    check_series(cases, simulation.width, inputs, execution.jobs)
-
-    def batches(cases: Sequence[Case[Any]], materials: Sequence[Material], factor: Floats | None = None) -> list[SimulationBatch]:
-        return simulation.batches(cases, materials, inputs, factor)
-
-    samples: Sequence[Sample | None] = [None] * len(cases)
-    if any(recipe.uncertainty is not None for recipe in recipes):
-        from dielast.commands.simulation.uncertainty import samples_of, typical_materials
-
-        samples = samples_of(cases, materials, inputs)
-        materials = typical_materials(materials, samples)
-    clean = solve_batches(batches(cases, materials), execution)
-    histories = [solver_steps(recipe, inputs) for recipe in recipes]
-    simulation.warn(list(map(SolvedCase, recipes, materials, histories, clean)))
-    results = [with_noise(result, recipe, case) for case, (result, recipe) in enumerate(zip(clean, recipes, strict=True))]
-    columns = [with_axes(result.columns, recipe) for result, recipe in zip(results, recipes, strict=True)]
+    prepared, recipes = Prepared.of(simulation, cases, inputs, execution.jobs), [case.recipe for case in cases]
+    kind, materials = recipes[0].kind, [case.material for case in prepared.stated]
+    solved = [
+        SolvedCase(case.recipe, case.material, case.steps, case.sample, result)
+        for case, result in zip(prepared.stated, solve_batches(prepared.batches, execution), strict=True)
+    ]
+    simulation.warn(solved)
+    solved = [replace(case, result=with_noise(case.result, case.recipe, number)) for number, case in enumerate(solved)]
+    results = [case.result for case in solved]
+    columns = [with_axes(case.result.columns, case.recipe) for case in solved]
     cycling = {case: result.cycles for case, result in enumerate(results) if result.cycles is not None}
     intervals: dict[str, dict[str, Any]] = {}
     if any(recipe.uncertainty is not None for recipe in recipes):
         from dielast.commands.simulation.bounds import bounded_cases
         from dielast.commands.simulation.uncertainty import uncertainty_headline
 
-        results = bounded_cases(batches, cases, samples, results, execution)
-        intervals = uncertainty_headline([recipe.uncertainty for recipe in recipes], samples)
+        results = bounded_cases(simulation.batches, solved, execution)
+        intervals = uncertainty_headline([recipe.uncertainty for recipe in recipes], [case.sample for case in solved])
     tables: dict[str, Table] = {}
     sections: dict[str, dict[str, Any]] = {}
     figures: Figures = {}
     if any(getattr(recipe, "sensitivity", False) for recipe in recipes):
         from dielast.commands.simulation.sensitivity import case_sensitivities, sensitivity_outputs
 
-        sensitivities = case_sensitivities(batches, cases, materials, samples, results, execution)
+        sensitivities = case_sensitivities(simulation.batches, solved, execution)
         tables, sections, figures = sensitivity_outputs(sensitivities, cases, materials)
 
-    def at_times(case: int, times: Floats) -> Mapping[str, Floats]:
-        output = recipes[case].output.model_copy(update={"times": times.tolist()})
-        timed = Case(recipes[case].model_copy(update={"output": output}))
-        return with_axes(solve_batches(batches([timed], [materials[case]]))[0].columns, timed.recipe)
+    matched: Sequence[Match] = []
+    compared: dict[str, dict[str, Any]] = {}
+    if recipes[0].compare:
+        from dielast.commands.simulation.compare import compare_headline, matches
 
-    matched = matches(recipes[0], columns, inputs, at_times)
+        def at_times(case: int, times: Floats) -> Mapping[str, Floats]:
+            output = recipes[case].output.model_copy(update={"times": times.tolist()})
+            timed = replace(prepared.stated[case], recipe=recipes[case].model_copy(update={"output": output}))
+            return with_axes(solve_batches(simulation.batches([timed]))[0].columns, timed.recipe)
+
+        ends = [case.result.end(case.steps, case.recipe.step[0].REST) for case in solved]
+        matched = matches(recipes[0], columns, inputs, at_times, ends)
+        compared = {"compare": compare_headline(matched)}
     axes = axes_of(cases, columns[0], simulation.measured, simulation.time_scale)
 
     def figure() -> Any:
         from dielast.commands.simulation.pictures import picture
 
-        return picture(cases, materials, results, columns, matched, axes)
+        return picture(cases, materials, results, columns, matched, axes, [case.steps for case in solved])
 
     more_tables, more_figures = simulation.extras(cases, materials, results)
     tables = {f"{kind}.csv": result_columns(results), **more_tables, **tables, "cases.csv": case_columns(cases)}
     if cycling:
         tables["cycles.csv"] = case_table(cycling)
     sections = simulation.headline(cases, results) | sections
-    if matched:
-        sections["compare"] = compare_headline(matched)
-    return Report(tables, sections | intervals, figure, failures=failures(results), figures=more_figures | figures)
+    return Report(tables, sections | compared | intervals, figure, failures=failures(results), figures=more_figures | figures)

@@ -10,7 +10,7 @@ import numpy as np
 
 from dielast.commands.simulation.bounds import drawn_case
 from dielast.commands.simulation.cases import Batches
-from dielast.commands.simulation.result import CaseResult
+from dielast.commands.simulation.result import CaseResult, SolvedCase
 from dielast.errors import InputError, in_a_draw, warn
 from dielast.io.table import Column, Table
 from dielast.material.material import Material
@@ -37,24 +37,17 @@ def variation_of(material: Material, sample: Sample | None, recipe: Any) -> Vari
         raise error.changed(lambda problem: problem.in_keys({"sample": SENSITIVITY})) from None
 
 
-def case_sensitivities(
-    batches: Batches,
-    cases: Sequence[Case[Any]],
-    materials: Sequence[Material],
-    samples: Sequence[Sample | None],
-    results: Sequence[CaseResult],
-    execution: Execution,
-) -> list[Sensitivity]:
+def case_sensitivities(batches: Batches, cases: Sequence[SolvedCase], execution: Execution) -> list[Sensitivity]:
     """The sensitivity of the time to the first failure, of the cases whose recipe states it."""
     sensitivities: list[Sensitivity] = []
-    for number, (case, material, sample, result) in enumerate(zip(cases, materials, samples, results, strict=True)):
+    for number, case in enumerate(cases):
         if not case.recipe.sensitivity:
             continue
-        variation = variation_of(material, sample, case.recipe)
+        variation = variation_of(case.material, case.sample, case.recipe)
         # a run that only gives a life needs one row
-        brief = replace(result, columns={"time [s]": np.zeros(1)})
-        with in_a_draw(key=SENSITIVITY if sample is None else "uncertainty", case=of_case(number, len(cases))):
-            parts = batches(*drawn_case(case, variation.sample, brief), variation.sample.thickness_factor)
+        brief = replace(case.result, columns={"time [s]": np.zeros(1)})
+        with in_a_draw(key=SENSITIVITY if case.sample is None else "uncertainty", case=of_case(number, len(cases))):
+            parts = batches(drawn_case(case, variation.sample, brief), variation.sample.thickness_factor)
             runs = solve_batches(parts, execution, "further runs")
         life = np.array([[_life(run)] for run in runs])
         sensitivities.append(sensitivity_of(variation, life, [Column("case", None, np.array([number]))]))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import pairwise
@@ -149,6 +149,20 @@ def lasting(entry: Entry, present: float) -> float:
     if entry.rate is None:
         return entry.duration or 0.0
     return abs((entry.target - present) / entry.rate) if entry.target is not None and entry.rate != 0 else 0.0
+
+
+def timed(entries: Sequence[Entry], rest: float) -> Iterator[tuple[float, float, Entry]]:
+    """The times in s at which every entry begins and ends, and the entry; the load begins at `rest`."""
+    begin, present = 0.0, rest
+    for entry in entries:
+        end = begin + lasting(entry, present)
+        yield begin, end, entry
+        begin, present = end, reached(entry, present)
+
+
+def end_of(entries: Sequence[Entry], rest: float) -> float:
+    """The time in s at which the last entry ends; the load begins at `rest`."""
+    return max(end for _, end, _ in timed(entries, rest))
 
 
 def _followed(index: int, step: Any, recipe: Any, inputs: Inputs) -> list[Entry]:

@@ -74,13 +74,13 @@ OF_A_TABLE, OF_A_WAVEFORM = ("columns", "sheet"), ("low", "high", "period", "cyc
 class HistoryStep(Section):
     """A step holds for a time, follows a table, or goes to a target at a rate, within a duration, or at once.
 
-    `CONTROL` is what the solver is given of it, which is `REST` before the first step.
+    `CONTROL` is the quantity that the solver prescribes; before the first step it is `REST`.
     """
 
     CONTROL: ClassVar[str]
     REST: ClassVar[float] = 0.0
 
-    hold: PositiveTime | None = Field(None, description="Keep what is there for so long.")
+    hold: PositiveTime | None = Field(None, description="Time for which the load stays as it is.")
     table: InputFile | None = Field(
         None,
         description="Follow measured points: columns time and the prescribed quantity, or what a testing machine writes for it.",
@@ -134,7 +134,7 @@ class HistoryStep(Section):
 
 
 def starting(start: float) -> AfterValidator:
-    """Steps from `start` on, every rate of which leads to its target, as far as the recipe tells where a step begins."""
+    """Steps from `start` on, every rate of which leads to its target, as far as the recipe states where a step begins."""
 
     def check(steps: list[Step]) -> list[Step]:
         wrong = Mistakes()

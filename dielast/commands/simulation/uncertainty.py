@@ -19,6 +19,7 @@ from dielast.material.spectrum import Spectrum
 from dielast.recipe.cases import Case
 
 BESIDE = 1.1  # factor by which a material may lie outside the range of its draws by chance
+NOTHING = 1e-6  # of the instantaneous modulus, which a melt falls below soon after its slowest time
 
 
 def sample_of(case: Case[Any], material: Material, inputs: Inputs) -> Sample:
@@ -101,7 +102,8 @@ def _warn_of_draws(name: str, material: Material, members: Sequence[Material]) -
         modulus = material.spectrum.relaxation_modulus(time, material.equilibrium_modulus)
         drawn = np.array([member.spectrum.relaxation_modulus(time, member.equilibrium_modulus) for member in members])
         low, high = drawn.min(axis=0), drawn.max(axis=0)
-        missed = (modulus * BESIDE < low) | (modulus > high * BESIDE)
+        counts = np.maximum(modulus, high) > NOTHING * modulus.max()
+        missed = counts & ((modulus * BESIDE < low) | (modulus > high * BESIDE))
     for k in np.flatnonzero(missed)[:1]:
         warn(
             f"a shear modulus of {modulus[k]:.4g} Pa after {time[k]:.3g} s is far from those of all draws, {low[k]:.4g} to "

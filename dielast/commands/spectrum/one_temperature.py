@@ -34,7 +34,8 @@ def read_curve(data: CurveData, inputs: Inputs) -> ReducedCurve:
         raise InputError(
             f"the test was at {measured:g} degC, but reference_temperature is {stated:g} degC: leave one out", file=data.file
         )
-    columns = _positive(np.concatenate([test.columns for test in dataset.measurements], axis=1), data.file)
+    columns = np.concatenate([test.columns for test in dataset.measurements], axis=1)
+    columns = columns[:, np.all(columns[1:] > 0, axis=0)]
     _warn_of_several(columns, data.file)
     at = measured if stated is None else stated
     exported = set(dataset.formats) != {TABLE}  # of a plain table the recipe says it all
@@ -51,11 +52,3 @@ def _warn_of_several(columns: Floats, source: str) -> None:
     if np.any(far := apart > NO_SCATTER):
         again = f"{np.count_nonzero(far)} times or frequencies appear again with values up to {apart.max():.3g} times as large"
         warn(f"{again}: are these several tests? Leave the rows of one in the file", file=source)
-
-
-def _positive(columns: Floats, source: str) -> Floats:
-    """The points whose ordinates are all positive; of the others, as a noise floor gives them, few enough, it warns."""
-    below = np.any(columns[1:] <= 0, axis=0)
-    if np.any(below):
-        warn(f"{np.count_nonzero(below)} of {below.size} points are zero or negative (noise floor) and left out", file=source)
-    return columns[:, ~below]

@@ -86,9 +86,7 @@ def characterise(recipe: SpectrumRecipe, curve: ReducedCurve) -> tuple[SpectrumF
     """
     wrong = Mistakes()
     if recipe.fit.continuous and curve.kind is CREEP:
-        wrong.append(
-            Problem("a creep curve has no relaxation spectrum of its own: only its discrete one is converted", key="fit.continuous")
-        )
+        wrong.append(Problem("a creep curve has no continuous relaxation spectrum, only a discrete one", key="fit.continuous"))
     result = fit_curve(curve, recipe.fit, recipe.truncate.keep if recipe.truncate else None)
     reduce, export = recipe.reduce, recipe.export
     reduction = wrong.tried(lambda: reduced(result, curve.shift, reduce)) if reduce else None

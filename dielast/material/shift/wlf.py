@@ -22,6 +22,7 @@ SMALLEST_C2 = (
     50.0  # K, about the lowest temperature: that of most polymers at the glass transition, the lowest temperature for shifts
 )
 ASSUMED_C2 = 25  # values of an assumed C2 that are tried
+STRAIGHT = 1e6  # K, C2 with which log10 a is a straight line over temperature, within 0.01 % over 100 K
 POORLY_KNOWN = 0.25  # relative standard error of C2 above which a warning is given
 BEFORE_POLE = 0.98  # of the distance to a pole: the pole lies outside of the measured temperatures
 SAME_LAW = 1e-8  # of C2 with which WLF is Arrhenius' law: the digits of a material file
@@ -79,6 +80,8 @@ class WLF(ShiftLaw):
             return Arrhenius(self.reference_temperature, product * GAS_CONSTANT * float(np.log(10))).warning()
         if low <= product <= high:
             return ""
+        if self.C2 >= STRAIGHT / 10:
+            return f"WLF with C2 = {self.C2:g} K is a straight line over temperature: no polymer follows one far"
         natural = high < product <= high * np.log(10)
         guess = "is C1 for natural logarithms, 2.303 times too large?" if natural else "is one of them in another unit?"
         usual = f"polymers have {low:g} to {high:g} K at any reference temperature"
@@ -88,7 +91,8 @@ class WLF(ShiftLaw):
     def fit(cls, base: float, distance: Floats, log10_shift: Floats, whiten: Floats) -> FittedLaw:
         """The fit of log10 a = -g d / (1 + k d), d = T - T_base, g = C1/C2, k = 1/C2: regular even if C2 is large.
 
-        If the data do not determine C2, or are curved the other way, C2 = T_ref in kelvin is assumed.
+        If the data do not determine C2, C2 = T_ref in kelvin is assumed. If they refute that by two standard errors of k, because
+        they are straighter or curved the other way, the law is the best that has 0 < C2 <= STRAIGHT.
         """
         # no pole among the measured temperatures
         lowest = -BEFORE_POLE / float(distance.max()) if distance.max() > 0 else -np.inf
@@ -103,26 +107,25 @@ class WLF(ShiftLaw):
         spread = float(np.sqrt(moments[1, 1] * max(misfit, 1.0)))
         plausible, assumed = np.zeros((0, 2)), ""
         if k <= max(spread, 0.0):
-            k_fitted, k = k, 1 / (base + ZERO_CELSIUS)
+            bent, upper, k = k < -spread, k + 2 * spread, max(k, 1 / STRAIGHT)
+            if upper < (arrhenius := 1 / (base + ZERO_CELSIUS)):
+                why = "bend the other way than the WLF law" if bent else "are a straight line over temperature"
+                least = f" (it is above {1 / upper:.3g} K)" if upper > 0 else ""
+                taken = f"the closest WLF law is taken, C2 = {1 / k:.3g} K{least}, which holds between these temperatures only"
+            else:
+                k, why = arrhenius, "do not determine the WLF constants C1 and C2 separately"
+                taken = "C2 = T_ref in kelvin is assumed, which makes it Arrhenius' law"
             g, variance, response, misfit = fit_factor(whiten, -distance / (1 + k * distance), log10_shift)
             moments = np.array([[variance[0, 0], 0.0], [0.0, 0.0]])
-            largest = min(1 / (SMALLEST_C2 + max(-float(distance.min()), 0.0)), k_fitted + 2 * spread)
+            largest = min(1 / (SMALLEST_C2 + max(-float(distance.min()), 0.0)), upper)
             plausible = _with_k(np.linspace(0.0, max(largest, k), ASSUMED_C2), distance, log10_shift, whiten)
             response = np.vstack((response, np.zeros(response.shape)))
-            why = (
-                "do not tell the WLF constants C1 and C2 apart"
-                if spread >= abs(k_fitted)
-                else "bend the other way than the WLF law"
-            )
-            assumed = (
-                f"the shift factors of {distance.size + 1} temperatures {why}: C2 = T_ref in kelvin is assumed, "
-                "which makes it Arrhenius' law, and only the ratio C1/C2 is fitted"
-            )
+            assumed = f"the shift factors of {distance.size + 1} temperatures {why}: {taken}, and only the ratio C1/C2 is fitted"
         else:
             response = np.asarray(moments @ jacobian.T @ whiten)
             if spread > POORLY_KNOWN * k:
                 precision = f"C2 is known to {100 * spread / k:.0f} % only"
-                warn(f"these temperatures hardly tell the WLF constants C1 and C2 apart: {precision}")
+                warn(f"these temperatures hardly determine the WLF constants C1 and C2 separately: {precision}")
 
         def about(move: float) -> MovedLaw:
             pole = 1 + k * move

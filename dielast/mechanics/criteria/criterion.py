@@ -16,11 +16,12 @@ import numpy as np
 
 from dielast.material.laws_of_cases import Endurance
 from dielast.material.material import Material
+from dielast.mechanics.equations import Films
 from dielast.mechanics.passive.framed import FramedFilms, Surroundings
+from dielast.mechanics.point import LoadedPoints
 from dielast.mechanics.point_material import Points
 from dielast.mechanics.span import Controls, Load
 from dielast.mechanics.stability import Stability, TimeScale
-from dielast.mechanics.symmetric import Films, SymmetricPoints
 from dielast.numerics.arrays import ByCase, Cases, Floats
 
 
@@ -55,7 +56,7 @@ class Moment(ByCase):
         # rounding of sums depends on the layout in memory, which must not depend on the caller
         state = np.ascontiguousarray(state)
         driven = system.driven(time, state)
-        internal = state[None, : system.border] if isinstance(system, SymmetricPoints) else system.internal(state)
+        internal = system.packed(state) if isinstance(system, LoadedPoints) else system.internal(state)
         membrane = system.membrane(state, driven)
         passive_part = Surroundings(system.assembly, state[system.border :]) if isinstance(system, FramedFilms) else None
         return cls(system.points, system.load.controls, cases, age, internal, *membrane, driven[2], passive_part)

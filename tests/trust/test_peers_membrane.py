@@ -10,6 +10,8 @@ from peers import closed_forms as forms
 from peers.energies import gent, mooney_rivlin, neo_hookean, ogden
 from peers.membrane import Film, Piece, Run, State, at_rest, constant, fold, ramp
 
+pytestmark = pytest.mark.trust
+
 MU, EPS = 26e3, 4e-11
 NONE = np.zeros(0)
 UNIT_FIELD, UNIT_CHARGE = np.sqrt(MU / EPS), np.sqrt(MU * EPS)

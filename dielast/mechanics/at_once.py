@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from dielast.mechanics.criteria.criterion import Criterion, Moment, Signal
+from dielast.mechanics.film import Film
 from dielast.mechanics.jump import jump
 from dielast.mechanics.passive.framed import membrane
 from dielast.mechanics.passive.settle import settle
@@ -16,7 +17,6 @@ from dielast.mechanics.stability import Fold
 from dielast.mechanics.watch import Watch
 from dielast.numerics.arrays import Cases, Flags, Floats, paired, where
 from dielast.numerics.integrate import Status
-from dielast.simulate.film import Film
 
 MAX_MOVE = 0.05  # largest change of Lambda in one part of a load applied at once; larger parts are divided
 SMALLEST_SHARE = 1e-7  # smallest part of a load; if there is no equilibrium nearby for this part, there is none

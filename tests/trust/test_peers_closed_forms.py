@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 from peers import closed_forms as forms
 
+pytestmark = pytest.mark.trust
+
 
 def to_the_last_digit(stated: str) -> object:
     """A number as printed: half a unit of its last digit."""

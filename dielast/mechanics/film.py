@@ -7,14 +7,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from dielast.material.springs import Symmetry
-from dielast.mechanics.charged import ChargedPoints, ChargedSymmetricPoints
+from dielast.mechanics.charged import ChargedPoints
 from dielast.mechanics.criteria.criterion import Moment
+from dielast.mechanics.equations import Films
 from dielast.mechanics.passive.framed import Assembly, FramedFilms, Surroundings
 from dielast.mechanics.passive.structure import Structure
 from dielast.mechanics.point import LoadedPoints
 from dielast.mechanics.point_material import Points
 from dielast.mechanics.span import Controls, Load, stretched
-from dielast.mechanics.symmetric import Films, SymmetricPoints
 from dielast.numerics.arrays import ByCase, Cases, Floats
 
 
@@ -78,11 +78,8 @@ class Film(ByCase):
         """The equations of all films under a span of load."""
         if self.assembly is not None:
             return FramedFilms(self.assembly, load)
-        if self.points.circuit is not None:
-            if self.symmetry is None:
-                return ChargedPoints(self.points, load)
-            return ChargedSymmetricPoints(self.points, load, self.symmetry)
-        return LoadedPoints(self.points, load) if self.symmetry is None else SymmetricPoints(self.points, load, self.symmetry)
+        form = LoadedPoints if self.points.circuit is None else ChargedPoints
+        return form(self.points, load, self.symmetry)
 
     def state(self, equations: Films) -> Floats:
         """The state (rows, cases) of the stepper."""
@@ -90,7 +87,7 @@ class Film(ByCase):
             assert self.border is not None
             return equations.pack(self.internal, self.border)
         membrane = self.internal, self.log_squared_stretch, self.nominal_stress
-        if isinstance(equations, ChargedPoints | ChargedSymmetricPoints):
+        if isinstance(equations, ChargedPoints):
             return equations.pack(*membrane, self.field)
         return equations.pack(*membrane)
 

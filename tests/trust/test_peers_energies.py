@@ -20,6 +20,8 @@ from peers.energies import (
 )
 from peers.taylor import stretches
 
+pytestmark = pytest.mark.trust
+
 MU = 26e3
 LAWS: dict[str, Energy] = {
     "neo-hookean": lambda l1, l2: neo_hookean(l1, l2, MU),

@@ -12,6 +12,8 @@ from peers.energies import gent, stress
 from peers.membrane import Film, Piece, Run, State, constant, ramp
 from scipy.optimize import brentq
 
+pytestmark = pytest.mark.trust
+
 NONE = np.zeros(0)
 MODULUS, TIME = np.array([1.0, 2.0]), np.array([10.0, 0.1])  # over the equilibrium spring's; s
 RHO, PRESTRETCH = 1 / 3, 3.0

@@ -1,0 +1,69 @@
+"""The task that a recipe of `calibrate` states: its tests, its materials and their free constants."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+
+from dielast.calibration.experiment import Experiment, MeasuredTest
+from dielast.calibration.parameters import Free
+from dielast.commands.calibrate.freedom import free_of
+from dielast.commands.calibrate.recipe import CalibrateRecipe
+from dielast.commands.calibrate.tests import read_tests
+from dielast.errors import InputError, Mistakes
+from dielast.handover.material_file import parse_material
+from dielast.io.files import Inputs
+from dielast.material.checks import FAINTEST, LOOKS_LIKE_KELVIN, STRONGEST, warn_of_field, warn_of_temperature
+from dielast.material.material import Material
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CalibrationTask:
+    """What a recipe states: tests to fit and to predict, materials by file, and their free constants by file."""
+
+    tests: list[Experiment]
+    predicted: list[Experiment]
+    materials: dict[str, Material]
+    free: dict[str, dict[str, Free]]
+
+
+def read_task(recipe: CalibrateRecipe, inputs: Inputs) -> CalibrationTask:
+    """Read all files that a recipe names; raises `InputError` with a line for every mistake."""
+    wrong, materials = Mistakes(), dict[str, Material]()
+    for name in recipe.started_from:
+        if material := wrong.tried(partial(_read_material, name, inputs)):
+            materials[name] = material
+    at = next((material.reference_temperature for material in materials.values()), 20.0)
+    fixed = [] if recipe.frees_shift else list(materials.values())
+    tests = wrong.tried(partial(read_tests, recipe.test, inputs, at, "test", fixed)) or []
+    further = wrong.tried(partial(read_tests, recipe.validate_, inputs, at, "validate")) or []
+    # without its material a free constant cannot be checked
+    free = wrong.tried(partial(free_of, recipe.free, materials, inputs)) if len(materials) == len(recipe.started_from) else None
+    wrong.refuse()
+    assert free is not None
+    return CalibrationTask(tests, further, materials, free)
+
+
+def check_conditions(task: CalibrationTask) -> None:
+    """Warn of temperatures and voltages of tests that look as if they were in another unit.
+
+    Raises `InputError` for a test under voltage of a material without a permittivity.
+    """
+    electric = [test for test in (*task.tests, *task.predicted) if isinstance(test, MeasuredTest) and test.nominal_field]
+    for name, material in task.materials.items():
+        if electric and material.dielectric is None:
+            needed = f"test {electric[0].name} is under voltage: state [dielectric] permittivity"
+            raise InputError(needed, file=name)
+    temperature = np.array([test.temperature for test in (*task.tests, *task.predicted)])
+    hot = temperature > LOOKS_LIKE_KELVIN
+    warn_of_temperature(temperature[hot] if hot.any() else temperature, "tests are at")
+    fields = np.array([test.nominal_field for test in electric])
+    known = [material.breakdown.typical_fields() for material in task.materials.values() if material.breakdown is not None]
+    # if no breakdown field is known, the plausible value closest to the field
+    warn_of_field(fields, np.max(np.concatenate(known)) if known else np.clip(np.abs(fields), FAINTEST, STRONGEST))
+
+
+def _read_material(name: str, inputs: Inputs) -> Material:
+    return parse_material(inputs.read(name), name)

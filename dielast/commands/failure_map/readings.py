@@ -1,0 +1,10 @@
+"""What `dielast validate` reads and checks for a failure map."""
+
+from __future__ import annotations
+
+from functools import partial
+
+from dielast.commands.failure_map.run import prepared
+from dielast.commands.simulation.readings import checked_readings
+
+readings = partial(checked_readings, prepared)

@@ -1,0 +1,15 @@
+"""The equations of films under load, in any of their forms."""
+
+from __future__ import annotations
+
+from dielast.mechanics.passive.framed import FramedFilms
+from dielast.mechanics.point import LoadedPoints
+from dielast.numerics.stride import Stride
+
+Films = LoadedPoints | FramedFilms
+
+
+def films_of(stride: Stride) -> Films:
+    """The films that a step of the stepper integrates."""
+    assert isinstance(stride.system, Films)
+    return stride.system
