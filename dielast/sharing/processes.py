@@ -41,20 +41,21 @@ def solve_in_processes(jobs: int, solve: Solve[Plan, Solved], plan: Plan, chunks
                 futures += [pool.submit(_solve_given, *chunk) for chunk in chunks]
             for future in _finished(futures):
                 yield future.result()
+        # the thread of the pool closes a pipe that the interpreter would otherwise write to at exit, perhaps just then
+        pool.shutdown(wait=True)
     except BrokenProcessPool:
         # the pool would end its other workers by SIGTERM, which they ignore, and wait for them
         for child in set(multiprocessing.active_children()).difference(others):
             child.kill()
-        # the thread of the pool closes a pipe that the interpreter would write to at exit
         pool.shutdown(wait=True)
         raise NumericsError("a worker process was killed, perhaps for lack of memory") from None
     except BaseException:
         # one by one, as a pool without a reference to it ignores `cancel_futures`
         for future in futures:
             future.cancel()
-        raise
-    finally:
+        # the caller keeps what is solved first; the interpreter waits at exit for the chunks that are being solved
         pool.shutdown(wait=False)
+        raise
 
 
 def _finished(futures: Sequence[Future[Solved]]) -> Iterator[Future[Solved]]:

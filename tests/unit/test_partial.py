@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import concurrent.futures
 import io
+import multiprocessing
+import threading
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -73,6 +75,15 @@ def test_an_interrupt_begins_no_more_chunks(monkeypatch: pytest.MonkeyPatch) -> 
     assert len(Pool.given) == CELLS
     concurrent.futures.wait(Pool.given, timeout=ENDS)
     assert sum(future.cancelled() for future in Pool.given) > CELLS // 2
+
+
+def test_nothing_of_the_pool_outlives_the_last_chunk(monkeypatch: pytest.MonkeyPatch) -> None:
+    # a thread that still closes its pipe while the interpreter ends makes the interpreter fail
+    monkeypatch.setattr(partial, "CHUNK", 2)
+    threads, children = set(threading.enumerate()), set(multiprocessing.active_children())
+    partial.solve(planned(4), "key", Execution(jobs=2))
+    assert set(threading.enumerate()) <= threads
+    assert set(multiprocessing.active_children()) <= children
 
 
 def test_what_is_kept_is_taken_only_if_it_belongs_to_the_map(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
