@@ -9,9 +9,9 @@ from numpy.typing import ArrayLike
 
 from dielast.errors import InputError, located
 from dielast.mechanics.cases import numbers, one_set, spread
-from dielast.mechanics.course import Chain, Cycles, Piece
-from dielast.mechanics.line import Ramp, lasts_at
+from dielast.mechanics.line import Line, lasts_at
 from dielast.mechanics.load import ElectricalStep, Mode, Path, Step, Waveform
+from dielast.mechanics.piece import Chain, Cycles, Piece
 from dielast.mechanics.span import Control, Controls
 from dielast.numerics.arrays import Floats
 
@@ -54,48 +54,43 @@ def pieces(steps: Sequence[Step], mode: Mode | str, cases: int) -> list[Piece]:
     return result
 
 
-def _pieces(step: Step, mode: Mode, held: Controls, cases: int, origin: int) -> list[Piece]:
+def _pieces(step: Step, mode: Mode, held: Controls, cases: int, number: int) -> list[Piece]:
     """One step as pieces; `held` are the controls of the preceding step."""
-    path = step.stretch if isinstance(step.stretch, Path) else step.stress if isinstance(step.stress, Path) else None
-    if path is not None:
+    if isinstance(path := step.target, Path):
         if step.rate is not None or step.duration is not None or (step.stretch is not None and step.stress is not None):
             raise InputError("a waveform or a track states its times itself: leave out rate, duration and the other quantity")
         control = Control.STRESS if step.stretch is None else Control.STRETCH
         _check_stretch(control, path.values())
-        equibiaxial = mode is Mode.EQUIBIAXIAL
-        controls = (control, control if equibiaxial else Control.STRETCH if mode is Mode.PURE_SHEAR else Control.STRESS)
-        lateral = None if equibiaxial else float(mode is Mode.PURE_SHEAR)
-        return path_pieces(path, controls, (True, equibiaxial, False), np.ones(cases), origin, lateral)
-    if step.stretch is None and step.stress is None:
+        equibiaxial, pure_shear = mode is Mode.EQUIBIAXIAL, mode is Mode.PURE_SHEAR
+        controls = (control, control if equibiaxial else Control.STRETCH if pure_shear else Control.STRESS)
+        one = np.ones(cases)
+        return path_pieces(
+            path, controls, np.stack((0 * one, pure_shear * one, np.nan * one)), np.stack((one, equibiaxial * one, 0 * one)), number
+        )
+    if step.target is None:
         if step.duration is None or step.rate is not None:
             raise InputError("a stretch, a stress, or the duration of a hold is needed")
-        return [Ramp(held, (None, None, None), pace(step.duration, step.rate, cases, "target")[0], origin=origin)]
+        return [Line.to(held, (None, None, None), pace(step.duration, step.rate, cases, "target")[0], step=number)]
     targets, paced = _targets(step, mode)
     first, second = (spread(value, control.value, cases) for control, value in targets)
     controls = (targets[0][0], targets[1][0])
     for control, values in zip(controls, (first, second), strict=True):
         _check_stretch(control, values)
     duration, rate = pace(step.duration, step.rate, cases, "target")
-    return [Ramp(controls, (first, second, None), duration, rate, paced, origin)]
+    return [Line.to(controls, (first, second, None), duration, rate, paced, number)]
 
 
-def path_pieces(
-    path: Path, controls: Controls, driven: tuple[bool, bool, bool], scale: Floats, origin: int, lateral: float | None = None
-) -> list[Piece]:
-    """A step that follows a path, multiplied by `scale` (cases,), in the `driven` rows of the load (axes 1 and 2, and the field).
+def path_pieces(path: Path, controls: Controls, base: Floats, scale: Floats, step: int) -> list[Piece]:
+    """A step that follows a path: its load is `base` + `scale` times the value of the path, both (3, cases).
 
-    `lateral` is the prescribed value of axis 2, None if that axis is driven or keeps its value. A ramp leads to the first point of
-    a track whose time is later than the beginning of the step.
+    `base` is NaN and `scale` 0 for a quantity that keeps its value. A ramp leads to the first point of a track whose time is later
+    than the beginning of the step.
     """
-    base = np.full((3, scale.size), np.nan)
-    if lateral is not None:
-        base[1] = lateral
     if isinstance(path, Waveform):
-        return [Cycles.of(controls, base, driven, path, scale, origin)]
+        return [Cycles.of(controls, base, scale, path, step)]
     time, value = np.asarray(path.time, dtype=float), path.values()
-    scale = spread(path.scale, "scale", scale.size) * scale
-    chain = Chain.of(controls, base, driven, time - time[0], value, scale, origin)
-    ramp = Ramp(controls, chain.target, np.full(scale.size, time[0]), origin=origin)
+    chain = Chain.of(controls, base, spread(path.scale, "scale", base.shape[1]) * scale, time - time[0], value, step)
+    ramp = Line(controls, np.full_like(base, np.nan), chain.start, np.full(base.shape[1], time[0]), step=step)
     if time.size == 1:
         return [ramp]
     return [ramp, chain] if time[0] > 0 else [chain]
@@ -155,6 +150,7 @@ def electrical_pieces(steps: Sequence[ElectricalStep], controls: Controls, unit:
         raise InputError("a voltage programme needs at least one step")
     result: list[Piece] = []
     kind, present = type(steps[0]), np.zeros(unit.size)
+    keeps, zero = np.full(unit.size, np.nan), np.zeros(unit.size)
     for index, step in enumerate(steps):
         with located(step=index):
             if type(step) is not kind:
@@ -162,12 +158,13 @@ def electrical_pieces(steps: Sequence[ElectricalStep], controls: Controls, unit:
             if isinstance(step.target, Path):
                 if step.rate is not None or step.duration is not None:
                     raise InputError("a waveform or a track states its times itself: leave out rate and duration")
-                result += path_pieces(step.target, controls, (False, False, True), 1 / unit, index)
+                result += path_pieces(
+                    step.target, controls, np.stack((keeps, keeps, zero)), np.stack((zero, zero, 1 / unit)), index
+                )
                 present = spread(step.target.last, step.QUANTITY, unit.size)
-                continue
-            target, duration = _electrical_ramp(step, present)
-        result.append(Ramp(controls, (None, None, target / unit), duration, origin=index))
-        present = target
+            else:
+                present, duration = _electrical_ramp(step, present)
+                result.append(Line.to(controls, (None, None, present / unit), duration, step=index))
     return result
 
 
@@ -184,7 +181,7 @@ def _electrical_ramp(step: ElectricalStep, present: Floats) -> tuple[Floats, Flo
     return target, lasts if rate is None else lasts_at(rate, target - present, step.QUANTITY, step.UNIT)
 
 
-def lasting(pieces: Sequence[Piece], cases: int) -> Floats:
+def duration_of(pieces: Sequence[Piece], cases: int) -> Floats:
     """The duration (cases,) in s of a history that begins at rest; NaN where it depends on how the films respond, as for a rate of
     the stress after a prescribed stretch. Raises `InputError` for a rate of the wrong sign.
     """
@@ -193,8 +190,8 @@ def lasting(pieces: Sequence[Piece], cases: int) -> Floats:
     unknown = np.full(cases, np.nan)
     for piece in pieces:
         present = [axis.get(control, unknown) for axis, control in zip(known, piece.controls, strict=True)]
-        course = piece.begin(np.array([*present, field]))
-        total = total + course.duration
-        *ends, field = course.end
+        begun = piece.begin(np.array([*present, field]))
+        total = total + begun.duration
+        *ends, field = begun.end
         known = [{control: end} for control, end in zip(piece.controls, ends, strict=True)]
     return total
