@@ -46,12 +46,11 @@ class Line(ByCase):
         duration: Floats,
         rate: Floats | None = None,
         paced: Control = Control.STRETCH,
-        step: int = 0,
     ) -> Line:
         """The line from the present values to `targets`, each (cases,), or None for a quantity that keeps its value."""
         present = np.full((3, duration.size), np.nan)
         end = np.array([keeps if target is None else target for keeps, target in zip(present, targets, strict=True)])
-        return cls(controls, present, end, duration, rate, paced, step)
+        return cls(controls, present, end, duration, rate, paced)
 
     @property
     def targets(self) -> tuple[Floats, ...]:

@@ -50,7 +50,7 @@ class Cycles(ByCase):
     step: int = 0
 
     @classmethod
-    def of(cls, controls: Controls, base: Floats, scale: Floats, wave: Waveform, step: int = 0) -> Cycles:
+    def of(cls, controls: Controls, base: Floats, scale: Floats, wave: Waveform) -> Cycles:
         """The cycles of a waveform, its values multiplied by `scale` and added to `base`, both (3, cases)."""
         low, high, period = (spread(getattr(wave, name), name, base.shape[1]) for name in ("low", "high", "period"))
         low, high, triangle, of_voltage = base + low * scale, base + high * scale, wave.shape == "triangle", bool(scale[2].any())
@@ -62,7 +62,7 @@ class Cycles(ByCase):
             share = whole(np.clip(np.where(swing == 0, 0.0, -low[2] / np.where(swing == 0, 1.0, swing)), 0.0, 1.0))
             rises = 0.5 * share if triangle else np.arccos(1 - 2 * share) / (2 * np.pi)
             edges = [zero, rises, 0.5 * one, 1 - rises, one] if triangle else [zero, rises, 1 - rises, one]
-        return cls(controls, low, high, period, wave.cycles, triangle, of_voltage, np.array(edges), step)
+        return cls(controls, low, high, period, wave.cycles, triangle, of_voltage, np.array(edges))
 
     def begin(self, present: Floats) -> Cycles:
         """The cycles of films with the `present` values (3, cases)."""
@@ -162,7 +162,7 @@ class Chain(ByCase):
     longest_step: ClassVar[None] = None
 
     @classmethod
-    def of(cls, controls: Controls, base: Floats, scale: Floats, time: Floats, value: Floats, step: int = 0) -> Chain:
+    def of(cls, controls: Controls, base: Floats, scale: Floats, time: Floats, value: Floats) -> Chain:
         """The chain through these points, with a point inserted wherever a voltage changes its sign."""
         sign_changes = np.flatnonzero(value[:-1] * value[1:] < 0) if scale[2].any() else np.zeros(0, dtype=np.intp)
         if sign_changes.size:
@@ -170,7 +170,7 @@ class Chain(ByCase):
             lasts = time[sign_changes + 1] - time[sign_changes]
             time = np.insert(time, sign_changes + 1, time[sign_changes] + before / (before - after) * lasts)
             value = np.insert(value, sign_changes + 1, 0.0)
-        return cls(controls, base, scale, time, value, step)
+        return cls(controls, base, scale, time, value)
 
     def take(self, cases: Cases) -> Chain:
         """The selected cases (k,), which share all points."""
