@@ -20,8 +20,7 @@ The words of this package:
 - nominal: over the undeformed section or thickness, as in nominal stress and nominal field; true: over the present one.
 - step: a part of a load history as a user states it: a target with a rate or a duration, a hold, a waveform or a table; a piece is
   the same for the solver, with all values known.
-- course: a piece as a chain of spans.
-- span: a part of a course with a smooth load, whose value and rate are in closed form.
+- span: a part of a piece with a smooth load, whose value and rate are in closed form.
 - stride: one time step of the integrator for all cases that advance together; step sizes differ between cases.
 - event: breakdown, pull-in, damage or loss of tension; a predicted failure is a result, not an error.
 - goal: a stretch or an area strain that a film of a design must reach at a time under a constant voltage.

@@ -11,8 +11,8 @@ from dielast.material.material import Material
 from dielast.material.shift import NoShift
 from dielast.material.spectrum import Spectrum
 from dielast.material.springs import Gent
-from dielast.mechanics.course import Piece
 from dielast.mechanics.film import Film
+from dielast.mechanics.piece import Piece
 from dielast.mechanics.point_material import Points
 from dielast.simulate.follow import follow
 from dielast.simulate.history import Outcome

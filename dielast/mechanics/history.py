@@ -2,27 +2,66 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from dielast.errors import InputError, located
 from dielast.mechanics.cases import numbers, one_set, spread
-from dielast.mechanics.course import Chain, Cycles, Piece
-from dielast.mechanics.line import Ramp, lasts_at
+from dielast.mechanics.line import Line, lasts_at
 from dielast.mechanics.load import ElectricalStep, Mode, Path, Step, Waveform
+from dielast.mechanics.piece import Chain, Cycles, Piece
 from dielast.mechanics.span import Control, Controls
 from dielast.numerics.arrays import Floats
+
+Made = TypeVar("Made")
+
+LATERAL = {Mode.UNIAXIAL: (Control.STRESS, 0.0), Mode.PURE_SHEAR: (Control.STRETCH, 1.0)}
+"""What a mode prescribes along axis 2; in the other mode, this is what a step prescribes along axis 1."""
 
 
 def case_count(steps: Sequence[Step] | Sequence[ElectricalStep], *others: ArrayLike | None) -> int:
     """The number of cases of the arrays in `steps` and `others`; `InputError` if their lengths disagree."""
     sizes = {np.size(other) for other in others if other is not None}
-    for index, step in enumerate(steps):
-        with located(step=index):
-            sizes |= _sizes(step)
-    return one_set(sizes)
+    return one_set(sizes.union(*_step_by_step(map(_sizes, steps))))
+
+
+def pieces(steps: Sequence[Step], mode: Mode | str, cases: int) -> list[Piece]:
+    """The steps of a history as pieces for `cases` cases. Raises `InputError` with the step (counted from 0) that is wrong."""
+    mode = Mode.of(mode)
+    if not steps:
+        raise InputError("a history needs at least one step")
+    return _numbered(_pieces_of_steps(steps, mode, cases))
+
+
+def electrical_pieces(steps: Sequence[ElectricalStep], controls: Controls, unit: Floats) -> list[Piece]:
+    """The steps of an electrical programme, all of voltage or all of charge, as pieces of load that start from 0.
+
+    Their values are divided by `unit` (cases,): the thickness of the films in m for voltages, 1 for charges per area. Raises
+    `InputError` with the step (counted from 0) that is wrong.
+    """
+    if not steps:
+        raise InputError("a voltage programme needs at least one step")
+    return _numbered(_pieces_of_programme(steps, controls, unit))
+
+
+def _step_by_step(made: Iterator[Made]) -> list[Made]:
+    """What an iterator makes of one step after the other; an `InputError` on the way names the step."""
+    result: list[Made] = []
+    while True:
+        with located(step=len(result)):
+            of_step = next(made, None)
+        if of_step is None:
+            return result
+        result.append(of_step)
+
+
+def _numbered(made: Iterator[list[Piece]]) -> list[Piece]:
+    """The pieces of one step after the other, with the number of the step."""
+    return [replace(piece, step=step) for step, of_step in enumerate(_step_by_step(made)) for piece in of_step]
 
 
 def _sizes(step: Step | ElectricalStep) -> set[int]:
@@ -40,68 +79,92 @@ def _sizes(step: Step | ElectricalStep) -> set[int]:
     return sizes
 
 
-def pieces(steps: Sequence[Step], mode: Mode | str, cases: int) -> list[Piece]:
-    """The steps of a history as pieces for `cases` cases. Raises `InputError` with the step (counted from 0) that is wrong."""
-    mode = Mode.of(mode)
-    if not steps:
-        raise InputError("a history needs at least one step")
-    result: list[Piece] = []
-    held: Controls = (Control.STRESS, Control.STRETCH if mode is Mode.PURE_SHEAR else Control.STRESS)
-    for index, step in enumerate(steps):
-        with located(step=index):
-            result += _pieces(step, mode, held, cases, index)
-        held = result[-1].controls
-    return result
+def _pieces_of_steps(steps: Sequence[Step], mode: Mode, cases: int) -> Iterator[list[Piece]]:
+    """The pieces of each step of a history."""
+    controls: Controls = (Control.STRESS, LATERAL.get(mode, (Control.STRESS, 0.0))[0])
+    for step in steps:
+        paced = Control.STRESS if step.stretch is None else Control.STRETCH
+        path = step.stress if isinstance(step.stress, Path) else step.stretch
+        if isinstance(path, Path):
+            if step.rate is not None or step.duration is not None or (step.stretch is not None and step.stress is not None):
+                raise InputError("a waveform or a track states its times itself: leave out rate, duration and the other quantity")
+            _check_stretch(paced, path.values())
+            lateral, value = LATERAL.get(mode, (paced, 0.0))
+            controls, follows = (paced, lateral), float(mode not in LATERAL)
+            yield _along(path, controls, base=(0.0, value, np.nan), scale=(1.0, follows, 0.0), cases=cases)
+            continue
+        if step.target is None:
+            if step.duration is None or step.rate is not None:
+                raise InputError("a stretch, a stress, or the duration of a hold is needed")
+            yield [Line.to(controls, (None, None, None), _pace(step.duration, None, cases, "target")[0])]
+            continue
+        targets = _targets(step, paced, mode)
+        first, second = (spread(value, control.value, cases) for control, value in targets)
+        controls = (targets[0][0], targets[1][0])
+        for control, values in zip(controls, (first, second), strict=True):
+            _check_stretch(control, values)
+        yield [Line.to(controls, (first, second, None), *_pace(step.duration, step.rate, cases, "target"), paced)]
 
 
-def _pieces(step: Step, mode: Mode, held: Controls, cases: int, origin: int) -> list[Piece]:
-    """One step as pieces; `held` are the controls of the preceding step."""
-    path = step.stretch if isinstance(step.stretch, Path) else step.stress if isinstance(step.stress, Path) else None
-    if path is not None:
-        if step.rate is not None or step.duration is not None or (step.stretch is not None and step.stress is not None):
-            raise InputError("a waveform or a track states its times itself: leave out rate, duration and the other quantity")
-        control = Control.STRESS if step.stretch is None else Control.STRETCH
-        _check_stretch(control, path.values())
-        equibiaxial = mode is Mode.EQUIBIAXIAL
-        controls = (control, control if equibiaxial else Control.STRETCH if mode is Mode.PURE_SHEAR else Control.STRESS)
-        lateral = None if equibiaxial else float(mode is Mode.PURE_SHEAR)
-        return path_pieces(path, controls, (True, equibiaxial, False), np.ones(cases), origin, lateral)
-    if step.stretch is None and step.stress is None:
-        if step.duration is None or step.rate is not None:
-            raise InputError("a stretch, a stress, or the duration of a hold is needed")
-        return [Ramp(held, (None, None, None), pace(step.duration, step.rate, cases, "target")[0], origin=origin)]
-    targets, paced = _targets(step, mode)
-    first, second = (spread(value, control.value, cases) for control, value in targets)
-    controls = (targets[0][0], targets[1][0])
-    for control, values in zip(controls, (first, second), strict=True):
-        _check_stretch(control, values)
-    duration, rate = pace(step.duration, step.rate, cases, "target")
-    return [Ramp(controls, (first, second, None), duration, rate, paced, origin)]
+def _pieces_of_programme(steps: Sequence[ElectricalStep], controls: Controls, unit: Floats) -> Iterator[list[Piece]]:
+    """The pieces of each step of an electrical programme."""
+    kind, present, cases = type(steps[0]), np.zeros_like(unit), unit.size
+    for step in steps:
+        if type(step) is not kind:
+            raise InputError(f"a {step.QUANTITY} does not go with a {kind.QUANTITY}: all steps prescribe one or the other")
+        if isinstance(step.target, Path):
+            if step.rate is not None or step.duration is not None:
+                raise InputError("a waveform or a track states its times itself: leave out rate and duration")
+            yield _along(step.target, controls, base=(np.nan, np.nan, 0.0), scale=(0.0, 0.0, 1 / unit), cases=cases)
+            present = spread(step.target.last, step.QUANTITY, cases)
+            continue
+        if step.target is None and (step.duration is None or step.rate is not None):
+            raise InputError(f"a {step.QUANTITY}, or the duration of a hold is needed")
+        target = present if step.target is None else spread(step.target, step.QUANTITY, cases)
+        lasts, rate = _pace(step.duration, step.rate, cases, step.QUANTITY)
+        if rate is not None:
+            lasts = lasts_at(rate, target - present, step.QUANTITY, step.UNIT)
+        yield [Line.to(controls, (None, None, target / unit), lasts)]
+        present = target
 
 
-def path_pieces(
-    path: Path, controls: Controls, driven: tuple[bool, bool, bool], scale: Floats, origin: int, lateral: float | None = None
-) -> list[Piece]:
-    """A step that follows a path, multiplied by `scale` (cases,), in the `driven` rows of the load (axes 1 and 2, and the field).
+def _along(path: Path, controls: Controls, base: Sequence[ArrayLike], scale: Sequence[ArrayLike], cases: int) -> list[Piece]:
+    """A step that follows a path: each row of its load is `base` + `scale` times the value of the path, NaN where it stays.
 
-    `lateral` is the prescribed value of axis 2, None if that axis is driven or keeps its value. A ramp leads to the first point of
-    a track whose time is later than the beginning of the step.
+    A ramp leads to the first point of a track whose time is later than the beginning of the step.
     """
-    base = np.full((3, scale.size), np.nan)
-    if lateral is not None:
-        base[1] = lateral
+    start, factor = (np.stack([np.broadcast_to(row, cases) for row in rows]) for rows in (base, scale))
     if isinstance(path, Waveform):
-        return [Cycles.of(controls, base, driven, path, scale, origin)]
+        return [Cycles.of(controls, start, factor, path)]
     time, value = np.asarray(path.time, dtype=float), path.values()
-    scale = spread(path.scale, "scale", scale.size) * scale
-    chain = Chain.of(controls, base, driven, time - time[0], value, scale, origin)
-    ramp = Ramp(controls, chain.target, np.full(scale.size, time[0]), origin=origin)
+    chain = Chain.of(controls, start, factor * spread(path.scale, "scale", cases), time - time[0], value)
+    ramp = Line(controls, np.full_like(start, np.nan), chain.start, np.full(cases, time[0]))
     if time.size == 1:
         return [ramp]
     return [ramp, chain] if time[0] > 0 else [chain]
 
 
-def pace(duration: ArrayLike | None, rate: ArrayLike | None, cases: int, goal: str) -> tuple[Floats, Floats | None]:
+def _targets(step: Step, paced: Control, mode: Mode) -> Sequence[tuple[Control, ArrayLike]]:
+    """Control and target of both axes; `paced` is the control to which a rate refers."""
+    stated = {Control.STRETCH: step.stretch, Control.STRESS: step.stress}
+    if any(isinstance(value, tuple) for value in stated.values()):
+        targets: list[tuple[Control, ArrayLike]] = []
+        for axis in range(2):
+            stated_here = [(control, pair[axis]) for control, pair in stated.items() if isinstance(pair, tuple)]
+            prescribed = [(control, value) for control, value in stated_here if value is not None]
+            if len(prescribed) != 1:
+                raise InputError(f"axis {axis + 1} needs either a stretch or a stress")
+            targets.append(prescribed[0])
+        return targets
+    if step.stretch is not None and step.stress is not None:
+        raise InputError("a stretch or a stress is needed, not both")
+    value = stated[paced]
+    assert value is not None
+    assert not isinstance(value, tuple | Path)
+    return (paced, value), LATERAL.get(mode, (paced, value))
+
+
+def _pace(duration: ArrayLike | None, rate: ArrayLike | None, cases: int, goal: str) -> tuple[Floats, Floats | None]:
     """Duration in s and signed rate (cases,) of a step without a path; the duration has no meaning where there is a rate."""
     lasts = spread(0.0 if duration is None else duration, "duration", cases)
     if np.any(lasts < 0):
@@ -122,69 +185,7 @@ def _check_stretch(control: Control, values: Floats) -> None:
         raise InputError(f"stretch {float(values.min()):g}: it must be positive (1 is undeformed)")
 
 
-def _targets(step: Step, mode: Mode) -> tuple[list[tuple[Control, ArrayLike]], Control]:
-    """Control and target of both axes, and the control to which the rate refers."""
-    stated = {Control.STRETCH: step.stretch, Control.STRESS: step.stress}
-    paced = Control.STRESS if step.stretch is None else Control.STRETCH
-    if any(isinstance(value, tuple) for value in stated.values()):
-        targets: list[tuple[Control, ArrayLike]] = []
-        for axis in range(2):
-            stated_here = [(control, pair[axis]) for control, pair in stated.items() if isinstance(pair, tuple)]
-            prescribed = [(control, value) for control, value in stated_here if value is not None]
-            if len(prescribed) != 1:
-                raise InputError(f"axis {axis + 1} needs either a stretch or a stress")
-            targets.append(prescribed[0])
-        return targets, paced
-    if step.stretch is not None and step.stress is not None:
-        raise InputError("a stretch or a stress is needed, not both")
-    value = step.stress if step.stretch is None else step.stretch
-    assert value is not None
-    assert not isinstance(value, tuple | Path)
-    first: tuple[Control, ArrayLike] = (paced, value)
-    second = {Mode.UNIAXIAL: (Control.STRESS, 0.0), Mode.EQUIBIAXIAL: first, Mode.PURE_SHEAR: (Control.STRETCH, 1.0)}[mode]
-    return [first, second], paced
-
-
-def electrical_pieces(steps: Sequence[ElectricalStep], controls: Controls, unit: Floats) -> list[Piece]:
-    """The steps of an electrical programme, all of voltage or all of charge, as pieces of load that start from 0.
-
-    Their values are divided by `unit` (cases,): the thickness of the films in m for voltages, 1 for charges per area. Raises
-    `InputError` with the step (counted from 0) that is wrong.
-    """
-    if not steps:
-        raise InputError("a voltage programme needs at least one step")
-    result: list[Piece] = []
-    kind, present = type(steps[0]), np.zeros(unit.size)
-    for index, step in enumerate(steps):
-        with located(step=index):
-            if type(step) is not kind:
-                raise InputError(f"a {step.QUANTITY} does not go with a {kind.QUANTITY}: all steps prescribe one or the other")
-            if isinstance(step.target, Path):
-                if step.rate is not None or step.duration is not None:
-                    raise InputError("a waveform or a track states its times itself: leave out rate and duration")
-                result += path_pieces(step.target, controls, (False, False, True), 1 / unit, index)
-                present = spread(step.target.last, step.QUANTITY, unit.size)
-                continue
-            target, duration = _electrical_ramp(step, present)
-        result.append(Ramp(controls, (None, None, target / unit), duration, origin=index))
-        present = target
-    return result
-
-
-def _electrical_ramp(step: ElectricalStep, present: Floats) -> tuple[Floats, Floats]:
-    """The voltage or the charge (cases,) at the end of a step without a path, and the duration (cases,) of the step in s."""
-    if step.target is None:
-        if step.duration is None or step.rate is not None:
-            raise InputError(f"a {step.QUANTITY}, or the duration of a hold is needed")
-        target = present
-    else:
-        assert not isinstance(step.target, Path)
-        target = spread(step.target, step.QUANTITY, present.size)
-    lasts, rate = pace(step.duration, step.rate, present.size, step.QUANTITY)
-    return target, lasts if rate is None else lasts_at(rate, target - present, step.QUANTITY, step.UNIT)
-
-
-def lasting(pieces: Sequence[Piece], cases: int) -> Floats:
+def duration_of(pieces: Sequence[Piece], cases: int) -> Floats:
     """The duration (cases,) in s of a history that begins at rest; NaN where it depends on how the films respond, as for a rate of
     the stress after a prescribed stretch. Raises `InputError` for a rate of the wrong sign.
     """
@@ -193,8 +194,8 @@ def lasting(pieces: Sequence[Piece], cases: int) -> Floats:
     unknown = np.full(cases, np.nan)
     for piece in pieces:
         present = [axis.get(control, unknown) for axis, control in zip(known, piece.controls, strict=True)]
-        course = piece.begin(np.array([*present, field]))
-        total = total + course.duration
-        *ends, field = course.end
+        begun = piece.begin(np.array([*present, field]))
+        total = total + begun.duration
+        *ends, field = begun.end
         known = [{control: end} for control, end in zip(piece.controls, ends, strict=True)]
     return total

@@ -10,7 +10,7 @@ import numpy as np
 from dielast.errors import InputError, located
 from dielast.mechanics.cases import of_case
 from dielast.mechanics.span import Control, Controls, Load
-from dielast.numerics.arrays import Cases, Flags, Floats
+from dielast.numerics.arrays import ByCase, Cases, Flags, Floats
 
 RAMP_DECADES = 3  # of log-spaced rows before the end of a ramp or of the first cycle
 HOLD_DECADES = 6  # of log-spaced rows before the end of a hold, at least
@@ -19,82 +19,64 @@ KINK = 1e-4  # first row of a hold after a ramp, as a fraction of the duration o
 COINCIDENCE = 1e-6  # relative distance in time below which two rows are one
 EVEN_ROWS = 100  # rows of a ramp or of half a cycle, evenly spaced in the prescribed quantity
 
-Targets = tuple[Floats | None, Floats | None, Floats | None]
-"""Values (cases,) of the three prescribed quantities; None for a quantity that keeps its present value."""
-
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Ramp:
-    """A straight line to `target` within a `duration` (cases,) in s, 0 for a jump; or, if `rate` is not None, at this signed rate
-    (cases,) in 1/s or Pa/s of the `paced` quantity, along the axis with the largest change.
+class Line(ByCase):
+    """A straight line from `start` to `end` (3, cases) within a `duration` (cases,) in s, 0 for a jump; or, if `rate` is not None,
+    at this signed rate (cases,) in 1/s or Pa/s of the `paced` quantity, along the axis with the largest change.
+
+    A span ends where the voltage passes 0. The start is NaN until the line has begun.
     """
-
-    controls: Controls
-    target: Targets
-    duration: Floats
-    rate: Floats | None = None
-    paced: Control = Control.STRETCH
-    origin: int = 0
-    driven: ClassVar = (False, False, False)
-
-    @property
-    def at_once(self) -> Flags:
-        """Whether (cases,) the target is reached at once."""
-        return np.asarray((self.duration == 0) & (self.rate is None))
-
-    def extremes(self) -> tuple[Floats, ...]:
-        """None: a line has no extremes beyond its ends."""
-        return ()
-
-    def take(self, cases: Cases) -> Ramp:
-        """The selected cases (k,)."""
-        first, second, third = (None if value is None else value[cases] for value in self.target)
-        rate = None if self.rate is None else self.rate[cases]
-        return replace(self, target=(first, second, third), duration=self.duration[cases], rate=rate)
-
-    def begin(self, present: Floats) -> Line:
-        """The line that starts from the `present` values (3, cases), or at its end where its duration is 0."""
-        end = np.array([now if target is None else target for now, target in zip(present, self.target, strict=True)])
-        duration = self.duration if self.rate is None else self._lasts(self.rate, present, end)
-        return Line(self.controls, np.where(duration > 0, present, end), end, duration)
-
-    def _lasts(self, rate: Floats, present: Floats, end: Floats) -> Floats:
-        """The duration (cases,) in s at the `rate` (cases,)."""
-        paced = [control is self.paced and target is not None for control, target in zip(self.controls, self.target, strict=False)]
-        moves = (end - present)[:2][paced]
-        move = np.take_along_axis(moves, np.argmax(np.abs(moves), axis=0)[None], axis=0)[0]
-        # a target equal to the present value but for rounding
-        move = np.where(np.abs(move) <= 1e-12 * np.abs(end[:2]).max(axis=0), 0.0, move)
-        with located(step=self.origin):
-            return lasts_at(rate, move, self.paced.value)
-
-
-def lasts_at(rate: Floats, move: Floats, quantity: str, unit: str = "") -> Floats:
-    """The duration (cases,) in s of a `move` of a `quantity` at a `rate` per s; `InputError` if the rate has the wrong sign."""
-    against = move * rate < 0
-    if np.any(against):
-        case = int(np.argmax(against))
-        raise InputError(wrong_way(float(rate[case]), float(move[case]), quantity, unit), case=of_case(case, move.size))
-    return np.asarray(np.abs(move / rate))
-
-
-def wrong_way(rate: float, move: float, quantity: str, unit: str = "") -> str:
-    """The message for a `rate` of a `quantity` whose sign differs from that of the `move`, in the `unit` if it is stated."""
-    name, pace = (quantity, f"{rate:g} {unit}/s") if unit else ("target", f"{rate:g}")
-    to_go = f"{move:+g} {unit} are" if unit else f"{move:+g} of {quantity} is"
-    sign = "positive" if move > 0 else "negative"
-    return f"rate {pace} leads away from the {name}: {to_go} to go, so the rate must be {sign}"
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Line:
-    """A straight line from `start` to `end` (3, cases) within `duration` (cases,) in s. A span ends where the voltage passes 0."""
 
     controls: Controls
     start: Floats
     end: Floats
     duration: Floats
+    rate: Floats | None = None
+    paced: Control = Control.STRETCH
+    step: int = 0
     cycles: ClassVar[int] = 0
+    longest_step: ClassVar[None] = None
+
+    @classmethod
+    def to(
+        cls,
+        controls: Controls,
+        targets: tuple[Floats | None, Floats | None, Floats | None],
+        duration: Floats,
+        rate: Floats | None = None,
+        paced: Control = Control.STRETCH,
+    ) -> Line:
+        """The line from the present values to `targets`, each (cases,), or None for a quantity that keeps its value."""
+        present = np.full((3, duration.size), np.nan)
+        end = np.array([keeps if target is None else target for keeps, target in zip(present, targets, strict=True)])
+        return cls(controls, present, end, duration, rate, paced)
+
+    @property
+    def targets(self) -> tuple[Floats, ...]:
+        """The end alone."""
+        return (self.end,)
+
+    @property
+    def at_once(self) -> Flags:
+        """Whether (cases,) the end is reached at once."""
+        return np.asarray((self.duration == 0) & (self.rate is None))
+
+    def begin(self, present: Floats) -> Line:
+        """The line that starts from the `present` values (3, cases), or at its end where its duration is 0."""
+        end = np.where(np.isnan(self.end), present, self.end)
+        duration = self.duration if self.rate is None else self._lasts(self.rate, present, end)
+        return replace(self, start=np.where(duration > 0, present, end), end=end, duration=duration)
+
+    def _lasts(self, rate: Floats, present: Floats, end: Floats) -> Floats:
+        """The duration (cases,) in s at the `rate` (cases,)."""
+        paced = [control is self.paced and not np.isnan(self.end[axis]).any() for axis, control in enumerate(self.controls)]
+        moves = (end - present)[:2][paced]
+        move = np.take_along_axis(moves, np.argmax(np.abs(moves), axis=0)[None], axis=0)[0]
+        # a target equal to the present value but for rounding
+        move = np.where(np.abs(move) <= 1e-12 * np.abs(end[:2]).max(axis=0), 0.0, move)
+        with located(step=self.step):
+            return lasts_at(rate, move, self.paced.value)
 
     @property
     def spans(self) -> int:
@@ -111,11 +93,6 @@ class Line:
         """The fraction (cases,) of the line after which the voltage passes 0."""
         start, end = self.start[2], self.end[2]
         return np.asarray(start / np.where(start == end, 1.0, start - end))
-
-    @property
-    def longest_step(self) -> Floats:
-        """Unlimited (cases,): a step sees a straight line in full."""
-        return np.full(self.duration.size, np.inf)
 
     def span(self, cases: Cases, index: Cases) -> tuple[Load, Floats]:
         """The line, or its part before (index 0) or after (index 1) the voltage passes 0, and its durations (k,) in s."""
@@ -158,6 +135,23 @@ class Line:
         """The time (cases, 1) at which the voltage begins to rise in magnitude: at the start, or where it passes 0; else NaN."""
         grows = self._passes | (np.abs(self.end[2]) > np.abs(self.start[2]))
         return np.where(grows, np.where(self._passes, self._share, 0.0) * self.duration, np.nan)[:, None]
+
+
+def lasts_at(rate: Floats, move: Floats, quantity: str, unit: str = "") -> Floats:
+    """The duration (cases,) in s of a `move` of a `quantity` at a `rate` per s; `InputError` if the rate has the wrong sign."""
+    against = move * rate < 0
+    if np.any(against):
+        case = int(np.argmax(against))
+        raise InputError(wrong_way(float(rate[case]), float(move[case]), quantity, unit), case=of_case(case, move.size))
+    return np.asarray(np.abs(move / rate))
+
+
+def wrong_way(rate: float, move: float, quantity: str, unit: str = "") -> str:
+    """The message for a `rate` of a `quantity` whose sign differs from that of the `move`, in the `unit` if it is stated."""
+    name, pace = (quantity, f"{rate:g} {unit}/s") if unit else ("target", f"{rate:g}")
+    to_go = f"{move:+g} {unit} are" if unit else f"{move:+g} of {quantity} is"
+    sign = "positive" if move > 0 else "negative"
+    return f"rate {pace} leads away from the {name}: {to_go} to go, so the rate must be {sign}"
 
 
 def whole(share: Floats) -> Floats:

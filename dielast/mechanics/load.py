@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
-from typing import ClassVar, Self
+from typing import Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -143,9 +143,14 @@ class _AnyStep(Result):
     duration: ArrayLike | None
 
     @property
+    def target(self) -> Any:
+        """The value to reach, or the path to follow; None in a hold."""
+        raise NotImplementedError
+
+    @property
     def cycles(self) -> int:
         """The number of cycles of the waveform that the step follows, 0 without one."""
-        return max(getattr(getattr(self, name), "cycles", 0) for name in self.__match_args__)
+        return int(getattr(self.target, "cycles", 0))
 
     @classmethod
     def hold(cls, duration: ArrayLike) -> Self:
@@ -169,6 +174,11 @@ class Step(_AnyStep):
     stress: ArrayLike | Path | tuple[ArrayLike | None, ArrayLike | None] | None = None
     rate: ArrayLike | None = None
     duration: ArrayLike | None = None
+
+    @property
+    def target(self) -> ArrayLike | Path | tuple[ArrayLike | None, ArrayLike | None] | None:
+        """The stretch, or else the stress: to reach, or the path to follow; None in a hold. A rate is that of this quantity."""
+        return self.stress if self.stretch is None else self.stretch
 
 
 class _SourceStep(_AnyStep):

@@ -15,7 +15,7 @@ from dielast.mechanics.criteria import CRITERIA, END, failures_of, names
 from dielast.mechanics.criteria.breakdown import ElectricalBreakdown
 from dielast.mechanics.criteria.loss_of_tension import LossOfTension
 from dielast.mechanics.criteria.pull_in import PullIn
-from dielast.mechanics.history import case_count, electrical_pieces, lasting
+from dielast.mechanics.history import case_count, duration_of, electrical_pieces
 from dielast.mechanics.load import ChargeStep, VoltageStep
 from dielast.mechanics.stability import ONE_PERCENT, TimeScale
 from dielast.simulate.actuation_history import ActuationHistory, run_films
@@ -99,7 +99,7 @@ def prepare(
     if setup.share is not None and stated:
         only = "a film with a passive part, boundary frame or strip, can only be driven by an ideal source of voltage"
         raise InputError(f"{only}; its charge and energies are not computed", argument=stated[0])
-    duration = lasting(pieces, cases)
+    duration = duration_of(pieces, cases)
     check_end(output.times, duration, "programme")
     profile_times = None if profile is None else stated_times(profile, cases, "profile")
     if profile_times is not None and setup.share is None:

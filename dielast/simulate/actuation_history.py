@@ -9,9 +9,9 @@ from typing import ClassVar
 import numpy as np
 
 from dielast.io.table import Frame, to_frame
-from dielast.mechanics.course import Piece
 from dielast.mechanics.criteria import CRITERIA
 from dielast.mechanics.electric import CHARGE
+from dielast.mechanics.piece import Piece
 from dielast.mechanics.point_material import Points
 from dielast.mechanics.stability import TimeScale
 from dielast.mechanics.watch import Watch

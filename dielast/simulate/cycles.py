@@ -18,9 +18,9 @@ import numpy as np
 from dielast.io.result import TabularResult
 from dielast.io.table import Table, case_table
 from dielast.material.leakage import Leakage
-from dielast.mechanics.course import Course, Cycles
 from dielast.mechanics.equations import Films, films_of
 from dielast.mechanics.passive.framed import FramedFilms
+from dielast.mechanics.piece import Cycles, Piece
 from dielast.mechanics.point_material import Points
 from dielast.mechanics.span import Control, Load
 from dielast.numerics.arrays import Cases, Floats
@@ -86,7 +86,7 @@ class CycleMeter:
     stress: bool
     leakage: Leakage | None = None
     _tables: list[Floats] = field(default_factory=list)
-    _course: Cycles | None = None
+    _waveform: Cycles | None = None
     _buffer: list[tuple[DenseSteps, Load, Floats, Cases]] = field(default_factory=list)
     _size: int = 0
     _system: Films | None = None
@@ -95,12 +95,12 @@ class CycleMeter:
     """The measured quantity at the beginning of the waveform (cases,)."""
     _finished: Cases = field(default_factory=lambda: np.zeros(0, dtype=np.intp))
 
-    def begin(self, course: Course, system: Films, state: Floats) -> None:
+    def begin(self, piece: Piece, system: Films, state: Floats) -> None:
         """Begin a piece of load with this state (rows, cases)."""
-        self._course = course if isinstance(course, Cycles) else None
-        if self._course is not None:
+        self._waveform = piece if isinstance(piece, Cycles) else None
+        if self._waveform is not None:
             cases = self.unit.size
-            self._sums = np.zeros((8, cases, course.cycles))
+            self._sums = np.zeros((8, cases, piece.cycles))
             self._sums[0], self._sums[1] = np.inf, -np.inf
             self._finished = np.zeros(cases, dtype=np.intp)
             membrane = system.membrane(state, system.driven(np.zeros(cases), state))
@@ -108,17 +108,17 @@ class CycleMeter:
 
     def __call__(self, stride: Stride) -> None:
         """Store the step until it is added to the sums."""
-        if self._course is None:
+        if self._waveform is None:
             return
         columns = np.flatnonzero(stride.accepted)
         if stride.cases.size == 2 and stride.cases[0] == stride.cases[1]:
             columns = columns[:1]  # a single case occupies two columns
         self._system = system = films_of(stride)
         steps = DenseSteps.of(stride, slice(system.border, None), columns)
-        cycle, part = np.divmod(stride.span[columns], len(self._course.edges) - 1)
+        cycle, part = np.divmod(stride.span[columns], len(self._waveform.edges) - 1)
         self._buffer.append((steps, system.load.take(columns), stride.begin[columns], cycle))
         # the part of the cycle is the last one that lasts for some time
-        ended = (stride.until == stride.duration)[columns] & (self._course.edges[part + 1, steps.cases] >= 1)
+        ended = (stride.until == stride.duration)[columns] & (self._waveform.edges[part + 1, steps.cases] >= 1)
         self._finished[steps.cases[ended]] = cycle[ended] + 1
         self._size += columns.size
         if self._size >= MANY:
@@ -130,14 +130,14 @@ class CycleMeter:
 
     def finish(self) -> None:
         """End a piece of load."""
-        if self._course is None:
+        if self._waveform is None:
             return
         if self._buffer:
             self._add()
         lowest, highest, total, cosine, sine, work, delivered, returned = self._sums
-        period = self._course.period[:, None]
+        period = self._waveform.period[:, None]
         amplitude = 2 / period * np.hypot(cosine, sine)
-        behind = np.arctan2(sine, cosine) - np.where(self._course.high > self._course.low, np.pi, 0.0)[:, None]
+        behind = np.arctan2(sine, cosine) - np.where((self._waveform.high > self._waveform.low).any(axis=0), np.pi, 0.0)[:, None]
         phase = -np.remainder(behind + np.pi, 2 * np.pi) + np.pi
         table = np.array((lowest, highest, total / period, amplitude, phase, work))
         if self.leakage is not None:
@@ -152,8 +152,8 @@ class CycleMeter:
 
     def _add(self) -> None:
         """Add the stored steps to the sums."""
-        course, system = self._course, self._system
-        assert course is not None
+        waveform, system = self._waveform, self._system
+        assert waveform is not None
         assert system is not None
         steps = DenseSteps.joined([kept[0] for kept in self._buffer])
         load = Load.joined([kept[1] for kept in self._buffer])
@@ -188,7 +188,7 @@ class CycleMeter:
                 power, boundary_term = power - stretch[axis] * slope[axis], boundary_term + nominal[axis] * stretch[axis]
         boundary_term = boundary_term.reshape(places, count)
         work = steps.step * (PLACE_WEIGHTS @ power.reshape(places, count)) + boundary_term[-1] - boundary_term[0]
-        turn = 2 * np.pi * (((begin[many] + local) / course.period[wide.cases]) - cycle[many]).reshape(places, count)
+        turn = 2 * np.pi * (((begin[many] + local) / waveform.period[wide.cases]) - cycle[many]).reshape(places, count)
         fine = POLYNOMIAL @ measured
         # subtract the value at rest: the quadrature error of a constant must not appear as a component at the period
         deviation = measured - self._at_rest[wide.cases].reshape(places, count)

@@ -16,7 +16,7 @@ from dielast.material.material import Material
 from dielast.mechanics.criteria import CRITERIA, failures_of
 from dielast.mechanics.criteria.criterion import Criterion, WatchedFilms
 from dielast.mechanics.film import Film
-from dielast.mechanics.line import Ramp
+from dielast.mechanics.line import Line
 from dielast.mechanics.span import Controls
 from dielast.mechanics.stability import TimeScale
 from dielast.mechanics.watch import EventArrays, Watch
@@ -94,9 +94,9 @@ class Group(ByCase):
         columns, voltage = paired(columns), np.repeat(voltage, 2) if count == 1 else voltage
         film, field = self.film.take(columns), voltage / self.thickness[columns]
         watch = Watch(self.watched.take(columns), [criterion for criterion in CRITERIA if criterion.name in watched], until, ends)
-        pieces = [Ramp(controls, (None, None, field), np.full(field.size, ramp))]
+        pieces = [Line.to(controls, (None, None, field), np.full(field.size, ramp))]
         if horizon > ramp:
-            pieces.append(Ramp(controls, (None, None, None), np.full(field.size, horizon - ramp)))
+            pieces.append(Line.to(controls, (None, None, None), np.full(field.size, horizon - ramp)))
         begin = np.exp(0.5 * film.log_squared_stretch)
         recorders = [Recorder(Output(np.broadcast_to(np.array(times), (field.size, len(times)))))] if len(times) else []
         status = follow(film, pieces, rtol=self.rtol, watch=watch, recorders=recorders).status

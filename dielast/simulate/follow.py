@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from dielast.mechanics.at_once import apply_at_once
-from dielast.mechanics.course import Piece
 from dielast.mechanics.film import Film
+from dielast.mechanics.piece import Piece
 from dielast.mechanics.watch import Watch
 from dielast.numerics.arrays import Cases, Flags, Floats
 from dielast.numerics.integrate import Status, integrate
@@ -53,39 +53,39 @@ def follow(
     def observe(stride: Stride) -> Flags | None:
         return next((done for done in [observer(stride) for observer in observers] if done is not None), None)
 
-    for index, piece in enumerate(pieces):
-        present = film.prescribed(piece.controls)
-        course = piece.begin(present)
+    for index, ahead in enumerate(pieces):
+        present = film.prescribed(ahead.controls)
+        piece = ahead.begin(present)
         # a load that differs from the present one only by rounding does not jump
-        apart = np.abs(course.start - present) > 4 * np.finfo(float).eps * np.abs(course.start)
+        apart = np.abs(piece.start - present) > 4 * np.finfo(float).eps * np.abs(piece.start)
         jumps = (status == Status.COMPLETED) & apart.any(axis=0)
         if jumps.any():
             if watch is not None:
-                watch.clock.jump(film.time, present[2], np.where(jumps, course.start[2], present[2]))
+                watch.clock.jump(film.time, present[2], np.where(jumps, piece.start[2], present[2]))
             before = film
-            acting = course.start
+            acting = piece.start
             if film.points.circuit is not None:  # the source jumps, and the charge as far as the circuit lets it
-                charge = film.points.circuit.charge_after(film.field, present[2], course.start[2])
-                acting = np.concatenate((course.start[:2], charge[None]))
+                charge = film.points.circuit.charge_after(film.field, present[2], piece.start[2])
+                acting = np.concatenate((piece.start[:2], charge[None]))
             film = apply_at_once(film, piece.controls, acting, jumps, status, watch)
             for recorder in recorders:
                 if recorder.electric is not None:
                     recorder.electric.leap(piece.controls, before, film)
             if film.points.circuit is not None:
-                film = replace(film, source=np.where(jumps, course.start[2], present[2]))
-        system = film.equations(course.span(every, np.zeros_like(every))[0])
+                film = replace(film, source=np.where(jumps, piece.start[2], present[2]))
+        system = film.equations(piece.span(every, np.zeros_like(every))[0])
         state = film.state(system)
         alive = status == Status.COMPLETED
         if watch is not None:
             watch.begin(system, state, film.time, alive & jumps)
         for recorder in recorders:
-            recorder.begin(course, film.time, alive, jumps, system, state, last=index == len(pieces) - 1)
+            recorder.begin(piece, film.time, alive, jumps, system, state, last=index == len(pieces) - 1)
         if watch is not None:
             status[alive & watch.done] = Status.STOPPED
             alive = status == Status.COMPLETED
         if meter is not None:
-            meter.begin(course, system, state)
-        lasting = np.where(alive, course.duration, 0.0)
+            meter.begin(piece, system, state)
+        lasting = np.where(alive, piece.duration, 0.0)
         if not lasting.any():
             if meter is not None:
                 meter.finish()
@@ -97,12 +97,12 @@ def follow(
             rtol=rtol,
             observe=observe,
             first_step=film.next_step,
-            longest_step=course.longest_step,
-            spans=course if course.spans > 1 else None,
+            longest_step=piece.longest_step,
+            spans=piece if piece.spans > 1 else None,
         )
         if meter is not None:
             meter.finish()
-        driven = course.end if course.spans > 1 else system.load.value(result.time)
+        driven = piece.end if piece.spans > 1 else system.load.value(result.time)
         film = film.reached(system, result.state, driven, film.time + result.time, result.next_step)
         status = np.where(alive, result.status, status)
         steps += result.steps + result.rejected

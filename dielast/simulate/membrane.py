@@ -14,11 +14,11 @@ from dielast.errors import InputError
 from dielast.material.material import Material, materials_of
 from dielast.material.springs import EQUIBIAXIAL, UNIAXIAL, SpringLaw, Symmetry
 from dielast.mechanics.cases import numbers, spread, temperatures_of
-from dielast.mechanics.course import Piece
 from dielast.mechanics.film import Film
-from dielast.mechanics.history import case_count, lasting, pieces
-from dielast.mechanics.line import Ramp
+from dielast.mechanics.history import case_count, duration_of, pieces
+from dielast.mechanics.line import Line
 from dielast.mechanics.load import Mode, Step
+from dielast.mechanics.piece import Piece
 from dielast.mechanics.point_material import Points
 from dielast.mechanics.span import Control
 from dielast.numerics.arrays import Cases, Floats
@@ -153,10 +153,10 @@ def prepare(
     if electric:
         # the field is applied at once, before the first piece
         switched_on = None, None, spread(field, "nominal_field", cases)
-        history.insert(0, Ramp(history[0].controls, switched_on, np.zeros(cases)))
+        history.insert(0, Line.to(history[0].controls, switched_on, np.zeros(cases)))
     _check_reach(points, history)
-    check_end(output.times, lasting(history, cases), "history")
-    stress_is_measured = any(piece.driven[0] and piece.controls[0] is Control.STRETCH for piece in history)
+    check_end(output.times, duration_of(history, cases), "history")
+    stress_is_measured = any(piece.cycles and piece.controls[0] is Control.STRETCH for piece in history)
 
     def simulated() -> MembraneHistory:
         recorder, meter = Recorder(output), CycleMeter(points, np.ones(cases), stress_is_measured)
@@ -183,38 +183,21 @@ def prepare(
 
 def symmetry_of(pieces: Sequence[Piece]) -> Symmetry | None:
     """The symmetry that a specimen at rest keeps throughout a history, None without one."""
-    stress = Control.STRESS
-
-    def free(target: Floats | None) -> bool:
-        return target is None or not np.any(target)
-
-    if all(
-        piece.controls[1] is stress and free(piece.target[1]) and free(piece.target[2]) and not any(piece.driven[1:])
-        for piece in pieces
-    ):
+    values = [target for piece in pieces for target in piece.targets]
+    if all(piece.controls[1] is Control.STRESS for piece in pieces) and not any(np.nan_to_num(rows[1:]).any() for rows in values):
         return UNIAXIAL
-    alike = all(
-        piece.controls[0] is piece.controls[1]
-        and piece.driven[0] == piece.driven[1]
-        and (piece.target[0] is piece.target[1] or np.array_equal(np.asarray(piece.target[0]), np.asarray(piece.target[1])))
-        for piece in pieces
-    )
-    return EQUIBIAXIAL if alike else None
+    alike = all(piece.controls[0] is piece.controls[1] for piece in pieces)
+    return EQUIBIAXIAL if alike and all(np.array_equal(rows[0], rows[1], equal_nan=True) for rows in values) else None
 
 
 def _check_reach(points: Points, pieces: Sequence[Piece]) -> None:
     """`InputError` for a stretch beyond the limit of the equilibrium spring, or of the branches if applied at once at rest."""
     never = np.zeros(points.stress_floor.size, dtype=bool)
     for index, piece in enumerate(pieces):
-        held = {
-            axis: target
-            for axis, (control, target) in enumerate(zip(piece.controls, piece.target, strict=False))
-            if control is Control.STRETCH and target is not None
-        }
-        check_limits(points, list(held.values()), piece.at_once if index == 0 else never, step=piece.origin)
-        for extreme in piece.extremes():
-            far = [extreme if piece.driven[axis] else value for axis, value in held.items()]
-            check_limits(points, far, never, step=piece.origin)
+        stretched = [axis for axis, control in enumerate(piece.controls) if control is Control.STRETCH]
+        for number, target in enumerate(piece.targets):
+            held = [target[axis] for axis in stretched if not np.isnan(target[axis]).any()]
+            check_limits(points, held, piece.at_once if index == number == 0 else never, step=piece.step)
 
 
 def _prescribing(

@@ -6,9 +6,9 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from dielast.mechanics.course import Chain, Course
 from dielast.mechanics.electric import ELECTRIC
 from dielast.mechanics.equations import Films, films_of
+from dielast.mechanics.piece import Chain, Piece
 from dielast.mechanics.watch import Watch
 from dielast.numerics.arrays import Cases, Flags, Floats, paired
 from dielast.numerics.stride import Stride
@@ -101,16 +101,16 @@ class Recorder:
         """Whether the values depend on the viscous stretches."""
         return self.watch is not None or self.output.internal
 
-    def begin(self, course: Course, start: Floats, alive: Flags, jumped: Flags, system: Films, state: Floats, last: bool) -> None:
+    def begin(self, piece: Piece, start: Floats, alive: Flags, jumped: Flags, system: Films, state: Floats, last: bool) -> None:
         """Begin a piece of load at `start` (cases,) in s, for the cases that are `alive`; those in `jumped` jump to its first
         value.
         """
         times = self.output.times
         if times is None:
-            relative = self._rows(course, start, jumped)
+            relative = self._rows(piece, start, jumped)
             self._times.append(start[:, None] + relative)
         else:
-            relative = self._within(times, start, course.duration, last)
+            relative = self._within(times, start, piece.duration, last)
         if times is None or not self._values:
             self._values.append(np.full((self.rows, *relative.shape), np.nan))
             if self.output.internal:
@@ -119,7 +119,7 @@ class Recorder:
         after = self._relative > 0
         self._next = np.where(after.any(axis=1), np.argmax(after, axis=1), relative.shape[1])
         if self.electric is not None:
-            self.electric.begin(start, course.start[ELECTRIC])
+            self.electric.begin(start, piece.start[ELECTRIC])
         case, row = (paired(part) for part in np.nonzero(self._relative == 0))
         if case.size:
             more = [] if self.watch is None else [self.watch.exposed(case)]
@@ -131,21 +131,21 @@ class Recorder:
             if self.output.internal:
                 self._internal[-1][:, :, case, row] = system.internal(state[:, case])
 
-    def _rows(self, course: Course, start: Floats, jumped: Flags) -> Floats:
+    def _rows(self, piece: Piece, start: Floats, jumped: Flags) -> Floats:
         """Output times (cases, k) in s since a piece began, suited to its load and padded with NaN."""
-        kept = self.output.kept(course.cycles)
-        rows = course.rows(self.output.points_per_decade, kept, np.where(jumped, 0.0, self._load_time))
-        lasts = course.duration
-        moving = np.any(course.start != course.end, axis=0) | (course.cycles > 0)
+        kept = self.output.kept(piece.cycles)
+        rows = piece.rows(self.output.points_per_decade, kept, np.where(jumped, 0.0, self._load_time))
+        lasts = piece.duration
+        moving = np.any(piece.start != piece.end, axis=0) | (piece.cycles > 0)
         self._load_time = np.where(moving, lasts, np.where(jumped, 0.0, self._load_time) + lasts)
         if rows.shape[1] == 1:
             return rows
         # the first row repeats the last row of the piece before, unless the load jumps
         begins = jumped | (not self._times)
         rows = np.where((rows == 0) & ~begins[:, None], np.nan, rows)
-        if not isinstance(course, Chain):  # the points of a table are output times, however close they are
+        if not isinstance(piece, Chain):  # the points of a table are output times, however close they are
             rows = np.where((rows > 0) & (rows < np.minimum(DIGITS * start, lasts)[:, None]), np.nan, rows)
-        if self.watch is not None and np.isfinite(rise := course.rises(kept)).any():
+        if self.watch is not None and np.isfinite(rise := piece.rises(kept)).any():
             # the clock of the pull-in time scale restarts there, and the determinant jumps
             rise = np.where(rise < lasts[:, None], rise, np.nan)
             rows = np.concatenate((rows, np.where(rise > 0, rise, np.nan), rise + AFTER * lasts[:, None]), axis=1)

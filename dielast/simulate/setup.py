@@ -16,7 +16,7 @@ from dielast.material.springs import EQUIBIAXIAL
 from dielast.mechanics.cases import of_case, one_set, temperatures_of
 from dielast.mechanics.criteria.criterion import WatchedFilms
 from dielast.mechanics.film import Film
-from dielast.mechanics.line import Ramp
+from dielast.mechanics.line import Line
 from dielast.mechanics.passive.forms import Spread, across_disc, across_strip, disc, strip
 from dielast.mechanics.passive.mesh import points_needed
 from dielast.mechanics.point_material import Points
@@ -126,11 +126,11 @@ def prestretched(
     """
     first, second = (Control.STRESS if target is None else Control.STRETCH for target in stretch)
     zero = np.zeros_like(duration)
-    pieces = [Ramp((first, second), (*stretch, None), duration)]
+    pieces = [Line.to((first, second), (*stretch, None), duration)]
     if any(load is not None for load in hung):
-        pieces.insert(0, Ramp((first, second), (*hung, None), zero))
+        pieces.insert(0, Line.to((first, second), (*hung, None), zero))
     if relax > 0:
-        pieces.append(Ramp((first, second), (None, None, None), np.full_like(duration, relax)))
+        pieces.append(Line.to((first, second), (None, None, None), np.full_like(duration, relax)))
     # only the final viscous stretches matter, not the stress on the way
     relaxing = replace(film.points, stress_floor=np.full_like(film.points.stress_floor, np.inf))
     followed = follow(replace(film, points=relaxing), pieces, rtol=rtol)

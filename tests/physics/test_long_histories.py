@@ -9,9 +9,9 @@ from films import SOFT
 from dielast import Material, NoShift, Spectrum, Step, VoltageStep, actuate, creep, relax
 from dielast.errors import InputError
 from dielast.material.springs import Gent
-from dielast.mechanics.course import Chain, Cycles
 from dielast.mechanics.line import EVEN_ROWS, Line
 from dielast.mechanics.load import Track, Waveform
+from dielast.mechanics.piece import Chain, Cycles
 from dielast.mechanics.span import Control
 
 LINEAR = Material("linear", 20e3, Spectrum([0.3, 0.02], [3e4, 8e4]), NoShift(20.0), permittivity=4e-11)
@@ -129,13 +129,12 @@ def test_a_long_hold_after_a_fast_load_reaches_equilibrium() -> None:
 @pytest.mark.parametrize("triangle", [True, False])
 def test_spans_of_a_cycle_join_and_end_where_the_size_is_least(low: float, high: float, triangle: bool) -> None:
     one = np.ones(1)
-    driven = (False, False, True)
     wave = Waveform(low, high, 4.0, 2, "triangle" if triangle else "sine")
-    course = Cycles.of(FREE, np.zeros((3, 1)), driven, wave, one)
+    piece = Cycles.of(FREE, np.zeros((3, 1)), np.array([[0.0], [0.0], [1.0]]), wave)
     time, last = 0.0, low
     case = np.zeros(1, dtype=np.intp)
-    for index in range(course.spans):
-        load, lasts = course.span(case, case + index)
+    for index in range(piece.spans):
+        load, lasts = piece.span(case, case + index)
         phase = time / 4.0
         wanted = 0.5 * (1 - np.cos(2 * np.pi * phase)) if not triangle else 1 - abs(2 * (phase % 1) - 1)
         assert load.value(0 * one)[2, 0] == pytest.approx(low + (high - low) * wanted, abs=1e-12)
@@ -149,20 +148,20 @@ def test_spans_of_a_cycle_join_and_end_where_the_size_is_least(low: float, high:
             assert load.slope(middle)[2, 0] == pytest.approx(slope, rel=1e-6, abs=1e-6)
         time, last = time + lasts[0], load.value(lasts)[2, 0]
     assert time == pytest.approx(8.0)
-    assert course.end[2, 0] == low
+    assert piece.end[2, 0] == low
 
 
 def test_rows_are_close_in_what_is_driven() -> None:
-    one, driven = np.ones(1), (True, False, False)
+    one, scale = np.ones(1), np.array([[1.0], [0.0], [0.0]])
     ramp = Line(FREE, np.zeros((3, 1)), np.array([[1.0], [0.0], [0.0]]), 5 * one)
-    wave = Cycles.of(FREE, np.zeros((3, 1)), driven, Waveform(0.0, 1.0, 1.0, 3), one)
-    chain = Chain.of(FREE, np.zeros((3, 1)), driven, np.array([0.0, 1.0, 1.5, 9.0]), np.array([0.0, 1.0, 0.2, 0.2]), one)
-    for course, swing in ((ramp, 1), (wave, 6), (chain, 1.8)):
-        rows = course.rows(30, np.arange(course.cycles), one)[0]
+    wave = Cycles.of(FREE, np.zeros((3, 1)), scale, Waveform(0.0, 1.0, 1.0, 3))
+    chain = Chain.of(FREE, np.zeros((3, 1)), scale, np.array([0.0, 1.0, 1.5, 9.0]), np.array([0.0, 1.0, 0.2, 0.2]))
+    for piece, swing in ((ramp, 1), (wave, 6), (chain, 1.8)):
+        rows = piece.rows(30, np.arange(piece.cycles), one)[0]
         assert np.all(np.diff(rows) > 0)
-        assert rows[-1] == course.duration[0]
+        assert rows[-1] == piece.duration[0]
         assert rows.size > 50 * swing
-        assert rows[0] < 2e-3 * course.duration[0] / max(course.cycles, 1)
+        assert rows[0] < 2e-3 * piece.duration[0] / max(piece.cycles, 1)
 
 
 @pytest.mark.parametrize(

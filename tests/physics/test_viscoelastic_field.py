@@ -10,7 +10,7 @@ from dielast.material.material import Material
 from dielast.material.shift import NoShift
 from dielast.material.spectrum import Spectrum
 from dielast.material.springs import Gent
-from dielast.mechanics.line import Ramp
+from dielast.mechanics.line import Line
 from dielast.mechanics.point_material import Points
 from dielast.mechanics.span import Control
 
@@ -29,9 +29,9 @@ def charge(
     """Dead load at once, then the field within `ramp`, then a hold; all targets equal in both axes."""
     pull = np.array([stress])
     pieces = [
-        Ramp(controls, (pull, pull, None), np.zeros(1)),
-        Ramp(controls, (pull, pull, np.array([field])), np.array([ramp])),
-        Ramp(controls, (None, None, None), np.array([hold])),
+        Line.to(controls, (pull, pull, None), np.zeros(1)),
+        Line.to(controls, (pull, pull, np.array([field])), np.array([ramp])),
+        Line.to(controls, (None, None, None), np.array([hold])),
     ]
     return followed(points, pieces, rtol=1e-8)
 
@@ -72,10 +72,10 @@ def test_biaxial_and_equibiaxial_equations_agree_under_a_field() -> None:
     points, field, stress = film(110.0, (1e-3, 10.0), (1e7, 1e5)), 0.5 * np.sqrt(MU / PERMITTIVITY), np.array([1e4])
     symmetric = charge(points, field, 1e4, 1.0, 100.0)
     pieces = [
-        Ramp(FREE, (stress, stress, None), np.zeros(1)),
-        Ramp(FREE, (stress, stress, np.array([field])), np.array([1.0])),
-        Ramp(FREE, (None, None, None), np.array([100.0])),
-        Ramp((Control.STRETCH, Control.STRESS), (None, None, None), np.array([1.0])),
+        Line.to(FREE, (stress, stress, None), np.zeros(1)),
+        Line.to(FREE, (stress, stress, np.array([field])), np.array([1.0])),
+        Line.to(FREE, (None, None, None), np.array([100.0])),
+        Line.to((Control.STRETCH, Control.STRESS), (None, None, None), np.array([1.0])),
     ]
     full = followed(points, pieces, rtol=1e-8)
     columns = symmetric.time.shape[1]
@@ -87,9 +87,9 @@ def test_a_clamped_film_stays_put_and_loses_tension() -> None:
     points, stretch = film(110.0, (10.0,), (1e5,)), np.array([1.5])
     clamped = (Control.STRETCH, Control.STRETCH)
     pieces = [
-        Ramp(clamped, (stretch, stretch, None), np.zeros(1)),
-        Ramp(clamped, (None, None, None), np.array([1e3])),
-        Ramp(clamped, (None, None, np.array([2e7])), np.array([1.0])),
+        Line.to(clamped, (stretch, stretch, None), np.zeros(1)),
+        Line.to(clamped, (None, None, None), np.array([1e3])),
+        Line.to(clamped, (None, None, np.array([2e7])), np.array([1.0])),
     ]
     record = followed(points, pieces, rtol=1e-8)
     assert np.exp(0.5 * record.log_squared_stretch[:, 0, -1]) == pytest.approx(1.5, rel=1e-12)
@@ -102,7 +102,7 @@ def test_a_case_that_ends_early_leaves_the_others_whole() -> None:
     solid = Material("film", MU, Spectrum([1.0], [1e5]), NoShift(20.0), Gent(), Gent(), permittivity=PERMITTIVITY)
     points, critical = Points.of(solid, np.full(3, 20.0), 1e-8), 0.687365 * np.sqrt(MU / PERMITTIVITY)
     none, fields = np.zeros(3), critical * np.array([0.5, 1.5, 0.9])
-    pieces = [Ramp(FREE, (none, none, fields), np.ones(3)), Ramp(FREE, (None, None, None), np.full(3, 100.0))]
+    pieces = [Line.to(FREE, (none, none, fields), np.ones(3)), Line.to(FREE, (None, None, None), np.full(3, 100.0))]
     together = followed(points, pieces, rtol=1e-8)
     assert [outcome.completed for outcome in together.outcome] == [True, False, True]
     ended = together.outcome[1]
@@ -114,7 +114,7 @@ def test_a_case_that_ends_early_leaves_the_others_whole() -> None:
     survivors = [0, 2]
     alone = followed(
         points.take(np.array(survivors)),
-        [Ramp(FREE, (none[:2], none[:2], fields[survivors]), np.ones(2)), Ramp(FREE, (None, None, None), np.full(2, 100.0))],
+        [Line.to(FREE, (none[:2], none[:2], fields[survivors]), np.ones(2)), Line.to(FREE, (None, None, None), np.full(2, 100.0))],
         rtol=1e-8,
     )
     assert np.array_equal(alone.log_squared_stretch[:, :, -1], together.log_squared_stretch[:, survivors, -1])

@@ -8,7 +8,7 @@ import pytest
 from dielast.errors import InputError
 from dielast.mechanics.cases import of_case
 from dielast.mechanics.history import pieces
-from dielast.mechanics.line import Ramp
+from dielast.mechanics.line import Line
 from dielast.mechanics.load import Step
 from dielast.mechanics.span import Control, Load
 
@@ -78,7 +78,7 @@ def test_a_rate_that_leads_away_names_its_case_and_the_sign_that_is_needed() -> 
 
 
 def test_what_is_not_prescribed_anew_stays_as_it_is() -> None:
-    hold = Ramp(BOTH, (None, None, np.array([5.0])), np.array([3.0]))
+    hold = Line.to(BOTH, (None, None, np.array([5.0])), np.array([3.0]))
     line = hold.begin(np.array([[1.7], [2e4], [1.0]]))
     assert line.end[:, 0].tolist() == [1.7, 2e4, 5.0]
     assert line.duration.tolist() == [3.0]

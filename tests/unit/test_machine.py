@@ -40,8 +40,8 @@ def recipe(folder: Path, kind: str, rest: str) -> Any:
 
 def followed(folder: Path, kind: str, rest: str) -> tuple[list[float], np.ndarray]:
     (entry,) = solver_steps(recipe(folder, kind, rest), Inputs(folder))
-    assert isinstance(entry.target, Track)
-    return list(entry.target.value), np.asarray(entry.target.time)
+    assert isinstance(entry.step.target, Track)
+    return list(entry.step.target.value), np.asarray(entry.step.target.time)
 
 
 @pytest.mark.parametrize(("kind", "expected"), [("relax", STRETCH), ("creep", FORCE / AREA)])

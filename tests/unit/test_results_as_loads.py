@@ -83,8 +83,8 @@ def test_the_simple_name_goes_first(tmp_path: Path, kind: str) -> None:
         rows = "1,1.5,1.25\n2,2,3\n" if "," in header else "1,1.5\n2,2\n"
         (tmp_path / "first.csv").write_text(f"time [s],{header}\n{rows}")
         (entry,) = solver_steps(read_cases(path)[0].recipe, Inputs(tmp_path))
-        assert isinstance(entry.target, Track)
-        targets[header] = list(entry.target.value)
+        assert isinstance(entry.step.target, Track)
+        targets[header] = list(entry.step.target.value)
     assert list(targets.values()) == [[1.25, 3.0], [1.5, 2.0], [1.5, 2.0]]
 
 

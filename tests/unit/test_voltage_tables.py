@@ -21,7 +21,7 @@ def followed(folder: Path, step: str) -> list[tuple[list[float], list[float]]]:
     """Times in s and voltages in V of the tracks."""
     (folder / "r.toml").write_text(FILM + step)
     (case,) = read_cases(folder / "r.toml")
-    tracks = [entry.target for entry in solver_steps(case.recipe, Inputs(folder)) if isinstance(entry.target, Track)]
+    tracks = [entry.step.target for entry in solver_steps(case.recipe, Inputs(folder)) if isinstance(entry.step.target, Track)]
     return [(np.asarray(track.time).tolist(), np.asarray(track.value).tolist()) for track in tracks]
 
 

@@ -14,7 +14,7 @@ from dielast.commands.registry import read_cases
 from dielast.commands.simulation.compare import read_points
 from dielast.commands.simulation.result import CaseResult, StatedCase, with_axes
 from dielast.commands.simulation.run import Simulation
-from dielast.commands.simulation.solver_steps import Entry, solver_steps
+from dielast.commands.simulation.solver_steps import TimedStep, solver_steps
 from dielast.errors import InputError, located
 from dielast.io.files import Inputs, resolve
 from dielast.io.table import split_header
@@ -30,7 +30,7 @@ class SimulatedTest(SimulatedExperiment):
     """One `[[compare]]` of a `recipe`, whose case is simulated through the `steps`."""
 
     recipe: Any
-    steps: Sequence[Entry]
+    steps: Sequence[TimedStep]
     simulation: Simulation
 
     def answers(self, materials: Sequence[Material | None]) -> Floats:

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from dielast.commands.membrane.recipe import CreepRecipe, RelaxRecipe
 from dielast.commands.simulation.cases import last
 from dielast.commands.simulation.result import CaseResult, SolvedCase, StatedCase
-from dielast.commands.simulation.solver_steps import Entry, aims, corners, lasting, reached, reached_at_once
+from dielast.commands.simulation.solver_steps import TimedStep, reached_at_once, targets
 from dielast.errors import and_more, warn
 from dielast.handover.law_section import breakdown
 from dielast.material.breakdown import BreakdownLaw
@@ -46,8 +46,8 @@ def warn_of_tests(cases: Sequence[StatedCase]) -> None:
     """Warn of cases of `relax` or `creep` whose loads, specimens or temperatures look like something else."""
     _warn_of_temperatures(cases)
     if cases[0].recipe.kind == "relax":
-        targets = [aim for case in cases for aim in aims(case.steps)]
-        warn_of_stretch(min(targets, default=1.0), max(targets, default=1.0))
+        stretches = [value for case in cases for value in targets(case.steps)]
+        warn_of_stretch(min(stretches, default=1.0), max(stretches, default=1.0))
         return
     specimens = [case.recipe.specimen for case in cases if case.recipe.specimen is not None]
     thickness = [specimen.thickness for specimen in specimens if specimen.thickness is not None]
@@ -58,11 +58,11 @@ def warn_of_membranes(cases: Sequence[SolvedCase]) -> None:
     """Warn of results of `relax` or `creep` that ask too much of their material, or show that a load looks like something else."""
     relaxing = cases[0].recipe.kind == "relax"
     _warn_of_materials(cases, [case.recipe.mode for case in cases])
-    warn_of_paces(_paces(cases, 1.0 if relaxing else 0.0))
+    warn_of_paces(_paces(cases))
     if relaxing:
         _warn_of_slack([case.result for case in cases])
         return
-    loaded = [case for case in cases if any(aims(case.steps))]
+    loaded = [case for case in cases if any(targets(case.steps))]
     if loaded:
         stretches = [_stretches(case.result) for case in loaded]
         margins = [
@@ -91,7 +91,7 @@ def warn_of_programmes(cases: Sequence[StatedCase]) -> None:
         warn_of_no_breakdown([law is not None for law in limits], materials, steady)
     thickness = np.array([film.thickness for film in films])
     warn_of_setups([film.prestretch for film in films], [film.boundary for film in films], thickness, limits)
-    highest = np.array([max(map(abs, aims(case.steps)), default=0.0) for case in cases])
+    highest = np.array([max(map(abs, targets(case.steps)), default=0.0) for case in cases])
     before_motion, limit = np.array(list(map(_fields, cases))).T
     field = highest * before_motion
     # if none is known, the plausible value closest to the field
@@ -107,7 +107,7 @@ def warn_of_films(cases: Sequence[SolvedCase]) -> None:
     leaks = [case.recipe.leakage for case in cases]
     scale = [np.inf if leak is None or leak.field is None or not leak.conductivity else leak.field for leak in leaks]
     warn_of_leak([np.max(np.abs(case.result.columns["true_field [V/m]"]), initial=0.0) for case in cases], scale)
-    paces, broken = list(_paces(cases, 0.0)), []
+    paces, broken = list(_paces(cases)), []
     for index, case in enumerate(cases):
         at_once = AT_ONCE.replace("voltage", case.recipe.control)
         for event in case.result.events or ():
@@ -228,8 +228,8 @@ def _of_case(index: int, cases: int) -> str:
     return f"case {index}: " if cases > 1 else ""
 
 
-def _paces(cases: Sequence[SolvedCase], rest: float) -> Iterator[Pace]:
-    """The durations of all loads in all cases, whose histories begin with `rest`."""
+def _paces(cases: Sequence[SolvedCase]) -> Iterator[Pace]:
+    """The durations of all loads in all cases."""
     for index, case in enumerate(cases):
         temperature, recipe = case.temperature, case.recipe
         fastest, of_case = fastest_branch(case.material, temperature), _of_case(index, len(cases))
@@ -239,7 +239,7 @@ def _paces(cases: Sequence[SolvedCase], rest: float) -> Iterator[Pace]:
             film, times = recipe.film, None  # a film under voltage may fail at any time, not only at output times
             took = prestretching(film.prestretch, film.prestretch_rate, film.relax)
             yield Pace(f"{of_case}prestretch and relaxation take", took, fastest, temperature)
-        for what, took in _loads(case.steps, rest, last(case.result.columns["time [s]"]), times):
+        for what, took in _loads(case.steps, last(case.result.columns["time [s]"]), times):
             yield Pace(of_case + what, took, fastest, temperature)
 
 
@@ -249,19 +249,15 @@ def prestretching(prestretch: tuple[float, float], rate: float | None, relax: fl
     return (further / rate if rate else 0.0) + relax or np.inf if further else np.inf
 
 
-def _loads(entries: Sequence[Entry], rest: float, end: float, outputs: Sequence[float] | None) -> Iterator[tuple[str, float]]:
+def _loads(steps: Sequence[TimedStep], end: float, outputs: Sequence[float] | None) -> Iterator[tuple[str, float]]:
     """For each load of the recipe's steps up to the `end`: a clause about it, and its duration in s; for a load at once, the time
     until the first output of interest, which is among the times of the `outputs` in s if these are stated.
     """
-    present, start = rest, 0.0
-    groups = [list(group) for _, group in groupby(entries, key=lambda entry: entry.origin)]
+    groups = [list(group) for _, group in groupby(steps, key=lambda timed: timed.number)]
     for number, group in enumerate(groups):
-        values, durations = [present], list[float]()
-        for entry in group:
-            for value, lasts in corners(entry, values[-1]):
-                durations.append(lasts)
-                values.append(value)
-        moves, times = np.diff(values), start + np.append(0.0, np.cumsum(durations))
+        corners = [corner for timed in group for corner in timed.corners]
+        values, durations = [group[0].before, *(value for value, _ in corners)], [lasts for _, lasts in corners]
+        moves, times = np.diff(values), group[0].begin + np.append(0.0, np.cumsum(durations))
         at_once = np.array(durations) == 0
         # runs of points that go one way
         new = np.append(True, (np.sign(moves[1:]) != np.sign(moves[:-1])) | at_once[1:] | at_once[:-1])
@@ -271,7 +267,7 @@ def _loads(entries: Sequence[Entry], rest: float, end: float, outputs: Sequence[
         moved = np.abs(at[last_of] - at[first])
         whole = (moved > 0) & (moved >= WHOLE * np.ptp(at)) & ~(times[first] >= end)
         for a, b in zip(first[whole].tolist(), last_of[whole].tolist(), strict=True):
-            step, begins, ends = f"step[{group[0].origin}]", float(times[a]), float(times[b])
+            step, begins, ends = f"step[{group[0].number}]", float(times[a]), float(times[b])
             first_output = next((time - begins for time in outputs or () if time > begins), None)
             if ends > begins:
                 verb = "takes" if b - a == moves.size else "goes up or down within"
@@ -283,19 +279,11 @@ def _loads(entries: Sequence[Entry], rest: float, end: float, outputs: Sequence[
             elif first_output is not None:
                 yield f"{step} comes at once, and the first output after it is after", first_output
             elif outputs is None and end > begins:
-                follows = _following(begins, float(times[-1]), groups[number + 1 :], values[b])
+                # the stated duration after it, in this step or in the next one
+                follows = float(times[-1]) - begins
+                if follows == 0 and number + 1 < len(groups):
+                    follows = groups[number + 1][-1].end - groups[number + 1][0].begin
                 if end - begins < EARLY * follows:  # the film has failed
                     yield f"{step} comes at once, and the simulation ends after", end - begins
                 elif follows > 0:
                     yield f"{step} comes at once, and the first thousandth of what follows takes", EARLY * follows
-        present, start = values[-1], float(times[-1])
-
-
-def _following(at: float, step_end: float, later: Sequence[Sequence[Entry]], present: float) -> float:
-    """The stated duration in s after a load at once at the time `at` (s), in its step, which ends at `step_end`, or in the next."""
-    follows = step_end - at
-    if follows == 0 and later:
-        for entry in later[0]:
-            follows += lasting(entry, present)
-            present = reached(entry, present)
-    return follows

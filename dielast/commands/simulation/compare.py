@@ -12,7 +12,7 @@ import numpy as np
 
 from dielast.commands.simulation.cases import one_or_list
 from dielast.commands.simulation.recipe import Comparison, SimulationRecipe, roles_of
-from dielast.commands.simulation.solver_steps import end_of, solver_steps
+from dielast.commands.simulation.solver_steps import solver_steps
 from dielast.errors import InputError, warn
 from dielast.io.files import Inputs
 from dielast.io.table import split_header
@@ -116,7 +116,7 @@ def check_comparison(index: int, comparison: Comparison, cases: Sequence[Case[Si
     if comparison.x != "time [s]":
         return
     try:
-        end = end_of(solver_steps(recipe, inputs), recipe.step[0].REST)
+        end = solver_steps(recipe, inputs)[-1].end
     except InputError:
         return  # a mistake in a table of load is reported where the table is read
     if time.min() > end:

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from dielast.commands.simulation.bounds import band
 from dielast.commands.simulation.naming import labels, swept, titled
 from dielast.commands.simulation.result import CaseResult, at_event
-from dielast.commands.simulation.solver_steps import Entry, timed
+from dielast.commands.simulation.solver_steps import TimedStep
 from dielast.commands.simulation.uncertainty import interval_label
 from dielast.material.material import Material
 from dielast.mechanics.criteria import named
@@ -47,7 +47,7 @@ class _Curve:
     """What the figure shows of one case: its `steps`, the `table` of its columns (rows,), its bounds, and its events."""
 
     case: Case[Any]
-    steps: Sequence[Entry]
+    steps: Sequence[TimedStep]
     table: Mapping[str, Floats]
     band: Band | None
     marks: Sequence[_Mark]
@@ -62,10 +62,10 @@ class _Curve:
         recipe, last = self.case.recipe, np.zeros(time.size, dtype=bool)
         if recipe.output.times is not None:
             return last
-        for begin, end, entry in timed(self.steps, recipe.step[0].REST):
-            if isinstance(entry.target, Waveform):
-                cycling = (time[:-1] >= begin * (1 - ROUNDING)) & (time[1:] <= end * (1 + ROUNDING))
-                last[:-1] |= cycling & (np.diff(time) > SKIPPED * float(np.asarray(entry.target.period)))
+        for timed in self.steps:
+            if isinstance(wave := timed.step.target, Waveform):
+                cycling = (time[:-1] >= timed.begin * (1 - ROUNDING)) & (time[1:] <= timed.end * (1 + ROUNDING))
+                last[:-1] |= cycling & (np.diff(time) > SKIPPED * float(np.asarray(wave.period)))
         return last
 
     def row(self, time: float | None) -> int | None:
@@ -86,7 +86,7 @@ def picture(
     columns: Sequence[Mapping[str, Floats]],
     matches: Sequence[Match],
     axes: tuple[str, str, tuple[str, str]],
-    histories: Sequence[Sequence[Entry]],
+    histories: Sequence[Sequence[TimedStep]],
 ) -> Figure:
     """The figure of the cases: a line for each case over a column of its results, or lines that join all cases at equal times.
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from dielast.commands.simulation.recipe import MAJOR_AXIS, MINOR_AXIS
-from dielast.commands.simulation.solver_steps import Entry, end_of
+from dielast.commands.simulation.solver_steps import TimedStep
 from dielast.numerics.arrays import Floats
 from dielast.numerics.random_streams import stream
 
@@ -57,10 +57,10 @@ class CaseResult:
     stopped: Event | None = None
     """The event that the case stopped at."""
 
-    def end(self, steps: Sequence[Entry], rest: float) -> float:
-        """The time in s at which the case ended; `steps` are those of its load, which begins at `rest`."""
+    def end(self, steps: Sequence[TimedStep]) -> float:
+        """The time in s at which the case ended; `steps` are those of its load."""
         ended = self.failure or self.stopped
-        return end_of(steps, rest) if ended is None else ended.time
+        return steps[-1].end if ended is None else ended.time
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -71,7 +71,7 @@ class StatedCase:
 
     recipe: Any
     material: Material
-    steps: Sequence[Entry]
+    steps: Sequence[TimedStep]
     sample: Sample | None
 
     @property

@@ -90,13 +90,13 @@ class Simulation(ABC):
         different = len({id(case.steps) for case in cases})  # the draws of a case share its steps
         groups: dict[Hashable, list[int]] = {}
         for index, case in enumerate(cases):
-            output, shape = case.recipe.output, tuple(entry.shape for entry in case.steps)
+            output, shape = case.recipe.output, tuple(timed.shape for timed in case.steps)
             times = None if output.times is None else tuple(output.times)
             rows = (times, output.points_per_decade, output.cycles, case.recipe.solver.rtol)
             groups.setdefault((self.alike(case.recipe), rows, shape), []).append(index)
         batches = []
         for members in [[index] for index in alone] or groups.values():
-            origin = [entry.origin for entry in cases[members[0]].steps]
+            origin = [timed.number for timed in cases[members[0]].steps]
             for part in divided(members, [case.material for case in cases]):
                 together = [cases[index] for index in part]
                 recipes, materials = [case.recipe for case in together], [case.material for case in together]
@@ -104,7 +104,7 @@ class Simulation(ABC):
                 prepare = partial(
                     self.solver(recipes, factor[part]),
                     one_or_all(materials),
-                    [joined(step, recipes[0]) for step in zip(*(case.steps for case in together), strict=True)],
+                    [joined(steps) for steps in zip(*([timed.step for timed in case.steps] for case in together), strict=True)],
                     temperature=np.array([case.temperature for case in together]),
                     times=output.times,
                     points_per_decade=output.points_per_decade,
@@ -148,9 +148,9 @@ class Prepared:
                 for index, comparison in enumerate(comparisons):
                     wrong.tried(partial(check_comparison, index, comparison, cases, inputs))
         stated = [
-            StatedCase(case.recipe, material, entries, sample)
-            for case, material, entries, sample in zip(cases, materials, steps, samples, strict=True)
-            if entries is not None
+            StatedCase(case.recipe, material, timed, sample)
+            for case, material, timed, sample in zip(cases, materials, steps, samples, strict=True)
+            if timed is not None
         ]
         if len(stated) < len(cases):
             wrong.refuse()
@@ -207,7 +207,7 @@ def report_of(simulation: Simulation, cases: Sequence[Case[Any]], inputs: Inputs
             timed = replace(prepared.stated[case], recipe=recipes[case].model_copy(update={"output": output}))
             return with_axes(solve_batches(simulation.batches([timed]))[0].columns, timed.recipe)
 
-        ends = [case.result.end(case.steps, case.recipe.step[0].REST) for case in solved]
+        ends = [case.result.end(case.steps) for case in solved]
         matched = matches(recipes[0], columns, inputs, at_times, ends)
         compared = {"compare": compare_headline(matched)}
     axes = axes_of(cases, columns[0], simulation.measured, simulation.time_scale)

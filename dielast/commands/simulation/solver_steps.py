@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import pairwise
@@ -21,151 +21,148 @@ from dielast.units import CHARGE, CHARGE_DENSITY, FORCE, TIME, TIMES, VOLTAGE
 if TYPE_CHECKING:
     from dielast.io.text_table import MeasuredTable
 
-STEPS: dict[str, type[ElectricalStep]] = {"voltage": VoltageStep, "charge": ChargeStep}
+SolverStep = Step | ElectricalStep
+STEPS: dict[str, Callable[..., SolverStep]] = {"voltage": VoltageStep, "charge": ChargeStep, "stretch": Step, "stress": Step}
+"""What takes a quantity as an argument of this name."""
 OWN = ("stretch_1", "nominal_stress_1")
 
 
-@dataclass(frozen=True, slots=True)
-class Entry:
-    """One step of a history for the solver, and the recipe step (from 0) it comes from; what is not stated is None."""
+@dataclass(frozen=True, slots=True, eq=False)
+class TimedStep:
+    """A `step` of the solver in the history of one case, and the `number` (from 0) of the recipe's step that it comes from.
 
-    origin: int
-    control: str | None
-    target: float | Path | None
-    rate: float | None = None
-    duration: float | None = None
-    still: bool = False
-    """Whether the target is what is there already."""
+    It begins at the time `begin` in s, with the prescribed value `before`.
+    """
+
+    step: SolverStep
+    number: int
+    begin: float
+    before: float
+
+    @property
+    def lasts(self) -> float:
+        """The duration in s; 0 at a rate of 0, which the solver refuses."""
+        target, rate, duration = self.step.target, self.step.rate, self.step.duration
+        if isinstance(target, Path):
+            return target.duration
+        if rate is None:
+            return 0.0 if duration is None else _number(duration)
+        return abs((_number(target) - self.before) / _number(rate)) if target is not None and rate != 0 else 0.0
+
+    @property
+    def end(self) -> float:
+        """The time in s at which the step ends."""
+        return self.begin + self.lasts
+
+    @property
+    def after(self) -> float:
+        """The prescribed value at the end."""
+        target = self.step.target
+        return self.before if target is None else _number(target.last if isinstance(target, Path) else target)
+
+    @property
+    def corners(self) -> list[tuple[float, float]]:
+        """The values that it reaches in turn (for a waveform, in its first cycle), and the time to each value in s."""
+        target = self.step.target
+        if isinstance(target, Track):
+            return list(zip(target.values().tolist(), np.diff(np.asarray(target.time), prepend=0.0).tolist(), strict=True))
+        if isinstance(target, Waveform):
+            low, half = self.after, 0.5 * _number(target.period)
+            turns = [(low, 0.0), (_number(target.high), half), (low, half)]
+            return turns if target.cycles == 1 else [*turns, (low, 2 * half * (target.cycles - 1))]
+        return [(self.after, self.lasts)]
 
     @property
     def shape(self) -> tuple[Any, ...]:
-        """The properties that entries must share to be solved together."""
-        path: tuple[Any, ...] = ()
-        if isinstance(self.target, Waveform):
-            path = (self.target.shape, self.target.cycles)
-        elif isinstance(self.target, Track):
-            path = (np.asarray(self.target.time).tobytes(), np.asarray(self.target.value).tobytes())
-        return (self.control, self.rate is None, self.duration is None, self.duration == 0, self.still, path)
+        """The properties that steps must share to be solved together.
+
+        Those that change the load and those that do not are never solved together, so that no result depends on the other cases.
+        """
+        target = self.step.target
+        path: tuple[Any, ...] | None = None
+        if isinstance(target, Waveform):
+            path = target.shape, target.cycles
+        elif isinstance(target, Track):
+            path = np.asarray(target.time).tobytes(), np.asarray(target.value).tobytes()
+        still = path is None and self.after == self.before
+        return target is None, self.step.rate is None, self.step.duration is None, self.step.duration == 0, still, path
 
 
-def joined(entries: Sequence[Entry], recipe: Any) -> Step | ElectricalStep:
-    """The same step of several cases as one of the solver; `recipe` is that of one of the cases. Its values are arrays (cases,), or
-    of shape () if all entries are those of one case.
+def joined(steps: Sequence[SolverStep]) -> SolverStep:
+    """The same step of several cases as one whose values are arrays (cases,); a step that all of them share as it is."""
+    first = steps[0]
+    if all(step is first for step in steps):
+        return first
+
+    def of_cases(values: Sequence[Any]) -> Any:
+        path = values[0]
+        if path is None or isinstance(path, Track):
+            return path
+        if isinstance(path, Waveform):
+            low, high, period = ([getattr(wave, name) for wave in values] for name in ("low", "high", "period"))
+            return Waveform(low, high, period, path.cycles, path.shape)
+        return np.array(values)
+
+    return type(first)(*(of_cases([getattr(step, name) for step in steps]) for name in first.__match_args__))
+
+
+def solver_steps(recipe: Any, inputs: Inputs) -> list[TimedStep]:
+    """The recipe's steps as the solver takes them; forces become nominal stresses, tables become ramps.
+
+    Raises `InputError` for tables that cannot be read, and for a rate at which the duration of a step is implausible.
     """
-    first = entries[0]
-    alike = all(entry is first for entry in entries)
-
-    def of_cases(values: Sequence[Any]) -> Floats | None:
-        return None if values[0] is None else np.array(values[0] if alike else values)
-
-    target: Any = first.target
-    if not isinstance(target, Path):
-        target = of_cases([entry.target for entry in entries])
-    elif isinstance(target, Waveform) and not alike:
-        waves = [entry.target for entry in entries if isinstance(entry.target, Waveform)]
-        low, high, period = ([getattr(wave, part) for wave in waves] for part in ("low", "high", "period"))
-        target = Waveform(low, high, period, target.cycles, target.shape)
-    step_type = STEPS.get(_control(recipe, recipe.step[0]), Step)
-    rate, duration = of_cases([entry.rate for entry in entries]), of_cases([entry.duration for entry in entries])
-    return step_type(**({} if first.control is None else {first.control: target}), rate=rate, duration=duration)
-
-
-def solver_steps(recipe: Any, inputs: Inputs) -> list[Entry]:
-    """The recipe's steps as the solver takes them; forces become nominal stresses, tables become ramps."""
     if recipe.load is not None:
         inputs.read(recipe.load)
-    entries: list[Entry] = []
+    timed: list[TimedStep] = []
+    begin, present = 0.0, recipe.step[0].REST
     for index, step in enumerate(recipe.step):
-        if step.hold is not None:
-            entries.append(Entry(index, None, None, None, step.hold))
-        elif step.table is not None:
-            entries += _followed(index, step, recipe, inputs)
-        elif step.waveform is not None:
-            entries.append(_cycling(index, step, recipe))
-        else:
-            _, value, rate, unit = step.aim()
-            area = _area_for(unit, recipe)
-            entries.append(Entry(index, _control(recipe, step), value / area, None if rate is None else rate / area, step.duration))
-    return marked_still(entries, recipe.step[0].REST)
+        for of_solver in _of_recipe(index, step, recipe, inputs):
+            entry = TimedStep(of_solver, index, begin, present)
+            if of_solver.rate is not None and entry.lasts > 0 and not TIMES[0] <= entry.lasts <= TIMES[1]:
+                needed = f"from {TIMES[0]:g} to {TIMES[1]:g} s is needed"
+                raise InputError(f"the step takes {entry.lasts:.3g} s; {needed}", key=f"step[{index}].rate")
+            timed.append(entry)
+            begin, present = entry.end, entry.after
+    return timed
 
 
-def marked_still(entries: Sequence[Entry], rest: float) -> list[Entry]:
-    """The entries, marked as `still` if they do not change the load, which begins at `rest`. Still and moving entries are never
-    solved together, so that no result depends on the other cases.
-
-    Raises `InputError` for a rate at which the duration of an entry is implausible.
-    """
-    present, marked = rest, []
-    for entry in entries:
-        took = lasting(entry, present)
-        if entry.rate is not None and took > 0 and not TIMES[0] <= took <= TIMES[1]:
-            needed = f"from {TIMES[0]:g} to {TIMES[1]:g} s is needed"
-            raise InputError(f"the step takes {took:.3g} s; {needed}", key=f"step[{entry.origin}].rate")
-        marked.append(replace(entry, still=not isinstance(entry.target, Path) and entry.target in (None, present)))
-        present = reached(entry, present)
-    return marked
+def targets(steps: Sequence[TimedStep]) -> list[float]:
+    """All values that the steps prescribe."""
+    return [value for timed in steps if timed.step.target is not None for value, _ in timed.corners]
 
 
-def reached(entry: Entry, present: float) -> float:
-    """The prescribed value after an entry."""
-    if isinstance(entry.target, Path):
-        return float(np.asarray(entry.target.last))
-    return present if entry.target is None else entry.target
-
-
-def corners(entry: Entry, present: float) -> list[tuple[float, float]]:
-    """The values that an entry reaches in turn (for a waveform, in its first cycle), and the time to each value in s."""
-    target = entry.target
-    if isinstance(target, Track):
-        time, values = np.asarray(target.time), np.asarray(target.value)
-        return list(zip(values.tolist(), np.diff(time, prepend=0.0).tolist(), strict=True))
-    if isinstance(target, Waveform):
-        low, half = reached(entry, present), 0.5 * float(np.asarray(target.period))
-        turns = [(low, 0.0), (float(np.asarray(target.high)), half), (low, half)]
-        return turns if target.cycles == 1 else [*turns, (low, 2 * half * (target.cycles - 1))]
-    return [(reached(entry, present), lasting(entry, present))]
-
-
-def aims(entries: Sequence[Entry]) -> list[float]:
-    """All target values of the entries."""
-    return [value for entry in entries if entry.target is not None for value, _ in corners(entry, 0.0)]
-
-
-def reached_at_once(entries: Sequence[Entry]) -> float:
-    """The largest magnitude that the first entries reach in no time."""
-    largest, present = 0.0, 0.0
-    for entry in entries:
-        for value, lasts in corners(entry, present):
+def reached_at_once(steps: Sequence[TimedStep]) -> float:
+    """The largest magnitude that the first steps reach in no time."""
+    largest = 0.0
+    for timed in steps:
+        for value, lasts in timed.corners:
             if lasts > 0:
                 return largest
-            largest, present = max(largest, abs(value)), value
+            largest = max(largest, abs(value))
     return largest
 
 
-def lasting(entry: Entry, present: float) -> float:
-    """The duration of an entry in s; 0 at a rate of 0, which the solver refuses."""
-    if isinstance(entry.target, Path):
-        return entry.target.duration
-    if entry.rate is None:
-        return entry.duration or 0.0
-    return abs((entry.target - present) / entry.rate) if entry.target is not None and entry.rate != 0 else 0.0
+def _number(value: Any) -> float:
+    """The value of a step of one case."""
+    return float(np.asarray(value))
 
 
-def timed(entries: Sequence[Entry], rest: float) -> Iterator[tuple[float, float, Entry]]:
-    """The times in s at which every entry begins and ends, and the entry; the load begins at `rest`."""
-    begin, present = 0.0, rest
-    for entry in entries:
-        end = begin + lasting(entry, present)
-        yield begin, end, entry
-        begin, present = end, reached(entry, present)
+def _of_recipe(index: int, step: Any, recipe: Any, inputs: Inputs) -> Iterable[SolverStep]:
+    """A step of the recipe as the solver takes it; several steps for a table with jumps."""
+    control = _control(recipe, step)
+    make = STEPS[control]
+    if step.hold is not None:
+        return [make(duration=step.hold)]
+    if step.table is not None:
+        return (make(**{control: track}) for track in _followed(index, step, recipe, inputs))
+    if step.waveform is not None:
+        return [make(**{control: _cycling(step, recipe)})]
+    _, value, rate, unit = step.aim()
+    area = _area_for(unit, recipe)
+    return [make(**{control: value / area}, rate=None if rate is None else rate / area, duration=step.duration)]
 
 
-def end_of(entries: Sequence[Entry], rest: float) -> float:
-    """The time in s at which the last entry ends; the load begins at `rest`."""
-    return max(end for _, end, _ in timed(entries, rest))
-
-
-def _followed(index: int, step: Any, recipe: Any, inputs: Inputs) -> list[Entry]:
+def _followed(index: int, step: Any, recipe: Any, inputs: Inputs) -> Iterator[Track]:
     """Ramps through the points of a table, and jumps if it is a result of dielast with jumps; its times begin with the step."""
     from dielast.io.cells import TextFormat
     from dielast.io.text_table import read_measured
@@ -202,24 +199,21 @@ def _followed(index: int, step: Any, recipe: Any, inputs: Inputs) -> list[Entry]
         for row in np.flatnonzero(values <= 0)[:1] if control == "stretch" else ():
             needed = f"stretch {values[row]:g}: a number above 0 is needed (1 is undeformed)"
             raise InputError(needed, file=name, line=points.lines[row])
-    return tracks(index, control, time, values)
+    return tracks(time, values)
 
 
-def tracks(index: int, control: str, time: Floats, values: Floats) -> list[Entry]:
-    """Points of a table of load (k,) as entries; a new entry begins at each jump, that is, at two points of one time."""
-    entries, starts = [], [0, *(np.flatnonzero(np.diff(time) == 0) + 1).tolist(), time.size]
-    for first, end in pairwise(starts):
-        begin = time[first] if first else 0.0
-        entries.append(Entry(index, control, Track(time[first:end] - begin, values[first:end])))
-    return entries
+def tracks(time: Floats, values: Floats) -> Iterator[Track]:
+    """Points of a table of load (k,) as tracks; a new one begins at each jump, that is, at two points of one time."""
+    for first, end in pairwise([0, *(np.flatnonzero(np.diff(time) == 0) + 1).tolist(), time.size]):
+        yield Track(time[first:end] - (time[first] if first else 0.0), values[first:end])
 
 
-def _cycling(index: int, step: Any, recipe: Any) -> Entry:
+def _cycling(step: Any, recipe: Any) -> Waveform:
     """Cycles between two values; of a force or a stress according to their unit. By default the lower value is that at rest."""
     (low, _), (high, unit) = (value if isinstance(value, tuple) else (value, "") for value in (step.low, step.high))
     area = _area_for(unit, recipe)
     low = (step.REST if low is None else low) / area
-    return Entry(index, _control(recipe, step), Waveform(low, high / area, step.period, step.cycles or 1, step.waveform))
+    return Waveform(low, high / area, step.period, step.cycles or 1, step.waveform)
 
 
 def _control(recipe: Any, step: Any) -> str:

@@ -1,0 +1,245 @@
+"""Pieces of a history: what a step prescribes, through smooth spans of load.
+
+Rows of prescribed values (3, cases) are the stretch or the nominal stress in Pa of axes 1 and 2, and the nominal field V/L_3 in
+V/m. NaN stands for the value that is present when the piece begins, which is known only once the films have come to it; `begin`
+gives the piece with this value. A new form of load is a further class in the union `Piece`.
+
+A piece has the number `step` (from 0) of the step of the history to which it belongs, its `controls`, its `targets` (values
+(3, cases) that bound all values after its start, the first one first), `at_once` (whether it may begin with a jump to the first
+target), and `take` to select cases.
+
+Once it has begun, it has its `start`, `end` and `duration`, the number of its `spans` and of its `cycles`; `span` gives the load
+and the duration of the spans `index` of `cases` (k,), and `smooth` whether there is no kink at the beginning of a span. No step
+through it may take more than its `longest_step` (cases,) in s, if there is one. `rows` are suitable times of output, and `rises`
+the times at which the magnitude of the voltage begins to rise; both are (cases, k) in s since the piece began, or NaN.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import ClassVar
+
+import numpy as np
+
+from dielast.mechanics.cases import spread
+from dielast.mechanics.line import EVEN_ROWS, JUMP_DECADES, RAMP_DECADES, Line, merged, whole
+from dielast.mechanics.load import Waveform
+from dielast.mechanics.span import Controls, Load, Wave
+from dielast.numerics.arrays import ByCase, Cases, Flags, Floats
+
+LEAST_STEPS = 16  # steps in a cycle of a sine, 8 in a cycle of its square, which drives a film under voltage
+TURN_DECADES = 5  # of log-spaced rows after a triangle turns around, with a third of the usual rows per decade
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Cycles(ByCase):
+    """Cycles from `low` to `high` (3, cases) and back in a `period` (cases,) in s, of a sine or a triangle.
+
+    `edges` (m + 1, cases) are the phases, from 0 to 1, at which the spans of a cycle begin and end: the kinks of a triangle, and,
+    if `of_voltage`, the phases at which the magnitude of the voltage begins to rise.
+    """
+
+    controls: Controls
+    low: Floats
+    high: Floats
+    period: Floats
+    cycles: int
+    triangle: bool
+    of_voltage: bool
+    edges: Floats
+    step: int = 0
+
+    @classmethod
+    def of(cls, controls: Controls, base: Floats, scale: Floats, wave: Waveform) -> Cycles:
+        """The cycles of a waveform, its values multiplied by `scale` and added to `base`, both (3, cases)."""
+        low, high, period = (spread(getattr(wave, name), name, base.shape[1]) for name in ("low", "high", "period"))
+        low, high, triangle, of_voltage = base + low * scale, base + high * scale, wave.shape == "triangle", bool(scale[2].any())
+        zero, one = np.zeros_like(period), np.ones_like(period)
+        edges = [zero, 0.5 * one, one] if triangle else [zero, one]
+        if of_voltage:
+            # fraction of the swing, and then of the period, after which the voltage is closest to 0
+            swing = high[2] - low[2]
+            share = whole(np.clip(np.where(swing == 0, 0.0, -low[2] / np.where(swing == 0, 1.0, swing)), 0.0, 1.0))
+            rises = 0.5 * share if triangle else np.arccos(1 - 2 * share) / (2 * np.pi)
+            edges = [zero, rises, 0.5 * one, 1 - rises, one] if triangle else [zero, rises, 1 - rises, one]
+        return cls(controls, low, high, period, wave.cycles, triangle, of_voltage, np.array(edges))
+
+    def begin(self, present: Floats) -> Cycles:
+        """The cycles of films with the `present` values (3, cases)."""
+        low, high = (np.where(np.isnan(values), present, values) for values in self.targets)
+        return replace(self, low=low, high=high)
+
+    @property
+    def targets(self) -> tuple[Floats, Floats]:
+        """The values at which it turns around."""
+        return self.low, self.high
+
+    @property
+    def at_once(self) -> Flags:
+        """True (cases,): the load may jump to its first value."""
+        return np.ones(self.period.shape, dtype=bool)
+
+    @property
+    def spans(self) -> int:
+        """The number of spans in all cycles."""
+        return self.cycles * (len(self.edges) - 1)
+
+    @property
+    def start(self) -> Floats:
+        """The values (3, cases) at the beginning, which are the low ones."""
+        return self.low
+
+    @property
+    def end(self) -> Floats:
+        """The values (3, cases) at the end, which are those at the beginning."""
+        return self.low
+
+    @property
+    def duration(self) -> Floats:
+        """The duration (cases,) of all cycles in s."""
+        return self.period * self.cycles
+
+    @property
+    def longest_step(self) -> Floats | None:
+        """A fraction (cases,) of the period of a sine in s; None for a triangle, whose straight lines are spans."""
+        return None if self.triangle else self.period / LEAST_STEPS
+
+    def span(self, cases: Cases, index: Cases) -> tuple[Load, Floats]:
+        """The load and the durations (k,) in s of spans; all cycles are equal."""
+        part, period = index % (len(self.edges) - 1), self.period[cases]
+        begin, end = self.edges[part, cases], self.edges[part + 1, cases]
+        low, high = (values.take(cases, axis=-1) for values in self.targets)
+        swing, lasts = 0.5 * (high - low), period * (end - begin)
+        if self.triangle:
+            up = 1 - np.abs(2 * np.array((begin, end)) - 1)
+            return Load.between(self.controls, low + 2 * swing * up[0], low + 2 * swing * up[1], lasts), lasts
+        angle = 2 * np.pi * begin
+        start = low + swing * (1 - np.cos(angle))
+        return Load(self.controls, start, np.zeros_like(start), Wave(swing, angle, 2 * np.pi / period)), lasts
+
+    def smooth(self, index: Cases) -> Flags:
+        """Whether (k,) there is no kink: a triangle has kinks where it turns around."""
+        part = index % (len(self.edges) - 1)
+        return (index > 0) & (~np.isin(part, (0, (len(self.edges) - 1) // 2)) if self.triangle else True)
+
+    def rises(self, kept: Cases) -> Floats:
+        """The times (cases, k) in the cycles `kept` at which the voltage is closest to 0, on the way up and on the way down."""
+        if not self.of_voltage:
+            return np.full((self.period.size, 1), np.nan)
+        up = self.edges[1]
+        down = np.where((up > 0) & (up < 0.5), 1 - up, np.nan)
+        return np.asarray(self.period[:, None] * np.concatenate([kept + phase[:, None] for phase in (up, down)], axis=1))
+
+    def rows(self, per_decade: int, kept: Cases, before: Floats) -> Floats:
+        """Times (cases, k), evenly spaced in the cycles `kept`, log-spaced after each turn of a triangle and after the start."""
+        # the first cycle of a voltage, as a ramp, restarts the clock of the pull-in time scale
+        decades = JUMP_DECADES if self.of_voltage else RAMP_DECADES
+        phases_of_rows, spaced = np.linspace(0.0, 1.0, 2 * EVEN_ROWS + 1), np.logspace(-decades, 0, decades * per_decade + 1)
+        if self.triangle:  # fast branches relax after each turn
+            turned = 0.5 * np.logspace(-TURN_DECADES, 0, TURN_DECADES * max(per_decade // 3, 1) + 1)
+            phases_of_rows = merged(phases_of_rows, np.concatenate((turned, 0.5 + turned)))
+        phases = np.concatenate(([0.0], *(cycle + phases_of_rows for cycle in kept), [float(self.cycles)]))
+        phases = phases[np.diff(phases, prepend=-1.0) > 0]  # one cycle ends where the next begins
+        if kept.size and kept[0] == 0:
+            phases = merged(phases, spaced)
+        return np.asarray(self.period[:, None] * phases)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Chain(ByCase):
+    """Straight lines through points of `time` in s and `value`, both (points,), the first at time 0, with one span for each line.
+
+    The load is `base` + `scale` times the value, both (3, cases).
+    """
+
+    controls: Controls
+    base: Floats
+    scale: Floats
+    time: Floats
+    value: Floats
+    step: int = 0
+    cycles: ClassVar[int] = 0
+    longest_step: ClassVar[None] = None
+
+    @classmethod
+    def of(cls, controls: Controls, base: Floats, scale: Floats, time: Floats, value: Floats) -> Chain:
+        """The chain through these points, with a point inserted wherever a voltage changes its sign."""
+        sign_changes = np.flatnonzero(value[:-1] * value[1:] < 0) if scale[2].any() else np.zeros(0, dtype=np.intp)
+        if sign_changes.size:
+            before, after = value[sign_changes], value[sign_changes + 1]
+            lasts = time[sign_changes + 1] - time[sign_changes]
+            time = np.insert(time, sign_changes + 1, time[sign_changes] + before / (before - after) * lasts)
+            value = np.insert(value, sign_changes + 1, 0.0)
+        return cls(controls, base, scale, time, value)
+
+    def take(self, cases: Cases) -> Chain:
+        """The selected cases (k,), which share all points."""
+        return replace(self, base=self.base[:, cases], scale=self.scale[:, cases])
+
+    def begin(self, present: Floats) -> Chain:
+        """The lines of films with the `present` values (3, cases)."""
+        return replace(self, base=np.where(np.isnan(self.base), present, self.base))
+
+    @property
+    def targets(self) -> tuple[Floats, Floats, Floats]:
+        """The first values, the smallest and the largest."""
+        return self.start, self._at(self.value.min()), self._at(self.value.max())
+
+    @property
+    def at_once(self) -> Flags:
+        """True (cases,): the load may jump to its first value."""
+        return np.ones(self.base.shape[1], dtype=bool)
+
+    def _at(self, value: Floats) -> Floats:
+        """The load (3, cases) at a `value` of the points, of shape () or (cases,)."""
+        return np.asarray(self.base + value * self.scale)
+
+    @property
+    def spans(self) -> int:
+        """The number of intervals between points."""
+        return self.time.size - 1
+
+    @property
+    def start(self) -> Floats:
+        """The values (3, cases) at the first point."""
+        return self._at(self.value[0])
+
+    @property
+    def end(self) -> Floats:
+        """The values (3, cases) at the last point."""
+        return self._at(self.value[-1])
+
+    @property
+    def duration(self) -> Floats:
+        """The time (cases,) in s from the first to the last point."""
+        return np.full(self.base.shape[1], self.time[-1])
+
+    def span(self, cases: Cases, index: Cases) -> tuple[Load, Floats]:
+        """The straight lines from the points `index` (k,) to the next, and their durations (k,) in s."""
+        piece, lasts = self.take(cases), self.time[index + 1] - self.time[index]
+        start, end = (piece._at(self.value[at]) for at in (index, index + 1))
+        return Load.between(self.controls, start, end, lasts), lasts
+
+    def smooth(self, index: Cases) -> Flags:
+        """False (k,): every point is a kink."""
+        return np.zeros(index.shape, dtype=bool)
+
+    def rises(self, kept: Cases) -> Floats:
+        """NaN (cases, 1): rises are not searched for in a table, as a measured voltage has too many of them."""
+        return np.full((self.base.shape[1], 1), np.nan)
+
+    def rows(self, per_decade: int, kept: Cases, before: Floats) -> Floats:
+        """The times (cases, k) of all points, and times between them so dense that neither value nor time advances by more than
+        1/`EVEN_ROWS` of its range from one row to the next.
+        """
+        change, lasts = np.abs(np.diff(self.value)), np.diff(self.time)
+        value_range, duration = float(np.ptp(self.value)), float(self.time[-1])
+        share = np.maximum(change / value_range if value_range > 0 else change, lasts / duration)
+        between = np.maximum(np.ceil(EVEN_ROWS * share * (1 - 1e-9)).astype(np.intp), 1)
+        span = np.repeat(np.arange(between.size), between)
+        part = (np.arange(span.size) - np.repeat(np.cumsum(between) - between, between)) / between[span]
+        rows = np.append(self.time[span] + part * lasts[span], duration)
+        return np.broadcast_to(rows, (self.base.shape[1], rows.size))
+
+
+Piece = Line | Cycles | Chain
