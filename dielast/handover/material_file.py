@@ -6,10 +6,10 @@ from collections.abc import Mapping, Set
 from copy import copy
 from functools import lru_cache
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, Self
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
-from pydantic import Field, create_model, model_validator
+from pydantic import Field, create_model
 
 from dielast.errors import InputError
 from dielast.handover.law_section import (
@@ -93,10 +93,9 @@ class Nonequilibrium(SpringSection):
         description="Shear modulus of each branch in Pa."
     )
 
-    @model_validator(mode="after")
-    def _a_spectrum(self) -> Self:
+    def _check(self) -> None:
+        super()._check()
         self.spectrum()
-        return self
 
     def stated(self, *place: float) -> SpringLaw:
         """The law of the springs of all branches."""
@@ -177,8 +176,7 @@ class MaterialFile(Section):
         None, min_length=1, description="Table of draws of this material, for [uncertainty]; its path is relative to this file."
     )
 
-    @model_validator(mode="after")
-    def _carries(self) -> Self:
+    def _check(self) -> None:
         if self.equilibrium.modulus() == 0 and not any(self.spectrum.shear_modulus):
             raise InputError("every shear modulus is zero: the material carries no load")
         if self.measured_temperature is not None and self.measured_temperature[0] > self.measured_temperature[1]:
@@ -192,7 +190,6 @@ class MaterialFile(Section):
         if reach is not None and not reach[0] <= there <= reach[1]:
             outside = f"{there:g} degC is outside the {self.shift_law.title}'s {reach[0]:g} to {reach[1]:g} degC"
             raise InputError(f"{outside}: an entry of 0 is needed there", key="reference_temperature")
-        return self
 
     @property
     def spectrum(self) -> Spectrum:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import codecs
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Literal, Protocol, Self
+from typing import TYPE_CHECKING, Literal, Protocol
 
-from pydantic import AfterValidator, BaseModel, Field, field_validator, model_validator
+from pydantic import AfterValidator, BaseModel, Field, field_validator
 
 from dielast.errors import InputError, shown
 from dielast.recipe.fields import Permittivity, Section
@@ -69,11 +69,9 @@ class TextTable(Section):
             raise InputError(f'"{encoding}": unknown encoding, such as "utf-8" or "latin-1" is needed') from None
         return encoding
 
-    @model_validator(mode="after")
-    def _two_marks(self) -> Self:
+    def _check(self) -> None:
         if self.separator is not None and self.separator == self.decimal:
             raise InputError(f'"{self.separator}" cannot be both separator and decimal')
-        return self
 
     def text_format(self) -> TextFormat:
         """The text format as the reader of tables takes it."""
@@ -108,8 +106,6 @@ class Dielectric(Section):
         None, ge=1, description="Permittivity over that of vacuum; instead of permittivity."
     )
 
-    @model_validator(mode="after")
-    def _one(self) -> Self:
+    def _check(self) -> None:
         if self.permittivity is not None and self.relative_permittivity is not None:
             raise InputError("state permittivity or relative_permittivity, not both")
-        return self

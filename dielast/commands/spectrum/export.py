@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import fields
-from typing import Annotated, Literal, Self
+from typing import Annotated, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from dielast.errors import InputError
 from dielast.export.card import CODES, spring_names
@@ -46,13 +46,11 @@ class ExportSection(Section):
     density: Annotated[float, Quantity(DENSITY, above=0.0)] | None = Field(None, description="Density. Default: none in the cards.")
     temperature: Temperature | None = Field(None, description="Temperature of the cards for codes that cannot carry the shift law.")
 
-    @model_validator(mode="after")
-    def _consistent(self) -> Self:
+    def _check(self) -> None:
         if len(set(self.formats)) < len(self.formats):
             raise InputError("formats must differ")
         if self.bulk_modulus is not None and self.poisson_ratio is not None:
             raise InputError("state bulk_modulus or poisson_ratio, not both")
-        return self
 
     def options(self) -> CardOptions:
         """The options as the library takes them."""

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from typing import ClassVar, Literal, Self
+from typing import ClassVar, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from dielast.commands.spectrum.export import ExportSection
 from dielast.errors import InputError
@@ -21,11 +21,9 @@ class RelaxationTimes(Section):
     min: RelaxationTime | None = Field(None, description="The shortest relaxation time. Default: from the curve.")
     max: RelaxationTime | None = Field(None, description="The longest relaxation time. Default: from the curve.")
 
-    @model_validator(mode="after")
-    def _ascending(self) -> Self:
+    def _check(self) -> None:
         if self.min is not None and self.max is not None and self.min >= self.max:
             raise InputError(f"min ({self.min:g} s) must be below max ({self.max:g} s)")
-        return self
 
 
 class Fit(Section):
@@ -50,11 +48,9 @@ class Fit(Section):
     liquid: bool = Field(False, description="Whether the material is a melt, which flows: its equilibrium modulus is then 0.")
     continuous: bool = Field(False, description="Whether to write the continuous spectrum H(ln tau) as well.")
 
-    @model_validator(mode="after")
-    def _liquid_or_solid(self) -> Self:
+    def _check(self) -> None:
         if self.liquid and self.equilibrium_modulus:
             raise InputError("liquid = true and an equilibrium_modulus above 0 contradict each other: state one of them")
-        return self
 
 
 class Truncate(Section):
@@ -77,12 +73,10 @@ class Reduce(Section):
     )
     tolerance: float = Field(0.01, gt=0, lt=1, description="Greatest relative difference from the stress of the whole spectrum.")
 
-    @model_validator(mode="after")
-    def _ascending(self) -> Self:
+    def _check(self) -> None:
         first, last = self.window
         if first >= last:
             raise InputError(f"window from {first:g} to {last:g} s: the shorter time must come first")
-        return self
 
 
 # arguments of the fit and of the reduction -> keys of the recipe
@@ -121,10 +115,8 @@ class SpectrumRecipe(RecipeBase):
     material: MaterialConstants = Field(MaterialConstants(), description="Constants passed on to the material file.")
     export: ExportSection | None = Field(None, description="Material cards for finite-element codes.")
 
-    @model_validator(mode="after")
-    def _one_curve(self) -> Self:
+    def _check(self) -> None:
         if (self.mastercurve is None) == (self.data is None):
             raise InputError("either mastercurve (a folder) or [data] (a file) is needed")
         if self.truncate is not None and self.reduce is not None:
             raise InputError("[truncate] and [reduce] both select branches: state one of them")
-        return self
