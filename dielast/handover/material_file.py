@@ -27,13 +27,12 @@ from dielast.io.files import read_file, resolve
 from dielast.io.toml import parse_toml
 from dielast.material.breakdown import BREAKDOWNS
 from dielast.material.damage import DAMAGES
-from dielast.material.dielectric import DIELECTRICS, ConstantPermittivity, DielectricLaw
+from dielast.material.dielectric import DIELECTRICS, DielectricLaw
 from dielast.material.material import NEO_HOOKEAN, CalibratedRange, Material
 from dielast.material.modulus import CONSTANT_MODULUS, MODULI
 from dielast.material.shift import SHIFTS, NoShift, ShiftLaw
 from dielast.material.spectrum import Spectrum
 from dielast.material.springs import SPRINGS, NeoHookean, SpringLaw
-from dielast.recipe.base import Dielectric
 from dielast.recipe.fields import Modulus, Section, Temperature, Time
 from dielast.recipe.validate import check
 
@@ -252,11 +251,6 @@ def _model(*registered: tuple[str, ...]) -> type[MaterialFile]:
         field = copy(MaterialFile.model_fields[name])
         fields[name] = section if field.is_required() else section | None, field
     return create_model("MaterialFile", __base__=MaterialFile, __doc__=MaterialFile.__doc__, **fields)
-
-
-def permittivity(section: Dielectric) -> float | None:
-    """Permittivity in F/m; None if none is stated."""
-    return ConstantPermittivity(section.permittivity or 0.0, section.relative_permittivity).permittivity or None
 
 
 def parse_file(content: bytes, source: str) -> MaterialFile:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Literal, Protocol
 from pydantic import AfterValidator, BaseModel, Field, field_validator
 
 from dielast.errors import InputError, shown
-from dielast.recipe.fields import Permittivity, Section
+from dielast.recipe.fields import Section
 from dielast.recipe.file_fields import SheetName
 from dielast.units import Dimension, conversion
 
@@ -96,16 +96,3 @@ def units_of(**roles: Dimension | None) -> AfterValidator:
         return units
 
     return AfterValidator(check)
-
-
-class Dielectric(Section):
-    """Permittivity, absolute or relative to that of vacuum."""
-
-    permittivity: Permittivity | None = Field(None, description="Absolute permittivity of the ideal dielectric.")
-    relative_permittivity: float | None = Field(
-        None, ge=1, description="Permittivity over that of vacuum; instead of permittivity."
-    )
-
-    def _check(self) -> None:
-        if self.permittivity is not None and self.relative_permittivity is not None:
-            raise InputError("state permittivity or relative_permittivity, not both")

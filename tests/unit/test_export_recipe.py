@@ -9,8 +9,7 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
-from dielast.commands.spectrum.export import ExportSection
-from dielast.commands.spectrum.recipe import SpectrumRecipe
+from dielast.commands.spectrum.recipe import ExportSection, SpectrumRecipe
 from dielast.commands.spectrum.run import run
 from dielast.errors import InputError
 from dielast.export.card import CODES
