@@ -17,15 +17,14 @@ from numpy.typing import NDArray
 from dielast.plots.quantities import unit_for
 from dielast.plots.strips import limits, ticks_within
 from dielast.plots.style import (
-    COLOURS,
-    LINES,
-    MARKERS,
     degrees,
     lasting,
     legend_below,
     letter,
+    line_look,
     log_axis,
     number,
+    open_marker,
     panels,
     prestretched,
     spread_indices,
@@ -84,8 +83,8 @@ def plot_design(result: Design, title: str | None = None, interval: str | None =
         for index, combination in enumerate(shown):
             films = np.flatnonzero(line == combination)
             films = films[np.argsort(along.values[films], kind="stable")]
-            look: Any = {"color": COLOURS[index % len(COLOURS)], "linestyle": LINES[index % len(LINES)], "linewidth": 1.1}
-            look |= {"marker": MARKERS[index % len(MARKERS)], "markerfacecolor": "white"}
+            look: Any = line_look(index) | {"linewidth": 1.1}
+            look |= open_marker(index, look["color"])
             _voltages(left, along, result, films, factor, look)
             lines.append(films)
             looks.append(look)

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from dielast.mechanics.criteria import named
 from dielast.plots.cells import UNFINISHED, Cells, patch
-from dielast.plots.lifetimes import MOST_LINES, Panel, arrange, draw_panels, films_of, legend, notes
-from dielast.plots.looks import MOST_BANDS
+from dielast.plots.lifetimes import MOST_LINES, arrange, draw_panels, films_of, legend, notes
+from dielast.plots.looks import MOST_BANDS, Panel
 from dielast.plots.style import (
     SECONDS,
     TEMPERATURES,

@@ -154,6 +154,16 @@ def letter(axes: Sequence[Axes]) -> None:
         place.set_title(f"({label})", loc="left")
 
 
+def line_look(index: int) -> dict[str, Any]:
+    """Colour and dashes of the line with this number; they repeat."""
+    return {"color": COLOURS[index % len(COLOURS)], "linestyle": LINES[index % len(LINES)]}
+
+
+def open_marker(index: int, colour: Any) -> dict[str, Any]:
+    """The marker of the points with this number, white inside; they repeat."""
+    return {"marker": MARKERS[index % len(MARKERS)], "color": colour, "markerfacecolor": "white"}
+
+
 def spread_indices(count: int, most: int) -> list[int]:
     """At most `most` indices below `count`, evenly spread from the first to the last."""
     return [int(index) for index in np.unique(np.linspace(0, count - 1, min(count, most)).round())]
