@@ -65,7 +65,7 @@ class Equilibrium(SpringSection):
         kept = super().restated(values, law, given)
         kept.pop("shear_modulus", None)
         spring: type[SpringLaw] = self.FAMILY[law]
-        by_itself = spring.takes_modulus and not any(c.file_key in given for c in spring.constants if not c.needed)
+        by_itself = spring.takes_modulus and not given & {*spring.file_keys()} - {*spring.beside_modulus()}
         return kept | ({"shear_modulus": values.get("shear_modulus", f"{self.modulus()!r} Pa")} if by_itself else {})
 
     def modulus(self) -> float:
