@@ -13,10 +13,6 @@ from dielast.errors import InputError
 from dielast.recipe.fields import NamedTimes, PositiveTime, Section, Time, Voltage, Voltages
 
 
-class MapFilm(GridFilm):
-    """The films of a failure map."""
-
-
 class VoltageAxis(Section):
     """The voltages of a map: stated values, or evenly spaced points."""
 
@@ -72,7 +68,7 @@ class FailureMapRecipe(GridRecipe):
 
     kind: Literal["failure-map"] = Field(description="The subcommand that runs this recipe.")
     horizon: PositiveTime = Field(description="Time for which the voltage stays on; a film that lives longer survives.")
-    film: MapFilm = Field(description="The films, and their prestretch before the voltage.")
+    film: GridFilm = Field(description="The films, and their prestretch before the voltage.")
     voltage: VoltageAxis = Field(description="The voltages, an axis of the grid.")
     stretch: StretchSection | None = Field(
         None, description="Times at which the stretch of the films is written and drawn: the operating map."

@@ -19,30 +19,12 @@ from dielast.recipe.paths import read_path
 
 # arguments of the simulations -> keys of the recipe, except those of steps
 KEYS = {
-    "material": "material",
-    "temperature": "temperature",
-    "mode": "mode",
-    "times": "output.times",
-    "points_per_decade": "output.points_per_decade",
-    "cycles": "output.cycles",
-    "rtol": "solver.rtol",
-    "thickness": "film.thickness",
-    "prestretch": "film.prestretch",
-    "prestretch_rate": "film.prestretch_rate",
-    "relax": "film.relax",
-    "boundary": "film.boundary",
-    "electrode_share": "film.electrode_share",
-    "force": "film.force",
-    "width": "film.width",
-    "mesh_rtol": "solver.mesh_rtol",
-    "profile": "output.profile",
-    "breakdown_field": "breakdown",
-    "pull_in_timescale": "pull_in.timescale",
-    "stop_at": "stop.at",
-    "voltage": "voltage",
-    "ramp": "voltage.ramp",
-    "horizon": "horizon",
-    "sample": "uncertainty",
+    **{name: name for name in ("material", "temperature", "mode", "voltage", "horizon")},
+    **{name: f"output.{name}" for name in ("times", "points_per_decade", "cycles", "profile")},
+    **{name: f"film.{name}" for name in ("thickness", "prestretch", "prestretch_rate", "relax", "boundary", "electrode_share")},
+    **{"force": "film.force", "width": "film.width", "rtol": "solver.rtol", "mesh_rtol": "solver.mesh_rtol"},
+    **{"breakdown_field": "breakdown", "pull_in_timescale": "pull_in.timescale", "stop_at": "stop.at"},
+    **{"ramp": "voltage.ramp", "sample": "uncertainty"},
 }
 
 
