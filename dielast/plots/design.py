@@ -16,20 +16,8 @@ from numpy.typing import NDArray
 
 from dielast.plots.quantities import unit_for
 from dielast.plots.strips import limits, ticks_within
-from dielast.plots.style import (
-    degrees,
-    lasting,
-    legend_below,
-    letter,
-    line_look,
-    log_axis,
-    number,
-    open_marker,
-    panels,
-    prestretched,
-    spread_indices,
-    style,
-)
+from dielast.plots.style import legend_below, letter, line_look, log_axis, open_marker, panels, spread_indices, style
+from dielast.plots.texts import degrees, lasting, number, prestretched
 from dielast.simulate.design import FAILS_FIRST, OUT_OF_REACH, YES, Design
 
 MOST_LINES = 7

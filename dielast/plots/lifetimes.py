@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 from dielast.plots.looks import Panel
 from dielast.plots.quantities import unit_for
 from dielast.plots.strips import limits, ticks_within
-from dielast.plots.style import SHADE, degrees, line_look, log_axis, number, open_marker, prestretched, row_legend, spread_indices
+from dielast.plots.style import SHADE, line_look, log_axis, open_marker, row_legend, spread_indices
+from dielast.plots.texts import degrees, number, prestretched
 from dielast.simulate.failure_map import FailureMap
 from dielast.simulate.lifetime import EXPONENTIAL_LAW, POWER_LAW, ROOM, LifetimeLine
 

@@ -9,7 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from dielast.plots.style import LINES, TEMPERATURES, line_look, number, spread_indices
+from dielast.plots.style import LINES, TEMPERATURES, line_look, spread_indices
+from dielast.plots.texts import number
 
 MOST_LINES = 7  # cases in a panel with different looks
 MOST_BANDS = 3  # in a panel: more bands would hide each other

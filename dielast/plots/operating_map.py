@@ -20,19 +20,8 @@ from dielast.plots.cells import UNFINISHED, Cells, patch
 from dielast.plots.failure_map import is_map
 from dielast.plots.lifetimes import film_in_words
 from dielast.plots.quantities import unit_for
-from dielast.plots.style import (
-    TEMPERATURES,
-    degrees,
-    grid,
-    lasting,
-    letter,
-    line_look,
-    number,
-    row_legend,
-    sheet,
-    spread_indices,
-    style,
-)
+from dielast.plots.style import TEMPERATURES, grid, letter, line_look, row_legend, sheet, spread_indices, style
+from dielast.plots.texts import degrees, lasting, number
 from dielast.simulate.failure_map import FailureMap
 
 # ends of the bands of time in s: rounded seconds, minutes, hours, days and years

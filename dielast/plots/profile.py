@@ -10,7 +10,8 @@ from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 from dielast.plots.quantities import unit_for
-from dielast.plots.style import lasting, legend_below, line_look, panels, spread_indices, style
+from dielast.plots.style import legend_below, line_look, panels, spread_indices, style
+from dielast.plots.texts import lasting
 
 MOST_TIMES = 6
 INSIDE = 2  # rows of the table for the active part

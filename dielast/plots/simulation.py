@@ -20,7 +20,6 @@ from dielast.plots.events import Band, Mark, Span, View, draw_bands, draw_marks,
 from dielast.plots.looks import Arrangement, Look, Swept, arrange
 from dielast.plots.quantities import axis_of
 from dielast.plots.style import (
-    FIXED,
     LONGEST_LABEL,
     SHADE,
     TEMPERATURES,
@@ -29,12 +28,11 @@ from dielast.plots.style import (
     grid_of,
     legend_below,
     log_axis,
-    number,
     open_marker,
     sheet,
     style,
-    typeset,
 )
+from dielast.plots.texts import FIXED, number, typeset
 
 __all__ = ["Measured", "Swept", "plot_cases"]
 
