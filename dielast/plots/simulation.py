@@ -34,8 +34,6 @@ from dielast.plots.style import (
 )
 from dielast.plots.texts import FIXED, number, typeset
 
-__all__ = ["Measured", "Swept", "plot_cases"]
-
 MOST_MARKED = 12  # points of a line with markers
 MOST_TICKS = 8
 OF_POINTS: Any = {"linestyle": "none", "markeredgewidth": 0.8}
