@@ -24,6 +24,7 @@ from dielast.handover.law_section import (
     stated_scaling,
 )
 from dielast.io.files import read_file, resolve
+from dielast.io.table import rounded
 from dielast.io.toml import parse_toml
 from dielast.material.breakdown import BREAKDOWNS
 from dielast.material.damage import DAMAGES
@@ -284,8 +285,8 @@ def write_material(material: Material, draws: str | None = None) -> bytes:
         "equilibrium": _stated_spring(material.equilibrium_law, material.equilibrium_modulus),
         "nonequilibrium": {
             **stated_law(material.nonequilibrium_law, "gent"),
-            "relaxation_time_s": _digits(material.spectrum.relaxation_time.tolist()),
-            "shear_modulus_Pa": _digits(material.spectrum.shear_modulus.tolist()),
+            "relaxation_time_s": rounded(material.spectrum.relaxation_time.tolist()),
+            "shear_modulus_Pa": rounded(material.spectrum.shear_modulus.tolist()),
         },
         "shift": stated_law(material.shift),
     }
@@ -299,7 +300,7 @@ def write_material(material: Material, draws: str | None = None) -> bytes:
     if (calibrated := material.calibrated) is not None:
         document["calibrated"] = {
             "modes": list(calibrated.modes),
-            "largest_I1": float(f"{calibrated.largest_invariant:.9g}"),
+            "largest_I1": rounded(calibrated.largest_invariant),
             "time": [f"{value:.9g} s" for value in calibrated.time],
             "temperature": [f"{value:.9g} degC" for value in calibrated.temperature],
         }
@@ -312,7 +313,3 @@ def _stated_spring(law: SpringLaw, modulus: float) -> dict[str, Any]:
         law = NeoHookean()  # constants that are stresses cannot describe a spring with modulus 0
     name = {} if law.name == "gent" else {"law": law.name}
     return {**({"shear_modulus": f"{modulus:.9g} Pa"} if law.takes_modulus else {}), **name, **law.in_file(modulus)}
-
-
-def _digits(values: list[float]) -> list[float]:
-    return [float(f"{value:.9g}") for value in values]
