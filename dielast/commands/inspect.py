@@ -17,28 +17,28 @@ from dielast.io.toml import parse_toml
 
 def warnings_of(path: Path) -> list[str]:
     """The warnings about a recipe, a load file or a material file; raises `InputError` with a line for every mistake."""
+    with warnings.catch_warnings(record=True) as record:
+        warnings.simplefilter("always", DielastWarning)
+        _inspect(path)
+    return messages_of(record)
+
+
+def _inspect(path: Path) -> None:
     keys = parse_toml(read_file(path, str(path)), str(path)).keys() if os.path.isfile(path) else set()
     if "kind" not in keys and {"equilibrium", "nonequilibrium"} & keys:
         from dielast.handover.material_file import read_material
         from dielast.material.checks import warn_of_material
 
-        material = read_material(path)
-        with warnings.catch_warnings(record=True) as record:
-            warnings.simplefilter("always", DielastWarning)
-            warn_of_material(material)
-        return messages_of(record)
-    if keys == {"step"}:
+        warn_of_material(read_material(path))
+    elif keys == {"step"}:
         from dielast.recipe.cases import check_load
 
         check_load(COMMANDS, path)
-        return []
-    cases = read_cases(path)
-    with warnings.catch_warnings(record=True) as record:
-        warnings.simplefilter("always", DielastWarning)
+    else:
+        cases = read_cases(path)
         wrong = mistakes(COMMANDS[cases[0].recipe.kind].readings(cases, Inputs(path.parent)))
-    if wrong:
-        raise InputError(*(problem.within(file=path) if problem.file else problem.at(file=path) for problem in wrong))
-    return messages_of(record)
+        if wrong:
+            raise InputError(*(problem.within(file=path) if problem.file else problem.at(file=path) for problem in wrong))
 
 
 def mistakes(readings: Iterable[Reading]) -> list[Problem]:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence, Set
 from itertools import chain
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, TypeVar
 
-from pydantic import Field, create_model, model_validator
+from pydantic import Field, create_model
 
 from dielast.errors import InputError
 from dielast.material.breakdown import BREAKDOWNS, BreakdownLaw
@@ -31,11 +31,9 @@ class LawSection(FamilySection):
     """Arguments for `stated` with which every law that is correctly stated can be made."""
     law: Annotated[str, OneOf(tuple)]
 
-    @model_validator(mode="after")
-    def _can_be_stated(self) -> Self:
+    def _check(self) -> None:
         self._check_default()
         self.stated(*self.EXAMPLE_PLACE)
-        return self
 
     def _check_default(self) -> None:
         """`InputError` naming the law to state, if none is stated and the constants belong to another law than the default."""
@@ -124,8 +122,7 @@ SCALING_KEYS = {
 class ScalingSection(FamilySection):
     """How moduli change with temperature; for relaxation times see [shift]."""
 
-    @model_validator(mode="after")
-    def _can_be_stated(self) -> Self:
+    def _check(self) -> None:
         taken = {key for springs in SCALING_KEYS for key in self.FAMILY[getattr(self, springs)].file_keys()}
         for key in law_constants(self.FAMILY):
             if getattr(self, key) is not None and key not in taken:
@@ -133,7 +130,6 @@ class ScalingSection(FamilySection):
                 raise InputError(f"belongs to moduli that are {takes}: state {' or '.join(SCALING_KEYS)} = {takes}", key=key)
         for key in SCALING_KEYS:
             self.scaling(key)
-        return self
 
     def scaling(self, springs: str) -> ModulusLaw:
         """The law for `springs`, one of `SCALING_KEYS`; raises `InputError` if a constant of the law is missing."""

@@ -6,10 +6,10 @@ from collections.abc import Mapping, Set
 from copy import copy
 from functools import lru_cache
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, Self
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
-from pydantic import Field, create_model, model_validator
+from pydantic import Field, create_model
 
 from dielast.errors import InputError
 from dielast.handover.law_section import (
@@ -24,16 +24,16 @@ from dielast.handover.law_section import (
     stated_scaling,
 )
 from dielast.io.files import read_file, resolve
+from dielast.io.table import rounded
 from dielast.io.toml import parse_toml
 from dielast.material.breakdown import BREAKDOWNS
 from dielast.material.damage import DAMAGES
-from dielast.material.dielectric import DIELECTRICS, ConstantPermittivity, DielectricLaw
+from dielast.material.dielectric import DIELECTRICS, DielectricLaw
 from dielast.material.material import NEO_HOOKEAN, CalibratedRange, Material
 from dielast.material.modulus import CONSTANT_MODULUS, MODULI
 from dielast.material.shift import SHIFTS, NoShift, ShiftLaw
 from dielast.material.spectrum import Spectrum
 from dielast.material.springs import SPRINGS, NeoHookean, SpringLaw
-from dielast.recipe.base import Dielectric
 from dielast.recipe.fields import Modulus, Section, Temperature, Time
 from dielast.recipe.validate import check
 
@@ -66,7 +66,7 @@ class Equilibrium(SpringSection):
         kept = super().restated(values, law, given)
         kept.pop("shear_modulus", None)
         spring: type[SpringLaw] = self.FAMILY[law]
-        by_itself = spring.takes_modulus and not any(c.file_key in given for c in spring.constants if not c.needed)
+        by_itself = spring.takes_modulus and not given & {*spring.file_keys()} - {*spring.beside_modulus()}
         return kept | ({"shear_modulus": values.get("shear_modulus", f"{self.modulus()!r} Pa")} if by_itself else {})
 
     def modulus(self) -> float:
@@ -93,10 +93,9 @@ class Nonequilibrium(SpringSection):
         description="Shear modulus of each branch in Pa."
     )
 
-    @model_validator(mode="after")
-    def _a_spectrum(self) -> Self:
+    def _check(self) -> None:
+        super()._check()
         self.spectrum()
-        return self
 
     def stated(self, *place: float) -> SpringLaw:
         """The law of the springs of all branches."""
@@ -177,8 +176,7 @@ class MaterialFile(Section):
         None, min_length=1, description="Table of draws of this material, for [uncertainty]; its path is relative to this file."
     )
 
-    @model_validator(mode="after")
-    def _carries(self) -> Self:
+    def _check(self) -> None:
         if self.equilibrium.modulus() == 0 and not any(self.spectrum.shear_modulus):
             raise InputError("every shear modulus is zero: the material carries no load")
         if self.measured_temperature is not None and self.measured_temperature[0] > self.measured_temperature[1]:
@@ -192,7 +190,6 @@ class MaterialFile(Section):
         if reach is not None and not reach[0] <= there <= reach[1]:
             outside = f"{there:g} degC is outside the {self.shift_law.title}'s {reach[0]:g} to {reach[1]:g} degC"
             raise InputError(f"{outside}: an entry of 0 is needed there", key="reference_temperature")
-        return self
 
     @property
     def spectrum(self) -> Spectrum:
@@ -257,11 +254,6 @@ def _model(*registered: tuple[str, ...]) -> type[MaterialFile]:
     return create_model("MaterialFile", __base__=MaterialFile, __doc__=MaterialFile.__doc__, **fields)
 
 
-def permittivity(section: Dielectric) -> float | None:
-    """Permittivity in F/m; None if none is stated."""
-    return ConstantPermittivity(section.permittivity or 0.0, section.relative_permittivity).permittivity or None
-
-
 def parse_file(content: bytes, source: str) -> MaterialFile:
     """The material file in these bytes, with the name of the table of its draws; `InputError` with a line for every mistake."""
     return check(material_file(), parse_toml(content, source, NO_TABLE), source, Path())
@@ -293,8 +285,8 @@ def write_material(material: Material, draws: str | None = None) -> bytes:
         "equilibrium": _stated_spring(material.equilibrium_law, material.equilibrium_modulus),
         "nonequilibrium": {
             **stated_law(material.nonequilibrium_law, "gent"),
-            "relaxation_time_s": _digits(material.spectrum.relaxation_time.tolist()),
-            "shear_modulus_Pa": _digits(material.spectrum.shear_modulus.tolist()),
+            "relaxation_time_s": rounded(material.spectrum.relaxation_time.tolist()),
+            "shear_modulus_Pa": rounded(material.spectrum.shear_modulus.tolist()),
         },
         "shift": stated_law(material.shift),
     }
@@ -308,7 +300,7 @@ def write_material(material: Material, draws: str | None = None) -> bytes:
     if (calibrated := material.calibrated) is not None:
         document["calibrated"] = {
             "modes": list(calibrated.modes),
-            "largest_I1": float(f"{calibrated.largest_invariant:.9g}"),
+            "largest_I1": rounded(calibrated.largest_invariant),
             "time": [f"{value:.9g} s" for value in calibrated.time],
             "temperature": [f"{value:.9g} degC" for value in calibrated.temperature],
         }
@@ -321,7 +313,3 @@ def _stated_spring(law: SpringLaw, modulus: float) -> dict[str, Any]:
         law = NeoHookean()  # constants that are stresses cannot describe a spring with modulus 0
     name = {} if law.name == "gent" else {"law": law.name}
     return {**({"shear_modulus": f"{modulus:.9g} Pa"} if law.takes_modulus else {}), **name, **law.in_file(modulus)}
-
-
-def _digits(values: list[float]) -> list[float]:
-    return [float(f"{value:.9g}") for value in values]

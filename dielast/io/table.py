@@ -6,7 +6,7 @@ import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -67,6 +67,13 @@ def as_number(cell: str) -> float:
         return float(cell.replace("\u2212", "-"))
     except ValueError:
         return math.nan
+
+
+def rounded(value: Any) -> Any:
+    """Numbers to 9 significant digits, as in the tables; also those in a list."""
+    if isinstance(value, float):
+        return float(f"{value:.9g}")
+    return [rounded(entry) for entry in value] if isinstance(value, list | tuple) else value
 
 
 def spoken(name: str) -> str:

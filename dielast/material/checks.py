@@ -46,12 +46,10 @@ def warn_of_material(material: Material) -> None:
         beside = f"beside an equilibrium modulus of {rest:g} Pa"
         why = "is the material elastic, or are they in another unit?"
         warn(f"the branches add up to {branches:.3g} Pa {beside}, so that relaxation does not show: {why}")
-    for reason in (material.equilibrium_law.warning("equilibrium"), material.nonequilibrium_law.warning("nonequilibrium")):
-        if reason:
-            warn(reason)
-    warn_of_temperature(material.reference_temperature, "the reference temperature is")
-    if reason := material.shift.warning():
+    springs = material.equilibrium_law.warning("equilibrium"), material.nonequilibrium_law.warning("nonequilibrium")
+    for reason in filter(None, (*springs, material.shift.warning())):
         warn(reason)
+    warn_of_temperature(material.reference_temperature, "the reference temperature is")
     if material.dielectric is not None:
         relatives = material.dielectric.typical(material.reference_temperature) / VACUUM_PERMITTIVITY
         for relative in _outside(relatives, 1, LARGEST_PERMITTIVITY)[:1]:

@@ -124,14 +124,15 @@ class Law:
                 needed = "a positive number" if constant.above is not None else "a number of at least 0"
                 raise InputError(f"{value:g}: {needed} is needed", argument=constant.name)
 
+    def numbers(self) -> dict[str, Any]:
+        """The constants in SI by their keys in a material file, each a number or a list; without those that have no value."""
+        values = [(constant, getattr(self, constant.name)) for constant in self.constants]
+        return {named.file_key: list(value) if named.many else value for named, value in values if value is not None}
+
     def stated(self) -> dict[str, Any]:
         """The constants by their keys in a material file, without those that have their default."""
-        values = self.values()
-        return {
-            constant.file_key: constant.stated(values[constant.name])
-            for constant in self.constants
-            if constant.is_needed or values[constant.name] != constant.left_out
-        }
+        values = [(constant, getattr(self, constant.name)) for constant in self.constants]
+        return {named.file_key: named.stated(value) for named, value in values if named.is_needed or value != named.left_out}
 
     @classmethod
     def arguments(cls, stated: Mapping[str, Any]) -> dict[str, Any]:

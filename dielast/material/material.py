@@ -23,7 +23,7 @@ from dielast.material.shift import ShiftLaw
 from dielast.material.spectrum import Spectrum
 from dielast.material.springs import Gent, SpringLaw
 from dielast.numerics.arrays import Floats
-from dielast.units import STRESS, TIME, parse
+from dielast.units import STRESS, TIME
 
 NEO_HOOKEAN = Gent()
 
@@ -104,18 +104,17 @@ class Material(Result):
 def numbers_of(material: Material) -> Numbers:
     """All numbers of a material that may be varied, by section and key of its file."""
     modulus, spring = material.equilibrium_modulus, material.equilibrium_law
+    beside = {key: value for key, value in spring.of_modulus(modulus).numbers().items() if key in spring.beside_modulus()}
     numbers: Numbers = {
-        "equilibrium": {**({"shear_modulus": modulus} if spring.takes_modulus else {}), **_read(spring, spring.in_file(modulus))},
+        "equilibrium": {**({"shear_modulus": modulus} if spring.takes_modulus else {}), **beside},
         "nonequilibrium": {
             "shear_modulus": material.spectrum.shear_modulus.tolist(),
             "relaxation_time": material.spectrum.relaxation_time.tolist(),
             SCALE: 1.0,
-            **_read(material.nonequilibrium_law, material.nonequilibrium_law.stated()),
+            **material.nonequilibrium_law.numbers(),
         },
     }
-    for section, law in _laws(material).items():
-        numbers[section] = _read(law, law.stated())
-    return numbers
+    return numbers | {section: law.numbers() for section, law in _laws(material).items()}
 
 
 def constants_of(material: Material) -> dict[str, dict[str, Constant]]:
@@ -152,19 +151,6 @@ def _laws(material: Material) -> dict[str, Law]:
     """The laws of a material other than the springs, by section."""
     laws = {"shift": material.shift, "dielectric": material.dielectric, "breakdown": material.breakdown, "damage": material.damage}
     return {section: law for section, law in laws.items() if law is not None}
-
-
-def _read(law: Law, stated: Mapping[str, Any]) -> dict[str, Any]:
-    """The constants of a law as numbers in SI, None for one left out without a value."""
-    values_by_key: dict[str, Any] = {}
-    for constant in law.constants:
-        value = stated.get(constant.file_key, constant.left_out)
-        if value is None:
-            continue
-        texts = value if isinstance(value, list | tuple) else [value]
-        numbers = [parse(text, constant.dimension) if isinstance(text, str) and constant.dimension else text for text in texts]
-        values_by_key[constant.file_key] = numbers if isinstance(value, list | tuple) else numbers[0]
-    return values_by_key
 
 
 def materials_of(material: Material | Sequence[Material]) -> list[Material]:

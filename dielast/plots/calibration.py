@@ -16,7 +16,8 @@ from dielast.calibration.comparison import Comparison
 from dielast.calibration.profiles import DECISIVE, Profile
 from dielast.calibration.result import Calibration
 from dielast.plots.quantities import axis_of, unit_for
-from dielast.plots.style import COLOURS, SHADE, log_axis, number, shade, sheet, spread, spread_indices, style, typeset
+from dielast.plots.style import COLOURS, SHADE, log_axis, shade, sheet, spread, spread_indices, style
+from dielast.plots.texts import number, typeset
 
 KILO = 1e-3  # from Pa
 ACROSS = 3

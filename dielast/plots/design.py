@@ -16,21 +16,8 @@ from numpy.typing import NDArray
 
 from dielast.plots.quantities import unit_for
 from dielast.plots.strips import limits, ticks_within
-from dielast.plots.style import (
-    COLOURS,
-    LINES,
-    MARKERS,
-    degrees,
-    lasting,
-    legend_below,
-    letter,
-    log_axis,
-    number,
-    panels,
-    prestretched,
-    spread_indices,
-    style,
-)
+from dielast.plots.style import legend_below, letter, line_look, log_axis, open_marker, panels, spread_indices, style
+from dielast.plots.texts import degrees, lasting, number, prestretched
 from dielast.simulate.design import FAILS_FIRST, OUT_OF_REACH, YES, Design
 
 MOST_LINES = 7
@@ -84,8 +71,8 @@ def plot_design(result: Design, title: str | None = None, interval: str | None =
         for index, combination in enumerate(shown):
             films = np.flatnonzero(line == combination)
             films = films[np.argsort(along.values[films], kind="stable")]
-            look: Any = {"color": COLOURS[index % len(COLOURS)], "linestyle": LINES[index % len(LINES)], "linewidth": 1.1}
-            look |= {"marker": MARKERS[index % len(MARKERS)], "markerfacecolor": "white"}
+            look: Any = line_look(index) | {"linewidth": 1.1}
+            look |= open_marker(index, look["color"])
             _voltages(left, along, result, films, factor, look)
             lines.append(films)
             looks.append(look)
@@ -153,28 +140,11 @@ def _voltages(axes: Axes, along: _Axis, result: Design, films: NDArray[np.intp],
         axes.vlines(along.values[films][known], low[known], high[known], color=look["color"], linewidth=1.0)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Strip:
-    """A strip of the axes for films without a time: the `marker` (films,), None for films without a mark there, and the text
-    `words`.
-    """
-
-    marker: NDArray[np.object_]
-    words: str
-
-    @property
-    def used(self) -> bool:
-        """Whether the strip holds any mark."""
-        return any(self.marker)
-
-
-def _strips(result: Design, life: NDArray[np.float64]) -> tuple[_Strip, _Strip]:
-    """The strips above the times, for films that live longer, and below them."""
-    above = np.where(np.isposinf(life), "film", "")
+def _untimed(result: Design, life: NDArray[np.float64]) -> tuple[NDArray[np.str_], NDArray[np.str_]]:
+    """Marks (films,) of the films without a time: above the times of those that live longer, and below; "" if there is none."""
     below = np.array([CROSSES.get(reason, "") for reason in result.reached.tolist()])
     below[life == 0] = CROSSES[AT_ONCE]
-    words = [MEANINGS[mark] for mark in CROSSES.values() if mark in below]
-    return _Strip(above, f"longer than {lasting(result.horizon)}"), _Strip(below, ", ".join(words))
+    return np.where(np.isposinf(life), "film", ""), below
 
 
 def _side_by_side(along: _Axis, lines: int) -> int:
@@ -187,33 +157,37 @@ def _lives(
     axes: Axes, along: _Axis, result: Design, life: NDArray[np.float64], lines: Sequence[NDArray[np.intp]], looks: Sequence[Any]
 ) -> None:
     """The times, above them marks of films that live longer than the horizon, and below them those of films without a life."""
-    above, below = _strips(result, life)
+    above, below = _untimed(result, life)
     known = life[np.isfinite(life) & (life > 0)]
     shown = (float(known.min()) / ROOM if known.size else min(result.at, result.horizon / 100), result.horizon)
-    if not above.used and known.size:
+    if not np.any(above != "") and known.size:
         shown = shown[0], float(known.max()) * ROOM
     side = _side_by_side(along, len(lines))
     height = WORDS + ROW * (-(-len(lines) // side) + 0.5)
-    share = {strip: height if strip.used else 0.0 for strip in (above, below)}
-    axes.set_ylim(*limits(shown, share[above], share[below]))
+    axes.set_ylim(*limits(shown, *(height if np.any(marks != "") else 0.0 for marks in (above, below))))
     log_axis(axes, "y")
     ticks_within(axes, shown)
     for films, look in zip(lines, looks, strict=True):
         timed = np.where(np.isfinite(life[films]) & (life[films] > 0), life[films], np.nan)
         axes.plot(along.values[films], timed, **look)
-    for strip, foot, words in ((above, 1 - height, 1 - 0.6 * WORDS), (below, 0.0, height - 0.5 * WORDS)):
-        if not strip.used:
+    crosses = ", ".join(MEANINGS[mark] for mark in CROSSES.values() if mark in below)
+    strips = (
+        (above, shown[1], 1 - height, 1 - 0.6 * WORDS, f"longer than {lasting(result.horizon)}"),
+        (below, shown[0], 0.0, height - 0.5 * WORDS, crosses),
+    )
+    for marks, edge, foot, middle, words in strips:
+        if not np.any(marks != ""):
             continue
         axes.add_patch(Rectangle((0, foot), 1, height, transform=axes.transAxes, color="0.93", linewidth=0.0, zorder=0))
-        axes.axhline(shown[int(strip is above)], color="0.5", linewidth=0.6)
-        axes.text(0.5, words, strip.words, transform=axes.transAxes, ha="center", va="center", fontsize=6.5, color="0.25")
+        axes.axhline(edge, color="0.5", linewidth=0.6)
+        axes.text(0.5, middle, words, transform=axes.transAxes, ha="center", va="center", fontsize=6.5, color="0.25")
         for index, (films, look) in enumerate(zip(lines, looks, strict=True)):
             row, place = divmod(index, side)
             aside = (place - 0.5 * (min(side, len(lines)) - 1)) * APART / 72
             shift = ScaledTranslation(aside, 0, axes.figure.dpi_scale_trans)
             at: Any = {"transform": axes.get_xaxis_transform() + shift, "linestyle": "none"}
-            for marker in dict.fromkeys(strip.marker[films].tolist()):
-                some = films[strip.marker[films] == marker]
+            for marker in dict.fromkeys(marks[films].tolist()):
+                some = films[marks[films] == marker]
                 mark = {} if marker == "film" else {"marker": marker, "markersize": 4.0}
                 if marker:
                     axes.plot(along.values[some], np.full(some.size, foot + ROW * (row + 0.75)), **look | at | mark)

@@ -14,22 +14,10 @@ from numpy.typing import NDArray
 
 from dielast.mechanics.criteria import named
 from dielast.plots.cells import UNFINISHED, Cells, patch
-from dielast.plots.lifetimes import MOST_LINES, Panel, arrange, draw_panels, films_of, legend, notes
-from dielast.plots.looks import MOST_BANDS
-from dielast.plots.style import (
-    SECONDS,
-    TEMPERATURES,
-    degrees,
-    grid,
-    lasting,
-    letter,
-    number,
-    panels,
-    row_legend,
-    sheet,
-    spread_indices,
-    style,
-)
+from dielast.plots.lifetimes import MOST_LINES, arrange, draw_panels, films_of, legend, notes
+from dielast.plots.looks import MOST_BANDS, Panel
+from dielast.plots.style import TEMPERATURES, grid, letter, panels, row_legend, sheet, spread_indices, style
+from dielast.plots.texts import SECONDS, degrees, lasting, number
 from dielast.simulate.failure_map import FailureMap
 from dielast.simulate.lifetime import LifetimeLine
 

@@ -12,9 +12,11 @@ from matplotlib.lines import Line2D
 from matplotlib.transforms import ScaledTranslation
 from numpy.typing import NDArray
 
+from dielast.plots.looks import Panel
 from dielast.plots.quantities import unit_for
 from dielast.plots.strips import limits, ticks_within
-from dielast.plots.style import COLOURS, LINES, MARKERS, SHADE, degrees, log_axis, number, prestretched, row_legend, spread_indices
+from dielast.plots.style import SHADE, line_look, log_axis, open_marker, row_legend, spread_indices
+from dielast.plots.texts import degrees, number, prestretched
 from dielast.simulate.failure_map import FailureMap
 from dielast.simulate.lifetime import EXPONENTIAL_LAW, POWER_LAW, ROOM, LifetimeLine
 
@@ -25,14 +27,6 @@ MOST_MARKERS = 25  # for each line
 ROW = 0.04  # share of the height of the axes: a row of arrows or markers beyond the times of the log axis
 BESIDE = 4.5  # points from an arrow to the marker of its film
 LONGEST_BESIDE = 28  # characters of a label in a legend with two columns
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Panel:
-    """The `films` of a panel, as indices of temperature and prestretch, and a `title` with what they share."""
-
-    films: Sequence[Pair]
-    title: str = ""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -50,19 +44,14 @@ class Drawn:
     line: LifetimeLine
 
     @property
+    def look(self) -> Any:
+        """Colour and dashes of the film."""
+        return line_look(self.index)
+
+    @property
     def marker(self) -> Any:
         """The marker of the film."""
-        return {"marker": MARKERS[self.index % len(MARKERS)], "color": self.colour, "markerfacecolor": "white"}
-
-    @property
-    def colour(self) -> str:
-        """The colour of the film."""
-        return COLOURS[self.index % len(COLOURS)]
-
-    @property
-    def dashes(self) -> Any:
-        """The line style of the film."""
-        return LINES[self.index % len(LINES)]
+        return open_marker(self.index, self.look["color"])
 
     @property
     def fails(self) -> NDArray[np.bool_]:
@@ -117,7 +106,7 @@ def films_of(
     """The films of a panel; the label of a film that fails at no voltage states that."""
     unknown = np.full(result.voltage.size, np.nan)
     drawn = []
-    for index, (i, j) in enumerate(panel.films):
+    for index, (i, j) in enumerate(panel.cases):
         parts = [film_in_words(result, j)] + [degrees(result.temperature[i])] * (result.temperature.size > 1)
         label = ", ".join(part for part in parts if part != panel.title)
         if not np.any(np.isfinite(result.time_to_failure[i, j])):
@@ -178,7 +167,7 @@ def _band(axes: Axes, voltage: NDArray[np.float64], film: Drawn, low: float, hig
     """Draw the band of a film; an open band extends to the end of the axis."""
     within = np.isfinite(film.low) & ~np.isnan(film.high)
     down, up = film.low.clip(low, high), film.high.clip(low, high)
-    look: Any = {"color": film.colour, "alpha": SHADE}
+    look: Any = {"color": film.look["color"], "alpha": SHADE}
     axes.fill_between(voltage, down, up, where=within, linewidth=0.0, **look)
     # a single voltage between others without a band has no area
     alone = within & ~np.append(within[1:], False) & ~np.append(False, within[:-1])
@@ -196,7 +185,7 @@ def _times(axes: Axes, voltage: NDArray[np.float64], factor: float, film: Drawn)
     axes.plot(voltage[fails] * factor, film.time[fails], linestyle="none", zorder=3, markevery=every, **film.marker)
     if film.line.drawn_law:
         along = np.linspace(voltage[fails][0], voltage[fails][-1], 2 if film.line.drawn_law == EXPONENTIAL_LAW else 50)
-        axes.plot(along * factor, film.line.drawn(along), linestyle=film.dashes, linewidth=0.9, color=film.colour)
+        axes.plot(along * factor, film.line.drawn(along), linewidth=0.9, **film.look)
 
 
 def _rows(axes: Axes, voltage: NDArray[np.float64], films: Sequence[Drawn], below: int) -> None:
@@ -224,7 +213,7 @@ def _arrows(axes: Axes, along: NDArray[np.float64], up: float, marker: str, film
     if not along.size:
         return
     along, place = _thinned(along), axes.get_xaxis_transform()
-    arrow: Any = {"marker": marker, "markersize": 4.8, "markeredgewidth": 0.2, "color": film.colour}
+    arrow: Any = {"marker": marker, "markersize": 4.8, "markeredgewidth": 0.2, "color": film.look["color"]}
     axes.plot(along, np.full(along.size, up), transform=place, linestyle="none", zorder=3, **arrow)
     beside = place + ScaledTranslation(-BESIDE / 72, 0, axes.figure.dpi_scale_trans)
     axes.plot(along[:1], [up], transform=beside, linestyle="none", zorder=3, **{**film.marker, "markersize": 2.8})
@@ -238,7 +227,7 @@ def legend(axes: Axes, films: Sequence[Drawn], note: str | None) -> None:
     """The legend of a panel and a `note`, below the axes, as the curves leave no corner within them free."""
     handles = []
     for film in films:
-        dashes: Any = film.dashes if film.line.drawn_law else "none"
+        dashes: Any = film.look["linestyle"] if film.line.drawn_law else "none"
         handles.append(Line2D([], [], linestyle=dashes, linewidth=0.9, label=film.label, **film.marker))
     # a legend wider than the figure would spoil its layout
     columns = 2 if len(films) > 1 and max(len(film.label) for film in films) <= LONGEST_BESIDE else 1

@@ -9,7 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from dielast.plots.style import COLOURS, LINES, TEMPERATURES, number, spread_indices
+from dielast.plots.style import LINES, TEMPERATURES, line_look, spread_indices
+from dielast.plots.texts import number
 
 MOST_LINES = 7  # cases in a panel with different looks
 MOST_BANDS = 3  # in a panel: more bands would hide each other
@@ -49,9 +50,9 @@ class Swept:
 
 @dataclass(frozen=True, slots=True)
 class Panel:
-    """The `cases` of a panel, and a `title` with what they share."""
+    """The `cases` of a panel, each by its number or by its place in a map, and a `title` with what they share."""
 
-    cases: Sequence[int]
+    cases: Sequence[Any]
     title: str = ""
 
 
@@ -78,7 +79,7 @@ def arrange(labels: Sequence[str], swept: Sequence[Swept], bands: int = 0) -> Ar
     """Arrange the cases with these `labels`; `bands` of them have bands."""
     count, most = len(labels), MOST_BANDS if bands > MOST_BANDS else MOST_LINES
     if count <= most:
-        return Arrangement([Panel(range(count))], 1, [_look(case) for case in range(count)], 1.2, _ordered(labels, swept))
+        return Arrangement([Panel(range(count))], 1, [line_look(case) for case in range(count)], 1.2, _ordered(labels, swept))
     factors = _crossed(count, swept)
     if len(factors) > 1:
         return _by_factor(factors, most)
@@ -90,10 +91,6 @@ def arrange(labels: Sequence[str], swept: Sequence[Swept], bands: int = 0) -> Ar
     named = np.unique(np.linspace(0, count - 1, MOST_NAMED).astype(int)).tolist()
     looks = [{"color": TEMPERATURES(case / (count - 1)), "linestyle": LINES[case % len(LINES)]} for case in range(count)]
     return Arrangement([Panel(range(count))], 1, looks, 0.9, {case: labels[case] for case in named})
-
-
-def _look(index: int) -> dict[str, Any]:
-    return {"color": COLOURS[index % len(COLOURS)], "linestyle": LINES[index % len(LINES)]}
 
 
 def _scale(factor: Swept, count: int) -> list[dict[str, Any]]:
@@ -144,7 +141,7 @@ def _by_factor(factors: Sequence[Swept], most: int) -> Arrangement:
     across = len(grid[1]) if len(grid) == 2 else 2 if len(panels) in (2, 4) else min(len(panels), ACROSS)
     if scaled:
         return Arrangement(panels, across, _scale(lines, count), 0.9, {}, lines)
-    looks = [_look(along.index(lines.level(case)) if lines.level(case) in along else 0) for case in range(count)]
+    looks = [line_look(along.index(lines.level(case)) if lines.level(case) in along else 0) for case in range(count)]
     named = {case: lines.text(case) for case in panels[0].cases} if lines.label else {}
     return Arrangement(panels, across, looks, 1.2, named)
 

@@ -20,20 +20,8 @@ from dielast.plots.cells import UNFINISHED, Cells, patch
 from dielast.plots.failure_map import is_map
 from dielast.plots.lifetimes import film_in_words
 from dielast.plots.quantities import unit_for
-from dielast.plots.style import (
-    COLOURS,
-    LINES,
-    TEMPERATURES,
-    degrees,
-    grid,
-    lasting,
-    letter,
-    number,
-    row_legend,
-    sheet,
-    spread_indices,
-    style,
-)
+from dielast.plots.style import TEMPERATURES, grid, letter, line_look, row_legend, sheet, spread_indices, style
+from dielast.plots.texts import degrees, lasting, number
 from dielast.simulate.failure_map import FailureMap
 
 # ends of the bands of time in s: rounded seconds, minutes, hours, days and years
@@ -163,19 +151,19 @@ def _curves(figure: Figure, axes: Sequence[Axes], result: FailureMap, panels: Se
     chosen = spread_indices(len(result.prestretch), MOST_LINES)
     handles, crossed = [], False
     for index, film in enumerate(chosen):
-        look: Any = {"color": COLOURS[index % len(COLOURS)], "linestyle": LINES[index % len(LINES)]}
+        line = line_look(index)
         for place, (temperature, name) in zip(axes, panels, strict=True):
             stretch = result.relative_stretch[name][0, temperature, film]
             lived = np.flatnonzero(np.isfinite(stretch))
-            place.plot(result.voltage * factor, stretch, **look, linewidth=1.2)
+            place.plot(result.voltage * factor, stretch, **line, linewidth=1.2)
             if lived.size and lived[-1] + 1 < stretch.size:
                 end, crossed = lived[-1], True
                 place.plot(
-                    result.voltage[end] * factor, stretch[end], marker="x", color=look["color"], linestyle="none", markersize=4.5
+                    result.voltage[end] * factor, stretch[end], marker="x", color=line["color"], linestyle="none", markersize=4.5
                 )
             if lived.size == 1:
-                place.plot(result.voltage[lived] * factor, stretch[lived], marker=".", color=look["color"])
-        handles.append(Line2D([], [], label=film_in_words(result, film), **look))
+                place.plot(result.voltage[lived] * factor, stretch[lived], marker=".", color=line["color"])
+        handles.append(Line2D([], [], label=film_in_words(result, film), **line))
     if crossed:
         cross = "highest voltage under which the film lives to this time"
         handles.append(Line2D([], [], marker="x", color="0.3", linestyle="none", markersize=4.5, label=cross))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -11,7 +10,8 @@ from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 from dielast.plots.quantities import unit_for
-from dielast.plots.style import COLOURS, LINES, lasting, legend_below, panels, spread_indices, style
+from dielast.plots.style import legend_below, line_look, panels, spread_indices, style
+from dielast.plots.texts import lasting
 
 MOST_TIMES = 6
 INSIDE = 2  # rows of the table for the active part
@@ -33,14 +33,13 @@ def plot_profile(cases: Sequence[Mapping[str, NDArray[np.float64]]], title: str 
         handles = []
         for number, time in enumerate(chosen):
             rows = table["time [s]"] == time
-            radius, colour = table["radius [1]"][rows], COLOURS[number % len(COLOURS)]
-            line: Any = LINES[number % len(LINES)]
+            radius, line = table["radius [1]"][rows], line_look(number)
             for panel, (name, scale) in zip(axes, (("stretch_{} [1]", 1.0), ("nominal_stress_{} [Pa]", factor)), strict=True):
                 for axis, width in ((1, 1.3), (2, 0.6)):
                     values = scale * table[name.format(axis)][rows]
                     for part in (slice(0, INSIDE), slice(INSIDE, None)):
-                        panel.plot(radius[part], values[part], color=colour, linestyle=line, linewidth=width)
-            handles.append(Line2D([], [], color=colour, linestyle=line, label=lasting(time) if time else "0 s"))
+                        panel.plot(radius[part], values[part], linewidth=width, **line)
+            handles.append(Line2D([], [], label=lasting(time) if time else "0 s", **line))
         for panel, label in zip(axes, ("stretch", f"nominal stress [{unit}]"), strict=True):
             widest = float(np.max(table["radius [1]"], initial=1.0))
             panel.set_xlim(0, min(widest, FAR))

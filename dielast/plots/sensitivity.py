@@ -14,7 +14,8 @@ from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from dielast.plots.quantities import unit_for
-from dielast.plots.style import COLOURS, degrees, grid, legend_below, number, prestretched, sheet, spread_indices, style
+from dielast.plots.style import COLOURS, grid, legend_below, sheet, spread_indices, style
+from dielast.plots.texts import degrees, number, prestretched
 from dielast.simulate.sensitivity import LifeShares, Sensitivity
 
 MOST_PANELS = 6

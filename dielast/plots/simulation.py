@@ -20,9 +20,7 @@ from dielast.plots.events import Band, Mark, Span, View, draw_bands, draw_marks,
 from dielast.plots.looks import Arrangement, Look, Swept, arrange
 from dielast.plots.quantities import axis_of
 from dielast.plots.style import (
-    FIXED,
     LONGEST_LABEL,
-    MARKERS,
     SHADE,
     TEMPERATURES,
     clear_ticks,
@@ -30,16 +28,15 @@ from dielast.plots.style import (
     grid_of,
     legend_below,
     log_axis,
-    number,
+    open_marker,
     sheet,
     style,
-    typeset,
 )
-
-__all__ = ["Measured", "Swept", "plot_cases"]
+from dielast.plots.texts import FIXED, number, typeset
 
 MOST_MARKED = 12  # points of a line with markers
 MOST_TICKS = 8
+OF_POINTS: Any = {"linestyle": "none", "markeredgewidth": 0.8}
 STILL, BEFORE = 0.005, 3.0  # a log axis begins earlier, by this factor, than a curve has moved by this share of its range
 DIM = 0.35  # opacity of a line after a failure
 LEAST_SHARE = 0.1  # least range of y of a panel over the widest one, for a shared axis
@@ -100,8 +97,8 @@ def plot_cases(
                 _line(axes, view, cases[case], arranged.looks[case], arranged.width, failure)
             for index, points in enumerate(measured):
                 if points.case in panel.cases:
-                    marker = _points(index, arranged.looks[points.case]["color"])
-                    axes.plot(points.x * view.factors[0], points.y * view.factors[1], linestyle="none", **marker)
+                    marker = open_marker(index, arranged.looks[points.case]["color"]) | OF_POINTS
+                    axes.plot(points.x * view.factors[0], points.y * view.factors[1], **marker)
         banded = draw_bands(panels, arranged, view, bands)
         happened = draw_marks(panels, arranged, view, marks, spans)
         for which, logarithmic in zip("xy", view.log, strict=True):
@@ -217,11 +214,6 @@ def _trimmed(seen: NDArray[np.bool_]) -> slice:
     return slice(int(where[0]), int(where[-1]) + 1) if where.size else slice(0, 0)
 
 
-def _points(index: int, colour: Any) -> dict[str, Any]:
-    """Draw the measured points."""
-    return {"marker": MARKERS[index % len(MARKERS)], "color": colour, "markerfacecolor": "white", "markeredgewidth": 0.8}
-
-
 def _legend(arranged: Arrangement, labels: Sequence[str], measured: Sequence[Measured]) -> list[Artist]:
     """The legend entries for cases and measured points."""
     handles: list[Artist] = []
@@ -232,10 +224,10 @@ def _legend(arranged: Arrangement, labels: Sequence[str], measured: Sequence[Mea
         handles.append(Line2D([], [], linestyle="none", label=f"and {count - len(arranged.named)} more"))
     for index, points in enumerate(measured):
         if points.case in arranged.shown:
-            look = _points(index, arranged.looks[points.case]["color"])
+            marker = open_marker(index, arranged.looks[points.case]["color"]) | OF_POINTS
             # the case first, as a long label loses its end
             belongs = f"{labels[points.case]}: " if count > 1 and labels[points.case] else ""
-            handles.append(Line2D([], [], linestyle="none", label=_cut(belongs + points.label), **look))
+            handles.append(Line2D([], [], label=_cut(belongs + points.label), **marker))
     return handles
 
 

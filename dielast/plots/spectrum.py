@@ -6,7 +6,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from dielast.plots.style import COLOURS, degrees, log_axis, panels, row_legend, spread, style
+from dielast.plots.style import COLOURS, letter, log_axis, panels, row_legend, spread, style
+from dielast.plots.texts import degrees
 from dielast.relaxation.continuous import ContinuousSpectrum
 from dielast.relaxation.interconversion import response
 from dielast.relaxation.reduce import Reduction
@@ -61,8 +62,7 @@ def plot_spectrum(
         for axes in (lines, curve):
             handles, _ = axes.get_legend_handles_labels()
             row_legend(axes, handles, 2, loc="upper center", bbox_to_anchor=(0.5, -0.2))
-        lines.set_title("(a)", loc="left")
-        curve.set_title("(b)", loc="left")
+        letter((lines, curve))
     return figure
 
 

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import os
-import re
 import textwrap
 import warnings
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from itertools import pairwise
 from pathlib import Path
@@ -25,7 +24,7 @@ from matplotlib.path import Path as Outline
 from matplotlib.ticker import LogLocator, NullFormatter, NullLocator
 from numpy.typing import NDArray
 
-from dielast.simulate import durations
+from dielast.plots.texts import FIXED, number, typeset
 
 # the colours of Okabe and Ito, ordered so that neighbours also differ in lightness: distinct for the colour-blind and in grey
 COLOURS = ("#000000", "#D55E00", "#0072B2", "#E69F00", "#009E73", "#CC79A7", "#56B4E9")
@@ -35,8 +34,6 @@ MARKERS = ("o", "s", "^", "D", "v", "P", "X")
 TEMPERATURES = LinearSegmentedColormap.from_list("temperatures", mpl.colormaps["viridis"](np.linspace(0.0, 0.82, 256)))
 SHADE = 0.18  # opacity of a band
 COLUMN_WIDTH = 3.4  # inches, one column of a journal page: 86 mm
-SECONDS = ((1.0, "s"), (1e-3, "ms"), (1e-6, "\N{MICRO SIGN}s"), (1e-9, "ns"))
-FIXED = "\N{NO-BREAK SPACE}"
 LONGEST_LABEL = 58  # characters at column width
 DIGIT = 0.636  # width of a digit over the size of the font, DejaVu Sans
 
@@ -154,6 +151,16 @@ def letter(axes: Sequence[Axes]) -> None:
         place.set_title(f"({label})", loc="left")
 
 
+def line_look(index: int) -> dict[str, Any]:
+    """Colour and dashes of the line with this number; they repeat."""
+    return {"color": COLOURS[index % len(COLOURS)], "linestyle": LINES[index % len(LINES)]}
+
+
+def open_marker(index: int, colour: Any) -> dict[str, Any]:
+    """The marker of the points with this number, white inside; they repeat."""
+    return {"marker": MARKERS[index % len(MARKERS)], "color": colour, "markerfacecolor": "white"}
+
+
 def spread_indices(count: int, most: int) -> list[int]:
     """At most `most` indices below `count`, evenly spread from the first to the last."""
     return [int(index) for index in np.unique(np.linspace(0, count - 1, min(count, most)).round())]
@@ -193,33 +200,6 @@ def log_axis(axes: Axes, which: str) -> None:
 
     axis.set_major_formatter(plain)
     axis.set_minor_formatter(plain)
-
-
-def typeset(text: str) -> str:
-    """Text for print: minus signs before numbers and in exponents, °C."""
-    text = re.sub(r"(?<![\w.)\]])-(?=\.?\d)|(?<=\de)-(?=\d)|(?<=\^)-(?=\d)", "\N{MINUS SIGN}", text)
-    return text.replace("degC", "°C").replace("degF", "°F")
-
-
-def number(value: float, digits: int = 4) -> str:
-    """A number to so many digits, for a label."""
-    return typeset(f"{value + 0.0:.{digits}g}")
-
-
-def degrees(temperature: float) -> str:
-    """A temperature to a tenth of a degree, for a label."""
-    return f"{number(round(temperature, 1), 6)} °C"
-
-
-def prestretched(pair: Iterable[float]) -> str:
-    """The prestretch of axes 1 and 2, as one number if they are equal."""
-    first, second = map(float, pair)
-    return f"prestretch {number(first)}" + (f" \N{MULTIPLICATION SIGN} {number(second)}" if first != second else "")
-
-
-def lasting(seconds: float, digits: int = 3) -> str:
-    """A time in the largest unit of which it is at least one, for a label."""
-    return typeset(durations.lasting(seconds, digits))
 
 
 def shade(axes: Axes, x: NDArray[np.float64], lower: NDArray[np.float64], upper: NDArray[np.float64], colour: str) -> None:

@@ -12,7 +12,8 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
-from dielast.plots.style import COLOURS, MARKERS, TEMPERATURES, degrees, spread, typeset
+from dielast.plots.style import COLOURS, MARKERS, TEMPERATURES, spread
+from dielast.plots.texts import degrees, typeset
 from dielast.superposition.result import MasterCurve
 
 MOST_IN_LEGEND = 6  # temperatures; more are shown by a colour bar

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Collection
-from typing import Any, Self, TypeAlias
+from typing import Any, TypeAlias
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from dielast import units
 from dielast.errors import InputError
@@ -65,8 +65,7 @@ class Columns(NamedColumns):
             return "oscillation"
         return "creep" if "compliance" in columns else "relaxation"
 
-    @model_validator(mode="after")
-    def _one_measurement(self) -> Self:
+    def _check(self) -> None:
         columns = self.by_role
         over_time = [role for role in OVER_TIME if role in columns]
         over_frequency = [role for role in OVER_FREQUENCY if role in columns]
@@ -83,7 +82,6 @@ class Columns(NamedColumns):
         for role, column in columns.items():
             if first.setdefault(column, role) != role:
                 raise InputError(f'{first[column]} and {role} are the same column, "{column}"')
-        return self
 
 
 ROLES = {role: mark for role, field in Columns.model_fields.items() for mark in field.metadata if isinstance(mark, units.Dimension)}

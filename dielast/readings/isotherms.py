@@ -27,24 +27,18 @@ def isotherms(
     over more than four tolerances.
     """
     sets = [np.flatnonzero(label == value) for value in np.unique(label[label >= 0])]
-    for members in sets:
-        _check_spread(
-            temperature[members],
-            tolerance,
-            "temperatures of one set",
-            f"are more than {WIDEST} temperature_tolerance = {tolerance:g} K apart",
-        )
     free = np.flatnonzero(label < 0)
     order = free[np.argsort(temperature[free], kind="stable")]
     starts = np.flatnonzero(np.diff(temperature[order], prepend=-np.inf) > tolerance)
     parted = np.split(order, starts[1:]) if order.size else []
-    for members in parted:
-        _check_spread(
-            temperature[members],
-            tolerance,
-            "temperatures",
-            f"run into one another: no two are more than temperature_tolerance = {tolerance:g} K apart",
-        )
+    stated = f"temperature_tolerance = {tolerance:g} K apart"
+    for groups, what, why in (
+        (sets, "temperatures of one set", f"are more than {WIDEST} {stated}"),
+        (parted, "temperatures", f"run into one another: no two are more than {stated}"),
+    ):
+        for readings in (temperature[members] for members in groups):
+            if np.ptp(readings) > WIDEST * tolerance:
+                raise InputError(f"{what} from {readings.min():g} to {readings.max():g} degC {why}")
     _warn_of_scatter(temperature, parted, source, tolerance)
     runs = [(_level(temperature[members]), members) for members in sets]
     for members in parted:
@@ -67,11 +61,6 @@ def _warn_of_scatter(
                 f"columns.set, or a temperature_tolerance above {tolerance:g} K"
             )
             return
-
-
-def _check_spread(readings: NDArray[np.float64], tolerance: float, what: str, why: str) -> None:
-    if np.ptp(readings) > WIDEST * tolerance:
-        raise InputError(f"{what} from {readings.min():g} to {readings.max():g} degC {why}")
 
 
 def _level(readings: NDArray[np.float64]) -> float:

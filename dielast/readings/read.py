@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from dielast.errors import InputError, Mistakes, Problem, warn
 from dielast.io.files import Inputs
@@ -18,11 +19,12 @@ from dielast.readings.columns_recipe import MECHANICAL, ROLES
 from dielast.readings.isotherms import isotherms
 from dielast.readings.kramers_kronig import viscosity_factor, warn_if_inconsistent
 from dielast.readings.recipe import MeasuredData
-from dielast.readings.signs import check_signs
 from dielast.readings.specimen import mistaken
 from dielast.readings.steps import Part, parts_of
 from dielast.readings.values import Readings, read_part
 
+LOW = 0.1  # of the largest value of a curve, below which its noise floor lies
+NEIGHBOURS = 2  # readings on either side that show how large a value should be
 VISCOSITY_AGREEMENT = 0.1  # in ln; tolerance for a rounded complex viscosity
 
 
@@ -83,7 +85,7 @@ def read_all(data: MeasuredData, inputs: Inputs) -> Dataset:
     first: list[int] = []
     for level, rows in isotherms(temperature, columns[0], source, label, data.temperature_tolerance):
         files = [parts[k].table.source for k in source[rows]]
-        check_signs(kind, level, columns[:, rows], files, line[rows])
+        _check_signs(kind, level, columns[:, rows], files, line[rows])
         names = ", ".join(dict.fromkeys(files))
         measurements.append(measurement_of(kind, level, columns[:, rows], names, data.time_offset))
         first.append(int(np.min(rows)))
@@ -129,6 +131,39 @@ def _check_columns(part: Part, data: MeasuredData) -> None:
             problems = [Problem(instead, file=part.table.source)] if instead else error.problems
             wrong += [problem.adding(key) for problem in problems]
     wrong.refuse()
+
+
+def _check_signs(
+    kind: MeasurementKind, temperature: float, columns: NDArray[np.float64], source: Sequence[str], line: NDArray[np.intp]
+) -> None:
+    """Warn of the rows (n,) of a curve, abscissa and ordinates `columns` (1 + c, n), that have an ordinate of zero or below.
+
+    They are noise floor where the readings beside them are low, else wrong. `source` and `line` are file and line of each row.
+    Raises `InputError` if most rows are not positive.
+    """
+    below = columns[1:] <= 0
+    rows, at = np.any(below, axis=0), f"at {temperature:g} degC"
+    if 2 * np.count_nonzero(rows) > rows.size:
+        text = f"{np.count_nonzero(rows)} of {rows.size} {kind.values} {at} are zero or negative: positive {kind.values} are needed"
+        raise InputError(text, file=source[int(np.argmax(rows))], line=int(line[np.argmax(rows)]))
+    order = np.argsort(columns[0], kind="stable")
+    amid = np.zeros(below.shape, dtype=bool)
+    for high, values in zip(amid, np.abs(columns[1:, order]), strict=True):
+        around = np.lib.stride_tricks.sliding_window_view(np.pad(values, NEIGHBOURS, mode="reflect"), 2 * NEIGHBOURS + 1)
+        high[order] = np.sort(np.delete(around, NEIGHBOURS, axis=1), axis=1)[:, NEIGHBOURS - 1] > LOW * values.max()
+    wrong = np.any(below & amid, axis=0)
+    for chosen, what in (
+        (wrong, "amid large values, which is no noise floor: correct these rows, or delete them; they are left out"),
+        (
+            rows & ~wrong,
+            "where the curve is low: left out as its noise floor; if it should not be, check the zero of the sensor",
+        ),
+    ):
+        if np.any(chosen):
+            first, others = int(np.argmax(chosen)), int(np.count_nonzero(chosen)) - 1
+            name = spoken(kind.ordinates[int(np.argmax(below[:, first]))][0])
+            more = f" here, and in {others} more row{'s' if others > 1 else ''}," if others else ""
+            warn(f"the {name} {at} is zero or negative{more} {what}", file=source[first], line=int(line[first]))
 
 
 def _check_viscosity(parts: list[Part], readings: list[Readings]) -> None:

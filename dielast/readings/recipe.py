@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Collection
-from typing import Annotated, Any, ClassVar, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import Field, field_validator, model_validator
+from pydantic import Field, field_validator
 
 from dielast.errors import InputError
 from dielast.material.measurement_kind import KindName
@@ -87,8 +87,8 @@ class MeasuredData(TextTable):
         """Whether the recipe itself states the layout of the text, so that the file is not read as an instrument's export."""
         return self.format == "table" or self.separator is not None or self.skip_rows > 0
 
-    @model_validator(mode="after")
-    def _one_measurement(self) -> Self:
+    def _check(self) -> None:
+        super()._check()
         by_columns = self.columns.measurement if self.columns is not None else None
         stressed = not {"stress", "force"}.isdisjoint(self.roles)
         if self.measurement is not None and by_columns not in (None, self.measurement) and not stressed:
@@ -98,10 +98,6 @@ class MeasuredData(TextTable):
         kind = self.measurement or by_columns
         if kind == "oscillation" and (self.ramp is not None or self.discard_before > 0):
             raise InputError("ramp and discard_before belong to a test over time: leave them out for a frequency sweep")
-        return self
-
-    @model_validator(mode="after")
-    def _a_specimen_of_tension(self) -> Self:
         machine = [role for role in ("stretch", "extension", "force") if role in self.roles]
         if machine and self.test == "shear":
             raise InputError(
@@ -109,7 +105,6 @@ class MeasuredData(TextTable):
             )
         if lacking := unmeasured(machine, self.specimen):
             raise InputError(lacking)
-        return self
 
 
 class MeasurementData(MeasuredData):
@@ -163,8 +158,8 @@ class MeasurementData(MeasuredData):
         in_column = ["columns.temperature"] if "temperature" in self.roles else []
         return in_column + [key for key in ("temperatures", "temperature_in_name") if getattr(self, key) is not None]
 
-    @model_validator(mode="after")
-    def _one_source(self) -> Self:
+    def _check(self) -> None:
+        super()._check()
         if (self.file is None) == (self.files is None):
             raise InputError("either file or files is needed" + (", not both" if self.file is not None else ""))
         stated = self.temperature_keys
@@ -181,7 +176,6 @@ class MeasurementData(MeasuredData):
             raise InputError(f"{len(self.files)} files but {len(self.temperatures)} temperatures")
         if self.temperature_in_name is not None and not any(mark in self.temperature_in_name for mark in ("{degC}", "{K}")):
             raise InputError('temperature_in_name needs {degC} or {K} where the number stands, such as "dma_{degC}C.csv"')
-        return self
 
 
 class CurveColumns(Columns):

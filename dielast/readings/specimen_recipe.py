@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Collection
-from typing import Self
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from dielast.errors import InputError
 from dielast.recipe.fields import Length, Section
@@ -22,11 +21,9 @@ class Specimen(Section):
     width: Length | None = Field(None, description="Undeformed width of the cross-section that the force acts on.")
     thickness: Length | None = Field(None, description="Undeformed thickness of the cross-section that the force acts on.")
 
-    @model_validator(mode="after")
-    def _whole_section(self) -> Self:
+    def _check(self) -> None:
         if self.width is not None and self.thickness is None:
             raise InputError("width and thickness go together: they are the cross-section that a force acts on")
-        return self
 
     @property
     def area(self) -> float | None:

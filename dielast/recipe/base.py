@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import codecs
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Literal, Protocol, Self
+from typing import TYPE_CHECKING, Literal, Protocol
 
-from pydantic import AfterValidator, BaseModel, Field, field_validator, model_validator
+from pydantic import AfterValidator, BaseModel, Field, field_validator
 
 from dielast.errors import InputError, shown
-from dielast.recipe.fields import Permittivity, Section
+from dielast.recipe.fields import Section
 from dielast.recipe.file_fields import SheetName
 from dielast.units import Dimension, conversion
 
@@ -69,11 +69,9 @@ class TextTable(Section):
             raise InputError(f'"{encoding}": unknown encoding, such as "utf-8" or "latin-1" is needed') from None
         return encoding
 
-    @model_validator(mode="after")
-    def _two_marks(self) -> Self:
+    def _check(self) -> None:
         if self.separator is not None and self.separator == self.decimal:
             raise InputError(f'"{self.separator}" cannot be both separator and decimal')
-        return self
 
     def text_format(self) -> TextFormat:
         """The text format as the reader of tables takes it."""
@@ -98,18 +96,3 @@ def units_of(**roles: Dimension | None) -> AfterValidator:
         return units
 
     return AfterValidator(check)
-
-
-class Dielectric(Section):
-    """Permittivity, absolute or relative to that of vacuum."""
-
-    permittivity: Permittivity | None = Field(None, description="Absolute permittivity of the ideal dielectric.")
-    relative_permittivity: float | None = Field(
-        None, ge=1, description="Permittivity over that of vacuum; instead of permittivity."
-    )
-
-    @model_validator(mode="after")
-    def _one(self) -> Self:
-        if self.permittivity is not None and self.relative_permittivity is not None:
-            raise InputError("state permittivity or relative_permittivity, not both")
-        return self

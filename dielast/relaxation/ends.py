@@ -35,12 +35,12 @@ class End(NamedTuple):
 
 def short_time_end(log10_time: Floats, modulus: Floats) -> End:
     """The largest modulus of a relaxation curve, smoothed: the start of a straight line in log-log through its first decade."""
-    return _end(log10_time, modulus, at=float(log10_time[0]))
+    return _end(log10_time, modulus, float(log10_time[0]))
 
 
 def long_time_end(log10_time: Floats, modulus: Floats) -> End:
     """The smallest modulus of a relaxation curve, smoothed: the end of a straight line in log-log through its last decade."""
-    return _end(log10_time, modulus, at=float(log10_time[-1]))
+    return _end(log10_time, modulus, float(log10_time[-1]))
 
 
 def least_modulus(log10_time: Floats, modulus: Floats) -> float:
@@ -61,10 +61,8 @@ def last_quarter(log10_time: Floats) -> Flags:
 def _end(log10_time: Floats, modulus: Floats, at: float) -> End:
     near = np.abs(log10_time - at) <= _END
     x, y, weight = log10_time[near], np.log10(modulus[near]), votes(log10_time[near])
-    x_mean, y_mean = np.average(x, weights=weight), np.average(y, weights=weight)
-    spread = float(np.average((x - x_mean) ** 2, weights=weight))
-    fall = float(np.average((x - x_mean) * (y - y_mean), weights=weight))
-    slope = min(fall / spread, 0.0) if spread > 0 else 0.0  # relaxation only softens: a rise is noise
+    (x_mean, y_mean), (spread, fall) = np.average([x, y], axis=1, weights=weight), np.cov(x, y, aweights=weight, ddof=0)[0]
+    slope = min(float(fall / spread), 0.0) if spread > 0 else 0.0  # relaxation only softens: a rise is noise
     return End(float(10 ** (y_mean + slope * (at - x_mean))), slope)
 
 

@@ -5,10 +5,11 @@ from __future__ import annotations
 import os
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path, PurePath
 from typing import Any
 
-from dielast.errors import InputError, Problem
+from dielast.errors import InputError, Mistakes
 from dielast.io.files import as_text, read_file, sha256
 from dielast.io.toml import parse_toml
 
@@ -47,16 +48,12 @@ def read_results(folders: Iterable[Path], names: Mapping[str, Sequence[str]]) ->
     each folder that holds no result.
     """
     results: dict[str, StoredResult] = {}
-    wrong: list[Problem] = []
+    wrong = Mistakes()
     for folder in folders:
         place = os.path.realpath(folder)
-        if place not in results:
-            try:
-                results[place] = _read(folder, names)
-            except InputError as error:
-                wrong += error.problems
-    if wrong:
-        raise InputError(*wrong)
+        if place not in results and (result := wrong.tried(partial(_read, folder, names))):
+            results[place] = result
+    wrong.refuse()
     return _in_order(list(results.values()))
 
 

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from dielast.io.files import Inputs, sha256
-from dielast.io.table import Table, to_csv
+from dielast.io.table import Table, rounded, to_csv
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -98,12 +98,3 @@ def left_over(folder: Path, names: Collection[str], kind: str, written: Collecti
 def _known(value: Any) -> bool:
     """Whether there is a value; None, NaN and infinity, such as an undetermined standard error, are left out."""
     return value is not None and not (isinstance(value, float) and not math.isfinite(value))
-
-
-def rounded(value: Any) -> Any:
-    """Numbers to 9 significant digits, as in the tables."""
-    if isinstance(value, float):
-        return float(f"{value:.9g}")
-    if isinstance(value, list | tuple):
-        return [rounded(entry) for entry in value]
-    return value

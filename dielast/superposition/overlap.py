@@ -91,21 +91,11 @@ def _without_jumps(y: Floats) -> Floats:
 
 
 def _monotone(x: Floats, y: Floats) -> Monotone:
-    """The best monotonic (falling) fit to a curve, by pooling adjacent violators.
+    """The best monotonic (falling) fit to a curve; the log time of a level is the mean of those of its points."""
+    from scipy.optimize import isotonic_regression  # slow to load
 
-    SciPy's isotonic_regression gives the same result, but importing scipy.optimize takes half a second and is not needed otherwise.
-    """
-    blocks: list[tuple[float, float, int]] = []  # mean y, mean x, count
-    for here, value in zip(x.tolist(), y.tolist(), strict=True):
-        level, centre, count = value, here, 1
-        while blocks and blocks[-1][0] <= level:
-            other, middle, many = blocks.pop()
-            level = (level * count + other * many) / (count + many)
-            centre = (centre * count + middle * many) / (count + many)
-            count += many
-        blocks.append((level, centre, count))
-    table = np.array(blocks[::-1])
-    return table[:, 0], table[:, 1]
+    levels, level = np.unique(isotonic_regression(y, increasing=False).x, return_inverse=True)
+    return levels, np.bincount(level, x) / np.bincount(level)
 
 
 def _distance(curve: Monotone, other: Monotone) -> Floats:

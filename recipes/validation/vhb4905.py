@@ -15,7 +15,8 @@ from matplotlib.patches import Patch
 from section import Section, picture, table
 
 from dielast import WLF, Calibration, Comparison, Free, Gent, Material, MeasuredTest, Spectrum, calibrate
-from dielast.plots.style import COLOURS, MARKERS, SHADE, grid, legend_below, shade, sheet, spread, style, typeset
+from dielast.plots.style import COLOURS, MARKERS, SHADE, grid, legend_below, shade, sheet, spread, style
+from dielast.plots.texts import typeset
 
 START = Material(
     "VHB 4905", 20e3, Spectrum([300.0, 10.0, 0.3, 0.01], [1e4, 3e4, 1e5, 1e6]), WLF(20.0, 13.0, 187.0), Gent(110.0), Gent(55.0)

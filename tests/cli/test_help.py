@@ -70,5 +70,5 @@ def test_the_schema_describes_every_key(dielast: Run) -> None:
     schema = json.loads(dielast("schema").stdout)
     assert not list(described(schema, "recipe"))
     # a default is written as a recipe would write it
-    film = schema["$defs"]["MapFilm"]["properties"]
+    film = schema["$defs"]["GridFilm"]["properties"]
     assert film["relax"]["default"] == "0 s"

@@ -9,8 +9,7 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
-from dielast.commands.spectrum.export import ExportSection
-from dielast.commands.spectrum.recipe import SpectrumRecipe
+from dielast.commands.spectrum.recipe import ExportSection, SpectrumRecipe
 from dielast.commands.spectrum.run import run
 from dielast.errors import InputError
 from dielast.export.card import CODES
@@ -76,7 +75,10 @@ def test_what_codes_cannot_carry_is_said_line_by_line() -> None:
         ({"formats": ["febio"], "poisson_ratio": 0.5}, "poisson_ratio: 0.5: a number below 0.5 is needed"),
         ({"formats": ["febio"], "J_lim": 0.0}, "J_lim: 0.0: a number above 0 is needed"),
         ({"formats": ["febio"], "bulk_modulus": 2e9}, "bulk_modulus: 2000000000.0: a stress or modulus is needed with its unit"),
-        ({"formats": ["febio"], "bulk_modulus": "2 GPa", "poisson_ratio": 0.4}, "state bulk_modulus or poisson_ratio, not both"),
+        (
+            {"formats": ["febio"], "bulk_modulus": "2 GPa", "poisson_ratio": 0.4},
+            "bulk_modulus: state bulk_modulus or poisson_ratio, not both",
+        ),
         ({"formats": ["febio"], "density": "1 kPa"}, 'density: "1 kPa": a density is needed, such as "960 kg/m^3"'),
     ],
 )

@@ -19,8 +19,9 @@ from dielast.commands.simulation.pictures import _Curve
 from dielast.commands.simulation.solver_steps import solver_steps
 from dielast.commands.simulation.uncertainty import interval_label
 from dielast.io.files import Inputs
+from dielast.plots.looks import Swept
 from dielast.plots.quantities import axis_of
-from dielast.plots.simulation import Swept, plot_cases
+from dielast.plots.simulation import plot_cases
 from dielast.recipe.cases import Case
 
 TIME = np.geomspace(1e-2, 1e3, 20)

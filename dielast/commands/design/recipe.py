@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Annotated, ClassVar, Literal, Self
+from typing import Annotated, ClassVar, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from dielast.commands.simulation.grid_recipe import GridFilm, GridRecipe, distinct
 from dielast.errors import InputError
@@ -45,15 +45,13 @@ class GoalSection(Section):
         "0.05.",
     )
 
-    @model_validator(mode="after")
-    def _one_goal(self) -> Self:
+    def _check(self) -> None:
         if self.relative_stretch is not None and self.area_strain is not None:
             raise InputError(f"{RELATIVE_STRETCH} and {AREA_STRAIN} are two goals: state one of them")
         if self.relative_stretch is None and self.area_strain is None:
             raise InputError(f'a goal is needed: {RELATIVE_STRETCH}, such as 1.1, or {AREA_STRAIN}, such as "20 %"')
         if self.at > self.horizon:
             raise InputError(f"{self.at:g} s is longer than the horizon of {self.horizon:g} s", key="at")
-        return self
 
 
 class DesignRecipe(GridRecipe):
@@ -70,23 +68,17 @@ class DesignRecipe(GridRecipe):
     )
     goal: GoalSection = Field(description="The goal of each film.")
 
-    @model_validator(mode="after")
-    def _movable(self) -> Self:
+    def _check(self) -> None:
         self.film.check_boundary(self.solver)
         if self.film.boundary == ("clamped", "clamped"):
             raise InputError("both axes are clamped: no voltage moves the film", key="film.boundary")
         if self.film.boundary[0] == "clamped" and self.goal.relative_stretch is not None:
             raise InputError(f"axis 1 is clamped: state goal.{AREA_STRAIN} instead", key=f"goal.{RELATIVE_STRETCH}")
-        return self
-
-    @model_validator(mode="after")
-    def _drawn(self) -> Self:
         share = self.goal.failure_probability
         if share is None:
-            return self
+            return
         if self.uncertainty is None:
             raise InputError("needs [uncertainty], which states what scatters", key="goal.failure_probability")
         if self.uncertainty.draws < (fewest := fewest_draws(1 - 2 * share)):
             text = f"{self.uncertainty.draws} draws are too few for this probability: at least {fewest} are needed"
             raise InputError(text, key="goal.failure_probability")
-        return self

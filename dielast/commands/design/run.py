@@ -4,20 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from contextlib import closing
-from dataclasses import dataclass
-from functools import partial
 from itertools import product
-from math import prod
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from dielast.commands.design.recipe import DesignRecipe
 from dielast.commands.simulation.cases import first_of_each, material_of
-from dielast.commands.simulation.grid import in_grid_terms, in_words, sample_for, warn_of_design, warn_of_grid
-from dielast.commands.simulation.memory_needed import check_cells
+from dielast.commands.simulation.grid import PreparedGrid, in_words, planned, sample_for, warn_of_design, warn_of_grid
 from dielast.commands.simulation.recipe import KEYS
-from dielast.errors import Problem, in_keys, placed
+from dielast.errors import in_keys, placed
 from dielast.io.files import Inputs
 from dielast.material.material import Material
 from dielast.recipe.cases import Case
@@ -38,34 +34,27 @@ from dielast.simulate.design_plan import (
 )
 from dielast.simulate.film_setup import FilmSetup
 
-if TYPE_CHECKING:
-    from dielast.material.scatter import Sample
-
 GOAL = {name: f"goal.{name}" for name in (RELATIVE_STRETCH, AREA_STRAIN, "at", "horizon", "failure_probability")}
 GOAL_KEYS = KEYS | GOAL | {"goal": "goal", "level": "uncertainty.level"}
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class PreparedDesign:
-    """A design that is ready to be solved: its material, the draws of `[uncertainty]`, the plan with films that are not relaxed,
-    and what puts problems of its films in terms of the recipe.
-    """
-
-    material: Material
-    sample: Sample | None
-    plan: DesignPlan
-    in_recipe_terms: partial[Problem]
-
-
-def prepared(cases: Sequence[Case[DesignRecipe]], inputs: Inputs) -> PreparedDesign:
+def prepared(cases: Sequence[Case[DesignRecipe]], inputs: Inputs) -> PreparedGrid[DesignPlan]:
     """The design, read, checked and warned of, but not solved. Raises `InputError`, and `NumericsError` if memory is short."""
     recipe, material = cases[0].recipe, material_of(cases[0], inputs)
     sample = sample_for(cases[0], material, inputs)
     with in_keys(GOAL_KEYS):
         check_draws(0 if sample is None else len(sample), *_levels(recipe))
-    plan, in_recipe_terms = _plan(recipe, material, sample)
-    warn_of_grid(recipe, material, plan.grid.temperature, plan.grid.breakdown_field, recipe.goal.horizon)
-    return PreparedDesign(material, sample, plan, in_recipe_terms)
+    goal = recipe.goal
+
+    def plan(material: Material, **solving: Any) -> DesignPlan:
+        films = FilmSetup(**recipe.film.setup(recipe.solver.mesh_rtol))
+        aim = Goal.of(goal.at, goal.relative_stretch, goal.area_strain)
+        return plan_design(material, films, aim, horizon=goal.horizon, **solving)
+
+    targets = len(goal.relative_stretch or goal.area_strain or ())
+    stated, in_recipe_terms = planned(plan, recipe, material, sample, GOAL_KEYS, targets=targets)
+    warn_of_grid(recipe, material, stated.grid.temperature, stated.grid.breakdown_field, goal.horizon)
+    return PreparedGrid(material, sample, stated, in_recipe_terms)
 
 
 def _levels(recipe: DesignRecipe) -> tuple[float, float]:
@@ -121,29 +110,6 @@ def _solved(
             if execution.progress is not None:
                 execution.progress(done, every, "films")
     return solved
-
-
-def _plan(recipe: DesignRecipe, material: Material, sample: Sample | None) -> tuple[DesignPlan, partial[Problem]]:
-    """The films of the recipe, not relaxed, with their goal, and what puts problems of films in terms of the recipe. Raises
-    `InputError` with keys of the recipe, and `NumericsError` if memory is short.
-    """
-    goal, temperatures = recipe.goal, recipe.temperature or [material.reference_temperature]
-    *sizes, shares = recipe.film.sizes
-    targets = len(goal.relative_stretch or goal.area_strain or ())
-    grid = (len(temperatures), *sizes, shares * targets)
-    check_cells(prod(grid), 0 if sample is None else len(sample))
-    in_recipe_terms = partial(in_grid_terms, sizes=grid, temperatures=temperatures, keys=GOAL_KEYS)
-    with placed(in_recipe_terms):
-        plan = plan_design(
-            material,
-            FilmSetup(**recipe.film.setup(recipe.solver.mesh_rtol)),
-            Goal.of(goal.at, goal.relative_stretch, goal.area_strain),
-            horizon=goal.horizon,
-            temperature=np.array(temperatures),
-            relaxed=False,
-            **recipe.solving(sample),
-        )
-    return plan, in_recipe_terms
 
 
 def film_of(result: Design, film: int) -> str:

@@ -3,18 +3,14 @@
 from __future__ import annotations
 
 from itertools import pairwise
-from typing import ClassVar, Literal, Self
+from typing import ClassVar, Literal
 
-from pydantic import Field, field_validator, model_validator
+from pydantic import Field, field_validator
 
 from dielast.commands.simulation.grid_recipe import GridFilm, GridRecipe
 from dielast.commands.simulation.uncertainty_recipe import SENSITIVITY_TEXT
 from dielast.errors import InputError
 from dielast.recipe.fields import NamedTimes, PositiveTime, Section, Time, Voltage, Voltages
-
-
-class MapFilm(GridFilm):
-    """The films of a failure map."""
 
 
 class VoltageAxis(Section):
@@ -26,8 +22,7 @@ class VoltageAxis(Section):
     points: int | None = Field(None, ge=1, le=100_000, description="Number of voltages, evenly spaced.")
     ramp: Time = Field(0.0, validate_default=False, description="Time in which each voltage rises from 0.")
 
-    @model_validator(mode="after")
-    def _one_way(self) -> Self:
+    def _check(self) -> None:
         spaced = [value is not None for value in (self.start, self.to, self.points)]
         if (self.values is None) != all(spaced) or (self.values is not None and any(spaced)):
             raise InputError("either values, or from, to and points, are needed")
@@ -36,7 +31,6 @@ class VoltageAxis(Section):
                 raise InputError(f"points = 1 is a single voltage: from ({self.start:g} V) and to ({self.to:g} V) must be the same")
             if not 0 <= self.start <= self.to or (self.start == self.to and self.points != 1):
                 raise InputError(f"from ({self.start:g} V) must be below to ({self.to:g} V)")
-        return self
 
     @field_validator("values")
     @classmethod
@@ -74,19 +68,17 @@ class FailureMapRecipe(GridRecipe):
 
     kind: Literal["failure-map"] = Field(description="The subcommand that runs this recipe.")
     horizon: PositiveTime = Field(description="Time for which the voltage stays on; a film that lives longer survives.")
-    film: MapFilm = Field(description="The films, and their prestretch before the voltage.")
+    film: GridFilm = Field(description="The films, and their prestretch before the voltage.")
     voltage: VoltageAxis = Field(description="The voltages, an axis of the grid.")
     stretch: StretchSection | None = Field(
         None, description="Times at which the stretch of the films is written and drawn: the operating map."
     )
     sensitivity: bool = Field(False, description=SENSITIVITY_TEXT)
 
-    @model_validator(mode="after")
-    def _boundary_and_times(self) -> Self:
+    def _check(self) -> None:
         self.film.check_boundary(self.solver)
         if self.voltage.ramp > self.horizon:
             raise InputError(f"{self.voltage.ramp:g} s is longer than the horizon of {self.horizon:g} s", key="voltage.ramp")
         for name, time in () if self.stretch is None else self.stretch.at:
             if time > self.horizon:
                 raise InputError(f'"{name}" is longer than the horizon of {self.horizon:g} s', key="stretch.at")
-        return self

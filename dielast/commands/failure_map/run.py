@@ -3,23 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from functools import partial
-from math import prod
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from dielast.commands.failure_map.recipe import FailureMapRecipe
 from dielast.commands.failure_map.resume import fingerprint, solve
 from dielast.commands.simulation.cases import first_of_each, material_of
-from dielast.commands.simulation.grid import in_grid_terms, in_words, sample_for, warn_of_failures, warn_of_map
-from dielast.commands.simulation.memory_needed import check_cells
+from dielast.commands.simulation.grid import PreparedGrid, in_words, planned, sample_for, warn_of_failures, warn_of_map
 from dielast.commands.simulation.recipe import KEYS
-from dielast.errors import Problem, placed
+from dielast.errors import placed
 from dielast.io.files import Inputs
 from dielast.io.table import Table
-from dielast.material.material import Material
 from dielast.recipe.cases import Case
 from dielast.report.report import Report
 from dielast.sharing.execution import Execution
@@ -27,25 +23,8 @@ from dielast.simulate.failure_map import FailureMap, assembled, plan_failure_map
 from dielast.simulate.lifetime import LifetimeLines, fit_lifetime
 from dielast.simulate.map_plan import MapPlan
 
-if TYPE_CHECKING:
-    from dielast.material.scatter import Sample
-    from dielast.simulate.sensitivity import Variation
 
-
-@dataclass(frozen=True, slots=True, eq=False)
-class PreparedMap:
-    """A map that is ready to be solved: its material, the draws of `[uncertainty]`, the variation of `sensitivity`, the plan with
-    films that are not relaxed, and what puts problems of its films in terms of the recipe.
-    """
-
-    material: Material
-    sample: Sample | None
-    variation: Variation | None
-    plan: MapPlan
-    in_recipe_terms: partial[Problem]
-
-
-def prepared(cases: Sequence[Case[FailureMapRecipe]], inputs: Inputs) -> PreparedMap:
+def prepared(cases: Sequence[Case[FailureMapRecipe]], inputs: Inputs) -> PreparedGrid[MapPlan]:
     """The map, read, checked and warned of, but not solved. Raises `InputError`, and `NumericsError` if memory is short."""
     recipe, material = cases[0].recipe, material_of(cases[0], inputs)
     sample, variation = sample_for(cases[0], material, inputs), None
@@ -53,9 +32,20 @@ def prepared(cases: Sequence[Case[FailureMapRecipe]], inputs: Inputs) -> Prepare
         from dielast.commands.simulation.sensitivity import variation_of
 
         variation = variation_of(material, sample, recipe)
-    plan, in_recipe_terms = _plan(recipe, material, sample if variation is None else variation.sample)
-    warn_of_map(recipe, material, plan)
-    return PreparedMap(material, sample, variation, plan, in_recipe_terms)
+    axis, keys = recipe.voltage, KEYS if recipe.uncertainty is not None else KEYS | {"sample": "sensitivity"}
+    voltage = np.array(axis.values) if axis.values else np.linspace(axis.start or 0.0, axis.to or 0.0, axis.points or 1)
+    plan = partial(
+        plan_failure_map,
+        voltage=voltage,
+        horizon=recipe.horizon,
+        ramp=axis.ramp,
+        stretch_at={} if recipe.stretch is None else dict(recipe.stretch.at),
+        **recipe.film.setup(recipe.solver.mesh_rtol),
+    )
+    films = sample if variation is None else variation.sample
+    stated, in_recipe_terms = planned(plan, recipe, material, films, keys, voltages=voltage.size)
+    warn_of_map(recipe, material, stated)
+    return PreparedGrid(material, sample, stated, in_recipe_terms, variation)
 
 
 def run(cases: Sequence[Case[FailureMapRecipe]], inputs: Inputs, execution: Execution) -> Report:
@@ -102,31 +92,6 @@ def run(cases: Sequence[Case[FailureMapRecipe]], inputs: Inputs, execution: Exec
         more = sensitivity_outputs([sensitivity_of_map(variation, result, every)], cases, [material])
         tables, sections, figures = tables | more[0], sections | more[1], figures | more[2]
     return Report(tables, sections, figure, failures=failures(result), figures=figures)
-
-
-def _plan(recipe: FailureMapRecipe, material: Material, sample: Sample | None) -> tuple[MapPlan, partial[Problem]]:
-    """The map of the recipe with films that are not relaxed, and what puts problems of its films in terms of the recipe. Raises
-    `InputError` with keys of the recipe, and `NumericsError` if memory is short.
-    """
-    axis, temperatures = recipe.voltage, recipe.temperature or [material.reference_temperature]
-    voltage = np.array(axis.values) if axis.values else np.linspace(axis.start or 0.0, axis.to or 0.0, axis.points or 1)
-    sizes = (len(temperatures), *recipe.film.sizes)
-    check_cells(prod(sizes) * voltage.size, 0 if sample is None else len(sample))
-    keys = KEYS if recipe.uncertainty is not None else KEYS | {"sample": "sensitivity"}
-    in_recipe_terms = partial(in_grid_terms, sizes=sizes, temperatures=temperatures, keys=keys)
-    with placed(in_recipe_terms):
-        plan = plan_failure_map(
-            material,
-            voltage=voltage,
-            horizon=recipe.horizon,
-            temperature=np.array(temperatures),
-            ramp=recipe.voltage.ramp,
-            stretch_at={} if recipe.stretch is None else dict(recipe.stretch.at),
-            relaxed=False,
-            **recipe.solving(sample),
-            **recipe.film.setup(recipe.solver.mesh_rtol),
-        )
-    return plan, in_recipe_terms
 
 
 def failures(result: FailureMap) -> list[str]:

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal, Self
+from typing import Annotated, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from dielast.errors import InputError
 from dielast.material.shift import SHIFTS
@@ -34,14 +34,12 @@ class Shift(Section):
         "the storage modulus, or whichever determines the shifts best (auto).",
     )
 
-    @model_validator(mode="after")
-    def _expansion_has_an_effect(self) -> Self:
+    def _check(self) -> None:
         if self.thermal_expansion and self.vertical != "density-temperature":
             raise InputError(
                 f'thermal_expansion acts only with vertical = "density-temperature", not with vertical = "{self.vertical}": '
                 "change vertical, or leave thermal_expansion out"
             )
-        return self
 
 
 # arguments of `build_master_curve` -> keys of the recipe

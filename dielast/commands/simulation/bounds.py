@@ -24,15 +24,10 @@ from dielast.simulate.history import EVENT_UNITS, Event, event_columns
 from dielast.simulate.lifetime import POWER, UNITS as LINE_UNITS, LifetimeLine
 from dielast.simulate.map_plan import column_of
 
-Band = tuple[Floats, Floats, Floats]
-
 SURVIVING = "surviving [1]"
 FAILURE = "failure"  # the first of all failures
-RUNS_DOWN = (
-    "nominal_stress_1 [Pa]",
-    "nominal_stress_2 [Pa]",
-    "stability [1]",
-)  # columns that fall towards a failure; the others rise
+# columns that fall towards a failure; the others rise
+RUNS_DOWN = ("nominal_stress_1 [Pa]", "nominal_stress_2 [Pa]", "stability [1]")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -122,10 +117,9 @@ def bounded(result: CaseResult, drawn: Sequence[CaseResult], level: float, faile
     return replace(result, columns=columns)
 
 
-def band(columns: Mapping[str, Floats], x: str, y: str) -> Band | None:
+def band(columns: Mapping[str, Floats], x: str, y: str) -> tuple[Floats, Floats, Floats] | None:
     """x, lower and upper y of a case with bounds, for a figure; None if x is uncertain as well."""
-    uncertain = _beside(x, "lower") in columns or _beside(y, "lower") not in columns
-    if uncertain:
+    if _beside(x, "lower") in columns or _beside(y, "lower") not in columns:
         return None
     return columns[x], columns[_beside(y, "lower")], columns[_beside(y, "upper")]
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from dielast.commands.simulation.recipe import NO_WAVEFORM, SimulationRecipe
-from dielast.commands.simulation.result import CaseResult, GivenUp, StatedCase
+from dielast.commands.simulation.result import CaseResult, StatedCase
 from dielast.commands.simulation.step_recipe import HistoryStep
 from dielast.errors import InputError, Mistakes, Problem, and_more, as_toml, placed
 from dielast.handover.changed_material import parse_changed_material
@@ -115,7 +115,7 @@ def case_result(
         # the case ended after its load was applied
         flows = pulled and material.equilibrium_modulus == 0 and outcome.time > 0
         more = ": without an equilibrium modulus the film flows without limit" if flows else ""
-        failure = GivenUp(outcome.time, outcome.reason + more)
+        failure = replace(outcome, reason=outcome.reason + more)
     cycles = None if history.cycles is None else history.cycles.case(row)
     return CaseResult(float(history.temperature[row]), columns, failure, cycles, events)
 

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from itertools import groupby
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -35,6 +35,8 @@ from dielast.simulate.profile import unresolved
 
 if TYPE_CHECKING:
     from dielast.commands.actuate.recipe import ActuateRecipe
+
+AnyCase = TypeVar("AnyCase", bound=StatedCase)
 
 WHOLE = 0.5  # of the range of a step through many points: a monotonic run of points over this part counts as a load
 EARLY = 1e-3  # of the duration after a load at once: the response before that is not of interest, though tables begin there
@@ -166,26 +168,27 @@ def warn_of_setups(
 
 def _warn_of_temperatures(cases: Sequence[StatedCase]) -> None:
     """Warn of temperatures that look wrong, or for which the materials were not measured."""
-    of_material: dict[int, list[StatedCase]] = {}
-    for case in cases:
-        of_material.setdefault(id(case.material), []).append(case)
-    for alike in of_material.values():
+    for alike in _by_material(cases):
         warn_of_use(alike[0].material, [case.temperature for case in alike])
 
 
 def _warn_of_materials(cases: Sequence[SolvedCase], modes: Sequence[str | None]) -> None:
     """Warn of times and stretches that the materials are used at; `modes` are the modes of loading of the cases."""
-    of_material: dict[int, list[SolvedCase]] = {}
-    of_mode: dict[tuple[int, str | None], list[SolvedCase]] = {}
-    for case, mode in zip(cases, modes, strict=True):
-        of_material.setdefault(id(case.material), []).append(case)
-        of_mode.setdefault((id(case.material), mode), []).append(case)
-    for alike in of_material.values():
+    for alike in _by_material(cases):
         temperature = [case.temperature for case in alike]
         ends = [np.max(case.result.columns["time [s]"], initial=0.0) for case in alike]
         warn_of_lasting(alike[0].material, temperature, ends)
-    for (_, mode), alike in of_mode.items():
-        warn_of_stretches(alike[0].material, np.concatenate([_stretches(case.result) for case in alike], axis=1), mode)
+    for mode in dict.fromkeys(modes):
+        for alike in _by_material([case for case, other in zip(cases, modes, strict=True) if other == mode]):
+            warn_of_stretches(alike[0].material, np.concatenate([_stretches(case.result) for case in alike], axis=1), mode)
+
+
+def _by_material(cases: Sequence[AnyCase]) -> Iterable[list[AnyCase]]:
+    """The cases of each material."""
+    groups: dict[int, list[AnyCase]] = {}
+    for case in cases:
+        groups.setdefault(id(case.material), []).append(case)
+    return groups.values()
 
 
 def _stretches(result: CaseResult) -> Floats:

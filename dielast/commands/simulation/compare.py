@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from dielast import units
 from dielast.commands.simulation.cases import one_or_list
 from dielast.commands.simulation.recipe import Comparison, SimulationRecipe, roles_of
 from dielast.commands.simulation.solver_steps import solver_steps
@@ -22,32 +23,15 @@ from dielast.numerics.arrays import Flags, Floats, rms
 from dielast.readings.specimen import KNOWN_AS, read_as, role_in
 from dielast.readings.specimen_recipe import Specimen
 from dielast.recipe.cases import Case
-from dielast.units import (
-    CHARGE,
-    CHARGE_DENSITY,
-    CHARGE_DENSITY_RATE,
-    CHARGE_RATE,
-    ENERGY_DENSITY,
-    FIELD,
-    FORCE,
-    LENGTH,
-    NUMBER,
-    STRESS,
-    TIME,
-    VOLTAGE,
-    kind_of,
-)
 
 FINE = 4000  # points along a history for a comparison over another quantity than time
-_MECHANICAL, _ELECTRICAL = (
-    (TIME, STRESS, LENGTH, NUMBER),
-    (VOLTAGE, FIELD, CHARGE, CHARGE_DENSITY, CHARGE_RATE, CHARGE_DENSITY_RATE),
-)
-DIMENSIONS = {dimension.unit: dimension for dimension in (*_MECHANICAL, *_ELECTRICAL, ENERGY_DENSITY)}
+_MECHANICAL = units.TIME, units.STRESS, units.LENGTH, units.NUMBER, units.ENERGY_DENSITY
+_ELECTRICAL = units.VOLTAGE, units.FIELD, units.CHARGE, units.CHARGE_DENSITY, units.CHARGE_RATE, units.CHARGE_DENSITY_RATE
+DIMENSIONS = {dimension.unit: dimension for dimension in (*_MECHANICAL, *_ELECTRICAL)}
 # columns of the result -> quantities of a testing machine that give them
 QUANTITIES = {"time [s]": "time", "stretch_1 [1]": "stretch", "nominal_stress_1 [Pa]": "stress"}
 # and what a testing machine may have measured instead
-MACHINE = {"stretch": ("extension", LENGTH), "stress": ("force", FORCE)}
+MACHINE = {"stretch": ("extension", units.LENGTH), "stress": ("force", units.FORCE)}
 
 Fine = Callable[[Floats | None], Mapping[str, Floats]]
 """The columns of a case at these times in s; without times, dense enough for linear interpolation."""
@@ -196,11 +180,11 @@ def read_points(comparison: Comparison, inputs: Inputs, specimen: Specimen | Non
                 # the unit tells an extension from a stretch, and a force from a stress
                 stated_unit = table.units[_place(table, chosen, axis, column)] or (table.stated_units or {}).get(axis)
                 raw, dimension = MACHINE[quantity]
-                role = raw if stated_unit is not None and kind_of(stated_unit) is dimension else quantity
+                role = raw if stated_unit is not None and units.kind_of(stated_unit) is dimension else quantity
             if role != quantity:
                 return read_as(table, role, chosen, specimen, rows, axis)
         _place(table, chosen, axis, column)
-        values = table.column(chosen, axis, DIMENSIONS.get(unit or "1", NUMBER), rows)
+        values = table.column(chosen, axis, DIMENSIONS.get(unit or "1", units.NUMBER), rows)
         if "stretch" in name:
             warn_of_measured_stretch(table.names[table.find(chosen, axis)], values, comparison.file)
         return values

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from math import prod
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 import numpy as np
 
 from dielast.commands.simulation.checks import AT_ONCE, prestretching, warn_of_no_breakdown, warn_of_setups
 from dielast.commands.simulation.grid_recipe import GridFilm
-from dielast.errors import Problem, warn
+from dielast.commands.simulation.memory_needed import check_cells
+from dielast.errors import Problem, placed, warn
 from dielast.handover.law_section import breakdown
 from dielast.io.files import Inputs
 from dielast.material.checks import warn_of_breakdown, warn_of_field, warn_of_material
@@ -26,6 +29,9 @@ if TYPE_CHECKING:
     from dielast.simulate.design import Design
     from dielast.simulate.failure_map import FailureMap
     from dielast.simulate.map_plan import MapPlan
+    from dielast.simulate.sensitivity import Variation
+
+Plan = TypeVar("Plan")
 
 
 def sample_for(case: Case[Any], material: Material, inputs: Inputs) -> Sample | None:
@@ -37,7 +43,43 @@ def sample_for(case: Case[Any], material: Material, inputs: Inputs) -> Sample | 
     return sample_of(case, material, inputs)
 
 
-def in_grid_terms(problem: Problem, sizes: Sequence[int], temperatures: Sequence[float], keys: Mapping[str, str]) -> Problem:
+@dataclass(frozen=True, slots=True, eq=False)
+class PreparedGrid(Generic[Plan]):
+    """A map or a design that is ready to be solved: its material, the draws of `[uncertainty]`, the plan with films that are not
+    relaxed, what puts problems of its films in terms of the recipe, and the variation of `sensitivity`.
+    """
+
+    material: Material
+    sample: Sample | None
+    plan: Plan
+    in_recipe_terms: partial[Problem]
+    variation: Variation | None = None
+
+
+def planned(
+    plan: Callable[..., Plan],
+    recipe: FailureMapRecipe | DesignRecipe,
+    material: Material,
+    sample: Sample | None,
+    keys: Mapping[str, str],
+    *,
+    targets: int = 1,
+    voltages: int = 1,
+) -> tuple[Plan, partial[Problem]]:
+    """The `plan` of the films of a recipe, each with so many `targets` and `voltages`, which are not relaxed; and what puts
+    problems of films in terms of the recipe, with the `keys` of arguments. Raises `InputError` with keys of the recipe, and
+    `NumericsError` if memory is short.
+    """
+    temperatures = recipe.temperature or [material.reference_temperature]
+    thicknesses, pairs, shares = recipe.film.sizes
+    grid = (len(temperatures), thicknesses, pairs, shares * targets)
+    check_cells(prod(grid) * voltages, 0 if sample is None else len(sample))
+    in_recipe_terms = partial(_in_grid_terms, sizes=grid, temperatures=temperatures, keys=keys)
+    with placed(in_recipe_terms):
+        return plan(material, temperature=np.array(temperatures), relaxed=False, **recipe.solving(sample)), in_recipe_terms
+
+
+def _in_grid_terms(problem: Problem, sizes: Sequence[int], temperatures: Sequence[float], keys: Mapping[str, str]) -> Problem:
     """A problem of the solver, whose cases are the films of the grid, with the key of the recipe. `sizes` are the numbers of
     temperatures, thicknesses, prestretches, and of the films that have these in common.
     """

@@ -21,7 +21,7 @@ from dielast.numerics.arrays import Flags, Floats
 from dielast.plots.events import Band, Mark
 from dielast.plots.looks import Swept
 from dielast.plots.simulation import plot_cases
-from dielast.plots.style import lasting
+from dielast.plots.texts import lasting
 from dielast.recipe.cases import Case
 
 if TYPE_CHECKING:

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import difflib
-from typing import Annotated, Any, ClassVar, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import AfterValidator, Field, PlainValidator, ValidationInfo, WithJsonSchema, model_validator
+from pydantic import AfterValidator, Field, PlainValidator, ValidationInfo, WithJsonSchema
 
 from dielast.commands.simulation.uncertainty_recipe import Uncertainty
 from dielast.errors import InputError, shown, shown_path
@@ -19,30 +19,12 @@ from dielast.recipe.paths import read_path
 
 # arguments of the simulations -> keys of the recipe, except those of steps
 KEYS = {
-    "material": "material",
-    "temperature": "temperature",
-    "mode": "mode",
-    "times": "output.times",
-    "points_per_decade": "output.points_per_decade",
-    "cycles": "output.cycles",
-    "rtol": "solver.rtol",
-    "thickness": "film.thickness",
-    "prestretch": "film.prestretch",
-    "prestretch_rate": "film.prestretch_rate",
-    "relax": "film.relax",
-    "boundary": "film.boundary",
-    "electrode_share": "film.electrode_share",
-    "force": "film.force",
-    "width": "film.width",
-    "mesh_rtol": "solver.mesh_rtol",
-    "profile": "output.profile",
-    "breakdown_field": "breakdown",
-    "pull_in_timescale": "pull_in.timescale",
-    "stop_at": "stop.at",
-    "voltage": "voltage",
-    "ramp": "voltage.ramp",
-    "horizon": "horizon",
-    "sample": "uncertainty",
+    **{name: name for name in ("material", "temperature", "mode", "voltage", "horizon")},
+    **{name: f"output.{name}" for name in ("times", "points_per_decade", "cycles", "profile")},
+    **{name: f"film.{name}" for name in ("thickness", "prestretch", "prestretch_rate", "relax", "boundary", "electrode_share")},
+    **{"force": "film.force", "width": "film.width", "rtol": "solver.rtol", "mesh_rtol": "solver.mesh_rtol"},
+    **{"breakdown_field": "breakdown", "pull_in_timescale": "pull_in.timescale", "stop_at": "stop.at"},
+    **{"ramp": "voltage.ramp", "sample": "uncertainty"},
 }
 
 
@@ -131,12 +113,11 @@ class Comparison(TextTable):
     case: int = Field(0, ge=0, description="Number of the case that was measured.")
     label: str | None = Field(None, description="Name in the legend. Default: the name of the file.")
 
-    @model_validator(mode="after")
-    def _one_column_each(self) -> Self:
+    def _check(self) -> None:
+        super()._check()
         for axis, header, column in (("x", self.x, self.x_column), ("y", self.y, self.y_column)):
             if column is not None and (named := roles_of(header) & self.columns.by_role.keys()):
                 raise InputError(f"{axis}_column and columns.{min(named)} state the same column: one of them is needed")
-        return self
 
 
 def _kept_cycles(value: Any) -> str | tuple[int, ...]:
@@ -178,11 +159,9 @@ class Output(Section):
     noise: float | None = Field(None, ge=0, le=1, description="Relative Gaussian noise on the measured quantity.")
     seed: int = Field(1, ge=0, description="Seed of the noise; the same seed makes the same noise.")
 
-    @model_validator(mode="after")
-    def _ascending(self) -> Self:
+    def _check(self) -> None:
         if self.times is not None and any(b <= a for a, b in zip(self.times, self.times[1:], strict=False)):
             raise InputError("times must ascend")
-        return self
 
 
 class Solver(Section):
@@ -266,16 +245,11 @@ class SimulationRecipe(MaterialRecipe):
     plot: PlotAxes = Field(PlotAxes(), description="What the plot shows.")
     uncertainty: Uncertainty | None = Field(None, description="Intervals of the main table, from draws of the material.")
 
-    @model_validator(mode="after")
-    def _cycles_of_a_waveform(self) -> Self:
+    def _check(self) -> None:
         # other cases of a sweep over steps may have a waveform
         swept = any((read_path(key) or ("",))[0] in ("step", "load") for key in self.sweep or ())
         if self.output.cycles is not None and not swept and all(step.waveform is None for step in getattr(self, "step", ())):
             raise InputError(NO_WAVEFORM, key="output.cycles")
-        return self
-
-    @model_validator(mode="after")
-    def _cases_to_join(self) -> Self:
         if self.plot.join == "cases" and (not self.sweep or self.plot.x in (None, "time [s]")):
             raise InputError('join = "cases" needs a [sweep] and an x other than time [s]', key="plot")
         if self.plot.join == "times" and self.plot.x in {shown_path(read_path(key) or (key,)) for key in self.sweep or ()}:
@@ -283,4 +257,3 @@ class SimulationRecipe(MaterialRecipe):
                 f'join = "times" needs a column of the result as x; over the swept key {self.plot.x} state join = "cases"',
                 key="plot",
             )
-        return self

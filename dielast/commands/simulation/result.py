@@ -16,7 +16,7 @@ from dielast.numerics.random_streams import stream
 if TYPE_CHECKING:
     from dielast.material.material import Material
     from dielast.material.scatter import Sample
-    from dielast.simulate.history import Event
+    from dielast.simulate.history import Event, Outcome
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,14 +31,6 @@ class BoundedEvent:
     probability: float
 
 
-@dataclass(frozen=True, slots=True)
-class GivenUp:
-    """The `time` in s up to which a case was solved, and the `reason` why it ended."""
-
-    time: float
-    reason: str
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class CaseResult:
     """One case: the `columns` (times,) of its table by header, up to the solved time; the `failure` of the solver that ended it
@@ -48,7 +40,7 @@ class CaseResult:
 
     temperature: float
     columns: Mapping[str, Floats]
-    failure: GivenUp | None
+    failure: Outcome | None
     cycles: Mapping[str, Floats] | None = None
     events: Sequence[Event] | None = None
     bounded_events: Sequence[BoundedEvent] = ()

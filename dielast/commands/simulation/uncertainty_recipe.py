@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Annotated, ClassVar, Literal, Self
+from typing import Annotated, ClassVar, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from dielast.errors import InputError
 from dielast.material.scatter import DamageScatter, NormalScatter, Scatter, WeibullScatter, fewest_draws
@@ -38,12 +38,10 @@ class Uncertainty(Section):
     )
     level: Level = Field(0.9, description="Probability that an interval covers.")
 
-    @model_validator(mode="after")
-    def _enough(self) -> Self:
+    def _check(self) -> None:
         if self.draws < (fewest := fewest_draws(self.level)):
             wrong = f"{self.draws} are too few for an interval of level {self.level:g}: at least {fewest} are needed"
             raise InputError(wrong, key="draws")
-        return self
 
 
 class FieldScatter(Section):
@@ -57,14 +55,12 @@ class FieldScatter(Section):
         None, description="Standard deviation of the normal distribution over its mean, which is the stated breakdown field."
     )
 
-    @model_validator(mode="after")
-    def _number_of_the_law(self) -> Self:
+    def _check(self) -> None:
         needed, other = ("shape", "relative") if self.law == "weibull" else ("relative", "shape")
         if getattr(self, needed) is None:
             raise InputError(f'law "{self.law}" needs {needed}')
         if getattr(self, other) is not None:
             raise InputError(f'law "{self.law}" does not take {other}')
-        return self
 
     def scatter(self) -> Scatter:
         """The distribution."""
@@ -82,11 +78,9 @@ class DamageAtFailure(Section):
         None, description="Area, on the undeformed film, of the electrodes for which the constants of [damage] hold."
     )
 
-    @model_validator(mode="after")
-    def _two_areas(self) -> Self:
+    def _check(self) -> None:
         if (self.area is None) != (self.reference_area is None):
             raise InputError("area and reference_area belong together: state both or none")
-        return self
 
     def scatter(self) -> DamageScatter:
         """The distribution."""

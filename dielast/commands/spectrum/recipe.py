@@ -2,17 +2,32 @@
 
 from __future__ import annotations
 
-from typing import ClassVar, Literal, Self
+from dataclasses import fields
+from typing import Annotated, ClassVar, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
-from dielast.commands.spectrum.export import ExportSection
 from dielast.errors import InputError
+from dielast.export.card import CODES, spring_names
+from dielast.export.code import CardOptions
 from dielast.handover.law_section import BreakdownField
+from dielast.material.dielectric import ConstantPermittivity
 from dielast.readings.recipe import CurveData
-from dielast.recipe.base import Dielectric, RecipeBase
-from dielast.recipe.fields import Modulus, PositiveModulus, PositiveTime, RelaxationTime, Section, Temperatures
+from dielast.recipe.base import RecipeBase
+from dielast.recipe.fields import (
+    Modulus,
+    OneOf,
+    Permittivity,
+    PositiveModulus,
+    PositiveTime,
+    Quantity,
+    RelaxationTime,
+    Section,
+    Temperature,
+    Temperatures,
+)
 from dielast.recipe.file_fields import InputFolder
+from dielast.units import Dimension
 
 
 class RelaxationTimes(Section):
@@ -21,11 +36,9 @@ class RelaxationTimes(Section):
     min: RelaxationTime | None = Field(None, description="The shortest relaxation time. Default: from the curve.")
     max: RelaxationTime | None = Field(None, description="The longest relaxation time. Default: from the curve.")
 
-    @model_validator(mode="after")
-    def _ascending(self) -> Self:
+    def _check(self) -> None:
         if self.min is not None and self.max is not None and self.min >= self.max:
             raise InputError(f"min ({self.min:g} s) must be below max ({self.max:g} s)")
-        return self
 
 
 class Fit(Section):
@@ -50,11 +63,9 @@ class Fit(Section):
     liquid: bool = Field(False, description="Whether the material is a melt, which flows: its equilibrium modulus is then 0.")
     continuous: bool = Field(False, description="Whether to write the continuous spectrum H(ln tau) as well.")
 
-    @model_validator(mode="after")
-    def _liquid_or_solid(self) -> Self:
+    def _check(self) -> None:
         if self.liquid and self.equilibrium_modulus:
             raise InputError("liquid = true and an equilibrium_modulus above 0 contradict each other: state one of them")
-        return self
 
 
 class Truncate(Section):
@@ -77,12 +88,10 @@ class Reduce(Section):
     )
     tolerance: float = Field(0.01, gt=0, lt=1, description="Greatest relative difference from the stress of the whole spectrum.")
 
-    @model_validator(mode="after")
-    def _ascending(self) -> Self:
+    def _check(self) -> None:
         first, last = self.window
         if first >= last:
             raise InputError(f"window from {first:g} to {last:g} s: the shorter time must come first")
-        return self
 
 
 # arguments of the fit and of the reduction -> keys of the recipe
@@ -97,12 +106,64 @@ class GentLimits(Section):
     nonequilibrium: float | None = Field(None, ge=1e-6, description="J_lim of the springs of all branches. Default: neo-Hookean.")
 
 
-class MaterialConstants(Dielectric):
+class MaterialConstants(Section):
     """Constants that no relaxation test gives, passed on to the material file."""
 
+    permittivity: Permittivity | None = Field(None, description="Absolute permittivity of the ideal dielectric.")
+    relative_permittivity: float | None = Field(
+        None, ge=1, description="Permittivity over that of vacuum; instead of permittivity."
+    )
     name: str = Field("unnamed", description="Name of the material, for legends.")
     J_lim: GentLimits = Field(GentLimits(), description="Limits of stretch of the Gent springs.")
     breakdown: BreakdownField | None = Field(None, description="The breakdown field.")
+
+    def _check(self) -> None:
+        self.dielectric()
+
+    def dielectric(self) -> float | None:
+        """The permittivity in F/m; None if none is stated."""
+        return ConstantPermittivity(self.permittivity or 0.0, self.relative_permittivity).brief()
+
+
+DENSITY = Dimension("a density", "kg/m^3", "960 kg/m^3")
+Format = Annotated[str, OneOf(lambda: CODES.names)]
+EXPORT_KEYS = {name: f"export.{name}" for name in ("formats", *(field.name for field in fields(CardOptions)))}
+"""Arguments and options of `export_card` -> keys of the recipe."""
+
+
+class ExportSection(Section):
+    """Material cards to write beside material.toml; what a code cannot carry is an error unless a key here allows it."""
+
+    formats: list[Format] = Field(min_length=1, description="Finite-element codes to write cards for.")
+    units: Literal["SI", "mm-t-s", "mm-N-MPa"] = Field(
+        "SI", description="Consistent units of the cards; the card for COMSOL is always in SI."
+    )
+    temperature_scale: Literal["degC", "K"] = Field("degC", description="Scale of the model's temperatures (Abaqus, ANSYS).")
+    hyperelastic: Annotated[str, OneOf(spring_names)] | None = Field(
+        None, description="Law of the springs in the cards. Default: that of the material, or an error if a code lacks it."
+    )
+    J_lim: float | None = Field(None, gt=0, description="One J_lim for all springs, for codes that take only one.")
+    moduli: Literal["instantaneous", "long-term"] = Field(
+        "instantaneous", description="The modulus that the elastic constants state (Abaqus, FEBio)."
+    )
+    bulk_modulus: PositiveModulus | None = Field(None, description="Bulk modulus. Default: incompressible, or from poisson_ratio.")
+    poisson_ratio: float | None = Field(
+        None,
+        ge=0,
+        lt=0.5,
+        description="Poisson's ratio at time zero. Default: 0.495 for codes that need a bulk modulus (FEBio, MFront).",
+    )
+    density: Annotated[float, Quantity(DENSITY, above=0.0)] | None = Field(None, description="Density. Default: none in the cards.")
+    temperature: Temperature | None = Field(None, description="Temperature of the cards for codes that cannot carry the shift law.")
+
+    def _check(self) -> None:
+        if len(set(self.formats)) < len(self.formats):
+            raise InputError("formats must differ")
+        self.options()
+
+    def options(self) -> CardOptions:
+        """The options as the library takes them."""
+        return CardOptions(**self.model_dump(exclude={"formats"}))
 
 
 class SpectrumRecipe(RecipeBase):
@@ -121,10 +182,8 @@ class SpectrumRecipe(RecipeBase):
     material: MaterialConstants = Field(MaterialConstants(), description="Constants passed on to the material file.")
     export: ExportSection | None = Field(None, description="Material cards for finite-element codes.")
 
-    @model_validator(mode="after")
-    def _one_curve(self) -> Self:
+    def _check(self) -> None:
         if (self.mastercurve is None) == (self.data is None):
             raise InputError("either mastercurve (a folder) or [data] (a file) is needed")
         if self.truncate is not None and self.reduce is not None:
             raise InputError("[truncate] and [reduce] both select branches: state one of them")
-        return self

@@ -9,15 +9,24 @@ from typing import Any
 
 import numpy as np
 
-from dielast.commands.spectrum.export import EXPORT_KEYS, ExportSection
-from dielast.commands.spectrum.recipe import FIT_KEYS, REDUCE_KEYS, Fit, MaterialConstants, Reduce, RelaxationTimes, SpectrumRecipe
+from dielast.commands.spectrum.recipe import (
+    EXPORT_KEYS,
+    FIT_KEYS,
+    REDUCE_KEYS,
+    ExportSection,
+    Fit,
+    MaterialConstants,
+    Reduce,
+    RelaxationTimes,
+    SpectrumRecipe,
+)
 from dielast.errors import InputError, Mistakes, Problem, in_keys, located, warn, without_warnings
 from dielast.export.card import export_cards
 from dielast.export.code import CardOptions
 from dielast.handover.law_section import breakdown
 from dielast.handover.mastercurve_folder import DRAWS, ReducedCurve, read_curve_draws, read_master_curve
 from dielast.handover.material_draws import draw_columns
-from dielast.handover.material_file import permittivity, write_material
+from dielast.handover.material_file import write_material
 from dielast.io.files import Inputs
 from dielast.io.table import Table
 from dielast.material.checks import warn_of_material
@@ -274,7 +283,7 @@ def make_material(result: SpectrumFit, curve: ReducedCurve, constants: MaterialC
         shift=curve.shift,
         equilibrium_law=Gent(constants.J_lim.equilibrium or math.inf),
         nonequilibrium_law=Gent(constants.J_lim.nonequilibrium or math.inf),
-        permittivity=permittivity(constants),
+        permittivity=constants.dielectric(),
         breakdown=breakdown(constants.breakdown),
         measured_temperature=curve.measured_temperature,
         equilibrium_scaling=curve.scaling,

@@ -122,9 +122,18 @@ class SpringLaw(Law):
         """
         return cls(**cls.arguments(stated))
 
+    @classmethod
+    def beside_modulus(cls) -> tuple[str, ...]:
+        """The keys of the constants that a material file states beside the shear modulus, if it takes one."""
+        return tuple(constant.file_key for constant in cls.constants if constant.needed)
+
+    def of_modulus(self, modulus: float) -> Self:
+        """The law of a spring of this shear modulus in Pa, which constants that are stresses state."""
+        return self
+
     def in_file(self, modulus: float) -> dict[str, Any]:
-        """The constants by their keys in a material file, for a spring of this shear `modulus` in Pa."""
-        return self.stated()
+        """The constants by their keys in a material file, for the equilibrium spring of this shear `modulus` in Pa."""
+        return {key: value for key, value in self.of_modulus(modulus).stated().items() if key in self.beside_modulus()}
 
     def shape(self) -> dict[str, str]:
         """The constants as text by name; those that are stresses are divided by the shear modulus."""

@@ -39,11 +39,7 @@ class ScaledLaw(SpringLaw):
             raise InputError(message, key="shear_modulus")
         return super().of_file(stated, modulus)
 
-    def in_file(self, modulus: float) -> dict[str, Any]:
-        """The constants of a spring of this modulus."""
-        return self.scaled(modulus).stated()
-
-    def scaled(self, modulus: float) -> Self:
+    def of_modulus(self, modulus: float) -> Self:
         """The law with the constants of a spring of this modulus."""
         if modulus == self.initial_modulus():
             return self
@@ -52,7 +48,7 @@ class ScaledLaw(SpringLaw):
 
     def shape(self) -> dict[str, str]:
         """The constants over the shear modulus, and those that are bare numbers."""
-        unit = self.scaled(1.0)
+        unit = self.of_modulus(1.0)
         return {
             f"{name}/modulus" if name in self.stresses else name: _text(value)
             for name, value in unit.values().items()

@@ -65,10 +65,6 @@ class Yeoh(ScaledLaw, FirstInvariantLaw):
             arguments["C10"] = 0.5 * modulus
         return cls(**arguments)
 
-    def in_file(self, modulus: float) -> dict[str, Any]:
-        """The shear modulus in place of C10, and the other constants."""
-        return {key: value for key, value in self.scaled(modulus).stated().items() if key != "C10"}
-
     def stiffness(self, invariant: Floats) -> Floats:
         """1 + 2 a x + 3 b x^2 with a = C20/C10 and b = C30/C10."""
         x = invariant - 3
