@@ -2,7 +2,8 @@
 10.1093/bioinformatics/btp358).
 
 All profiles are followed at once, outwards from the fit, each point from where the last ones lead to (`courses`). Where the others
-have several minima, a point may be above the least one: an interval is that of the course that leads on from the fit.
+have several minima, a point is computed anew from the lower ones found beside it; a minimum that no point of the profile meets
+stays unknown.
 """
 
 from __future__ import annotations
