@@ -87,7 +87,7 @@ class Course:
 
     @property
     def end(self) -> float:
-        """The place where the root first exceeds the sought one, NaN if it does not."""
+        """The place beyond which the root exceeds the sought one, NaN if it does not at the last point."""
         bracket = self._bracket()
         return np.nan if bracket is None else between(*bracket, self.sought)
 
@@ -126,9 +126,10 @@ class Course:
         return abs(place - self.points[0].place)
 
     def _bracket(self) -> tuple[Point, Point] | None:
-        """The points between which the root first exceeds the sought one."""
-        pairs = zip(self.points[:-1], self.points[1:], strict=True)
-        return next(((inner, outer) for inner, outer in pairs if outer.root > self.sought), None)
+        """The points beyond which the root exceeds the sought one, None if it does not at the last point."""
+        pairs = zip(self.points[-2::-1], self.points[:0:-1], strict=True)
+        bracket = next(((inner, outer) for inner, outer in pairs if inner.root <= self.sought), None)
+        return bracket if bracket is not None and bracket[1].root > self.sought else None
 
     def _once_more(self) -> Start | None:
         """The start of a computed point anew from the minimum of the others at the next point, None if none is needed.
@@ -169,9 +170,9 @@ class Course:
         return last.place + step, last.at + np.clip(move, -FARTHEST, FARTHEST)
 
     def _inwards(self) -> Start | None:
-        """The start where the root is nearly the sought one; None if a computed point is near, or the course is open."""
+        """The start where the root is nearly the sought one; None if a computed point is near, or the root stays below it."""
         bracket = self._bracket()
-        if not self.closed or bracket is None or self.closer == MOST_CLOSER:
+        if bracket is None or self.closer == MOST_CLOSER:
             return None
         inner, outer = bracket
         length, way = outer.place - inner.place, outer.at - inner.at

@@ -86,6 +86,18 @@ def test_ends_are_exact_where_the_root_of_the_rise_is_curved() -> None:
     assert profile.rise == pytest.approx(np.square((np.exp(profile.coordinate) - 1) / width), rel=1e-2)
 
 
+def test_an_undetermined_parameter_has_the_interval_of_its_level_alone() -> None:
+    """The rise tends to 9 below, beyond the line of the interval but not the decisive one, and to 1 above."""
+
+    def residuals(at: Any, fits: Any) -> Any:
+        return np.where(at < 0, 3.0, 1.0) * np.tanh(at / np.where(at < 0, 3.0, 1.0))
+
+    (profile,) = profiles_of(likelihood_of(residuals, [0.0], ([-99.0], [99.0]), np.array([[1.0]])))
+    assert profile.verdict is Verdict.UNDETERMINED
+    assert profile.lower == pytest.approx(-3 * np.arctanh(np.sqrt(2.706) / 3), rel=ACCURATE)
+    assert np.isnan(profile.upper)
+
+
 def test_where_the_model_cannot_be_evaluated_is_ruled_out() -> None:
     """Below -0.5 there is no model; the root of the rise is 2|x|, and 1 there, below that of the interval."""
 

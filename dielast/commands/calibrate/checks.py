@@ -25,9 +25,12 @@ def warn_of_fit(result: Calibration) -> None:
     """Warn of parameters that the tests do not determine or that are at a bound, of extrapolation, and of several minima."""
     fit = result.fit
     expected = dict(zip(fit.space.names, np.diag(fit.space.precision) > 0, strict=True))
-    left_open = [name for name, verdict in result.verdicts.items() if verdict == Verdict.UNDETERMINED]
     for prior, spread in ((False, "spread over the whole range between the bounds"), (True, "follow the prior")):
-        if names := [name for name in left_open if expected[name] == prior]:
+        if names := [
+            _open(parameter, profile, result.level)
+            for parameter, profile in zip(fit.space.parameters, result.profiles, strict=False)
+            if profile.verdict is Verdict.UNDETERMINED and expected[parameter.name] == prior
+        ]:
             verb = "is" if len(names) == 1 else "are"
             warn(f"{', '.join(names)} {verb} not determined by these tests: draws {spread}")
     warn_of_bounds(result)
@@ -47,7 +50,7 @@ def warn_of_bounds(result: Calibration) -> None:
         warn("every free parameter is at a bound: check the units and signs of the tests, and widen the bounds")
     lower, _ = fit.space.bounds
     for k, (parameter, profile) in enumerate(zip(fit.space.parameters, result.profiles, strict=False)):
-        known = _known(parameter, profile)
+        known = "" if profile.verdict is Verdict.UNDETERMINED else _known(parameter, profile)
         if fit.at_bound[k]:
             side = 0 if fit.coordinates[k] <= lower[k] else 1
             within = f"; between its bounds it is {known}" if known else ""
@@ -58,13 +61,20 @@ def warn_of_bounds(result: Calibration) -> None:
             warn(f"these tests give only a bound of {parameter.name}: {known}{beyond}")
 
 
+def _open(parameter: Parameter, profile: Profile, level: float) -> str:
+    """A parameter that is not determined, with what its interval of the `level` tells nevertheless."""
+    known = _known(parameter, profile)
+    return f"{parameter.name} (at {100 * level:g} % {known})" if known else parameter.name
+
+
 def _known(parameter: Parameter, profile: Profile) -> str:
-    """The end of an interval that is open on the other side, in words; "" for other intervals."""
-    if profile.verdict is Verdict.LOWER:
-        return f"at least {_quantity(parameter, float(parameter.value(profile.lower)))}"
-    if profile.verdict is Verdict.UPPER:
-        return f"at most {_quantity(parameter, float(parameter.value(profile.upper)))}"
-    return ""
+    """An interval that is not determined at both ends, in words; "" for other intervals."""
+    lower, upper = (float(parameter.value(end)) for end in (profile.lower, profile.upper))
+    if profile.verdict is Verdict.DETERMINED or np.isnan(lower + upper) and np.isnan(lower) == np.isnan(upper):
+        return ""
+    if np.isfinite(lower + upper):
+        return f"{lower:.4g} to {_quantity(parameter, upper)}"
+    return f"at most {_quantity(parameter, upper)}" if np.isnan(lower) else f"at least {_quantity(parameter, lower)}"
 
 
 def _bound(parameter: Parameter, side: int) -> str:
