@@ -102,7 +102,9 @@ def _draw_test(axes: Axes, comparison: Comparison) -> None:
     axes.set_ylabel(called if " [" in called else f"{called} [1]")
     if over_time:
         log_axis(axes, "x")
-    name = test.name if len(test.name) <= LONGEST else f"{test.name[: LONGEST - 1]}\N{HORIZONTAL ELLIPSIS}"
+    name, half = test.name, LONGEST // 2
+    if len(name) > LONGEST:
+        name = f"{name[: half - 1]}\N{HORIZONTAL ELLIPSIS}{name[-half:]}"  # names often differ at their ends
     error = 100 * comparison.rms_relative_error
     missed = f"{error:.0f}" if error >= 100 else number(error, 2)
     axes.set_title(typeset(f"{name}, {test.temperature:.4g} degC: {missed} %"), fontsize=6.5, loc="left", parse_math=False)

@@ -70,11 +70,11 @@ def _open(parameter: Parameter, profile: Profile, level: float) -> str:
 def _known(parameter: Parameter, profile: Profile) -> str:
     """An interval that is not determined at both ends, in words; "" for other intervals."""
     lower, upper = (float(parameter.value(end)) for end in (profile.lower, profile.upper))
-    if profile.verdict is Verdict.DETERMINED or np.isnan(lower + upper) and np.isnan(lower) == np.isnan(upper):
+    if profile.verdict is Verdict.DETERMINED or np.isnan([lower, upper]).all():
         return ""
-    if np.isfinite(lower + upper):
-        return f"{lower:.4g} to {_quantity(parameter, upper)}"
-    return f"at most {_quantity(parameter, upper)}" if np.isnan(lower) else f"at least {_quantity(parameter, lower)}"
+    if np.isnan(upper):
+        return f"at least {_quantity(parameter, lower)}"
+    return f"at most {_quantity(parameter, upper)}" if np.isnan(lower) else f"{lower:.4g} to {_quantity(parameter, upper)}"
 
 
 def _bound(parameter: Parameter, side: int) -> str:

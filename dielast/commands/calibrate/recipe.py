@@ -153,7 +153,8 @@ class CalibrateRecipe(RecipeBase):
         "of start: the prior, or the value in the material file. Defaults of min and max: start/100 and 100 start; for a constant "
         "of either sign, three times the larger of the magnitude of start and the shear modulus (1 for a bare number) below and "
         "above start; for a relaxation time without min and max, half-way in log time to the starts of the neighbouring branches; "
-        "for an exponent of Ogden's law without min and max, half-way to the starts of the terms next to it in size. A value that ends at a bound is warned of."
+        "for an exponent of Ogden's law without them, half-way to the starts of the terms next to it in size. "
+        "A value that ends at a bound is warned of."
     )
     fit: FitOptions = Field(FitOptions(), description="How the fit is done.")
     uncertainty: PosteriorOptions = Field(PosteriorOptions(), description="Draws of the material.")
