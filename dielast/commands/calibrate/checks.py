@@ -15,7 +15,8 @@ from dielast.calibration.result import Calibration, range_of
 from dielast.calibration.runaway import runaway_stretch
 from dielast.calibration.scatter import USUAL_SCATTER
 from dielast.errors import and_more, warn
-from dielast.material.use_checks import BEYOND_TESTS, LONGER
+from dielast.material.use_checks import BEYOND_TESTS, LONGER, UNTESTED
+from dielast.mechanics.load import Mode
 
 FAR = 3.0  # usual scatters of specimens: no such specimen is expected
 MISSED = 0.25  # relative rms error: several times that of a model that describes a test
@@ -105,7 +106,7 @@ def warn_of_contradictions(result: Calibration) -> None:
 
 
 def warn_of_tests_beyond(result: Calibration) -> None:
-    """Warn of predicted tests that are longer, or at larger stretches, than all fitted tests: the model is extrapolated."""
+    """Warn of predicted tests that are longer, at larger stretches or in another mode than all fitted tests: extrapolations."""
     known = range_of(result.fit)
     measured = [each.test for each in result.comparisons if not each.fitted and isinstance(each.test, MeasuredTest)]
     late = [test for test in measured if test.time[-1] > LONGER * known.time[1]]
@@ -117,6 +118,11 @@ def warn_of_tests_beyond(result: Calibration) -> None:
     if far:
         reach = f"reaches I1 = {max(test.largest_invariant for test in far):.4g}, the fitted tests {known.largest_invariant:.4g}"
         warn(f"test {far[0].name}{and_more(len(far) - 1)} {reach}: the springs are extrapolated")
+    tested = 3 + UNTESTED * (known.largest_invariant - 3)
+    other = [test for test in measured if Mode(test.mode).value not in known.modes and test.largest_invariant > tested]
+    if other:
+        modes = f"is in {Mode(other[0].mode).value} loading, the fitted tests in {' and '.join(known.modes)} loading only"
+        warn(f"test {other[0].name}{and_more(len(other) - 1)} {modes}: the springs are extrapolated")
 
 
 def warn_of_runaway(result: Calibration) -> None:
