@@ -198,9 +198,9 @@ def test_what_does_not_fit_to_the_rest_to_the_times_and_to_other_tests_is_warned
     (tmp_path / "r.toml").write_text(head + loose + 'rate = "1 %/s"\n' + loose + more + FREE)
     rated, late, cold, copy = warnings_of(tmp_path / "r.toml")
     assert "loose.csv: rate states the times in place of the column time" in rated
-    assert "loose.csv: the specimen is not taut up to a stretch of 1.100 at least" in late
+    assert "loose.csv: the specimen is slack up to a stretch of 1.100 at least" in late
     assert "at 60 degC it relaxes as at 20 degC: state [shift]" in cold
-    assert copy == "test loose has the points of test loose (2): it was fitted, and validates nothing"
+    assert copy == "test loose under [[validate]] has the points of test loose (2): it validates nothing"
 
 
 def test_an_interrupt_keeps_the_best_so_far_and_exits_130(dielast: Run, tmp_path: Path) -> None:

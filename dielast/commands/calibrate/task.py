@@ -75,8 +75,8 @@ def warn_of_copies(task: CalibrationTask) -> None:
     for k, test in enumerate([*fitted, *(test for test in task.predicted if isinstance(test, MeasuredTest))]):
         first = next((each for each in fitted[:k] if _same_points(test, each)), None)
         if first is not None:
-            so = "it is fitted twice" if k < len(fitted) else "it was fitted, and validates nothing"
-            warn(f"test {test.name} has the points of test {first.name}: {so}")
+            where, so = ("", "is fitted twice") if k < len(fitted) else (" under [[validate]]", "validates nothing")
+            warn(f"test {test.name}{where} has the points of test {first.name}: it {so}")
 
 
 def _same_points(one: MeasuredTest, other: MeasuredTest) -> bool:

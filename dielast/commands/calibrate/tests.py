@@ -70,12 +70,7 @@ def check_temperature(test: TestData, temperature: float, fixed: Sequence[Materi
 def named(tests: Sequence[TestData]) -> list[str]:
     """The names of the tests: label or file, with a number if several tests share it."""
     names = [test.label or _called(test) for test in tests]
-    seen: dict[str, int] = {}
-    for k, name in enumerate(names):
-        seen[name] = seen.get(name, 0) + 1
-        if names.count(name) > 1:
-            names[k] = f"{name} ({seen[name]})"
-    return names
+    return [f"{name} ({names[: k + 1].count(name)})" if names.count(name) > 1 else name for k, name in enumerate(names)]
 
 
 def read_test(test: TestData, inputs: Inputs, temperature: float, name: str) -> MeasuredTest:
@@ -133,10 +128,8 @@ def _warn_of_beginning(test: TestData, made: MeasuredTest, stretch: float, stres
         began = f"the first point is at {made.time[0]:g} s and a stretch of {made.stretch[0]:g}"
         warn(f"{test.file}: {began}: it is reached by a ramp from time 0; if the test was a ramp and a hold, state ramp_rate")
     elif slack > ACCURACY * (np.max(made.stretch) - 1):
-        late = (
-            f"the specimen is not taut up to a stretch of {1 + slack:.3f} at least, as later points are on a steeper line from rest"
-        )
-        warn(f"{test.file}: {late}: is it slack in its grips, or the force zeroed late? stretches count from the unloaded specimen")
+        loose = f"the specimen is slack up to a stretch of {1 + slack:.3f} at least: later points are on a steeper line from rest"
+        warn(f"{test.file}: {loose}; stretches count from where the specimen is taut")
     if abs(offset) > USUAL_ERROR:
         warn(f"{test.file}: the stress at rest is {100 * offset:.2g} % of the largest: was the force zeroed?")
 
