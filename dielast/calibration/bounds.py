@@ -42,3 +42,20 @@ def bounds_between(starts: Sequence[float], k: int, path: str) -> tuple[Bound, B
 
     lowest, highest = (float(np.exp(order[k] + sign * np.log(WIDE))) for sign in (-1, 1))
     return beside(k + 1, (lowest, BELOW)), beside(k - 1, (highest, ABOVE))
+
+
+def bounds_apart(starts: Sequence[float], k: int, scale: float, path: str) -> tuple[Bound, Bound]:
+    """The default bounds of the exponent of a term, half-way from its start to those of the terms next to it in size.
+
+    Terms that could change places would be one and the same law. Raises `InputError` with the key `path` for equal starts.
+    """
+    start, others = starts[k], [(each, j) for j, each in enumerate(starts) if j != k]
+    if start in [each for each, _ in others]:
+        raise InputError("different starts of the exponents of the terms are needed, or min and max", key=path)
+    (lowest, below), (highest, above) = bounds_about(start, scale)
+    low = max((pair for pair in others if pair[0] < start), default=None)
+    high = min((pair for pair in others if pair[0] > start), default=None)
+    return (
+        (lowest, below) if low is None else (0.5 * (start + low[0]), f"half-way to alpha[{low[1]}]"),
+        (highest, above) if high is None else (0.5 * (start + high[0]), f"half-way to alpha[{high[1]}]"),
+    )

@@ -37,6 +37,7 @@ TOO_HIGH = 3.0  # rise of the root in a step, over the wanted rise, above which 
 LEAST_RISE = 0.3  # of the root in a step, as a share of the wanted root, for this comparison
 MOST_HALVINGS = 8  # of steps in a course
 MOST_POINTS = 60  # of a course
+LOWER = 0.98  # root over that of the next point inwards, which is then computed anew; roots are accurate to about a hundredth
 
 Start = tuple[float, Floats]
 """The coordinate of the parameter at a point, and all coordinates (p,) from which the others are refitted."""
@@ -71,6 +72,8 @@ class Course:
     wanted: float = field(default=0.0, init=False)
     halvings: int = field(default=0, init=False)
     closer: int = field(default=0, init=False)
+    lowered: set[float] = field(default_factory=set, init=False)
+    again: set[tuple[float, float]] = field(default_factory=set, init=False)
 
     @property
     def closed(self) -> bool:
@@ -84,21 +87,32 @@ class Course:
 
     @property
     def end(self) -> float:
-        """The place where the root first exceeds the sought one, NaN if it does not."""
+        """The place beyond which the root exceeds the sought one, NaN if it does not at the last point."""
         bracket = self._bracket()
         return np.nan if bracket is None else between(*bracket, self.sought)
 
     def add(self, point: Point) -> None:
-        """Add a computed point."""
-        self.points = sorted((*self.points, point), key=self._distance)
+        """Add a computed point; of two at one place the lower one is kept."""
+        before = next((other for other in self.points if other.place == point.place), point)
+        if point.root < LOWER * before.root:
+            self.lowered.add(point.place)
+        lower = min(point, before, key=lambda each: each.root)
+        self.points = sorted((*(other for other in self.points if other is not before), lower), key=self._distance)
 
     def next_start(self) -> Start | None:
         """The start of the next point, None if no further one is needed."""
-        return self._inwards() if self.ended else self._outwards()
+        return self._once_more() or (self._inwards() if self.ended else self._outwards())
+
+    def beside(self, place: float) -> Start:
+        """The start at a `place` with all other parameters as at the last computed point before it, without extrapolation."""
+        inwards = [point for point in self.points if self._distance(point) < self._from_fit(place) and np.isfinite(point.root)]
+        return place, inwards[-1].at
 
     def nearer(self, place: float, root: float) -> Start | None:
         """A start half way to a `place` with a `root` that is too high for one step; None if it is not, or after many halvings."""
         last = self.points[-1]
+        if self._from_fit(place) <= self._distance(last):
+            return None
         high = last.root + TOO_HIGH * max(self.wanted - last.root, LEAST_RISE * self.wanted)
         if self.ended or root <= high or self.halvings == MOST_HALVINGS:
             return None
@@ -106,12 +120,33 @@ class Course:
         return self._ahead(0.5 * abs(place - last.place))
 
     def _distance(self, point: Point) -> float:
-        return abs(point.place - self.points[0].place)
+        return self._from_fit(point.place)
+
+    def _from_fit(self, place: float) -> float:
+        return abs(place - self.points[0].place)
 
     def _bracket(self) -> tuple[Point, Point] | None:
-        """The points between which the root first exceeds the sought one."""
-        pairs = zip(self.points[:-1], self.points[1:], strict=True)
-        return next(((inner, outer) for inner, outer in pairs if outer.root > self.sought), None)
+        """The points beyond which the root exceeds the sought one, None if it does not at the last point."""
+        pairs = zip(self.points[-2::-1], self.points[:0:-1], strict=True)
+        bracket = next(((inner, outer) for inner, outer in pairs if inner.root <= self.sought), None)
+        return bracket if bracket is not None and bracket[1].root > self.sought else None
+
+    def _once_more(self) -> Start | None:
+        """The start of a computed point anew from the minimum of the others at the next point, None if none is needed.
+
+        A root that falls outwards shows that the others have a lower minimum, which may hold further inwards, too. A point that was
+        lowered so, or a root that rises far more than its slope foresees, shows that the minimum may hold further outwards.
+        """
+        for inner, outer in reversed(list(zip(self.points[:-1], self.points[1:], strict=True))):
+            foreseen = inner.root + TOO_HIGH * inner.slope * abs(outer.place - inner.place)
+            falls, rises = outer.root < LOWER * inner.root, foreseen < outer.root < np.inf
+            if falls and (inner.place, outer.place) not in self.again:
+                self.again.add((inner.place, outer.place))
+                return inner.place, outer.at
+            if (rises or inner.place in self.lowered) and (outer.place, inner.place) not in self.again:
+                self.again.add((outer.place, inner.place))
+                return outer.place, inner.at
+        return None
 
     def _outwards(self) -> Start:
         """The start at the next level beyond the last point."""
@@ -135,9 +170,9 @@ class Course:
         return last.place + step, last.at + np.clip(move, -FARTHEST, FARTHEST)
 
     def _inwards(self) -> Start | None:
-        """The start where the root is nearly the sought one; None if a computed point is near, or the course is open."""
+        """The start where the root is nearly the sought one; None if a computed point is near, or the root stays below it."""
         bracket = self._bracket()
-        if not self.closed or bracket is None or self.closer == MOST_CLOSER:
+        if bracket is None or self.closer == MOST_CLOSER:
             return None
         inner, outer = bracket
         length, way = outer.place - inner.place, outer.at - inner.at
@@ -215,18 +250,23 @@ class _Followed:
             trial[~anew] = self.fits.trials(under_way[~anew])
             self._look(under_way, self.fits.visit(under_way, trial, PRECISE, anew))
 
-    def _begin(self, k: int, start: Start | None) -> None:
-        """Let a course begin its next point, or end it."""
+    def _begin(self, k: int, start: Start | None) -> bool:
+        """Let a course begin its next point, or end it; whether this is another start than before."""
+        before = self.start[k].copy()
         self.active[k], self.visits[k] = start is not None, 0
         if start is not None:
             self.start[k] = start[1]
             self.start[k, self.parameter[k]] = start[0]
             self.start[k] = np.clip(self.start[k], *self.bounds)
+        return not np.array_equal(before, self.start[k])
 
     def _look(self, under_way: Cases, converged: Flags) -> None:
         """Add the points of those courses (k,) that have nearly reached the least sum of squares."""
         lost = ~np.isfinite(self.fits.cost[under_way])
         for k in under_way[lost].tolist():
+            # the start may be lost where the others were extrapolated to, rather than because of the parameter
+            if self._begin(k, self.courses[k].beside(self._place(k))):
+                continue
             if (closer := self.courses[k].nearer(self._place(k), np.inf)) is None:
                 self._arrive(k, np.inf, 0.0, self.fits.at[k], np.zeros(self.start.shape[1]))
             else:

@@ -12,7 +12,7 @@ from functools import partial
 
 import numpy as np
 
-from dielast.calibration.bounds import Bound, bounds_about, bounds_between
+from dielast.calibration.bounds import Bound, bounds_about, bounds_apart, bounds_between
 from dielast.errors import InputError, Mistakes, Problem
 from dielast.io.result import Result
 from dielast.material.argument_types import checked
@@ -183,8 +183,12 @@ def _parameters(material: Material, path: str, free: Mapping[str, Free]) -> list
     for k, each in enumerate(value):
         if index in (None, k):
             usual = None
-            if key == "relaxation_time" and known.min is None and known.max is None:
-                usual = bounds_between(_starting_times(value, free), k, path)
+            if key in ("relaxation_time", "alpha") and known.min is None and known.max is None:
+                starts = _starts(section, key, value, free)
+                if key == "alpha":
+                    usual = bounds_apart(starts, k, max(abs(starts[k]), size), path)
+                else:
+                    usual = bounds_between(starts, k, path)
             found.append(_parameter(section, key, k, kind, known, each, size, path, usual))
     return found
 
@@ -219,12 +223,12 @@ def _number(numbers: Numbers, parameter: Parameter) -> float:
     return float(stated if parameter.index is None else stated[parameter.index])
 
 
-def _starting_times(times: Sequence[float], free: Mapping[str, Free]) -> list[float]:
-    """Where the fit of each relaxation time begins: at its start or prior, else at the time of the material."""
-    starts = []
-    for k, time in enumerate(times):
-        known = free.get(f"nonequilibrium.relaxation_time[{k}]") or free.get("nonequilibrium.relaxation_time") or Free()
-        starts.append(next((stated for stated in (known.start, known.prior) if stated is not None), time))
+def _starts(section: str, key: str, values: Sequence[float], free: Mapping[str, Free]) -> list[float]:
+    """Where the fit of each entry of a list begins: at its start or prior, else at the value of the material."""
+    starts, path = [], f"{section}.{key}"
+    for k, value in enumerate(values):
+        known = free.get(f"{path}[{k}]") or free.get(path) or Free()
+        starts.append(next((stated for stated in (known.start, known.prior) if stated is not None), value))
     return starts
 
 
@@ -262,13 +266,17 @@ def _parameter(
         for stated, default in zip((known.min, known.max), usual or bounds_about(start, scale), strict=True)
     ]
     (lower, _), (upper, _) = bounds
+
+    def shown(number: float) -> str:
+        return f"{number:g}" + ("" if kind.unit == "1" else f" {kind.unit}")
+
     if scale is None and lower <= 0:
-        raise InputError(f"min = {lower:g}: a number above 0 is needed, as the constant must be positive", key=path)
+        raise InputError(f"min = {shown(lower)}: a number above 0 is needed, as the constant must be positive", key=path)
     if lower >= upper:
-        raise InputError(f"min = {lower:g} is not below max = {upper:g}", key=path)
+        raise InputError(f"min = {shown(lower)} is not below max = {shown(upper)}", key=path)
     for name, number in (("start", known.start), ("prior", known.prior)):
         if number is not None and not lower <= number <= upper:
-            raise InputError(f"{name} = {number:g} is not between min = {lower:g} and max = {upper:g}", key=path)
+            raise InputError(f"{name} = {shown(number)} is not between min = {shown(lower)} and max = {shown(upper)}", key=path)
     if (known.prior is None) != (known.relative is None):
         raise InputError("prior and relative go together: the expected value and its relative standard deviation", key=path)
     first = float(np.clip(start, lower, upper))

@@ -2,7 +2,8 @@
 10.1093/bioinformatics/btp358).
 
 All profiles are followed at once, outwards from the fit, each point from where the last ones lead to (`courses`). Where the others
-have several minima, a point may be above the least one: an interval is that of the course that leads on from the fit.
+have several minima, a point is computed anew from the lower ones found beside it; a minimum that no point of the profile meets
+stays unknown.
 """
 
 from __future__ import annotations
@@ -42,7 +43,8 @@ VERDICTS = {
 class Profile:
     """The profile of one parameter: `coordinate` (k,) ascending, the `rise` (k,) of the least sum of squares above that of the fit,
     and all coordinates (k, p) of this least. `lower` and `upper` are the ends of the interval. An end is NaN where the rise does
-    not reach the decisive one before the bound of the parameter on that side, although it may exceed that of the `level`.
+    not reach the decisive one before the bound of the parameter on that side, although it may exceed that of the `level`. If it
+    reaches the decisive one on neither side, the interval of the `level` is all that is known: ends beyond which its rise holds.
     """
 
     coordinate: Floats
@@ -76,8 +78,9 @@ def _profile(below: Course | None, above: Course | None, unseen: bool) -> Profil
     beyond = [point for side in sides for point in side.points[1:]]
     points = sorted([sides[0].points[0], *beyond], key=lambda point: point.place)
     closed_below, closed_above = (side is not None and side.closed and not unseen for side in (below, above))
-    lower = below.end if below is not None and (closed_below or unseen) else np.nan
-    upper = above.end if above is not None and (closed_above or unseen) else np.nan
+    either = closed_below or closed_above
+    lower = below.end if below is not None and (closed_below or not either) else np.nan
+    upper = above.end if above is not None and (closed_above or not either) else np.nan
     return Profile(
         np.array([point.place for point in points]),
         np.square([point.root for point in points]),

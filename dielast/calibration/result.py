@@ -108,8 +108,8 @@ class Calibration(TabularResult):
         ]
 
     def test_columns(self) -> Table:
-        """A row for each test."""
-        every = self.comparisons
+        """A row for each test; `specimen_factor` is the stress of a fitted specimen over that of the material."""
+        every, factors = self.comparisons, self.specimen_factors
         return [
             Column("test", None, [comparison.test.name for comparison in every]),
             Column("used", None, ["fitted" if comparison.fitted else "validated" for comparison in every]),
@@ -120,6 +120,7 @@ class Calibration(TabularResult):
             Column("coverage", "1", np.array([comparison.coverage for comparison in every])),
             Column("specimen", None, [comparison.test.specimen for comparison in every]),
             Column("unit", None, [comparison.test.unit for comparison in every]),
+            Column("specimen_factor", "1", np.array([factors.get(comparison.test.specimen, np.nan) for comparison in every])),
         ]
 
     def correlation_columns(self) -> Table:

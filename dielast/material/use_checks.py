@@ -14,6 +14,7 @@ from dielast.errors import warn
 from dielast.material.checks import warn_of_temperature
 from dielast.material.material import Material
 from dielast.material.springs.stable_range import free_axis_holds, stable_range, tension_rises
+from dielast.numerics.arrays import Floats
 from dielast.units import TIMES
 
 MARGIN = 5.0  # K beyond the measured temperatures at which a shift law is used without a warning
@@ -85,7 +86,12 @@ def warn_of_use(material: Material, temperature: ArrayLike) -> None:
         if np.any(beyond > MARGIN):
             worst, span = float(values.flat[np.argmax(beyond)]), f"at {low:g}" if low == high else f"from {low:g} to {high:g}"
             warn(f"{what} {span} degC: at {worst:g} degC it is extrapolated")
-    away = values[np.abs(values - material.reference_temperature) > MARGIN]
+    warn_of_no_shift(material, values)
+
+
+def warn_of_no_shift(material: Material, temperature: Floats) -> None:
+    """Warn of temperatures (k,) in degC at which a material without a shift law relaxes as at its reference temperature."""
+    away = temperature[np.abs(temperature - material.reference_temperature) > MARGIN]
     if away.size and len(material.spectrum) and not material.shift.depends_on_temperature:
         as_at = f"at {float(away[0]):g} degC it relaxes as at {material.reference_temperature:g} degC"
         warn(f"the material has no shift law, {as_at}: state [shift] in the material file")

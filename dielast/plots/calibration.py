@@ -23,6 +23,7 @@ KILO = 1e-3  # from Pa
 ACROSS = 3
 HIGHEST = 1.2  # height of a profile, as a multiple of the rise at which an end of the range is ruled out
 MOST_TESTS, MOST_PROFILES = 12, 12
+LONGEST = 20  # name of a test in the title of its panel
 LEFT_TO_TIME = 0.2  # share of points at a held stretch above which a test is drawn over time
 SYMBOLS = {
     "equilibrium.shear_modulus": r"$\mu_\mathrm{eq}$",
@@ -70,6 +71,8 @@ def _draw_tests(part: Figure | SubFigure, calibration: Calibration, tests: Seque
     used = {comparison.fitted for comparison in tests}
     if len(used) == 1:
         handles.pop(1 if True in used else 0)
+    if len(tests) < len(calibration.comparisons):
+        handles.append(Line2D([], [], linestyle="none", label=f"{len(tests)} of {len(calibration.comparisons)} tests"))
     part.legend(handles=handles, loc="outside upper center", ncols=len(handles), fontsize=6.5)
 
 
@@ -100,11 +103,12 @@ def _draw_test(axes: Axes, comparison: Comparison) -> None:
     axes.set_ylabel(called if " [" in called else f"{called} [1]")
     if over_time:
         log_axis(axes, "x")
-    name = test.name if len(test.name) <= 30 else f"{test.name[:29]}\N{HORIZONTAL ELLIPSIS}"
+    name, half = test.name, LONGEST // 2
+    if len(name) > LONGEST:
+        name = f"{name[: half - 1]}\N{HORIZONTAL ELLIPSIS}{name[-half:]}"  # names often differ at their ends
     error = 100 * comparison.rms_relative_error
-    axes.set_title(
-        typeset(f"{name}, {test.temperature:.4g} degC: {number(error, 2)} %"), fontsize=6.5, loc="left", parse_math=False
-    )
+    missed = f"{error:.0f}" if error >= 100 else number(error, 2)
+    axes.set_title(typeset(f"{name}, {test.temperature:.4g} degC: {missed} %"), fontsize=6.5, loc="left", parse_math=False)
     seen = factor * (np.concatenate((test.measured, comparison.model)) + test.rest)
     least, most = float(np.nanmin(seen)), float(np.nanmax(seen))
     low, high = axes.get_ylim()  # the axes end at the points and the curve: a band may leave them
@@ -141,7 +145,7 @@ def _draw_profile(axes: Axes, calibration: Calibration, k: int) -> None:
     for level, threshold, dashes in zip(levels, thresholds, ("--", ":"), strict=True):
         axes.axhline(threshold, color=COLOURS[1], linestyle=dashes, linewidth=0.8)
         beside = axes.get_yaxis_transform()  # x in shares of the axes
-        axes.text(0.99, threshold, f"{100 * level:g} %", transform=beside, ha="right", va="bottom", fontsize=5)
+        axes.text(1.02, threshold, f"{100 * level:g} %", transform=beside, ha="left", va="center", fontsize=5)
     for end in (profile.lower, profile.upper):
         if np.isfinite(end):
             axes.axvline(factor * float(parameter.value(end)), color="0.6", linewidth=0.7)

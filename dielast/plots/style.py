@@ -196,7 +196,7 @@ def log_axis(axes: Axes, which: str) -> None:
 
     def plain(value: float, _: float | None = None) -> str:
         first = f"{value:.12e}"[0]
-        return number(value) if decades < 0.8 or first in "125" else ""
+        return number(value) if decades < 0.4 or first in ("12357" if decades < 0.8 else "125") else ""
 
     axis.set_major_formatter(plain)
     axis.set_minor_formatter(plain)

@@ -56,6 +56,7 @@ MISTAKES = [
         'kind = "calibrate"\nmaterial = "table.toml"\n' + TEST + TEST + 'temperature = "60 degC"\n' + FREE,
         "test[1].temperature: example:tensile/hold.csv: 60 degC is outside the shift table's 0 to 40 degC",
     ),
+    (HEAD + '[[test]]\nfile = "pushed.csv"\n' + FREE, "pushed.csv: the stress has the other sign than the stretch has"),
     (HEAD + '[[test]]\nrecipe = "plain.toml"\n' + FREE, "[[compare]] with the measured points is needed"),
     (HEAD + '[[test]]\nrecipe = "pulled.toml"\n' + FREE, "test[0].recipe: back.csv: line 4: time 1 s does not come after 2 s"),
 ]
@@ -68,6 +69,7 @@ def kitchen(tmp_path: Path) -> Path:
     (tmp_path / "back.csv").write_text("time [s],stretch,stress [Pa]\n1,1.1,3\n2,1.2,4\n1,1.3,5\n")
     (tmp_path / "strain.csv").write_text("time [s],stretch,stress [Pa]\n1,0,3\n2,0.2,4\n3,0.3,5\n")
     (tmp_path / "good.csv").write_text("time [s],stretch,stress [Pa]\n1,1.1,3\n2,1.2,4\n3,1.3,5\n")
+    (tmp_path / "pushed.csv").write_text("time [s],stretch,stress [Pa]\n1,1.1,-3\n2,1.2,-4\n3,1.3,-5\n")
     material = 'reference_temperature = "20 degC"\n[equilibrium]\nshear_modulus = "2e4 Pa"\n'
     branches = "[nonequilibrium]\nrelaxation_time_s = [50.0]\nshear_modulus_Pa = [2e4]\n"
     shift = '[shift]\nlaw = "table"\ntemperature_degC = [0.0, 20.0, 40.0]\nlog10_shift_factor = [1.0, 0.0, -1.0]\n'
@@ -183,6 +185,24 @@ def test_a_stretch_for_a_strain_and_kelvin_for_celsius_are_warned_of(tmp_path: P
     assert "tests are at 293 degC: was the value in kelvin" in kelvin
 
 
+def test_what_does_not_fit_to_the_rest_to_the_times_and_to_other_tests_is_warned_of(tmp_path: Path) -> None:
+    stretch = np.linspace(1, 2, 21)
+    taut = np.maximum(stretch - 0.1, 1)
+    rows = [f"{at:.3g},{1 + at:.6g},{value:.6g}\n" for at, value in zip(stretch - 1, 30 * (taut - taut**-2), strict=True)]
+    (tmp_path / "loose.csv").write_text("time [s],stretch,stress [kPa]\n" + "".join(rows))
+    loose = '[[test]]\nfile = "loose.csv"\n'
+    material = '[nonequilibrium]\nrelaxation_time_s = [50.0]\nshear_modulus_Pa = [2e4]\n[shift]\nlaw = "none"\n'
+    (tmp_path / "m.toml").write_text('reference_temperature = "20 degC"\n[equilibrium]\nshear_modulus = "2e4 Pa"\n' + material)
+    head = 'kind = "calibrate"\nmaterial = "m.toml"\n'
+    more = TEST + 'temperature = "60 degC"\n' + loose.replace("test", "validate")
+    (tmp_path / "r.toml").write_text(head + loose + 'rate = "1 %/s"\n' + loose + more + FREE)
+    rated, late, cold, copy = warnings_of(tmp_path / "r.toml")
+    assert "loose.csv: rate states the times in place of the column time" in rated
+    assert "loose.csv: the specimen is slack up to a stretch of 1.100 at least" in late
+    assert "at 60 degC it relaxes as at 20 degC: state [shift]" in cold
+    assert copy == "test loose under [[validate]] has the points of test loose (2): it validates nothing"
+
+
 def test_an_interrupt_keeps_the_best_so_far_and_exits_130(dielast: Run, tmp_path: Path) -> None:
     press = """
 import dielast.calibration.result as module
@@ -201,12 +221,13 @@ module.profiles_of = press
 
 def test_a_history_that_is_not_told_and_tests_beyond_the_others_are_warned_of(dielast: Run, tmp_path: Path) -> None:
     (tmp_path / "late.csv").write_text("time [s],stretch,stress [kPa]\n900,2,40\n1800,2,36\n36000,2,33\n")
-    late = '[[validate]]\nfile = "late.csv"\n'
+    late = '[[validate]]\nfile = "late.csv"\nmode = "pure-shear"\n'
     (tmp_path / "r.toml").write_text(HEAD + TEST + late + FREE + QUICK)
     done = dielast("calibrate", "r.toml", "--plot", "none")
     assert done.returncode == 0, done.stderr
     assert "late.csv: the first point is at 900 s and a stretch of 2: it is reached by a ramp from time 0" in done.stderr
     assert "test late lasts 3.6e+04 s" in done.stderr
+    assert "test late is in pure-shear loading, the fitted tests in uniaxial loading only: the springs are ex" in done.stderr
     (tmp_path / "r.toml").write_text(HEAD + TEST + late + 'ramp_rate = "10 %/s"\n' + FREE + QUICK)
     assert "straight line" not in dielast("calibrate", "r.toml", "--plot", "none").stderr
 

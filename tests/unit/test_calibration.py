@@ -469,6 +469,17 @@ def test_relaxation_times_are_bounded_half_way_between_their_starts() -> None:
         times(_0=Free(), _1=Free(start=200.0))
 
 
+def test_exponents_are_bounded_half_way_between_their_starts() -> None:
+    """Terms of Ogden's law, in whatever order, do not change places."""
+    ogden = replace(TRUTH, equilibrium_law=Ogden((1e4, 2e3, -1e3), (1.6, 4.0, -2.0)))
+    first, second, third = parameter_space(ogden, {"equilibrium.alpha": Free()}).parameters
+    found = np.array([(each.lower, each.upper) for each in (first, second, third)])
+    assert found == pytest.approx(np.array([(-0.2, 2.8), (2.8, 16.0), (-8.0, -0.2)]))
+    assert first.default_bounds == ("half-way to alpha[2]", "half-way to alpha[1]")
+    with pytest.raises(InputError, match="different starts of the exponents"):
+        parameter_space(ogden, {"equilibrium.alpha[0]": Free(start=4.0)})
+
+
 @pytest.mark.parametrize(
     ("free", "message"),
     [

@@ -86,6 +86,18 @@ def test_ends_are_exact_where_the_root_of_the_rise_is_curved() -> None:
     assert profile.rise == pytest.approx(np.square((np.exp(profile.coordinate) - 1) / width), rel=1e-2)
 
 
+def test_an_undetermined_parameter_has_the_interval_of_its_level_alone() -> None:
+    """The rise tends to 9 below, beyond the line of the interval but not the decisive one, and to 1 above."""
+
+    def residuals(at: Any, fits: Any) -> Any:
+        return np.where(at < 0, 3.0, 1.0) * np.tanh(at / np.where(at < 0, 3.0, 1.0))
+
+    (profile,) = profiles_of(likelihood_of(residuals, [0.0], ([-99.0], [99.0]), np.array([[1.0]])))
+    assert profile.verdict is Verdict.UNDETERMINED
+    assert profile.lower == pytest.approx(-3 * np.arctanh(np.sqrt(2.706) / 3), rel=ACCURATE)
+    assert np.isnan(profile.upper)
+
+
 def test_where_the_model_cannot_be_evaluated_is_ruled_out() -> None:
     """Below -0.5 there is no model; the root of the rise is 2|x|, and 1 there, below that of the interval."""
 
@@ -117,3 +129,32 @@ def test_all_profiles_of_a_straight_problem_take_few_batches() -> None:
         assert [profile.lower, profile.upper] == pytest.approx([-sigma * np.sqrt(2.706), sigma * np.sqrt(2.706)], rel=1e-6)
     assert len(batches) == 4
     assert max(batches) == 2 * size * (size + 1)
+
+
+def test_a_start_that_cannot_be_evaluated_is_not_where_the_parameter_is_ruled_out() -> None:
+    """y follows tanh(10^4 x)/2, and the model cannot be evaluated above 0.6: where the tangent at the fit leads within 10^-4."""
+
+    def residuals(at: Any, fits: Any) -> Any:
+        x, y = at.T
+        return np.where(at[:, 1:] > 0.6, np.nan, np.stack((x, 10 * (y - 0.5 * np.tanh(1e4 * x))), axis=1))
+
+    slopes = np.array([[1.0, 0.0], [-5e4, 10.0]])
+    profile = profiles_of(likelihood_of(residuals, [0.0, 0.0], ([-9.0, -9.0], [9.0, 9.0]), slopes.T @ slopes))[0]
+    assert profile.upper == pytest.approx(np.sqrt(2.706), rel=ACCURATE)
+    assert profile.rise == pytest.approx(np.square(profile.coordinate), rel=0.02)
+
+
+def test_a_profile_is_that_of_the_lower_of_two_minima() -> None:
+    """Beyond x = 0.5, y = 1 is better than y = 0; a hump between them hides it until x is larger."""
+
+    def residuals(at: Any, fits: Any) -> Any:
+        x, y = at.T
+        return np.stack((x * (1 - 0.8 * y), 4 * y * (1 - y), 0.5 * y), axis=1)
+
+    precision = np.array([[1.0, 0.0], [0.0, 16.25]])
+    profile = profiles_of(likelihood_of(residuals, [0.0, 0.0], ([-99.0, -0.5], [99.0, 1.0]), precision))[0]
+    y = np.linspace(-0.5, 1.0, 3001)
+    for place, rise in zip(profile.coordinate, profile.rise, strict=True):
+        at = np.column_stack((np.full(y.size, place), y))
+        assert rise == pytest.approx(float(np.min(np.sum(np.square(residuals(at, y)), axis=1))), rel=0.02, abs=1e-6)
+    assert profile.upper == pytest.approx(np.sqrt((2.706 - 0.25) / 0.04), rel=ACCURATE)  # y = 1

@@ -15,7 +15,8 @@ from dielast.calibration.result import Calibration, range_of
 from dielast.calibration.runaway import runaway_stretch
 from dielast.calibration.scatter import USUAL_SCATTER
 from dielast.errors import and_more, warn
-from dielast.material.use_checks import BEYOND_TESTS, LONGER
+from dielast.material.use_checks import BEYOND_TESTS, LONGER, UNTESTED
+from dielast.mechanics.load import Mode
 
 FAR = 3.0  # usual scatters of specimens: no such specimen is expected
 MISSED = 0.25  # relative rms error: several times that of a model that describes a test
@@ -25,9 +26,12 @@ def warn_of_fit(result: Calibration) -> None:
     """Warn of parameters that the tests do not determine or that are at a bound, of extrapolation, and of several minima."""
     fit = result.fit
     expected = dict(zip(fit.space.names, np.diag(fit.space.precision) > 0, strict=True))
-    left_open = [name for name, verdict in result.verdicts.items() if verdict == Verdict.UNDETERMINED]
     for prior, spread in ((False, "spread over the whole range between the bounds"), (True, "follow the prior")):
-        if names := [name for name in left_open if expected[name] == prior]:
+        if names := [
+            _open(parameter, profile, result.level)
+            for parameter, profile in zip(fit.space.parameters, result.profiles, strict=False)
+            if profile.verdict is Verdict.UNDETERMINED and expected[parameter.name] == prior
+        ]:
             verb = "is" if len(names) == 1 else "are"
             warn(f"{', '.join(names)} {verb} not determined by these tests: draws {spread}")
     warn_of_bounds(result)
@@ -47,7 +51,7 @@ def warn_of_bounds(result: Calibration) -> None:
         warn("every free parameter is at a bound: check the units and signs of the tests, and widen the bounds")
     lower, _ = fit.space.bounds
     for k, (parameter, profile) in enumerate(zip(fit.space.parameters, result.profiles, strict=False)):
-        known = _known(parameter, profile)
+        known = "" if profile.verdict is Verdict.UNDETERMINED else _known(parameter, profile)
         if fit.at_bound[k]:
             side = 0 if fit.coordinates[k] <= lower[k] else 1
             within = f"; between its bounds it is {known}" if known else ""
@@ -58,13 +62,20 @@ def warn_of_bounds(result: Calibration) -> None:
             warn(f"these tests give only a bound of {parameter.name}: {known}{beyond}")
 
 
+def _open(parameter: Parameter, profile: Profile, level: float) -> str:
+    """A parameter that is not determined, with what its interval of the `level` tells nevertheless."""
+    known = _known(parameter, profile)
+    return f"{parameter.name} (at {100 * level:g} % {known})" if known else parameter.name
+
+
 def _known(parameter: Parameter, profile: Profile) -> str:
-    """The end of an interval that is open on the other side, in words; "" for other intervals."""
-    if profile.verdict is Verdict.LOWER:
-        return f"at least {_quantity(parameter, float(parameter.value(profile.lower)))}"
-    if profile.verdict is Verdict.UPPER:
-        return f"at most {_quantity(parameter, float(parameter.value(profile.upper)))}"
-    return ""
+    """An interval that is not determined at both ends, in words; "" for other intervals."""
+    lower, upper = (float(parameter.value(end)) for end in (profile.lower, profile.upper))
+    if profile.verdict is Verdict.DETERMINED or np.isnan([lower, upper]).all():
+        return ""
+    if np.isnan(upper):
+        return f"at least {_quantity(parameter, lower)}"
+    return f"at most {_quantity(parameter, upper)}" if np.isnan(lower) else f"{lower:.4g} to {_quantity(parameter, upper)}"
 
 
 def _bound(parameter: Parameter, side: int) -> str:
@@ -95,7 +106,7 @@ def warn_of_contradictions(result: Calibration) -> None:
 
 
 def warn_of_tests_beyond(result: Calibration) -> None:
-    """Warn of predicted tests that are longer, or at larger stretches, than all fitted tests: the model is extrapolated."""
+    """Warn of predicted tests that are longer, at larger stretches or in another mode than all fitted tests: extrapolations."""
     known = range_of(result.fit)
     measured = [each.test for each in result.comparisons if not each.fitted and isinstance(each.test, MeasuredTest)]
     late = [test for test in measured if test.time[-1] > LONGER * known.time[1]]
@@ -107,6 +118,11 @@ def warn_of_tests_beyond(result: Calibration) -> None:
     if far:
         reach = f"reaches I1 = {max(test.largest_invariant for test in far):.4g}, the fitted tests {known.largest_invariant:.4g}"
         warn(f"test {far[0].name}{and_more(len(far) - 1)} {reach}: the springs are extrapolated")
+    tested = 3 + UNTESTED * (known.largest_invariant - 3)
+    other = [test for test in measured if Mode(test.mode).value not in known.modes and test.largest_invariant > tested]
+    if other:
+        modes = f"is in {Mode(other[0].mode).value} loading, the fitted tests in {' and '.join(known.modes)} loading only"
+        warn(f"test {other[0].name}{and_more(len(other) - 1)} {modes}: the springs are extrapolated")
 
 
 def warn_of_runaway(result: Calibration) -> None:

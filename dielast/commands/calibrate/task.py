@@ -12,11 +12,12 @@ from dielast.calibration.parameters import Free
 from dielast.commands.calibrate.freedom import free_of
 from dielast.commands.calibrate.recipe import CalibrateRecipe
 from dielast.commands.calibrate.tests import read_tests
-from dielast.errors import InputError, Mistakes
+from dielast.errors import InputError, Mistakes, warn
 from dielast.handover.material_file import parse_material
 from dielast.io.files import Inputs
 from dielast.material.checks import FAINTEST, LOOKS_LIKE_KELVIN, STRONGEST, warn_of_field, warn_of_temperature
 from dielast.material.material import Material
+from dielast.material.use_checks import warn_of_no_shift
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -59,10 +60,27 @@ def check_conditions(task: CalibrationTask) -> None:
     temperature = np.array([test.temperature for test in (*task.tests, *task.predicted)])
     hot = temperature > LOOKS_LIKE_KELVIN
     warn_of_temperature(temperature[hot] if hot.any() else temperature, "tests are at")
+    for material in task.materials.values():
+        warn_of_no_shift(material, temperature)
+    warn_of_copies(task)
     fields = np.array([test.nominal_field for test in electric])
     known = [material.breakdown.typical_fields() for material in task.materials.values() if material.breakdown is not None]
     # if no breakdown field is known, the plausible value closest to the field
     warn_of_field(fields, np.max(np.concatenate(known)) if known else np.clip(np.abs(fields), FAINTEST, STRONGEST))
+
+
+def warn_of_copies(task: CalibrationTask) -> None:
+    """Warn of tests with the same points as a fitted test: they count twice, or validate nothing."""
+    fitted = [test for test in task.tests if isinstance(test, MeasuredTest)]
+    for k, test in enumerate([*fitted, *(test for test in task.predicted if isinstance(test, MeasuredTest))]):
+        first = next((each for each in fitted[:k] if _same_points(test, each)), None)
+        if first is not None:
+            where, so = ("", "is fitted twice") if k < len(fitted) else (" under [[validate]]", "validates nothing")
+            warn(f"test {test.name}{where} has the points of test {first.name}: it {so}")
+
+
+def _same_points(one: MeasuredTest, other: MeasuredTest) -> bool:
+    return all(np.array_equal(getattr(one, name), getattr(other, name)) for name in ("time", "stretch", "stress"))
 
 
 def _read_material(name: str, inputs: Inputs) -> Material:

@@ -8,7 +8,9 @@ from pathlib import Path
 
 import numpy as np
 
+from dielast.calibration.estimate import USUAL_ERROR
 from dielast.calibration.experiment import Experiment, MeasuredTest
+from dielast.calibration.rest import gives_work, slack_of, stress_at_rest
 from dielast.commands.calibrate.recipe import TestData
 from dielast.commands.calibrate.simulated import recipe_tests
 from dielast.commands.simulation.compare import rows_where
@@ -23,6 +25,7 @@ from dielast.units import TIME
 
 MOST_POINTS = 400  # of a test that are compared: more points carry no more information
 FAR_FROM_REST, SLACK = 1.5, 0.1  # stretch, and stress over the largest of the test, that do not go together
+ACCURACY = 0.01  # of the largest extension: that of an extensometer of class 1 (ISO 9513)
 Rows = np.ndarray[tuple[int], np.dtype[np.int64]]
 _TRUE = ("true", "cauchy")
 
@@ -67,12 +70,7 @@ def check_temperature(test: TestData, temperature: float, fixed: Sequence[Materi
 def named(tests: Sequence[TestData]) -> list[str]:
     """The names of the tests: label or file, with a number if several tests share it."""
     names = [test.label or _called(test) for test in tests]
-    seen: dict[str, int] = {}
-    for k, name in enumerate(names):
-        seen[name] = seen.get(name, 0) + 1
-        if names.count(name) > 1:
-            names[k] = f"{name} ({seen[name]})"
-    return names
+    return [f"{name} ({names[: k + 1].count(name)})" if names.count(name) > 1 else name for k, name in enumerate(names)]
 
 
 def read_test(test: TestData, inputs: Inputs, temperature: float, name: str) -> MeasuredTest:
@@ -88,6 +86,8 @@ def read_test(test: TestData, inputs: Inputs, temperature: float, name: str) -> 
         wanted = "a number above 0 is needed (1 is undeformed): is the column a strain? then state columns.strain"
         raise InputError(f"stretch {stretch[row]:g}: {wanted}", file=test.file, line=line)
     if test.rate is not None:
+        if table.has("time"):
+            warn(f"{test.file}: rate states the times in place of the column time: of a table with times, leave rate out")
         time = np.cumsum(np.abs(np.diff(stretch, prepend=1.0))) / test.rate
         moved = np.diff(time, prepend=-1.0) > 0
         time, stretch, stress = time[moved], stretch[moved], stress[moved]
@@ -108,16 +108,30 @@ def read_test(test: TestData, inputs: Inputs, temperature: float, name: str) -> 
         made = MeasuredTest(
             name, time[kept], stretch[kept], stress[kept], at, test.mode, specimen, test.nominal_field, test.ramp_rate
         )
+    if gives_work(made):
+        signs = "the stress has the other sign than the stretch has, so that the specimen gives more work than it takes"
+        raise InputError(f"{signs}: tension is positive, change the sign of the column", file=test.file)
+    _warn_of_beginning(test, made, float(stretch[0]), float(stress[0]))
+    return made
+
+
+def _warn_of_beginning(test: TestData, made: MeasuredTest, stretch: float, stress: float) -> None:
+    """Warn of what a test shows about its rest, and of a first point of this stretch and stress that does not fit to it."""
+    slack, offset = slack_of(made), stress_at_rest(made)
     if np.min(made.stretch) < SQUEEZED:
         squeezed = f"a stretch of {np.min(made.stretch):.4g} is compression (1 is undeformed)"
         warn(f"{test.file}: {squeezed}: is the column a strain? then state columns.strain")
-    if stretch[0] > FAR_FROM_REST and abs(stress[0]) < SLACK * np.max(np.abs(stress)):
-        slack = f"the first point has a stretch of {stretch[0]:.4g}, but next to no stress"
-        warn(f"{test.file}: {slack}: stretches count from the undeformed state, 1; is the column a stretch, but read as a strain?")
+    if stretch > FAR_FROM_REST and abs(stress) < SLACK * np.max(np.abs(made.stress)):
+        loose = f"the first point has a stretch of {stretch:.4g}, but next to no stress"
+        warn(f"{test.file}: {loose}: stretches count from the undeformed state, 1; is the column a stretch, but read as a strain?")
     elif test.ramp_rate is None and test.rate is None and begins_late(made):
         began = f"the first point is at {made.time[0]:g} s and a stretch of {made.stretch[0]:g}"
         warn(f"{test.file}: {began}: it is reached by a ramp from time 0; if the test was a ramp and a hold, state ramp_rate")
-    return made
+    elif slack > ACCURACY * (np.max(made.stretch) - 1):
+        loose = f"the specimen is slack up to a stretch of {1 + slack:.3f} at least: later points are on a steeper line from rest"
+        warn(f"{test.file}: {loose}; stretches count from where the specimen is taut")
+    if abs(offset) > USUAL_ERROR:
+        warn(f"{test.file}: the stress at rest is {100 * offset:.2g} % of the largest: was the force zeroed?")
 
 
 def _without_repetitions(
