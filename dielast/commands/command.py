@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from functools import partial
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
@@ -36,8 +35,7 @@ class Command:
 
     - `recipe.py` with the recipe's model, whose `kind` is the command's name,
     - `run.py` with the function `run`, of type `Run`,
-    - `readings.py` with the function `readings`, of type `Readings`; without it, what the function `prepared` of `run.py` does
-      with the cases before it solves anything is checked as for all simulations,
+    - `readings.py` with the function `readings`, of type `Readings`; or `run.py` has it,
     - `starters/NAME.toml` and `starters/NAME.short.toml`, the recipes that `dielast new` and the help print.
 
     None of these is imported before it is needed.
@@ -73,11 +71,8 @@ class Command:
     @property
     def readings(self) -> Readings:
         """The function that lists what `dielast validate` reads."""
-        if find_spec(f"{self.package}.readings") is None:
-            from dielast.commands.simulation.readings import checked_readings
-
-            return partial(checked_readings, import_module(f"{self.package}.run").prepared)
-        readings: Readings = import_module(f"{self.package}.readings").readings
+        home = "run" if find_spec(f"{self.package}.readings") is None else "readings"
+        readings: Readings = import_module(f"{self.package}.{home}").readings
         return readings
 
     def starter(self) -> str:

@@ -12,6 +12,7 @@ import numpy as np
 from dielast.commands.actuate.recipe import ActuateRecipe, FilmSection
 from dielast.commands.simulation.cases import SimulationBatch, case_result, last, one_or_list
 from dielast.commands.simulation.checks import warn_of_films, warn_of_programmes
+from dielast.commands.simulation.readings import checked_readings
 from dielast.commands.simulation.result import CaseResult, StatedCase, at_event
 from dielast.commands.simulation.run import Figures, Prepared, Simulation, report_of
 from dielast.handover.law_section import breakdown
@@ -38,6 +39,9 @@ def run(cases: Sequence[Case[ActuateRecipe]], inputs: Inputs, execution: Executi
 def prepared(cases: Sequence[Case[ActuateRecipe]], inputs: Inputs) -> Prepared:
     """The cases, read and checked, but not solved."""
     return Prepared.of(Films([case.recipe for case in cases]), cases, inputs)
+
+
+readings = partial(checked_readings, prepared)
 
 
 class Films(Simulation):

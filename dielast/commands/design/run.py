@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from contextlib import closing
+from functools import partial
 from itertools import product
 from typing import Any
 
@@ -12,6 +13,7 @@ import numpy as np
 from dielast.commands.design.recipe import DesignRecipe
 from dielast.commands.simulation.cases import first_of_each, material_of
 from dielast.commands.simulation.grid import PreparedGrid, in_words, planned, sample_for, warn_of_design, warn_of_grid
+from dielast.commands.simulation.readings import checked_readings
 from dielast.commands.simulation.recipe import KEYS
 from dielast.errors import in_keys, placed
 from dielast.io.files import Inputs
@@ -55,6 +57,9 @@ def prepared(cases: Sequence[Case[DesignRecipe]], inputs: Inputs) -> PreparedGri
     stated, in_recipe_terms = planned(plan, recipe, material, sample, GOAL_KEYS, targets=targets)
     warn_of_grid(recipe, material, stated.grid.temperature, stated.grid.breakdown_field, goal.horizon)
     return PreparedGrid(material, sample, stated, in_recipe_terms)
+
+
+readings = partial(checked_readings, prepared)
 
 
 def _levels(recipe: DesignRecipe) -> tuple[float, float]:

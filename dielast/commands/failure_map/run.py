@@ -12,6 +12,7 @@ from dielast.commands.failure_map.recipe import FailureMapRecipe
 from dielast.commands.failure_map.resume import fingerprint, solve
 from dielast.commands.simulation.cases import first_of_each, material_of
 from dielast.commands.simulation.grid import PreparedGrid, in_words, planned, sample_for, warn_of_failures, warn_of_map
+from dielast.commands.simulation.readings import checked_readings
 from dielast.commands.simulation.recipe import KEYS
 from dielast.errors import placed
 from dielast.io.files import Inputs
@@ -46,6 +47,9 @@ def prepared(cases: Sequence[Case[FailureMapRecipe]], inputs: Inputs) -> Prepare
     stated, in_recipe_terms = planned(plan, recipe, material, films, keys, voltages=voltage.size)
     warn_of_map(recipe, material, stated)
     return PreparedGrid(material, sample, stated, in_recipe_terms, variation)
+
+
+readings = partial(checked_readings, prepared)
 
 
 def run(cases: Sequence[Case[FailureMapRecipe]], inputs: Inputs, execution: Execution) -> Report:

@@ -11,6 +11,7 @@ import numpy as np
 from dielast.commands.membrane.recipe import Recipe
 from dielast.commands.simulation.cases import case_result, last, one_or_list
 from dielast.commands.simulation.checks import warn_of_membranes, warn_of_tests
+from dielast.commands.simulation.readings import checked_readings
 from dielast.commands.simulation.result import CaseResult
 from dielast.commands.simulation.run import Prepared, Simulation, report_of
 from dielast.io.files import Inputs
@@ -32,6 +33,9 @@ def run(cases: Sequence[Case[Recipe]], inputs: Inputs, execution: Execution) -> 
 def prepared(cases: Sequence[Case[Recipe]], inputs: Inputs) -> Prepared:
     """The cases, read and checked, but not solved."""
     return Prepared.of(Membranes([case.recipe for case in cases]), cases, inputs)
+
+
+readings = partial(checked_readings, prepared)
 
 
 class Membranes(Simulation):
