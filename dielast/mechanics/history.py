@@ -118,14 +118,16 @@ def _pieces_of_programme(steps: Sequence[ElectricalStep], controls: Controls, un
             yield _along(step.target, controls, base=(np.nan, np.nan, 0.0), scale=(0.0, 0.0, 1 / unit), cases=cases)
             present = spread(step.target.last, step.QUANTITY, cases)
             continue
-        if step.target is None and (step.duration is None or step.rate is not None):
-            raise InputError(f"a {step.QUANTITY}, or the duration of a hold is needed")
-        target = present if step.target is None else spread(step.target, step.QUANTITY, cases)
+        if step.target is None:
+            if step.duration is None or step.rate is not None:
+                raise InputError(f"a {step.QUANTITY}, or the duration of a hold is needed")
+            yield [Line.to(controls, (None, None, None), _pace(step.duration, None, cases, step.QUANTITY)[0])]
+            continue
+        before, present = present, spread(step.target, step.QUANTITY, cases)
         lasts, rate = _pace(step.duration, step.rate, cases, step.QUANTITY)
         if rate is not None:
-            lasts = lasts_at(rate, target - present, step.QUANTITY, step.UNIT)
-        yield [Line.to(controls, (None, None, target / unit), lasts)]
-        present = target
+            lasts = lasts_at(rate, present - before, step.QUANTITY, step.UNIT)
+        yield [Line.to(controls, (None, None, present / unit), lasts)]
 
 
 def _along(path: Path, controls: Controls, base: Sequence[ArrayLike], scale: Sequence[ArrayLike], cases: int) -> list[Piece]:
