@@ -94,16 +94,14 @@ def _pieces_of_steps(steps: Sequence[Step], mode: Mode, cases: int) -> Iterator[
             yield _along(path, controls, base=(0.0, value, np.nan), scale=(1.0, follows, 0.0), cases=cases)
             continue
         if step.target is None:
-            if step.duration is None or step.rate is not None:
-                raise InputError("a stretch, a stress, or the duration of a hold is needed")
-            yield [Line.to(controls, (None, None, None), _pace(step.duration, None, cases, "target")[0])]
+            yield _hold(step, controls, cases, "a stretch, a stress")
             continue
         targets = _targets(step, paced, mode)
         first, second = (spread(value, control.value, cases) for control, value in targets)
         controls = (targets[0][0], targets[1][0])
         for control, values in zip(controls, (first, second), strict=True):
             _check_stretch(control, values)
-        yield [Line.to(controls, (first, second, None), *_pace(step.duration, step.rate, cases, "target"), paced)]
+        yield [Line.to(controls, (first, second, None), *_pace(step, cases, "target"), paced)]
 
 
 def _pieces_of_programme(steps: Sequence[ElectricalStep], controls: Controls, unit: Floats) -> Iterator[list[Piece]]:
@@ -118,14 +116,21 @@ def _pieces_of_programme(steps: Sequence[ElectricalStep], controls: Controls, un
             yield _along(step.target, controls, base=(np.nan, np.nan, 0.0), scale=(0.0, 0.0, 1 / unit), cases=cases)
             present = spread(step.target.last, step.QUANTITY, cases)
             continue
-        if step.target is None and (step.duration is None or step.rate is not None):
-            raise InputError(f"a {step.QUANTITY}, or the duration of a hold is needed")
-        target = present if step.target is None else spread(step.target, step.QUANTITY, cases)
-        lasts, rate = _pace(step.duration, step.rate, cases, step.QUANTITY)
+        if step.target is None:
+            yield _hold(step, controls, cases, f"a {step.QUANTITY}")
+            continue
+        before, present = present, spread(step.target, step.QUANTITY, cases)
+        lasts, rate = _pace(step, cases, step.QUANTITY)
         if rate is not None:
-            lasts = lasts_at(rate, target - present, step.QUANTITY, step.UNIT)
-        yield [Line.to(controls, (None, None, target / unit), lasts)]
-        present = target
+            lasts = lasts_at(rate, present - before, step.QUANTITY, step.UNIT)
+        yield [Line.to(controls, (None, None, present / unit), lasts)]
+
+
+def _hold(step: Step | ElectricalStep, controls: Controls, cases: int, needed: str) -> list[Piece]:
+    """A step without a target, in which the load stays as it is; `needed` is what else a step may prescribe."""
+    if step.duration is None or step.rate is not None:
+        raise InputError(f"{needed}, or the duration of a hold is needed")
+    return [Line.to(controls, (None, None, None), _lasts(step.duration, cases))]
 
 
 def _along(path: Path, controls: Controls, base: Sequence[ArrayLike], scale: Sequence[ArrayLike], cases: int) -> list[Piece]:
@@ -164,19 +169,25 @@ def _targets(step: Step, paced: Control, mode: Mode) -> Sequence[tuple[Control, 
     return (paced, value), LATERAL.get(mode, (paced, value))
 
 
-def _pace(duration: ArrayLike | None, rate: ArrayLike | None, cases: int, goal: str) -> tuple[Floats, Floats | None]:
-    """Duration in s and signed rate (cases,) of a step without a path; the duration has no meaning where there is a rate."""
-    lasts = spread(0.0 if duration is None else duration, "duration", cases)
-    if np.any(lasts < 0):
-        raise InputError(f"{float(lasts.min()):g} s: it must not be negative", argument="duration")
-    if rate is None:
+def _pace(step: Step | ElectricalStep, cases: int, goal: str) -> tuple[Floats, Floats | None]:
+    """Duration in s and signed rate (cases,) of a step to a target; the duration has no meaning where there is a rate."""
+    lasts = _lasts(0.0 if step.duration is None else step.duration, cases)
+    if step.rate is None:
         return lasts, None
-    if duration is not None:
+    if step.duration is not None:
         raise InputError("a rate or a duration is needed, not both")
-    rates = spread(rate, "rate", cases)
+    rates = spread(step.rate, "rate", cases)
     if np.any(rates == 0):
         raise InputError(f"rate 0 never reaches the {goal}")
     return lasts, rates
+
+
+def _lasts(duration: ArrayLike, cases: int) -> Floats:
+    """A duration (cases,) in s; `InputError` for one that is negative."""
+    lasts = spread(duration, "duration", cases)
+    if np.any(lasts < 0):
+        raise InputError(f"{float(lasts.min()):g} s: it must not be negative", argument="duration")
+    return lasts
 
 
 def _check_stretch(control: Control, values: Floats) -> None:

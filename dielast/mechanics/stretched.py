@@ -22,8 +22,6 @@ from dielast.numerics.arrays import ByCase, Cases, Flags, Floats
 from dielast.numerics.integrate import Status, integrate
 from dielast.numerics.stride import DenseSteps, Stride
 
-Line = tuple[Floats, Floats]
-"""The stretch `start` + `slope` t in a span, both (k,)."""
 ROUNDING = 3e-15  # least tolerance for an elastic strain: ten times the rounding error of A - C
 
 
@@ -50,8 +48,8 @@ class Branches(ByCase):
         """Largest error (cases,) of the elastic stretches over the `scale`."""
         return np.asarray(0.5 * np.max(np.abs(increment), axis=0) / self.scale)
 
-    def driven_by(self, columns: Cases, line: Line) -> Branches:
-        """The branches with another line of the stretch in the `columns` (k,)."""
+    def driven_by(self, columns: Cases, line: tuple[Floats, Floats]) -> Branches:
+        """The branches with another `start` and `slope` of the stretch, both (k,), in the `columns` (k,)."""
         start, slope = self.start.copy(), self.slope.copy()
         start[columns], slope[columns] = line
         return replace(self, start=start, slope=slope)
@@ -103,8 +101,8 @@ class Histories:
         """The number of intervals between corners."""
         return int(self.time.shape[1]) - 1
 
-    def span(self, cases: Cases, index: Cases) -> tuple[Line, Floats]:
-        """The lines in the spans `index` (k,) of `cases` (k,), and the durations (k,) in s of these spans."""
+    def span(self, cases: Cases, index: Cases) -> tuple[tuple[Floats, Floats], Floats]:
+        """Start and slope of the stretch in the spans `index` (k,) of `cases` (k,), and the durations (k,) in s of these spans."""
         lasts, start = self.time[cases, index + 1] - self.time[cases, index], self.stretch[cases, index]
         rise = self.stretch[cases, index + 1] - start
         return (start, np.where(lasts > 0, rise, 0.0) / np.where(lasts > 0, lasts, 1.0)), lasts

@@ -91,14 +91,12 @@ def prepare(
     )
     cases = setup.temperature.size
     charge = isinstance(next(iter(steps), None), ChargeStep)
-    wiring = Wiring.of(charge, source_resistance, leakage, electrode_area, setup.thickness)
+    wiring = Wiring.of(charge, source_resistance, leakage, electrode_area, setup.thickness, electrical)
     output = Output.of(times, cases, points_per_decade, cycles, steps)
     pieces = electrical_pieces(steps, setup.controls, np.ones(cases) if charge else setup.thickness)
-    named = {"steps": charge, "source_resistance": source_resistance is not None, "leakage": leakage is not None}
-    stated = [name for name, is_stated in {**named, "electrical": electrical}.items() if is_stated]
-    if setup.share is not None and stated:
+    if setup.share is not None and wiring.stated:
         only = "a film with a passive part, boundary frame or strip, can only be driven by an ideal source of voltage"
-        raise InputError(f"{only}; its charge and energies are not computed", argument=stated[0])
+        raise InputError(f"{only}; its charge and energies are not computed", argument=wiring.stated[0])
     duration = duration_of(pieces, cases)
     check_end(output.times, duration, "programme")
     profile_times = None if profile is None else stated_times(profile, cases, "profile")
@@ -114,12 +112,11 @@ def prepare(
                 setup,
                 part,
                 wiring,
-                [piece.take(part) for piece in pieces],
+                pieces,
                 output,
                 timescale=pull_in_timescale,
                 stops=stops,
                 with_end=times is None if with_end is None else with_end,
-                electrical=bool(stated) if electrical is None else electrical,
                 profile_times=profile_times,
                 rtol=rtol,
             )

@@ -89,7 +89,6 @@ def run_films(
     timescale: TimeScale,
     stops: Sequence[str],
     with_end: bool,
-    electrical: bool,
     profile_times: Floats | None,
     rtol: float,
 ) -> ActuationHistory:
@@ -100,13 +99,13 @@ def run_films(
     watch = Watch(setup.watched(film, part, timescale), CRITERIA, (), stops)
     relaxed = film.moment(setup.controls, np.arange(part.size), np.zeros(part.size))
     begin = np.exp(0.5 * relaxed.log_squared_stretch)
-    leakage = wiring.leakage.take(part) if electrical else None
+    leakage = wiring.leakage.take(part) if wiring.electrical else None
     electric = None if leakage is None else ElectricMeter(leakage, part.size)
     recorders = [Recorder(output.take(part), watch, electric)]
     if profile_times is not None and (spread := setup.spread(part)) is not None:
         recorders.append(ProfileRecorder(Output(profile_times[part]), spread=spread))
     meter = CycleMeter(points, begin[0], False, leakage)
-    followed = follow(film, pieces, rtol=rtol, watch=watch, recorders=recorders, meter=meter)
+    followed = follow(film, [piece.take(part) for piece in pieces], rtol=rtol, watch=watch, recorders=recorders, meter=meter)
     record, happened = recorders[0].collect(), watch.happened
     stopped, last = followed.status == Status.STOPPED, first_of(happened, stops)
     # events located in an equilibrium that ends where the numerics give up may be slightly later
@@ -150,7 +149,7 @@ def run_films(
         outcome=tuple(map(Outcome.of, followed.status.tolist(), reached.tolist(), reasons)),
         cycles=meter.collect(),
         damage=damage,
-        electrical=_electrical(record, thickness, wiring, part) if electrical else None,
+        electrical=_electrical(record, thickness, wiring, part) if wiring.electrical else None,
         profiles=next((recorder.profiles(reached) for recorder in recorders if isinstance(recorder, ProfileRecorder)), None),
     )
 
@@ -171,14 +170,15 @@ def _reason(events: Sequence[Event], stops: Sequence[str], end: float) -> str:
 def _electrical(record: Record, thickness: Floats, wiring: Wiring, part: Cases) -> Electrical:
     """The electrical quantities of the films `part` (k,), of `thickness` (k,) in m."""
     charge, source, current, work, leaked, lost = record.electrical
+    resists, leaks = "source_resistance" in wiring.stated, "leakage" in wiring.stated
     area = None if wiring.area is None else wiring.area[part, None]
     return Electrical(
         charge_density=charge,
         current_density=current,
         electrical_energy=work,
-        source_voltage=source * thickness[:, None] if wiring.has_resistance else None,
+        source_voltage=source * thickness[:, None] if resists else None,
         charge=None if area is None else charge * area,
         current=None if area is None else current * area,
-        leaked_energy=leaked if wiring.has_leakage else None,
-        resistor_energy=lost if wiring.has_resistance else None,
+        leaked_energy=leaked if leaks else None,
+        resistor_energy=lost if resists else None,
     )

@@ -20,22 +20,30 @@ from dielast.simulate.film_setup import positive
 class Wiring:
     """Whether the source prescribes the `charge`, or else a voltage, through a `resistance` r = R A/L_3 (cases,) in ohm m.
 
-    `leakage` has constants (cases,); `area` (cases,) is that of the undeformed electrode in m^2, None if unknown. `has_resistance`
-    and `has_leakage` say whether they were stated, even as 0.
+    `leakage` has constants (cases,); `area` (cases,) is that of the undeformed electrode in m^2, None if unknown. `stated` are the
+    arguments that ask for more than an ideal source of voltage, and `electrical` says whether charge, current and energies are
+    computed.
     """
 
     charge: bool
     resistance: Floats
     leakage: Leakage
     area: Floats | None
-    has_resistance: bool
-    has_leakage: bool
+    stated: tuple[str, ...]
+    electrical: bool
 
     @classmethod
     def of(
-        cls, charge: bool, resistance: ArrayLike | None, leakage: Leakage | None, area: ArrayLike | None, thickness: Floats
+        cls,
+        charge: bool,
+        resistance: ArrayLike | None,
+        leakage: Leakage | None,
+        area: ArrayLike | None,
+        thickness: Floats,
+        electrical: bool | None = None,
     ) -> Wiring:
-        """The wiring of films of `thickness` (cases,) in m, from a resistance in ohm and an area in m^2.
+        """The wiring of films of `thickness` (cases,) in m, from a resistance in ohm and an area in m^2; by default `electrical` if
+        there is anything but a voltage.
 
         Raises `InputError` for values that are impossible or incomplete.
         """
@@ -54,7 +62,14 @@ class Wiring:
         field = np.broadcast_to(np.asarray(leak.field, dtype=float).reshape(-1), (cases,))
         leak = Leakage(spread(leak.conductivity, "leakage", cases), field)
         r = ohm if areas is None else ohm * areas / thickness
-        return cls(charge, r, leak, areas, resistance is not None, leakage is not None)
+        named = {
+            "steps": charge,
+            "source_resistance": resistance is not None,
+            "leakage": leakage is not None,
+            "electrical": electrical,
+        }
+        stated = tuple(name for name, is_stated in named.items() if is_stated)
+        return cls(charge, r, leak, areas, stated, bool(stated) if electrical is None else electrical)
 
     @property
     def has_circuit(self) -> Flags:

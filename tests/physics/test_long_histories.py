@@ -125,6 +125,16 @@ def test_a_long_hold_after_a_fast_load_reaches_equilibrium() -> None:
         assert history.nominal_stress_1[0, -1] == pytest.approx(wanted, rel=1e-6)
 
 
+def test_a_hold_keeps_what_a_ramp_has_reached_but_for_rounding() -> None:
+    held = []
+    for duration in (7.0, 8.0):  # 100 V / 0.4 mm / 7 s * 7 s is a little more than 100 V / 0.4 mm
+        steps = [VoltageStep(100.0, duration=duration), VoltageStep.hold(20.0)]
+        history = actuate(LINEAR, steps, thickness=4e-4, stop_at="end", rtol=1e-4)
+        held.append(history.voltage[0, history.time[0] > duration])
+    assert held[0].size == held[1].size
+    assert np.ptp(held[0]) == 0
+
+
 @pytest.mark.parametrize(("low", "high"), [(-2.0, 3.0), (1.0, 3.0), (-3.0, -1.0), (0.0, 2.0), (3.0, -1.0), (2.0, 2.0)])
 @pytest.mark.parametrize("triangle", [True, False])
 def test_spans_of_a_cycle_join_and_end_where_the_size_is_least(low: float, high: float, triangle: bool) -> None:

@@ -77,6 +77,13 @@ def test_a_ramp_between_two_states() -> None:
         ([Step(stretch=0.0)], "step 0: stretch 0: it must be positive"),
         ([Step(stretch=2.0, rate=0.0)], "step 0: rate 0 never reaches"),
         ([Step(stretch=2.0, rate=1.0), Step(stretch=1.0, rate=1.0)], "step 1: rate 1 leads away from the target"),
+        # a track that begins late is two pieces of one step, and the rate of a stress after a stretch is tested on the way
+        ([Step(stretch=Track([1.0, 2.0], [1.5, 2.0])), Step(stretch=1.0, rate=1.0)], "step 1: rate 1 leads away"),
+        ([Step(stretch=Track([1.0, 2.0], [1.5, 2.0])), Step(stress=1e4, rate=1e4)], "step 1: rate 10000 leads away"),
+        (
+            [Step(stretch=2.0), Step(stretch=1.5, stress=Track([0.0, 1.0], [0.0, 1e4]))],
+            "step 1: a waveform or a track states its times",
+        ),
         ([Step(stretch=2.0, rate=1.0, duration=1.0)], "step 0: a rate or a duration"),
         ([Step(stretch=2.0, stress=1e4)], "step 0: a stretch or a stress"),
         ([Step(stretch=(2.0, None))], "step 0: axis 2 needs either a stretch or a stress"),

@@ -142,7 +142,7 @@ class SourceStep(HistoryStep):
         units = set(self.stated.values())
         if len(units) > 1:
             raise InputError("low and high of a waveform must both be voltages, charges, or charge densities")
-        for unit in units if self.rate is not None else ():
+        for unit in units:
             if self.rate is not None and self.rate[1] != RATES[unit].unit:
                 raise InputError(f'{RATES[unit].name} is needed, such as "{RATES[unit].example}"', key="rate")
         return self
