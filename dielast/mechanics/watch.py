@@ -122,7 +122,8 @@ class Lookout:
 class Watch:
     """The observer of the stepper that looks for events. `begin` and `finish` are to be called before and after a piece of load.
 
-    A case ends once the events of all criteria named in `until`, or of any criterion named in `ends`, have happened.
+    A case ends once the events of all criteria named in `until`, or of any criterion named in `ends`, have happened; criteria that
+    no film can meet, such as breakdown without a breakdown field, are not waited for.
 
     A signal that falls below zero and rises again within one step is detected if a parabola through its values at the ends and in
     the middle of the step comes close to zero: reliably for a single dip as wide as the step, not for a much narrower one.
@@ -157,12 +158,13 @@ class Watch:
     @property
     def done(self) -> Flags:
         """Mask (cases,) of the cases that have ended."""
-        none = np.zeros(self._start.shape, dtype=bool)
-        seen = [[lookout.seen for lookout in self.lookouts if lookout.criterion.name == name] for name in self.until]
-        done = np.all([np.any(ways, axis=0) for ways in seen], axis=0) if seen else none
-        return np.asarray(
-            np.logical_or.reduce([done, *(lookout.seen for lookout in self.lookouts if lookout.criterion.name in self.ends)])
-        )
+        possible = [lookout for lookout in self.lookouts if lookout.signal is not None or lookout.exposure is not None]
+        awaited = [name for name in self.until if any(lookout.criterion.name == name for lookout in possible)]
+        ended = [lookout.seen for lookout in possible if lookout.criterion.name in self.ends]
+        if awaited:
+            ways = [[lookout.seen for lookout in possible if lookout.criterion.name == name] for name in awaited]
+            ended.append(np.all([np.any(seen, axis=0) for seen in ways], axis=0))
+        return np.any(ended, axis=0) if ended else np.zeros(self._start.shape, dtype=bool)
 
     def begin(self, system: Films, state: Floats, start: Floats, jumped: Flags) -> None:
         """Begin a piece of load at `start` (cases,) in s since the programme began, with this state.

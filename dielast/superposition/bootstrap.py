@@ -104,7 +104,10 @@ def bootstrap_master_curve(
             finally:
                 if progress is not None:
                     progress(draw + 1, draws)
-        rows.append((draw, drawn.log10_shift_factor, drawn.vertical_shift, values, _on_grid(drawn, grid)))
+        # a draw whose temperatures move too far loses one of them
+        shift = np.full((2, master.temperature.size), np.nan)
+        shift[:, np.searchsorted(master.temperature, drawn.temperature)] = drawn.log10_shift_factor, drawn.vertical_shift
+        rows.append((draw, *shift, values, _on_grid(drawn, grid)))
     if 2 * len(rows) < draws:
         raise NumericsError(f"only {len(rows)} of {draws} draws give a master curve: the data are too poor for an uncertainty")
     number, shift, raised, values, smooth = (np.array(column) for column in zip(*rows, strict=True))

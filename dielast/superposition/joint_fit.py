@@ -46,7 +46,8 @@ class MasterFit:
     `noise_stderr` (m,) is the standard error of the shifts without the contribution of their dependence on the part of the curves
     that determines them. `offset_spread` and `tilt_spread` are the standard deviations, in decades of modulus, of the vertical
     offsets of the curves and of their tilts from end to end. The errors allow for these, but they are not applied: `placed` are
-    smooth curves through the points without them. `misfit` is the distance of the curves beyond noise and offsets.
+    smooth curves through the points without them. `offset_in_shift` (m,) are the standard deviations of the offsets that
+    the shifts may contain. `misfit` is the distance of the curves beyond noise and offsets.
 
     `score` is Akaike's criterion: of two fits to the same points, the one with the lower score is better. `left_out` is, for each
     channel, the mean square distance of omitted points from their prediction, over the variance of prediction, scatter, specimens
@@ -59,6 +60,7 @@ class MasterFit:
     noise_stderr: Floats
     splines: tuple[Spline, ...]
     offset_spread: float
+    offset_in_shift: Floats
     tilt_spread: float
     placed: tuple[Spline, ...]
     misfit: Misfit
@@ -87,7 +89,8 @@ def fit_master(points: FitPoints, starts: Sequence[Floats], anchor: int, vertica
     covariance = np.zeros((2 * m, 2 * m))
     inner = np.ix_(prior.free, prior.free)
     tilts, tilt_spread = tilt_errors(points, prior, state)
-    covariance[inner] = shift_covariance(points, *_smoothest(points, prior, state, score)) + tilts
+    scatter, offset_in_shift = shift_covariance(points, *_smoothest(points, prior, state, score))
+    covariance[inner] = scatter + tilts
     covariance += smoothing_errors(points, prior, state)
     noise_stderr = np.sqrt(np.diag(covariance)[:m])
     ambiguity, left_out = leave_out(points, prior, state, misfit)
@@ -103,7 +106,9 @@ def fit_master(points: FitPoints, starts: Sequence[Floats], anchor: int, vertica
         placed = assemble(points, plain.mean, plain, state.weights, state.spacing).splines
     spread = prior.spread if prior.spread > 0 else 0.0
     splines = state.splines
-    return MasterFit(shift, level, covariance, noise_stderr, splines, spread, tilt_spread, placed, misfit, score, left_out)
+    return MasterFit(
+        shift, level, covariance, noise_stderr, splines, spread, offset_in_shift, tilt_spread, placed, misfit, score, left_out
+    )
 
 
 def fit_held(points: FitPoints, shifts: MasterFit, anchor: int, vertical: bool) -> MasterFit:

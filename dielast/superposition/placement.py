@@ -110,6 +110,7 @@ def place_at_reference(
         stated=stated,
         log10_shift_factor_slope=slope,
         offset_spread=fit.offset_spread,
+        offset_in_shift=fit.offset_in_shift,
         tilt_spread=fit.tilt_spread,
         outlying_points=int(np.count_nonzero(np.any(outlying, axis=0))),
     )

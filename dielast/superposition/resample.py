@@ -4,8 +4,9 @@ Every measured quantity, shifted by the fitted factors, lies on a smooth curve. 
 random signs, a wild bootstrap (C. F. J. Wu, Ann. Stat. 14 (1986) 1261, DOI 10.1214/aos/1176350142): a residual stays at its
 abscissa, so that noise may differ between curves and along a curve. If neighbouring residuals are correlated, they are replaced by
 new noise with their local size and correlation. The mean residual of each curve is resampled separately, because specimens differ;
-with a stated drift, it is replaced by a random walk. Curves are tilted by the estimated spread of tilts, and every temperature has
-an error with its stated standard error, which shifts its curve along time.
+with a stated drift, it is replaced by a random walk. Added to either is an offset as the shift factor of a curve may contain.
+Curves are tilted by the estimated spread of tilts, and every temperature has an error with its stated standard error, which shifts
+its curve along time.
 """
 
 from __future__ import annotations
@@ -88,6 +89,7 @@ class Resampled:
             walked = np.empty(temperatures)
             walked[listed] = np.cumsum(stated.drift * random.standard_normal(listed.size))
             raised = kind.stiffness_power * walked[at]
+        hidden = kind.stiffness_power * np.log(10) * (master.offset_in_shift * random.standard_normal(temperatures))[at]
         tilted = kind.stiffness_power * np.log(10) * master.tilt_spread * random.standard_normal(temperatures)[at]
         shift = master.log10_shift_factor_slope * stated.temperature_stderr * random.standard_normal(temperatures)
         columns = np.concatenate([curve.columns for curve in self.measurements], axis=1)
@@ -95,14 +97,16 @@ class Resampled:
         for row, channel in enumerate(self.channels, start=1):
             # the tilt of tan delta, on which curves are shifted, is that of the loss modulus
             level = row < len(self.channels) and master.shifted_on == "tan-delta"
-            columns[row, self.order] = self._values(channel, random, raised, np.zeros(at.size) if level else tilted)
+            columns[row, self.order] = self._values(channel, random, raised, hidden, np.zeros(at.size) if level else tilted)
         ends = np.cumsum(np.bincount(self.owner, minlength=at.size))[:-1]
         return [curve.with_columns(part) for curve, part in zip(self.measurements, np.split(columns, ends, axis=1), strict=True)]
 
-    def _values(self, channel: _Channel, random: np.random.Generator, raised: Floats | None, tilted: Floats) -> Floats:
-        """New values (n,) of curves with offsets `raised` (m,) and tilts `tilted` (m,) from end to end, both in ln of the value.
+    def _values(
+        self, channel: _Channel, random: np.random.Generator, raised: Floats | None, hidden: Floats, tilted: Floats
+    ) -> Floats:
+        """New values (n,) of curves with offsets `raised` and `hidden` (m,) and tilts `tilted` (m,) from end to end, as ln.
 
-        If `raised` is None, offsets have the size of the mean residuals of the curves.
+        If `raised` is None, these offsets have the size of the mean residuals of the curves.
         """
         owner, m, correlation = self.owner, channel.mean.size, channel.correlation
         normal, offset = random.standard_normal(owner.size), random.standard_normal(m)
@@ -111,6 +115,7 @@ class Resampled:
             repeated = (1 + correlation) / (1 - correlation)
             noise = np.sqrt(np.bincount(owner, channel.rest**2, minlength=m) * repeated) / count
             raised = offset * np.sqrt(np.maximum(channel.mean**2 - noise**2, 0.0))
+        raised = raised + hidden
         if correlation == 0:
             # random signs keep the size of every residual, and so the outliers
             level = raised[owner] + tilted[owner] * self.along

@@ -72,8 +72,8 @@ class MasterCurve(TabularResult):
 
     `stated` are the errors stated by the user. `offset_spread` and `tilt_spread` are the estimated standard deviations, in decades
     of modulus, of the vertical offsets (beyond a stated drift) and tilts of whole curves. The standard errors include both; points,
-    smooth curves and moduli are not corrected for them. `log10_shift_factor_slope` (m,) is the slope over temperature, in decades
-    per K.
+    smooth curves and moduli are not corrected for them. `offset_in_shift` (m,) are the standard deviations, in decades, of the
+    offsets that the shift factors may contain. `log10_shift_factor_slope` (m,) is the slope over temperature, in decades per K.
     """
 
     measurement: KindName
@@ -100,6 +100,7 @@ class MasterCurve(TabularResult):
     stated: Stated
     log10_shift_factor_slope: Floats
     offset_spread: float
+    offset_in_shift: Floats
     tilt_spread: float
     outlying_points: int = 0
 

@@ -16,8 +16,10 @@ from dielast.superposition.joint_problem import LOOSE, LinearParts, Prior, State
 from dielast.superposition.points import FitPoints
 
 
-def shift_covariance(points: FitPoints, prior: Prior, state: State) -> Floats:
+def shift_covariance(points: FitPoints, prior: Prior, state: State) -> tuple[Floats, Floats]:
     """The covariance of the free parameters of a fit, from the scatter of its points and the offsets of its curves.
+
+    Also the standard deviations (m,), in decades, of the offsets that its shifts may contain.
 
     An offset of probable size that was fitted as a shift, or the reverse, counts as an error.
     """
@@ -28,21 +30,27 @@ def shift_covariance(points: FitPoints, prior: Prior, state: State) -> Floats:
     noise = np.zeros(state.normal.shape)
     noise[np.ix_(moved, moved)] = repeated * _noise_information(points, state, parts)[np.ix_(shifts, shifts)]
     if prior.spread == 0:
-        return repeated * _inverse(state.normal - noise)
+        return repeated * _inverse(state.normal - noise), np.zeros(m)
     raised, level = np.ix_(~moved, ~moved), state.theta[m:]
     normal, gradient = state.normal.copy(), state.gradient.copy()
     normal[raised] -= prior.precision[m:, m:]
     gradient[~moved] -= prior.precision[m:, m:] @ level
     covariance = np.zeros(normal.shape)
-    spreads, probabilities = probable(OFFSET, *offset_equations(prior, state, repeated), prior.drift)
+    of_offsets, right = offset_equations(prior, state, repeated)
+    spreads, probabilities = probable(OFFSET, of_offsets, right, prior.drift)
+    at_shifts, hidden = normal[raised] / repeated, np.zeros(m)
     for spread, probability in zip(spreads.tolist(), probabilities.tolist(), strict=True):
-        precision = repeated * precision_of(spread, m, prior.drift)
+        precision = precision_of(spread, m, prior.drift)
+        # the variance of the offsets beyond a drift, with the shifts unknown less that with the shifts known
+        gained = np.linalg.inv(of_offsets + precision) - np.linalg.inv(at_shifts + precision)
+        hidden += probability * spread**4 * np.diag(precision @ gained @ precision)
+        precision = repeated * precision
         here, slope = normal.copy(), gradient.copy()
         here[raised] += precision
         slope[~moved] += precision @ level
         step = np.linalg.solve(here, slope)
         covariance += probability * (repeated * _inverse(here - noise) + np.outer(step, step))
-    return covariance
+    return covariance, np.sqrt(np.maximum(hidden, 0.0))
 
 
 def offset_equations(prior: Prior, state: State, repeated: float) -> tuple[Floats, Floats]:

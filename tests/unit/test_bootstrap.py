@@ -11,6 +11,7 @@ import pytest
 from dielast.errors import InputError
 from dielast.material.measurement import CreepCurve, FrequencySweep, Measurement, RelaxationCurve
 from dielast.material.shift import WLF
+from dielast.superposition import bootstrap
 from dielast.superposition.bootstrap import MasterCurveDraws, bootstrap_master_curve
 from dielast.superposition.mastercurve import build_master_curve
 from dielast.superposition.resample import Resampled
@@ -141,3 +142,23 @@ def test_a_stated_drift_is_the_step_from_one_curve_of_a_draw_to_the_next() -> No
     steps = np.diff(levels, prepend=0.0, axis=1)
     assert np.std(steps, axis=0) == pytest.approx(0.03, rel=0.15)
     assert np.abs(np.corrcoef(steps.T) - np.eye(steps.shape[1])).max() < 0.25
+
+
+def test_draws_of_a_power_law_scatter_as_its_standard_errors_say() -> None:
+    """An offset moves such curves as a shift does; without such offsets, the draws scattered by a quarter of that."""
+    random, time, temperature = np.random.default_rng(1), np.geomspace(1.0, 3600.0, 30), np.arange(0.0, 60.0, 10.0)
+    modulus = 1e6 * (time / 10 ** LAW.log10_shift_factor(temperature)[:, None]) ** -0.08
+    noisy = modulus * (1 + 0.005 * random.standard_normal(modulus.shape))
+    curves = [RelaxationCurve(float(t), time, values) for t, values in zip(temperature, noisy, strict=True)]
+    master, draws = drawn(list(curves), 24)
+    at = np.isfinite(master.log10_shift_factor) & (temperature != 20.0)
+    assert np.count_nonzero(at) >= 3
+    ratio = np.nanstd(draws.log10_shift_factor, axis=0, ddof=1)[at] / master.log10_shift_factor_stderr[at]
+    assert 0.5 < np.median(ratio) < 2
+
+
+def test_a_draw_that_loses_a_temperature_has_no_shift_factor_there(monkeypatch: pytest.MonkeyPatch) -> None:
+    curves, found = measure(0), build_master_curve
+    monkeypatch.setattr(bootstrap, "build_master_curve", lambda tests, **options: found(tests[1:], **options))
+    master, draws = drawn(list(curves), 2)
+    assert np.array_equal(np.isnan(draws.log10_shift_factor), np.tile(master.temperature == curves[0].temperature, (2, 1)))

@@ -11,7 +11,7 @@ import pytest
 
 from dielast import actuate
 from dielast.errors import InputError
-from dielast.material.material import Breakdown, Material
+from dielast.material.material import NEO_HOOKEAN, Breakdown, Material
 from dielast.material.shift import NoShift
 from dielast.material.spectrum import Spectrum
 from dielast.material.springs import Gent
@@ -47,6 +47,14 @@ def test_a_map_knows_who_survives_who_fails_and_who_was_broken_on_arrival() -> N
     assert np.all(result.time_to_failure[0, :, 2] == 0)
     assert np.all(result.time_to_pull_in[0, :, 2] == 0)
     assert done == [(6, 6)]
+
+
+def test_films_that_run_away_after_pull_in_are_not_given_up_where_nothing_else_can_happen() -> None:
+    """A neo-Hookean film beyond pull-in stretches without bounds in a finite time, long before the horizon."""
+    springs = replace(SOLID, equilibrium_law=NEO_HOOKEAN, nonequilibrium_law=NEO_HOOKEAN, breakdown=None)
+    result = failure_map(springs, **MAP)
+    assert result.completed
+    assert set(result.failure_mode[0, :, 1:].ravel().tolist()) == {"pull-in"}
 
 
 @pytest.mark.parametrize("field", [2e7, 4.8e7])
