@@ -41,11 +41,16 @@ class Section(BaseModel):
         """`InputError` for keys that do not fit each other; a table with such keys overrides this."""
 
 
-def _one_or_more(value: Any, read: Callable[[Any], float], needed: str) -> tuple[float, ...]:
+def one_or_more(value: Any, read: Callable[[Any], float], needed: str) -> tuple[float, ...]:
     """One number, or all numbers of a list; `needed` names the quantity for the message about an empty list."""
     if value == []:
         raise InputError(f"{needed} is needed, or a list of them")
     return tuple(map(read, value if isinstance(value, list) else [value]))
+
+
+def schema_of_one_or_more(one: Mapping[str, Any]) -> dict[str, Any]:
+    """The JSON Schema of what `one_or_more` reads, from that of one number."""
+    return {"anyOf": [one, {"type": "array", "items": one, "minItems": 1}]}
 
 
 QUANTITY, UNIT = "x-quantity", "x-unit"
@@ -80,7 +85,7 @@ class Quantity:
 
     def read_many(self, value: Any) -> tuple[float, ...]:
         """One number or a list of them; raises `InputError`."""
-        return _one_or_more(value, self.read, self.dimension.name)
+        return one_or_more(value, self.read, self.dimension.name)
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         return core_schema.no_info_plain_validator_function(self.read_many if self.many else self.read)
@@ -90,7 +95,7 @@ class Quantity:
         text = f'{name[0].upper()}{name[1:]} with its unit, such as "{example}".'
         marks = {QUANTITY: name.split(" ", 1)[1], UNIT: self.dimension.unit}
         quantity = {"type": "string", "description": text, "examples": [example], **marks}
-        return {"anyOf": [quantity, {"type": "array", "items": quantity, "minItems": 1}]} if self.many else quantity
+        return schema_of_one_or_more(quantity) if self.many else quantity
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,7 +104,7 @@ class NamedQuantity(Quantity):
 
     def read_many(self, value: Any) -> tuple[tuple[str, float], ...]:  # type: ignore[override]
         """The text and the number of one quantity or of each entry of a list; raises `InputError`."""
-        numbers = _one_or_more(value, self.read, self.dimension.name)
+        numbers = one_or_more(value, self.read, self.dimension.name)
         texts = [" ".join(entry.split()) for entry in (value if isinstance(value, list) else [value])]
         return tuple(zip(texts, numbers, strict=True))
 
@@ -123,7 +128,7 @@ class Numbers:
 
     def read_many(self, value: Any) -> tuple[float, ...]:
         """One number or a list of them; raises `InputError`."""
-        return _one_or_more(value, self.read, "a bare number")
+        return one_or_more(value, self.read, "a bare number")
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         return core_schema.no_info_plain_validator_function(self.read_many)
@@ -134,7 +139,7 @@ class Numbers:
             number["minimum"] = self.at_least
         if self.above is not None:
             number["exclusiveMinimum"] = self.above
-        return {"anyOf": [number, {"type": "array", "items": number, "minItems": 1}]}
+        return schema_of_one_or_more(number)
 
 
 @dataclass(frozen=True, slots=True)

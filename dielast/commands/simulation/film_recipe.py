@@ -11,7 +11,7 @@ from pydantic import Field, PlainValidator, WithJsonSchema
 
 from dielast.commands.simulation.recipe import Solver
 from dielast.errors import InputError, nearest, shown
-from dielast.recipe.fields import Length, Quantity, Section, StrainRate, Time
+from dielast.recipe.fields import Length, Quantity, Section, StrainRate, Time, one_or_more, schema_of_one_or_more
 from dielast.simulate.film_setup import MESH_RTOL
 from dielast.units import FORCE, LENGTH, STRAIN, TIME, parse
 
@@ -114,13 +114,6 @@ def _share(value: Any) -> float:
     return float(number)
 
 
-def _shares(value: Any) -> tuple[float, ...]:
-    """Shares between 0 and 1."""
-    if value == []:
-        raise InputError("a share between 0 and 1 is needed, or a list of them")
-    return tuple(map(_share, value if isinstance(value, list) else [value]))
-
-
 _SHARE_SCHEMA = {
     "anyOf": [{"type": "number", "exclusiveMinimum": 0, "exclusiveMaximum": 1}, {"type": "string", "examples": ["5 %"]}]
 }
@@ -128,8 +121,8 @@ SHARE_TEXT = "Radius of the electrode over that of the frame, or length of the e
 Share = Annotated[float, PlainValidator(_share), WithJsonSchema(_SHARE_SCHEMA)]
 Shares = Annotated[
     tuple[float, ...],
-    PlainValidator(_shares),
-    WithJsonSchema({"anyOf": [_SHARE_SCHEMA, {"type": "array", "items": _SHARE_SCHEMA, "minItems": 1}]}),
+    PlainValidator(lambda value: one_or_more(value, _share, "a share between 0 and 1")),
+    WithJsonSchema(schema_of_one_or_more(_SHARE_SCHEMA)),
 ]
 
 
