@@ -262,6 +262,17 @@ def test_a_film_that_runs_away_is_warned_of(dielast: Run, tmp_path: Path) -> Non
     done = dielast("calibrate", "r.toml", "-q")
     assert done.returncode == 0, done.stderr
     assert "warning: the material is not stable in test high beyond a stretch of 1.8: it pulls in and becomes wider" in done.stderr
+    # from there on, the model has no stress, and the errors are those of the points before
+    points = parse_csv((tmp_path / "r/residuals.csv").read_bytes(), "residuals")
+    high = np.flatnonzero(np.array(points["test"]) == "high")
+    model, lower, measured = (
+        np.array([float(cell or "nan") for cell in points[name]])[high] for name in ("model", "lower", "measured")
+    )
+    assert np.array_equal(np.isfinite(model), stretch <= 1.8001)
+    assert np.array_equal(np.isfinite(lower), stretch <= 1.8001)
+    miss = (model - measured)[stretch <= 1.8001]
+    tests = parse_csv((tmp_path / "r/tests.csv").read_bytes(), "tests")
+    assert float(tests["rms_error"][1]) == pytest.approx(np.sqrt(np.mean(np.square(miss))), rel=1e-6)
 
 
 def test_laws_are_ranked_and_draws_go_on(dielast: Run, tmp_path: Path) -> None:
