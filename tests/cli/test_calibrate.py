@@ -12,6 +12,7 @@ import pytest
 
 from dielast import read_draws, read_material
 from dielast.commands.inspect import warnings_of
+from dielast.io.files import Inputs
 from dielast.io.table import parse_csv
 
 Run = Callable[..., subprocess.CompletedProcess[str]]
@@ -97,6 +98,14 @@ def test_validate_says_the_same_mistakes(dielast: Run, kitchen: Path) -> None:
     lines = dielast("validate", *recipes).stderr.splitlines()
     for name, (_, message) in zip(recipes, MISTAKES, strict=True):
         assert any(line.startswith(f"{name}: ") and message in line for line in lines), name
+
+
+def test_validate_reads_each_file_once(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    (tmp_path / "r.toml").write_text(HEAD + TEST + TEST.replace("hold", "fast") + 'temperature = "30 degC"\n' + FREE)
+    names, read = list[str](), Inputs.read
+    monkeypatch.setattr(Inputs, "read", lambda self, name: (names.append(str(name)), read(self, name))[1])
+    assert warnings_of(tmp_path / "r.toml") == []
+    assert sorted(names) == [f"example:tensile/{name}" for name in ("fast.csv", "hold.csv", "start.toml")]
 
 
 def test_rows_of_one_time_and_stretch_are_one_with_their_mean_stress(dielast: Run, tmp_path: Path) -> None:
