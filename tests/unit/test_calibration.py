@@ -318,6 +318,9 @@ def test_a_material_knows_its_tests(exact: tuple[MeasuredTest, ...]) -> None:
         warnings.simplefilter("error")
         warn_of_range(found.material, np.array([[1.0, 2.9], [1.0, 2.9**-0.5]]), "uniaxial")
         warn_of_range(TRUTH, np.array([[9.0], [9.0]]), None)
+        # all modes lie between uniaxial and equibiaxial ones
+        both = replace(found.material, calibrated=replace(known, modes=("equibiaxial", "uniaxial")))
+        warn_of_range(both, np.array([[2.5], [1.0]]), "pure-shear")
     with pytest.warns(DielastWarning, match="reach I1 = 18.01, but the material was calibrated by uniaxial tests up to I1 = 9.38"):
         warn_of_range(found.material, np.array([[3.0], [3.0]]), "equibiaxial")
     with pytest.warns(DielastWarning, match="only: in equibiaxial loading its law is extrapolated"):

@@ -14,7 +14,7 @@ from dielast.calibration.profiles import Profile, Verdict
 from dielast.calibration.result import Calibration, range_of
 from dielast.calibration.scatter import USUAL_SCATTER
 from dielast.errors import and_more, warn
-from dielast.material.use_checks import BEYOND_TESTS, LONGER, UNTESTED
+from dielast.material.use_checks import BEYOND_TESTS, LONGER, UNTESTED, is_untested
 from dielast.mechanics.load import Mode
 
 FAR = 3.0  # usual scatters of specimens: no such specimen is expected
@@ -118,7 +118,7 @@ def warn_of_tests_beyond(result: Calibration) -> None:
         reach = f"reaches I1 = {max(test.largest_invariant for test in far):.4g}, the fitted tests {known.largest_invariant:.4g}"
         warn(f"test {far[0].name}{and_more(len(far) - 1)} {reach}: the springs are extrapolated")
     tested = 3 + UNTESTED * (known.largest_invariant - 3)
-    other = [test for test in measured if Mode(test.mode).value not in known.modes and test.largest_invariant > tested]
+    other = [test for test in measured if is_untested(Mode(test.mode).value, known.modes) and test.largest_invariant > tested]
     if other:
         modes = f"is in {Mode(other[0].mode).value} loading, the fitted tests in {' and '.join(known.modes)} loading only"
         warn(f"test {other[0].name}{and_more(len(other) - 1)} {modes}: the springs are extrapolated")
