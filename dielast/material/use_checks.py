@@ -72,7 +72,7 @@ def warn_of_range(material: Material, stretch: ArrayLike, mode: str | None) -> N
 
 
 def is_untested(mode: str | None, tested: Collection[str]) -> bool:
-    """Whether a mode, None for any, is neither `tested` nor between uniaxial and equibiaxial tests, as all modes are: at one I1, the
+    """Whether a mode (None: any) is neither `tested` nor between uniaxial and equibiaxial tests, as all modes are: at one I1, the
     I2 of an incompressible material is least in uniaxial and largest in equibiaxial tension.
     """
     return mode not in tested and not {"uniaxial", "equibiaxial"}.issubset(tested)
