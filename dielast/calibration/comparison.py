@@ -27,7 +27,7 @@ class Comparison(TabularResult):
 
     The interval from lower to upper covers a measured value with the level of the calibration; it includes the scatter of
     specimens, the model's error and noise. All are NaN if the material cannot follow the test, and beyond the point from which on
-    it runs away. `lower` and `upper` are NaN where more draws run away than the interval leaves out below; `lost` is their share.
+    it runs away. There is no interval where more draws run away than it leaves out below; `lost` is their share in the end.
     """
 
     test: Experiment
@@ -72,9 +72,9 @@ class Comparison(TabularResult):
 
     @property
     def coverage(self) -> float:
-        """Share of the points between lower and upper."""
+        """Share of the points between lower and upper, of those with an interval; NaN if there is none."""
         inside, bounded = (self.test.measured >= self.lower) & (self.test.measured <= self.upper), np.isfinite(self.lower)
-        return float(np.mean(inside[bounded])) if self.followed and bounded.any() else np.nan
+        return float(np.mean(inside[bounded])) if bounded.any() else np.nan
 
     def columns(self) -> Table:
         """A row for each point."""
