@@ -4,16 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
-from dielast.calibration.experiment import Experiment
+from dielast.calibration.experiment import Experiment, MeasuredTest, answers_of
 from dielast.calibration.fit import Fit
 from dielast.calibration.laboratory import Laboratory
 from dielast.calibration.likelihood import Likelihood
+from dielast.calibration.runaway import stable_stress
 from dielast.io.result import TabularResult
 from dielast.io.table import Column, Table
-from dielast.numerics.arrays import Floats, rms
+from dielast.material.material import Material
+from dielast.numerics.arrays import Flags, Floats, rms
 
 PARTS = 16  # equally likely parts of the scatter about a draw
 
@@ -23,7 +26,8 @@ class Comparison(TabularResult):
     """A test and the model: `model`, `lower` and `upper` (n,), in SI and less `rest`, as the measured values of the test.
 
     The interval from lower to upper covers a measured value with the level of the calibration; it includes the scatter of
-    specimens, the model's error and noise. NaN if the material cannot follow the test.
+    specimens, the model's error and noise. All are NaN if the material cannot follow the test, and beyond the point from which on
+    it runs away. There is no interval where more draws run away than it leaves out below; `lost` is their share in the end.
     """
 
     test: Experiment
@@ -31,32 +35,46 @@ class Comparison(TabularResult):
     model: Floats
     lower: Floats
     upper: Floats
+    lost: float = 0.0
+
+    @property
+    def known(self) -> Flags:
+        """Which points (n,) the model has a value at."""
+        return np.isfinite(self.model)
 
     @property
     def followed(self) -> bool:
-        """Whether the material could follow the test."""
-        return bool(np.all(np.isfinite(self.model)))
+        """Whether the material could follow the test, at least until it runs away."""
+        return bool(np.all(self.known)) or self.runaway is not None
+
+    @property
+    def runaway(self) -> float | None:
+        """The prescribed stretch at the last measured point before the material runs away, None if it does not."""
+        known, stretch = self.known, self.test.stretch
+        if stretch is None or known.all() or not known.any():
+            return None
+        return float(stretch[np.flatnonzero(known)[-1]])
 
     @property
     def rms_error(self) -> float:
         """Root mean square of model - measured, in the unit of the test."""
-        return rms(self.model - self.test.measured)
+        return rms((self.model - self.test.measured)[self.known])
 
     @property
     def rms_relative_error(self) -> float:
         """`rms_error` over the root mean square of the measured values, which include the value at rest."""
-        return self.rms_error / size_of(self.test)
+        return self.rms_error / rms((self.test.measured + self.test.rest)[self.known])
 
     @property
     def r_squared(self) -> float:
         """Share of the variance of the measured values that the model explains."""
-        return 1 - self.rms_error**2 / float(np.var(self.test.measured))
+        return 1 - self.rms_error**2 / float(np.var(self.test.measured[self.known]))
 
     @property
     def coverage(self) -> float:
-        """Share of the points between lower and upper."""
-        inside = (self.test.measured >= self.lower) & (self.test.measured <= self.upper)
-        return float(np.mean(inside)) if self.followed else np.nan
+        """Share of the points between lower and upper, of those with an interval; NaN if there is none."""
+        inside, bounded = (self.test.measured >= self.lower) & (self.test.measured <= self.upper), np.isfinite(self.lower)
+        return float(np.mean(inside[bounded])) if bounded.any() else np.nan
 
     def columns(self) -> Table:
         """A row for each point."""
@@ -82,14 +100,17 @@ def size_of(test: Experiment) -> float:
 
 
 def relative_error(tests: Sequence[Experiment], misses: Sequence[Floats]) -> float:
-    """The root mean square of the differences (n,) from the measured values over that of the measured values, over all points.
+    """The root mean square of the differences (n,) from the measured values over that of the measured values, over all points with
+    a difference that is not NaN.
 
     The values of each test are over their own root mean square if the units of the tests differ.
     """
     mixed = len({test.unit for test in tests}) > 1
     sizes = [size_of(test) if mixed else 1.0 for test in tests]
-    measured = [(test.measured + test.rest) / size for test, size in zip(tests, sizes, strict=True)]
-    return rms(np.concatenate([miss / size for miss, size in zip(misses, sizes, strict=True)])) / rms(np.concatenate(measured))
+    measured = np.concatenate([(test.measured + test.rest) / size for test, size in zip(tests, sizes, strict=True)])
+    miss = np.concatenate([miss / size for miss, size in zip(misses, sizes, strict=True)])
+    known = np.isfinite(miss)
+    return rms(miss[known]) / rms(measured[known])
 
 
 def compare_tests(
@@ -98,19 +119,39 @@ def compare_tests(
     """Comparisons of the fitted tests and those to `validate` with the model, with bands for measurements on a further specimen."""
     from scipy.special import stdtrit
 
-    tests = (*fit.problem.laboratory.tests, *validate)
-    answers = Laboratory(tests).answers([fit.material, *fit.space.materials(draws)])
+    fitted = fit.problem.laboratory.tests
     # Student's, because the scatter is estimated: at the ends of the interval, and in equally likely parts for every draw
     width = float(stdtrit(likelihood.value_freedom, 0.5 * (1 + level)))
     parts = stdtrit(likelihood.value_freedom, (np.arange(PARTS) + 0.5) / PARTS)
     found = []
-    for k, (test, answer) in enumerate(zip(tests, answers, strict=True)):
-        model, drawn = answer[0], answer[1:]
-        spread = np.sqrt(likelihood.scatters.variance(model))
-        lower, upper = model - width * spread, model + width * spread
-        drawn = drawn[np.all(np.isfinite(drawn), axis=1)]
-        if len(drawn) > 2 and np.all(np.isfinite(model)):
+    for k, (test, answer) in enumerate(_answers((*fitted, *validate), [fit.material, *fit.space.materials(draws)])):
+        model, drawn, known = answer[0], answer[1:], np.isfinite(answer[0])
+        spread = np.full(model.size, np.nan)
+        spread[known] = np.sqrt(likelihood.scatters.variance(model[known]))
+        lower, upper, lost = model - width * spread, model + width * spread, 0.0
+        drawn = drawn[np.isfinite(drawn[:, 0])]
+        if len(drawn) > 2 and known.any():
+            # the stress of a draw that has run away is below any bound
             scattered = (drawn[:, None] + parts[:, None] * spread).reshape(-1, model.size)
-            lower, upper = np.quantile(scattered, (0.5 * (1 - level), 0.5 * (1 + level)), axis=0)
-        found.append(Comparison(test, k < len(fit.problem.laboratory.tests), model, lower, upper))
+            with np.errstate(invalid="ignore"):
+                ends = np.quantile(
+                    np.where(np.isfinite(scattered), scattered, -np.inf), (0.5 * (1 - level), 0.5 * (1 + level)), axis=0
+                )
+            lower, upper = np.where(known & np.all(np.isfinite(ends), axis=0), ends, np.nan)
+            lost = float(np.mean(~np.isfinite(drawn[:, known][:, -1])))
+        found.append(Comparison(test, k < len(fitted), model, lower, upper, lost))
     return tuple(found)
+
+
+def _answers(tests: Sequence[Experiment], materials: Sequence[Material | None]) -> list[tuple[Experiment, Floats]]:
+    """Each test with its simulated values (materials, n): NaN from a runaway on, all NaN if a material cannot follow it."""
+    electric = [test for test in tests if isinstance(test, MeasuredTest) and test.nominal_field]
+    others = iter(Laboratory([test for test in tests if test not in electric]).answers(materials))
+    found: list[tuple[Experiment, Floats]] = []
+    for test in tests:
+        if isinstance(test, MeasuredTest) and test.nominal_field:
+            found.append((test, answers_of(partial(stable_stress, test), materials, test.measured.size)))
+        else:
+            values = next(others)
+            found.append((test, np.where(np.all(np.isfinite(values), axis=1, keepdims=True), values, np.nan)))
+    return found

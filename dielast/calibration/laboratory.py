@@ -47,12 +47,14 @@ class Laboratory:
                 if members:
                     self._carried(mode, members, springs, np.array(there), values)
         for index in self.electric:
-            solve = partial(_stress_under_voltage, self.machine[index], rtol=self.rtol)
-            values[index] = answers_of(solve, materials, values[index].shape[1])
+            values[index] = answers_of(partial(self._under_voltage, index), materials, values[index].shape[1])
         for index, test in enumerate(self.tests):
             if not isinstance(test, MeasuredTest):
                 values[index] = test.answers(materials)
         return values
+
+    def _under_voltage(self, index: int, materials: Sequence[Material]) -> list[Floats]:
+        return completed_stress(under_voltage(self.machine[index], materials, self.rtol))
 
     def _carried(self, mode: Mode, members: Sequence[int], springs: Springs, there: Cases, values: list[Floats]) -> None:
         """Fill in the tests `members`, all of one mode, for the valid materials `there`."""
@@ -151,11 +153,10 @@ def under_voltage(test: MeasuredTest, materials: Sequence[Material], rtol: float
     )
 
 
-def _stress_under_voltage(test: MeasuredTest, materials: Sequence[Material], rtol: float) -> list[Floats]:
-    """The stress (n,) of each material in a test under voltage; NaN where the numerics give up."""
-    history = under_voltage(test, materials, rtol)
+def completed_stress(history: MembraneHistory) -> list[Floats]:
+    """The stress (n,) of each material in a test under voltage; NaN where the numerics gave up."""
     rows = zip(history.nominal_stress_1, history.outcome, strict=True)
-    return [stress if outcome.completed else np.full_like(stress, np.nan) for stress, outcome in rows]
+    return [stress.copy() if outcome.completed else np.full_like(stress, np.nan) for stress, outcome in rows]
 
 
 def _filled(columns: Sequence[Floats]) -> Floats:

@@ -79,8 +79,9 @@ class Calibration(TabularResult):
         # for the variance, values of different units are divided by the root mean square of their changes from rest
         mixed = len({comparison.test.unit for comparison in chosen}) > 1
         sizes = [rms(comparison.test.measured) if mixed else 1.0 for comparison in chosen]
-        miss = np.concatenate([each / size for each, size in zip(misses, sizes, strict=True)])
-        measured = np.concatenate([comparison.test.measured / size for comparison, size in zip(chosen, sizes, strict=True)])
+        known = np.concatenate([comparison.known for comparison in chosen])
+        miss = np.concatenate([each / size for each, size in zip(misses, sizes, strict=True)])[known]
+        measured = np.concatenate([comparison.test.measured / size for comparison, size in zip(chosen, sizes, strict=True)])[known]
         return error, 1 - float(np.mean(np.square(miss))) / float(np.var(measured))
 
     def columns(self) -> Table:

@@ -4,7 +4,7 @@ stretches at which its equilibrium spring is unstable.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -66,9 +66,16 @@ def warn_of_range(material: Material, stretch: ArrayLike, mode: str | None) -> N
     tested = f"{' and '.join(calibrated.modes)} tests up to I1 = {calibrated.largest_invariant:.4g}"
     if largest > calibrated.largest_invariant * (1 + BEYOND_TESTS):
         warn(f"the stretches reach I1 = {largest:.4g}, but the material was calibrated by {tested}: it is extrapolated")
-    elif mode not in calibrated.modes and largest > 3 + UNTESTED * (calibrated.largest_invariant - 3):
+    elif is_untested(mode, calibrated.modes) and largest > 3 + UNTESTED * (calibrated.largest_invariant - 3):
         other = "loading with unequal stretches" if mode is None else f"{mode} loading"
         warn(f"the material was calibrated by {tested} only: in {other} its law is extrapolated")
+
+
+def is_untested(mode: str | None, tested: Collection[str]) -> bool:
+    """Whether a mode (None: any) is neither `tested` nor between uniaxial and equibiaxial tests, as all modes are: at one I1, the
+    I2 of an incompressible material is least in uniaxial and largest in equibiaxial tension.
+    """
+    return mode not in tested and not {"uniaxial", "equibiaxial"}.issubset(tested)
 
 
 def warn_of_use(material: Material, temperature: ArrayLike) -> None:

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from section import Section, picture, table
 from vhb4905 import FREE, HANDLES, START, draw, read, summary
 
-from dielast import VACUUM_PERMITTIVITY, Calibration, Comparison, MeasuredTest, NoShift, Spectrum, calibrate
+from dielast import VACUUM_PERMITTIVITY, Calibration, MeasuredTest, NoShift, Spectrum, calibrate
 from dielast.plots.style import COLOURS, grid, legend_below, sheet, style
 
 THICKNESS = 0.5e-3  # m
@@ -41,11 +41,6 @@ def permittivity(data: Path, celsius: float) -> float:
     return float(VACUUM_PERMITTIVITY * np.interp(celsius, slow.temp - 273.15, slow.dielec))
 
 
-def lost(comparison: Comparison) -> bool:
-    """Whether the voltage squeezes the predicted film without limit: its stress is far from any that a film bears."""
-    return bool(np.max(np.abs(comparison.model)) > 10 * np.max(np.abs(comparison.test.measured)))
-
-
 def coupled(data: Path) -> Section:
     """6 kV predicted at both temperatures."""
     rows, found = [], []
@@ -60,7 +55,7 @@ def coupled(data: Path) -> Section:
         result = calibrate([bare], start, FREE_HERE, validate=[charged], starts=4, draws=60)
         found.append(result)
         for each in result.comparisons:
-            numbers = ["pulls in", "", ""] if lost(each) else summary([each])[1:]
+            numbers = ["pulls in", "", ""] if each.runaway is not None else summary([each])[1:]
             rows.append([each.test.name, "fitted" if each.fitted else "predicted", *numbers])
     drops = []
     for result in found:
@@ -68,8 +63,9 @@ def coupled(data: Path) -> Section:
         tops = [int(np.argmax(each.test.stretch)) for each in (bare, charged)]
         pairs = ((bare.test.measured, charged.test.measured), (bare.model, charged.model))
         taken = [1e-3 * (first[tops[0]] - second[tops[1]]) for first, second in pairs]
-        drops.append(f"{taken[0]:.1f} kPa at {bare.test.temperature:g} °C, where {taken[1]:.1f} kPa are predicted")
-    charged_lost = [each.test.name for result in found for each in result.comparisons if lost(each)]
+        foreseen = f", where {taken[1]:.1f} kPa are predicted" if np.isfinite(taken[1]) else ""
+        drops.append(f"{taken[0]:.1f} kPa at {bare.test.temperature:g} °C{foreseen}")
+    charged_lost = [each.test.name for result in found for each in result.comparisons if each.runaway is not None]
     squeezed = f" At {', '.join(charged_lost)} the predicted film pulls in, the measured one did not." if charged_lost else ""
     verdicts = " and ".join(f"{_verdict(result)} at {result.comparisons[0].test.temperature:g} °C" for result in found)
     limit = f"Near pull-in a film is held by its limit of extension, and these pulls tell little of it: `{LIMIT}` is {verdicts}."

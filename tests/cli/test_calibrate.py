@@ -12,6 +12,7 @@ import pytest
 
 from dielast import read_draws, read_material
 from dielast.commands.inspect import warnings_of
+from dielast.io.files import Inputs
 from dielast.io.table import parse_csv
 
 Run = Callable[..., subprocess.CompletedProcess[str]]
@@ -97,6 +98,14 @@ def test_validate_says_the_same_mistakes(dielast: Run, kitchen: Path) -> None:
     lines = dielast("validate", *recipes).stderr.splitlines()
     for name, (_, message) in zip(recipes, MISTAKES, strict=True):
         assert any(line.startswith(f"{name}: ") and message in line for line in lines), name
+
+
+def test_validate_reads_each_file_once(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    (tmp_path / "r.toml").write_text(HEAD + TEST + TEST.replace("hold", "fast") + 'temperature = "30 degC"\n' + FREE)
+    names, read = list[str](), Inputs.read
+    monkeypatch.setattr(Inputs, "read", lambda self, name: (names.append(str(name)), read(self, name))[1])
+    assert warnings_of(tmp_path / "r.toml") == []
+    assert sorted(names) == [f"example:tensile/{name}" for name in ("fast.csv", "hold.csv", "start.toml")]
 
 
 def test_rows_of_one_time_and_stretch_are_one_with_their_mean_stress(dielast: Run, tmp_path: Path) -> None:
@@ -262,6 +271,17 @@ def test_a_film_that_runs_away_is_warned_of(dielast: Run, tmp_path: Path) -> Non
     done = dielast("calibrate", "r.toml", "-q")
     assert done.returncode == 0, done.stderr
     assert "warning: the material is not stable in test high beyond a stretch of 1.8: it pulls in and becomes wider" in done.stderr
+    # from there on, the model has no stress, and the errors are those of the points before
+    points = parse_csv((tmp_path / "r/residuals.csv").read_bytes(), "residuals")
+    high = np.flatnonzero(np.array(points["test"]) == "high")
+    model, lower, measured = (
+        np.array([float(cell or "nan") for cell in points[name]])[high] for name in ("model", "lower", "measured")
+    )
+    assert np.array_equal(np.isfinite(model), stretch <= 1.8001)
+    assert np.array_equal(np.isfinite(lower), stretch <= 1.8001)
+    miss = (model - measured)[stretch <= 1.8001]
+    tests = parse_csv((tmp_path / "r/tests.csv").read_bytes(), "tests")
+    assert float(tests["rms_error"][1]) == pytest.approx(np.sqrt(np.mean(np.square(miss))), rel=1e-6)
 
 
 def test_laws_are_ranked_and_draws_go_on(dielast: Run, tmp_path: Path) -> None:

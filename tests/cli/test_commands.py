@@ -78,7 +78,8 @@ HEADERS |= {
     ],
     "parameters.csv": ["parameter", "start", "value", "standard_error", "lower", "upper", "verdict", "unit"],
     "tests.csv": [
-        *("test", "used", "points", "rms_error", "rms_relative_error [1]", "r_squared [1]", "coverage [1]", "specimen", "unit")
+        *("test", "used", "points", "rms_error", "rms_relative_error [1]", "r_squared [1]", "coverage [1]", "specimen", "unit"),
+        "specimen_factor [1]",
     ],
     "correlations.csv": ["parameter", *(f"{name} [1]" for name in FITTED)],
     "residuals.csv": ["test", "time [s]", "measured", "model", "lower", "upper", "unit"],
@@ -97,7 +98,8 @@ FILMS = ["temperature [degC]", "prestretch_1 [1]", "prestretch_2 [1]", "electrod
 POWER = [f"power_{name} [1]" for name in ("exponent", "intercept", "rms_residual", "r_squared")]
 LIFETIME = [*FILMS, "slope [1/V]", "intercept [1]", "rms_residual [1]", "r_squared [1]", "points", *POWER, "aic_difference [1]"]
 TEXT = {"failure_mode", "reached", "event", "parameter", "verdict", "unit", "test", "used", "specimen", "material"}
-TEXT |= {"equilibrium_law", "nonequilibrium_law", "cross_validation_error [1]"}  # the last is empty where one law is fitted
+TEXT |= {"equilibrium_law", "nonequilibrium_law"}
+TEXT |= {"cross_validation_error [1]", "specimen_factor [1]"}  # empty where one law is fitted, and of a test that is predicted
 FILES = {
     "mastercurve": {"mastercurve.csv", "shift-factors.csv", "mastercurve.png", "summary.toml"},
     "spectrum": {"spectrum.csv", "fit.csv", "material.toml", "spectrum.png", "summary.toml"},

@@ -12,10 +12,9 @@ from dielast.calibration.laws import Stability
 from dielast.calibration.parameters import Parameter
 from dielast.calibration.profiles import Profile, Verdict
 from dielast.calibration.result import Calibration, range_of
-from dielast.calibration.runaway import runaway_stretch
 from dielast.calibration.scatter import USUAL_SCATTER
 from dielast.errors import and_more, warn
-from dielast.material.use_checks import BEYOND_TESTS, LONGER, UNTESTED
+from dielast.material.use_checks import BEYOND_TESTS, LONGER, UNTESTED, is_untested
 from dielast.mechanics.load import Mode
 
 FAR = 3.0  # usual scatters of specimens: no such specimen is expected
@@ -119,20 +118,22 @@ def warn_of_tests_beyond(result: Calibration) -> None:
         reach = f"reaches I1 = {max(test.largest_invariant for test in far):.4g}, the fitted tests {known.largest_invariant:.4g}"
         warn(f"test {far[0].name}{and_more(len(far) - 1)} {reach}: the springs are extrapolated")
     tested = 3 + UNTESTED * (known.largest_invariant - 3)
-    other = [test for test in measured if Mode(test.mode).value not in known.modes and test.largest_invariant > tested]
+    other = [test for test in measured if is_untested(Mode(test.mode).value, known.modes) and test.largest_invariant > tested]
     if other:
         modes = f"is in {Mode(other[0].mode).value} loading, the fitted tests in {' and '.join(known.modes)} loading only"
         warn(f"test {other[0].name}{and_more(len(other) - 1)} {modes}: the springs are extrapolated")
 
 
 def warn_of_runaway(result: Calibration) -> None:
-    """Warn of tests under voltage in which the fitted material runs away."""
-    material = result.fit.material
+    """Warn of tests under voltage in which the fitted material, or more draws than intervals leave out, run away."""
     for each in result.comparisons:
-        beyond = runaway_stretch(each.test, material) if isinstance(each.test, MeasuredTest) and each.followed else None
-        if beyond is not None:
-            unstable = f"the material is not stable in test {each.test.name} beyond a stretch of {beyond:.4g}"
-            warn(f"{unstable}: it pulls in and becomes wider than it is long, and its stress from there on is no prediction")
+        if each.runaway is not None:
+            unstable = f"the material is not stable in test {each.test.name} beyond a stretch of {each.runaway:.4g}"
+            warn(f"{unstable}: it pulls in and becomes wider than it is long, and has no stress from there on")
+        below = 0.5 * (1 - result.level)
+        if each.lost > below:
+            runs = f"{100 * each.lost:.0f} % of the draws run away in test {each.test.name}"
+            warn(f"{runs}: its interval ends where {100 * below:.3g} % have")
 
 
 def warn_of_springs(stabilities: Sequence[Stability]) -> None:

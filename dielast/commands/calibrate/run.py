@@ -178,7 +178,7 @@ def headline(ranked: Sequence[Candidate]) -> Mapping[str, Mapping[str, Any]]:
             "tests": len(inside),
             "rms_relative_error": foreseen,
             "r_squared": foreseen_explained,
-            "coverage": float(np.mean(inside)),
+            "coverage": float(np.mean([share for share in inside if np.isfinite(share)] or [np.nan])),
         }
     if best.profiles:
         verdicts = list(best.verdicts.values())
