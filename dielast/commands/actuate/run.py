@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Sequence
+from collections.abc import Hashable, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 
 from dielast.commands.actuate.recipe import ActuateRecipe, FilmSection
+from dielast.commands.command import Reading
 from dielast.commands.simulation.cases import SimulationBatch, case_result, last, one_or_list
 from dielast.commands.simulation.checks import warn_of_films, warn_of_programmes
-from dielast.commands.simulation.readings import checked_readings
 from dielast.commands.simulation.result import CaseResult, StatedCase, at_event
 from dielast.commands.simulation.run import Figures, Prepared, Simulation, report_of
 from dielast.handover.law_section import breakdown
@@ -41,7 +41,11 @@ def prepared(cases: Sequence[Case[ActuateRecipe]], inputs: Inputs) -> Prepared:
     return Prepared.of(Films([case.recipe for case in cases]), cases, inputs)
 
 
-readings = partial(checked_readings, prepared)
+def readings(cases: Sequence[Case[ActuateRecipe]], inputs: Inputs) -> Iterator[Reading]:
+    """The files of every case, and what `prepared` checks."""
+    from dielast.commands.simulation.readings import checked_readings
+
+    return checked_readings(prepared, cases, inputs)
 
 
 class Films(Simulation):

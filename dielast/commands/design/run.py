@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing
-from functools import partial
 from itertools import product
 from typing import Any
 
 import numpy as np
 
+from dielast.commands.command import Reading
 from dielast.commands.design.recipe import DesignRecipe
 from dielast.commands.simulation.cases import first_of_each, material_of
 from dielast.commands.simulation.grid import PreparedGrid, in_words, planned, sample_for, warn_of_design, warn_of_grid
-from dielast.commands.simulation.readings import checked_readings
 from dielast.commands.simulation.recipe import KEYS
 from dielast.errors import in_keys, placed
 from dielast.io.files import Inputs
@@ -59,7 +58,11 @@ def prepared(cases: Sequence[Case[DesignRecipe]], inputs: Inputs) -> PreparedGri
     return PreparedGrid(material, sample, stated, in_recipe_terms)
 
 
-readings = partial(checked_readings, prepared)
+def readings(cases: Sequence[Case[DesignRecipe]], inputs: Inputs) -> Iterator[Reading]:
+    """The files of every case, and what `prepared` checks."""
+    from dielast.commands.simulation.readings import checked_readings
+
+    return checked_readings(prepared, cases, inputs)
 
 
 def _levels(recipe: DesignRecipe) -> tuple[float, float]:

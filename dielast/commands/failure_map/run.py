@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from typing import Any
 
 import numpy as np
 
+from dielast.commands.command import Reading
 from dielast.commands.failure_map.recipe import FailureMapRecipe
 from dielast.commands.failure_map.resume import fingerprint, solve
 from dielast.commands.simulation.cases import first_of_each, material_of
 from dielast.commands.simulation.grid import PreparedGrid, in_words, planned, sample_for, warn_of_failures, warn_of_map
-from dielast.commands.simulation.readings import checked_readings
 from dielast.commands.simulation.recipe import KEYS
 from dielast.errors import placed
 from dielast.io.files import Inputs
@@ -49,7 +49,11 @@ def prepared(cases: Sequence[Case[FailureMapRecipe]], inputs: Inputs) -> Prepare
     return PreparedGrid(material, sample, stated, in_recipe_terms, variation)
 
 
-readings = partial(checked_readings, prepared)
+def readings(cases: Sequence[Case[FailureMapRecipe]], inputs: Inputs) -> Iterator[Reading]:
+    """The files of every case, and what `prepared` checks."""
+    from dielast.commands.simulation.readings import checked_readings
+
+    return checked_readings(prepared, cases, inputs)
 
 
 def run(cases: Sequence[Case[FailureMapRecipe]], inputs: Inputs, execution: Execution) -> Report:

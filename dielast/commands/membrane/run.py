@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from functools import partial
 from typing import Any
 
 import numpy as np
 
+from dielast.commands.command import Reading
 from dielast.commands.membrane.recipe import Recipe
 from dielast.commands.simulation.cases import case_result, last, one_or_list
 from dielast.commands.simulation.checks import warn_of_membranes, warn_of_tests
-from dielast.commands.simulation.readings import checked_readings
 from dielast.commands.simulation.result import CaseResult
 from dielast.commands.simulation.run import Prepared, Simulation, report_of
 from dielast.io.files import Inputs
@@ -35,7 +35,11 @@ def prepared(cases: Sequence[Case[Recipe]], inputs: Inputs) -> Prepared:
     return Prepared.of(Membranes([case.recipe for case in cases]), cases, inputs)
 
 
-readings = partial(checked_readings, prepared)
+def readings(cases: Sequence[Case[Recipe]], inputs: Inputs) -> Iterator[Reading]:
+    """The files of every case, and what `prepared` checks."""
+    from dielast.commands.simulation.readings import checked_readings
+
+    return checked_readings(prepared, cases, inputs)
 
 
 class Membranes(Simulation):
