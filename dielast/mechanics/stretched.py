@@ -68,7 +68,7 @@ class BranchStep:
         self.system, self.step = system, step
         self.flow = (step if system.symmetry is None else system.symmetry.flow * step) * system.rate
         self.stress, tangent = tangent_of(system.law, system.symmetry, state[:, None].copy())
-        self.springs = Eliminated.of(np.ones_like(self.flow), tangent, self.flow, 1 / gamma)
+        self.springs = Eliminated.of(tangent, self.flow, 1 / gamma)
         self.change = -0.5 * np.square(step * system.strain_rate(time))
 
     def increment(self, time: Floats, state: Floats, history: Floats | None, gamma_i: float, out: Floats) -> Floats:

@@ -92,9 +92,9 @@ def advance(system: System, method: Rosenbrock, time: Floats, state: Floats, ste
     for i in range(1, method.stages):
         if method.adds_last[i]:
             stage = stage + increments[i - 1]
-            history = np.einsum("s,srm->rm", method.c[i, :i], increments[:i])
+            history = np.einsum("s,srm->rm", method.ac[i][1], increments[:i])
         else:
-            stage, history = np.einsum("bs,srm->brm", method.ac[i][:, :i], increments[:i])
+            stage, history = np.einsum("bs,srm->brm", method.ac[i], increments[:i])
             stage += state
         equations.increment(times[i], stage, history, method.gamma_i[i], increments[i])
     return np.asarray(stage + increments[-1])
@@ -135,10 +135,8 @@ class Stride:
 
     def halfway(self) -> Floats:
         """States (rows, pool) in the middle of the steps."""
-        weight = np.array((0.25, 0.125, 0.0625)) @ self.method.dense
-        state = np.einsum("s,srk->rk", weight, self.increments)
-        state += 0.5 * self.before
-        state += 0.5 * self.after
+        state = np.einsum("s,srk->rk", self.method.middle, self.increments)
+        state += 0.5 * (self.before + self.after)
         return np.asarray(state)
 
 
