@@ -29,9 +29,10 @@ from dielast.mechanics.elimination import Eliminated, flow_of, stress_of, tangen
 from dielast.mechanics.point_material import Points
 from dielast.mechanics.span import Control, Load, UnderLoad, stretched
 from dielast.numerics.arrays import Floats
+from dielast.numerics.stride import Inner
 
 # weight of unknowns that respond at once to a moving load: within a step they are less smooth than the error estimate at its end
-# shows
+# shows; on a sine of the stretch, where that estimate passes through 0, the error within the step is estimated itself
 FOLLOWER_WEIGHT = 4.0
 
 
@@ -92,15 +93,20 @@ class LoadedPoints(UnderLoad):
                 nominal_stress[axis] = unknown[axis]
         return log_squared_stretch, nominal_stress
 
-    def error(self, state: Floats, increment: Floats) -> Floats:
+    def error(self, state: Floats, increment: Floats, inner: Inner | None = None) -> Floats:
         """Largest relative error (cases,) of stretches, stresses and viscous stretches due to an `increment` of the `state`."""
         worst = 0.5 * np.max(np.abs(increment[: self.border]), axis=0)
         for axis, control in enumerate(self.load.controls[: self.axes]):
-            error = np.abs(increment[axis - self.axes])
+            row = axis - self.axes
+            error = np.abs(increment[row])
             if control is Control.STRESS:
                 error *= np.where(self.load.moving, 0.5 * FOLLOWER_WEIGHT, 0.5)
             else:
-                error *= FOLLOWER_WEIGHT / (np.abs(state[axis - self.axes]) + self.points.stress_floor)
+                if inner is None or self.load.wave is None:
+                    error *= FOLLOWER_WEIGHT
+                else:
+                    error = np.maximum(error, inner(row))
+                error /= np.abs(state[row]) + self.points.stress_floor
             worst = np.maximum(worst, error)
         return np.asarray(worst)
 

@@ -20,7 +20,7 @@ from dielast.material.springs import SpringLaw, Symmetry
 from dielast.mechanics.elimination import Eliminated, flow_of, stress_of, tangent_of
 from dielast.numerics.arrays import ByCase, Cases, Flags, Floats
 from dielast.numerics.integrate import Status, integrate
-from dielast.numerics.stride import DenseSteps, Stride
+from dielast.numerics.stride import DenseSteps, Inner, Stride
 
 Line = tuple[Floats, Floats]
 """The stretch `start` + `slope` t in a span, both (k,)."""
@@ -46,7 +46,7 @@ class Branches(ByCase):
         """dLambda/dt (cases,) of axis 1 at `time` (cases,) in s since the span began."""
         return np.asarray(2 * self.slope / (self.start + self.slope * time))
 
-    def error(self, state: Floats, increment: Floats) -> Floats:
+    def error(self, state: Floats, increment: Floats, inner: Inner | None = None) -> Floats:
         """Largest error (cases,) of the elastic stretches over the `scale`."""
         return np.asarray(0.5 * np.max(np.abs(increment), axis=0) / self.scale)
 

@@ -13,6 +13,9 @@ import numpy as np
 from dielast.numerics.arrays import ByCase, Cases, Flags, Floats, paired
 from dielast.numerics.rosenbrock import Rosenbrock
 
+Inner = Callable[[int], Floats]
+"""The errors (cases,) of the dense output within a step, as a function of the row of the state."""
+
 
 class Linearised(Protocol):
     """The linear system of one step."""
@@ -33,8 +36,11 @@ class System(Protocol):
     def linearise(self, time: Floats, state: Floats, step: Floats, gamma: float) -> Linearised:
         """The linear system of a step (cases,) in s that starts at `time` and `state`."""
 
-    def error(self, state: Floats, increment: Floats) -> Floats:
-        """The relative error (cases,) of a `state` (rows, cases) that is wrong by an `increment` (rows, cases)."""
+    def error(self, state: Floats, increment: Floats, inner: Inner | None = None) -> Floats:
+        """The relative error (cases,) of a `state` (rows, cases) that is wrong by an `increment` (rows, cases).
+
+        `inner`, at the end of a step, is its errors of unknowns that respond at once to the load.
+        """
 
 
 class Spans(Protocol):

@@ -29,6 +29,7 @@ from dielast.mechanics.point import FOLLOWER_WEIGHT
 from dielast.mechanics.point_material import SYMMETRIC, Points
 from dielast.mechanics.span import Control, Controls, Load, UnderLoad
 from dielast.numerics.arrays import ByCase, Cases, Floats
+from dielast.numerics.stride import Inner
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -121,7 +122,7 @@ class FramedFilms(UnderLoad):
         """
         return membrane(state[self.border :], driven, self.load.controls)
 
-    def error(self, state: Floats, increment: Floats) -> Floats:
+    def error(self, state: Floats, increment: Floats, inner: Inner | None = None) -> Floats:
         """Largest relative error (cases,) of stretches, stresses and viscous stretches due to an `increment` of the `state`."""
         structure = self.assembly.structure
         worst = np.max(np.abs(increment[: self.border] / state[: self.border]), axis=0)
