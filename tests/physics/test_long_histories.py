@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from films import SOFT
-from reconstruction import spectrum
 
 from dielast import Material, NoShift, Spectrum, Step, VoltageStep, actuate, creep, relax
 from dielast.errors import InputError
@@ -14,6 +13,7 @@ from dielast.mechanics.course import Chain, Cycles
 from dielast.mechanics.line import EVEN_ROWS, Line
 from dielast.mechanics.load import Track, Waveform
 from dielast.mechanics.span import Control
+from reconstruction import spectrum
 
 LINEAR = Material("linear", 20e3, Spectrum([0.3, 0.02], [3e4, 8e4]), NoShift(20.0), permittivity=4e-11)
 FREE = (Control.STRESS, Control.STRESS)
