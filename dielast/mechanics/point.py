@@ -128,6 +128,7 @@ class Arrowhead:
         self.stretched = len(self.free) < self.axes
         driven = system.driven(time, state)
         log_squared, nominal = system.unknown(state, driven)
+        self.log_squared, self.stretch, self.held = log_squared, np.exp(0.5 * log_squared), load.still and not self.free
         self.stress, tangent = tangent_of(points.law, symmetry, log_squared[:, None] - system.packed(state))
         self.flow = (step if symmetry is None else symmetry.flow * step) * points.rate
         self.springs = Eliminated.of(tangent, self.flow, self.hold)
@@ -137,7 +138,7 @@ class Arrowhead:
         """Set the inverse (axes, axes, cases) of the border's matrix, and the right-hand side due to the rates of the prescribed
         values; `change` (3, cases) is these rates times the step.
         """
-        stretch, axes = np.exp(0.5 * log_squared), len(log_squared)
+        stretch, axes = self.stretch, self.axes
         tangent = np.einsum("nm,bcnm->bcm", self.system.points.modulus, self.springs.share)
         tangent *= self.hold
         for axis in range(axes):
@@ -175,7 +176,11 @@ class Arrowhead:
         """The increment u_i of the stage at `time` and `state`, in `out`; `history` is sum_j c_ij u_j, None in the first stage."""
         system, points, axes, border, shape = self.system, self.system.points, self.axes, self.border, self.stress.shape
         driven = system.driven(time, state)
-        log_squared, nominal = system.unknown(state, driven) if self.stretched else (state[-axes:], driven[:axes])
+        if self.held:  # the stretch is the same in all stages
+            log_squared, stretch, nominal = self.log_squared, self.stretch, state[-axes:]
+        else:
+            log_squared, nominal = system.unknown(state, driven) if self.stretched else (state[-axes:], driven[:axes])
+            stretch = np.exp(0.5 * log_squared)
         stress = self.stress
         if history is not None:
             stress = stress_of(points.law, system.symmetry, log_squared[:, None] - state[:border].reshape(shape))
@@ -185,7 +190,7 @@ class Arrowhead:
         carried = self.springs.carried(right)
         carried -= stress
         residual = np.einsum("nm,cnm->cm", points.modulus, carried)
-        residual += nominal * np.exp(0.5 * log_squared)
+        residual += nominal * stretch
         if system.electric:
             residual += points.maxwell_stress(log_squared, driven[ELECTRIC])
         self._solve(residual, out, time, state, history, gamma_i)
