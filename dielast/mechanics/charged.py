@@ -18,6 +18,7 @@ import numpy as np
 from dielast.mechanics.electric import ELECTRIC
 from dielast.mechanics.point import Arrowhead, LoadedPoints
 from dielast.numerics.arrays import Cases, Floats
+from dielast.numerics.stride import Inner
 
 
 class ChargedPoints(LoadedPoints):
@@ -47,14 +48,14 @@ class ChargedPoints(LoadedPoints):
         charge = np.zeros(packed.shape[1]) if charge is None else charge
         return np.concatenate((packed[: self.border + 1], charge[None], packed[self.border + 1 :]))
 
-    def error(self, state: Floats, increment: Floats) -> Floats:
+    def error(self, state: Floats, increment: Floats, inner: Inner | None = None) -> Floats:
         """Largest relative error (cases,), including that of the Maxwell stress due to an error of the charge.
 
         That is relative to the stress floor where the Maxwell stress is below it.
         """
         floor = np.sqrt(self.points.permittivity * self.points.stress_floor)
         of_charge = np.abs(increment[self.border]) / (np.abs(state[self.border]) + floor)
-        return np.asarray(np.maximum(super().error(state, increment), of_charge))
+        return np.asarray(np.maximum(super().error(state, increment, inner), of_charge))
 
     def linearise(self, time: Floats, state: Floats, step: Floats, gamma: float) -> ChargedArrowhead:
         """The linear system of a step (cases,) in s that starts at `time` and `state`."""

@@ -2,7 +2,7 @@
 
 A spring with stress p, q in axes 1 and 2 flows in proportion to F (p, q), F = [[2, -1], [-1, 2]] (Sec. 3 of DOI
 10.1115/1.4030850). With K its tangent in Lambda = 2 ln lambda, f its flow factor in a step and c diagonal, its block is
-D = c + f F K, and it contributes Q = mu K D^-1 to the tangent of the film. Arrays end with the axes springs, points or cases.
+D = c + f F K, and it contributes mu Q, Q = K D^-1, to the tangent of the film. Arrays end with the axes springs, points or cases.
 
 Under a load that keeps every spring symmetric, axis 1 stands for both. Arrays then have one axis in the place of two, F is the
 number `Symmetry.flow`, K is dp/dLambda_1 along the symmetry, and D and Q are numbers.
@@ -49,7 +49,7 @@ def flow_of(stress: Floats, factor: Floats) -> Floats:
     """F times the stress (axes, n, cases) of the springs times `factor` (n, cases), which holds F itself if there is one axis."""
     if len(stress) == 1:
         return stress * factor
-    flow = 3 * stress
+    flow = 3.0 * stress
     flow -= stress[0] + stress[1]
     flow *= factor
     return flow
@@ -67,26 +67,25 @@ class Eliminated:
     share: Floats
 
     @classmethod
-    def of(cls, modulus: Floats, tangent: Floats, flow: Floats, hold: Floats | float) -> Eliminated:
-        """Springs with `modulus` mu and flow factor `flow` f, both (n, cases), and the entries of their `tangent` K (3, n, cases)
-        or (1, n, cases). `hold` is c: one number, which makes Q symmetric, or values for each spring and axis (2, n, cases).
+    def of(cls, tangent: Floats, flow: Floats, hold: Floats | float) -> Eliminated:
+        """Springs of flow factor `flow` f (n, cases), and the entries of their `tangent` K (3, n, cases) or (1, n, cases), which
+        may be overwritten. `hold` is c: one number, which makes Q symmetric, or one for each spring and axis (2, n, cases).
         """
         if len(tangent) == 1:
             inverse = tangent * flow
             inverse += hold
             np.divide(1.0, inverse, out=inverse)
             tangent *= inverse
-            tangent *= modulus
             return cls(inverse, None, tangent[None])
         k11, k12, k22 = tangent
         hold_1, hold_2 = (hold, hold) if isinstance(hold, float) else hold
         block = np.empty((2, 2, *k11.shape))
-        np.multiply(k11, 2, out=block[0, 0])
+        np.add(k11, k11, out=block[0, 0])
         block[0, 0] -= k12
-        np.multiply(k12, 2, out=block[1, 0])
+        np.add(k12, k12, out=block[1, 0])
         np.subtract(block[1, 0], k22, out=block[0, 1])
         block[1, 0] -= k11
-        np.multiply(k22, 2, out=block[1, 1])
+        np.add(k22, k22, out=block[1, 1])
         block[1, 1] -= k12
         block *= flow
         block[0, 0] += hold_1
@@ -107,10 +106,15 @@ class Eliminated:
             share[1, 0] += k22 * d21
         np.multiply(k22, d22, out=share[1, 1])
         share[1, 1] += k12 * d12
-        share *= modulus
         if hold_1 is hold_2:
             share[1, 0] = share[0, 1]
         return cls(diagonal, off_diagonal, share)
+
+    def carried(self, right: Floats) -> Floats:
+        """Q times `right`, both (axes, n, cases)."""
+        if self.off_diagonal is None:
+            return np.asarray(self.share[0] * right)
+        return np.asarray(np.einsum("bcnm,cnm->bnm", self.share, right))
 
     def solve(self, right: Floats, out: Floats) -> None:
         """Write D^-1 `right` to `out`, both (axes, n, cases); `right` is overwritten."""

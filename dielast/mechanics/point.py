@@ -29,9 +29,10 @@ from dielast.mechanics.elimination import Eliminated, flow_of, stress_of, tangen
 from dielast.mechanics.point_material import Points
 from dielast.mechanics.span import Control, Load, UnderLoad, stretched
 from dielast.numerics.arrays import Floats
+from dielast.numerics.stride import Inner
 
 # weight of unknowns that respond at once to a moving load: within a step they are less smooth than the error estimate at its end
-# shows
+# shows; on a sine of the stretch, where that estimate passes through 0, the error within the step is estimated itself
 FOLLOWER_WEIGHT = 4.0
 
 
@@ -84,23 +85,28 @@ class LoadedPoints(UnderLoad):
         if Control.STRETCH not in controls:
             return unknown, prescribed
         if Control.STRESS not in controls:
-            return 2 * np.log(prescribed), unknown
+            return 2.0 * np.log(prescribed), unknown
         log_squared_stretch, nominal_stress = unknown.copy(), prescribed.copy()
         for axis, control in enumerate(controls):
             if control is Control.STRETCH:
-                log_squared_stretch[axis] = 2 * np.log(prescribed[axis])
+                log_squared_stretch[axis] = 2.0 * np.log(prescribed[axis])
                 nominal_stress[axis] = unknown[axis]
         return log_squared_stretch, nominal_stress
 
-    def error(self, state: Floats, increment: Floats) -> Floats:
+    def error(self, state: Floats, increment: Floats, inner: Inner | None = None) -> Floats:
         """Largest relative error (cases,) of stretches, stresses and viscous stretches due to an `increment` of the `state`."""
         worst = 0.5 * np.max(np.abs(increment[: self.border]), axis=0)
         for axis, control in enumerate(self.load.controls[: self.axes]):
-            error = np.abs(increment[axis - self.axes])
+            row = axis - self.axes
+            error = np.abs(increment[row])
             if control is Control.STRESS:
                 error *= np.where(self.load.moving, 0.5 * FOLLOWER_WEIGHT, 0.5)
             else:
-                error *= FOLLOWER_WEIGHT / (np.abs(state[axis - self.axes]) + self.points.stress_floor)
+                if inner is None or self.load.wave is None:
+                    error *= FOLLOWER_WEIGHT
+                else:
+                    error = np.maximum(error, inner(row))
+                error /= np.abs(state[row]) + self.points.stress_floor
             worst = np.maximum(worst, error)
         return np.asarray(worst)
 
@@ -112,36 +118,39 @@ class LoadedPoints(UnderLoad):
 class Arrowhead:
     """The linear system of one step, factorised; its cost is linear in the number of springs.
 
-    The block of a spring is D = 1/gamma + h/(3 tau) F K (`elimination`), and the condensed tangent is sum Q / gamma.
+    The block of a spring is D = 1/gamma + h/(3 tau) F K (`elimination`), and the condensed tangent is sum mu Q / gamma.
     """
 
     def __init__(self, system: LoadedPoints, time: Floats, state: Floats, step: Floats, gamma: float) -> None:
-        self.system, self.gamma = system, gamma
+        self.system, self.hold, self.axes, self.border = system, 1 / gamma, system.axes, system.border
         points, load, symmetry = system.points, system.load, system.symmetry
-        self.stretched = Control.STRETCH in load.controls[: system.axes]
+        self.free = [axis for axis, control in enumerate(load.controls[: self.axes]) if control is Control.STRESS]
+        self.stretched = len(self.free) < self.axes
         driven = system.driven(time, state)
         log_squared, nominal = system.unknown(state, driven)
+        self.log_squared, self.stretch, self.held = log_squared, np.exp(0.5 * log_squared), load.still and not self.free
         self.stress, tangent = tangent_of(points.law, symmetry, log_squared[:, None] - system.packed(state))
         self.flow = (step if symmetry is None else symmetry.flow * step) * points.rate
-        self.springs = Eliminated.of(points.modulus, tangent, self.flow, 1 / gamma)
+        self.springs = Eliminated.of(tangent, self.flow, self.hold)
         self._condense(load, step * load.slope(time), driven, log_squared, nominal)
 
     def _condense(self, load: Load, change: Floats, driven: Floats, log_squared: Floats, nominal: Floats) -> None:
         """Set the inverse (axes, axes, cases) of the border's matrix, and the right-hand side due to the rates of the prescribed
         values; `change` (3, cases) is these rates times the step.
         """
-        stretch, axes = np.exp(0.5 * log_squared), len(log_squared)
-        tangent = np.add.reduce(self.springs.share, axis=2) * (1 / self.gamma)
+        stretch, axes = self.stretch, self.axes
+        tangent = np.einsum("nm,bcnm->bcm", self.system.points.modulus, self.springs.share)
+        tangent *= self.hold
         for axis in range(axes):
             tangent[axis, axis] -= 0.5 * nominal[axis] * stretch[axis]
-        self.load_term = np.zeros_like(stretch)
+        self.load_term = np.zeros(stretch.shape)
         if self.system.electric:
             _, by_stretch, by_load = self.system.points.maxwell_tangent(log_squared, driven[ELECTRIC])
             tangent -= by_stretch
             self._drive(by_load, change)
         matrix = tangent
         if self.stretched:
-            matrix, self.prescribed_change = tangent.copy(), np.zeros_like(stretch)
+            matrix, self.prescribed_change = tangent.copy(), np.zeros(stretch.shape)
         for axis, control in enumerate(load.controls[:axes]):
             if control is Control.STRESS:
                 self.load_term[axis] += stretch[axis] * change[axis]
@@ -165,24 +174,28 @@ class Arrowhead:
 
     def increment(self, time: Floats, state: Floats, history: Floats | None, gamma_i: float, out: Floats) -> Floats:
         """The increment u_i of the stage at `time` and `state`, in `out`; `history` is sum_j c_ij u_j, None in the first stage."""
-        system, shape = self.system, self.stress.shape
-        points, axes, border = system.points, len(self.stress), system.border
+        system, points, axes, border, shape = self.system, self.system.points, self.axes, self.border, self.stress.shape
         driven = system.driven(time, state)
-        log_squared, nominal = system.unknown(state, driven) if self.stretched else (state[-axes:], driven[:axes])
+        if self.held:  # the stretch is the same in all stages
+            log_squared, stretch, nominal = self.log_squared, self.stretch, state[-axes:]
+        else:
+            log_squared, nominal = system.unknown(state, driven) if self.stretched else (state[-axes:], driven[:axes])
+            stretch = np.exp(0.5 * log_squared)
         stress = self.stress
         if history is not None:
             stress = stress_of(points.law, system.symmetry, log_squared[:, None] - state[:border].reshape(shape))
         right = flow_of(stress, self.flow)
         if history is not None:
             right += history[:border].reshape(shape)
-        residual = np.einsum("bcnm,cnm->bm", self.springs.share, right)
-        residual -= np.einsum("nm,cnm->cm", points.modulus, stress)
-        residual += nominal * np.exp(0.5 * log_squared)
+        carried = self.springs.carried(right)
+        carried -= stress
+        residual = np.einsum("nm,cnm->cm", points.modulus, carried)
+        residual += nominal * stretch
         if system.electric:
             residual += points.maxwell_stress(log_squared, driven[ELECTRIC])
         self._solve(residual, out, time, state, history, gamma_i)
         change_of_stretch = self._change_of_stretch(out[-axes:], gamma_i)[:, None]
-        right -= change_of_stretch * (1 / self.gamma)
+        right -= change_of_stretch * self.hold
         assert out.flags.c_contiguous  # otherwise `reshape` copies, and the increments of the springs are lost
         internal = out[:border].reshape(shape)
         self.springs.solve(right, out=internal)
@@ -193,13 +206,13 @@ class Arrowhead:
         self, residual: Floats, increment: Floats, time: Floats, state: Floats, history: Floats | None, gamma_i: float
     ) -> None:
         """Write the border of the increment for the right-hand side `residual`, without that of the rates of the load."""
-        if gamma_i:
+        if gamma_i and not self.system.load.still:
             residual += gamma_i * self.load_term
-        self._border(residual, out=increment[-len(residual) :])
+        self._border(residual, out=increment[-self.axes :])
 
     def _border(self, right: Floats, out: Floats | None = None) -> Floats:
         """The rows of the unknown stretches or stresses (axes, cases) of the increment for a right-hand side (axes, cases)."""
-        if len(right) == 1:
+        if self.axes == 1:
             return np.asarray(np.multiply(self.inverse[0], right, out=out))
         return np.einsum("bcm,cm->bm", self.inverse, right, out=out)
 
@@ -207,8 +220,7 @@ class Arrowhead:
         """The increment of Lambda (axes, cases) that belongs to the last rows `border` (axes, cases)."""
         if not self.stretched:
             return border
-        change = border.copy()
-        for axis, control in enumerate(self.system.load.controls[: len(border)]):
-            if control is Control.STRETCH:
-                np.multiply(self.prescribed_change[axis], gamma_i, out=change[axis])
+        change = self.prescribed_change * gamma_i
+        for axis in self.free:
+            change[axis] = border[axis]
         return change

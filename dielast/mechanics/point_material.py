@@ -96,12 +96,11 @@ class Points(ByCase):
 
     def maxwell_stress(self, log_squared_stretch: Floats, electrical: Floats) -> Floats:
         """The Maxwell stress m_1 and m_2 (axes, cases) in Pa at Lambda (axes, cases) and the prescribed electrical quantity
-        (cases,); one axis stands for two equal ones.
+        (cases,); one row (1, cases) stands for two equal ones.
         """
         log_area = log_squared_stretch[0] + log_squared_stretch[-1]
         if self.stretching.absent:  # in most films: this is evaluated in every stage of a step
-            stress = self.electric.stress(self.permittivity, log_area, electrical)
-            return np.array((stress,) * len(log_squared_stretch))
+            return self.electric.stress(self.permittivity, log_area, electrical)[None]
         permittivity, share = self.capacitance(in_both_axes(log_squared_stretch))
         return np.asarray(self.electric.stress(permittivity, log_area, electrical) * share[: len(log_squared_stretch)])
 

@@ -20,7 +20,7 @@ from dielast.material.springs import SpringLaw, Symmetry
 from dielast.mechanics.elimination import Eliminated, flow_of, stress_of, tangent_of
 from dielast.numerics.arrays import ByCase, Cases, Flags, Floats
 from dielast.numerics.integrate import Status, integrate
-from dielast.numerics.stride import DenseSteps, Stride
+from dielast.numerics.stride import DenseSteps, Inner, Stride
 
 ROUNDING = 3e-15  # least tolerance for an elastic strain: ten times the rounding error of A - C
 
@@ -44,7 +44,7 @@ class Branches(ByCase):
         """dLambda/dt (cases,) of axis 1 at `time` (cases,) in s since the span began."""
         return np.asarray(2 * self.slope / (self.start + self.slope * time))
 
-    def error(self, state: Floats, increment: Floats) -> Floats:
+    def error(self, state: Floats, increment: Floats, inner: Inner | None = None) -> Floats:
         """Largest error (cases,) of the elastic stretches over the `scale`."""
         return np.asarray(0.5 * np.max(np.abs(increment), axis=0) / self.scale)
 
@@ -66,7 +66,7 @@ class BranchStep:
         self.system, self.step = system, step
         self.flow = (step if system.symmetry is None else system.symmetry.flow * step) * system.rate
         self.stress, tangent = tangent_of(system.law, system.symmetry, state[:, None].copy())
-        self.springs = Eliminated.of(np.ones_like(self.flow), tangent, self.flow, 1 / gamma)
+        self.springs = Eliminated.of(tangent, self.flow, 1 / gamma)
         self.change = -0.5 * np.square(step * system.strain_rate(time))
 
     def increment(self, time: Floats, state: Floats, history: Floats | None, gamma_i: float, out: Floats) -> Floats:

@@ -270,12 +270,12 @@ class Watch:
         """Determinant and margin (k,) of films at a moment."""
         return stability_at(moment, self.films.timescale)
 
-    def moment(self, system: Films, cases: Cases, begin: Floats, time: Floats, state: Floats) -> Moment:
-        """Films in the `state`, `time` (k,) in s after a span began; the span began `begin` (k,) in s after the piece of load."""
-        return Moment.of(system, cases, self.clock.age(cases, self._start[cases] + begin + time), time, state)
+    def age(self, cases: Cases, begin: Floats, time: Floats) -> Floats:
+        """How long (k,) in s the voltage has been on `time` (k,) in s after a span, `begin` (k,) in s after the piece of load."""
+        return self.clock.age(cases, self._start[cases] + begin + time)
 
     def _moment(self, stride: Stride, time: Floats, state: Floats) -> Moment:
-        return self.moment(films_of(stride), stride.cases, stride.begin, time, state)
+        return Moment.of(films_of(stride), stride.cases, self.age(stride.cases, stride.begin, time), time, state)
 
     def _brackets(self, stride: Stride, columns: Cases, last: Floats, value: Floats) -> Brackets:
         """Brackets for some columns (k,) of the step, over which the signal (pool,) goes from `last` to `value`."""

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import IntEnum
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -238,7 +239,7 @@ class _Pool:
         step = np.minimum(at.next_step, self.longest_steps[at.cases])
         step = np.where(step >= 0.99 * left, left, np.minimum(step, 0.5 * left))
         after = advance(self.system, self.method, at.time, self.state, step, self.increments)
-        error = self.system.error(after, self.increments[-1]) / self.rtol
+        error = self.system.error(after, self.increments[-1], partial(self.method.inner_error, self.increments)) / self.rtol
         error = np.where(np.isfinite(error), np.maximum(error, 1e-6), np.inf)
         accepted = (error <= 1) & self.active
         finished = accepted & (step >= left)

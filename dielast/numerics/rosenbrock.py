@@ -23,7 +23,11 @@ from dielast.numerics.arrays import Floats
 class Rosenbrock:
     """Coefficients of an s-stage method: `a`, `c` strictly lower triangular (s, s), `alpha`, `gamma_i` (s,), `dense` (3, s).
 
-    `ac` stacks rows of a and c, (s, 2, s); `adds_last` marks stages whose state is that of the stage before plus its increment.
+    `inner` is the largest error of the dense output within a step, over k_3, where it exceeds the error estimate of the step: for
+    y' = -(y - t^4)/tau + 4 t^3 of any stiffness (Prothero and Robinson, Math. Comp. 28 (1974) 145).
+
+    `ac` are the rows of a and c for the increments before each stage, (2, stage); `adds_last` marks stages whose state is that of
+    the stage before plus its increment; `middle` (s,) are the weights of the dense output in the middle of a step.
     """
 
     name: str
@@ -34,14 +38,23 @@ class Rosenbrock:
     a: Floats
     c: Floats
     dense: Floats
-    ac: Floats = field(init=False)
+    inner: float
+    ac: tuple[Floats, ...] = field(init=False)
+    middle: Floats = field(init=False)
     adds_last: tuple[bool, ...] = field(init=False)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "ac", np.stack((self.a, self.c), axis=1))
+        object.__setattr__(self, "ac", tuple(np.stack((a[:i], c[:i])) for i, (a, c) in enumerate(zip(self.a, self.c, strict=True))))
+        object.__setattr__(self, "middle", np.array((0.25, 0.125, 0.0625)) @ self.dense)
         steps = self.a - np.roll(self.a, 1, axis=0)
         unit = np.eye(self.alpha.size, k=-1)
         object.__setattr__(self, "adds_last", tuple(bool(i > 1 and np.all(steps[i] == unit[i])) for i in range(self.alpha.size)))
+
+    def inner_error(self, increments: Floats, row: int) -> Floats:
+        """The error (cases,) of one row of the dense output within a step with these `increments` (s, rows, cases), for an unknown
+        that responds at once.
+        """
+        return np.asarray(self.inner * np.abs(np.einsum("s,sm->m", self.dense[2], increments[:, row])))
 
     @property
     def stages(self) -> int:
@@ -141,4 +154,5 @@ RODAS5P = Rosenbrock(
             ),
         )
     ),
+    inner=0.0253,
 )

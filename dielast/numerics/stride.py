@@ -13,6 +13,9 @@ import numpy as np
 from dielast.numerics.arrays import ByCase, Cases, Flags, Floats, paired
 from dielast.numerics.rosenbrock import Rosenbrock
 
+Inner = Callable[[int], Floats]
+"""The errors (cases,) of the dense output within a step, as a function of the row of the state."""
+
 
 class Linearised(Protocol):
     """The linear system of one step."""
@@ -33,8 +36,11 @@ class System(Protocol):
     def linearise(self, time: Floats, state: Floats, step: Floats, gamma: float) -> Linearised:
         """The linear system of a step (cases,) in s that starts at `time` and `state`."""
 
-    def error(self, state: Floats, increment: Floats) -> Floats:
-        """The relative error (cases,) of a `state` (rows, cases) that is wrong by an `increment` (rows, cases)."""
+    def error(self, state: Floats, increment: Floats, inner: Inner | None = None) -> Floats:
+        """The relative error (cases,) of a `state` (rows, cases) that is wrong by an `increment` (rows, cases).
+
+        `inner`, at the end of a step, is its errors of unknowns that respond at once to the load.
+        """
 
 
 class Spans(Protocol):
@@ -92,9 +98,9 @@ def advance(system: System, method: Rosenbrock, time: Floats, state: Floats, ste
     for i in range(1, method.stages):
         if method.adds_last[i]:
             stage = stage + increments[i - 1]
-            history = np.einsum("s,srm->rm", method.c[i, :i], increments[:i])
+            history = np.einsum("s,srm->rm", method.ac[i][1], increments[:i])
         else:
-            stage, history = np.einsum("bs,srm->brm", method.ac[i][:, :i], increments[:i])
+            stage, history = np.einsum("bs,srm->brm", method.ac[i], increments[:i])
             stage += state
         equations.increment(times[i], stage, history, method.gamma_i[i], increments[i])
     return np.asarray(stage + increments[-1])
@@ -135,10 +141,8 @@ class Stride:
 
     def halfway(self) -> Floats:
         """States (rows, pool) in the middle of the steps."""
-        weight = np.array((0.25, 0.125, 0.0625)) @ self.method.dense
-        state = np.einsum("s,srk->rk", weight, self.increments)
-        state += 0.5 * self.before
-        state += 0.5 * self.after
+        state = np.einsum("s,srk->rk", self.method.middle, self.increments)
+        state += 0.5 * (self.before + self.after)
         return np.asarray(state)
 
 

@@ -76,7 +76,7 @@ class ProfileRecorder(Recorder):
         """Stresses need the viscous stretches."""
         return True
 
-    def _evaluated(self, system: Films, state: Floats, pooled: Cases, case: Cases, moment: Floats, begin: Floats) -> Floats:
+    def _evaluated(self, system: Films, state: Floats, pooled: Cases, case: Cases, moment: Floats, age: Floats) -> Floats:
         """The profiles (rows, k) of films at `moment` (k,) in s since their span began."""
         films = system.take(pooled)
         assert isinstance(films, FramedFilms)
@@ -88,6 +88,7 @@ class ProfileRecorder(Recorder):
 
     def profiles(self, ends: Floats) -> Profiles:
         """The profiles of each case up to its end (cases,) in s."""
+        self._write()
         (stored,), times, radii = self._values, self.output.times, len(self.spread.radius)
         assert times is not None
         result: list[Mapping[str, Floats]] = []

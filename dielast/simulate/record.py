@@ -6,6 +6,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from dielast.mechanics.criteria.criterion import Moment
 from dielast.mechanics.electric import ELECTRIC
 from dielast.mechanics.equations import Films, films_of
 from dielast.mechanics.piece import Chain, Piece
@@ -18,6 +19,7 @@ from dielast.simulate.output import Output
 ROWS = 6
 DIGITS = 1e-8  # relative distance of times below which the rows of a table cannot be told apart
 ROWS_AT_A_LOOK = np.arange(8)  # output rows to check at once: a step often passes several
+MANY = 512  # rows of output that are evaluated together
 AFTER = 1e-13  # of the duration of a piece; a row this soon after the beginning shows the state after a jump
 
 
@@ -81,6 +83,12 @@ class Recorder:
     _times: list[Floats] = field(default_factory=list)
     _values: list[Floats] = field(default_factory=list)
     _internal: list[Floats] = field(default_factory=list)
+    _waiting: list[tuple[Cases, Cases, Cases, Floats, Floats, Floats, Floats]] = field(default_factory=list)
+    """Rows (k,) to evaluate together: columns of `_system`, cases, rows, times since the span began, ages, states (rows, k), and
+    values (rows, k) of other observers.
+    """
+    _size: int = 0
+    _system: Films | None = None
     _relative: Floats = field(init=False)
     _next: Cases = field(init=False)
     _load_time: Floats = field(default_factory=lambda: np.array(np.inf))
@@ -105,6 +113,7 @@ class Recorder:
         """Begin a piece of load at `start` (cases,) in s, for the cases that are `alive`; those in `jumped` jump to its first
         value.
         """
+        self._write()
         times = self.output.times
         if times is None:
             relative = self._rows(piece, start, jumped)
@@ -126,10 +135,7 @@ class Recorder:
             if self.electric is not None:
                 more.append(self.electric.now(system.take(case), state[:, case], case))
             at_start = np.zeros(case.size)
-            values = self._evaluated(system, state[:, case], case, case, at_start, at_start)
-            self._values[-1][:, case, row] = np.concatenate((values, *more))
-            if self.output.internal:
-                self._internal[-1][:, :, case, row] = system.internal(state[:, case])
+            self._store(system, case, case, row, at_start, at_start, state[:, case], more)
 
     def _rows(self, piece: Piece, start: Floats, jumped: Flags) -> Floats:
         """Output times (cases, k) in s since a piece began, suited to its load and padded with NaN."""
@@ -167,14 +173,49 @@ class Recorder:
             more = [] if self.watch is None else [self.watch.exposed_along(stride, pooled, fraction)]
             if self.electric is not None:
                 more.append(self.electric.at(stride, pooled, moment))
-            state = stride.dense(part, pooled, fraction)
-            values = self._evaluated(system, state, pooled, case, moment, stride.begin[pooled])
-            self._values[-1][:, case, rows] = np.concatenate((values, *more))
-            if self.output.internal:
-                self._internal[-1][:, :, case, rows] = system.internal(state)
+            self._store(system, pooled, case, rows, moment, stride.begin[pooled], stride.dense(part, pooled, fraction), more)
         if self.electric is not None:
             done = np.zeros_like(stride.accepted) if self.watch is None else self.watch.done[stride.cases]
             self.electric.follow(stride, done)
+
+    def _store(
+        self,
+        system: Films,
+        pooled: Cases,
+        case: Cases,
+        rows: Cases,
+        moment: Floats,
+        begin: Floats,
+        state: Floats,
+        more: list[Floats],
+    ) -> None:
+        """Store rows (k,) with states (rows, k) of the columns `pooled` (k,) of the system, which are evaluated later with others.
+
+        They are at `moment` (k,) in s since a span began, which was `begin` (k,) in s after the beginning of the piece; `more` are
+        the values (rows, k) of other observers.
+        """
+        if system is not self._system:
+            self._write()
+            self._system = system
+        age = moment if self.watch is None else self.watch.age(case, begin, moment)
+        others = np.concatenate(more) if more else np.empty((0, case.size))
+        self._waiting.append((pooled, case, rows, moment, age, state, others))
+        self._size += case.size
+        if self._size >= MANY:
+            self._write()
+
+    def _write(self) -> None:
+        """Evaluate the rows that wait for it."""
+        if not self._waiting:
+            return
+        assert self._system is not None
+        parts = (np.concatenate(part, axis=-1) for part in zip(*self._waiting, strict=True))
+        pooled, case, rows, moment, age, state, others = parts
+        self._waiting, self._size = [], 0
+        values = self._evaluated(self._system, state, pooled, case, moment, age)
+        self._values[-1][:, case, rows] = np.concatenate((values, others))
+        if self.output.internal:
+            self._internal[-1][:, :, case, rows] = self._system.internal(state)
 
     def _due(self, stride: Stride) -> tuple[Cases, Cases]:
         """Columns and rows (k,) of the output times within the step."""
@@ -191,21 +232,21 @@ class Recorder:
         first, second = zip(*due, strict=True)
         return np.concatenate(first), np.concatenate(second)
 
-    def _evaluated(self, system: Films, state: Floats, pooled: Cases, case: Cases, moment: Floats, begin: Floats) -> Floats:
+    def _evaluated(self, system: Films, state: Floats, pooled: Cases, case: Cases, moment: Floats, age: Floats) -> Floats:
         """The values (rows, k) of states (rows, k) of the columns `pooled` (k,) of the system, without those of other observers.
 
-        They are at `moment` (k,) in s since a span began, which was `begin` (k,) in s after the beginning of the piece.
+        They are at `moment` (k,) in s since a span began; the voltage has been on for `age` (k,) s, which counts with a watch only.
         """
-        driven = system.driven(moment, state, pooled)
-        log_squared, nominal = system.membrane(state, driven)
-        determinant = np.full(case.size, np.nan)
-        if self.watch is not None:
-            at_output = self.watch.moment(system.take(pooled), case, begin, moment, state)
-            determinant = self.watch.stability(at_output).determinant
-        return np.concatenate((log_squared, nominal, driven[2:], determinant[None]))
+        if self.watch is None:
+            driven = system.driven(moment, state, pooled)
+            return np.concatenate((*system.membrane(state, driven), driven[2:], np.full((1, case.size), np.nan)))
+        films = Moment.of(system.take(pooled), case, age, moment, state)
+        determinant = self.watch.stability(films).determinant
+        return np.concatenate((films.log_squared_stretch, films.nominal_stress, films.field[None], determinant[None]))
 
     def collect(self) -> Record:
         """The record of all pieces."""
+        self._write()
         time = np.concatenate(self._times, axis=1) if self.output.times is None else self.output.times
         internal = np.concatenate(self._internal, axis=3) if self.output.internal else None
         return Record(time, np.concatenate(self._values, axis=2), internal, self.exposures)

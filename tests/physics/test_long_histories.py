@@ -13,6 +13,7 @@ from dielast.mechanics.line import EVEN_ROWS, Line
 from dielast.mechanics.load import Track, Waveform
 from dielast.mechanics.piece import Chain, Cycles
 from dielast.mechanics.span import Control
+from reconstruction import spectrum
 
 LINEAR = Material("linear", 20e3, Spectrum([0.3, 0.02], [3e4, 8e4]), NoShift(20.0), permittivity=4e-11)
 FREE = (Control.STRESS, Control.STRESS)
@@ -43,6 +44,15 @@ def test_a_small_sine_has_the_complex_modulus(period: float) -> None:
     assert creeping is not None
     assert creeping.phase[0, -1] == pytest.approx(-np.angle(wanted), abs=2e-3)
     assert creeping.amplitude[0, -1] == pytest.approx(stress / abs(wanted), rel=2e-3)
+
+
+def test_the_stress_on_a_sine_of_the_stretch_is_within_rtol_at_every_time_in_few_steps() -> None:
+    stiff = Material("stiff", 26e3, spectrum(30), NoShift(20.0), Gent(110.0), Gent(55.0))
+    cycle, times = [Step(stretch=Waveform(1.0, 2.0, 10.0))], np.linspace(0.0, 10.0, 201)[1:]
+    loose, tight = (relax(stiff, cycle, rtol=rtol, times=times) for rtol in (1e-4, 1e-5))
+    error = np.abs(loose.nominal_stress_1 - tight.nominal_stress_1)
+    assert np.max(error) < 5e-5 * np.max(np.abs(tight.nominal_stress_1))
+    assert loose.steps[0] < 85
 
 
 @pytest.mark.parametrize("shape", ["sine", "triangle"])

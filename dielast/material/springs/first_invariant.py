@@ -93,7 +93,7 @@ class FirstInvariantLaw(SpringLaw):
         """phi A, and phi C + phi' (A - C)^2."""
         back = front * front
         np.divide(1.0, back, out=back)
-        stiffness, slope = self.hardening(2 * front + back)
+        stiffness, slope = self.hardening(front + front + back)
         difference = front - back
         slope *= difference
         slope *= difference
@@ -153,6 +153,6 @@ def _invariant(squared_stretch: Floats) -> tuple[Floats, Floats]:
 def _axial_invariant(symmetry: Symmetry, front: Floats, thickness: Floats) -> Floats:
     """I1 under a symmetry."""
     pair, single = (front, thickness) if symmetry.fronts == 2 else (thickness, front)
-    total = pair * 2
+    total = pair + pair
     total += single
     return total

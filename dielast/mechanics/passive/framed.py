@@ -29,6 +29,7 @@ from dielast.mechanics.point import FOLLOWER_WEIGHT
 from dielast.mechanics.point_material import SYMMETRIC, Points
 from dielast.mechanics.span import Control, Controls, Load, UnderLoad
 from dielast.numerics.arrays import ByCase, Cases, Floats
+from dielast.numerics.stride import Inner
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -121,7 +122,7 @@ class FramedFilms(UnderLoad):
         """
         return membrane(state[self.border :], driven, self.load.controls)
 
-    def error(self, state: Floats, increment: Floats) -> Floats:
+    def error(self, state: Floats, increment: Floats, inner: Inner | None = None) -> Floats:
         """Largest relative error (cases,) of stretches, stresses and viscous stretches due to an `increment` of the `state`."""
         structure = self.assembly.structure
         worst = np.max(np.abs(increment[: self.border] / state[: self.border]), axis=0)
@@ -152,7 +153,7 @@ class FramedArrowhead:
 
     With phi = F p (`elimination`), v = 2 u_xi/xi and w = 2 u_l/l, the equations of a spring are
     (c + h/(3 tau) F K) v = right + h/(3 tau) F K w with the diagonal c = 1/gamma - h phi/(6 tau). So v = w + D^-1 (right - c w)
-    with D the matrix on the left, and the contribution of the spring to the stress is Q (c w - right), Q = mu K D^-1.
+    with D the matrix on the left, and the contribution of the spring to the stress is mu Q (c w - right), Q = K D^-1.
     """
 
     def __init__(self, system: FramedFilms, time: Floats, state: Floats, step: Floats, gamma: float) -> None:
@@ -166,8 +167,9 @@ class FramedArrowhead:
         self.half_flow = 0.5 * assembly.wide(step) * wide.rate
         hold = flow_of(self.stress, self.half_flow)
         self.hold = np.subtract(1 / gamma, hold, out=hold)
-        self.springs = Eliminated.of(wide.modulus, tangent, 2 * self.half_flow, self.hold)
-        half = np.einsum("abnm,bnm->abm", self.springs.share, self.hold)
+        self.springs = Eliminated.of(tangent, 2 * self.half_flow, self.hold)
+        self.share = self.springs.share * wide.modulus
+        half = np.einsum("abnm,bnm->abm", self.share, self.hold)
         carried = assembly.carried(self.stress, self.stretch, field, load.electric)
         self.slope = assembly.slope(half, carried, self.stretch, field, load.electric)
         self.compliance = Factors.of(structure.tangent(self.slope)).inverse()
@@ -195,7 +197,7 @@ class FramedArrowhead:
             right /= self.viscous
         field = system.load.value(time)[ELECTRIC]
         nominal = assembly.carried(stress, stretch, field, system.load.electric) / stretch
-        nominal -= assembly.by_point(np.einsum("abnm,bnm->am", self.springs.share, right)) / self.stretch
+        nominal -= assembly.by_point(np.einsum("abnm,bnm->am", self.share, right)) / self.stretch
         if gamma_i:
             nominal[:, 0] += gamma_i * self.load_term
         out[border:-2] = np.einsum("uvc,vc->uc", self.compliance, -structure.force(nominal))
