@@ -10,10 +10,10 @@ from dielast.commands.calibrate.recipe import CalibrateRecipe, TestData
 from dielast.commands.calibrate.simulated import recipe_tests
 from dielast.commands.calibrate.task import check_conditions, read_task
 from dielast.commands.calibrate.tests import check_temperature, read_test
-from dielast.commands.command import Reading
 from dielast.errors import InputError, NumericsError, without_warnings
 from dielast.handover.material_file import parse_material
 from dielast.io.files import Inputs
+from dielast.recipe.base import Reading
 from dielast.recipe.cases import Case
 
 
