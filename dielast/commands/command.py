@@ -11,19 +11,14 @@ from typing import TYPE_CHECKING, Any, get_args
 
 if TYPE_CHECKING:
     from dielast.io.files import Inputs
-    from dielast.recipe.base import RecipeBase
+    from dielast.recipe.base import Reading, RecipeBase
     from dielast.recipe.cases import Case
     from dielast.report.report import Report
     from dielast.sharing.execution import Execution
 
 Run = Callable[[Sequence["Case[Any]"], "Inputs", "Execution"], "Report"]
 """Computes the cases of a recipe."""
-Reading = tuple[str, Any, Callable[[], object]]
-"""A key of the recipe, its value, and a function that reads the file that it names, or raises `InputError`.
-
-An empty key stands for the recipe as a whole.
-"""
-Readings = Callable[[Sequence["Case[Any]"], "Inputs"], Iterator[Reading]]
+Readings = Callable[[Sequence["Case[Any]"], "Inputs"], Iterator["Reading"]]
 """Lists the files that the cases name, for `dielast validate`."""
 
 

@@ -8,11 +8,11 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
-from dielast.commands.command import Reading
 from dielast.commands.registry import COMMANDS, read_cases
 from dielast.errors import DielastWarning, InputError, NumericsError, Problem, messages_of
 from dielast.io.files import Inputs, read_file
 from dielast.io.toml import parse_toml
+from dielast.recipe.base import Reading
 
 
 def warnings_of(path: Path) -> list[str]:

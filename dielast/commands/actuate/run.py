@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 
 from dielast.commands.actuate.recipe import ActuateRecipe, FilmSection
-from dielast.commands.command import Reading
 from dielast.commands.simulation.cases import SimulationBatch, case_result, last, one_or_list
 from dielast.commands.simulation.checks import warn_of_films, warn_of_programmes
 from dielast.commands.simulation.result import CaseResult, StatedCase, at_event
@@ -22,6 +21,7 @@ from dielast.material.leakage import Leakage
 from dielast.material.material import Material
 from dielast.mechanics.criteria import names
 from dielast.numerics.arrays import Floats
+from dielast.recipe.base import Reading
 from dielast.recipe.cases import Case
 from dielast.report.report import Report
 from dielast.sharing.execution import Execution

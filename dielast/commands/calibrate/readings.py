@@ -11,11 +11,11 @@ from dielast.commands.calibrate.recipe import CalibrateRecipe, TestData
 from dielast.commands.calibrate.simulated import recipe_tests
 from dielast.commands.calibrate.task import CalibrationTask, check_conditions
 from dielast.commands.calibrate.tests import check_temperature, named, read_test
-from dielast.commands.command import Reading
 from dielast.errors import InputError, NumericsError, without_warnings
 from dielast.handover.material_file import parse_material
 from dielast.io.files import Inputs
 from dielast.material.material import Material
+from dielast.recipe.base import Reading
 from dielast.recipe.cases import Case
 
 ROOM = 20.0  # degC, of a test without a temperature if no material can be read

@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 
-from dielast.commands.command import Reading
 from dielast.commands.design.recipe import DesignRecipe
 from dielast.commands.simulation.cases import first_of_each, material_of
 from dielast.commands.simulation.grid import PreparedGrid, in_words, planned, sample_for, warn_of_design, warn_of_grid
@@ -17,6 +16,7 @@ from dielast.commands.simulation.recipe import KEYS
 from dielast.errors import in_keys, placed
 from dielast.io.files import Inputs
 from dielast.material.material import Material
+from dielast.recipe.base import Reading
 from dielast.recipe.cases import Case
 from dielast.report.report import Report
 from dielast.sharing.batches import share_out

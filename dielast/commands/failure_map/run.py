@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from dielast.commands.command import Reading
 from dielast.commands.failure_map.recipe import FailureMapRecipe
 from dielast.commands.failure_map.resume import fingerprint, solve
 from dielast.commands.simulation.cases import first_of_each, material_of
@@ -17,6 +16,7 @@ from dielast.commands.simulation.recipe import KEYS
 from dielast.errors import placed
 from dielast.io.files import Inputs
 from dielast.io.table import Table
+from dielast.recipe.base import Reading
 from dielast.recipe.cases import Case
 from dielast.report.report import Report
 from dielast.sharing.execution import Execution

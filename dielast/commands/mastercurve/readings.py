@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from dielast.commands.command import Reading
 from dielast.commands.mastercurve.recipe import MasterCurveRecipe
 from dielast.io.files import Inputs
 from dielast.readings.read import read_all
+from dielast.recipe.base import Reading
 from dielast.recipe.cases import Case
 
 

@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from dielast.commands.command import Reading
 from dielast.commands.membrane.recipe import Recipe
 from dielast.commands.simulation.cases import case_result, last, one_or_list
 from dielast.commands.simulation.checks import warn_of_membranes, warn_of_tests
@@ -17,6 +16,7 @@ from dielast.commands.simulation.run import Prepared, Simulation, report_of
 from dielast.io.files import Inputs
 from dielast.material.material import Material
 from dielast.numerics.arrays import Floats
+from dielast.recipe.base import Reading
 from dielast.recipe.cases import Case
 from dielast.report.report import Report
 from dielast.sharing.execution import Execution

@@ -6,13 +6,13 @@ from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from typing import Any
 
-from dielast.commands.command import Reading
 from dielast.commands.simulation.cases import material_key, material_of
 from dielast.commands.simulation.compare import check_comparison
 from dielast.commands.simulation.solver_steps import solver_steps
 from dielast.commands.simulation.uncertainty import sample_of
 from dielast.errors import InputError
 from dielast.io.files import Inputs
+from dielast.recipe.base import Reading
 from dielast.recipe.cases import Case
 
 Check = Callable[[Sequence[Case[Any]], Inputs], object]

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from dielast.commands.command import Reading
 from dielast.commands.spectrum.recipe import SpectrumRecipe
 from dielast.commands.spectrum.run import characterise, curve_of
 from dielast.handover.mastercurve_folder import ReducedCurve, read_curve_draws
 from dielast.io.files import Inputs
+from dielast.recipe.base import Reading
 from dielast.recipe.cases import Case
 
 
