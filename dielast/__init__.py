@@ -19,7 +19,7 @@ The words of this package:
 - stretch: length over undeformed length; relative stretch: over the length after the prestretch, when the voltage begins.
 - nominal: over the undeformed section or thickness, as in nominal stress and nominal field; true: over the present one.
 - step: a part of a load history as a user states it: a target with a rate or a duration, a hold, a waveform or a table; a piece is
-  the same for the solver, for all three rows of the load.
+  the same for the solver, for both axes and the field.
 - span: a part of a piece with a smooth load, whose value and rate are in closed form.
 - stride: one time step of the integrator for all cases that advance together; step sizes differ between cases.
 - event: breakdown, pull-in, damage or loss of tension; a predicted failure is a result, not an error.

@@ -50,8 +50,8 @@ def bounds_apart(starts: Sequence[float], k: int, scale: float, path: str) -> tu
     Terms that could change places would be one and the same law. Raises `InputError` with the key `path` for equal starts.
     """
     start, others = starts[k], [(each, j) for j, each in enumerate(starts) if j != k]
-    if start in [each for each, _ in others]:
-        raise InputError("different starts of the exponents of the terms are needed, or min and max", key=path)
+    for same in [j for each, j in others if each == start][:1]:
+        raise InputError(f"start = {start:g} is also that of alpha[{same}]: a different start is needed, or min and max", key=path)
     (lowest, below), (highest, above) = bounds_about(start, scale)
     low = max((pair for pair in others if pair[0] < start), default=None)
     high = min((pair for pair in others if pair[0] > start), default=None)

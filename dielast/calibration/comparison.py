@@ -27,7 +27,8 @@ class Comparison(TabularResult):
 
     The interval from lower to upper covers a measured value with the level of the calibration; it includes the scatter of
     specimens, the model's error and noise. All are NaN if the material cannot follow the test, and beyond the point from which on
-    it runs away. There is no interval where more draws run away than it leaves out below; `lost` is their share in the end.
+    it runs away. There is no interval where more draws run away than it leaves out below; `lost` is their share at the last point
+    of the model.
     """
 
     test: Experiment
@@ -57,18 +58,18 @@ class Comparison(TabularResult):
 
     @property
     def rms_error(self) -> float:
-        """Root mean square of model - measured, in the unit of the test."""
-        return rms((self.model - self.test.measured)[self.known])
+        """Root mean square of model - measured where the model has a value, in the unit of the test; NaN if it has none."""
+        return rms((self.model - self.test.measured)[self.known]) if self.known.any() else np.nan
 
     @property
     def rms_relative_error(self) -> float:
-        """`rms_error` over the root mean square of the measured values, which include the value at rest."""
-        return self.rms_error / rms((self.test.measured + self.test.rest)[self.known])
+        """`rms_error` over the root mean square of the same measured values, which include the value at rest."""
+        return relative_error([self.test], [self.model - self.test.measured])
 
     @property
     def r_squared(self) -> float:
-        """Share of the variance of the measured values that the model explains."""
-        return 1 - self.rms_error**2 / float(np.var(self.test.measured[self.known]))
+        """Share of the variance of the same measured values that the model explains; NaN if they do not vary."""
+        return explained((self.model - self.test.measured)[self.known], self.test.measured[self.known])
 
     @property
     def coverage(self) -> float:
@@ -101,7 +102,7 @@ def size_of(test: Experiment) -> float:
 
 def relative_error(tests: Sequence[Experiment], misses: Sequence[Floats]) -> float:
     """The root mean square of the differences (n,) from the measured values over that of the measured values, over all points with
-    a difference that is not NaN.
+    a difference that is not NaN; NaN if there are none, or if these measured values are 0.
 
     The values of each test are over their own root mean square if the units of the tests differ.
     """
@@ -110,7 +111,13 @@ def relative_error(tests: Sequence[Experiment], misses: Sequence[Floats]) -> flo
     measured = np.concatenate([(test.measured + test.rest) / size for test, size in zip(tests, sizes, strict=True)])
     miss = np.concatenate([miss / size for miss, size in zip(misses, sizes, strict=True)])
     known = np.isfinite(miss)
-    return rms(miss[known]) / rms(measured[known])
+    return rms(miss[known]) / rms(measured[known]) if np.any(measured[known]) else np.nan
+
+
+def explained(miss: Floats, measured: Floats) -> float:
+    """Share of the variance of `measured` values (n,) that a model with errors `miss` (n,) explains; NaN if they do not vary."""
+    variance = float(np.var(measured)) if measured.size else 0.0
+    return 1 - float(np.mean(np.square(miss))) / variance if variance > 0 else np.nan
 
 
 def compare_tests(

@@ -6,15 +6,15 @@ import numpy as np
 
 from dielast.calibration.experiment import MeasuredTest
 
-CONCAVE = 1.5  # stretch up to which the nominal stress of rubber is concave in the stretch, whatever its law and rate
+CONCAVE = 1.5  # stretch up to which the nominal stress of rubber is concave in the stretch, unless its rate rises
 LOADED = 0.1  # of the largest stress up to there: less may be noise
 
 
 def slack_of(test: MeasuredTest) -> float:
     """The least stretch beyond 1 over which the specimen cannot have been taut, 0 if the curve shows none.
 
-    From rest the stress of springs and branches is concave: no chord from rest is steeper than those before it. Where one is, the
-    points before it are late by the distance to it along the stretch, at least.
+    At a rate that does not rise, the stress of springs and branches is concave from rest: no chord from rest is steeper than those
+    before it. Where one is, the points before it are late by the distance to it along the stretch, at least.
     """
     falls = np.flatnonzero(np.diff(test.stretch) <= 0)
     first = slice(0, int(falls[0]) + 1 if falls.size else None)

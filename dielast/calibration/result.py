@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from dielast.calibration.comparison import Comparison, compare_tests, relative_error
+from dielast.calibration.comparison import Comparison, compare_tests, explained, relative_error
 from dielast.calibration.experiment import Experiment, MeasuredTest
 from dielast.calibration.fit import STARTS, Fit, Watch, fit_material
 from dielast.calibration.likelihood import Likelihood, likelihood_of
@@ -82,7 +82,7 @@ class Calibration(TabularResult):
         known = np.concatenate([comparison.known for comparison in chosen])
         miss = np.concatenate([each / size for each, size in zip(misses, sizes, strict=True)])[known]
         measured = np.concatenate([comparison.test.measured / size for comparison, size in zip(chosen, sizes, strict=True)])[known]
-        return error, 1 - float(np.mean(np.square(miss))) / float(np.var(measured))
+        return error, explained(miss, measured)
 
     def columns(self) -> Table:
         """A row for each parameter, in SI; an undetermined parameter has no standard error, unknown numbers are NaN."""

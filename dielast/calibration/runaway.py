@@ -27,7 +27,7 @@ def stable_stress(test: MeasuredTest, materials: Sequence[Material]) -> list[Flo
     for k, (length, width) in enumerate(zip(history.stretch_1, history.stretch_2, strict=True)):
         wider = width > length
         crossing = ~wider[:-1] & wider[1:] & (np.diff(width) > np.abs(np.diff(length)))
-        if crossing.any():  # the simulation may end later, in the runaway
+        if crossing.any():  # the stress up to there is kept even where the simulation was given up later
             stable = np.arange(length.size) <= np.argmax(crossing)
             stresses[k] = np.where(stable, history.nominal_stress_1[k], np.nan)
         elif wider[int(np.argmax(length))]:

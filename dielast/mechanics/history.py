@@ -113,8 +113,8 @@ def _pieces_of_programme(steps: Sequence[ElectricalStep], controls: Controls, un
         if isinstance(step.target, Path):
             if step.rate is not None or step.duration is not None:
                 raise InputError("a waveform or a track states its times itself: leave out rate and duration")
-            yield _along(step.target, controls, base=(np.nan, np.nan, 0.0), scale=(0.0, 0.0, 1 / unit), cases=cases)
             present = spread(step.target.last, step.QUANTITY, cases)
+            yield _along(step.target, controls, base=(np.nan, np.nan, 0.0), scale=(0.0, 0.0, 1 / unit), cases=cases)
             continue
         if step.target is None:
             yield _hold(step, controls, cases, f"a {step.QUANTITY}")

@@ -36,7 +36,7 @@ class Cycles(ByCase):
     """Cycles from `low` to `high` (3, cases) and back in a `period` (cases,) in s, of a sine or a triangle.
 
     `edges` (m + 1, cases) are the phases, from 0 to 1, at which the spans of a cycle begin and end: the kinks of a triangle, and,
-    if `of_voltage`, the phases at which the magnitude of the voltage begins to rise.
+    if `electrical`, the phases at which the magnitude of the voltage begins to rise.
     """
 
     controls: Controls
@@ -45,7 +45,7 @@ class Cycles(ByCase):
     period: Floats
     cycles: int
     triangle: bool
-    of_voltage: bool
+    electrical: bool
     edges: Floats
     step: int = 0
 
@@ -53,16 +53,16 @@ class Cycles(ByCase):
     def of(cls, controls: Controls, base: Floats, scale: Floats, wave: Waveform) -> Cycles:
         """The cycles of a waveform, its values multiplied by `scale` and added to `base`, both (3, cases)."""
         low, high, period = (spread(getattr(wave, name), name, base.shape[1]) for name in ("low", "high", "period"))
-        low, high, triangle, of_voltage = base + low * scale, base + high * scale, wave.shape == "triangle", bool(scale[2].any())
+        low, high, triangle, electrical = base + low * scale, base + high * scale, wave.shape == "triangle", bool(scale[2].any())
         zero, one = np.zeros_like(period), np.ones_like(period)
         edges = [zero, 0.5 * one, one] if triangle else [zero, one]
-        if of_voltage:
+        if electrical:
             # fraction of the swing, and then of the period, after which the voltage is closest to 0
             swing = high[2] - low[2]
             share = whole(np.clip(np.where(swing == 0, 0.0, -low[2] / np.where(swing == 0, 1.0, swing)), 0.0, 1.0))
             rises = 0.5 * share if triangle else np.arccos(1 - 2 * share) / (2 * np.pi)
             edges = [zero, rises, 0.5 * one, 1 - rises, one] if triangle else [zero, rises, 1 - rises, one]
-        return cls(controls, low, high, period, wave.cycles, triangle, of_voltage, np.array(edges))
+        return cls(controls, low, high, period, wave.cycles, triangle, electrical, np.array(edges))
 
     def begin(self, present: Floats) -> Cycles:
         """The cycles of films with the `present` values (3, cases)."""
@@ -124,7 +124,7 @@ class Cycles(ByCase):
 
     def rises(self, kept: Cases) -> Floats:
         """The times (cases, k) in the cycles `kept` at which the voltage is closest to 0, on the way up and on the way down."""
-        if not self.of_voltage:
+        if not self.electrical:
             return np.full((self.period.size, 1), np.nan)
         up = self.edges[1]
         down = np.where((up > 0) & (up < 0.5), 1 - up, np.nan)
@@ -133,7 +133,7 @@ class Cycles(ByCase):
     def rows(self, per_decade: int, kept: Cases, before: Floats) -> Floats:
         """Times (cases, k), evenly spaced in the cycles `kept`, log-spaced after each turn of a triangle and after the start."""
         # the first cycle of a voltage, as a ramp, restarts the clock of the pull-in time scale
-        decades = JUMP_DECADES if self.of_voltage else RAMP_DECADES
+        decades = JUMP_DECADES if self.electrical else RAMP_DECADES
         phases_of_rows, spaced = np.linspace(0.0, 1.0, 2 * EVEN_ROWS + 1), np.logspace(-decades, 0, decades * per_decade + 1)
         if self.triangle:  # fast branches relax after each turn
             turned = 0.5 * np.logspace(-TURN_DECADES, 0, TURN_DECADES * max(per_decade // 3, 1) + 1)

@@ -271,7 +271,10 @@ class Watch:
         return stability_at(moment, self.films.timescale)
 
     def age(self, cases: Cases, begin: Floats, time: Floats) -> Floats:
-        """How long (k,) in s the voltage has been on `time` (k,) in s after a span, `begin` (k,) in s after the piece of load."""
+        """How long (k,) in s the voltage has been on, at `time` (k,) in s since a span began.
+
+        The span began `begin` (k,) in s after the piece of load.
+        """
         return self.clock.age(cases, self._start[cases] + begin + time)
 
     def _moment(self, stride: Stride, time: Floats, state: Floats) -> Moment:

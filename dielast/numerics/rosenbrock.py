@@ -23,8 +23,8 @@ from dielast.numerics.arrays import Floats
 class Rosenbrock:
     """Coefficients of an s-stage method: `a`, `c` strictly lower triangular (s, s), `alpha`, `gamma_i` (s,), `dense` (3, s).
 
-    `inner` is the largest error of the dense output within a step, over k_3, where it exceeds the error estimate of the step: for
-    y' = -(y - t^4)/tau + 4 t^3 of any stiffness (Prothero and Robinson, Math. Comp. 28 (1974) 145).
+    `inner` is the largest error of the dense output within a step, over its last coefficient (`dense[2]`), where it exceeds the
+    error estimate of the step: for y' = -(y - t^4)/tau + 4 t^3 of any stiffness (Prothero and Robinson, Math. Comp. 28 (1974) 145).
 
     `ac` are the rows of a and c for the increments before each stage, (2, stage); `adds_last` marks stages whose state is that of
     the stage before plus its increment; `middle` (s,) are the weights of the dense output in the middle of a step.

@@ -39,7 +39,7 @@ class System(Protocol):
     def error(self, state: Floats, increment: Floats, inner: Inner | None = None) -> Floats:
         """The relative error (cases,) of a `state` (rows, cases) that is wrong by an `increment` (rows, cases).
 
-        `inner`, at the end of a step, is its errors of unknowns that respond at once to the load.
+        At the end of a step, `inner` are the errors within it of unknowns that respond at once to the load.
         """
 
 

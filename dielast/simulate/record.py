@@ -235,7 +235,7 @@ class Recorder:
     def _evaluated(self, system: Films, state: Floats, pooled: Cases, case: Cases, moment: Floats, age: Floats) -> Floats:
         """The values (rows, k) of states (rows, k) of the columns `pooled` (k,) of the system, without those of other observers.
 
-        They are at `moment` (k,) in s since a span began; the voltage has been on for `age` (k,) s, which counts with a watch only.
+        They are at `moment` (k,) in s since a span began; the voltage has been on for `age` (k,) s, which only a watch uses.
         """
         if self.watch is None:
             driven = system.driven(moment, state, pooled)

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from dielast import MeasuredTest
+from dielast import Comparison, MeasuredTest
 from dielast.calibration.rest import gives_work, slack_of, stress_at_rest
 
 STRETCH = np.linspace(1.0, 3.0, 101)
@@ -38,3 +38,17 @@ def test_an_offset_and_a_force_of_the_other_sign_are_seen() -> None:
     assert gives_work(replace(pulled(), stress=-pulled().stress))
     # compressed specimens take work, too
     assert not gives_work(MeasuredTest("pressed", STRETCH - 1, 1 / STRETCH, 3e4 * (1 / STRETCH - STRETCH**2), 20.0))
+
+
+def test_a_model_without_a_value_or_with_one_has_no_share_of_the_variance() -> None:
+    """As of a material that cannot follow the test, or that runs away after its first point."""
+    test, nothing = pulled(), np.full(STRETCH.size, np.nan)
+    comparison = Comparison(test, False, nothing, nothing, nothing)
+    assert np.isnan([comparison.rms_error, comparison.rms_relative_error, comparison.r_squared]).all()
+    first = np.where(STRETCH[1] == STRETCH, 2 * test.stress, np.nan)
+    comparison = Comparison(test, False, first, nothing, nothing)
+    assert (comparison.rms_error, comparison.rms_relative_error) == (test.stress[1], 1.0)
+    assert np.isnan(comparison.r_squared)
+    # nor a size, if all is 0 there
+    at_rest = np.where(STRETCH == 1, 10.0, np.nan)
+    assert np.isnan(Comparison(test, False, at_rest, nothing, nothing).rms_relative_error)

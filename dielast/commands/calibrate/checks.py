@@ -132,7 +132,8 @@ def warn_of_runaway(result: Calibration) -> None:
             warn(f"{unstable}: it pulls in and becomes wider than it is long, and has no stress from there on")
         below = 0.5 * (1 - result.level)
         if each.lost > below:
-            runs = f"{100 * each.lost:.0f} % of the draws run away in test {each.test.name}"
+            reach = "" if each.runaway is None else f" up to a stretch of {each.runaway:.4g}, where the material does"
+            runs = f"{100 * each.lost:.0f} % of the draws run away in test {each.test.name}{reach}"
             warn(f"{runs}: its interval ends where {100 * below:.3g} % have")
 
 

@@ -128,8 +128,8 @@ def _warn_of_beginning(test: TestData, made: MeasuredTest, stretch: float, stres
         began = f"the first point is at {made.time[0]:g} s and a stretch of {made.stretch[0]:g}"
         warn(f"{test.file}: {began}: it is reached by a ramp from time 0; if the test was a ramp and a hold, state ramp_rate")
     elif slack > ACCURACY * (np.max(made.stretch) - 1):
-        loose = f"the specimen is slack up to a stretch of {1 + slack:.3f} at least: later points are on a steeper line from rest"
-        warn(f"{test.file}: {loose}; stretches count from where the specimen is taut")
+        loose = f"the specimen is slack up to a stretch of {1 + slack:.3f} at least, or was pulled more slowly up to there"
+        warn(f"{test.file}: {loose}: later points are on a steeper line from rest; stretches count from where the specimen is taut")
     if abs(offset) > USUAL_ERROR:
         warn(f"{test.file}: the stress at rest is {100 * offset:.2g} % of the largest: was the force zeroed?")
 

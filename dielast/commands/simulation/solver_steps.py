@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 SolverStep = Step | ElectricalStep
 STEPS: dict[str, Callable[..., SolverStep]] = {"voltage": VoltageStep, "charge": ChargeStep, "stretch": Step, "stress": Step}
-"""What takes a quantity as an argument of this name."""
+"""The step of the solver that prescribes a quantity, as an argument of this name."""
 OWN = ("stretch_1", "nominal_stress_1")
 
 
