@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
@@ -30,7 +31,8 @@ class Command:
 
     - `recipe.py` with the recipe's model, whose `kind` is the command's name,
     - `run.py` with the function `run`, of type `Run`,
-    - `readings.py` with the function `readings`, of type `Readings`; or `run.py` has it,
+    - `readings.py` with the function `readings`, of type `Readings`; without it, `validate` reads what all simulations read, and
+      checks what the function `prepared` of `run.py` does with the cases before it solves anything,
     - `starters/NAME.toml` and `starters/NAME.short.toml`, the recipes that `dielast new` and the help print.
 
     None of these is imported before it is needed.
@@ -66,8 +68,11 @@ class Command:
     @property
     def readings(self) -> Readings:
         """The function that lists what `dielast validate` reads."""
-        home = "run" if find_spec(f"{self.package}.readings") is None else "readings"
-        readings: Readings = import_module(f"{self.package}.{home}").readings
+        if find_spec(f"{self.package}.readings") is None:
+            from dielast.commands.simulation.readings import checked_readings
+
+            return partial(checked_readings, import_module(f"{self.package}.run").prepared)
+        readings: Readings = import_module(f"{self.package}.readings").readings
         return readings
 
     def starter(self) -> str:

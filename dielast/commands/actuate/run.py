@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterator, Sequence
+from collections.abc import Hashable, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -21,7 +21,6 @@ from dielast.material.leakage import Leakage
 from dielast.material.material import Material
 from dielast.mechanics.criteria import names
 from dielast.numerics.arrays import Floats
-from dielast.recipe.base import Reading
 from dielast.recipe.cases import Case
 from dielast.report.report import Report
 from dielast.sharing.execution import Execution
@@ -39,13 +38,6 @@ def run(cases: Sequence[Case[ActuateRecipe]], inputs: Inputs, execution: Executi
 def prepared(cases: Sequence[Case[ActuateRecipe]], inputs: Inputs) -> Prepared:
     """The cases, read and checked, but not solved."""
     return Prepared.of(Films([case.recipe for case in cases]), cases, inputs)
-
-
-def readings(cases: Sequence[Case[ActuateRecipe]], inputs: Inputs) -> Iterator[Reading]:
-    """The files of every case, and what `prepared` checks."""
-    from dielast.commands.simulation.readings import checked_readings
-
-    return checked_readings(prepared, cases, inputs)
 
 
 class Films(Simulation):

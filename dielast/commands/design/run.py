@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from contextlib import closing
 from itertools import product
 from typing import Any
@@ -16,7 +16,6 @@ from dielast.commands.simulation.recipe import KEYS
 from dielast.errors import in_keys, placed
 from dielast.io.files import Inputs
 from dielast.material.material import Material
-from dielast.recipe.base import Reading
 from dielast.recipe.cases import Case
 from dielast.report.report import Report
 from dielast.sharing.batches import share_out
@@ -56,13 +55,6 @@ def prepared(cases: Sequence[Case[DesignRecipe]], inputs: Inputs) -> PreparedGri
     stated, in_recipe_terms = planned(plan, recipe, material, sample, GOAL_KEYS, targets=targets)
     warn_of_grid(recipe, material, stated.grid.temperature, stated.grid.breakdown_field, goal.horizon)
     return PreparedGrid(material, sample, stated, in_recipe_terms)
-
-
-def readings(cases: Sequence[Case[DesignRecipe]], inputs: Inputs) -> Iterator[Reading]:
-    """The files of every case, and what `prepared` checks."""
-    from dielast.commands.simulation.readings import checked_readings
-
-    return checked_readings(prepared, cases, inputs)
 
 
 def _levels(recipe: DesignRecipe) -> tuple[float, float]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any
 
@@ -16,7 +16,6 @@ from dielast.commands.simulation.recipe import KEYS
 from dielast.errors import placed
 from dielast.io.files import Inputs
 from dielast.io.table import Table
-from dielast.recipe.base import Reading
 from dielast.recipe.cases import Case
 from dielast.report.report import Report
 from dielast.sharing.execution import Execution
@@ -47,13 +46,6 @@ def prepared(cases: Sequence[Case[FailureMapRecipe]], inputs: Inputs) -> Prepare
     stated, in_recipe_terms = planned(plan, recipe, material, films, keys, voltages=voltage.size)
     warn_of_map(recipe, material, stated)
     return PreparedGrid(material, sample, stated, in_recipe_terms, variation)
-
-
-def readings(cases: Sequence[Case[FailureMapRecipe]], inputs: Inputs) -> Iterator[Reading]:
-    """The files of every case, and what `prepared` checks."""
-    from dielast.commands.simulation.readings import checked_readings
-
-    return checked_readings(prepared, cases, inputs)
 
 
 def run(cases: Sequence[Case[FailureMapRecipe]], inputs: Inputs, execution: Execution) -> Report:

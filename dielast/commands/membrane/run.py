@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from functools import partial
 from typing import Any
 
@@ -16,7 +16,6 @@ from dielast.commands.simulation.run import Prepared, Simulation, report_of
 from dielast.io.files import Inputs
 from dielast.material.material import Material
 from dielast.numerics.arrays import Floats
-from dielast.recipe.base import Reading
 from dielast.recipe.cases import Case
 from dielast.report.report import Report
 from dielast.sharing.execution import Execution
@@ -33,13 +32,6 @@ def run(cases: Sequence[Case[Recipe]], inputs: Inputs, execution: Execution) -> 
 def prepared(cases: Sequence[Case[Recipe]], inputs: Inputs) -> Prepared:
     """The cases, read and checked, but not solved."""
     return Prepared.of(Membranes([case.recipe for case in cases]), cases, inputs)
-
-
-def readings(cases: Sequence[Case[Recipe]], inputs: Inputs) -> Iterator[Reading]:
-    """The files of every case, and what `prepared` checks."""
-    from dielast.commands.simulation.readings import checked_readings
-
-    return checked_readings(prepared, cases, inputs)
 
 
 class Membranes(Simulation):
