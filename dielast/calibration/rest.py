@@ -36,6 +36,9 @@ def stress_at_rest(test: MeasuredTest) -> float:
 
 
 def gives_work(test: MeasuredTest) -> bool:
-    """Whether the specimen gives more work than it takes, which a passive one at rest cannot: its force has the other sign."""
-    work = np.trapezoid(np.append(0.0, test.stress), np.append(1.0, test.stretch))
+    """Whether the specimen gives more work than it takes, which a passive one at rest cannot: its force has the other sign.
+
+    Up to the first point, the stress counts as that of the first point: unloading from there gives no more work back than that.
+    """
+    work = test.stress[0] * (test.stretch[0] - 1) + np.trapezoid(test.stress, test.stretch)
     return bool(work < 0) and not test.nominal_field

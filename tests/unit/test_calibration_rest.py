@@ -36,6 +36,10 @@ def test_an_offset_and_a_force_of_the_other_sign_are_seen() -> None:
     assert stress_at_rest(pulled(offset=0.2)) == pytest.approx(0.2 / (largest + 0.2))
     assert not gives_work(pulled())
     assert gives_work(replace(pulled(), stress=-pulled().stress))
+    # a table of the unloading alone: an elastic curve lies above its chord
+    unloaded = MeasuredTest("unloaded", STRETCH, STRETCH[::-1], pulled().stress[::-1], 20.0)
+    assert not gives_work(unloaded)
+    assert gives_work(replace(unloaded, stress=-unloaded.stress))
     # compressed specimens take work, too
     assert not gives_work(MeasuredTest("pressed", STRETCH - 1, 1 / STRETCH, 3e4 * (1 / STRETCH - STRETCH**2), 20.0))
 
