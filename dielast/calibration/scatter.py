@@ -21,6 +21,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from dielast.numerics.arrays import Cases, Floats
+from dielast.numerics.robust import robust_deviation
 
 LEAST_NOISE = 1e-3  # of the level: no machine measures better
 USUAL_SCATTER = 0.05  # of the stress of specimens
@@ -154,8 +155,8 @@ def noise_of(curves: Curves, residuals: Sequence[Floats], steady: float = 0.5) -
         before, after = np.diff(places)[:-1], np.diff(places)[1:]
         share = np.where(before + after > 0, before / np.where(before + after > 0, before + after, 1.0), 0.5)
         miss = relative[1:-1] - ((1 - share) * relative[:-2] + share * relative[2:])
-        spread = np.median(np.abs(miss) / np.sqrt(1 + (1 - share) ** 2 + share**2)) / 0.6745
-        noises.append(max(float(spread), LEAST_NOISE))
+        spread = robust_deviation(miss / np.sqrt(1 + (1 - share) ** 2 + share**2))
+        noises.append(max(spread, LEAST_NOISE))
     return np.array(noises)
 
 

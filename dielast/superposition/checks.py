@@ -11,6 +11,7 @@ import numpy as np
 from dielast.errors import warn
 from dielast.material.measurement_kind import MeasurementKind
 from dielast.numerics.arrays import Flags, Floats, Index
+from dielast.numerics.robust import robust_deviation
 from dielast.superposition.gather import Gathered
 from dielast.superposition.joint_errors import Misfit
 from dielast.superposition.joint_fit import MasterFit
@@ -130,7 +131,7 @@ def _significance(x: Floats, y: Floats, degree: int) -> float:
         significance = float(abs(part[-1]) / np.sqrt(max(variance, 1e-28)))
         if significance >= SIGNIFICANT:
             break
-        typical = max(float(np.median(np.abs(residual))) / 0.6745, 1e-14)
+        typical = max(robust_deviation(residual), 1e-14)
         weight = np.minimum(1.0, (TRUSTED * typical / np.maximum(np.abs(residual), 1e-100)) ** 2)
     return significance
 
@@ -248,8 +249,8 @@ def _far(curve: Index, ratio: Floats) -> Floats:
     for first, last in pairwise(np.searchsorted(curve, np.arange(int(curve[-1]) + 2)).tolist()):
         relative = ratio[first:last] / float(np.median(ratio[first:last]))
         distance = np.abs(relative - 1)
-        for k in np.flatnonzero(distance > max(FAR * 1.4826 * float(np.median(distance)), FACTOR)):
+        for k in np.flatnonzero(distance > max(FAR * robust_deviation(distance), FACTOR)):
             near = distance[max(k - NEIGHBOURS, 0) : k + NEIGHBOURS + 1]
-            if distance[k] > FAR * 1.4826 * float(np.median(near)):
+            if distance[k] > FAR * robust_deviation(near):
                 far[first + k] = relative[k]
     return far

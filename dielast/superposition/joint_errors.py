@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from dielast.numerics.arrays import Floats, Index
+from dielast.numerics.robust import robust_variance
 from dielast.superposition.effects import TILT, likeliest
 from dielast.superposition.joint_problem import (
     Prior,
@@ -59,7 +60,7 @@ def find_misfit(series: Index, curve: Index, log_time: Floats, residual: Floats)
     part = np.minimum((PARTS * along).astype(np.intp), PARTS - 1)
     joined = np.flatnonzero(series[1:] == series[:-1])
     product = residual[joined] * residual[joined + 1]
-    noise = float(np.sqrt(np.median(np.diff(residual)[joined] ** 2) / 2 / 0.455))
+    noise = float(np.sqrt(robust_variance(np.diff(residual)[joined]) / 2))
     rms = _root(float(np.mean(product)))
     by_curve = _root(np.bincount(curve[joined], product) / np.bincount(curve[joined]))
     count = np.bincount(part[joined], minlength=PARTS)
@@ -132,8 +133,8 @@ def _half_correlated(covariance: Floats) -> Floats:
 def _scatter(points: FitPoints, residual: Floats) -> Floats:
     """Variance (n,) of each point: from the differences of neighbours in its channel, plus that of specimens and instruments."""
     joined = points.series[1:] == points.series[:-1]
-    square = np.diff(residual) ** 2 / 2
-    typical = [np.median(square[joined & (points.channel[1:] == k)]) / 0.455 for k in range(points.channels)]
+    step = np.diff(residual)
+    typical = [robust_variance(step[joined & (points.channel[1:] == k)]) / 2 for k in range(points.channels)]
     return np.array(typical)[points.channel] + points.variance + VISIBLE**2
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from dielast.errors import InputError
 from dielast.material.measurement_kind import MeasurementKind
 from dielast.numerics.arrays import Flags, Floats
+from dielast.numerics.robust import robust_deviation
 from dielast.superposition.binning import Binned
 
 Monotone: TypeAlias = tuple[Floats, Floats]
@@ -180,4 +181,4 @@ def _noise(y: Floats) -> float:
     """Standard deviation of the noise, from the distance of each point from the line through its neighbours."""
     if y.size < 4:
         return LEAST_NOISE
-    return float(np.median(np.abs(y[2:] - 2 * y[1:-1] + y[:-2])) / 0.6745 / np.sqrt(6.0))
+    return robust_deviation(y[2:] - 2 * y[1:-1] + y[:-2]) / float(np.sqrt(6.0))

@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from dielast.numerics.arrays import Floats, Index
+from dielast.numerics.robust import robust_variance
 from dielast.superposition.binning import Binned
 
 SMALLEST = 1e-9  # decades squared; no test is accurate to 0.01 %, and larger weights would spoil the normal equations
@@ -99,7 +100,7 @@ def robust_weights(variance: Floats, residual: Floats, parameters: float, share:
     point's curve relative to that of all curves, by which the floor is multiplied.
     """
     square = residual**2
-    floor = old.floor if old.floor > 0 else float(np.median(square)) / 0.455
+    floor = old.floor if old.floor > 0 else robust_variance(residual)
     floor = max(floor, SMALLEST)
     score = np.abs(residual) / np.sqrt(variance + floor * share)
     trust = np.clip((ZERO - score) / (ZERO - BEND), 0, 1) * np.minimum(1, BEND / np.maximum(score, BEND))

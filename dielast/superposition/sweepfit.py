@@ -18,6 +18,7 @@ import numpy as np
 
 from dielast.errors import warn
 from dielast.numerics.arrays import Flags, Floats, Index
+from dielast.numerics.robust import robust_deviation
 from dielast.superposition.binning import Binned
 from dielast.superposition.checks import have_shape
 from dielast.superposition.joint_fit import MasterFit, fit_held, fit_master
@@ -221,7 +222,7 @@ def _common(points: FitPoints, fit: MasterFit) -> float:
 
 
 def _clipped(residual: Floats) -> Floats:
-    bound = OUTLIER * float(np.median(np.abs(residual))) / 0.6745
+    bound = OUTLIER * robust_deviation(residual)
     return np.clip(residual, -bound, bound)
 
 

@@ -37,7 +37,6 @@ class ArrudaBoyce(LimitedLaw):
 
     name: ClassVar = "arruda-boyce"
     title: ClassVar = "Arruda-Boyce"
-    always_stable: ClassVar = True
     SHORTEST: ClassVar = 1.2
     MEASURE: ClassVar = " of sqrt(I1/3)"
     USUAL: ClassVar = "is it a strain? 2 to 10 by rule"

@@ -105,7 +105,7 @@ class FirstInvariantLaw(SpringLaw):
 
 class LimitedLaw(FirstInvariantLaw):
     """Base of laws whose first constant states the limit of the chains, infinite by default: a number, or an array (n, cases) or
-    (n, 1) for several springs.
+    (n, 1) for several springs. The chains stiffen towards the limit, so that a spring is stable at all stretches below it.
 
     `SHORTEST` is the constant of chains that are taut at a stretch of about 1.7; smaller values are implausible for a rubber.
     `MEASURE` says what the constant is a value of, in words that follow the number, and `USUAL` is a question about a likely
@@ -114,6 +114,7 @@ class LimitedLaw(FirstInvariantLaw):
 
     __slots__ = ()
 
+    always_stable: ClassVar = True
     SHORTEST: ClassVar[float]
     MEASURE: ClassVar[str] = ""
     USUAL: ClassVar[str]

@@ -31,7 +31,6 @@ class Gent(LimitedLaw):
 
     name: ClassVar = "gent"
     title: ClassVar = "Gent"
-    always_stable: ClassVar = True
     SHORTEST: ClassVar = 1.0
     USUAL: ClassVar = "is it I1 - 3 where they are taut, 10 to 200 by rule?"
     constants: ClassVar = (
