@@ -12,7 +12,7 @@ from dielast.calibration.experiment import Experiment
 from dielast.calibration.laboratory import Laboratory
 from dielast.calibration.levenberg import MOST_ITERATIONS, Watcher, minimise
 from dielast.calibration.parameters import Free, ParameterSpace, parameter_space
-from dielast.calibration.problem import Problem, Weighting, smooth_branches
+from dielast.calibration.problem import FitProblem, Weighting, smooth_branches
 from dielast.calibration.scatter import FIRST_LENGTH, FIRST_SHARE, USUAL_SCATTER, Curves, Scatter
 from dielast.errors import InputError, NumericsError
 from dielast.io.result import Result
@@ -38,7 +38,7 @@ class Fit(Result):
     measured and modelled values; `slopes` (n, p) are the derivatives of all modelled values by the coordinates.
     """
 
-    problem: Problem
+    problem: FitProblem
     coordinates: Floats
     scatter: Scatter
     curves: Curves
@@ -139,11 +139,11 @@ def fit_material(
     kept = [test for test, values in zip(tests, answers, strict=True) if np.any(np.all(np.isfinite(values), axis=1))]
     if not kept:
         raise NumericsError(f"no start can follow any of the tests{_furthest(tests)}")
-    fit = _fit(Problem(space, Laboratory(kept), np.zeros((len(space),) * 2)), start, specimen_scatter, watch)
+    fit = _fit(FitProblem(space, Laboratory(kept), np.zeros((len(space),) * 2)), start, specimen_scatter, watch)
     return replace(fit, left_out=tuple(test.name for test in tests if test not in kept))
 
 
-def _fit(problem: Problem, start: Floats, specimen_scatter: float | None, watch: Watch | None) -> Fit:
+def _fit(problem: FitProblem, start: Floats, specimen_scatter: float | None, watch: Watch | None) -> Fit:
     """The best fit from the coordinates `start` (starts, p)."""
     bounds = problem.space.bounds
     curves = problem.curves()

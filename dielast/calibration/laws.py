@@ -40,7 +40,7 @@ def cross_validation_error(fit: Fit) -> float | None:
 
 
 @dataclass(frozen=True, slots=True)
-class Stability(Result):
+class StableRange(Result):
     """The range of stretches about 1 in which the equilibrium spring and the branches are stable in a `mode`; `furthest` is the
     stretch to check, and `tested` whether a fitted test of this mode reached it.
     """
@@ -71,7 +71,7 @@ class Stability(Result):
         return f"{limit}; {needed}: to check the law, measure in this mode up to this stretch"
 
 
-def stabilities(material: Material, furthest: float, tested: Collection[str] = ()) -> tuple[Stability, ...]:
+def stabilities(material: Material, furthest: float, tested: Collection[str] = ()) -> tuple[StableRange, ...]:
     """The stability in uniaxial, equibiaxial and pure-shear loading, up to the stretch `furthest`.
 
     `tested` are the modes with a fitted test up to this stretch.
@@ -85,5 +85,5 @@ def stabilities(material: Material, furthest: float, tested: Collection[str] = (
         first = int(np.argmin([high for _, high in ranges]))
         lowest, highest = max(low for low, _ in ranges), ranges[first][1]
         at_equilibrium = first == 0 and material.equilibrium_modulus > 0
-        stabilities.append(Stability(mode, lowest, highest, furthest, mode in tested, at_equilibrium))
+        stabilities.append(StableRange(mode, lowest, highest, furthest, mode in tested, at_equilibrium))
     return tuple(stabilities)

@@ -29,7 +29,7 @@ from scipy.special import fdtrc, fdtri
 from dielast.calibration.estimate import Left, basis_of, likely
 from dielast.calibration.fit import Fit
 from dielast.calibration.levenberg import Residuals
-from dielast.calibration.problem import Problem, Weighting, root_of
+from dielast.calibration.problem import FitProblem, Weighting, root_of
 from dielast.calibration.scatter import Curves, Scatter, Scatters, covariance_of
 from dielast.numerics.arrays import Cases, Flags, Floats
 from dielast.numerics.roots import fall
@@ -172,7 +172,7 @@ def _covariance(precision: Floats, moving: Flags) -> Floats:
     return covariance
 
 
-def prior_alone(problem: Problem, information: Floats) -> Flags:
+def prior_alone(problem: FitProblem, information: Floats) -> Flags:
     """Whether parameters (p,) are determined by the prior only, and not by the data."""
     seen = np.diag(information)
     known = np.diag(problem.space.precision)

@@ -22,7 +22,7 @@ WEIGHTS = np.geomspace(1e-3, 1e4, 22)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Problem:
+class FitProblem:
     """The parameters of a `space`, the tests of a `laboratory`, and `smoothness` (p, p), a precision beside that of the priors."""
 
     space: ParameterSpace
@@ -124,7 +124,7 @@ def root_of(precision: Floats) -> Floats:
     return np.asarray(vectors * np.sqrt(np.maximum(values, 0.0)) @ vectors.T)
 
 
-def smooth_branches(problem: Problem, curves: Curves, scatter: Scatter, slopes: Floats, at: Floats) -> Floats:
+def smooth_branches(problem: FitProblem, curves: Curves, scatter: Scatter, slopes: Floats, at: Floats) -> Floats:
     """The precision (p, p) for smooth free moduli of branches; 0 if there are too few of them.
 
     `slopes` (n, p) are the derivatives of all modelled values at coordinates `at` (p,).

@@ -20,7 +20,7 @@ from dielast.commands.registry import COMMANDS, others_in, read_cases
 from dielast.errors import DielastError, DielastWarning, InputError, messages_of
 from dielast.io.files import STORE, Inputs, as_text, check_folder, check_targets, depfile, read_file, write_files
 from dielast.recipe.cases import Case, settings
-from dielast.report.report import Source, contents, left_over, summarise
+from dielast.report.report import RecipeSource, contents, left_over, summarise
 from dielast.report.summary import print_summary
 from dielast.sharing.execution import NOTHING_KEPT, Execution
 
@@ -60,7 +60,7 @@ def run(kind: str, path: Path, options: Options) -> int:
         _check_golden(options.golden, out)
     bar = Bar(options.quiet, options.jobs)
     execution = Execution(options.jobs, out, bar, options.scheduler, None if options.quiet else _print_note, leave.keep)
-    source = Source(as_text(path.name), content, settings(options.overrides, type(cases[0].recipe)))
+    source = RecipeSource(as_text(path.name), content, settings(options.overrides, type(cases[0].recipe)))
     leave.keep(NOTHING_KEPT)
     try:
         files, summary, inputs, caught = compute(kind, cases, path, options.plots, execution, source)
@@ -95,7 +95,7 @@ def compute(
     path: Path,
     plots: Sequence[str],
     execution: Execution,
-    source: Source | None = None,
+    source: RecipeSource | None = None,
 ) -> tuple[dict[str, bytes], Mapping[str, Any], Inputs, list[str]]:
     """Every file of the result (name -> bytes), its summary with the `source`, the inputs, and the warnings."""
     inputs = Inputs(path.parent)
@@ -113,7 +113,7 @@ def compute(
                 located.add_note(f"warning: {message}")
             raise located from None
     caught = messages_of(record)
-    summary = summarise(kind, report, inputs, source or Source(as_text(path.name)), caught, __version__)
+    summary = summarise(kind, report, inputs, source or RecipeSource(as_text(path.name)), caught, __version__)
     if plots:
         import logging  # imported here, as runs without figures do not need it
 

@@ -12,7 +12,7 @@ from dielast.material.measurement_kind import KindName
 from dielast.readings.columns_recipe import ROLES, Columns
 from dielast.readings.specimen_recipe import Specimen, unmeasured
 from dielast.recipe.base import TextTable, units_of
-from dielast.recipe.fields import PositiveTime, Share, Temperature, TemperatureDifference, TemperatureError, Time
+from dielast.recipe.fields import PositiveTime, RelativeDeviation, Temperature, TemperatureDifference, TemperatureError, Time
 from dielast.recipe.file_fields import InputFile, InputFiles, Step
 
 
@@ -130,7 +130,7 @@ class MeasurementData(MeasuredData):
         description="Standard error of each temperature, independent of the others; it enters the standard errors and the draws. "
         '"0 K": none.',
     )
-    drift: Share | None = Field(
+    drift: RelativeDeviation | None = Field(
         None,
         description="Standard deviation of the change of the specimen's modulus from one temperature to the next, such as "
         '"2 %": a random walk in the order of the temperatures in the data, which enters the standard errors and the draws. '

@@ -183,7 +183,7 @@ Length = Annotated[float, Quantity(units.LENGTH, above=0.0)]
 Area = Annotated[float, Quantity(units.AREA, above=0.0)]
 
 
-def _share(value: Any) -> float:
+def _relative_deviation(value: Any) -> float:
     """A standard deviation over the mean."""
     try:
         number = units.parse(value, units.STRAIN)
@@ -194,7 +194,7 @@ def _share(value: Any) -> float:
     return number
 
 
-Share = Annotated[float, PlainValidator(_share), WithJsonSchema({"type": "string", "examples": ["5 %"]})]
+RelativeDeviation = Annotated[float, PlainValidator(_relative_deviation), WithJsonSchema({"type": "string", "examples": ["5 %"]})]
 
 
 def dimension_of(field: FieldInfo | None) -> Dimension | None:

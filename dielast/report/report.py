@@ -38,7 +38,7 @@ class Report:
 
 
 @dataclass(frozen=True, slots=True)
-class Source:
+class RecipeSource:
     """The recipe of a run: the name of its file, the content if known, and the keys set on the command line."""
 
     name: str
@@ -46,7 +46,7 @@ class Source:
     settings: Sequence[str] = ()
 
 
-def summarise(kind: str, report: Report, inputs: Inputs, source: Source, warnings: Sequence[str], version: str) -> Summary:
+def summarise(kind: str, report: Report, inputs: Inputs, source: RecipeSource, warnings: Sequence[str], version: str) -> Summary:
     """The summary: `version` of dielast, recipe and inputs with their SHA-256, the headline numbers (9 digits), the warnings."""
     summary: dict[str, Any] = {"kind": kind, "version": version, "recipe": source.name}
     if source.settings:

@@ -28,7 +28,7 @@ from dielast.simulate.durations import lasting
 from dielast.simulate.film_grid import axis_of, lay_out
 from dielast.simulate.film_setup import MESH_RTOL, FilmSetup
 from dielast.simulate.history import NONE, REASONS
-from dielast.simulate.map_plan import Cells, MapPlan, column_of, solve_cells
+from dielast.simulate.map_plan import MapPlan, SolvedCells, column_of, solve_cells
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -230,7 +230,7 @@ def _stretch_times(stretch_at: Mapping[str, float] | ArrayLike, horizon: float) 
     return {str(name): float(time) for name, time in named.items()}
 
 
-def assembled(plan: MapPlan, solved: Sequence[Cells]) -> list[FailureMap]:
+def assembled(plan: MapPlan, solved: Sequence[SolvedCells]) -> list[FailureMap]:
     """The map from its solved cells, in any order, followed by the map of each draw."""
     ordered = sorted(solved, key=lambda cells: cells.first)
     place = np.argsort(np.concatenate([group.films for group in plan.grid.groups]))

@@ -59,7 +59,7 @@ class MapPlan(Result):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Cells:
+class SolvedCells:
     """Results of the cells from `first` on: `times` (cells,) in s by the name of the event, NaN where it did not happen; `mode`
     (cells,), the name of the first failure or "none"; `Status`; and relative stretches (2, requested times, cells), NaN where a
     film failed earlier.
@@ -77,7 +77,7 @@ def column_of(name: str) -> str:
     return f"time_to_{name.replace('-', '_')}"
 
 
-def solve_cells(plan: MapPlan, first: int, end: int) -> Cells:
+def solve_cells(plan: MapPlan, first: int, end: int) -> SolvedCells:
     """Solve the cells from `first` up to, not including, `end`: a chunk of the plan, or a part of one."""
     group, cells = plan.grid.cells_of(first, end, plan.voltage.size)
     column, volt = np.divmod(cells, plan.voltage.size)
@@ -92,4 +92,4 @@ def solve_cells(plan: MapPlan, first: int, end: int) -> Cells:
     )
     times = {name: first_of(lives.happened, [name]).time for name in plan.watched}
     mode = name_of_first(lives.happened, plan.grid.failures).astype(str)
-    return Cells(first, times, mode, lives.status, lives.stretched)
+    return SolvedCells(first, times, mode, lives.status, lives.stretched)

@@ -8,7 +8,7 @@ import pytest
 
 from dielast.commands.membrane.recipe import RelaxRecipe
 from dielast.commands.simulation.compare import Fine, check_comparison, compare_headline, match
-from dielast.commands.simulation.recipe import Comparison
+from dielast.commands.simulation.recipe import CompareSection
 from dielast.errors import DielastWarning, InputError
 from dielast.io.files import Inputs
 from dielast.recipe.cases import Case
@@ -30,9 +30,9 @@ def given(columns: dict[str, np.ndarray]) -> Fine:
     return fine
 
 
-def compare(folder: Path, rows: str, x: str = X, **options: object) -> Comparison:
+def compare(folder: Path, rows: str, x: str = X, **options: object) -> CompareSection:
     (folder / "m.csv").write_text(rows)
-    return Comparison.model_validate({"file": "m.csv", "x": x, "y": Y, **options}, context={"folder": folder})
+    return CompareSection.model_validate({"file": "m.csv", "x": x, "y": Y, **options}, context={"folder": folder})
 
 
 def test_the_misfit_is_that_of_the_model_at_the_measured_times(tmp_path: Path) -> None:

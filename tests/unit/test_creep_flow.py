@@ -12,7 +12,7 @@ import pytest
 from numpy.typing import NDArray
 
 from dielast.commands.spectrum import run as workflow
-from dielast.commands.spectrum.recipe import Fit
+from dielast.commands.spectrum.recipe import FitSection
 from dielast.errors import DielastWarning, InputError
 from dielast.handover.mastercurve_folder import ReadDraws, ReducedCurve
 from dielast.io.files import Inputs
@@ -228,9 +228,9 @@ def test_draws_flow_if_and_only_if_the_fit_does(monkeypatch: pytest.MonkeyPatch,
     monkeypatch.setattr(workflow, "read_curve_draws", lambda *_: read)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", DielastWarning)
-        fit = workflow.fit_curve(curve, Fit())
+        fit = workflow.fit_curve(curve, FitSection())
         material = Material("any", fit.equilibrium_shear_modulus, fit.spectrum, curve.shift, Gent(), Gent())
-        drawn = workflow.draw_materials("any", curve, fit, material, Fit(), Inputs(Path()))
+        drawn = workflow.draw_materials("any", curve, fit, material, FitSection(), Inputs(Path()))
     assert drawn is not None
     equilibrium = next(column for column in drawn[0] if "equilibrium" in column.header).values
     assert len(equilibrium) == 12

@@ -20,7 +20,7 @@ from dielast.numerics.integrate import Status
 from dielast.simulate.design import design
 from dielast.simulate.failure_map import assembled, failure_map, plan_failure_map
 from dielast.simulate.lifetime import fit_lifetime
-from dielast.simulate.map_plan import Cells, solve_cells
+from dielast.simulate.map_plan import SolvedCells, solve_cells
 
 SOLID = Material(
     "soft",
@@ -86,7 +86,7 @@ def test_a_cell_that_the_numerics_cannot_finish_is_no_survivor() -> None:
     status = np.array([Status.COMPLETED, Status.STEP_VANISHED, Status.TOO_MANY_STEPS] * 2)
     broken = np.array([np.nan, np.nan, 5.0, np.nan, np.nan, 7.0])
     mode = np.where(np.isnan(broken), "none", "breakdown")
-    (result,) = assembled(plan, [Cells(0, {"breakdown": broken, "pull-in": nothing}, mode, status)])
+    (result,) = assembled(plan, [SolvedCells(0, {"breakdown": broken, "pull-in": nothing}, mode, status)])
     assert result.failure_mode[0, 0].tolist() == ["none", "unfinished", "breakdown"]
     assert not result.completed
     assert result.outcome[0, 0, 1] != "completed"

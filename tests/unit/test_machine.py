@@ -12,7 +12,7 @@ from dielast.cli.run import compute
 from dielast.commands.inspect import mistakes
 from dielast.commands.registry import COMMANDS, read_cases
 from dielast.commands.simulation.compare import read_points
-from dielast.commands.simulation.recipe import Comparison
+from dielast.commands.simulation.recipe import CompareSection
 from dielast.commands.simulation.solver_steps import solver_steps
 from dielast.errors import InputError
 from dielast.io.files import Inputs
@@ -114,7 +114,7 @@ def test_what_no_column_holds_is_said_with_the_key(tmp_path: Path) -> None:
 
 
 def points(folder: Path, x: str, y: str, **options: Any) -> tuple[np.ndarray, np.ndarray]:
-    model = Comparison.model_validate({"file": "machine.csv", "x": x, "y": y, **options}, context={"folder": folder})
+    model = CompareSection.model_validate({"file": "machine.csv", "x": x, "y": y, **options}, context={"folder": folder})
     return read_points(model, Inputs(folder))
 
 

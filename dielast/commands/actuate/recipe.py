@@ -9,7 +9,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from dielast.commands.simulation.film_recipe import SHARE_TEXT, FilmBase, FilmSolver, Prestretch, PullInSection, Share
-from dielast.commands.simulation.recipe import COLUMNS, MAJOR_AXIS, MINOR_AXIS, Output, SimulationRecipe
+from dielast.commands.simulation.recipe import COLUMNS, MAJOR_AXIS, MINOR_AXIS, OutputSection, SimulationRecipe
 from dielast.commands.simulation.step_recipe import Aim, AnyOf, HistoryStep, starting
 from dielast.commands.simulation.uncertainty_recipe import SENSITIVITY_TEXT, FilmUncertainty
 from dielast.errors import InputError, Mistakes, Problem
@@ -86,7 +86,7 @@ class LeakageSection(Section):
     )
 
 
-class ElectricalOutput(Output):
+class ElectricalOutput(OutputSection):
     """The times of the result, and whether it includes charge, current and energies."""
 
     electrical: bool | None = Field(

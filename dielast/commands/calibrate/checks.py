@@ -8,7 +8,7 @@ import numpy as np
 
 from dielast.calibration.experiment import MeasuredTest
 from dielast.calibration.fit import MANY
-from dielast.calibration.laws import Stability
+from dielast.calibration.laws import StableRange
 from dielast.calibration.parameters import Parameter
 from dielast.calibration.profiles import Profile, Verdict
 from dielast.calibration.result import Calibration, range_of
@@ -137,7 +137,7 @@ def warn_of_runaway(result: Calibration) -> None:
             warn(f"{runs}: its interval ends where {100 * below:.3g} % have")
 
 
-def warn_of_springs(stabilities: Sequence[Stability]) -> None:
+def warn_of_springs(stabilities: Sequence[StableRange]) -> None:
     """Warn of modes in which the springs are not stable up to the stretch that is needed."""
     for stability in stabilities:
         if not stability.holds:

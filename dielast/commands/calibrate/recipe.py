@@ -10,7 +10,7 @@ from dielast.commands.simulation.recipe import Cell
 from dielast.errors import InputError, shown
 from dielast.readings.specimen_recipe import MachineColumns, Specimen
 from dielast.recipe.base import RecipeBase, TextTable, units_of
-from dielast.recipe.fields import Section, Share, StrainRate, Temperature, Voltage
+from dielast.recipe.fields import RelativeDeviation, Section, StrainRate, Temperature, Voltage
 from dielast.recipe.file_fields import InputFile
 from dielast.units import FORCE, LENGTH, NUMBER, STRAIN, STRESS, TIME
 
@@ -107,7 +107,7 @@ class FreeValue(Section):
     prior: Value | None = Field(
         None, description='The expected value, with relative; or "draws": the distribution in the draws of the starting material.'
     )
-    relative: Share | None = Field(None, description="Relative standard deviation of the prior.")
+    relative: RelativeDeviation | None = Field(None, description="Relative standard deviation of the prior.")
 
 
 class FitOptions(Section):
@@ -116,7 +116,7 @@ class FitOptions(Section):
     starts: int = Field(
         8, ge=1, le=1024, description="Number of starting points: start, and points of a Sobol sequence within the bounds."
     )
-    specimen_scatter: Share | None = Field(
+    specimen_scatter: RelativeDeviation | None = Field(
         None, description="Relative scatter of stress between specimens of the material. Default: estimated, starting from 5 %."
     )
     cross_validation: bool | None = Field(

@@ -11,7 +11,7 @@ import numpy as np
 
 from dielast.calibration.experiment import MeasuredTest
 from dielast.calibration.fit import Watch
-from dielast.calibration.laws import Stability, cross_validation_error, stabilities
+from dielast.calibration.laws import StableRange, cross_validation_error, stabilities
 from dielast.calibration.result import Calibration, calibrate
 from dielast.commands.calibrate.checks import warn_of_fit, warn_of_springs
 from dielast.commands.calibrate.recipe import CalibrateRecipe
@@ -39,7 +39,7 @@ class Candidate:
     name: str
     calibration: Calibration
     prediction_error: float | None
-    stability: tuple[Stability, ...]
+    stability: tuple[StableRange, ...]
     interrupted: bool = False
 
 

@@ -22,7 +22,7 @@ from dielast.sharing.batches import share_out
 from dielast.sharing.execution import NOTHING_KEPT, Execution
 from dielast.sharing.versions import VERSIONS
 from dielast.simulate.history import NONE
-from dielast.simulate.map_plan import Cells, MapPlan, column_of, solve_cells
+from dielast.simulate.map_plan import MapPlan, SolvedCells, column_of, solve_cells
 
 CHUNK = 1024  # cells, about a second of work: little is lost by an interrupt, and the shares of processes are even
 CHANGED = "the {} cells of an interrupted run are discarded: the recipe, a file that it names, or dielast has changed since"
@@ -40,7 +40,7 @@ def fingerprint(case: Case[RecipeBase], inputs: Inputs) -> str:
     return hashlib.sha256(stated.encode()).hexdigest()
 
 
-def solve(plan: MapPlan, key: str, execution: Execution) -> list[Cells]:
+def solve(plan: MapPlan, key: str, execution: Execution) -> list[SolvedCells]:
     """All cells of the plan, which are kept in the folder of the execution until all are solved."""
     store = None if execution.folder is None else execution.folder / STORE
     note, keep = (tell or (lambda line: None) for tell in (execution.note, execution.keep))
@@ -78,7 +78,7 @@ def solve(plan: MapPlan, key: str, execution: Execution) -> list[Cells]:
     return list(kept.values())
 
 
-def _solved(plan: MapPlan, chunks: Sequence[tuple[int, int]], execution: Execution) -> Generator[Cells, None, None]:
+def _solved(plan: MapPlan, chunks: Sequence[tuple[int, int]], execution: Execution) -> Generator[SolvedCells, None, None]:
     begun = False
     try:
         with closing(share_out(solve_cells, plan, chunks, execution)) as solved:
@@ -91,7 +91,7 @@ def _solved(plan: MapPlan, chunks: Sequence[tuple[int, int]], execution: Executi
         raise error.adding(f"; {KEPT}") from None
 
 
-def _save(store: Path, key: str, solved: Sequence[Cells]) -> None:
+def _save(store: Path, key: str, solved: Sequence[SolvedCells]) -> None:
     buffer = io.BytesIO()
     arrays: dict[str, Any] = {
         "key": np.array(key),
@@ -106,7 +106,7 @@ def _save(store: Path, key: str, solved: Sequence[Cells]) -> None:
     write_files(store.parent, {store.name: buffer.getvalue()})
 
 
-def _load(store: Path | None, key: str, plan: MapPlan) -> tuple[dict[int, Cells], str]:
+def _load(store: Path | None, key: str, plan: MapPlan) -> tuple[dict[int, SolvedCells], str]:
     """The chunks of an earlier run of the same map, by first cell; or why a run that was kept is discarded."""
     if store is None or not os.path.isfile(store):
         return {}, ""
@@ -118,17 +118,17 @@ def _load(store: Path | None, key: str, plan: MapPlan) -> tuple[dict[int, Cells]
             times = {name: np.split(saved[column_of(name)], bounds) for name in plan.watched}
             mode, status = (np.split(saved[name], bounds) for name in ("mode", "status"))
             stretched = np.split(saved["stretched"], bounds, axis=2)
-            kept = {
-                int(first): Cells(int(first), {name: parts[k] for name, parts in times.items()}, mode[k], status[k], stretched[k])
-                for k, first in enumerate(saved["first"].tolist())
-            }
+            kept = {}
+            for k, first in enumerate(saved["first"].tolist()):
+                of_chunk = {name: parts[k] for name, parts in times.items()}
+                kept[int(first)] = SolvedCells(int(first), of_chunk, mode[k], status[k], stretched[k])
         chunks = set(plan.chunks(CHUNK))
         return (kept, "") if all(_belongs(cells, chunks, plan) for cells in kept.values()) else ({}, UNREADABLE)
     except Exception:  # zipfile and numpy raise many kinds of errors for a damaged file
         return {}, UNREADABLE
 
 
-def _belongs(cells: Cells, chunks: set[tuple[int, int]], plan: MapPlan) -> bool:
+def _belongs(cells: SolvedCells, chunks: set[tuple[int, int]], plan: MapPlan) -> bool:
     """Whether the arrays are a valid chunk of the map."""
     times = np.array(list(cells.times.values()))
     lived, size = np.isnan(times), cells.status.size

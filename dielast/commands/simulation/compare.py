@@ -12,7 +12,7 @@ import numpy as np
 
 from dielast import units
 from dielast.commands.simulation.cases import one_or_list
-from dielast.commands.simulation.recipe import Comparison, SimulationRecipe, roles_of
+from dielast.commands.simulation.recipe import CompareSection, SimulationRecipe, roles_of
 from dielast.commands.simulation.solver_steps import solver_steps
 from dielast.errors import InputError, warn
 from dielast.io.files import Inputs
@@ -88,7 +88,7 @@ def matches(
     return matched
 
 
-def check_comparison(index: int, comparison: Comparison, cases: Sequence[Case[SimulationRecipe]], inputs: Inputs) -> None:
+def check_comparison(index: int, comparison: CompareSection, cases: Sequence[Case[SimulationRecipe]], inputs: Inputs) -> None:
     """Raise `InputError` for measured points of the comparison `index` of the recipe that cannot be read, that belong to no case,
     or that come after the last step of their case.
     """
@@ -124,7 +124,7 @@ def compare_headline(matched: Sequence[Match]) -> dict[str, Any]:
 
 
 def match(
-    comparison: Comparison,
+    comparison: CompareSection,
     columns: Mapping[str, Floats],
     inputs: Inputs,
     fine: Fine,
@@ -157,7 +157,7 @@ def match(
     return Match(comparison.label or _label(comparison), comparison.case, (comparison.x, comparison.y), x, y, model)
 
 
-def read_points(comparison: Comparison, inputs: Inputs, specimen: Specimen | None = None) -> tuple[Floats, Floats]:
+def read_points(comparison: CompareSection, inputs: Inputs, specimen: Specimen | None = None) -> tuple[Floats, Floats]:
     """The measured x and y (n,) of a comparison in SI: extension and force as stretch and nominal stress, with the specimen of the
     comparison or else `specimen`.
 
@@ -200,7 +200,7 @@ def _place(table: MeasuredTable, chosen: str | int, axis: str, column: str | Non
         raise (error if column is not None else error.adding(f": state {axis}_column")) from None
 
 
-def _label(comparison: Comparison) -> str:
+def _label(comparison: CompareSection) -> str:
     chosen = ", ".join(f"{name} {value}" for name, value in comparison.where.items())
     return f"measured, {Path(comparison.file).name}" + (f", {chosen}" if chosen else "")
 
@@ -216,7 +216,7 @@ def rows_where(table: MeasuredTable, values: Mapping[str, str | float]) -> Flags
     return keep
 
 
-def _interpolate(comparison: Comparison, x: Floats, model_x: Floats, model_y: Floats) -> Floats:
+def _interpolate(comparison: CompareSection, x: Floats, model_x: Floats, model_y: Floats) -> Floats:
     """`model_y` at `x`, NaN outside; a model that reverses once, as in loading and unloading, is matched branch by branch."""
     if not model_x.size:
         return np.full(x.size, np.nan)

@@ -91,7 +91,7 @@ def _cell(value: Any) -> str | int | float:
 Cell = Annotated[str | int | float, PlainValidator(_cell), WithJsonSchema({"type": ["string", "number"]})]
 
 
-class Comparison(TextTable):
+class CompareSection(TextTable):
     """Measured points that are drawn over the plot; their misfit goes into the summary."""
 
     file: InputFile = Field(description="Table of the measured points.")
@@ -139,7 +139,7 @@ KeptCycles = Annotated[
 ]
 
 
-class Output(Section):
+class OutputSection(Section):
     """The times of the result, and noise for making test data."""
 
     points_per_decade: int = Field(
@@ -237,10 +237,10 @@ class SimulationRecipe(MaterialRecipe):
         description="Lists of values by key path in this recipe, or in the material file, such as equilibrium.J_lim; every "
         "combination is one case.",
     )
-    compare: list[Comparison] = Field(
+    compare: list[CompareSection] = Field(
         [], description="Measured points that are drawn over the plot; their misfit goes into the summary."
     )
-    output: Output = Field(Output(), description="The times of the result.")
+    output: OutputSection = Field(OutputSection(), description="The times of the result.")
     solver: Solver = Field(Solver(), description="How exactly the equations are solved.")
     plot: PlotAxes = Field(PlotAxes(), description="What the plot shows.")
     uncertainty: Uncertainty | None = Field(None, description="Intervals of the main table, from draws of the material.")

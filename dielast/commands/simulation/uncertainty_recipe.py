@@ -8,7 +8,7 @@ from pydantic import Field
 
 from dielast.errors import InputError
 from dielast.material.scatter import DamageScatter, NormalScatter, Scatter, WeibullScatter, fewest_draws
-from dielast.recipe.fields import Area, Section, Share
+from dielast.recipe.fields import Area, RelativeDeviation, Section
 
 SENSITIVITY_TEXT = (
     "Whether to write sensitivity.csv and its figure: what drives the time to failure. With [uncertainty]: the first-order and "
@@ -51,7 +51,7 @@ class FieldScatter(Section):
     shape: float | None = Field(
         None, gt=0, allow_inf_nan=False, description="Shape of the Weibull distribution, whose scale is the stated breakdown field."
     )
-    relative: Share | None = Field(
+    relative: RelativeDeviation | None = Field(
         None, description="Standard deviation of the normal distribution over its mean, which is the stated breakdown field."
     )
 
@@ -111,7 +111,7 @@ class FilmUncertainty(Uncertainty):
         "many films have failed, the bound is empty.",
     )
     breakdown_field: FieldScatter | None = Field(None, description="Scatter of the breakdown field from film to film.")
-    thickness: Share | None = Field(
+    thickness: RelativeDeviation | None = Field(
         None, description="Relative standard deviation of the undeformed thickness from film to film, with a normal distribution."
     )
 

@@ -41,7 +41,7 @@ class RelaxationTimes(Section):
             raise InputError(f"min ({self.min:g} s) must be below max ({self.max:g} s)")
 
 
-class Fit(Section):
+class FitSection(Section):
     """How the spectrum is fitted; moduli are Young's, by default those that the curve shows."""
 
     method: Literal["schwarzl-staverman", "nnls"] | None = Field(
@@ -95,7 +95,8 @@ class Reduce(Section):
 
 
 # arguments of the fit and of the reduction -> keys of the recipe
-FIT_KEYS = {name: f"fit.{name}" for name in Fit.model_fields} | {"retardation_time": "fit.relaxation_time", "keep": "truncate.keep"}
+FIT_KEYS = {name: f"fit.{name}" for name in FitSection.model_fields}
+FIT_KEYS |= {"retardation_time": "fit.relaxation_time", "keep": "truncate.keep"}
 REDUCE_KEYS = {name: f"reduce.{name}" for name in Reduce.model_fields} | {"temperature": "reduce.temperatures"}
 
 
@@ -176,7 +177,7 @@ class SpectrumRecipe(RecipeBase):
     kind: Literal["spectrum"] = Field(description="The subcommand that runs this recipe.")
     mastercurve: InputFolder | None = Field(None, description="A folder written by mastercurve.")
     data: CurveData | None = Field(None, description="Instead of mastercurve: a test at one temperature or a curve from elsewhere.")
-    fit: Fit = Field(Fit(), description="How the spectrum is fitted.")
+    fit: FitSection = Field(FitSection(), description="How the spectrum is fitted.")
     truncate: Truncate | None = Field(None, description="Keep only the slowest branches.")
     reduce: Reduce | None = Field(None, description="Keep only as many branches as a window of times needs.")
     material: MaterialConstants = Field(MaterialConstants(), description="Constants passed on to the material file.")

@@ -14,7 +14,7 @@ from dielast.commands.spectrum.recipe import (
     FIT_KEYS,
     REDUCE_KEYS,
     ExportSection,
-    Fit,
+    FitSection,
     MaterialConstants,
     Reduce,
     RelaxationTimes,
@@ -115,7 +115,7 @@ def _exported(material: Material, export: ExportSection, options: CardOptions) -
         return export_cards(material, tuple(export.formats), options)
 
 
-def fit_curve(curve: ReducedCurve, fit: Fit, keep: int | None = None, flows: bool | None = None) -> SpectrumFit:
+def fit_curve(curve: ReducedCurve, fit: FitSection, keep: int | None = None, flows: bool | None = None) -> SpectrumFit:
     """The spectrum of a master curve of any kind; raises `InputError` if the method is not for this kind.
 
     `flows` is that of `fit_creep`.
@@ -133,7 +133,7 @@ def fit_curve(curve: ReducedCurve, fit: Fit, keep: int | None = None, flows: boo
 
 
 def draw_materials(
-    folder: str, curve: ReducedCurve, result: SpectrumFit, material: Material, fit: Fit, inputs: Inputs
+    folder: str, curve: ReducedCurve, result: SpectrumFit, material: Material, fit: FitSection, inputs: Inputs
 ) -> tuple[Table, dict[str, Any]] | None:
     """A material for each draw of the master curve in its `folder`: their table, and their section of the summary; None if the
     master curve has no draws.
