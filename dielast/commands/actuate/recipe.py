@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from itertools import pairwise
-from typing import Annotated, ClassVar, Literal, Self
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from dielast.commands.simulation.film_recipe import SHARE_TEXT, FilmBase, FilmSolver, Prestretch, PullInSection, Share
 from dielast.commands.simulation.recipe import COLUMNS, MAJOR_AXIS, MINOR_AXIS, OutputSection, SimulationRecipe
@@ -137,15 +137,14 @@ class SourceStep(HistoryStep):
                 units[key] = value[1]
         return units
 
-    @model_validator(mode="after")
-    def _one_quantity(self) -> Self:
+    def _check(self) -> None:
+        super()._check()
         units = set(self.stated.values())
         if len(units) > 1:
             raise InputError("low and high of a waveform must both be voltages, charges, or charge densities")
         for unit in units:
             if self.rate is not None and self.rate[1] != RATES[unit].unit:
                 raise InputError(f'{RATES[unit].name} is needed, such as "{RATES[unit].example}"', key="rate")
-        return self
 
 
 class FilmSection(FilmBase):
@@ -177,11 +176,10 @@ class FilmOutput(ElectricalOutput):
         "of the electrode; 1 stands there twice, for both sides of the electrode's edge.",
     )
 
-    @model_validator(mode="after")
-    def _profile_ascending(self) -> Self:
+    def _check(self) -> None:
+        super()._check()
         if self.profile is not None and any(b <= a for a, b in pairwise(self.profile)):
             raise InputError("times must ascend", key="profile")
-        return self
 
 
 class ActuateRecipe(SimulationRecipe):
@@ -216,8 +214,16 @@ class ActuateRecipe(SimulationRecipe):
         stated = self.output.electrical
         return (self.control == "charge" or self.source is not None or self.leakage is not None) if stated is None else stated
 
-    @model_validator(mode="after")
-    def _columns_of_the_electrode(self) -> Self:
+    def _check(self) -> None:
+        super()._check()
+        self._check_columns()
+        self._check_steps()
+        self._check_source_and_boundary()
+        if self.output.noise is not None:
+            raise InputError("only relax and creep make test data with noise", key="output.noise")
+
+    def _check_columns(self) -> None:
+        """`InputError` for a column to draw that the result lacks without further keys."""
         drawn = {"plot": self.plot} | {f"compare[{index}]": comparison for index, comparison in enumerate(self.compare)}
         stated = {"[source]": self.source is not None, "[leakage]": self.leakage is not None, ELECTRICAL: self.electrical}
         for key, header in ((f"{place}.{axis}", getattr(axes, axis)) for place, axes in drawn.items() for axis in ("x", "y")):
@@ -227,10 +233,9 @@ class ActuateRecipe(SimulationRecipe):
                 needed = (NEEDED_BY.get(header, ELECTRICAL), ELECTRICAL)
                 if missing := [setting for setting in needed if not stated[setting]]:
                     raise InputError(f'"{header}" needs {missing[0]}', key=key)
-        return self
 
-    @model_validator(mode="after")
-    def _steps_of_the_control(self) -> Self:
+    def _check_steps(self) -> None:
+        """`InputError` for steps that prescribe another quantity than the control, or a charge without the electrode's size."""
         wrong = Mistakes()
         other, mismatch = "charge" if self.control == "voltage" else "voltage", f'does not go with control = "{self.control}"'
         for index, step in enumerate(self.step):
@@ -245,10 +250,9 @@ class ActuateRecipe(SimulationRecipe):
                 if text is not None:
                     wrong.append(Problem(text, key=f"step[{index}].{key}"))
         wrong.refuse()
-        return self
 
-    @model_validator(mode="after")
-    def _source_and_boundary(self) -> Self:
+    def _check_source_and_boundary(self) -> None:
+        """`InputError` for keys of the film, its source and its output that do not go together."""
         if self.source is not None and self.control == "charge":
             raise InputError(
                 'control = "charge" prescribes the current, so that a resistance has no effect: leave [source] out', key="source"
@@ -269,10 +273,3 @@ class ActuateRecipe(SimulationRecipe):
             only = f'a film with boundary = "{self.film.boundary[0]}" takes an ideal source of voltage alone'
             text = f'{only}: leave it out, or state "dead-load" or "clamped"'
             Mistakes(Problem(text, key=key) for key, is_stated in stated.items() if is_stated).refuse()
-        return self
-
-    @model_validator(mode="after")
-    def _no_noise(self) -> Self:
-        if self.output.noise is not None:
-            raise InputError("only relax and creep make test data with noise", key="output.noise")
-        return self

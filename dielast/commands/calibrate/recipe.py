@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, ClassVar, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import Field, PlainValidator, WithJsonSchema, model_validator
+from pydantic import Field, PlainValidator, WithJsonSchema
 
 from dielast.commands.simulation.recipe import Cell
 from dielast.errors import InputError, shown
@@ -57,8 +57,8 @@ class TestData(TextTable):
     )
     label: str | None = Field(None, min_length=1, description="Name of the test in tables and figures. Default: its file.")
 
-    @model_validator(mode="after")
-    def _paced(self) -> Self:
+    def _check(self) -> None:
+        super()._check()
         if self.file is None and self.recipe is None:
             raise InputError("either file (a table) or recipe (of relax, creep or actuate) is needed")
         if self.file is not None and self.recipe is not None:
@@ -77,7 +77,6 @@ class TestData(TextTable):
             )
         if self.voltage is not None and (self.specimen is None or self.specimen.thickness is None):
             raise InputError('a field needs the undeformed thickness: specimen = { thickness = "0.5 mm" }', key="voltage")
-        return self
 
     @property
     def nominal_field(self) -> float:
@@ -159,15 +158,13 @@ class CalibrateRecipe(RecipeBase):
     fit: FitOptions = Field(FitOptions(), description="How the fit is done.")
     uncertainty: PosteriorOptions = Field(PosteriorOptions(), description="Draws of the material.")
 
-    @model_validator(mode="after")
-    def _one_start(self) -> Self:
+    def _check(self) -> None:
         if self.material is None and self.materials is None:
             raise InputError("either material or materials is needed")
         if self.material is not None and self.materials is not None:
             raise InputError("material and materials are both stated: remove one of them; materials ranks several files")
         if not self.free:
             raise InputError('nothing is free: write, for example, "equilibrium.shear_modulus" = {}', key="free")
-        return self
 
     @property
     def frees_shift(self) -> bool:

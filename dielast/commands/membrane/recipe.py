@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import re
-from typing import Annotated, Any, ClassVar, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import BeforeValidator, Field, model_validator
+from pydantic import BeforeValidator, Field
 
 from dielast.commands.simulation.recipe import COLUMNS, SimulationRecipe
 from dielast.commands.simulation.step_recipe import Aim, AnyOf, HistoryStep, starting
@@ -66,20 +66,15 @@ class LoadStep(HistoryStep):
             return Aim("force", self.force, rate, FORCE.unit)
         return None if self.stress is None else Aim("stress", self.stress, rate, STRESS.unit)
 
-    @model_validator(mode="after")
-    def _one_quantity(self) -> Self:
+    def _check(self) -> None:
+        super()._check()
         if self.low is not None and self.high is not None and self.low[1] != self.high[1]:
             raise InputError("low and high of a waveform must both be forces, or both stresses")
-        return self
-
-    @model_validator(mode="after")
-    def _rate_of_the_target(self) -> Self:
         if self.rate is not None:
             needed: Dimension = FORCE_RATE if self.force is not None else STRESS_RATE
             if self.rate[1] != needed.unit:
                 target = "force" if self.force is not None else "stress"
                 raise InputError(f'{needed.name} is needed with {target}, such as "{needed.example}"', key="rate")
-        return self
 
 
 Mode = Literal["uniaxial", "equibiaxial", "pure-shear"]
@@ -106,14 +101,13 @@ class CreepRecipe(SimulationRecipe):
     )
     step: Annotated[list[LoadStep], starting(0.0)] = Field(min_length=1, description="Load history.")
 
-    @model_validator(mode="after")
-    def _a_section_for_forces(self) -> Self:
+    def _check(self) -> None:
+        super()._check()
         for index, step in enumerate(self.step):
             forced = "high" if step.high is not None and step.high[1] == FORCE.unit else "force"
             if (step.force is not None or forced == "high") and unmeasured(("force",), self.specimen):
                 needed = "a force needs [specimen] with width and thickness, or state stress"
                 raise InputError(needed, key=f"step[{index}].{forced}")
-        return self
 
 
 Recipe = RelaxRecipe | CreepRecipe

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+from itertools import pairwise
 from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import AfterValidator, Field, PlainValidator, ValidationInfo, WithJsonSchema
@@ -160,7 +161,7 @@ class OutputSection(Section):
     seed: int = Field(1, ge=0, description="Seed of the noise; the same seed makes the same noise.")
 
     def _check(self) -> None:
-        if self.times is not None and any(b <= a for a, b in zip(self.times, self.times[1:], strict=False)):
+        if self.times is not None and any(b <= a for a, b in pairwise(self.times)):
             raise InputError("times must ascend")
 
 

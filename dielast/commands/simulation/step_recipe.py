@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, ClassVar, Literal, NamedTuple, Self, TypeVar
+from typing import Any, ClassVar, Literal, NamedTuple, TypeVar
 
-from pydantic import AfterValidator, Field, GetCoreSchemaHandler, GetJsonSchemaHandler, model_validator
+from pydantic import AfterValidator, Field, GetCoreSchemaHandler, GetJsonSchemaHandler
 from pydantic_core import CoreSchema, core_schema
 
 from dielast.errors import InputError, Mistakes, Problem, shown
@@ -95,8 +95,12 @@ class HistoryStep(Section):
         """The target of the step, if the recipe states one."""
         return None
 
-    @model_validator(mode="after")
-    def _whole_waveform(self) -> Self:
+    def _check(self) -> None:
+        self._check_waveform()
+        self._check_action()
+
+    def _check_waveform(self) -> None:
+        """`InputError` for keys of a waveform without it, and for a waveform that lacks keys."""
         stated = [key for key in OF_A_WAVEFORM if getattr(self, key) is not None]
         if self.waveform is None and stated:
             raise InputError(f"{stated[0]} goes with waveform")
@@ -104,7 +108,6 @@ class HistoryStep(Section):
             raise InputError(f"a waveform needs {' and '.join(missing)}")
         if self.waveform is not None:
             self._check_ends()
-        return self
 
     def _check_ends(self) -> None:
         """`InputError` for a low above high; a quantity with its unit is a pair, and low is `REST` where it is left out."""
@@ -115,8 +118,8 @@ class HistoryStep(Section):
             stated = f"low is {least:g}" if low is not None else f"low, which is left out, is {least:g}"
             raise InputError(f"{stated}, above high, {most:g}: low is the lowest value of a waveform", key="low")
 
-    @model_validator(mode="after")
-    def _one_action(self) -> Self:
+    def _check_action(self) -> None:
+        """`InputError` unless the step does one thing, with keys that go with it."""
         possible = [key for key in type(self).model_fields if key not in ("rate", "duration", *OF_A_TABLE, *OF_A_WAVEFORM)]
         actions = [key for key in possible if getattr(self, key) is not None]
         paces = [key for key in ("rate", "duration") if getattr(self, key, None) is not None]
@@ -130,7 +133,6 @@ class HistoryStep(Section):
         for key in OF_A_TABLE:
             if getattr(self, key, None) is not None and self.table is None:
                 raise InputError(f"{key} goes with table")
-        return self
 
 
 def starting(start: float) -> AfterValidator:
