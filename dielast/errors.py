@@ -64,20 +64,20 @@ class Problem:
         places = [self.file, *(f"{name} {number}" for name, number in numbered.items() if number is not None)]
         return _one_line(": ".join(str(part) for part in [*places, self.key or self.argument, self.text] if part))
 
-    def at(self, **place: Unpack[Where]) -> Problem:
+    def at(self, **place: Unpack[Where]) -> Self:
         """The same with those parts of the `place` that are not known yet."""
         unknown: dict[str, Any] = {name: value for name, value in place.items() if getattr(self, name) is None}
         return replace(self, **unknown)
 
-    def adding(self, more: str) -> Problem:
+    def adding(self, more: str) -> Self:
         """The same with `more` behind its text."""
         return replace(self, text=self.text + more)
 
-    def within(self, **place: Unpack[Where]) -> Problem:
+    def within(self, **place: Unpack[Where]) -> Self:
         """The problem as one of something that leads to it, such as the key of a recipe that names the file with a mistake."""
-        return Problem(str(self), **place)
+        return type(self)(str(self), **place)
 
-    def in_keys(self, keys: Mapping[str, str]) -> Problem:
+    def in_keys(self, keys: Mapping[str, str]) -> Self:
         """The same for a reader of a recipe: `keys` maps arguments of the library to keys."""
         text = self.text
         for name in self.mentions:
@@ -115,7 +115,7 @@ class DielastError(Exception):
         """The same error with `more` behind the text of each problem."""
         return self.changed(lambda problem: problem.adding(more))
 
-    def __reduce__(self) -> tuple[type[DielastError], tuple[Problem, ...]]:
+    def __reduce__(self) -> tuple[type[Self], tuple[Problem, ...]]:
         """Pickling support."""
         return type(self), self.problems
 

@@ -16,6 +16,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import product
+from typing import Self
 
 import numpy as np
 
@@ -104,7 +105,7 @@ class _Few:
     columns: list[Floats]
 
     @classmethod
-    def of(cls, curves: Curves, differences: Floats, jacobian: Floats) -> _Few:
+    def of(cls, curves: Curves, differences: Floats, jacobian: Floats) -> Self:
         """At most `MOST_POINTS` of each curve."""
         sizes = [values.size for values in curves.values]
         rows = [np.unique(np.linspace(0, size - 1, min(size, MOST_POINTS)).astype(np.intp)) for size in sizes]
@@ -171,7 +172,7 @@ class Left:
     pieces: float
 
     @classmethod
-    def of(cls, curves: Curves, scatter: Scatter, weight: Floats, jacobian: Floats) -> Left:
+    def of(cls, curves: Curves, scatter: Scatter, weight: Floats, jacobian: Floats) -> Self:
         """For differences with a `weight` (n,) from a model with the `jacobian` (n, p)."""
         factors = [
             np.concatenate(

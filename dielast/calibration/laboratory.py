@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
+from typing import Self
 
 import numpy as np
 
@@ -108,7 +109,7 @@ class Springs:
     known: Flags
 
     @classmethod
-    def of(cls, materials: Sequence[Material], temperature: Floats) -> Springs:
+    def of(cls, materials: Sequence[Material], temperature: Floats) -> Self:
         """The springs at temperatures (k,) in degC."""
         most = max(len(material.spectrum) for material in materials)
         modulus, rate = np.zeros((2, len(materials), temperature.size, most + 1))

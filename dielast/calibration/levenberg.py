@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 
@@ -105,7 +106,7 @@ class Descents:
         free: Flags,
         varied: Flags | None = None,
         bent: bool = False,
-    ) -> Descents:
+    ) -> Self:
         """Fits at their `start` (fits, p); the cost is infinite if the model cannot be evaluated there."""
         at = np.clip(start, *bounds)
         count, size = at.shape

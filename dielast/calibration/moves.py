@@ -10,6 +10,7 @@ positions (Holden et al. 2009, DOI 10.1214/08-AAP545): steps cross a valley that
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 
@@ -36,7 +37,7 @@ class Moves:
     scaled: Floats
 
     @classmethod
-    def of(cls, past: Floats, length: Floats, logarithm: Flags) -> Moves:
+    def of(cls, past: Floats, length: Floats, logarithm: Flags) -> Self:
         """Moves within ranges of this `length` (p,)."""
         count, size = past.shape
         jitter = JITTER * length

@@ -8,6 +8,7 @@ linearised problem (MacKay 1992, DOI 10.1162/neco.1992.4.3.415).
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 
@@ -91,7 +92,7 @@ class Weighting:
     scatter: float
 
     @classmethod
-    def of(cls, curves: Curves, scatter: Scatter) -> Weighting:
+    def of(cls, curves: Curves, scatter: Scatter) -> Self:
         """For measured curves with this scatter."""
         variance = scatter.model_error**2
         weights = []

@@ -17,6 +17,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from typing import Self
 
 import numpy as np
 
@@ -131,13 +132,13 @@ class Curves:
         """An array over all points (..., sum n), split into curves (..., n)."""
         return np.split(joined, np.cumsum([values.size for values in self.values])[:-1], axis=-1)
 
-    def take(self, curves: Sequence[int]) -> Curves:
+    def take(self, curves: Sequence[int]) -> Self:
         """Some of the curves."""
         chosen = list(curves)
         values, model, places = (tuple(parts[k] for k in chosen) for parts in (self.values, self.model, self.places))
-        return Curves(values, model, places, self.specimen[chosen])
+        return type(self)(values, model, places, self.specimen[chosen])
 
-    def by_specimen(self) -> Iterator[tuple[Cases, Curves]]:
+    def by_specimen(self) -> Iterator[tuple[Cases, Self]]:
         """For each specimen the indices of its curves, and these curves."""
         for specimen in np.unique(self.specimen):
             members = np.flatnonzero(self.specimen == specimen)

@@ -8,6 +8,7 @@ coordinates and, for logarithms, the values: the stress is linear in moduli. The
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 
@@ -32,7 +33,7 @@ class Surrogate:
     cubes: Floats
 
     @classmethod
-    def of(cls, at: Floats, residuals: Floats, logarithm: Flags) -> Surrogate:
+    def of(cls, at: Floats, residuals: Floats, logarithm: Flags) -> Self:
         """The surrogate that has these `residuals` (m, n) at the coordinates `at` (m, p)."""
         centre, spread = at.mean(axis=0), at.std(axis=0)
         spread = np.where(spread > 0, spread, 1.0)

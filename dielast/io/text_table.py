@@ -12,6 +12,7 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import compress
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -97,7 +98,7 @@ class MeasuredTable:
         """Whether a column is called `name`."""
         return any(_plain(name) == _plain(known) for known in self.names)
 
-    def only(self, rows: NDArray[np.bool_]) -> MeasuredTable:
+    def only(self, rows: NDArray[np.bool_]) -> Self:
         """The table with only those `rows` (mask)."""
         chosen = rows.tolist()
         return replace(self, cells=tuple(list(compress(cells, chosen)) for cells in self.cells), lines=self.lines[rows])

@@ -172,7 +172,7 @@ class DielectricLaw(Law):
     __slots__ = ()
     depends_on_stretch: ClassVar[bool] = False
 
-    def brief(self) -> float | DielectricLaw | None:
+    def brief(self) -> float | Self | None:
         """The shortest form that `Material` takes: a number in F/m for a constant permittivity, None for none."""
         return self
 

@@ -75,7 +75,7 @@ class FollowingField(ByCase):
     at_prestretch: Floats
 
     @classmethod
-    def of(cls, laws: LawsOfCases[BreakdownLaw], thickness: Floats, prestretch: Floats) -> FollowingField:
+    def of(cls, laws: LawsOfCases[BreakdownLaw], thickness: Floats, prestretch: Floats) -> Self:
         """For films (cases,) at a `prestretch` sqrt(l1 l2)."""
         relaxed = cls(laws, thickness, np.ones_like(thickness))
         every = np.arange(thickness.size)
@@ -114,7 +114,7 @@ class StretchedDielectrics(ByCase):
     which: Index
 
     @classmethod
-    def of(cls, laws: Sequence[DielectricLaw], cases: int) -> StretchedDielectrics:
+    def of(cls, laws: Sequence[DielectricLaw], cases: int) -> Self:
         """The dielectrics of cases, from one law for each case or one for all."""
         stretched = [law if law.depends_on_stretch else NO_STRETCH for law in laws]
         different = tuple(dict.fromkeys(stretched))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -40,9 +41,9 @@ class Leakage(Result):
         """The constants that may be arrays (cases,)."""
         return [self.conductivity, self.field]
 
-    def take(self, cases: Cases) -> Leakage:
+    def take(self, cases: Cases) -> Self:
         """The leakage of some of the cases."""
-        return Leakage(np.asarray(self.conductivity)[cases], np.asarray(self.field)[cases])
+        return type(self)(np.asarray(self.conductivity)[cases], np.asarray(self.field)[cases])
 
     def current_density(self, true_field: Floats) -> Floats:
         """j in A/m^2, with its sign, at a true field in V/m."""

@@ -7,7 +7,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, fields, is_dataclass, replace
 from itertools import chain
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
@@ -89,7 +89,7 @@ class Exchange(Result):
     second: Index
 
     @classmethod
-    def of(cls, sample: Sample, seed: int = 1) -> Exchange:
+    def of(cls, sample: Sample, seed: int = 1) -> Self:
         """Random pairs of the draws of a sample, by `seed`, each draw in one pair; of an odd number, one draw is left out.
 
         Raises `InputError` for fewer than four draws, and if they do not differ.
@@ -140,7 +140,7 @@ class Perturbed(Result):
     sample: Sample
 
     @classmethod
-    def of(cls, material: Material, *, has_breakdown: bool = True) -> Perturbed:
+    def of(cls, material: Material, *, has_breakdown: bool = True) -> Self:
         """Every number of a material, by its path in a material file, followed by breakdown field, if there is one, and thickness
         of the film.
 

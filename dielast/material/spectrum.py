@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -52,11 +53,11 @@ class Spectrum(TabularResult):
         """The table, one row per branch."""
         return [Column("relaxation_time", "s", self.relaxation_time), Column("shear_modulus", "Pa", self.shear_modulus)]
 
-    def slowest(self, keep: int) -> Spectrum:
+    def slowest(self, keep: int) -> Self:
         """The `keep` slowest processes (the truncation of Sec. 3.4, DOI 10.1115/1.4030850)."""
         if not 1 <= keep <= len(self):
             raise InputError(f"cannot keep {keep} of {len(self)} branches")
-        return Spectrum(self.relaxation_time[:keep], self.shear_modulus[:keep])
+        return type(self)(self.relaxation_time[:keep], self.shear_modulus[:keep])
 
     def relaxation_modulus(self, time: ArrayLike, equilibrium_modulus: float = 0.0) -> Floats:
         """Shear relaxation modulus in Pa at `time` (s), G(t) = mu_eq + sum mu_k exp(-t/tau_k), Eq. 17 of DOI 10.1115/1.4030850.

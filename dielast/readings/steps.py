@@ -6,7 +6,7 @@ import fnmatch
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TypeAlias
+from typing import Self, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -55,7 +55,7 @@ class Part:
         """Whether the part is from an export; rows without measured values are then not mistakes of the user."""
         return self.format != TABLE
 
-    def only(self, rows: NDArray[np.bool_]) -> Part:
+    def only(self, rows: NDArray[np.bool_]) -> Self:
         """The part with only those `rows` (mask)."""
         return replace(self, table=self.table.only(rows))
 

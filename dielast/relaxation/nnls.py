@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import product
+from typing import Self
 
 import numpy as np
 
@@ -65,13 +66,13 @@ class WeightedCurve:
         """The scale of each constant, (constants,): that with which it alone would reach the last point, where it acts most."""
         return np.asarray(self.size[-1] / np.max(np.abs(self.kind.constants(self.time[-1:])), axis=(1, 2)))
 
-    def averaged(self) -> WeightedCurve:
+    def averaged(self) -> Self:
         """The curve with one point for each 0.05 decade with points: their log means and the sum of their weights."""
         x = np.log10(self.time)
         cell = np.unique(np.floor((x - x[0]) / _CELL + 1e-6), return_inverse=True)[1]
         weight = np.bincount(cell, self.weight).astype(float)
         time, *values = (10 ** (np.bincount(cell, self.weight * y) / weight) for y in (x, *np.log10(self.values)))
-        return WeightedCurve(time, np.array(values), weight, self.kind)
+        return type(self)(time, np.array(values), weight, self.kind)
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
@@ -138,7 +138,7 @@ class _Change:
     response: Floats
 
     @classmethod
-    def of(cls, target: Spectrum, fit: SpectrumFit) -> _Change:
+    def of(cls, target: Spectrum, fit: SpectrumFit) -> Self:
         """For a `target` in place of the spectrum of a fit: the smallest relative changes of its moduli that nearly suffice."""
         tau, equilibrium = target.relaxation_time, fit.equilibrium_shear_modulus
         # after its slowest time a melt has next to no modulus, of which a draw with other times is any multiple

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -43,10 +43,10 @@ class Drawn(Result):
     failure_probability: Floats
     safe_life: Floats
 
-    def take(self, films: Cases) -> Drawn:
+    def take(self, films: Cases) -> Self:
         """The results of the selected films (k,)."""
         voltage, time = ((low[films], high[films]) for low, high in (self.voltage, self.time_to_failure))
-        return Drawn(voltage, time, self.failure_probability[films], self.safe_life[films])
+        return type(self)(voltage, time, self.failure_probability[films], self.safe_life[films])
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)

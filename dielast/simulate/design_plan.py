@@ -6,6 +6,7 @@ The films of a chunk are searched together: a round is one run of all voltages t
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from typing import Self
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -46,7 +47,7 @@ class Goal(ByCase):
     at: float
 
     @classmethod
-    def of(cls, at: float, relative_stretch: ArrayLike | None, area_strain: ArrayLike | None) -> Goal:
+    def of(cls, at: float, relative_stretch: ArrayLike | None, area_strain: ArrayLike | None) -> Self:
         """The goals from the arguments of `design`; `InputError` unless exactly one kind is stated, with possible values."""
         if (relative_stretch is None) == (area_strain is None):
             raise InputError("either a relative_stretch or an area_strain is needed", argument="goal")
@@ -101,7 +102,7 @@ class DesignPlan(Result):
     voltage: Floats = field(default_factory=lambda: np.zeros(0))
     slope: Floats = field(default_factory=lambda: np.zeros(0))
 
-    def relaxed(self) -> DesignPlan:
+    def relaxed(self) -> Self:
         """The plan with prestretched and relaxed films; raises `NumericsError` if the prestretch of a film cannot be computed."""
         return replace(self, grid=self.grid.relaxed())
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -65,7 +65,7 @@ class Group(ByCase):
     rtol: float
 
     @classmethod
-    def all_of(cls, setup: Setup, timescale: TimeScale, first: int, rtol: float) -> tuple[Group, ...]:
+    def all_of(cls, setup: Setup, timescale: TimeScale, first: int, rtol: float) -> tuple[Self, ...]:
         """The films of a setup, numbered from `first`, with this pull-in time scale."""
         groups = []
         for columns in setup.groups():
@@ -129,7 +129,7 @@ class FilmGrid:
     setups: tuple[tuple[Setup, float], ...] = ()
     """The films of the material, and those of all draws, with the tolerance of their solution, as long as they are not relaxed."""
 
-    def relaxed(self) -> FilmGrid:
+    def relaxed(self) -> Self:
         """The same films, prestretched and relaxed. Raises `NumericsError` if the prestretch of a film cannot be computed."""
         groups, first = self.groups, 0
         for of_draws, (setup, rtol) in enumerate(self.setups):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from typing import Self
 
 import numpy as np
 
@@ -34,7 +35,7 @@ class MapPlan(Result):
     stretch_at: Mapping[str, float] = field(default_factory=dict)
     """Times in s at which stretches are requested, by their names in tables."""
 
-    def relaxed(self) -> MapPlan:
+    def relaxed(self) -> Self:
         """The plan with prestretched and relaxed films; raises `NumericsError` if the prestretch of a film cannot be computed."""
         return replace(self, grid=self.grid.relaxed())
 

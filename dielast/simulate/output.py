@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Self
 
 import numpy as np
 
@@ -36,7 +37,7 @@ class Output:
         cycles: object,
         steps: Sequence[Step] | Sequence[ElectricalStep],
         internal: bool = False,
-    ) -> Output:
+    ) -> Self:
         """The output from the arguments of a simulation of `cases` cases through `steps`; `InputError` for invalid arguments."""
         if points_per_decade < 1:
             raise InputError(f"{points_per_decade}: a whole number of at least one is needed", argument="points_per_decade")
@@ -45,7 +46,7 @@ class Output:
             raise InputError(f"{max(kept)}: the waveform has only {most} cycle{'s' * (most > 1)}", argument="cycles")
         return cls(None if times is None else stated_times(times, cases), points_per_decade, kept, internal)
 
-    def take(self, cases: Cases) -> Output:
+    def take(self, cases: Cases) -> Self:
         """The output of the selected cases (k,)."""
         return self if self.times is None else replace(self, times=self.times[cases])
 

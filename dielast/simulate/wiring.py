@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Self
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -41,7 +42,7 @@ class Wiring:
         area: ArrayLike | None,
         thickness: Floats,
         electrical: bool | None = None,
-    ) -> Wiring:
+    ) -> Self:
         """The wiring of films of `thickness` (cases,) in m, from a resistance in ohm and an area in m^2; by default `electrical` if
         there is anything but a voltage.
 

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 
@@ -62,7 +63,7 @@ class Resampled:
     channels: tuple[_Channel, ...]
 
     @classmethod
-    def of(cls, curves: Sequence[Measurement], master: MasterCurve) -> Resampled:
+    def of(cls, curves: Sequence[Measurement], master: MasterCurve) -> Self:
         """Fit every channel of `curves` with the shift factors of `master`, over the reduced abscissa."""
         kind, m = master.kind, len(curves)
         at = np.array([int(np.argmin(np.abs(master.temperature - curve.temperature))) for curve in curves])

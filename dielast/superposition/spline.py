@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cache
+from typing import Self
 
 import numpy as np
 
@@ -47,7 +48,7 @@ class SplineProblem:
     channels: int
 
     @classmethod
-    def of(cls, x: Floats, spacing: float, channel: Index | None = None, channels: int = 1) -> SplineProblem:
+    def of(cls, x: Floats, spacing: float, channel: Index | None = None, channels: int = 1) -> Self:
         """The problem for points at `x` (n,), with knots `spacing` apart."""
         origin, end = float(x.min()), float(x.max())
         size = int(np.ceil((end - origin) / spacing + 1e-9)) + 3

@@ -6,7 +6,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
@@ -124,7 +124,7 @@ class Prepared:
     batches: Sequence[SimulationBatch]
 
     @classmethod
-    def of(cls, simulation: Simulation, cases: Sequence[Case[Any]], inputs: Inputs, jobs: int = 1) -> Prepared:
+    def of(cls, simulation: Simulation, cases: Sequence[Case[Any]], inputs: Inputs, jobs: int = 1) -> Self:
         """Read what the cases name and check everything that can be known before anything is solved.
 
         Warns of what looks like a mistake. Raises `InputError` with the mistakes of all cases, and `NumericsError` if memory is

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import ClassVar
+from typing import ClassVar, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -69,6 +69,6 @@ class PowerBreakdown(BreakdownLaw):
             powers = powers + np.where(np.asarray(self.thickness_exponent) == 0, 0.0, self.thickness_exponent * thinner)
         return np.asarray(self.field * np.exp(powers))
 
-    def scaled(self, factor: float) -> PowerBreakdown:
+    def scaled(self, factor: float) -> Self:
         """The law with its field times `factor`."""
         return replace(self, field=factor * self.field)

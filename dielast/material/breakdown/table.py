@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import ClassVar, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -60,9 +60,9 @@ class Breakdown(Result, BreakdownLaw):
         stated = self.prestretch or (1.0,)  # with one entry, any
         return np.asarray(np.interp(np.asarray(prestretch, dtype=float), stated, self.field))
 
-    def scaled(self, factor: float) -> Breakdown:
+    def scaled(self, factor: float) -> Self:
         """The table with every field times `factor`."""
-        return Breakdown(self.prestretch, tuple(factor * value for value in self.field))
+        return type(self)(self.prestretch, tuple(factor * value for value in self.field))
 
     def outside(self, prestretch: float) -> str:
         """The nearest entry, and the table with a further entry; a field without a prestretch holds at all prestretches."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import ClassVar
+from typing import ClassVar, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -43,10 +43,10 @@ class InversePower(DamageLaw):
         """(|E|/E_0)^n/t_0."""
         return np.asarray((np.asarray(field, dtype=float) / self.field) ** self.exponent / self.time)
 
-    def lasting(self, factor: float) -> InversePower:
+    def lasting(self, factor: float) -> Self:
         """The law with its time times `factor`."""
         return replace(self, time=factor * self.time)
 
-    def scaled(self, factor: float) -> InversePower:
+    def scaled(self, factor: float) -> Self:
         """The law with its field times `factor`."""
         return replace(self, field=factor * self.field)

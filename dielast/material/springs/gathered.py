@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
@@ -74,7 +74,7 @@ class JoinedLaw(SpringLaw):
         place = int(np.count_nonzero(self.which[:position] == index))
         return self.laws[index].of_spring(*((spring, place) if self.axis == -1 else (place, case)))
 
-    def with_idle_spring(self) -> JoinedLaw:
+    def with_idle_spring(self) -> Self:
         """The laws with one more spring, the last, which carries no stress."""
         if self.axis == -1:
             return replace(self, laws=tuple(law.with_idle_spring() for law in self.laws))

@@ -164,7 +164,7 @@ class SpringLaw(Law):
         }
         return self.with_values({name: value if np.ndim(value) else float(value) for name, value in of_one.items()})
 
-    def with_idle_spring(self) -> SpringLaw:
+    def with_idle_spring(self) -> Self:
         """The law of n + 1 springs, the last of which has no limit of its domain."""
         idle = self.of_spring(0, 0).unlimited().values()
         several = {name: value for name, value in self.arrays().items() if value.shape[-2] > 1}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import ClassVar
+from typing import ClassVar, Self
 
 import numpy as np
 
@@ -69,9 +69,9 @@ class MooneyRivlin(ScaledLaw):
         second = 1 / squared_stretch[0] + 1 / squared_stretch[1] + area_squared - 3
         return np.asarray(0.5 * ((1 - self._share) * first + self._share * second))
 
-    def unlimited(self) -> MooneyRivlin:
+    def unlimited(self) -> Self:
         """C01 = 0."""
-        return MooneyRivlin(1.0)
+        return type(self)(1.0)
 
     def forms(self, modulus: float = 1.0) -> tuple[CardForm, ...]:
         """Mooney-Rivlin, or Ogden with the exponents 2 and -2; neo-Hookean, an approximation unless C01 = 0."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import ClassVar
+from typing import ClassVar, Self
 
 import numpy as np
 
@@ -103,10 +103,10 @@ class Ogden(ScaledLaw):
             slope += weight * power * (first + symmetry.thinning * last)
         return carried, slope
 
-    def unlimited(self) -> Ogden:
+    def unlimited(self) -> Self:
         """One term with the exponent 2, and the other terms without stress."""
         count = len(np.atleast_1d(np.asarray(self.mu)))
-        return Ogden((1.0,) + (0.0,) * (count - 1), (2.0,) * count)
+        return type(self)((1.0,) + (0.0,) * (count - 1), (2.0,) * count)
 
     def forms(self, modulus: float = 1.0) -> tuple[CardForm, ...]:
         """Ogden; Mooney-Rivlin if the exponents are 2 and -2; neo-Hookean, an approximation unless all exponents are 2."""

@@ -81,9 +81,9 @@ class Yeoh(ScaledLaw, FirstInvariantLaw):
         x = invariant - 3
         return np.asarray(0.5 * x * ((self._cube * x + self._square) * x + 1))
 
-    def unlimited(self) -> Yeoh:
+    def unlimited(self) -> Self:
         """C20 = C30 = 0."""
-        return Yeoh(self.C10)
+        return type(self)(self.C10)
 
     def forms(self, modulus: float = 1.0) -> tuple[CardForm, ...]:
         """Yeoh; neo-Hookean, an approximation unless C20 = C30 = 0."""

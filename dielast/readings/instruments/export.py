@@ -6,7 +6,7 @@ import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import zip_longest
-from typing import Literal, NamedTuple
+from typing import Literal, NamedTuple, Self
 
 import numpy as np
 
@@ -83,14 +83,14 @@ class Row(NamedTuple):
         """Whether a cell is a number, with either decimal mark."""
         return any(map(is_number, self.cells))
 
-    def picked(self, before: Iterable[int], between: Iterable[str] = (), after: Iterable[int] = ()) -> Row:
+    def picked(self, before: Iterable[int], between: Iterable[str] = (), after: Iterable[int] = ()) -> Self:
         """The cells at indices `before`, the cells `between`, and those at indices `after`; empty where the row is shorter."""
         first, last = ([self.cells[k] if k < len(self.cells) else "" for k in places] for places in (before, after))
-        return Row(self.line, [*first, *between, *last])
+        return type(self)(self.line, [*first, *between, *last])
 
-    def without_key(self) -> Row:
+    def without_key(self) -> Self:
         """The row without its first cell."""
-        return Row(self.line, self.cells[1:])
+        return type(self)(self.line, self.cells[1:])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -110,14 +110,14 @@ class Export:
     rows: list[Row]
 
     @classmethod
-    def of(cls, text: str, source: str, separator: str) -> Export:
+    def of(cls, text: str, source: str, separator: str) -> Self:
         """The export with its lines split into cells at the `separator`."""
         return cls(source, [Row(number, split_cells(line, separator)) for number, line in enumerate(split_lines(text), start=1)])
 
     @classmethod
     def from_header(
         cls, text: str, source: str, is_header: Callable[[str], object], missing: str, separator: str | None = None
-    ) -> tuple[Export, int]:
+    ) -> tuple[Self, int]:
         """The export, split at the `separator`, by default that of the first line that `is_header`, and the index of this line.
 
         Raises `InputError` with the `missing` part if there is no such line.
