@@ -10,12 +10,12 @@ import numpy as np
 
 from dielast.calibration.experiment import Experiment, MeasuredTest, answers_of
 from dielast.calibration.fit import Fit
-from dielast.calibration.laboratory import Laboratory
+from dielast.calibration.laboratory import Laboratory, completed_stress, under_voltage
 from dielast.calibration.likelihood import Likelihood
-from dielast.calibration.runaway import stable_stress
 from dielast.io.result import TabularResult
 from dielast.io.table import Column, Table
 from dielast.material.material import Material
+from dielast.mechanics.load import Mode
 from dielast.numerics.arrays import Flags, Floats, rms
 
 PARTS = 16  # equally likely parts of the scatter about a draw
@@ -162,3 +162,25 @@ def _answers(tests: Sequence[Experiment], materials: Sequence[Material | None]) 
             values = next(others)
             found.append((test, np.where(np.all(np.isfinite(values), axis=1, keepdims=True), values, np.nan)))
     return found
+
+
+def stable_stress(test: MeasuredTest, materials: Sequence[Material]) -> list[Floats]:
+    """The stress (n,) of each material in a test under voltage, NaN beyond the last point before it runs away.
+
+    It runs away if it becomes wider than it is long by expanding across, rather than by being unloaded. An isotropic film without
+    stress across would then have to be pushed along, because the larger stress goes with the larger stretch (Baker and Ericksen
+    1954): a specimen would wrinkle. A film that is held across, or stretched in both axes, cannot run away.
+    """
+    history = under_voltage(test, materials)
+    stresses = completed_stress(history)
+    if test.mode is not Mode.UNIAXIAL:
+        return stresses
+    for k, (length, width) in enumerate(zip(history.stretch_1, history.stretch_2, strict=True)):
+        wider = width > length
+        crossing = ~wider[:-1] & wider[1:] & (np.diff(width) > np.abs(np.diff(length)))
+        if crossing.any():  # the stress up to there is kept even where the simulation was given up later
+            stable = np.arange(length.size) <= np.argmax(crossing)
+            stresses[k] = np.where(stable, history.nominal_stress_1[k], np.nan)
+        elif wider[int(np.argmax(length))]:
+            stresses[k][1:] = np.nan
+    return stresses

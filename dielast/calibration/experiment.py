@@ -8,13 +8,14 @@ from typing import ClassVar
 
 import numpy as np
 
-from dielast.calibration.history import corners, path_length
 from dielast.errors import DielastError, InputError
 from dielast.io.result import Result
 from dielast.material.argument_types import checked
 from dielast.material.material import Material
 from dielast.mechanics.load import Mode
-from dielast.numerics.arrays import Floats
+from dielast.numerics.arrays import Cases, Floats
+
+TOLERANCE = 1e-3  # of the range of the values: lets straight lines remove the noise of a machine
 
 
 @checked
@@ -182,3 +183,41 @@ def answers_of(
     if there := [(row, material) for row, material in enumerate(materials) if material is not None]:
         fill(there)
     return values
+
+
+def corners(time: Floats, value: Floats) -> Cases:
+    """Indices of corners: straight lines between them deviate by at most `TOLERANCE` times the range of values from all points
+    (n,).
+
+    They include the first and the last point (Ramer 1972, DOI 10.1016/S0146-664X(72)80017-0; distances along the axis of values).
+    """
+    allowed = TOLERANCE * float(np.ptp(value)) + 1e-12 * float(np.max(np.abs(value)))
+    kept = np.zeros(time.size, dtype=bool)
+    kept[[0, -1]] = True
+    waiting = [(0, time.size - 1)]
+    while waiting:
+        first, last = waiting.pop()
+        if last - first < 2:
+            continue
+        inner = slice(first + 1, last)
+        line = np.interp(time[inner], time[[first, last]], value[[first, last]])
+        miss = np.abs(value[inner] - line)
+        furthest = int(np.argmax(miss))
+        if miss[furthest] > allowed:
+            middle = first + 1 + furthest
+            kept[middle] = True
+            waiting += [(first, middle), (middle, last)]
+    return np.flatnonzero(kept)
+
+
+def path_length(time: Floats, value: Floats) -> Floats:
+    """The path length (n,) of each point along a curve, in ranges of the value and decades of time; independent of the sampling.
+
+    A ramp has a length of about 1, and so has each decade of a hold.
+    """
+    reach = float(np.ptp(value))
+    moved = np.diff(value) / reach if reach > 0 else np.zeros(time.size - 1)
+    first = time[time > 0][0] if np.any(time > 0) else 1.0
+    later = np.diff(np.log10(np.maximum(time, first)))
+    # the value measures the path in a ramp, time in a hold
+    return np.concatenate(([0.0], np.cumsum(np.where(np.abs(moved) > 0.02 * later, np.abs(moved), later))))

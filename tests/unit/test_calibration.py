@@ -30,17 +30,15 @@ from dielast import (
     calibrate,
     relax,
 )
-from dielast.calibration.comparison import Comparison, relative_error
-from dielast.calibration.experiment import SimulatedExperiment
+from dielast.calibration.comparison import Comparison, relative_error, stable_stress
+from dielast.calibration.experiment import SimulatedExperiment, corners, path_length
 from dielast.calibration.fit import fit_material, starts_of
-from dielast.calibration.history import corners, path_length
 from dielast.calibration.laboratory import Laboratory
 from dielast.calibration.laws import cross_validation_error, stabilities
 from dielast.calibration.levenberg import Descents, minimise
 from dielast.calibration.likelihood import Likelihood, likelihood_of
 from dielast.calibration.parameters import Parameter, parameter_space
 from dielast.calibration.problem import Weighting
-from dielast.calibration.runaway import stable_stress
 from dielast.calibration.scatter import Curves, Scatter, Scatters, Whitening, covariance_of, noise_of, specimen_factors
 from dielast.commands.calibrate.checks import warn_of_contradictions
 from dielast.errors import DielastWarning, InputError, NumericsError

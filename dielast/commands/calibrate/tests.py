@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from dielast.calibration.estimate import USUAL_ERROR
-from dielast.calibration.experiment import Experiment, MeasuredTest
+from dielast.calibration.experiment import Experiment, MeasuredTest, corners, path_length
 from dielast.calibration.rest import gives_work, slack_of, stress_at_rest
 from dielast.commands.calibrate.recipe import TestData
 from dielast.commands.calibrate.simulated import recipe_tests
@@ -169,8 +169,6 @@ def _quantity(table: MeasuredTable, test: TestData, quantity: str, rows: Flags) 
 
 def _thinned(time: Floats, stretch: Floats) -> np.ndarray[tuple[int], np.dtype[np.intp]]:
     """Rows of at most so many points, evenly spread along the curve, including the first and the last."""
-    from dielast.calibration.history import corners, path_length
-
     if time.size <= MOST_POINTS:
         return np.arange(time.size)
     place = path_length(time, stretch)
