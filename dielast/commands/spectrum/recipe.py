@@ -9,7 +9,7 @@ from pydantic import Field
 
 from dielast.errors import InputError
 from dielast.export.card import CODES, spring_names
-from dielast.export.code import CardOptions
+from dielast.export.code import MODULI, SCALES, UNITS, CardOptions
 from dielast.handover.law_section import BreakdownField
 from dielast.material.dielectric import ConstantPermittivity
 from dielast.readings.recipe import CurveData
@@ -136,15 +136,17 @@ class ExportSection(Section):
     """Material cards to write beside material.toml; what a code cannot carry is an error unless a key here allows it."""
 
     formats: list[Format] = Field(min_length=1, description="Finite-element codes to write cards for.")
-    units: Literal["SI", "mm-t-s", "mm-N-MPa"] = Field(
+    units: Annotated[str, OneOf(lambda: tuple(UNITS))] = Field(
         "SI", description="Consistent units of the cards; the card for COMSOL is always in SI."
     )
-    temperature_scale: Literal["degC", "K"] = Field("degC", description="Scale of the model's temperatures (Abaqus, ANSYS).")
+    temperature_scale: Annotated[str, OneOf(lambda: SCALES)] = Field(
+        "degC", description="Scale of the model's temperatures (Abaqus, ANSYS)."
+    )
     hyperelastic: Annotated[str, OneOf(spring_names)] | None = Field(
         None, description="Law of the springs in the cards. Default: that of the material, or an error if a code lacks it."
     )
     J_lim: float | None = Field(None, gt=0, description="One J_lim for all springs, for codes that take only one.")
-    moduli: Literal["instantaneous", "long-term"] = Field(
+    moduli: Annotated[str, OneOf(lambda: MODULI)] = Field(
         "instantaneous", description="The modulus that the elastic constants state (Abaqus, FEBio)."
     )
     bulk_modulus: PositiveModulus | None = Field(None, description="Bulk modulus. Default: incompressible, or from poisson_ratio.")
