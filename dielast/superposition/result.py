@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 
@@ -15,6 +14,7 @@ from dielast.material.shift import ShiftLaw
 from dielast.numerics.arrays import Floats
 from dielast.superposition.checks import Undetermined
 from dielast.superposition.shiftfit import ShiftFit
+from dielast.superposition.sweepfit import Basis
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,7 +86,7 @@ class MasterCurve(TabularResult):
     vertical_shift: Floats
     vertical_shift_stderr: Floats
     shift_fit: ShiftFit
-    shifted_on: Literal["moduli", "tan-delta", "storage"]
+    shifted_on: Basis
     rms_residual_decades: float
     point_temperature: Floats
     abscissa: Floats

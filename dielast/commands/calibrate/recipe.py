@@ -6,7 +6,7 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field, PlainValidator, WithJsonSchema
 
-from dielast.commands.simulation.recipe import Cell
+from dielast.commands.simulation.recipe import Cell, LoadingMode
 from dielast.errors import InputError, shown
 from dielast.readings.specimen_recipe import MachineColumns, Specimen
 from dielast.recipe.base import RecipeBase, TextTable, units_of
@@ -35,7 +35,7 @@ class TestData(TextTable):
     specimen: Specimen | None = Field(None, description="The specimen on which extension and force were measured.")
     units: Annotated[dict[str, str], units_of(**ROLES)] = Field({}, description="Units by column, where the header states none.")
     where: dict[str, Cell] = Field({}, description="Use only the rows where these columns have these values.")
-    mode: Literal["uniaxial", "equibiaxial", "pure-shear"] = Field("uniaxial", description="How the specimen was stretched.")
+    mode: LoadingMode = Field("uniaxial", description="How the specimen was stretched.")
     temperature: Temperature | None = Field(
         None, description="Temperature of the test. Default: the material's reference temperature."
     )

@@ -7,7 +7,7 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import BeforeValidator, Field
 
-from dielast.commands.simulation.recipe import COLUMNS, SimulationRecipe
+from dielast.commands.simulation.recipe import COLUMNS, LoadingMode, SimulationRecipe
 from dielast.commands.simulation.step_recipe import Aim, AnyOf, HistoryStep, starting
 from dielast.errors import InputError, shown
 from dielast.readings.specimen_recipe import MachineColumns, Specimen, unmeasured
@@ -77,16 +77,13 @@ class LoadStep(HistoryStep):
                 raise InputError(f'{needed.name} is needed with {target}, such as "{needed.example}"', key="rate")
 
 
-Mode = Literal["uniaxial", "equibiaxial", "pure-shear"]
-
-
 class RelaxRecipe(SimulationRecipe):
     """Prescribed stretch -> stress."""
 
     COLUMNS: ClassVar = (*COLUMNS, "relaxation_modulus [Pa]")
 
     kind: Literal["relax"] = Field(description="The subcommand that runs this recipe.")
-    mode: Mode = Field("uniaxial", description="How the specimen is stretched.")
+    mode: LoadingMode = Field("uniaxial", description="How the specimen is stretched.")
     specimen: Specimen | None = Field(None, description="The specimen on which extension and force in tables were measured.")
     step: Annotated[list[StretchStep], starting(1.0)] = Field(min_length=1, description="Load history.")
 
@@ -95,7 +92,7 @@ class CreepRecipe(SimulationRecipe):
     """Prescribed force or nominal stress -> stretch."""
 
     kind: Literal["creep"] = Field(description="The subcommand that runs this recipe.")
-    mode: Mode = Field("uniaxial", description="How the specimen is loaded.")
+    mode: LoadingMode = Field("uniaxial", description="How the specimen is loaded.")
     specimen: Specimen | None = Field(
         None, description="The specimen that forces act on and extensions are measured on; not needed for stresses."
     )

@@ -12,9 +12,10 @@ from dielast.commands.simulation.uncertainty_recipe import Uncertainty
 from dielast.errors import InputError, shown, shown_path
 from dielast.handover.material_file import MaterialFile, material_file
 from dielast.io.table import split_header
+from dielast.mechanics.load import Mode
 from dielast.readings.specimen_recipe import MachineColumns, Specimen
 from dielast.recipe.base import RecipeBase, TextTable, units_of
-from dielast.recipe.fields import Section, Temperature, Time, on_one_scale
+from dielast.recipe.fields import OneOf, Section, Temperature, Time, on_one_scale
 from dielast.recipe.file_fields import InputFile
 from dielast.recipe.paths import read_path
 
@@ -90,6 +91,7 @@ def _cell(value: Any) -> str | int | float:
 
 
 Cell = Annotated[str | int | float, PlainValidator(_cell), WithJsonSchema({"type": ["string", "number"]})]
+LoadingMode = Annotated[str, OneOf(lambda: [mode.value for mode in Mode])]
 
 
 class CompareSection(TextTable):

@@ -27,6 +27,7 @@ from dielast.recipe.fields import (
     Temperatures,
 )
 from dielast.recipe.file_fields import InputFolder
+from dielast.relaxation.result import Method
 from dielast.units import Dimension
 
 
@@ -44,7 +45,7 @@ class RelaxationTimes(Section):
 class FitSection(Section):
     """How the spectrum is fitted; moduli are Young's, by default those that the curve shows."""
 
-    method: Literal["schwarzl-staverman", "nnls"] | None = Field(
+    method: Method | None = Field(
         None,
         description="The second-order approximation of Schwarzl and Staverman on a polynomial, the default for a relaxation curve; "
         "or non-negative least squares, the only method for oscillation and creep.",
