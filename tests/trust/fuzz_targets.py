@@ -350,7 +350,7 @@ def _kept(scratch: Path) -> dict[str, Target]:
     from dielast.io.files import STORE
     from dielast.numerics.integrate import Status
     from dielast.report.golden import TOLERANCES, differences
-    from dielast.simulate.map_plan import Cells
+    from dielast.simulate.map_plan import SolvedCells
 
     expected = GOLDEN / "failure-map-ramp" / "expected"
     result = {}
@@ -374,7 +374,7 @@ def _kept(scratch: Path) -> dict[str, Target]:
     chunks = [(0, 3), (3, 6)]
     times = {"breakdown": np.full(3, np.nan), "pull-in": np.array([1.0, 2.0, np.nan])}
     mode, status = np.array(["pull-in", "pull-in", "none"]), np.full(3, Status.COMPLETED)
-    _save(store, key, [Cells(first, times, mode, status, np.zeros((2, 0, 3))) for first, _ in chunks])
+    _save(store, key, [SolvedCells(first, times, mode, status, np.zeros((2, 0, 3))) for first, _ in chunks])
     grid = SimpleNamespace(failures=tuple(times))
     plan: Any = SimpleNamespace(horizon=10.0, chunks=lambda size: chunks, watched=tuple(times), stretch_at={}, grid=grid)
 
