@@ -58,13 +58,12 @@ def starting_shifts(temperature: Floats, data: Binned, anchor: int, kind: Measur
 
 def find_isolated(data: Binned, kind: MeasurementKind) -> dict[int, str]:
     """The numbers of single curves that share no modulus with any other, and the reason; empty if there are separate groups."""
+    from scipy.sparse.csgraph import connected_components  # slow to load
+
     _, bottom, top, common = _falling(data)
     joined = common > -TOUCH
     alone = np.count_nonzero(joined, axis=1) == 1
-    main = joined & ~alone
-    for _ in alone:  # transitive closure of overlap
-        main = (main.astype(int) @ main.astype(int)) > 0
-    if not np.any(alone) or np.count_nonzero(~alone) < 2 or not np.all(main[np.ix_(~alone, ~alone)]):
+    if not np.any(alone) or connected_components(joined[np.ix_(~alone, ~alone)])[0] != 1:
         return {}
     return {
         int(k): f"its {kind.stiffness}, {10 ** bottom[k]:.3g} to {10 ** top[k]:.3g} Pa, overlaps with that of no other curve: "

@@ -64,8 +64,8 @@ def run(cases: Sequence[Case[CalibrateRecipe]], inputs: Inputs, execution: Execu
             if not candidates:
                 raise
             interrupted = True
-        if interrupted or (candidates and candidates[-1].interrupted):
-            interrupted = True
+        interrupted = interrupted or any(candidate.interrupted for candidate in candidates)
+        if interrupted:
             break
     if not candidates:
         raise NumericsError(*failures)

@@ -72,9 +72,7 @@ class Yeoh(ScaledLaw, FirstInvariantLaw):
 
     def hardening(self, invariant: Floats) -> tuple[Floats, Floats]:
         """phi, and 2 a + 6 b x."""
-        x = invariant - 3
-        slope = 6 * self._cube * x + 2 * self._square
-        return np.asarray((3 * self._cube * x + 2 * self._square) * x + 1), np.asarray(slope)
+        return self.stiffness(invariant), np.asarray(6 * self._cube * (invariant - 3) + 2 * self._square)
 
     def energy_of(self, invariant: Floats) -> Floats:
         """(x + a x^2 + b x^3)/2."""
