@@ -40,6 +40,16 @@ MISSED = 1.5  # mean square distance of omitted points, in variances, above whic
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class OtherShifts:
+    """Shifts (m,) from a basis that was not used, their covariance (m, m), and where (m,) both bases determine a shift."""
+
+    on: Basis
+    shift: Floats
+    covariance: Floats
+    comparable: Flags
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class BasisFit:
     """A fit of all channels (storage before loss modulus), the basis `on` which it was shifted, with its points and curves, and the
     shifts from `others`, for comparison.
@@ -50,16 +60,6 @@ class BasisFit:
     points: FitPoints
     splines: tuple[Spline, ...]
     others: tuple[OtherShifts, ...] = ()
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class OtherShifts:
-    """Shifts (m,) from a basis that was not used, their covariance (m, m), and where (m,) both bases determine a shift."""
-
-    on: Basis
-    shift: Floats
-    covariance: Floats
-    comparable: Flags
 
 
 def fit_sweeps(
