@@ -6,10 +6,12 @@ import warnings
 
 import numpy as np
 import pytest
+from scipy.stats import norm
 
 from dielast.errors import DielastWarning
 from dielast.material.measurement import CreepCurve, FrequencySweep, Measurement, RelaxationCurve
 from dielast.material.shift import WLF
+from dielast.numerics.robust import robust_deviation, robust_variance
 from dielast.superposition.mastercurve import build_master_curve
 from dielast.superposition.result import MasterCurve
 
@@ -112,3 +114,10 @@ def test_a_named_point_is_not_in_the_residual_and_its_time_is_as_measured() -> N
     assert f"0 degC at {TIME[7] + 0.25:.4g} s, " in found
     assert (clean.outlying_points, master.outlying_points) == (0, 1)
     assert master.rms_residual_decades == pytest.approx(clean.rms_residual_decades, rel=0.1)
+
+
+def test_robust_scatter_is_that_of_normal_numbers_whatever_a_few_outliers() -> None:
+    quantiles = norm.ppf((np.arange(999) + 0.5) / 999)  # of a standard normal distribution, without chance
+    values = np.append(3.0 * quantiles, [1e6, -1e6])
+    assert robust_deviation(values) == pytest.approx(3.0, rel=5e-3)
+    assert robust_variance(values) == pytest.approx(9.0, rel=1e-2)
