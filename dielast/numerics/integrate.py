@@ -207,8 +207,8 @@ class _Pool:
         """
         probe = 1e-18 * duration
         gamma = self.method.gamma
-        zero = np.zeros_like(duration)
-        increment = system.linearise(zero, state, probe, gamma).increment(zero, state, None, gamma, np.empty(state.shape))
+        start = np.zeros((1, duration.size))
+        increment = system.linearise(start, state, probe, gamma).increment(0, state, None, gamma, np.empty(state.shape))
         rate = system.error(state, increment) / (gamma * probe)
         step = FIRST_MOVE * self.rtol / rate
         return np.where(step > 0, np.minimum(step, duration), 1e-6 * duration)
@@ -220,10 +220,10 @@ class _Pool:
         tolerance from the slope over a step ten times as long, a transient decays in between.
         """
         many = np.repeat(columns, PROBED.size + 1)
-        system, state, zero = system.take(many), np.take(state, many, axis=1), np.zeros(many.size)
+        system, state, start = system.take(many), np.take(state, many, axis=1), np.zeros((1, many.size))
         steps = (proposed[:, None] * np.append(PROBED, 1e-18)).ravel()
         gamma = self.method.gamma
-        change = system.linearise(zero, state, steps, gamma).increment(zero, state, None, gamma, np.empty(state.shape))
+        change = system.linearise(start, state, steps, gamma).increment(0, state, None, gamma, np.empty(state.shape))
         change = change.reshape(state.shape[0], columns.size, -1)
         change = change - change[..., -1:]  # less the correction towards a consistent state
         change[..., 1:] -= 0.1 * change[..., :-1]

@@ -20,8 +20,8 @@ Inner = Callable[[int], Floats]
 class Linearised(Protocol):
     """The linear system of one step."""
 
-    def increment(self, time: Floats, state: Floats, history: Floats | None, gamma_i: float, out: Floats) -> Floats:
-        """The increment u_i (rows, cases) of the stage at `time` and `state`, written to the contiguous array `out`.
+    def increment(self, stage: int, state: Floats, history: Floats | None, gamma_i: float, out: Floats) -> Floats:
+        """The increment u_i (rows, cases) of the stage of this number at `state`, written to the contiguous array `out`.
 
         `history` is sum_j c_ij u_j, None in the first stage.
         """
@@ -33,8 +33,10 @@ class System(Protocol):
     def take(self, cases: Cases) -> Self:
         """The equations of the selected cases (k,)."""
 
-    def linearise(self, time: Floats, state: Floats, step: Floats, gamma: float) -> Linearised:
-        """The linear system of a step (cases,) in s that starts at `time` and `state`."""
+    def linearise(self, times: Floats, state: Floats, step: Floats, gamma: float) -> Linearised:
+        """The linear system of a step (cases,) in s from `state`, whose stages are at `times` (stages, cases); it starts at the
+        first of them.
+        """
 
     def error(self, state: Floats, increment: Floats, inner: Inner | None = None) -> Floats:
         """The relative error (cases,) of a `state` (rows, cases) that is wrong by an `increment` (rows, cases).
@@ -91,9 +93,8 @@ def advance(system: System, method: Rosenbrock, time: Floats, state: Floats, ste
 
     Writes the increments u_i of all stages to `increments` (stages, rows, pool).
     """
-    equations = system.linearise(time, state, step, method.gamma)
-    times = time + method.alpha[:, None] * step
-    equations.increment(time, state, None, method.gamma_i[0], increments[0])
+    equations = system.linearise(time + method.alpha[:, None] * step, state, step, method.gamma)
+    equations.increment(0, state, None, method.gamma_i[0], increments[0])
     stage = state
     for i in range(1, method.stages):
         if method.adds_last[i]:
@@ -102,7 +103,7 @@ def advance(system: System, method: Rosenbrock, time: Floats, state: Floats, ste
         else:
             stage, history = np.einsum("bs,srm->brm", method.ac[i], increments[:i])
             stage += state
-        equations.increment(times[i], stage, history, method.gamma_i[i], increments[i])
+        equations.increment(i, stage, history, method.gamma_i[i], increments[i])
     return np.asarray(stage + increments[-1])
 
 
