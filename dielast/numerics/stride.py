@@ -67,8 +67,9 @@ class Whereabouts(ByCase):
 
     A column integrates a case of index `cases` through the span of index `span`, which lasts `duration` s and begins `begin` s
     after the start of the integration. `time` in s is the time since the span began, `rounding` in s the rounding error of `time`
-    (compensated summation). `next_step` is the step size to try, `last_step` and `last_error` (in tolerances) are those of the last
-    accepted step, 0 before the first.
+    (compensated summation). `next_step` is the step size to try, at most `longest_step`; `last_step` and `last_error` (in
+    tolerances) are those of the last accepted step, 0 before the first. `steps` and `rejected` count the accepted and the rejected
+    steps of the case, `tries` all steps in its span; `milestone` in s is the time in the span at the last check for a stalled case.
     """
 
     cases: Cases
@@ -78,14 +79,21 @@ class Whereabouts(ByCase):
     time: Floats
     rounding: Floats
     next_step: Floats
+    longest_step: Floats
     last_step: Floats
     last_error: Floats
+    steps: Cases
+    rejected: Cases
+    tries: Cases
+    milestone: Floats
 
     @classmethod
-    def start(cls, cases: Cases, duration: Floats) -> Whereabouts:
+    def start(cls, cases: Cases, duration: Floats, longest_step: Floats) -> Whereabouts:
         """Columns of `cases` (k,) at the beginning of their first span, which lasts `duration` (k,) s."""
-        zero = np.zeros((6, cases.size))
-        return cls(cases, np.zeros_like(cases), zero[0], duration, *zero[1:])
+        begin, time, rounding, next_step, last_step, last_error, milestone = np.zeros((7, cases.size))
+        span, steps, rejected, tries = np.zeros((4, cases.size), dtype=np.intp)
+        now = begin, duration, time, rounding, next_step, longest_step
+        return cls(cases, span, *now, last_step, last_error, steps, rejected, tries, milestone)
 
 
 def advance(system: System, method: Rosenbrock, time: Floats, state: Floats, step: Floats, increments: Floats) -> Floats:
