@@ -351,7 +351,9 @@ def test_a_law_that_does_not_fit_is_said() -> None:
 def test_one_mistaken_temperature_is_named_whatever_the_reference(reference: float) -> None:
     """The test at 20 degC was done at 28 degC."""
     mistaken = [replace(curve, temperature=20.0) if curve.temperature == 28 else curve for curve in curves(0, 10, 28, 30, 40, 50)]
-    assert "without 20 degC it fits (" in said(mistaken, reference)
+    found = said(mistaken, reference)
+    assert "without 20 degC it fits (" in found
+    assert found.count("these temperatures hardly determine") == 1  # the fits without a temperature are not the user's
 
 
 @pytest.mark.parametrize(("at", "factor"), [(0, 1e-3), (18, 1e3), (9, 1e3), (9, 1e-3)])
