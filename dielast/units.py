@@ -44,6 +44,7 @@ foot feet ft: 0.3048 m
 pascal Pa: 1 N/m^2
 bar: 1e5 Pa
 psi: 6894.757293168361 Pa
+ksi: 1 kpsi
 joule J: 1 N*m
 watt W: 1 J/s
 volt V: 1 W/A

@@ -36,11 +36,12 @@ class ColumnHeader:
 _ARGUMENT = re.compile(r"\w['\"]*\([^()]*\)$")
 
 
-def read_header(source: str, above: Sequence[Sequence[str]], columns: int, aligned: bool) -> tuple[ColumnHeader, ...]:
+def read_header(source: str, above: Sequence[Sequence[str]], columns: int, filled: int, aligned: bool) -> tuple[ColumnHeader, ...]:
     """The headers of so many `columns` in the rows `above` the data: a row of names, and perhaps rows of units and temperatures.
 
-    `aligned` says whether blanks separate the cells, so that empty cells do not show. Raises `InputError` if the row of names and
-    the rows of data differ in their number of cells.
+    Columns after the first `filled` ones are empty; they have no header if the names end before them. `aligned` says whether blanks
+    separate the cells, so that empty cells do not show. Raises `InputError` if the row of names and the rows of data differ in
+    their number of cells.
     """
     tables = [row for row in above if filled_width(row) > 1 or columns == 1]
     place = next((k for k in reversed(range(len(tables))) if temperatures_in(tables[k]) is not None), None)
@@ -56,6 +57,8 @@ def read_header(source: str, above: Sequence[Sequence[str]], columns: int, align
         names, below = tables[-2], [cell.strip("[]()").strip() for cell in names]
         if aligned and len(below) < columns:
             below = []  # with aligned cells, the column without a unit is unknown
+    if filled <= filled_width(names) < columns:
+        columns = filled_width(names)
     if filled_width(names) != columns and len(names) != columns:
         # a name with the separator in it, or a column without a name: the names cannot be matched with the columns
         counts = f"the header has {filled_width(names)} cells, the rows have {columns}"

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dielast.errors import InputError
+from dielast.units import is_unit
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -20,6 +21,7 @@ _FORMULA = re.compile(
 BLOCK = 10_000  # rows that are written at a time
 LONGEST_HEADER = 300  # characters
 _HEADER = re.compile(r"(?P<name>.*?)\s*(?:\[(?P<square>[^\]]*)\]|\((?P<round>[^)]*)\)|\s/\s(?P<slash>\S+))\s*")
+_WORDED = re.compile(r"(?P<name>.*\S)\s+in\s+(?P<unit>\S.*)")
 # tan(delta), E(t), G'(omega): the brackets hold the argument of a function, not a unit
 _FUNCTION = re.compile(r"(?:\b[Tt][Aa][Nn]\s?\([^()]*\)|(?<!\w)\w['\"]*\((?:[tTfwω]|omega|time)\))$")
 
@@ -46,7 +48,8 @@ Frame: TypeAlias = "pd.DataFrame"
 
 
 def split_header(header: str) -> tuple[str, str | None]:
-    """(name, unit) of a header cell written `name [unit]`, `name (unit)` or `name / unit`; the unit is None if none is stated.
+    """(name, unit) of a header cell written `name [unit]`, `name (unit)`, `name / unit`, or `name in unit` if dielast knows the
+    unit; the unit is None if none is stated.
 
     Arguments are no units: tan(delta) and E(t) are names.
     """
@@ -55,6 +58,9 @@ def split_header(header: str) -> tuple[str, str | None]:
     # a longer text is not a header, and would take the pattern very long
     match = _HEADER.fullmatch(header.strip()) if len(header) <= LONGEST_HEADER else None
     if match is None or not match["name"]:
+        worded = _WORDED.fullmatch(header.strip()) if len(header) <= LONGEST_HEADER else None
+        if worded is not None and is_unit(worded["unit"]):
+            return worded["name"], worded["unit"]
         return header.strip(), None
     return match["name"], next(unit for unit in (match["square"], match["round"], match["slash"]) if unit is not None).strip()
 

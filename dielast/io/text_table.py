@@ -218,7 +218,9 @@ def _table(text: str, source: str, form: TextFormat, units: Mapping[str, str] | 
     # numbers are aligned by blanks, but the names above them may be separated by tabs
     above = [split_cells(line, "\t" if separator == " " and "\t" in line else separator) for _, line in filled[:first]]
     columns = max(width, min(map(len, data)), filled_width(data[0]))
-    headers = read_header(source, above, columns, separator == " " and not any("\t" in line for _, line in filled[:first]))
+    aligned = separator == " " and not any("\t" in line for _, line in filled[:first])
+    headers = read_header(source, above, columns, max(map(filled_width, data)), aligned)
+    columns = len(headers)
     for line, row in zip(lines, data, strict=True):
         if filled_width(row) > columns:
             raise InputError(f"{filled_width(row)} cells, but the table has {columns} columns", file=source, line=line)

@@ -17,6 +17,7 @@ import numpy as np
 
 from dielast.mechanics.electric import ELECTRIC
 from dielast.mechanics.point import Arrowhead, LoadedPoints
+from dielast.mechanics.point_material import in_both_axes
 from dielast.numerics.arrays import Cases, Floats
 from dielast.numerics.stride import Inner
 
@@ -57,54 +58,66 @@ class ChargedPoints(LoadedPoints):
         of_charge = np.abs(increment[self.border]) / (np.abs(state[self.border]) + floor)
         return np.asarray(np.maximum(super().error(state, increment, inner), of_charge))
 
-    def linearise(self, time: Floats, state: Floats, step: Floats, gamma: float) -> ChargedArrowhead:
-        """The linear system of a step (cases,) in s that starts at `time` and `state`."""
-        return ChargedArrowhead(self, time, state, step, gamma)
+    def linearise(self, times: Floats, state: Floats, step: Floats, gamma: float) -> ChargedArrowhead:
+        """The linear system of a step (cases,) in s from `state`, whose stages are at `times` (stages, cases)."""
+        return ChargedArrowhead(self, times, state, step, gamma)
 
 
 class ChargedArrowhead(Arrowhead):
     """The linear system of one step, with a row for the charge."""
 
-    def __init__(self, system: ChargedPoints, time: Floats, state: Floats, step: Floats, gamma: float) -> None:
-        super().__init__(system, time, state, step, gamma)
+    def __init__(self, system: ChargedPoints, times: Floats, state: Floats, step: Floats, gamma: float) -> None:
+        super().__init__(system, times, state, step, gamma)
         points, load, charge, axes = system.points, system.load, state[system.border], system.axes
         assert points.circuit is not None
         self.step, self.circuit = step, points.circuit
-        log_squared = system.membrane(state, system.driven(time, state))[0]
+        self.source, self.slope = self.driven[:, ELECTRIC], load.slopes(times)[:, ELECTRIC]
+        log_squared = in_both_axes(self._membrane(0, state, self._driven(0, state))[0])
         permittivity, share = points.capacitance(log_squared)
         by_charge, by_stretch = self.circuit.linearised(permittivity, share, log_squared[0] + log_squared[1], charge)
         by_stretch = step * by_stretch
         self.by_stretch = by_stretch if axes == 2 else np.sum(by_stretch, axis=0, keepdims=True)  # one axis stands for both
-        slope, bend = load.slope(time)[ELECTRIC], load.bend(time)[ELECTRIC]
-        self.by_time = np.square(step) * self.circuit.supply_change(slope, bend)
+        self.by_time = np.square(step) * self.circuit.supply_change(self.slope[0], load.bend(times[0])[ELECTRIC])
         self.by_charge = self._border(self.by_load)
         unit_change = self._change_of_stretch(self.by_charge, 0.0)
         self.pivot = 1 / gamma - step * by_charge - np.einsum("cm,cm->m", self.by_stretch, unit_change)
+
+    def _driven(self, stage: int, state: Floats) -> Floats:
+        """The prescribed values (3, cases) of a stage, with the charge at `state` in place of the source."""
+        driven: Floats = self.driven[stage].copy()
+        driven[ELECTRIC] = state[self.border]
+        return driven
 
     def _drive(self, by_load: Floats, change: Floats) -> None:
         """Keep the derivatives in the charge: the charge is an unknown, not prescribed."""
         self.by_load = by_load
 
     def _solve(
-        self, residual: Floats, increment: Floats, time: Floats, state: Floats, history: Floats | None, gamma_i: float
+        self,
+        residual: Floats,
+        stage: int,
+        log_squared: Floats,
+        state: Floats,
+        history: Floats | None,
+        gamma_i: float,
+        out: Floats,
     ) -> None:
         """Write the border of the increment: the charge, and the rows of the film."""
-        super()._solve(residual, increment, time, state, history, gamma_i)
-        system, row = self.system, self.system.border
-        border = increment[row + 1 :]
-        right = self.step * self._rate(time, system.membrane(state, system.driven(time, state))[0], state[row])
+        super()._solve(residual, stage, log_squared, state, history, gamma_i, out)
+        row = self.border
+        border = out[row + 1 :]
+        right = self.step * self._rate(stage, in_both_axes(log_squared), state[row])
         if history is not None:
             right += history[row]
         if gamma_i:
             right += gamma_i * self.by_time
         right += np.einsum("cm,cm->m", self.by_stretch, self._change_of_stretch(border, gamma_i))
-        increment[row] = right / self.pivot
-        border += self.by_charge * increment[row]
+        out[row] = right / self.pivot
+        border += self.by_charge * out[row]
 
-    def _rate(self, time: Floats, log_squared_stretch: Floats, charge: Floats) -> Floats:
-        """dD~/dt (cases,) in A/m^2 at `time` (cases,) in s since the span began, Lambda (2, cases) and D~ (cases,)."""
-        permittivity, load = self.system.points.permittivity_at(log_squared_stretch), self.system.load
+    def _rate(self, stage: int, log_squared_stretch: Floats, charge: Floats) -> Floats:
+        """dD~/dt (cases,) in A/m^2 in a stage, at Lambda (2, cases) and D~ (cases,)."""
+        permittivity = self.system.points.permittivity_at(log_squared_stretch)
         log_area = log_squared_stretch[0] + log_squared_stretch[1]
-        source, slope = load.value(time)[ELECTRIC], load.slope(time)[ELECTRIC]
-        supply = self.circuit.supply(permittivity, log_area, charge, source, slope)
-        return np.asarray(supply - self.circuit.leak(permittivity, log_area, charge))
+        supply = self.circuit.supply(permittivity, log_area, charge, self.source[stage], self.slope[stage])
+        return supply if self.circuit.leakage is None else supply - self.circuit.leak(permittivity, log_area, charge)

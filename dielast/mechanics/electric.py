@@ -92,15 +92,15 @@ ElectricalLoad = FieldControl | ChargeControl
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Circuit(ByCase):
-    """A `leakage` law with constants (cases,), and the `resistance` r (cases,) in ohm m of the source, None if its charge is
-    prescribed.
+    """A `leakage` law with constants (cases,), None without leakage, and the `resistance` r (cases,) in ohm m of the source, None
+    if its charge is prescribed.
 
     In the methods, all arrays (cases,) unless stated: `source` is the prescribed quantity, E_s in V/m or D_s in C/m^2, `slope` its
     rate and `bend` the rate of `slope`; `permittivity` is that of the film at its present stretch, `share` are g_i (2, cases), and
     `log_area` is Lambda_1 + Lambda_2.
     """
 
-    leakage: Leakage
+    leakage: Leakage | None
     resistance: Floats | None = None
 
     def charge_after(self, charge: Floats, before: Floats, after: Floats) -> Floats:
@@ -109,6 +109,8 @@ class Circuit(ByCase):
 
     def leak(self, permittivity: Floats, log_area: Floats, charge: Floats) -> Floats:
         """The leakage current density j lambda_1 lambda_2 (cases,) in A/m^2 of undeformed area."""
+        if self.leakage is None:
+            return np.zeros_like(charge)
         area = np.exp(0.5 * log_area)
         return np.asarray(self.leakage.current_density(charge / (permittivity * area)) * area)
 
@@ -124,11 +126,13 @@ class Circuit(ByCase):
 
     def linearised(self, permittivity: Floats, share: Floats, log_area: Floats, charge: Floats) -> tuple[Floats, Floats]:
         """The derivatives of dD~/dt in D~ (cases,), at most 0, and in Lambda (2, cases)."""
-        area = np.exp(0.5 * log_area)
-        true_field = charge / (permittivity * area)
-        conductivity = self.leakage.slope(true_field)
-        by_charge = -conductivity / permittivity
-        by_stretch = area * (conductivity * true_field * (share - 0.5) - 0.5 * self.leakage.current_density(true_field))
+        by_charge, by_stretch = np.zeros_like(charge), np.zeros_like(share)
+        if self.leakage is not None:
+            area = np.exp(0.5 * log_area)
+            true_field = charge / (permittivity * area)
+            conductivity = self.leakage.slope(true_field)
+            by_charge = -conductivity / permittivity
+            by_stretch = area * (conductivity * true_field * (share - 0.5) - 0.5 * self.leakage.current_density(true_field))
         if self.resistance is not None:
             by_charge = by_charge - np.exp(-log_area) / (permittivity * self.resistance)
             by_stretch = by_stretch + share * (charge * np.exp(-log_area) / (permittivity * self.resistance))

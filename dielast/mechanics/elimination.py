@@ -110,6 +110,14 @@ class Eliminated:
             share[1, 0] = share[0, 1]
         return cls(diagonal, off_diagonal, share)
 
+    def following(self, flow: Floats) -> Floats:
+        """f F Q (axes, axes, n, cases), the change of Lambda - x that flows away per change of Lambda, of springs of flow factor
+        `flow` f (n, cases); D^-1 (f F K) = 1 - c D^-1 where c is one number.
+        """
+        if self.off_diagonal is None:
+            return np.asarray(self.share * flow)
+        return flow_of(self.share, flow)
+
     def carried(self, right: Floats) -> Floats:
         """Q times `right`, both (axes, n, cases)."""
         if self.off_diagonal is None:

@@ -80,9 +80,14 @@ class Cycles(ByCase):
         return np.ones(self.period.shape, dtype=bool)
 
     @property
+    def spans_of_cycle(self) -> int:
+        """The number of spans in a cycle."""
+        return len(self.edges) - 1
+
+    @property
     def spans(self) -> int:
         """The number of spans in all cycles."""
-        return self.cycles * (len(self.edges) - 1)
+        return self.cycles * self.spans_of_cycle
 
     @property
     def start(self) -> Floats:
@@ -106,7 +111,7 @@ class Cycles(ByCase):
 
     def span(self, cases: Cases, index: Cases) -> tuple[Load, Floats]:
         """The load and the durations (k,) in s of spans; all cycles are equal."""
-        part, period = index % (len(self.edges) - 1), self.period[cases]
+        part, period = index % self.spans_of_cycle, self.period[cases]
         begin, end = self.edges[part, cases], self.edges[part + 1, cases]
         low, high = (values.take(cases, axis=-1) for values in self.targets)
         swing, lasts = 0.5 * (high - low), period * (end - begin)
@@ -119,8 +124,8 @@ class Cycles(ByCase):
 
     def smooth(self, index: Cases) -> Flags:
         """Whether (k,) there is no kink: a triangle has kinks where it turns around."""
-        part = index % (len(self.edges) - 1)
-        return (index > 0) & (~np.isin(part, (0, (len(self.edges) - 1) // 2)) if self.triangle else True)
+        part = index % self.spans_of_cycle
+        return (index > 0) & (~np.isin(part, (0, self.spans_of_cycle // 2)) if self.triangle else True)
 
     def rises(self, kept: Cases) -> Floats:
         """The times (cases, k) in the cycles `kept` at which the voltage is closest to 0, on the way up and on the way down."""

@@ -110,29 +110,46 @@ class LoadedPoints(UnderLoad):
             worst = np.maximum(worst, error)
         return np.asarray(worst)
 
-    def linearise(self, time: Floats, state: Floats, step: Floats, gamma: float) -> Arrowhead:
-        """The linear system of a step (cases,) in s that starts at `time` and `state`."""
-        return Arrowhead(self, time, state, step, gamma)
+    def linearise(self, times: Floats, state: Floats, step: Floats, gamma: float) -> Arrowhead:
+        """The linear system of a step (cases,) in s from `state`, whose stages are at `times` (stages, cases)."""
+        return Arrowhead(self, times, state, step, gamma)
 
 
 class Arrowhead:
     """The linear system of one step, factorised; its cost is linear in the number of springs.
 
-    The block of a spring is D = 1/gamma + h/(3 tau) F K (`elimination`), and the condensed tangent is sum mu Q / gamma.
+    The block of a spring is D = 1/gamma + h/(3 tau) F K (`elimination`), and the condensed tangent is sum mu Q / gamma. Where the
+    right-hand side of a spring is r and Lambda changes by u_L, x changes by D^-1 r + h/(3 tau) F Q u_L.
     """
 
-    def __init__(self, system: LoadedPoints, time: Floats, state: Floats, step: Floats, gamma: float) -> None:
+    def __init__(self, system: LoadedPoints, times: Floats, state: Floats, step: Floats, gamma: float) -> None:
         self.system, self.hold, self.axes, self.border = system, 1 / gamma, system.axes, system.border
         points, load, symmetry = system.points, system.load, system.symmetry
         self.free = [axis for axis, control in enumerate(load.controls[: self.axes]) if control is Control.STRESS]
         self.stretched = len(self.free) < self.axes
-        driven = system.driven(time, state)
-        log_squared, nominal = system.unknown(state, driven)
-        self.log_squared, self.stretch, self.held = log_squared, np.exp(0.5 * log_squared), load.still and not self.free
+        self.driven = load.values(times)
+        if not self.free:  # the stretches of all stages are known
+            self.held_stretch = self.driven[:, : self.axes]
+            self.held_log_squared = 2.0 * np.log(self.held_stretch)
+        driven = self._driven(0, state)
+        log_squared, self.stretch, nominal = self._membrane(0, state, driven)
         self.stress, tangent = tangent_of(points.law, symmetry, log_squared[:, None] - system.packed(state))
         self.flow = (step if symmetry is None else symmetry.flow * step) * points.rate
         self.springs = Eliminated.of(tangent, self.flow, self.hold)
-        self._condense(load, step * load.slope(time), driven, log_squared, nominal)
+        self.following = self.springs.following(self.flow)
+        self._condense(load, step * load.slope(times[0]), driven, log_squared, nominal)
+
+    def _driven(self, stage: int, state: Floats) -> Floats:
+        """The prescribed values (3, cases) of a stage at `state`."""
+        driven: Floats = self.driven[stage]
+        return driven
+
+    def _membrane(self, stage: int, state: Floats, driven: Floats) -> tuple[Floats, Floats, Floats]:
+        """Lambda, the stretch and the nominal stress (axes, cases) in a stage."""
+        if not self.free:
+            return self.held_log_squared[stage], self.held_stretch[stage], state[-self.axes :]
+        log_squared, nominal = self.system.unknown(state, driven)
+        return log_squared, np.exp(0.5 * log_squared), nominal
 
     def _condense(self, load: Load, change: Floats, driven: Floats, log_squared: Floats, nominal: Floats) -> None:
         """Set the inverse (axes, axes, cases) of the border's matrix, and the right-hand side due to the rates of the prescribed
@@ -172,15 +189,11 @@ class Arrowhead:
         """Add the right-hand side due to the rate of the electrical quantity; `by_load` is the derivative of the Maxwell stress."""
         self.load_term += by_load * change[ELECTRIC]
 
-    def increment(self, time: Floats, state: Floats, history: Floats | None, gamma_i: float, out: Floats) -> Floats:
-        """The increment u_i of the stage at `time` and `state`, in `out`; `history` is sum_j c_ij u_j, None in the first stage."""
+    def increment(self, stage: int, state: Floats, history: Floats | None, gamma_i: float, out: Floats) -> Floats:
+        """The increment u_i of a stage at `state`, in `out`; `history` is sum_j c_ij u_j, None in the first stage."""
         system, points, axes, border, shape = self.system, self.system.points, self.axes, self.border, self.stress.shape
-        driven = system.driven(time, state)
-        if self.held:  # the stretch is the same in all stages
-            log_squared, stretch, nominal = self.log_squared, self.stretch, state[-axes:]
-        else:
-            log_squared, nominal = system.unknown(state, driven) if self.stretched else (state[-axes:], driven[:axes])
-            stretch = np.exp(0.5 * log_squared)
+        driven = self._driven(stage, state)
+        log_squared, stretch, nominal = self._membrane(stage, state, driven)
         stress = self.stress
         if history is not None:
             stress = stress_of(points.law, system.symmetry, log_squared[:, None] - state[:border].reshape(shape))
@@ -193,22 +206,36 @@ class Arrowhead:
         residual += nominal * stretch
         if system.electric:
             residual += points.maxwell_stress(log_squared, driven[ELECTRIC])
-        self._solve(residual, out, time, state, history, gamma_i)
-        change_of_stretch = self._change_of_stretch(out[-axes:], gamma_i)[:, None]
-        right -= change_of_stretch * self.hold
+        if gamma_i and not system.load.still:
+            residual += gamma_i * self.load_term
+        self._solve(residual, stage, log_squared, state, history, gamma_i, out)
         assert out.flags.c_contiguous  # otherwise `reshape` copies, and the increments of the springs are lost
         internal = out[:border].reshape(shape)
         self.springs.solve(right, out=internal)
-        internal += change_of_stretch
+        if self.free or (gamma_i and not system.load.still):
+            internal += self._followed(self._change_of_stretch(out[-axes:], gamma_i))
         return out
 
+    def _followed(self, change_of_stretch: Floats) -> Floats:
+        """The change of x (axes, n, cases) that follows a change of Lambda (axes, cases)."""
+        if self.axes == 1:
+            return np.asarray(self.following[0] * change_of_stretch)
+        return np.asarray(np.einsum("abnm,bm->anm", self.following, change_of_stretch))
+
     def _solve(
-        self, residual: Floats, increment: Floats, time: Floats, state: Floats, history: Floats | None, gamma_i: float
+        self,
+        residual: Floats,
+        stage: int,
+        log_squared: Floats,
+        state: Floats,
+        history: Floats | None,
+        gamma_i: float,
+        out: Floats,
     ) -> None:
-        """Write the border of the increment for the right-hand side `residual`, without that of the rates of the load."""
-        if gamma_i and not self.system.load.still:
-            residual += gamma_i * self.load_term
-        self._border(residual, out=increment[-self.axes :])
+        """Write the border of the increment `out` of a stage at `state` and Lambda, `log_squared` (axes, cases), for the
+        right-hand side `residual` (axes, cases).
+        """
+        self._border(residual, out=out[-self.axes :])
 
     def _border(self, right: Floats, out: Floats | None = None) -> Floats:
         """The rows of the unknown stretches or stresses (axes, cases) of the increment for a right-hand side (axes, cases)."""

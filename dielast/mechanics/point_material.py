@@ -92,6 +92,8 @@ class Points(ByCase):
 
     def permittivity_at(self, log_squared_stretch: Floats) -> Floats:
         """eps (cases,) in F/m at Lambda (2, cases)."""
+        if self.stretching.absent:
+            return self.permittivity
         return np.asarray(self.permittivity * np.exp(self.stretching.log_ratio(log_squared_stretch)[0]))
 
     def maxwell_stress(self, log_squared_stretch: Floats, electrical: Floats) -> Floats:

@@ -101,9 +101,17 @@ class Load(ByCase):
             return line
         return line + (self.wave if cases is None else self.wave.take(cases)).value(time)
 
+    def values(self, times: Floats) -> Floats:
+        """Prescribed values (k, 3, cases) at `times` (k, cases) in s since the span began."""
+        return np.broadcast_to(self.value(times[:, None]), (len(times), *self.start.shape))
+
     def slope(self, time: Floats) -> Floats:
         """The rates (3, cases) of the prescribed values, per s, at `time` (cases,) in s since the span began."""
         return self.rate if self.wave is None else self.rate + self.wave.slope(time)
+
+    def slopes(self, times: Floats) -> Floats:
+        """The rates (k, 3, cases) of the prescribed values, per s, at `times` (k, cases) in s since the span began."""
+        return np.broadcast_to(self.slope(times[:, None]), (len(times), *self.start.shape))
 
     def bend(self, time: Floats) -> Floats:
         """The second derivatives (3, cases) of the prescribed values, per s^2, at `time` (cases,) in s since the span began."""

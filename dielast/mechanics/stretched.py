@@ -41,7 +41,7 @@ class Branches(ByCase):
     slope: Floats
 
     def strain_rate(self, time: Floats) -> Floats:
-        """dLambda/dt (cases,) of axis 1 at `time` (cases,) in s since the span began."""
+        """dLambda/dt of axis 1 at `time` in s since the span began, both (..., cases)."""
         return np.asarray(2 * self.slope / (self.start + self.slope * time))
 
     def error(self, state: Floats, increment: Floats, inner: Inner | None = None) -> Floats:
@@ -54,28 +54,28 @@ class Branches(ByCase):
         start[columns], slope[columns] = line
         return replace(self, start=start, slope=slope)
 
-    def linearise(self, time: Floats, state: Floats, step: Floats, gamma: float) -> BranchStep:
-        """The linear system of a step (cases,) in s that starts at `time` and `state`."""
-        return BranchStep(self, time, state, step, gamma)
+    def linearise(self, times: Floats, state: Floats, step: Floats, gamma: float) -> BranchStep:
+        """The linear system of a step (cases,) in s from `state`, whose stages are at `times` (stages, cases)."""
+        return BranchStep(self, times, state, step, gamma)
 
 
 class BranchStep:
     """The linear system of one step: one small block per branch."""
 
-    def __init__(self, system: Branches, time: Floats, state: Floats, step: Floats, gamma: float) -> None:
-        self.system, self.step = system, step
+    def __init__(self, system: Branches, times: Floats, state: Floats, step: Floats, gamma: float) -> None:
+        self.system, self.strain = system, step * system.strain_rate(times)
         self.flow = (step if system.symmetry is None else system.symmetry.flow * step) * system.rate
         self.stress, tangent = tangent_of(system.law, system.symmetry, state[:, None].copy())
         self.springs = Eliminated.of(tangent, self.flow, 1 / gamma)
-        self.change = -0.5 * np.square(step * system.strain_rate(time))
+        self.change = -0.5 * np.square(self.strain[0])
 
-    def increment(self, time: Floats, state: Floats, history: Floats | None, gamma_i: float, out: Floats) -> Floats:
-        """The increment u_i of the stage at `time` and `state`, in `out`; `history` is sum_j c_ij u_j, None in the first stage."""
+    def increment(self, stage: int, state: Floats, history: Floats | None, gamma_i: float, out: Floats) -> Floats:
+        """The increment u_i of a stage at `state`, in `out`; `history` is sum_j c_ij u_j, None in the first stage."""
         system, stress = self.system, self.stress
         if history is not None:
             stress = stress_of(system.law, system.symmetry, state[:, None].copy())
         right = -flow_of(stress, self.flow)
-        right[0] += self.step * system.strain_rate(time)
+        right[0] += self.strain[stage]
         if history is not None:
             right += history[:, None]
         if gamma_i:

@@ -109,10 +109,8 @@ class _Pool:
         self.system_of_all, self.durations, self.first_steps, self.longest_steps = system, duration, first_step, longest_step
         self.rtol, self.observe, self.method, self.spans, self.result = rtol, observe, method, spans, result
         self.exponent = 1 / method.order
-        self.milestone = np.zeros_like(duration)  # time in the span at the last check for a stalled case
-        self.tries = np.zeros(duration.size, dtype=np.intp)  # steps tried in the span
         self.last_span = self._last_spans()
-        self.at = Whereabouts.start(np.zeros(0, dtype=np.intp), np.zeros(0))
+        self.at = Whereabouts.start(np.zeros(0, dtype=np.intp), np.zeros(0), np.zeros(0))
         self.active = np.zeros(0, dtype=bool)
         self.state = result.state[:, :0]
 
@@ -139,7 +137,8 @@ class _Pool:
     def _refill(self, starting: Cases) -> None:
         """Drop the columns of cases that have ended, and add columns of the `starting` cases."""
         keep, count = np.flatnonzero(self.active), starting.size
-        at = Whereabouts.joined([self.at.take(keep), Whereabouts.start(starting, self.durations[starting])])
+        new_columns = Whereabouts.start(starting, self.durations[starting], self.longest_steps[starting])
+        at = Whereabouts.joined([self.at.take(keep), new_columns])
         state = np.concatenate((self.state[:, keep], self.result.state[:, starting]), axis=1)
         system = self.system_of_all.take(at.cases)
         if self.spans is not None and at.cases.size:
@@ -176,7 +175,8 @@ class _Pool:
         self.system, lasts = self._entered(self.system, columns, at.cases[columns], span)
         at.begin[columns] += at.duration[columns]
         at.span[columns], at.duration[columns] = span, lasts
-        at.time[columns] = at.rounding[columns] = 0.0
+        at.time[columns] = at.rounding[columns] = at.milestone[columns] = 0.0
+        at.tries[columns] = 0
         kinks = columns[~self.spans.smooth(span)]
         if kinks.size:
             single_case, at_kink = at.cases.size == 2 and at.cases[0] == at.cases[1], kinks
@@ -184,7 +184,6 @@ class _Pool:
             proposed = np.where(self.result.next_step > 0, self.result.next_step, self.durations)[at.cases[kinks]]
             at.next_step[at_kink] = self._opening(self.system, self.state, at.duration, kinks, proposed)
             at.last_step[at_kink] = at.last_error[at_kink] = 0.0
-        self.tries[at.cases[columns]], self.milestone[at.cases[columns]] = 0, 0.0
 
     def _opening(self, system: System, state: Floats, duration: Floats, columns: Cases, proposed: Floats) -> Floats:
         """The first step (k,) of columns (k,) after the start or a kink, at most `proposed` (k,) where that is not 0."""
@@ -207,8 +206,8 @@ class _Pool:
         """
         probe = 1e-18 * duration
         gamma = self.method.gamma
-        zero = np.zeros_like(duration)
-        increment = system.linearise(zero, state, probe, gamma).increment(zero, state, None, gamma, np.empty(state.shape))
+        start = np.zeros((1, duration.size))
+        increment = system.linearise(start, state, probe, gamma).increment(0, state, None, gamma, np.empty(state.shape))
         rate = system.error(state, increment) / (gamma * probe)
         step = FIRST_MOVE * self.rtol / rate
         return np.where(step > 0, np.minimum(step, duration), 1e-6 * duration)
@@ -220,10 +219,10 @@ class _Pool:
         tolerance from the slope over a step ten times as long, a transient decays in between.
         """
         many = np.repeat(columns, PROBED.size + 1)
-        system, state, zero = system.take(many), np.take(state, many, axis=1), np.zeros(many.size)
+        system, state, start = system.take(many), np.take(state, many, axis=1), np.zeros((1, many.size))
         steps = (proposed[:, None] * np.append(PROBED, 1e-18)).ravel()
         gamma = self.method.gamma
-        change = system.linearise(zero, state, steps, gamma).increment(zero, state, None, gamma, np.empty(state.shape))
+        change = system.linearise(start, state, steps, gamma).increment(0, state, None, gamma, np.empty(state.shape))
         change = change.reshape(state.shape[0], columns.size, -1)
         change = change - change[..., -1:]  # less the correction towards a consistent state
         change[..., 1:] -= 0.1 * change[..., :-1]
@@ -236,7 +235,7 @@ class _Pool:
         """Try one step in every column, and accept the steps that are accurate enough."""
         at = self.at
         left = (at.duration - at.time) - at.rounding
-        step = np.minimum(at.next_step, self.longest_steps[at.cases])
+        step = np.minimum(at.next_step, at.longest_step)
         step = np.where(step >= 0.99 * left, left, np.minimum(step, 0.5 * left))
         after = advance(self.system, self.method, at.time, self.state, step, self.increments)
         error = self.system.error(after, self.increments[-1], partial(self.method.inner_error, self.increments)) / self.rtol
@@ -261,7 +260,8 @@ class _Pool:
         if self.spans is not None:  # a step cut short by the end of its span must not shorten the next one
             following = np.where(finished, np.maximum(following, at.next_step), following)
         opening = accepted & (at.time == 0)  # the first step of a span
-        self.result.next_step[at.cases[opening]] = following[opening]
+        if opening.any():
+            self.result.next_step[at.cases[opening]] = following[opening]
         self.state = np.where(accepted, after, self.state)
         shift = total - at.time
         rounding = at.rounding + (at.time - (total - shift)) + (step - shift)
@@ -278,21 +278,18 @@ class _Pool:
         """
         result, at = self.result, self.at
         cases = at.cases
-        result.steps[cases[accepted]] += 1
-        result.rejected[cases[self.active & ~accepted]] += 1
-        self.tries[cases[self.active]] += 1
+        at.steps, at.rejected, at.tries = at.steps + accepted, at.rejected + ~accepted, at.tries + 1
         stopped = accepted & stop if stop is not None else np.zeros_like(accepted)
         if (ready := finished & ~stopped & ~last).any():
             self._onward(ready)
             finished = finished & ~ready
         vanished = self.active & ~finished & ((at.next_step < LEAST_STEP * at.time) | (at.next_step < NO_STEP))
-        tries = self.tries[cases]
-        endless = self.active & (tries >= MOST_STEPS)
-        stalled = self.active & (tries > 0) & (tries % STALL_STEPS == 0)
+        endless = self.active & (at.tries >= MOST_STEPS)
+        stalled = self.active & (at.tries > 0) & (at.tries % STALL_STEPS == 0)
         if stalled.any():
-            due, reached = cases[stalled], at.time[stalled]
-            stalled[stalled] = reached - self.milestone[due] < STALL_REACH * at.duration[stalled]
-            self.milestone[due] = reached
+            due = np.flatnonzero(stalled)
+            stalled[due] = at.time[due] - at.milestone[due] < STALL_REACH * at.duration[due]
+            at.milestone[due] = at.time[due]
         ended = finished | vanished | endless | stalled | stopped
         if not ended.any():
             return
@@ -306,6 +303,7 @@ class _Pool:
         for condition, status in outcomes:
             result.status[cases[condition]] = status
         result.state[:, cases[ended]] = self.state[:, ended]
+        result.steps[cases[ended]], result.rejected[cases[ended]] = at.steps[ended], at.rejected[ended]
         completed = finished & ~stopped if self.spans is not None else finished
         result.time[cases[ended]] = np.where(completed, self.durations[cases], at.begin + at.time)[ended]
         without_proposal = ended & (self.first_steps[cases] <= 0)

@@ -20,8 +20,8 @@ Inner = Callable[[int], Floats]
 class Linearised(Protocol):
     """The linear system of one step."""
 
-    def increment(self, time: Floats, state: Floats, history: Floats | None, gamma_i: float, out: Floats) -> Floats:
-        """The increment u_i (rows, cases) of the stage at `time` and `state`, written to the contiguous array `out`.
+    def increment(self, stage: int, state: Floats, history: Floats | None, gamma_i: float, out: Floats) -> Floats:
+        """The increment u_i (rows, cases) of the stage of this number at `state`, written to the contiguous array `out`.
 
         `history` is sum_j c_ij u_j, None in the first stage.
         """
@@ -33,8 +33,10 @@ class System(Protocol):
     def take(self, cases: Cases) -> Self:
         """The equations of the selected cases (k,)."""
 
-    def linearise(self, time: Floats, state: Floats, step: Floats, gamma: float) -> Linearised:
-        """The linear system of a step (cases,) in s that starts at `time` and `state`."""
+    def linearise(self, times: Floats, state: Floats, step: Floats, gamma: float) -> Linearised:
+        """The linear system of a step (cases,) in s from `state`, whose stages are at `times` (stages, cases); it starts at the
+        first of them.
+        """
 
     def error(self, state: Floats, increment: Floats, inner: Inner | None = None) -> Floats:
         """The relative error (cases,) of a `state` (rows, cases) that is wrong by an `increment` (rows, cases).
@@ -65,8 +67,9 @@ class Whereabouts(ByCase):
 
     A column integrates a case of index `cases` through the span of index `span`, which lasts `duration` s and begins `begin` s
     after the start of the integration. `time` in s is the time since the span began, `rounding` in s the rounding error of `time`
-    (compensated summation). `next_step` is the step size to try, `last_step` and `last_error` (in tolerances) are those of the last
-    accepted step, 0 before the first.
+    (compensated summation). `next_step` is the step size to try, at most `longest_step`; `last_step` and `last_error` (in
+    tolerances) are those of the last accepted step, 0 before the first. `steps` and `rejected` count the accepted and the rejected
+    steps of the case, `tries` all steps in its span; `milestone` in s is the time in the span at the last check for a stalled case.
     """
 
     cases: Cases
@@ -76,14 +79,21 @@ class Whereabouts(ByCase):
     time: Floats
     rounding: Floats
     next_step: Floats
+    longest_step: Floats
     last_step: Floats
     last_error: Floats
+    steps: Cases
+    rejected: Cases
+    tries: Cases
+    milestone: Floats
 
     @classmethod
-    def start(cls, cases: Cases, duration: Floats) -> Whereabouts:
+    def start(cls, cases: Cases, duration: Floats, longest_step: Floats) -> Whereabouts:
         """Columns of `cases` (k,) at the beginning of their first span, which lasts `duration` (k,) s."""
-        zero = np.zeros((6, cases.size))
-        return cls(cases, np.zeros_like(cases), zero[0], duration, *zero[1:])
+        begin, time, rounding, next_step, last_step, last_error, milestone = np.zeros((7, cases.size))
+        span, steps, rejected, tries = np.zeros((4, cases.size), dtype=np.intp)
+        now = begin, duration, time, rounding, next_step, longest_step
+        return cls(cases, span, *now, last_step, last_error, steps, rejected, tries, milestone)
 
 
 def advance(system: System, method: Rosenbrock, time: Floats, state: Floats, step: Floats, increments: Floats) -> Floats:
@@ -91,9 +101,8 @@ def advance(system: System, method: Rosenbrock, time: Floats, state: Floats, ste
 
     Writes the increments u_i of all stages to `increments` (stages, rows, pool).
     """
-    equations = system.linearise(time, state, step, method.gamma)
-    times = time + method.alpha[:, None] * step
-    equations.increment(time, state, None, method.gamma_i[0], increments[0])
+    equations = system.linearise(time + method.alpha[:, None] * step, state, step, method.gamma)
+    equations.increment(0, state, None, method.gamma_i[0], increments[0])
     stage = state
     for i in range(1, method.stages):
         if method.adds_last[i]:
@@ -102,7 +111,7 @@ def advance(system: System, method: Rosenbrock, time: Floats, state: Floats, ste
         else:
             stage, history = np.einsum("bs,srm->brm", method.ac[i], increments[:i])
             stage += state
-        equations.increment(times[i], stage, history, method.gamma_i[i], increments[i])
+        equations.increment(i, stage, history, method.gamma_i[i], increments[i])
     return np.asarray(stage + increments[-1])
 
 

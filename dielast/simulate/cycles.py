@@ -20,8 +20,8 @@ from dielast.mechanics.equations import Films, films_of
 from dielast.mechanics.passive.framed import FramedFilms
 from dielast.mechanics.piece import Cycles, Piece
 from dielast.mechanics.point_material import Points
-from dielast.mechanics.span import Control, Load
-from dielast.numerics.arrays import Cases, Floats
+from dielast.mechanics.span import Control
+from dielast.numerics.arrays import Cases, Flags, Floats
 from dielast.numerics.stride import DenseSteps, Stride
 from dielast.simulate.electrical import NODES, WEIGHTS, flow
 
@@ -85,7 +85,8 @@ class CycleMeter:
     leakage: Leakage | None = None
     _tables: list[Floats] = field(default_factory=list)
     _waveform: Cycles | None = None
-    _buffer: list[tuple[DenseSteps, Load, Floats, Cases]] = field(default_factory=list)
+    _buffer: list[tuple[DenseSteps, Cases, Floats, Flags]] = field(default_factory=list)
+    """Steps (k,) to evaluate together: their dense output, the spans, when these begin, and whether the step ends its span."""
     _size: int = 0
     _system: Films | None = None
     _sums: Floats = field(default_factory=lambda: np.zeros((8, 0, 0)))
@@ -113,11 +114,7 @@ class CycleMeter:
             columns = columns[:1]  # a single case occupies two columns
         self._system = system = films_of(stride)
         steps = DenseSteps.of(stride, slice(system.border, None), columns)
-        cycle, part = np.divmod(stride.span[columns], len(self._waveform.edges) - 1)
-        self._buffer.append((steps, system.load.take(columns), stride.begin[columns], cycle))
-        # the part of the cycle is the last one that lasts for some time
-        ended = (stride.until == stride.duration)[columns] & (self._waveform.edges[part + 1, steps.cases] >= 1)
-        self._finished[steps.cases[ended]] = cycle[ended] + 1
+        self._buffer.append((steps, stride.span[columns], stride.begin[columns], (stride.until == stride.duration)[columns]))
         self._size += columns.size
         if self._size >= MANY:
             self._add()
@@ -154,9 +151,12 @@ class CycleMeter:
         assert waveform is not None
         assert system is not None
         steps = DenseSteps.joined([kept[0] for kept in self._buffer])
-        load = Load.joined([kept[1] for kept in self._buffer])
-        begin, cycle = (np.concatenate([kept[index] for kept in self._buffer]) for index in (2, 3))
+        span, begin, ends_span = (np.concatenate([kept[index] for kept in self._buffer]) for index in (1, 2, 3))
         self._buffer, self._size = [], 0
+        load, cycle = waveform.span(steps.cases, span)[0], span // waveform.spans_of_cycle
+        # the part of the cycle is the last one that lasts for some time
+        ended = ends_span & (waveform.edges[span % waveform.spans_of_cycle + 1, steps.cases] >= 1)
+        np.maximum.at(self._finished, steps.cases[ended], cycle[ended] + 1)
         count, places = steps.cases.size, PLACES.size
         many = np.tile(np.arange(count), places)
         share = np.repeat(PLACES, count)

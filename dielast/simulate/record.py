@@ -90,6 +90,7 @@ class Recorder:
     _size: int = 0
     _system: Films | None = None
     _relative: Floats = field(init=False)
+    """Output times in s since the piece began, followed by NaN for as many rows as are checked at once."""
     _next: Cases = field(init=False)
     _load_time: Floats = field(default_factory=lambda: np.array(np.inf))
     """The time (cases,) in s that the last change of the load took, plus the time since then."""
@@ -124,7 +125,8 @@ class Recorder:
             self._values.append(np.full((self.rows, *relative.shape), np.nan))
             if self.output.internal:
                 self._internal.append(np.full((2, system.points.rate.shape[0], *relative.shape), np.nan))
-        self._relative = relative if alive.all() else np.where(alive[:, None], relative, np.nan)
+        self._relative = np.full((start.size, relative.shape[1] + ROWS_AT_A_LOOK.size), np.nan)
+        self._relative[alive, : relative.shape[1]] = relative[alive]
         after = self._relative > 0
         self._next = np.where(after.any(axis=1), np.argmax(after, axis=1), relative.shape[1])
         if self.electric is not None:
@@ -219,12 +221,13 @@ class Recorder:
 
     def _due(self, stride: Stride) -> tuple[Cases, Cases]:
         """Columns and rows (k,) of the output times within the step."""
-        columns, size = np.flatnonzero(stride.accepted), self._relative.shape[1]
+        reached = self._relative[stride.cases, self._next[stride.cases]] <= stride.elapsed
+        columns = np.flatnonzero(stride.accepted & reached)
         due = [(columns[:0], columns[:0])]
         while columns.size:
             case = stride.cases[columns]
             rows = self._next[case, None] + ROWS_AT_A_LOOK
-            within = (rows < size) & (self._relative[case[:, None], np.minimum(rows, size - 1)] <= stride.elapsed[columns, None])
+            within = self._relative[case[:, None], rows] <= stride.elapsed[columns, None]
             passed = np.count_nonzero(within, axis=1)
             due.append((np.repeat(columns, passed), rows[within]))
             self._next[case] += passed

@@ -80,4 +80,5 @@ class Wiring:
         if not self.has_circuit[cases].any():
             return replace(points, electric=CHARGE) if self.charge else points
         resistance = None if self.charge else self.resistance[cases]
-        return replace(points, electric=CHARGE, circuit=Circuit(self.leakage.take(cases), resistance))
+        leakage = self.leakage.take(cases) if np.any(np.asarray(self.leakage.conductivity)[cases]) else None
+        return replace(points, electric=CHARGE, circuit=Circuit(leakage, resistance))

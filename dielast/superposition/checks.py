@@ -1,6 +1,6 @@
 """Checks of a joint fit: shift factors that the data do not determine, points far from their curve, and implausible results."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -144,16 +144,39 @@ def warn_if_rising(temperature: Floats, shift: Floats, stderr: Floats) -> None:
         )
 
 
-def warn_if_law_misses(temperature: Floats, shift: Floats, stderr: Floats, by_law: Floats, misfit: float, parameters: int) -> None:
-    """Warn of a law that misses the shift factors by more than their errors, at the worst one; `misfit` is that of `ShiftFit`."""
-    freedom = max(temperature.size - 1 - parameters, 1)
+def warn_if_law_misses(
+    temperature: Floats,
+    shift: Floats,
+    stderr: Floats,
+    by_law: Floats,
+    misfit: float,
+    parameters: int,
+    misfit_without: Callable[[], Floats],
+) -> None:
+    """Warn of a law that misses the shift factors by more than their errors, at the worst one; `misfit` is that of `ShiftFit`.
+
+    `misfit_without` computes the misfits (m,) without one temperature each: if the law fits without one of them, that is named.
+    """
+    freedom = temperature.size - 1 - parameters
     miss = np.abs(by_law - shift)
-    if misfit > max(LAW_MISFIT, 1 + LAW_MISFIT_SIGMA * np.sqrt(2 / freedom)) and np.nanmax(miss) > LAW_MISS:
-        k = int(np.nanargmax(miss))
-        warn(
-            f"the law does not fit the shift factors: at {temperature[k]:g} degC it gives log10 a = {by_law[k]:.2f}, measured is "
-            f"{shift[k]:.2f} +- {stderr[k]:.2g} (reduced chi-square {misfit:.3g}, should be about 1): take another law, or a table"
-        )
+    if _law_fits(misfit, max(freedom, 1)) or np.nanmax(miss) <= LAW_MISS:
+        return
+    k = int(np.nanargmax(miss))
+    suspect = ""
+    if freedom > 1:
+        others = misfit_without()
+        best = int(np.argmin(others))
+        if _law_fits(others[best], freedom - 1):
+            suspect = f"without {temperature[best]:g} degC it fits ({others[best]:.2g}): check the temperature of that test, or "
+    warn(
+        f"the law does not fit the shift factors: at {temperature[k]:g} degC it gives log10 a = {by_law[k]:.2f}, measured is "
+        f"{shift[k]:.2f} +- {stderr[k]:.2g} (reduced chi-square {misfit:.3g}, should be about 1): {suspect}take another law, or a "
+        "table"
+    )
+
+
+def _law_fits(misfit: float, freedom: int) -> bool:
+    return bool(misfit <= max(LAW_MISFIT, 1 + LAW_MISFIT_SIGMA * np.sqrt(2 / freedom)))
 
 
 def warn_if_no_plateau(curve: Spline, kind: MeasurementKind) -> None:

@@ -19,7 +19,7 @@ from dielast.superposition.checks import (
 from dielast.superposition.gather import Gathered
 from dielast.superposition.joint_fit import MasterFit
 from dielast.superposition.result import MasterCurve, Stated
-from dielast.superposition.shiftfit import ShiftFit, fit_shift_law
+from dielast.superposition.shiftfit import ShiftFit, fit_shift_law, misfit_without
 from dielast.superposition.sweepfit import BasisFit
 
 SMOOTH_POINTS = 400
@@ -51,9 +51,8 @@ def place_at_reference(
     slope[determined] = np.gradient(fit.shift[determined], temperature[determined])
     thermometer = np.diag((slope * stated.temperature_stderr) ** 2)
     measured = fit.covariance[:m, :m] + _relative(thermometer, np.eye(m)[anchor])
-    shift_fit = fit_shift_law(
-        law, temperature[determined], fit.shift[determined], measured[both_determined], int(np.sum(determined[:anchor])), reference
-    )
+    to_fit = (law, temperature[determined], fit.shift[determined], measured[both_determined], int(np.sum(determined[:anchor])))
+    shift_fit = fit_shift_law(*to_fit, reference)
     weight, excess = np.zeros(m), 0.0
     at_reference = determined & (temperature == reference)
     if np.any(at_reference):
@@ -71,7 +70,13 @@ def place_at_reference(
     by_law = _law_values(shift_fit.law, temperature)
     warn_if_rising(temperature[determined], shift[determined], stderr[determined])
     warn_if_law_misses(
-        temperature[determined], shift[determined], stderr[determined], by_law[determined], shift_fit.misfit, len(shift_fit.names)
+        temperature[determined],
+        shift[determined],
+        stderr[determined],
+        by_law[determined],
+        shift_fit.misfit,
+        len(shift_fit.names),
+        lambda: misfit_without(*to_fit),
     )
     warn_if_no_plateau(fit.placed[0], kind)
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from dielast.errors import InputError, warn
 from dielast.material.shift import SHIFTS, ShiftLaw
-from dielast.material.shift.law import MovedLaw
+from dielast.material.shift.law import FittedLaw, MovedLaw
 from dielast.numerics.arrays import Floats, rms
 
 NEGLIGIBLE = 1e-3  # decades
@@ -81,10 +81,7 @@ def fit_shift_law(
         table, weight = exact
         return ShiftFit(table, (), np.zeros(0), np.zeros((0, 0)), 0.0, float(weight @ log10_shift_factor), weight, 0.0)
     others = np.arange(m) != anchor
-    distance, relative = temperature[others] - base, log10_shift_factor[others]
-    measured = covariance[np.ix_(others, others)]
-    whiten = np.linalg.inv(np.linalg.cholesky(measured + 1e-14 * np.mean(np.diag(measured)) * np.eye(m - 1)))
-    fitted = kind.fit(base, distance, relative, whiten)
+    fitted = _fit_about(law, temperature, log10_shift_factor, covariance, anchor)
 
     def about(temperature: float) -> MovedLaw:
         return fitted.about(temperature - base)
@@ -119,6 +116,29 @@ def fit_shift_law(
         about,
         spread,
     )
+
+
+def misfit_without(law: str, temperature: Floats, log10_shift_factor: Floats, covariance: Floats, anchor: int) -> Floats:
+    """The `misfit` (m,) of `law` when it is fitted to all temperatures but one; arguments as for `fit_shift_law`."""
+    misfit = np.zeros(temperature.size)
+    for omitted in range(temperature.size):
+        kept = np.arange(temperature.size) != omitted
+        # where the anchor itself is omitted, all others are relative to a neighbour
+        base = anchor if omitted != anchor else anchor - 1 if anchor else 1
+        move = np.eye(temperature.size)
+        move[:, base] -= 1
+        relative, moved = move @ log10_shift_factor, move @ covariance @ move.T
+        fitted = _fit_about(law, temperature[kept], relative[kept], moved[np.ix_(kept, kept)], int(np.sum(kept[:base])))
+        misfit[omitted] = fitted.misfit
+    return misfit
+
+
+def _fit_about(law: str, temperature: Floats, log10_shift_factor: Floats, covariance: Floats, anchor: int) -> FittedLaw:
+    """`law` fitted about the temperature numbered `anchor`, by generalised least squares."""
+    others, base = np.arange(temperature.size) != anchor, float(temperature[anchor])
+    measured = covariance[np.ix_(others, others)]
+    whiten = np.linalg.inv(np.linalg.cholesky(measured + 1e-14 * np.mean(np.diag(measured)) * np.eye(temperature.size - 1)))
+    return SHIFTS[law].fit(base, temperature[others] - base, log10_shift_factor[others], whiten)
 
 
 def _spread(differences: Floats) -> float:

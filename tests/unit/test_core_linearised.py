@@ -126,14 +126,14 @@ def compare(system: LoadedPoints, border: int, equations: Callable[[int], Equati
         stressed = system.load.controls[row - border] is FREE
         state[row] = random.uniform(0.5, 1.0, CASES) if stressed else random.uniform(1e4, 5e4, CASES)
     later, past = state * random.uniform(0.9, 1.1, state.shape), random.uniform(-0.1, 0.1, state.shape)
-    linear = system.linearise(time, state, h, GAMMA)
+    linear = system.linearise(np.stack((time, time + 0.5 * h, time + h)), state, h, GAMMA)
     stages = (
-        (linear.increment(time, state, None, 0.3, np.empty(state.shape)), time, state, np.zeros_like(past), 0.3),
-        (linear.increment(time + 0.5 * h, later, past, -0.7, np.empty(state.shape)), time + 0.5 * h, later, past, -0.7),
-        (linear.increment(time + h, later, past, 0.0, np.empty(state.shape)), time + h, later, past, 0.0),
+        (linear.increment(0, state, None, 0.3, np.empty(state.shape)), time, state, np.zeros_like(past), 0.3),
+        (linear.increment(1, later, past, -0.7, np.empty(state.shape)), time + 0.5 * h, later, past, -0.7),
+        (linear.increment(2, later, past, 0.0, np.empty(state.shape)), time + h, later, past, 0.0),
     )
     with pytest.raises(AssertionError):  # the increments of the springs are written to another shape of it
-        linear.increment(time, state, None, 0.3, np.empty(state.shape, order="F"))
+        linear.increment(0, state, None, 0.3, np.empty(state.shape, order="F"))
     for found, at, stage, history, gamma_i in stages:
         for case in range(CASES):
             begin, end = (float(time[case]), state[:, case]), (float(at[case]), stage[:, case])

@@ -29,20 +29,21 @@ class Chasing:
     def error(self, state: Array, increment: Array, inner: object = None) -> Array:
         return np.max(np.abs(increment), axis=0)
 
-    def linearise(self, time: Array, state: Array, step: Array, gamma: float) -> Linear:
-        return Linear(self, time, step, gamma)
+    def linearise(self, times: Array, state: Array, step: Array, gamma: float) -> Linear:
+        return Linear(self, times, step, gamma)
 
     def exact(self, start: Array, time: Array) -> Array:
         return np.sin(self.w * time) + start * np.exp(-self.k * time)
 
 
 class Linear:
-    def __init__(self, system: Chasing, time: Array, step: Array, gamma: float) -> None:
-        self.system, self.step, self.gamma = system, step, gamma
+    def __init__(self, system: Chasing, times: Array, step: Array, gamma: float) -> None:
+        self.system, self.times, self.step, self.gamma = system, times, step, gamma
+        time = times[0]
         self.in_time = system.w * (system.k * np.cos(system.w * time) - system.w * np.sin(system.w * time))
 
-    def increment(self, time: Array, state: Array, history: Array | None, gamma_i: float, out: Array) -> Array:
-        k, w, h = self.system.k, self.system.w, self.step
+    def increment(self, stage: int, state: Array, history: Array | None, gamma_i: float, out: Array) -> Array:
+        k, w, h, time = self.system.k, self.system.w, self.step, self.times[stage]
         right = h * (-k * (state - np.sin(w * time)) + w * np.cos(w * time)) + h**2 * gamma_i * self.in_time
         return np.divide(right + (0.0 if history is None else history), 1 / self.gamma + h * k, out=out)
 

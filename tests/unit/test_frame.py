@@ -516,14 +516,15 @@ def test_increments_are_those_of_the_exact_jacobian(boundary: str, dielectric: A
     columns = [(equations(begin, state + each) - equations(begin, state - each)) / (2 * each.max()) for each in np.diag(small)]
     jacobian, in_time = np.stack(columns, axis=1), (equations(begin + 1e-4, state) - equations(begin - 1e-4, state)) / 2e-4
     mass = np.where(np.arange(rows.size) < rows.size + border, 1.0, 0.0)
-    linearised = system.linearise(np.full(2, begin), np.stack((state, state), axis=1), np.full(2, step), gamma)
-    for history, later, gamma_i in ((None, 0.0, 0.2), (0.01 * rng.normal(size=rows.size), 0.1, -0.4)):
+    times = begin + np.array([[0.0, 0.0], [0.1, 0.1]])
+    linearised = system.linearise(times, np.stack((state, state), axis=1), np.full(2, step), gamma)
+    for stage, history, gamma_i in ((0, None, 0.2), (1, 0.01 * rng.normal(size=rows.size), -0.4)):
         there = state if history is None else state + 0.01 * rng.normal(size=rows.size) * size
-        right = step * equations(begin + later, there) + step**2 * gamma_i * in_time
+        right = step * equations(times[stage, 0], there) + step**2 * gamma_i * in_time
         right += 0.0 if history is None else mass * history
         wanted = np.linalg.solve(np.diag(mass / gamma) - step * jacobian, right)
         given = None if history is None else np.stack((history, history), axis=1)
         there_twice = np.stack((there, there), axis=1)
-        found = linearised.increment(np.full(2, begin + later), there_twice, given, gamma_i, np.empty(there_twice.shape))[:, 0]
+        found = linearised.increment(stage, there_twice, given, gamma_i, np.empty(there_twice.shape))[:, 0]
         assert found[:-2] == pytest.approx(wanted[:-2], rel=1e-6, abs=1e-7)
         assert found[-2:] == pytest.approx(wanted[-2:], rel=1e-6, abs=1e-6 * np.abs(wanted[-2:]).max())

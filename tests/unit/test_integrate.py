@@ -64,20 +64,18 @@ class Oscillating:
     def error(self, state: np.ndarray, increment: np.ndarray, inner: object = None) -> np.ndarray:
         return np.max(np.abs(increment), axis=0)
 
-    def linearise(self, time: np.ndarray, state: np.ndarray, step: np.ndarray, gamma: float) -> Linear:
-        return Linear(self, time, state, step, gamma)
+    def linearise(self, times: np.ndarray, state: np.ndarray, step: np.ndarray, gamma: float) -> Linear:
+        return Linear(self, times, state, step, gamma)
 
 
 class Linear:
-    def __init__(self, system: Oscillating, time: np.ndarray, state: np.ndarray, step: np.ndarray, gamma: float) -> None:
-        self.k, self.step, self.gamma = system.stiffness, step, gamma
-        self.slope = 3 * state[1] ** 2 + 1
+    def __init__(self, system: Oscillating, times: np.ndarray, state: np.ndarray, step: np.ndarray, gamma: float) -> None:
+        self.k, self.times, self.step, self.gamma = system.stiffness, times, step, gamma
+        self.slope, time = 3 * state[1] ** 2 + 1, times[0]
         self.rates = -np.sin(time), -(3 * np.sin(time) ** 2 + 1) * np.cos(time)
 
-    def increment(
-        self, time: np.ndarray, state: np.ndarray, history: np.ndarray | None, gamma_i: float, out: np.ndarray
-    ) -> np.ndarray:
-        y, z = state
+    def increment(self, stage: int, state: np.ndarray, history: np.ndarray | None, gamma_i: float, out: np.ndarray) -> np.ndarray:
+        (y, z), time = state, self.times[stage]
         algebraic = z**3 + z - np.sin(time) ** 3 - np.sin(time) + self.step * gamma_i * self.rates[1]
         u_z = -algebraic / self.slope
         right = self.step * (-self.k * (y - z) + np.cos(time)) + self.step**2 * gamma_i * self.rates[0]
@@ -93,13 +91,11 @@ def solve_with_fixed_steps(count: int, stiffness: float) -> tuple[float, float]:
     ends, within = 0.0, 0.0
     for number in range(count):
         time = number * step
-        linear, increments = system.linearise(time, state, step, RODAS5P.gamma), []
+        linear, increments = system.linearise(time + RODAS5P.alpha[:, None] * step, state, step, RODAS5P.gamma), []
         for i in range(RODAS5P.stages):
             stage = state + sum((a * u for a, u in zip(RODAS5P.a[i], increments, strict=False)), np.zeros((2, 1)))
             history = sum((c * u for c, u in zip(RODAS5P.c[i], increments, strict=False)), np.zeros((2, 1))) if i else None
-            increments.append(
-                linear.increment(time + RODAS5P.alpha[i] * step, stage, history, RODAS5P.gamma_i[i], np.empty((2, 1)))
-            )
+            increments.append(linear.increment(i, stage, history, RODAS5P.gamma_i[i], np.empty((2, 1))))
         after = stage + increments[-1]
         one = np.zeros(1, int)
         made = time, step, time + step, state, after, np.array(increments), one, 0 * time, 0 * time + 1, time + step
@@ -145,7 +141,7 @@ def test_an_observer_may_stop_a_case() -> None:
 
 def test_a_solution_that_ceases_to_exist_is_reported_where_it_does() -> None:
     class Explosion(Oscillating):
-        def linearise(self, time: np.ndarray, state: np.ndarray, step: np.ndarray, gamma: float) -> Blow:
+        def linearise(self, times: np.ndarray, state: np.ndarray, step: np.ndarray, gamma: float) -> Blow:
             return Blow(state, step, gamma)
 
         def take(self, cases: np.ndarray) -> Explosion:
@@ -161,7 +157,7 @@ def test_a_solution_that_ceases_to_exist_is_reported_where_it_does() -> None:
             self.matrix, self.step = 1 / gamma - step * 2 * state, step
 
         def increment(
-            self, time: np.ndarray, state: np.ndarray, history: np.ndarray | None, gamma_i: float, out: np.ndarray
+            self, stage: int, state: np.ndarray, history: np.ndarray | None, gamma_i: float, out: np.ndarray
         ) -> np.ndarray:
             return np.divide(self.step * state**2 + (0.0 if history is None else history), self.matrix, out=out)
 

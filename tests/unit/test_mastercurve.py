@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -343,6 +344,14 @@ def test_a_law_that_does_not_fit_is_said() -> None:
     )
     assert master.shift_fit.misfit > 100
     assert "the law does not fit" not in said(wide) + said(wide, law="table")
+    assert "check the temperature of that test" not in found
+
+
+@pytest.mark.parametrize("reference", [20.0, 35.0, 40.0])
+def test_one_mistaken_temperature_is_named_whatever_the_reference(reference: float) -> None:
+    """The test at 20 degC was done at 28 degC."""
+    mistaken = [replace(curve, temperature=20.0) if curve.temperature == 28 else curve for curve in curves(0, 10, 28, 30, 40, 50)]
+    assert "without 20 degC it fits (" in said(mistaken, reference)
 
 
 @pytest.mark.parametrize(("at", "factor"), [(0, 1e-3), (18, 1e3), (9, 1e3), (9, 1e-3)])

@@ -33,7 +33,14 @@ def as_si() -> list[tuple[float, float]]:
 @pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16", "latin-1"])
 @pytest.mark.parametrize(
     "header",
-    ["time [s]{0}E [MPa]", "time (s){0}E (MPa)", "time / s{0}E / MPa", "time{0}E\ns{0}MPa", "TIME{0}e\n[s]{0}[MPa]"],
+    [
+        "time [s]{0}E [MPa]",
+        "time (s){0}E (MPa)",
+        "time / s{0}E / MPa",
+        "time in s{0}E in MPa",
+        "time{0}E\ns{0}MPa",
+        "TIME{0}e\n[s]{0}[MPa]",
+    ],
 )
 def test_what_laboratories_write_is_read(separator: str, newline: str, encoding: str, header: str, decimal: str) -> None:
     rows = [separator.join(str(cell).replace(".", decimal) for cell in row) for row in DATA]
@@ -166,6 +173,17 @@ def test_a_header_of_another_width_than_the_rows_is_refused() -> None:
 
 def test_a_last_column_may_be_empty() -> None:
     assert numbers(read("time [s],E [MPa],remark\n1,2,\n2,3,\n")) == [(1, 2e6), (2, 3e6)]
+
+
+@pytest.mark.parametrize("header", ["time [s],E [MPa]", "time [s],E [MPa],,", "time,E\ns,MPa"])
+def test_rows_may_end_in_separators_that_the_header_does_not_have(header: str) -> None:
+    table = read(f"{header}\n1,2,\n2,3,\n")
+    assert table.column("time", "time", TIME).tolist() == [1, 2]
+    assert table.column("E", "modulus", STRESS).tolist() == [2e6, 3e6]
+
+
+def test_words_after_in_that_are_no_unit_belong_to_the_name() -> None:
+    assert read("stress in tension,strain in x\n1,2\n2,3\n").names == ("stress in tension", "strain in x")
 
 
 def test_units_stay_with_their_names_between_blanks() -> None:

@@ -107,7 +107,8 @@ def test_every_name_has_its_size_in_si() -> None:
         units.TIME: "s sec second 1, min minute 60, h hr hour 3600, d day 86400, week 604800, ns 1e-9, ps 1e-12, 1/Hz 1, coul/A 1",
         units.MASS: "kg kilogram 1, g gram 1e-3, mg 1e-6",
         units.FORCE: "N newton 1, dyn dyne 1e-5, gf gram_force 9.80665e-3, kgf kilogram_force 9.80665, lbf 4.4482216152605",
-        units.STRESS: "Pa pascal 1, bar 1e5, psi lbf/in^2 6894.757293168361, mbar 100, GPa gigapascals 1e9, J/m^3 1",
+        units.STRESS: "Pa pascal J/m^3 1, mbar 100, bar 1e5, GPa gigapascals 1e9, psi lbf/in^2 6894.757293168361"
+        ", ksi kpsi 6894757.293168361",
         units.STIFFNESS: "N/m N.m^-1 1, N/mm 1e3, J/m² 1",
         units.TORQUE: "N*m N-m J joule W*s 1, µN·m 1e-6",
         units.VOLTAGE: "V volt W/A J/coul coulomb/F 1, kV kilovolt 1e3",

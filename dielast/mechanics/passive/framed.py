@@ -135,9 +135,9 @@ class FramedFilms(UnderLoad):
         stress = np.max(np.abs(increment[-2:]) / (np.abs(state[-2:]) + floor), axis=0)
         return np.asarray(np.maximum(worst, FOLLOWER_WEIGHT * stress))
 
-    def linearise(self, time: Floats, state: Floats, step: Floats, gamma: float) -> FramedArrowhead:
-        """The linear system of a step (cases,) in s that starts at `time` and `state`."""
-        return FramedArrowhead(self, time, state, step, gamma)
+    def linearise(self, times: Floats, state: Floats, step: Floats, gamma: float) -> FramedArrowhead:
+        """The linear system of a step (cases,) in s from `state`, whose stages are at `times` (stages, cases)."""
+        return FramedArrowhead(self, times, state, step, gamma)
 
 
 def membrane(border: Floats, driven: Floats, controls: Controls) -> tuple[Floats, Floats]:
@@ -156,11 +156,12 @@ class FramedArrowhead:
     with D the matrix on the left, and the contribution of the spring to the stress is mu Q (c w - right), Q = K D^-1.
     """
 
-    def __init__(self, system: FramedFilms, time: Floats, state: Floats, step: Floats, gamma: float) -> None:
+    def __init__(self, system: FramedFilms, times: Floats, state: Floats, step: Floats, gamma: float) -> None:
         self.films = system
         assembly, load = system.assembly, system.load
         wide, structure = assembly.all_points, assembly.structure
-        field = load.value(time)[ELECTRIC]
+        self.field = load.values(times)[:, ELECTRIC]
+        field = self.field[0]
         self.stretch = structure.stretch(state[system.border : -2])
         self.viscous = state[: system.border].reshape(2, len(wide.modulus), -1)
         self.stress, tangent = wide.law.tangent(assembly.springs(self.viscous, self.stretch))
@@ -176,10 +177,10 @@ class FramedArrowhead:
         self.load_term = np.zeros_like(self.stretch[:, 0])
         if load.electric:
             _, _, by_load = assembly.points.maxwell_tangent(2 * np.log(self.stretch[:, 0]), field)
-            self.load_term -= by_load * (step * load.slope(time)[ELECTRIC]) / self.stretch[:, 0]
+            self.load_term -= by_load * (step * load.slope(times[0])[ELECTRIC]) / self.stretch[:, 0]
 
-    def increment(self, time: Floats, state: Floats, history: Floats | None, gamma_i: float, out: Floats) -> Floats:
-        """The increment u_i of the stage at `time` and `state`, in `out`; `history` is sum_j c_ij u_j, None in the first stage."""
+    def increment(self, stage: int, state: Floats, history: Floats | None, gamma_i: float, out: Floats) -> Floats:
+        """The increment u_i of a stage at `state`, in `out`; `history` is sum_j c_ij u_j, None in the first stage."""
         system, assembly = self.films, self.films.assembly
         wide, structure, border = assembly.all_points, assembly.structure, system.border
         if history is None:
@@ -195,8 +196,7 @@ class FramedArrowhead:
             right += history[:border].reshape(right.shape)
             right *= 2
             right /= self.viscous
-        field = system.load.value(time)[ELECTRIC]
-        nominal = assembly.carried(stress, stretch, field, system.load.electric) / stretch
+        nominal = assembly.carried(stress, stretch, self.field[stage], system.load.electric) / stretch
         nominal -= assembly.by_point(np.einsum("abnm,bnm->am", self.share, right)) / self.stretch
         if gamma_i:
             nominal[:, 0] += gamma_i * self.load_term
