@@ -28,8 +28,6 @@ The words of this package:
 - batch: cases with histories of one shape that one process solves together; a chunk is a batch of cells or films of a grid.
 """
 
-from __future__ import annotations
-
 from functools import cache
 from importlib import import_module
 from types import FunctionType

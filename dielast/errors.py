@@ -7,8 +7,6 @@ Every error holds its place as data, a `Problem` for each thing found wrong. Who
 the function that raises it adds that with `placed`: a command turns arguments of the library into keys of its recipe.
 """
 
-from __future__ import annotations
-
 import re
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping

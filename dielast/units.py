@@ -4,8 +4,6 @@ The table below holds the units of measurements on elastomers. Nothing is guesse
 error, and so is a unit of another dimension.
 """
 
-from __future__ import annotations
-
 import math
 import re
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Default bounds of the parameters of a calibration, each with words for it."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A test beside what the calibrated material gives in it, with the band that a further specimen would lie in."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial

@@ -11,8 +11,6 @@ half the sum by the others, and by the others and the parameter, at others that 
 are the step to the least sum of squares, this sum, its derivative, and the tangent.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 

@@ -11,8 +11,6 @@ Along a curve the covariance is (share^2 K + noise^2) times the levels. The eige
 all shares at once; the factor of a specimen adds one rank (Woodbury).
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import product

@@ -1,7 +1,5 @@
 """Tests for a calibration: measured values, times, temperature and specimen."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import ClassVar

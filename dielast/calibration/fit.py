@@ -1,7 +1,5 @@
 """The fit of a material to tests, from many starts, and its misfit."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 

@@ -1,7 +1,5 @@
 """Laws side by side: how well each predicts a test that it was not fitted to, and in which modes its springs are stable."""
 
-from __future__ import annotations
-
 from collections.abc import Collection
 from dataclasses import dataclass
 

@@ -19,8 +19,6 @@ the covariances under the possible scatters, and a parameter has a mixture of St
 et al. 1999, DOI 10.1214/ss/1009212519).
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np

@@ -7,8 +7,6 @@ logarithms. The other half are to places that do not depend on the present one, 
 positions (Holden et al. 2009, DOI 10.1214/08-AAP545): steps cross a valley that is narrow and long only slowly.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Self
 

@@ -3,8 +3,6 @@
 A parameter is fitted in a coordinate: its logarithm if it can only be positive, else its value over a scale.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

@@ -13,8 +13,6 @@ within t moves, R-hat is nearly sqrt(1 + t/n), and exp(-2 n/t) of any error of t
 together; 1.01 is needed for means over a few chains only (Margossian et al. 2024, DOI 10.1214/24-BA1453).
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 
 import numpy as np

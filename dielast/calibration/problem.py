@@ -5,8 +5,6 @@ of the log moduli over log time (Honerkamp and Weese 1993, DOI 10.1007/BF0039604
 linearised problem (MacKay 1992, DOI 10.1162/neco.1992.4.3.415).
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Self
 

@@ -6,8 +6,6 @@ have several minima, a point is computed anew from the lower ones found beside i
 stays unknown.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from enum import StrEnum
 

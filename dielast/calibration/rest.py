@@ -1,7 +1,5 @@
 """What a measured curve shows about the rest that it begins at: slack grips, a force that was not zeroed or has the other sign."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from dielast.calibration.experiment import MeasuredTest

@@ -1,7 +1,5 @@
 """The result of a calibration: parameters with verdicts, tests with errors and bands, draws."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 

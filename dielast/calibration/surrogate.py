@@ -5,8 +5,6 @@ coordinates and, for logarithms, the values: the stress is linear in moduli. The
 (Wendland 2004, DOI 10.1017/CBO9780511617539, Ch. 8), with each coordinate over its scatter.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Self
 

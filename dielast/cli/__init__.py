@@ -1,7 +1,5 @@
 """The command line: a thin shell on the library. Nothing heavier than typer is imported before a command runs."""
 
-from __future__ import annotations
-
 import gc
 import os
 import signal

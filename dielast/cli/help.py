@@ -1,7 +1,5 @@
 """The help of the commands that run recipes: a short recipe, where to find the keys, exit codes; and messages about wrong usage."""
 
-from __future__ import annotations
-
 import re
 import sys
 import textwrap

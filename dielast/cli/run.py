@@ -1,7 +1,5 @@
 """Run a recipe: check, compute, write, compare, report."""
 
-from __future__ import annotations
-
 import gc
 import json
 import math

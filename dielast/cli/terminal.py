@@ -1,7 +1,5 @@
 """What the process shares with its terminal: standard streams, which may be closed, full or broken, Ctrl-C, and a progress bar."""
 
-from __future__ import annotations
-
 import errno
 import io
 import os

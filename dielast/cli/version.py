@@ -1,7 +1,5 @@
 """The version of dielast, with the commit of a checkout, read from git's files (gitrepository-layout(5))."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

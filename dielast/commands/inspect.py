@@ -1,7 +1,5 @@
 """Read the files that a recipe names without running it: a mistake in a file is stated with the key that names the file."""
 
-from __future__ import annotations
-
 import os
 import warnings
 from collections.abc import Iterable

@@ -6,8 +6,6 @@ log10 A = -C1 (T - T0)/(C2 + T - T0), or ln A = E0/R (1/(T - TZ) - 1/(T0 - TZ)) 
 D1 = 2/K, zero for incompressible.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 
 from dielast.export.code import Card, Code, number, ogden_terms, rows_of

@@ -6,8 +6,6 @@ A t, not t/A, with log10 A = C1 (T - Tr)/(C2 + T - Tr), so the constants are the
 temperatures. d = 2/K, zero for incompressible.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from itertools import chain
 

@@ -4,8 +4,6 @@ Nothing is approximated in silence: a property that a code cannot represent is a
 replaced if an option allows that, and the card then says so.
 """
 
-from __future__ import annotations
-
 import math
 import re
 import textwrap

@@ -6,8 +6,6 @@ modulus over the parent's); the table is loaded from three space-separated colum
 log10 a_T = -C1 (T - Tref)/(C2 + T - Tref), or a_T = exp(Q/R (1/T - 1/Tref)); temperatures are absolute.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -6,8 +6,6 @@ Mooney-Rivlin with c2 = 0, G = 2 c1. Ogden's is W = sum c_i/m_i^2 (l1^m_i + l2^m
 is left out: the series in the source (FEArrudaBoyce.cpp) has other coefficients than that of the inverse Langevin function.
 """
 
-from __future__ import annotations
-
 from dielast.export.code import Card, Code, number, ogden_terms
 from dielast.material.springs import CardForm
 

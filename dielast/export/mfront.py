@@ -6,8 +6,6 @@ S = 2 mu dW/dC of I = J^(-2/3) tr C, each with its own J_lim; the volumetric ene
 the one at the middle of the increment.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable
 from string import Template

@@ -1,7 +1,5 @@
 """A material file with keys that a recipe changes, by a sweep or on the command line."""
 
-from __future__ import annotations
-
 import copy
 from collections.abc import Callable, Mapping
 from functools import partial

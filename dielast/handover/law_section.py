@@ -1,7 +1,5 @@
 """Tables of a material file that state a law and its constants; the keys come from the registered laws of a family."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence, Set
 from itertools import chain
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, TypeVar

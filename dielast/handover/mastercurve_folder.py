@@ -1,7 +1,5 @@
 """The folder that `mastercurve` writes, with the draws of the master curve, as `spectrum` reads it."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """The draws of a material: a table beside the material file, with one row for each draw."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Sequence
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """The material file: read into a `Material`, and written from one."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Set
 from copy import copy
 from functools import lru_cache

@@ -2,8 +2,6 @@
 stated; of a workbook, one sheet is read.
 """
 
-from __future__ import annotations
-
 import codecs
 import contextlib
 import csv

@@ -1,7 +1,5 @@
 """Reading and writing files: inputs with their SHA-256, outputs that are written whole or not at all."""
 
-from __future__ import annotations
-
 import contextlib
 import hashlib
 import os

@@ -1,7 +1,5 @@
 """The rows above the numbers of a table: names of columns, their units, and temperatures of columns."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass

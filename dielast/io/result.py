@@ -1,7 +1,5 @@
 """The base of all results: a short description in a notebook, and tables with the columns of the result files."""
 
-from __future__ import annotations
-
 import textwrap
 from collections.abc import Mapping
 from dataclasses import fields

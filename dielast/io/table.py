@@ -1,7 +1,5 @@
 """Tables: named columns with units, written as CSV with 9 significant digits."""
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Mapping, Sequence

@@ -5,8 +5,6 @@ naming the line of whatever is not a number. Units come from the header (`name [
 of units below the names, or from the recipe; they are never guessed.
 """
 
-from __future__ import annotations
-
 import difflib
 import re
 from collections.abc import Mapping, Sequence

@@ -1,7 +1,5 @@
 """Read TOML text; mistakes in it are stated in plain words."""
 
-from __future__ import annotations
-
 import codecs
 import re
 import tomllib

@@ -1,7 +1,5 @@
 """Types of arguments: a public function, or a class that users make, refuses a value that its annotation does not allow."""
 
-from __future__ import annotations
-
 import typing
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from functools import cache, wraps

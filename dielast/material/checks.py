@@ -3,8 +3,6 @@
 A warning states the likely mistake. None of these inputs is an error: a real material may have such constants.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Sequence
 

@@ -4,8 +4,6 @@ A law is a frozen dataclass whose methods hold all that is particular to it, so 
 law, write its module and register its class in the package of its family.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from itertools import pairwise

@@ -1,7 +1,5 @@
 """Leakage: the current through a film under a field, which discharges it."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Self
 

@@ -3,8 +3,6 @@
 Calibration and tables of draws change a material by its numbers, by section and key of its file, without knowledge of its laws.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any

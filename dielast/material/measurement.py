@@ -4,8 +4,6 @@ Moduli are Young's and compliances tensile; the material is incompressible, so t
 compliances three times the tensile ones.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, fields, replace
 from typing import Any, ClassVar, Self
 

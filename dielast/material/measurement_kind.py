@@ -5,8 +5,6 @@ the kind. The response is linear in the strengths of the processes (moduli or co
 equations see J. D. Ferry, Viscoelastic properties of polymers, 3rd ed., Wiley 1980, ch. 3.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Literal

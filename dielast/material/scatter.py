@@ -1,7 +1,5 @@
 """The uncertainty of a material, as draws that scatter like measurements, and the scatter from film to film."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 

@@ -2,8 +2,6 @@
 variance, and numbers changed one at a time, for derivatives.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass, fields, is_dataclass, replace
 from itertools import chain

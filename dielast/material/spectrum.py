@@ -1,7 +1,5 @@
 """The discrete relaxation spectrum (Prony series) at the reference temperature."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Self
 

@@ -2,8 +2,6 @@
 stretches at which its equilibrium spring is unstable.
 """
 
-from __future__ import annotations
-
 from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 

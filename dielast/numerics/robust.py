@@ -1,7 +1,5 @@
 """Standard deviation and variance of normal numbers from medians, which outliers hardly change."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from dielast.numerics.arrays import Floats

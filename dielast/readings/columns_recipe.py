@@ -1,7 +1,5 @@
 """`[data] columns` of `mastercurve`: which column of a table is what, and what that says of the measurement."""
 
-from __future__ import annotations
-
 from collections.abc import Collection
 from typing import Any, TypeAlias
 

@@ -1,7 +1,5 @@
 """Division of readings into isothermal sets, and of the sets into runs of the test."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 
 import numpy as np

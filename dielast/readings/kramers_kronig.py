@@ -9,8 +9,6 @@ labelled Hz is still consistent. A check of the scale needs a second quantity th
 |E*| / omega (see `viscosity_factor`), or a column with the other frequency.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

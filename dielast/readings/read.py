@@ -1,7 +1,5 @@
 """The measurements that `[data]` of a recipe describes, read from plain tables or instruments' exports."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any

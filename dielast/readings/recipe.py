@@ -1,7 +1,5 @@
 """`[data]` of `mastercurve` and `spectrum`: files of measurements, which column holds what, and what was measured."""
 
-from __future__ import annotations
-
 from collections.abc import Collection
 from typing import Annotated, Any, ClassVar, Literal
 

@@ -1,7 +1,5 @@
 """Extension and force on a specimen, as a testing machine measures them, converted to strain, stretch and nominal stress."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

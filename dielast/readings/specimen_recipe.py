@@ -1,7 +1,5 @@
 """Specimens, by which extension and force become stretch and stress, and the columns of a testing machine's table."""
 
-from __future__ import annotations
-
 from collections.abc import Collection
 
 from pydantic import Field

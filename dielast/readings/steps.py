@@ -1,7 +1,5 @@
 """The parts of the files of a recipe's measurements: plain tables, by temperature if they are wide, and steps of exports."""
 
-from __future__ import annotations
-
 import fnmatch
 import re
 from collections.abc import Mapping, Sequence

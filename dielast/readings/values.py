@@ -1,7 +1,5 @@
 """The readings of one table or step: abscissa and ordinates from its columns, in SI, Young's or tensile."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import dataclass
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The cases of a recipe: one, or one for each combination of swept values."""
 
-from __future__ import annotations
-
 import copy
 import itertools
 import math

@@ -1,7 +1,5 @@
 """The field types of numbers that recipe and material models are made of: quantities with units, and names of laws."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar, Self, get_args

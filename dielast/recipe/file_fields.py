@@ -1,7 +1,5 @@
 """The field types that name what lies outside of a recipe: files and folders, and within a file its columns, sheets and steps."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Callable
 from functools import partial

@@ -1,7 +1,5 @@
 """Paths of keys as `--set` and sweeps state them, `step.0.rate` or `step[0].rate`: read as TOML reads dotted keys."""
 
-from __future__ import annotations
-
 import os
 import re
 import tomllib

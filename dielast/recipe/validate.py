@@ -1,7 +1,5 @@
 """From the values of a TOML file to a checked model, with every mistake in one line: file, key, what is wrong, what is needed."""
 
-from __future__ import annotations
-
 import difflib
 import types
 import typing

@@ -1,7 +1,5 @@
 """Checks of a measured curve and of the arguments of its fit, which raise `InputError`."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -5,8 +5,6 @@ resolve. Many H fit the curve equally well; the one whose smoothness minimises t
 regularisation of the second differences as in the discrete fit (see `dielast.relaxation.nnls`).
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -6,8 +6,6 @@ must be significant beside processes within the length of the curve, and beside 
 the compliance due to slower processes also rises in proportion to time.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import ArrayLike
 

@@ -1,7 +1,5 @@
 """The two ends of a relaxation curve, and weights of points by their density in log time, without any model."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -1,7 +1,5 @@
 """From a master curve of relaxation or oscillation to the discrete relaxation spectrum of a generalised Maxwell solid."""
 
-from __future__ import annotations
-
 from typing import get_args
 
 from numpy.typing import ArrayLike

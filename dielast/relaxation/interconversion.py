@@ -12,8 +12,6 @@ distance from its nearest pole, by bisection in the logarithm of that distance w
 many decades apart, or if a zero is very close to a pole; all strengths are positive.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -10,8 +10,6 @@ An orthogonal reduction first turns the n points into as many rows as there are 
 does not depend on n.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from itertools import product
 from typing import Self

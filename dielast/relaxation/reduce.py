@@ -13,8 +13,6 @@ times that are even in relaxed modulus. The number of branches is the smallest o
 equilibrium modulus is unchanged.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Self

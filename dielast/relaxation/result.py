@@ -1,7 +1,5 @@
 """The result of a fit: a discrete relaxation spectrum, and the curve to which it was fitted."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Literal
 

@@ -3,8 +3,6 @@
 Equations 14 to 20 of DOI 10.1115/1.4030850, with the equilibrium modulus subtracted in Eq. 16 as Eqs. 17, 18 and 20 require.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.polynomial import Chebyshev
 

@@ -5,8 +5,6 @@ to the curve, whatever the bias of smoothing. The distance of the fit from the c
 does not show: every draw is shifted by that distance times a random factor of mean 0 and variance 1.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Self

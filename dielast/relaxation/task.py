@@ -1,7 +1,5 @@
 """The common parts of all fits of a spectrum: checks before a fit, the fit of moduli, and the result with its warnings."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any

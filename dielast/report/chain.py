@@ -1,7 +1,5 @@
 """Results in their folders: what a folder holds, which results were made from which, and in which order to show them."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass

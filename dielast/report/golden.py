@@ -9,8 +9,6 @@ tolerance, or `{ rtol = ..., atol = ... }` with an absolute tolerance in the uni
     "fit.rms_relative_error" = { rtol = 1e-3, atol = 1e-9 }
 """
 
-from __future__ import annotations
-
 import math
 import os
 from collections.abc import Iterator, Mapping

@@ -1,7 +1,5 @@
 """Results as one page of HTML that needs no other file: figures, headline numbers, tables, warnings, origins."""
 
-from __future__ import annotations
-
 import math
 from base64 import b64encode
 from collections.abc import Iterable, Iterator, Mapping, Sequence

@@ -1,7 +1,5 @@
 """The headline numbers of a run: with units on a terminal, as `section.key = value` in SI units elsewhere."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Iterator, Mapping
 from pathlib import Path

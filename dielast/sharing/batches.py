@@ -1,7 +1,5 @@
 """Solve the chunks of a plan, or batches of cases, in this process, in several processes or on a cluster."""
 
-from __future__ import annotations
-
 from collections.abc import Generator, Sequence
 from contextlib import closing
 from typing import Protocol, TypeVar

@@ -1,7 +1,5 @@
 """How a run is carried out, and what it is divided into: the chunks of a plan, which are independent of each other."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path

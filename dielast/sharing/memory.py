@@ -1,7 +1,5 @@
 """Available memory; a run that needs more is refused before it begins."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Iterator
 from contextlib import suppress

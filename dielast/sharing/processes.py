@@ -1,7 +1,5 @@
 """Solve the chunks of a plan in several processes of this machine, which all end with the run."""
 
-from __future__ import annotations
-
 import multiprocessing
 import os
 import signal

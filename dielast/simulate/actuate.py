@@ -1,7 +1,5 @@
 """Actuation: prestretched and relaxed films under a voltage programme, until they fail or the programme ends."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 
 import numpy as np

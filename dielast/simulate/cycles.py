@@ -9,8 +9,6 @@ quantities are requested, the work includes the leakage E~ j~ dt, and the effici
 cycle over the energy that it delivers: 1 without losses in film and circuit.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field, replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Designs: for many films, the voltage that takes a film to a goal at a given time, and its life under that voltage."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Any, Self

@@ -3,8 +3,6 @@
 The films of a chunk are searched together: a round is one run of all voltages to try, at most a few per film.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field, replace
 from typing import Self
 

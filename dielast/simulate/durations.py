@@ -1,7 +1,5 @@
 """Durations in words, as columns and figures name the times after which something is wanted."""
 
-from __future__ import annotations
-
 DURATIONS = ((86400.0, "d"), (3600.0, "h"), (60.0, "min"), (1.0, "s"), (1e-3, "ms"), (1e-6, "\N{MICRO SIGN}s"), (1e-9, "ns"))
 
 

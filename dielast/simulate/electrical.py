@@ -12,8 +12,6 @@ dissipated by the dashpots. Without a resistance E_s is E~. A load applied at on
 stretches; the work of the source is then the stored energy less the work of the loads.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -4,8 +4,6 @@ Films are prestretched and relaxed once for each prestretch and temperature, and
 planned, solved in chunks of independent cells, and assembled; no result depends on the division into chunks.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any

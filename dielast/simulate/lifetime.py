@@ -2,8 +2,6 @@
 of log10 t over log10 V.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The plan of a failure map: relaxed films, their voltages, and the cells, which are independent of each other."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Self

@@ -1,7 +1,5 @@
 """Mechanical tests on specimens: relaxation at prescribed stretch, and creep at prescribed nominal stress."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import wraps

@@ -1,7 +1,5 @@
 """The output of a simulation: at which times, and which cycles in full."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Self

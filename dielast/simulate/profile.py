@@ -1,7 +1,5 @@
 """Stretches and stresses across a film with a passive part, at stated times."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 

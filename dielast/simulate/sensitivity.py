@@ -1,7 +1,5 @@
 """Sensitivity of the life of films: shares in the variance of log life, or derivatives with respect to one number at a time."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from typing import Any

@@ -1,7 +1,5 @@
 """Films under voltage: arguments as arrays over cases, and prestretch and relaxation before the voltage."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 

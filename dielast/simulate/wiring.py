@@ -1,7 +1,5 @@
 """The electrical source of films: voltage or charge, its resistance, and the leakage through the film."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from typing import Self
 

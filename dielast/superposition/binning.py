@@ -4,8 +4,6 @@ A curve sampled linearly in time has nine tenths of its points in the last decad
 over short bins of log time give every decade the same weight, and the scatter within the bins is the noise.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -3,8 +3,6 @@
 `dielast.superposition.resample` describes how new tests are generated. Each draw is shifted and fitted like the measurement.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Checks of a joint fit: shift factors that the data do not determine, points far from their curve, and implausible results."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise

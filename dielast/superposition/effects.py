@@ -9,8 +9,6 @@ spread, and the likeliest value is then often zero or far too large. A prior pre
 specimens.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

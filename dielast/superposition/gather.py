@@ -1,7 +1,5 @@
 """Measurements of any kind, checked and sorted, and the selection of those that can be shifted."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import combinations

@@ -1,7 +1,5 @@
 """Errors of shift factors beyond the scatter of the points: curves that do not superpose, tilts, parts of curves, smoothness."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np

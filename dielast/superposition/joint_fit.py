@@ -4,8 +4,6 @@ Specimens and load cells differ by a few percent, which shifts a whole curve up 
 factor. The offsets are therefore fitted too, as random effects, and the standard errors allow for tilts (see `effects`).
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 

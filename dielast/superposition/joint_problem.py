@@ -5,8 +5,6 @@ For given shifts, the coefficients are a linear problem, so they are projected o
 10.1007/BF01932995), and a Gauss-Newton iteration acts on the shifts alone.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np

@@ -6,8 +6,6 @@ values from the user. Reduced time is t / a, reduced angular frequency omega a, 
 log10 a > 0 below the reference temperature.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 from itertools import pairwise

@@ -1,7 +1,5 @@
 """Starting values for the shift factors: horizontal distances of curves at equal modulus, from one curve outwards."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 from typing import TypeAlias
 

@@ -1,7 +1,5 @@
 """From a joint fit to the master curve: the shift law, and all results relative to the reference temperature."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from contextlib import suppress
 

@@ -3,8 +3,6 @@
 Weights allow for measured noise, for the misfit of the model, and for outliers.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np

@@ -9,8 +9,6 @@ Curves are tilted by the estimated spread of tilts, and every temperature has an
 its curve along time.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Self

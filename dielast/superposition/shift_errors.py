@@ -6,8 +6,6 @@ curve through noise is never quite straight, so that every curve seems to fit it
 noise is subtracted (the bias of a regression whose regressor has errors; W. A. Fuller, Measurement Error Models, 1987, Sec. 2.2).
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from dielast.numerics.arrays import Floats

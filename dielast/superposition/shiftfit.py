@@ -1,7 +1,5 @@
 """Fit a shift law to shift factors that come with a covariance."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 

@@ -3,8 +3,6 @@
 SciPy has such splines, but importing scipy.interpolate takes longer than building a whole master curve.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cache
 from typing import Self

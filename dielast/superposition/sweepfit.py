@@ -9,8 +9,6 @@ tested: each part of all curves is omitted in turn and predicted from the others
 is rejected, and among several that do, the one with the most certain shifts is used.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from typing import Literal, TypeVar
 

@@ -1,7 +1,5 @@
 """Recipes of `actuate`."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 from typing import Annotated, ClassVar, Literal
 

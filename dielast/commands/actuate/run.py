@@ -1,7 +1,5 @@
 """`actuate`: voltage history -> stretch of a prestretched film, and its failure."""
 
-from __future__ import annotations
-
 from collections.abc import Hashable, Sequence
 from dataclasses import replace
 from functools import partial

@@ -1,7 +1,5 @@
 """Warnings of a calibration: what the tests do not determine, bounds, tests beyond those fitted, and unstable springs."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

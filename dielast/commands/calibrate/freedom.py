@@ -1,7 +1,5 @@
 """`[free]` for the library: values in the unit of each constant, keys of the recipe in errors."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from functools import partial
 from typing import Any

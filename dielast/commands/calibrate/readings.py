@@ -1,7 +1,5 @@
 """What `dielast validate` reads for `calibrate`, each file once."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Sequence
 from functools import cache, partial
 

@@ -1,7 +1,5 @@
 """`calibrate`: tests -> a material with intervals, or a comparison of several laws."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path

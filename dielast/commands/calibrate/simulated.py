@@ -1,7 +1,5 @@
 """Recipes of relax, creep and actuate as tests, with their measured points in `[[compare]]`."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """The task that a recipe of `calibrate` states: its tests, its materials and their free constants."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import partial
 

@@ -1,7 +1,5 @@
 """`design`: the voltage that takes each film to a goal, and the life of the film under it."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from contextlib import closing
 from itertools import product

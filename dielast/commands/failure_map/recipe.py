@@ -1,7 +1,5 @@
 """Recipes of `failure-map`."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 from typing import ClassVar, Literal
 

@@ -1,7 +1,5 @@
 """Solve the cells of a map chunk by chunk, and resume an interrupted run."""
 
-from __future__ import annotations
-
 import hashlib
 import io
 import os

@@ -1,7 +1,5 @@
 """`failure-map`: time to failure over voltage, prestretch and temperature."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any

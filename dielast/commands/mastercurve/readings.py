@@ -1,7 +1,5 @@
 """What `dielast validate` reads for `mastercurve`."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 
 from dielast.commands.mastercurve.recipe import MasterCurveRecipe

@@ -1,7 +1,5 @@
 """Recipes of `mastercurve`."""
 
-from __future__ import annotations
-
 from typing import Annotated, Literal
 
 from pydantic import Field

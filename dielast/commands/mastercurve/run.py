@@ -1,7 +1,5 @@
 """`mastercurve`: relaxation tests, creep tests or frequency sweeps at several temperatures -> master curve and shift factors."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

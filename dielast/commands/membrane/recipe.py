@@ -1,7 +1,5 @@
 """Recipes of `relax` and `creep`."""
 
-from __future__ import annotations
-
 import re
 from typing import Annotated, Any, ClassVar, Literal
 

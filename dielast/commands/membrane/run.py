@@ -1,7 +1,5 @@
 """`relax` and `creep`: membranes under prescribed stretch, force or stress."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from functools import partial
 from typing import Any

@@ -1,7 +1,5 @@
 """Bounds from draws of the material: the cases of a simulation, or the cells of a map, are solved again with every draw."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace

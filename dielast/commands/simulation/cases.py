@@ -1,7 +1,5 @@
 """Cases of simulations: batches, materials, tables, axes of the figure."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace

@@ -1,7 +1,5 @@
 """Warnings of valid simulations that look like mistakes, by `dielast.material.checks`, from recipes, steps and results."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator, Sequence
 from itertools import groupby
 from typing import TYPE_CHECKING, TypeVar

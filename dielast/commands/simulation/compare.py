@@ -1,7 +1,5 @@
 """Comparisons of a recipe: measured points beside a simulated curve, with their misfit."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial

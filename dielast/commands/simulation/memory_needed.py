@@ -1,7 +1,5 @@
 """The memory that the results of a run take, estimated before the run begins."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

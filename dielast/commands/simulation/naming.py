@@ -1,7 +1,5 @@
 """Texts of figures: swept quantities, names of cases, and the line with material, temperature and film."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable, Sequence
 from pathlib import Path

@@ -1,7 +1,5 @@
 """What `dielast validate` reads for a simulation: the material with its draws, tables of steps, measured points."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from typing import Any

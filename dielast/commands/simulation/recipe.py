@@ -1,7 +1,5 @@
 """The keys that recipes of relax, creep and actuate share, and the columns of a result as recipes name them."""
 
-from __future__ import annotations
-
 import difflib
 from itertools import pairwise
 from typing import Annotated, Any, ClassVar, Literal

@@ -1,7 +1,5 @@
 """Run the cases of a recipe together, for all commands that simulate histories."""
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass, replace

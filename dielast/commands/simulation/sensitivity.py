@@ -1,7 +1,5 @@
 """`sensitivity = true`: what drives the life of films, with its table, figure, summary and warning."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any

@@ -1,7 +1,5 @@
 """`[[step]]`: what steps of any quantity share."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any, ClassVar, Literal, NamedTuple, TypeVar
 

@@ -1,7 +1,5 @@
 """The draws for `[uncertainty]`, and their texts in summaries and legends."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any
 

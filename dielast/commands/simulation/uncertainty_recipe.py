@@ -1,7 +1,5 @@
 """`[uncertainty]` of simulations: how many draws, and what scatters from film to film."""
 
-from __future__ import annotations
-
 from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field

@@ -1,7 +1,5 @@
 """A test at one temperature, or a master curve from elsewhere, as `spectrum` reads it."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

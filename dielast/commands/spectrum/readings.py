@@ -1,7 +1,5 @@
 """What `dielast validate` reads for `spectrum`."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 
 from dielast.commands.spectrum.recipe import SpectrumRecipe

@@ -1,7 +1,5 @@
 """Recipes of `spectrum`."""
 
-from __future__ import annotations
-
 from dataclasses import fields
 from typing import Annotated, ClassVar, Literal
 

@@ -1,7 +1,5 @@
 """`spectrum`: master curve -> discrete relaxation spectrum and material file."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """The breakdown laws, one module each."""
 
-from __future__ import annotations
-
 from dielast.material.breakdown.power import PowerBreakdown as PowerBreakdown
 from dielast.material.breakdown.table import Breakdown as Breakdown
 from dielast.material.law import BreakdownLaw as BreakdownLaw, Registry

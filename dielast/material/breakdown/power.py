@@ -1,7 +1,5 @@
 """A power law in the present stretch and thickness of a film."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from typing import ClassVar, Self
 

@@ -1,7 +1,5 @@
 """The damage laws, one module each."""
 
-from __future__ import annotations
-
 from dielast.material.damage.inverse_power import InversePower as InversePower
 from dielast.material.law import DamageLaw as DamageLaw, Registry
 

@@ -1,7 +1,5 @@
 """The inverse power law: the life of a film decreases with a power of the field."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from typing import ClassVar, Self
 

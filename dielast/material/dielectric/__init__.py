@@ -1,7 +1,5 @@
 """The dielectric laws, one module each."""
 
-from __future__ import annotations
-
 from dielast.material.dielectric.constant import (
     VACUUM_PERMITTIVITY as VACUUM_PERMITTIVITY,
     ConstantPermittivity as ConstantPermittivity,

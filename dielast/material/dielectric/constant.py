@@ -1,7 +1,5 @@
 """The ideal dielectric."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import ClassVar
 

@@ -1,7 +1,5 @@
 """A permittivity that is linear in the stretches."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import ClassVar
 

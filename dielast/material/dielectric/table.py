@@ -1,7 +1,5 @@
 """A table of permittivities over temperature."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import ClassVar
 

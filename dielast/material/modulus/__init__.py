@@ -1,7 +1,5 @@
 """Laws of moduli over temperature, one module each."""
 
-from __future__ import annotations
-
 from dielast.material.law import ModulusLaw as ModulusLaw, Registry
 from dielast.material.modulus.constant import ConstantModulus as ConstantModulus
 from dielast.material.modulus.entropic import EntropicModulus as EntropicModulus

@@ -1,7 +1,5 @@
 """Moduli that do not depend on temperature."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import ClassVar
 

@@ -1,7 +1,5 @@
 """Entropic springs: the modulus of a network is proportional to the absolute temperature and the density of its chains."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar, Self

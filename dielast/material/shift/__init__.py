@@ -1,7 +1,5 @@
 """The time-temperature shift laws, one module each."""
 
-from __future__ import annotations
-
 from dielast.material.law import Registry
 from dielast.material.shift.arrhenius import GAS_CONSTANT as GAS_CONSTANT, Arrhenius as Arrhenius, kelvin as kelvin
 from dielast.material.shift.law import ShiftLaw as ShiftLaw

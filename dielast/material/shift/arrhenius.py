@@ -1,7 +1,5 @@
 """Arrhenius' law."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import ClassVar, TypeVar
 

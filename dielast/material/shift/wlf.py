@@ -1,7 +1,5 @@
 """The law of Williams, Landel and Ferry."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import ClassVar
 

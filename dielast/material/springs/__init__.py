@@ -1,7 +1,5 @@
 """The hyperelastic laws of springs, one module each."""
 
-from __future__ import annotations
-
 from dielast.material.law import Registry
 from dielast.material.springs.arruda_boyce import ArrudaBoyce as ArrudaBoyce
 from dielast.material.springs.gathered import gathered as gathered

@@ -1,7 +1,5 @@
 """The Arruda-Boyce spring: eight chains of finite length, with the exact inverse Langevin function, not its series."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, field
 from typing import ClassVar

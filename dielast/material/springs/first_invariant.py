@@ -1,7 +1,5 @@
 """Laws whose energy W(I1) depends only on the first invariant, I1 = A + B + C, and those of chains with a limiting stretch."""
 
-from __future__ import annotations
-
 from typing import ClassVar, Self
 
 import numpy as np

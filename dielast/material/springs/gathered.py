@@ -1,7 +1,5 @@
 """The law of all springs of many cases: one law if it is the same for all, else several laws in parallel."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Self

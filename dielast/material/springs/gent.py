@@ -1,7 +1,5 @@
 """Gent's spring, with a limiting stretch of its chains; without a limit it is neo-Hookean."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, field
 from typing import ClassVar

@@ -1,7 +1,5 @@
 """The Langevin function L = coth b - 1/b of a freely jointed chain, its inverse, and the chain energy, to double precision."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from dielast.numerics.arrays import Floats

@@ -4,8 +4,6 @@ The film is an incompressible membrane under plane stress, axes 1 and 2 principa
 stretches, shape (2, ...): A = lambda_1^2 and B = lambda_2^2, with C = 1/(A B) = lambda_3^2. All energies are of unit shear modulus.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar, Self

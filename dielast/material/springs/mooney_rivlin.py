@@ -1,7 +1,5 @@
 """The Mooney-Rivlin spring: linear in both invariants."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from typing import ClassVar, Self
 

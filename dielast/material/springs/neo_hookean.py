@@ -1,7 +1,5 @@
 """The neo-Hookean spring: Gaussian chains without a limiting stretch."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import ClassVar

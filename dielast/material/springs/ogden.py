@@ -1,7 +1,5 @@
 """Ogden's spring: a sum of powers of the principal stretches."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from typing import ClassVar, Self
 

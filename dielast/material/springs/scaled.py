@@ -1,7 +1,5 @@
 """Laws whose constants are stresses: the constants include the initial shear modulus, and their ratios are the shape."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any, ClassVar, Self
 

@@ -5,8 +5,6 @@ With p the true and s = p/l the nominal stress, ds/dl > 0 means dp/dln l > p. Mo
 tension outside of that range.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from dielast.material.springs.law import SpringLaw

@@ -1,7 +1,5 @@
 """Yeoh's spring: a cubic in I1 - 3; with negative C20 and positive C30 it first softens and then stiffens."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, ClassVar, Self

@@ -4,8 +4,6 @@ A format is a module with a `NAME`, `sniff(text)` and `read(text, source) -> lis
 looks for features that no hand-made table has, so that an ordinary table is never taken as an export.
 """
 
-from __future__ import annotations
-
 from typing import Protocol
 
 from dielast.readings.instruments import (

@@ -4,8 +4,6 @@ A header names the instrument. It is followed by a line of names (`f`, `E'`, `E'
 Cells without a measured value contain `---`.
 """
 
-from __future__ import annotations
-
 import re
 
 from dielast.io.cells import split_lines

@@ -1,7 +1,5 @@
 """What exports of instruments have in common: rows of cells, steps as tables, and the usual names of columns."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass

@@ -4,8 +4,6 @@ A header of lines `#KEY: value` states the decimal mark and the separator. The l
 (`##Temp./°C;Time/min;E'/MPa`). With several frequencies, each name contains its frequency: `E'(1.000 Hz)/MPa`.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping
 

@@ -5,8 +5,6 @@ and sometimes blank, are above the columns; without them, the extension of the f
 fewer columns than there are names. The moduli are shear.
 """
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

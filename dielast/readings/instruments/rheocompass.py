@@ -5,8 +5,6 @@ names of the columns; below are a line of qualifiers, mostly empty, and a line o
 empty cell.
 """
 
-from __future__ import annotations
-
 import re
 
 from dielast.readings.instruments.export import Export, ExportedStep, Row, deformation_of, stated_points

@@ -4,8 +4,6 @@ Each step has a line of column names in the short forms of this software (`ang. 
 and its readings.
 """
 
-from __future__ import annotations
-
 import re
 
 from dielast.io.cells import is_number, split_lines

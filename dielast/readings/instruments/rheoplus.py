@@ -4,8 +4,6 @@
 Points:` and a table that begins with `Meas. Pts.`, with a line of units in brackets below.
 """
 
-from __future__ import annotations
-
 import re
 from itertools import takewhile
 

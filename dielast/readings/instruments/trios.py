@@ -5,8 +5,6 @@ columns and their units follow in three lines. In the LIMS text, each line begin
 `Data point`), and the number of points is stated.
 """
 
-from __future__ import annotations
-
 import re
 
 from dielast.io.cells import split_lines

@@ -4,8 +4,6 @@ Keys `Sig1`, `Sig2` ... in the header have the name and unit of each column; rea
 with a negative integer marks the end of a step of the method.
 """
 
-from __future__ import annotations
-
 import re
 
 from dielast.io.table import split_header
