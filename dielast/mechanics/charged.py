@@ -88,7 +88,7 @@ class ChargedArrowhead(Arrowhead):
         driven[ELECTRIC] = state[self.border]
         return driven
 
-    def _drive(self, by_load: Floats, change: Floats) -> None:
+    def _drive(self, by_load: Floats, change: Floats | None) -> None:
         """Keep the derivatives in the charge: the charge is an unknown, not prescribed."""
         self.by_load = by_load
 

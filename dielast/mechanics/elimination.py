@@ -48,7 +48,7 @@ def _sides(symmetry: Symmetry, elastic: Floats) -> tuple[Floats, Floats]:
 def flow_of(stress: Floats, factor: Floats) -> Floats:
     """F times the stress (axes, n, cases) of the springs times `factor` (n, cases), which holds F itself if there is one axis."""
     if len(stress) == 1:
-        return stress * factor
+        return np.asarray(stress[0] * factor)[None]
     flow = 3.0 * stress
     flow -= stress[0] + stress[1]
     flow *= factor
@@ -72,11 +72,11 @@ class Eliminated:
         may be overwritten. `hold` is c: one number, which makes Q symmetric, or one for each spring and axis (2, n, cases).
         """
         if len(tangent) == 1:
-            inverse = tangent * flow
+            inverse = tangent[0] * flow
             inverse += hold
             np.divide(1.0, inverse, out=inverse)
             tangent *= inverse
-            return cls(inverse, None, tangent[None])
+            return cls(inverse[None], None, tangent[None])
         k11, k12, k22 = tangent
         hold_1, hold_2 = (hold, hold) if isinstance(hold, float) else hold
         block = np.empty((2, 2, *k11.shape))

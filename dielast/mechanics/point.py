@@ -95,7 +95,7 @@ class LoadedPoints(UnderLoad):
 
     def error(self, state: Floats, increment: Floats, inner: Inner | None = None) -> Floats:
         """Largest relative error (cases,) of stretches, stresses and viscous stretches due to an `increment` of the `state`."""
-        worst = 0.5 * np.max(np.abs(increment[: self.border]), axis=0)
+        worst = 0.5 * np.abs(increment[: self.border]).max(axis=0)
         for axis, control in enumerate(self.load.controls[: self.axes]):
             row = axis - self.axes
             error = np.abs(increment[row])
@@ -137,7 +137,8 @@ class Arrowhead:
         self.flow = (step if symmetry is None else symmetry.flow * step) * points.rate
         self.springs = Eliminated.of(tangent, self.flow, self.hold)
         self.following = self.springs.following(self.flow)
-        self._condense(load, step * load.slope(times[0]), driven, log_squared, nominal)
+        change = None if load.still else step * load.slope(times[0])
+        self._condense(load, change, driven, log_squared, nominal)
 
     def _driven(self, stage: int, state: Floats) -> Floats:
         """The prescribed values (3, cases) of a stage at `state`."""
@@ -148,12 +149,12 @@ class Arrowhead:
         """Lambda, the stretch and the nominal stress (axes, cases) in a stage."""
         if not self.free:
             return self.held_log_squared[stage], self.held_stretch[stage], state[-self.axes :]
-        log_squared, nominal = self.system.unknown(state, driven)
+        log_squared, nominal = self.system.unknown(state, driven) if self.stretched else (state[-self.axes :], driven[: self.axes])
         return log_squared, np.exp(0.5 * log_squared), nominal
 
-    def _condense(self, load: Load, change: Floats, driven: Floats, log_squared: Floats, nominal: Floats) -> None:
+    def _condense(self, load: Load, change: Floats | None, driven: Floats, log_squared: Floats, nominal: Floats) -> None:
         """Set the inverse (axes, axes, cases) of the border's matrix, and the right-hand side due to the rates of the prescribed
-        values; `change` (3, cases) is these rates times the step.
+        values; `change` (3, cases) is these rates times the step, None for a load that is still.
         """
         stretch, axes = self.stretch, self.axes
         tangent = np.einsum("nm,bcnm->bcm", self.system.points.modulus, self.springs.share)
@@ -170,10 +171,12 @@ class Arrowhead:
             matrix, self.prescribed_change = tangent.copy(), np.zeros(stretch.shape)
         for axis, control in enumerate(load.controls[:axes]):
             if control is Control.STRESS:
-                self.load_term[axis] += stretch[axis] * change[axis]
+                if change is not None:
+                    self.load_term[axis] += stretch[axis] * change[axis]
             else:
-                self.prescribed_change[axis] = 2 * change[axis] / driven[axis]
-                self.load_term -= tangent[:, axis] * self.prescribed_change[axis]
+                if change is not None:
+                    self.prescribed_change[axis] = 2 * change[axis] / driven[axis]
+                    self.load_term -= tangent[:, axis] * self.prescribed_change[axis]
                 matrix[:, axis] = 0.0
                 matrix[axis, axis] = -stretch[axis]
         if axes == 1:
@@ -185,9 +188,10 @@ class Arrowhead:
         self.inverse[0, 1], self.inverse[1, 0] = -matrix[0, 1], -matrix[1, 0]
         self.inverse /= determinant
 
-    def _drive(self, by_load: Floats, change: Floats) -> None:
+    def _drive(self, by_load: Floats, change: Floats | None) -> None:
         """Add the right-hand side due to the rate of the electrical quantity; `by_load` is the derivative of the Maxwell stress."""
-        self.load_term += by_load * change[ELECTRIC]
+        if change is not None:
+            self.load_term += by_load * change[ELECTRIC]
 
     def increment(self, stage: int, state: Floats, history: Floats | None, gamma_i: float, out: Floats) -> Floats:
         """The increment u_i of a stage at `state`, in `out`; `history` is sum_j c_ij u_j, None in the first stage."""

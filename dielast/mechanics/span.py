@@ -103,7 +103,7 @@ class Load(ByCase):
 
     def values(self, times: Floats) -> Floats:
         """Prescribed values (k, 3, cases) at `times` (k, cases) in s since the span began."""
-        return np.broadcast_to(self.value(times[:, None]), (len(times), *self.start.shape))
+        return self.start[None].repeat(len(times), axis=0) if self.still else self.value(times[:, None])
 
     def slope(self, time: Floats) -> Floats:
         """The rates (3, cases) of the prescribed values, per s, at `time` (cases,) in s since the span began."""
@@ -111,7 +111,7 @@ class Load(ByCase):
 
     def slopes(self, times: Floats) -> Floats:
         """The rates (k, 3, cases) of the prescribed values, per s, at `times` (k, cases) in s since the span began."""
-        return np.broadcast_to(self.slope(times[:, None]), (len(times), *self.start.shape))
+        return self.rate[None].repeat(len(times), axis=0) if self.wave is None else self.slope(times[:, None])
 
     def bend(self, time: Floats) -> Floats:
         """The second derivatives (3, cases) of the prescribed values, per s^2, at `time` (cases,) in s since the span began."""

@@ -262,12 +262,13 @@ class _Pool:
         opening = accepted & (at.time == 0)  # the first step of a span
         if opening.any():
             self.result.next_step[at.cases[opening]] = following[opening]
-        self.state = np.where(accepted, after, self.state)
         shift = total - at.time
         rounding = at.rounding + (at.time - (total - shift)) + (step - shift)
-        at.time, at.rounding = np.where(accepted, total, at.time), np.where(accepted, rounding, at.rounding)
-        at.last_step = np.where(accepted, step, at.last_step)
-        at.last_error = np.where(accepted, np.maximum(error, 1e-2), at.last_error)
+        now: tuple[Floats, ...] = after, total, rounding, step, np.maximum(error, 1e-2)
+        if not accepted.all():
+            before = self.state, at.time, at.rounding, at.last_step, at.last_error
+            now = tuple(np.where(accepted, new, old) for new, old in zip(now, before, strict=True))
+        self.state, at.time, at.rounding, at.last_step, at.last_error = now
         at.next_step = following
         self._settle(accepted, finished, last, stop)
 
@@ -279,14 +280,15 @@ class _Pool:
         result, at = self.result, self.at
         cases = at.cases
         at.steps, at.rejected, at.tries = at.steps + accepted, at.rejected + ~accepted, at.tries + 1
-        stopped = accepted & stop if stop is not None else np.zeros_like(accepted)
+        stopped = accepted & stop if stop is not None else np.zeros(accepted.shape, dtype=bool)
         if (ready := finished & ~stopped & ~last).any():
             self._onward(ready)
             finished = finished & ~ready
         vanished = self.active & ~finished & ((at.next_step < LEAST_STEP * at.time) | (at.next_step < NO_STEP))
         endless = self.active & (at.tries >= MOST_STEPS)
-        stalled = self.active & (at.tries > 0) & (at.tries % STALL_STEPS == 0)
+        stalled = at.tries >= STALL_STEPS
         if stalled.any():
+            stalled &= self.active & (at.tries % STALL_STEPS == 0)
             due = np.flatnonzero(stalled)
             stalled[due] = at.time[due] - at.milestone[due] < STALL_REACH * at.duration[due]
             at.milestone[due] = at.time[due]

@@ -21,6 +21,7 @@ from dielast.material.leakage import Leakage
 from dielast.mechanics.electric import ELECTRIC, FIELD
 from dielast.mechanics.equations import Films, films_of
 from dielast.mechanics.film import Film
+from dielast.mechanics.piece import Piece
 from dielast.mechanics.point_material import SYMMETRIC, Points
 from dielast.mechanics.span import Control, Controls, stretched
 from dielast.numerics.arrays import Cases, Flags, Floats, paired
@@ -29,6 +30,7 @@ from dielast.numerics.stride import DenseSteps, Stride
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(8)
 NODES, WEIGHTS = 0.5 * (1 + _NODES), 0.5 * _WEIGHTS  # on a step of length 1
 
+MANY = 512  # steps that are evaluated together
 NEXT_TO_NOTHING = 1e-3  # voltage drop over that of the film, below which its rounding matters
 
 EXTRA = ("charge", "source", "current", "work", "leaked", "lost")
@@ -111,12 +113,29 @@ def flow(films: Films, leakage: Leakage, time: Floats, state: Floats, rate: Floa
 
 
 class ElectricMeter:
-    """Integrates the energies `totals` (3, cases) in J/m^3: work of the source, leaked energy, energy lost in the resistance."""
+    """Integrates the energies `totals` (3, cases) in J/m^3: work of the source, leaked energy, energy lost in the resistance.
+
+    Steps are stored, and evaluated together with others. `begin` is to be called before a piece of load, `follow` with every step,
+    and `ask` for rows within that step, which `rows` returns in the order in which they were asked for.
+    """
 
     def __init__(self, leakage: Leakage, cases: int) -> None:
-        self.leakage, self.totals = leakage, np.zeros((3, cases))
-        self._start, self._source = np.zeros(cases), np.zeros(cases)
-        self._ends: list[tuple[DenseSteps, Films, Floats, Floats]] = []  # see `follow`
+        self.leakage, self._totals = leakage, np.zeros((3, cases))
+        self._start = np.zeros(cases)
+        self._piece: Piece | None = None
+        self._system: Films | None = None
+        self._kept: list[tuple[DenseSteps, Cases, Floats]] = []  # steps (k,), their spans, and when these begin
+        self._size = 0
+        self._asked: list[tuple[Cases, Floats]] = []  # the steps that contain the rows (k,), and the times of the rows
+        self._stopped: list[Cases] = []  # the steps (k,) within which films stopped
+        self._ready: list[Floats] = []
+        self._ends: list[tuple[DenseSteps, Films, Floats, Floats]] = []  # with the times and energies at the beginning
+
+    @property
+    def totals(self) -> Floats:
+        """The energies (3, cases) in J/m^3 since the programme began."""
+        self._evaluate()
+        return self._totals
 
     def leap(self, controls: Controls, before: Film, after: Film) -> None:
         """Add the work of a load applied at once, which takes the films `before` to those `after`."""
@@ -126,37 +145,42 @@ class ElectricMeter:
         work = gained - np.sum(np.where(free, after.nominal_stress * change, 0.0), axis=0)
         self.totals[0] += np.where(np.isfinite(work), work, 0.0)
 
-    def begin(self, start: Floats, source: Floats) -> None:
-        """Begin a piece of load at `start` (cases,) in s, with the value `source` (cases,) of the source."""
-        self._start, self._source = start, source
+    def begin(self, start: Floats, piece: Piece, system: Films) -> None:
+        """Begin a piece of load at `start` (cases,) in s, with the films in its first span."""
+        self._evaluate()
+        self._start, self._piece, self._system = start, piece, system
 
-    def now(self, films: Films, state: Floats, cases: Cases) -> Floats:
-        """The rows of `EXTRA` (6, k) at the beginning of a piece, from the complete state (rows, k)."""
-        time = np.zeros(cases.size)
-        return self._rows(
-            flow(films, self.leakage.take(cases), time, state, equilibrium_rate(films, time, state)), self.totals[:, cases]
-        )
-
-    def at(self, stride: Stride, columns: Cases, time: Floats) -> Floats:
-        """The rows of `EXTRA` (6, k) of columns (k,) at times (k,) in s since their spans began, within the last step."""
-        films = films_of(stride).take(columns)
-        steps = DenseSteps.of(stride, slice(films.border, None), columns)
-        return self._within(films, steps, self.totals[:, steps.cases], time)
+    def ask_now(self, films: Films, state: Floats, cases: Cases) -> None:
+        """Ask for rows at the beginning of a piece, from the complete state (rows, k)."""
+        time, totals = np.zeros(cases.size), self.totals
+        flowing = flow(films, self.leakage.take(cases), time, state, equilibrium_rate(films, time, state))
+        self._ready.append(self._rows(flowing, totals[:, cases]))
 
     def follow(self, stride: Stride, stopped: Flags) -> None:
-        """Add a step; columns `stopped` (pool,) within it are stored for `ended`, with the beginning of their spans in s since the
-        programme began, and the energies before the step.
-        """
+        """Add a step; films of the columns `stopped` (pool,) stop within it, at times that are known when they have `ended`."""
         columns = paired(np.flatnonzero(stride.accepted))
         if not columns.size:
             return
-        films = films_of(stride).take(columns)
-        steps = DenseSteps.of(stride, slice(films.border, None), columns)
-        before = self.totals[:, steps.cases]
+        steps = DenseSteps.of(stride, slice(films_of(stride).border, None), columns)
+        self._kept.append((steps, stride.span[columns], stride.begin[columns]))
         if (last := np.flatnonzero(stopped[columns])).size:
-            start = self._start[steps.cases] + stride.begin[columns]
-            self._ends.append((steps.take(last), films.take(last), start[last], before[:, last]))
-        self.totals[:, steps.cases] = before + self._energies(films, steps, np.ones(columns.size))
+            self._stopped.append(self._size + last)
+        self._size += columns.size
+
+    def ask(self, stride: Stride, columns: Cases, time: Floats) -> None:
+        """Ask for rows of columns (k,) at times (k,) in s since their spans began, within the step that was added last."""
+        steps = self._kept[-1][0]
+        first = self._size - steps.cases.size
+        self._asked.append((first + np.searchsorted(np.flatnonzero(stride.accepted), columns), time))
+        if self._size >= MANY:
+            self._evaluate()
+
+    def rows(self, count: int) -> Floats:
+        """The rows of `EXTRA` (6, count) that were asked for first, and have not been returned yet."""
+        self._evaluate()
+        ready = np.concatenate(self._ready, axis=1)
+        self._ready = [ready[:, count:]]
+        return ready[:, :count]
 
     def ended(self, time: Floats) -> Floats:
         """The rows of `EXTRA` (6, cases) at the times (cases,) in s at which films stopped.
@@ -165,10 +189,37 @@ class ElectricMeter:
         the film holds the load, and those before it otherwise.
         """
         none = np.full(time.size, np.nan)
-        rows = np.stack((none, self._source, none, *self.totals))
+        source = np.zeros(time.size) if self._piece is None else self._piece.start[ELECTRIC]
+        rows = np.stack((none, source, none, *self.totals))
         for steps, films, start, before in self._ends:
             rows[:, steps.cases] = self._within(films, steps, before, time[steps.cases] - start)
         return rows
+
+    def _evaluate(self) -> None:
+        """Add the energies of the stored steps, and evaluate the rows that were asked for."""
+        if not self._kept:
+            return
+        assert self._piece is not None
+        assert self._system is not None
+        steps = DenseSteps.joined([kept[0] for kept in self._kept])
+        span, begin = (np.concatenate([kept[index] for kept in self._kept]) for index in (1, 2))
+        load = self._piece.span(steps.cases, span)[0]
+        films = self._system.take(steps.cases).driven_by(np.arange(self._size), load)
+        added = self._energies(films, steps, np.ones(self._size))
+        before, first = np.empty_like(added), 0
+        for kept, _, _ in self._kept:  # the steps of a case follow each other
+            part = slice(first, first + kept.cases.size)
+            before[:, part] = self._totals[:, kept.cases]
+            self._totals[:, kept.cases] = before[:, part] + added[:, part]
+            first = part.stop
+        if self._asked:
+            index, time = (np.concatenate(asked) for asked in zip(*self._asked, strict=True))
+            self._ready.append(self._within(films.take(index), steps.take(index), before[:, index], time))
+        if self._stopped:
+            last = np.concatenate(self._stopped)
+            start = self._start[steps.cases[last]] + begin[last]
+            self._ends.append((steps.take(last), films.take(last), start, before[:, last]))
+        self._kept, self._size, self._asked, self._stopped = [], 0, [], []
 
     def _within(self, films: Films, steps: DenseSteps, before: Floats, time: Floats) -> Floats:
         """The rows of `EXTRA` (6, k) at times (k,) in s since the spans began, with the energies `before` (3, k) the steps."""

@@ -7,7 +7,6 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from dielast.mechanics.criteria.criterion import Moment
-from dielast.mechanics.electric import ELECTRIC
 from dielast.mechanics.equations import Films, films_of
 from dielast.mechanics.piece import Chain, Piece
 from dielast.mechanics.watch import Watch
@@ -130,12 +129,12 @@ class Recorder:
         after = self._relative > 0
         self._next = np.where(after.any(axis=1), np.argmax(after, axis=1), relative.shape[1])
         if self.electric is not None:
-            self.electric.begin(start, piece.start[ELECTRIC])
+            self.electric.begin(start, piece, system)
         case, row = (paired(part) for part in np.nonzero(self._relative == 0))
         if case.size:
             more = [] if self.watch is None else [self.watch.exposed(case)]
             if self.electric is not None:
-                more.append(self.electric.now(system.take(case), state[:, case], case))
+                self.electric.ask_now(system.take(case), state[:, case], case)
             at_start = np.zeros(case.size)
             self._store(system, case, case, row, at_start, at_start, state[:, case], more)
 
@@ -166,6 +165,9 @@ class Recorder:
     def __call__(self, stride: Stride) -> None:
         """Store the output within the step."""
         pooled, rows = (paired(part) for part in self._due(stride))
+        if self.electric is not None:
+            done = np.zeros_like(stride.accepted) if self.watch is None else self.watch.done[stride.cases]
+            self.electric.follow(stride, done)
         if pooled.size:
             case = stride.cases[pooled]
             moment = self._relative[case, rows] - stride.begin[pooled]
@@ -174,11 +176,8 @@ class Recorder:
             fraction = np.minimum((moment - stride.time[pooled]) / stride.step[pooled], 1.0)
             more = [] if self.watch is None else [self.watch.exposed_along(stride, pooled, fraction)]
             if self.electric is not None:
-                more.append(self.electric.at(stride, pooled, moment))
+                self.electric.ask(stride, pooled, moment)
             self._store(system, pooled, case, rows, moment, stride.begin[pooled], stride.dense(part, pooled, fraction), more)
-        if self.electric is not None:
-            done = np.zeros_like(stride.accepted) if self.watch is None else self.watch.done[stride.cases]
-            self.electric.follow(stride, done)
 
     def _store(
         self,
@@ -214,8 +213,10 @@ class Recorder:
         parts = (np.concatenate(part, axis=-1) for part in zip(*self._waiting, strict=True))
         pooled, case, rows, moment, age, state, others = parts
         self._waiting, self._size = [], 0
-        values = self._evaluated(self._system, state, pooled, case, moment, age)
-        self._values[-1][:, case, rows] = np.concatenate((values, others))
+        values = [self._evaluated(self._system, state, pooled, case, moment, age), others]
+        if self.electric is not None:
+            values.append(self.electric.rows(case.size))
+        self._values[-1][:, case, rows] = np.concatenate(values)
         if self.output.internal:
             self._internal[-1][:, :, case, rows] = self._system.internal(state)
 
@@ -223,15 +224,19 @@ class Recorder:
         """Columns and rows (k,) of the output times within the step."""
         reached = self._relative[stride.cases, self._next[stride.cases]] <= stride.elapsed
         columns = np.flatnonzero(stride.accepted & reached)
-        due = [(columns[:0], columns[:0])]
+        if not columns.size:
+            return columns, columns
+        due = []
         while columns.size:
             case = stride.cases[columns]
             rows = self._next[case, None] + ROWS_AT_A_LOOK
             within = self._relative[case[:, None], rows] <= stride.elapsed[columns, None]
-            passed = np.count_nonzero(within, axis=1)
+            passed = within.sum(axis=1)
             due.append((np.repeat(columns, passed), rows[within]))
             self._next[case] += passed
             columns = columns[passed == ROWS_AT_A_LOOK.size]
+        if len(due) == 1:
+            return due[0]
         first, second = zip(*due, strict=True)
         return np.concatenate(first), np.concatenate(second)
 

@@ -150,9 +150,10 @@ class SpringLaw(Law):
         return {name: value for name, value in self.values().items() if np.ndim(value) >= 2}
 
     def take(self, cases: Cases) -> Self:
-        """The law for the selected cases (k,), which are the last axis of constants that differ between cases."""
-        differing = {name: np.take(value, cases, axis=-1) for name, value in self.arrays().items() if value.shape[-1] > 1}
-        return self.with_values(differing) if differing else self
+        """The law for the selected cases (k,), with arrays (..., n, k): a product with an array (..., n, 1) takes longer."""
+        first = np.zeros_like(cases)
+        arrays = {name: value.take(cases if value.shape[-1] > 1 else first, axis=-1) for name, value in self.arrays().items()}
+        return self.with_values(arrays) if arrays else self
 
     def of_spring(self, spring: int, case: int) -> Self:
         """The law of one spring in one case."""
