@@ -30,6 +30,9 @@ OURS = re.compile(r'dielast.cli.__init__.py", line \d+, in main')  # in a traceb
 CHANGES = {  # what tells the new result from the older one
     "mastercurve": ["--set", "shift.reference_temperature='10 degC'"],
     "spectrum": ["--set", "fit.branches=25"],
+    "mastercurve --set uncertainty.draws=20": ["--set", "shift.reference_temperature='10 degC'"],
+    "calibrate --jobs 2": ["--set", "fit.starts=4"],
+    "design": ["--set", "goal.at='2 h'"],
     "relax": ["--set", "temperature='10 degC'"],
     "creep": ["--set", "temperature='10 degC'"],
     "actuate": ["--set", "temperature='10 degC'"],
