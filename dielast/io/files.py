@@ -135,12 +135,12 @@ def check_folder(folder: Path, needed: str) -> None:
     """
     if os.name == "nt" and names_a_device(folder.name):
         raise InputError("a name that Windows reserves for a device: choose another folder", file=folder)
-    nearest = folder.absolute()
+    nearest = folder
     while not os.path.lexists(nearest) and nearest.parent != nearest:
         nearest = nearest.parent
     if not os.path.isdir(nearest):
         obstacle = "is a file" if os.path.exists(nearest) else "leads nowhere"
-        raise InputError(f"{obstacle}, a folder {needed}", file=folder)
+        raise InputError(f"{obstacle}, a folder {needed}", file=nearest)
     if not os.access(nearest, os.W_OK | os.X_OK):
         raise InputError("cannot write here: permission denied", file=folder)
 

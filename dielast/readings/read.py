@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -90,6 +91,8 @@ def read_all(data: MeasuredData, inputs: Inputs) -> Dataset:
     if kind.over_frequency:
         _check_viscosity(parts, readings)
         warn_if_inconsistent([sweep for sweep in measurements if isinstance(sweep, FrequencySweep)])
+    else:
+        _warn_of_running_clock(measurements)
     formats = tuple(dict.fromkeys(part.format for part in parts))
     return Dataset(measurements, kind, deformation, formats, tuple(left_out), tuple(np.argsort(first).tolist()))
 
@@ -162,6 +165,19 @@ def _check_signs(
             name = spoken(kind.ordinates[int(np.argmax(below[:, first]))][0])
             more = f" here, and in {others} more row{'s' if others > 1 else ''}," if others else ""
             warn(f"the {name} {at} is zero or negative{more} {what}", file=source[first], line=int(line[first]))
+
+
+def _warn_of_running_clock(measurements: Sequence[Measurement]) -> None:
+    """Warn if the times of no two tests overlap: a clock, perhaps, that runs on from one test to the next."""
+    spans = sorted(
+        (float(np.min(time)), float(np.max(time)), test.temperature) for test in measurements for time in test.columns[:1]
+    )
+    if len(spans) > 1 and all(one[1] <= other[0] for one, other in pairwise(spans)):
+        (_, end, before), (begin, _, after) = spans[:2]
+        warn(
+            f"the times of the tests follow one another: at {before:g} degC up to {end:.4g} s, at {after:g} degC from "
+            f"{begin:.4g} s on: if the clock runs on from test to test, count the times of each test from its own step"
+        )
 
 
 def _check_viscosity(parts: list[Part], readings: list[Readings]) -> None:

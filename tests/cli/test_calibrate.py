@@ -213,20 +213,34 @@ def test_what_does_not_fit_to_the_rest_to_the_times_and_to_other_tests_is_warned
     assert copy == "test loose under [[validate]] has the points of test loose (2): it validates nothing"
 
 
-def test_an_interrupt_keeps_the_best_so_far_and_exits_130(dielast: Run, tmp_path: Path) -> None:
-    press = """
+@pytest.mark.parametrize(("at", "lacks"), [("profiles_of", "intervals and draws"), ("draw", "draws")])
+def test_an_interrupt_keeps_the_best_so_far_and_exits_130(dielast: Run, tmp_path: Path, at: str, lacks: str) -> None:
+    press = f"""
 import dielast.calibration.result as module
-kept = module.profiles_of
+def press(*_, **__):
+    raise KeyboardInterrupt
+module.{at} = press
+"""
+    (tmp_path / "r.toml").write_text(HEAD + TEST + FREE + QUICK.replace("draws = 0", "draws = 20"))
+    done = dielast("calibrate", "r.toml", "--plot", "none", prelude=press, fresh=True)
+    assert done.returncode == 130
+    assert f"r.toml: interrupted: the best fit so far is written, without {lacks}\n" in done.stderr
+    assert tomllib.loads((tmp_path / "r/summary.toml").read_text())["interrupted"] is True
+    assert read_material(tmp_path / "r/material.toml").equilibrium_modulus > 0
+
+
+def test_an_interrupt_between_fit_and_files_does_not_claim_that_a_fit_is_written(dielast: Run, tmp_path: Path) -> None:
+    press = """
+import dielast.commands.calibrate.run as module
 def press(*_):
     raise KeyboardInterrupt
-module.profiles_of = press
+module.warn_of_fit = press
 """
     (tmp_path / "r.toml").write_text(HEAD + TEST + FREE + QUICK)
     done = dielast("calibrate", "r.toml", "--plot", "none", prelude=press, fresh=True)
     assert done.returncode == 130
-    assert "r.toml: interrupted: the best fit so far is written, without intervals and draws" in done.stderr
-    assert tomllib.loads((tmp_path / "r/summary.toml").read_text())["interrupted"] is True
-    assert read_material(tmp_path / "r/material.toml").equilibrium_modulus > 0
+    assert done.stderr == "interrupted: nothing is kept or written; the same command begins anew\n"
+    assert not (tmp_path / "r").exists()
 
 
 def test_a_history_that_is_not_told_and_tests_beyond_the_others_are_warned_of(dielast: Run, tmp_path: Path) -> None:

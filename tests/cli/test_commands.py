@@ -314,9 +314,12 @@ def test_a_command_without_arguments_gets_the_help(dielast: Run) -> None:
     assert "Usage: dielast" in done.stdout + done.stderr
 
 
-def test_an_output_folder_that_is_a_file_is_told_before_work_is_done(dielast: Run, starter: Starter, tmp_path: Path) -> None:
+@pytest.mark.parametrize("out", ["taken", "taken/deeper/still"])
+def test_an_output_folder_that_is_a_file_is_told_before_work_is_done(
+    dielast: Run, starter: Starter, tmp_path: Path, out: str
+) -> None:
     (tmp_path / "taken").write_text("precious")
-    done = dielast("spectrum", starter("spectrum"), "-o", "taken")
+    done = dielast("spectrum", starter("spectrum"), "-o", out)
     assert done.returncode == 2
     assert done.stderr == "taken: is a file, a folder for the results is needed (see --out)\n"
     assert (tmp_path / "taken").read_text() == "precious"

@@ -53,6 +53,16 @@ def test_points_in_no_order_are_one_run(tmp_path: Path) -> None:
     assert [(curve.temperature, curve.time.size) for curve in found] == [(0, 12), (20, 12)]
 
 
+def test_a_clock_that_runs_on_is_noticed(tmp_path: Path) -> None:
+    """Not that of tests which begin anew, in windows that overlap, or only touch for some of the temperatures."""
+    late = [f"0,{t + 150!r},{1e6 * t**-0.1!r}" for t in TIME.tolist()]
+    with pytest.warns(DielastWarning, match="at 20 degC up to 100 s, at 0 degC from 151 s on: if the clock runs on"):
+        read(tmp_path, rows(20) + late)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        read(tmp_path, rows(20) + late + rows(40))
+
+
 def test_thermostat_scatter_is_one_temperature(tmp_path: Path) -> None:
     scatter = np.random.default_rng(2).uniform(-0.2, 0.2, 12)
     lines = [f"{20 + d:.3f}" + row[row.index(",") :] for d, row in zip(scatter, rows(20), strict=True)]

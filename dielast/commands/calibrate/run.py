@@ -27,7 +27,6 @@ from dielast.sharing.execution import Execution
 
 DRAWS = "draws.csv"
 STRETCHED = 2.0  # default of fit.stable_up_to if no test prescribes the stretch
-KEPT = "the best fit so far is written, if there is one"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -46,8 +45,6 @@ def run(cases: Sequence[Case[CalibrateRecipe]], inputs: Inputs, execution: Execu
     recipe = cases[0].recipe
     task = read_task(recipe, inputs)
     check_conditions(task)
-    if execution.keep is not None:
-        execution.keep(KEPT)
     watch = watcher(execution)
     several = len(task.materials) > 1
     candidates: list[Candidate] = []
@@ -71,7 +68,7 @@ def run(cases: Sequence[Case[CalibrateRecipe]], inputs: Inputs, execution: Execu
     best = ranked[0].calibration
     failures += [f"test {name}: left out, the material cannot follow it" for name in dict.fromkeys(best.not_followed)]
     if interrupted:
-        failures.append("interrupted: the best fit so far is written, without intervals and draws")
+        failures.append("interrupted: the best fit so far is written" + _lacking(recipe, candidates, len(task.materials), best))
     warn_of_fit(best)
     warn_of_springs(ranked[0].stability)
     members = best.materials
@@ -93,6 +90,20 @@ def run(cases: Sequence[Case[CalibrateRecipe]], inputs: Inputs, execution: Execu
         return plot_calibration(best, recipe.title)
 
     return Report(tables, headline(ranked), figure, files, failures, interrupted=interrupted)
+
+
+def _lacking(recipe: CalibrateRecipe, candidates: Sequence[Candidate], materials: int, best: Calibration) -> str:
+    """What an interrupted run did not come to, for its message."""
+    several = materials > 1
+    across = several if recipe.fit.cross_validation is None else recipe.fit.cross_validation
+    parts = {
+        "intervals": not best.profiles,
+        "draws": recipe.uncertainty.draws > 0 and not best.draws.size,
+        "cross-validation": across and any(each.prediction_error is None for each in candidates),
+        "the laws not yet fitted": len(candidates) < materials,
+    }
+    *others, last = [name for name, lacks in parts.items() if lacks] or [""]
+    return f", without {', '.join(others) + ' and ' * bool(others)}{last}" if last else ""
 
 
 def watcher(execution: Execution) -> Watch | None:
