@@ -188,8 +188,14 @@ def calibrate(
     """Fit the `free` constants of a material, by their path in a material file, to `tests`, with the uncertainty of each constant.
 
     Tests to `validate` are only predicted. Tests that the material cannot follow are left out and named in the result. `draws` is
-    the number of draws of the parameters from their posterior, 0 for none. For the other arguments and the errors raised see
-    `fit_material`.
+    the number of draws of the parameters from their posterior, 0 for none, made with `seed`; `level` is the probability that an
+    interval covers. The fit begins at `starts` points; `specimen_scatter` is the relative standard deviation of stress between
+    specimens, estimated by default. `watch` is called with the name of the task, its
+    steps done, its greatest number of steps, and the relative rms misfit.
+
+    Raises `InputError` for a constant that the material does not have, tests without enough points, and temperatures at which its
+    shift law does not hold; `NumericsError` if no start can follow the tests. The method is generalised least squares, with
+    profiles of the likelihood.
     """
     fewest_draws(level)  # refuses what is no probability
     fit = fit_material(material, tests, free, starts=starts, specimen_scatter=specimen_scatter, watch=watch)

@@ -102,7 +102,7 @@ def warn_of_field(highest: ArrayLike, breakdown: ArrayLike, charged: ArrayLike =
             else f"1/{1 / ratio:.0f} of the breakdown field: no film moves then"
         )
         what, other = ("charge", "electrode") if np.broadcast_to(charged, field.shape)[k] else ("voltage", "thickness")
-        warn(f"the highest {what} makes a field of {field[k]:.3g} V/m, {so}: is it, or the {other}, in another unit?")
+        warn(f"the highest {what} makes a field of {field[k]:.3g} V/m, {so}: is the {what}, or the {other}, in a wrong unit?")
 
 
 def warn_of_leak(true_field: ArrayLike, scale: ArrayLike) -> None:

@@ -33,7 +33,7 @@ def pieces(steps: Sequence[Step], mode: Mode | str, cases: int) -> list[Piece]:
     """The steps of a history as pieces for `cases` cases. Raises `InputError` with the step (counted from 0) that is wrong."""
     mode = Mode.of(mode)
     if not steps:
-        raise InputError("a history needs at least one step")
+        raise InputError("at least one step is needed", argument="steps")
     return _numbered(_pieces_of_steps(steps, mode, cases))
 
 
@@ -44,7 +44,7 @@ def electrical_pieces(steps: Sequence[ElectricalStep], controls: Controls, unit:
     `InputError` with the step (counted from 0) that is wrong.
     """
     if not steps:
-        raise InputError("a voltage programme needs at least one step")
+        raise InputError("at least one step is needed", argument="steps")
     return _numbered(_pieces_of_programme(steps, controls, unit))
 
 

@@ -16,11 +16,10 @@ from dielast.calibration.comparison import Comparison
 from dielast.calibration.profiles import DECISIVE, Profile
 from dielast.calibration.result import Calibration
 from dielast.plots.quantities import axis_of, unit_for
-from dielast.plots.style import COLOURS, SHADE, log_axis, shade, sheet, spread, spread_indices, style
-from dielast.plots.texts import number, typeset
+from dielast.plots.style import ACROSS, COLOURS, SHADE, log_axis, row_of, shade, sheet, spread, spread_indices, style
+from dielast.plots.texts import number, shortened, typeset
 
 KILO = 1e-3  # from Pa
-ACROSS = 3
 HIGHEST = 1.2  # height of a profile, as a multiple of the rise at which an end of the range is ruled out
 MOST_TESTS, MOST_PROFILES = 12, 12
 LONGEST = 20  # name of a test in the title of its panel
@@ -40,11 +39,12 @@ def plot_calibration(calibration: Calibration, title: str | None = None) -> Figu
         tests = [every[k] for k in spread_indices(len(every), MOST_TESTS)]
         count = len(calibration.profiles)
         shown = spread_indices(count, MOST_PROFILES) if count else []
-        rows = [-(-len(tests) // ACROSS), -(-(len(shown) + 1) // ACROSS) if shown else 0]
+        across = row_of(len(tests))
+        rows = [-(-len(tests) // across), -(-(len(shown) + 1) // ACROSS) if shown else 0]
         heights = [1.75 * rows[0] + 0.35, 1.6 * rows[1]]
         figure = sheet(title, 2.1, sum(heights))
         parts = figure.subfigures(2, 1, height_ratios=heights, squeeze=False)[:, 0] if shown else [figure]
-        _draw_tests(parts[0], calibration, tests, rows[0])
+        _draw_tests(parts[0], calibration, tests, rows[0], across)
         if shown:
             axes = list(parts[1].subplots(rows[1], ACROSS, squeeze=False).ravel())
             for place, k in zip(axes, shown, strict=False):
@@ -55,8 +55,8 @@ def plot_calibration(calibration: Calibration, title: str | None = None) -> Figu
     return figure
 
 
-def _draw_tests(part: Figure | SubFigure, calibration: Calibration, tests: Sequence[Comparison], rows: int) -> None:
-    axes = list(part.subplots(rows, ACROSS, squeeze=False).ravel())
+def _draw_tests(part: Figure | SubFigure, calibration: Calibration, tests: Sequence[Comparison], rows: int, across: int) -> None:
+    axes = list(part.subplots(rows, across, squeeze=False).ravel())
     for place, comparison in zip(axes, tests, strict=False):
         _draw_test(place, comparison)
     for unused in axes[len(tests) :]:
@@ -103,9 +103,7 @@ def _draw_test(axes: Axes, comparison: Comparison) -> None:
     axes.set_ylabel(called if " [" in called else f"{called} [1]")
     if over_time:
         log_axis(axes, "x")
-    name, half = test.name, LONGEST // 2
-    if len(name) > LONGEST:
-        name = f"{name[: half - 1]}\N{HORIZONTAL ELLIPSIS}{name[-half:]}"  # names often differ at their ends
+    name = shortened(test.name, LONGEST)
     error = 100 * comparison.rms_relative_error
     missed = f"{error:.0f}" if error >= 100 else number(error, 2)
     axes.set_title(typeset(f"{name}, {test.temperature:.4g} degC: {missed} %"), fontsize=6.5, loc="left", parse_math=False)

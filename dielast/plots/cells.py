@@ -17,6 +17,7 @@ from dielast.plots.quantities import unit_for
 from dielast.simulate.failure_map import FailureMap
 
 UNFINISHED = "#E6A0A0"
+AT_ONCE = "0.6"
 CLEAR = ListedColormap([(0.0, 0.0, 0.0, 0.0)])
 
 

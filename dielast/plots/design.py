@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from dielast.plots.quantities import unit_for
 from dielast.plots.strips import limits, ticks_within
-from dielast.plots.style import legend_below, letter, line_look, log_axis, open_marker, panels, spread_indices, style
+from dielast.plots.style import legend_below, letter, line_look, log_axis, open_marker, panels, say, spread_indices, style
 from dielast.plots.texts import degrees, lasting, number, prestretched
 from dielast.simulate.design import FAILS_FIRST, OUT_OF_REACH, YES, Design
 
@@ -85,7 +85,7 @@ def plot_design(result: Design, title: str | None = None, interval: str | None =
         right.set_ylabel(f"{name} [s]")
         if np.isnan(result.voltage).all():
             left.set_yticks([])
-            left.text(0.5, 0.5, "no film reaches the goal", transform=left.transAxes, ha="center", va="center")
+            say(left, "no film reaches the goal")
         letter((left, right))
         for place in (left, right):
             place.set_xlabel(along.label)

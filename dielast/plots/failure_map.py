@@ -13,17 +13,16 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from dielast.mechanics.criteria import named
-from dielast.plots.cells import UNFINISHED, Cells, patch
+from dielast.plots.cells import AT_ONCE, UNFINISHED, Cells, patch
 from dielast.plots.lifetimes import MOST_LINES, arrange, draw_panels, films_of, legend, notes
 from dielast.plots.looks import MOST_BANDS, Panel
-from dielast.plots.style import TEMPERATURES, grid, letter, panels, row_legend, sheet, spread_indices, style
-from dielast.plots.texts import SECONDS, degrees, lasting, number
+from dielast.plots.style import TEMPERATURES, grid, letter, log_axis, panels, row_legend, sheet, spread_indices, style
+from dielast.plots.texts import SECONDS, degrees, lasting, number, power_of_ten
 from dielast.simulate.failure_map import FailureMap
 from dielast.simulate.lifetime import LifetimeLine
 
 MOST_BESIDE_A_MAP = 4  # prestretches with lines; the map shows all
 FEWEST_FOR_A_MAP = 5  # prestretches
-RAISED = str.maketrans("0123456789", "⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
 def is_map(result: FailureMap) -> bool:
@@ -113,11 +112,12 @@ def _map(figure: Figure, axes: Axes, result: FailureMap) -> None:
         scale = LogNorm(shortest, longest if longest > shortest else 10 * shortest)
         lives, places = np.ma.masked_invalid(shown), (cells.voltage, cells.prestretch)
         axes.pcolormesh(*places, lives, norm=scale, cmap=TEMPERATURES, shading="nearest", rasterized=True)
-        figure.colorbar(ScalarMappable(scale, TEMPERATURES), ax=axes, label="time to failure [s]", pad=0.02, aspect=30)
+        bar = figure.colorbar(ScalarMappable(scale, TEMPERATURES), ax=axes, label="time to failure [s]", pad=0.02, aspect=30)
+        log_axis(bar.ax, "y")
         _contours(axes, *places, np.ma.log10(lives))
     regions = [
         ("survives", mode == "none", "0.92"),
-        ("at once", time == 0, "0.6"),
+        ("fails at once", time == 0, AT_ONCE),
         ("not finished", mode == "unfinished", UNFINISHED),
     ]
     handles = [cells.fill(axes, where, colour, name) for name, where, colour in regions if where.any()]
@@ -160,5 +160,5 @@ def decade_name(exponent: int) -> str:
         # 0.1 of a unit reads better than 100 of the next smaller unit
         unit, name = next(((unit, name) for unit, name in SECONDS if seconds >= 0.09 * unit), SECONDS[-1])
         return f"{number(seconds / unit)} {name}"
-    power = "1000" if exponent == 3 else "10" + str(exponent).translate(RAISED)
+    power = "1000" if exponent == 3 else power_of_ten(exponent)
     return f"{power} s ({lasting(seconds, 2)})"

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from dielast.plots.looks import Panel
 from dielast.plots.quantities import unit_for
 from dielast.plots.strips import limits, ticks_within
-from dielast.plots.style import SHADE, line_look, log_axis, open_marker, row_legend, spread_indices
+from dielast.plots.style import SHADE, line_look, log_axis, open_marker, row_legend, say, spread_indices
 from dielast.plots.texts import degrees, number, prestretched
 from dielast.simulate.failure_map import FailureMap
 from dielast.simulate.lifetime import EXPONENTIAL_LAW, POWER_LAW, ROOM, LifetimeLine
@@ -33,7 +33,7 @@ LONGEST_BESIDE = 28  # characters of a label in a legend with two columns
 class Drawn:
     """A film in the figure: `time`, and `low` and `high` of its band, over voltage; its `index` sets colour, marker and dashes.
 
-    `high` is infinite beyond the horizon.
+    `high` is infinite beyond the horizon. It `survives` if it lives longer than the horizon at every voltage.
     """
 
     index: int
@@ -42,6 +42,7 @@ class Drawn:
     low: NDArray[np.float64]
     high: NDArray[np.float64]
     line: LifetimeLine
+    survives: bool
 
     @property
     def look(self) -> Any:
@@ -109,10 +110,12 @@ def films_of(
     for index, (i, j) in enumerate(panel.cases):
         parts = [film_in_words(result, j)] + [degrees(result.temperature[i])] * (result.temperature.size > 1)
         label = ", ".join(part for part in parts if part != panel.title)
+        survives = bool(np.all(result.failure_mode[i, j] == "none"))
         if not np.any(np.isfinite(result.time_to_failure[i, j])):
-            label += ": survives" if np.all(result.failure_mode[i, j] == "none") else ": no failure found"
+            label += ": survives" if survives else ": no failure found"
         low, high = (unknown, unknown) if bounds is None else (bounds[0][i, j], bounds[1][i, j])
-        drawn.append(Drawn(index, label, result.time_to_failure[i, j], low, high, lines[i * len(result.prestretch) + j]))
+        line = lines[i * len(result.prestretch) + j]
+        drawn.append(Drawn(index, label, result.time_to_failure[i, j], low, high, line, survives))
     return drawn
 
 
@@ -140,8 +143,18 @@ def draw_panels(all_axes: Sequence[Axes], result: FailureMap, all_films: Sequenc
         if above or below:
             _rows(axes, voltage, films, below)
             ticks_within(axes, shown)
+        if not any(film.fails.any() or np.isfinite(film.low).any() for film in films):
+            say(axes, _without_times(films))
         if above:
             axes.axhline(result.horizon, color="0.5", linestyle=":", linewidth=0.8)
+
+
+def _without_times(films: Sequence[Drawn]) -> str:
+    """What became of films without a time to failure above 0."""
+    times = np.concatenate([film.time for film in films])
+    if np.all(times == 0):
+        return "every film fails at once"
+    return "every film survives" if all(film.survives for film in films) else "no time to failure to show"
 
 
 def _span(films: Sequence[Drawn], result: FailureMap, opened: bool) -> tuple[float, float]:

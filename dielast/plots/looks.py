@@ -9,13 +9,13 @@ from typing import Any
 
 import numpy as np
 
-from dielast.plots.style import LINES, TEMPERATURES, line_look, spread_indices
+from dielast.plots.style import ACROSS, LINES, TEMPERATURES, line_look, row_of, spread_indices
 from dielast.plots.texts import number
 
 MOST_LINES = 7  # cases in a panel with different looks
 MOST_BANDS = 3  # in a panel: more bands would hide each other
 MOST_NAMED = 6  # cases in the legend, if more cases than looks are on no colour scale
-ACROSS, DOWN = 3, 4  # panels
+DOWN = 4  # panels
 
 Look = Mapping[str, Any]
 
@@ -138,7 +138,7 @@ def _by_factor(factors: Sequence[Swept], most: int) -> Arrangement:
         ]
         cases = sorted((case for case in cases if lines.level(case) in along), key=lambda case: along.index(lines.level(case)))
         panels.append(Panel(cases, ", ".join(factor.text(cases[0]) for factor in others)))
-    across = len(grid[1]) if len(grid) == 2 else 2 if len(panels) in (2, 4) else min(len(panels), ACROSS)
+    across = len(grid[1]) if len(grid) == 2 else row_of(len(panels))
     if scaled:
         return Arrangement(panels, across, _scale(lines, count), 0.9, {}, lines)
     looks = [line_look(along.index(lines.level(case)) if lines.level(case) in along else 0) for case in range(count)]

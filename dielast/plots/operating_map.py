@@ -16,21 +16,22 @@ from matplotlib.patheffects import withStroke
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from dielast.plots.cells import UNFINISHED, Cells, patch
+from dielast.plots.cells import AT_ONCE, UNFINISHED, Cells, patch
 from dielast.plots.failure_map import is_map
 from dielast.plots.lifetimes import film_in_words
 from dielast.plots.quantities import unit_for
 from dielast.plots.style import TEMPERATURES, grid, letter, line_look, row_legend, sheet, spread_indices, style
-from dielast.plots.texts import degrees, lasting, number
+from dielast.plots.texts import YEAR, degrees, lasting, number
 from dielast.simulate.failure_map import FailureMap
 
 # ends of the bands of time in s: rounded seconds, minutes, hours, days and years
-DAY, YEAR = 86400.0, 365.25 * 86400.0
+DAY = 86400.0
 SHORT_TIMES = [10.0**power for power in range(-12, 2)]
 TIMES = (*SHORT_TIMES, 60.0, 600.0, 3600.0, DAY / 4, DAY, 7 * DAY, 30 * DAY, *(YEAR * 10**power for power in range(9)))
 MOST_BANDS = 9
 MOST_PANELS = 4
 MOST_LINES = 7
+SHORTEST = 0.15  # share of the width of the axes: the frame would cut the label of a shorter line, which lies in a corner
 SURVIVES = "#FFFFFF"
 LIFE = LinearSegmentedColormap.from_list("life", [*TEMPERATURES(np.linspace(0, 1, 6)), (0.80, 0.90, 0.45, 1.0)])
 
@@ -72,6 +73,7 @@ def _maps(figure: Figure, axes: Sequence[Axes], result: FailureMap, panels: Sequ
     levels = _levels(result)
     colours = LIFE(np.linspace(0, 1, max(len(levels) - 1, 2)))
     modes: dict[str, Patch] = {}
+    lined = False
     for place, (temperature, name) in zip(axes, panels, strict=True):
         time, mode = result.time_to_failure[temperature, cells.order], result.failure_mode[temperature, cells.order]
         place.set_facecolor(SURVIVES)
@@ -79,10 +81,11 @@ def _maps(figure: Figure, axes: Sequence[Axes], result: FailureMap, panels: Sequ
         if len(levels) > 1:
             place.contourf(*places, decades, levels=np.log10(levels), colors=[tuple(c) for c in colours], zorder=0.5)
         unknown = mode == "unfinished"
-        drawn = [cells.fill(place, unknown, UNFINISHED, "not finished")] if unknown.any() else []
+        regions = ((unknown, UNFINISHED, "not finished"), (time == 0, AT_ONCE, "fails at once"))
+        drawn = [cells.fill(place, where, colour, label) for where, colour, label in regions if where.any()]
         drawn += cells.hatch(place, mode, result.times, LIFE(0.2))
         modes |= {str(handle.get_label()): handle for handle in drawn}
-        _stretch_lines(place, *places, result.relative_stretch[name][0, temperature, cells.order])
+        lined |= _stretch_lines(place, *places, result.relative_stretch[name][0, temperature, cells.order])
         # contours end at the centres of the cells that pcolor draws
         place.set_xlim(cells.voltage[0], cells.voltage[-1])
         place.set_ylim(cells.prestretch[0], cells.prestretch[-1])
@@ -96,7 +99,7 @@ def _maps(figure: Figure, axes: Sequence[Axes], result: FailureMap, panels: Sequ
         bar.ax.tick_params(which="both", length=0)
     white = patch(SURVIVES, f"lives longer than {lasting(result.horizon)}")
     line = Line2D([], [], color="black", linewidth=1.0, label="relative stretch")
-    handles = [line] + [white] * bool(np.any(result.failure_mode == "none")) + list(modes.values())
+    handles = [line] * lined + [white] * bool(np.any(result.failure_mode == "none")) + list(modes.values())
     row_legend(figure, handles, min(len(handles), 3), loc="outside lower center", fontsize=7)
 
 
@@ -113,8 +116,8 @@ def _levels(result: FailureMap) -> NDArray[np.float64]:
 
 
 def _decades(time: NDArray[np.float64], mode: NDArray[np.str_], levels: NDArray[np.float64]) -> Any:
-    """The logarithm of the time to failure; for films that survive a little above the last level, for films that fail at once a
-    little below the first level.
+    """The logarithm of the time to failure; for films that survive a little above the last level, for films that fail at once that
+    of the first level.
     """
     if not levels.size:
         return np.ma.masked_invalid(np.full(time.shape, np.nan))
@@ -133,16 +136,20 @@ def _stretch_levels(stretch: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.asarray(ticks[(ticks > known.min()) & (ticks < known.max())])
 
 
-def _stretch_lines(axes: Axes, voltage: NDArray[np.float64], prestretch: NDArray[np.float64], stretch: NDArray[np.float64]) -> None:
-    """Labelled lines of equal stretch."""
+def _stretch_lines(axes: Axes, voltage: NDArray[np.float64], prestretch: NDArray[np.float64], stretch: NDArray[np.float64]) -> bool:
+    """Lines of equal stretch, with labels where these fit; returns whether there are any lines."""
     levels = _stretch_levels(stretch)
     if not levels.size:
-        return
+        return False
     cells = np.ma.masked_invalid(stretch)
     lines = axes.contour(voltage, prestretch, cells, levels=levels, colors="black", linewidths=1.0, linestyles="solid")
     lines.set(path_effects=[withStroke(linewidth=2.2, foreground="white", alpha=0.75)])
-    for text in axes.clabel(lines, fmt=number, fontsize=7, inline_spacing=4):
+    size = np.array([np.ptp(voltage), np.ptp(prestretch)])
+    lengths = [float(np.sum(np.hypot(*(np.diff(path.vertices, axis=0) / size).T))) for path in lines.get_paths()]
+    long = [level for level, length in zip(levels.tolist(), lengths, strict=True) if length > SHORTEST]
+    for text in axes.clabel(lines, long, fmt=number, fontsize=7, inline_spacing=4) if long else []:
         text.set_path_effects([withStroke(linewidth=2.0, foreground="white")])
+    return True
 
 
 def _curves(figure: Figure, axes: Sequence[Axes], result: FailureMap, panels: Sequence[tuple[int, str]]) -> None:

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 # SI unit -> units from the largest to the smallest: name, factor from SI, and the least magnitude for which it is taken
 UNITS: dict[str, tuple[tuple[str, float, float], ...]] = {
     "V": (("kV", 1e-3, 100.0), ("V", 1.0, 0.0)),
-    "V/m": (("MV/m", 1e-6, 0.0),),
-    "Pa": (("MPa", 1e-6, 1e7), ("kPa", 1e-3, 0.0)),
-    "m": (("mm", 1e3, 0.0),),
+    "V/m": (("MV/m", 1e-6, 1e5), ("kV/m", 1e-3, 100.0), ("V/m", 1.0, 0.0)),
+    "Pa": (("MPa", 1e-6, 1e7), ("kPa", 1e-3, 100.0), ("Pa", 1.0, 0.0)),
+    "m": (("mm", 1e3, 1e-5), ("µm", 1e6, 0.0)),
     "C": (("µC", 1e6, 1e-7), ("nC", 1e9, 0.0)),
     "C/m^2": (("mC/m²", 1e3, 0.0),),
     "ohm": (("GΩ", 1e-9, 1e10), ("MΩ", 1e-6, 1e5), ("kΩ", 1e-3, 1e3), ("Ω", 1.0, 0.0)),

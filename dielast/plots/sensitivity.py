@@ -14,7 +14,7 @@ from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from dielast.plots.quantities import unit_for
-from dielast.plots.style import COLOURS, grid, legend_below, sheet, spread_indices, style
+from dielast.plots.style import COLOURS, grid, legend_below, say, sheet, spread_indices, style
 from dielast.plots.texts import degrees, number, prestretched
 from dielast.simulate.sensitivity import LifeShares, Sensitivity
 
@@ -51,7 +51,7 @@ def plot_sensitivity(results: Sensitivity | Sequence[Sensitivity], title: str | 
         figure = sheet(title, across, down * (0.95 + ROW * max(2, len(rows))) + 0.3)
         all_axes = grid(figure, max(1, len(films)), across, sharey=True, sharex=True)
         if not films:
-            all_axes[0].text(0.5, 0.5, "too few failures for a result", transform=all_axes[0].transAxes, ha="center")
+            say(all_axes[0], "too few failures for a result")
         for place, (axes, shown) in enumerate(zip(all_axes, films, strict=False)):
             _bars(axes, shown, rows)
             called = " ".join([f"({'abcdef'[place]})"] * (len(films) > 1) + [shown.title])

@@ -23,16 +23,16 @@ from dielast.plots.style import (
     LONGEST_LABEL,
     SHADE,
     TEMPERATURES,
-    clear_ticks,
     grid,
     grid_of,
     legend_below,
     log_axis,
     open_marker,
+    say,
     sheet,
     style,
 )
-from dielast.plots.texts import FIXED, number, typeset
+from dielast.plots.texts import FIXED, number, shortened, typeset
 
 MOST_MARKED = 12  # points of a line with markers
 MOST_TICKS = 8
@@ -105,11 +105,14 @@ def plot_cases(
             if logarithmic:
                 for axes in panels:
                     log_axis(axes, which)
-        for axes in [] if view.log[0] else panels:
-            clear_ticks(axes)
         if view.log[0] and (begins := _beginning(cases, measured, view)) is not None:
             panels[0].set_xlim(left=begins)
         _name_axes(panels, arranged.across, names)
+        empty = [axes for axes in panels if not np.isfinite(axes.dataLim.get_points()).all()]
+        for axes in empty:
+            say(axes, "no value to show")
+            if len(empty) == len(panels):
+                axes.set(xticks=[], yticks=[])
         handles += [event_handle(name, bar, len(cases) == 1, arranged) for name, bar in happened.items()]
         if banded is not None:
             alone = arranged.looks[0]["color"] if len(cases) == 1 else "black"
@@ -144,7 +147,8 @@ def _beginning(cases: Sequence[Mapping[str, NDArray[np.float64]]], measured: Seq
         across, up = case[view.x], case[view.y]
         seen = view.seen(across, up) & (across > 0)
         if np.any(seen):
-            moved = np.abs(up[seen] - up[seen][0]) > STILL * np.ptp(up[seen])
+            shown = np.log(up[seen]) if view.log[1] else up[seen]
+            moved = np.abs(shown - shown[0]) > STILL * np.ptp(shown)
             place = int(np.argmax(moved))
             still, changed = across[seen][place - 1], across[seen][place]
             # of rows that are far apart, the one before the change is shown as well
@@ -219,22 +223,24 @@ def _legend(arranged: Arrangement, labels: Sequence[str], measured: Sequence[Mea
     handles: list[Artist] = []
     count = len(labels)
     for case, name in arranged.named.items():
-        handles.append(Line2D([], [], label=_cut(name or "model"), linewidth=arranged.width, **arranged.looks[case]))
+        handles.append(Line2D([], [], label=_fitting(name or "model"), linewidth=arranged.width, **arranged.looks[case]))
     if 0 < len(arranged.named) < count and len(arranged.panels) == 1:
         handles.append(Line2D([], [], linestyle="none", label=f"and {count - len(arranged.named)} more"))
     for index, points in enumerate(measured):
         if points.case in arranged.shown:
             marker = open_marker(index, arranged.looks[points.case]["color"]) | OF_POINTS
-            # the case first, as a long label loses its end
-            belongs = f"{labels[points.case]}: " if count > 1 and labels[points.case] else ""
-            handles.append(Line2D([], [], label=_cut(belongs + points.label), **marker))
+            parts = [labels[points.case]] if count > 1 and labels[points.case] else []
+            handles.append(Line2D([], [], label=_fitting(*parts, points.label), **marker))
     return handles
 
 
-def _cut(label: str) -> str:
-    """A label that fits into a column."""
-    label = typeset(label)
-    return label if len(label) <= LONGEST_LABEL else label[: LONGEST_LABEL - 3] + "..."
+def _fitting(*parts: str) -> str:
+    """A label that fits into a column, of parts that share its width: a short part leaves its room to the others."""
+    texts, room = [typeset(part) for part in parts], LONGEST_LABEL - 2 * (len(parts) - 1)
+    for left, place in enumerate(sorted(range(len(texts)), key=lambda place: len(texts[place]))):
+        texts[place] = shortened(texts[place], room // (len(texts) - left))
+        room -= len(texts[place])
+    return ": ".join(texts)
 
 
 def _colour_bar(figure: Figure, panels: Sequence[Axes], scale: Swept) -> None:

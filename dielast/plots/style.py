@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import textwrap
 import warnings
 from collections.abc import Iterator, Sequence
@@ -10,21 +11,23 @@ from contextlib import contextmanager
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
+from weakref import WeakKeyDictionary
 
 import matplotlib as mpl
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.legend import Legend
 from matplotlib.patches import PathPatch
 from matplotlib.path import Path as Outline
-from matplotlib.ticker import LogLocator, NullFormatter, NullLocator
+from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter, NullLocator, ScalarFormatter
 from numpy.typing import NDArray
 
-from dielast.plots.texts import FIXED, number, typeset
+from dielast.plots.texts import FIXED, number, power_of_ten, typeset
 
 # the colours of Okabe and Ito, ordered so that neighbours also differ in lightness: distinct for the colour-blind and in grey
 COLOURS = ("#000000", "#D55E00", "#0072B2", "#E69F00", "#009E73", "#CC79A7", "#56B4E9")
@@ -34,6 +37,7 @@ MARKERS = ("o", "s", "^", "D", "v", "P", "X")
 TEMPERATURES = LinearSegmentedColormap.from_list("temperatures", mpl.colormaps["viridis"](np.linspace(0.0, 0.82, 256)))
 SHADE = 0.18  # opacity of a band
 COLUMN_WIDTH = 3.4  # inches, one column of a journal page: 86 mm
+ACROSS = 3  # panels in a row, at most
 LONGEST_LABEL = 58  # characters at column width
 DIGIT = 0.636  # width of a digit over the size of the font, DejaVu Sans
 
@@ -45,6 +49,8 @@ STYLE: Any = {
     "axes.titlesize": 8,
     "axes.linewidth": 0.7,
     "axes.unicode_minus": True,
+    # smaller and larger numbers have a power of ten, which stands in the label of the axis
+    "axes.formatter.limits": (-4, 6),
     "legend.fontsize": 7,
     "legend.frameon": False,
     "lines.linewidth": 1.2,
@@ -81,10 +87,40 @@ def style() -> Iterator[None]:
 
 
 class Layout(ConstrainedLayoutEngine):
-    """Constrained layout, in which minor ticks without labels take no part: they need no room, and there are hundreds of them."""
+    """Constrained layout, in which minor ticks without labels take no part: they need no room, and there are hundreds of them.
+
+    What the numbers at a linear axis leave out, an offset or a power of ten, is put into the label of the axis.
+    """
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._labels: WeakKeyDictionary[Axis, tuple[str, str]] = WeakKeyDictionary()
 
     def execute(self, fig: Figure) -> None:
         """As matplotlib has it."""
+        for axes in fig.axes:
+            for axis in (axes.xaxis, axes.yaxis):
+                self._complete(axis)
+        self._place(fig)
+        crowded = [axes for axes in fig.axes if clear_ticks(axes)]
+        if crowded:
+            self._place(fig)
+
+    def _complete(self, axis: Axis) -> None:
+        """Put the offset and the power of ten of the tick labels into the label of the axis."""
+        formatter, label = axis.get_major_formatter(), axis.get_label_text()
+        plain, complete = self._labels.get(axis, (label, label))
+        if not isinstance(formatter, ScalarFormatter) or label not in (complete, plain) or not label:
+            return
+        formatter.set_locs(list(axis.get_majorticklocs()))
+        # matplotlib's text is such as 1e-6+1.2
+        power = re.match(r"1e(-?\d+)", formatter.get_offset().replace("\N{MINUS SIGN}", "-"))
+        complete = remainder(plain, float(formatter.offset), int(power[1]) if power else 0)
+        self._labels[axis] = plain, complete
+        axis.set_label_text(complete)
+        axis.offsetText.set_visible(False)
+
+    def _place(self, fig: Figure) -> None:
         every = [axis for axes in fig.axes for axis in (axes.xaxis, axes.yaxis)]
         bare: list[Any] = [axis.minor for axis in every if isinstance(axis.minor.formatter, NullFormatter)]
         locators = [ticker.locator for ticker in bare]
@@ -98,7 +134,7 @@ class Layout(ConstrainedLayoutEngine):
 
 
 class Sheet(Figure):
-    """A figure that is saved in dielast's style, whoever saves it, without dates, versions or random names."""
+    """A figure that is drawn and saved in dielast's style, whoever does so, without dates, versions or random names."""
 
     def draw(self, renderer: Any) -> None:
         """As matplotlib has it, but for the pass before a figure is saved, which shows nothing: only the layout is needed of it."""
@@ -106,7 +142,8 @@ class Sheet(Figure):
         if isinstance(layout, Layout) and self.canvas.is_saving():
             layout.execute(self)
         else:
-            super().draw(renderer)
+            with style():
+                super().draw(renderer)
 
     def savefig(self, fname: Any, **options: Any) -> None:
         """As matplotlib has it; `fname` is a path or an open file."""
@@ -145,6 +182,11 @@ def grid(figure: Figure, count: int, across: int, **shared: Any) -> list[Axes]:
     return axes[:count]
 
 
+def row_of(count: int) -> int:
+    """The number of panels in a row of so many panels."""
+    return 2 if count == 4 else min(count, ACROSS)
+
+
 def letter(axes: Sequence[Axes]) -> None:
     """Give the panels of a figure their letters."""
     for label, place in zip("abcdef", axes, strict=False):
@@ -166,15 +208,36 @@ def spread_indices(count: int, most: int) -> list[int]:
     return [int(index) for index in np.unique(np.linspace(0, count - 1, min(count, most)).round())]
 
 
-def clear_ticks(axes: Axes) -> None:
-    """Fewer ticks on a linear x axis whose numbers would run into each other."""
+def remainder(label: str, offset: float, power: int) -> str:
+    """The `label` of an axis, the numbers at which are those of the quantity less an `offset` and in units of a `power` of ten."""
+    name, bracket, unit = label.partition(" [")
+    if offset:
+        sign = "\N{MINUS SIGN}" if offset > 0 else "+"
+        name += f" {sign} {number(abs(offset), 12)}"
+    if power:
+        unit = " ".join(filter(None, (power_of_ten(power), unit.rstrip("]"))))
+    return f"{name} [{unit.rstrip(']')}]" if bracket or power else name
+
+
+def say(axes: Axes, words: str) -> None:
+    """Words in the middle of axes that have nothing to show."""
+    axes.text(0.5, 0.5, words, transform=axes.transAxes, ha="center", va="center", parse_math=False)
+
+
+def clear_ticks(axes: Axes) -> bool:
+    """Fewer ticks on a linear x axis whose numbers would run into each other; returns whether there are fewer now."""
+    if not isinstance(axes.xaxis.get_major_locator(), MaxNLocator):
+        return False
     low, high = axes.get_xlim()
     ticks = [tick for tick in axes.get_xticks() if low <= tick <= high]
     longest = max(map(len, axes.xaxis.get_major_formatter().format_ticks(ticks)), default=0)
-    wide = (longest + 1) * DIGIT * mpl.rcParams["xtick.labelsize"] / 72  # inches
-    most = int(axes.bbox.width / axes.figure.dpi / wide) if longest else len(ticks)
-    if len(ticks) > most:
-        axes.locator_params(axis="x", nbins=max(most - 1, 1))
+    size = float(axes.xaxis.get_major_ticks(1)[0].label1.get_fontsize())  # points
+    wide = (longest + 1) * DIGIT * size / 72  # inches
+    across = axes.bbox.width / axes.figure.dpi
+    apart = across * float(np.min(np.diff(ticks), initial=np.inf)) / (high - low)
+    if apart < wide:
+        axes.locator_params(axis="x", nbins=max(int(across / wide), 1))
+    return apart < wide
 
 
 def log_axis(axes: Axes, which: str) -> None:

@@ -149,7 +149,7 @@ class OneOf:
     def read(self, value: Any) -> str:
         """The text; raises `InputError`."""
         if value not in self.names():
-            *first, last = map(repr, self.names())
+            *first, last = map(shown, self.names())
             raise InputError(f"{shown(value)}: one of {' or '.join(filter(None, (', '.join(first), last)))} is needed")
         return str(value)
 

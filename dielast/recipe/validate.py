@@ -143,6 +143,9 @@ def _text(model: type[BaseModel], detail: ErrorDetails, context: Mapping[str, An
         return str(context["error"])
     if kind == "list_type" and isinstance(value, dict) and (field := field_at(model, keys)) and _models(field.annotation):
         return _no_list(str(keys[-1]), value)
+    if "expected" in context:
+        # quoted as values are shown
+        context = {**context, "expected": str(context["expected"]).replace("'", '"')}
     needed = _PLAIN.get(kind, detail["msg"]).format(**context, **_counted(context))
     comma = decimal_comma(value) if isinstance(value, str) and kind in ("float_type", "int_type") else ""
     return ("" if kind == "missing" else f"{shown(value)}: ") + needed + (f"; {comma}" if comma else "")

@@ -183,7 +183,7 @@ def test_a_test_that_cannot_be_followed_is_named_and_the_others_are_kept(dielast
     (tmp_path / "short.toml").write_text(material + "[dielectric]\nrelative_permittivity = 4.5\n[breakdown]\nfield = '45 MV/m'\n")
     (tmp_path / "r.toml").write_text((tmp_path / "r.toml").read_text().replace("6 kV", "6000 kV"))
     (warned,) = warnings_of(tmp_path / "r.toml")
-    assert "makes a field of 6e+09 V/m, 133 times the breakdown field: is it, or the thickness" in warned
+    assert "makes a field of 6e+09 V/m, 133 times the breakdown field: is the voltage, or the thickness" in warned
 
 
 def test_a_stretch_for_a_strain_and_kelvin_for_celsius_are_warned_of(tmp_path: Path) -> None:

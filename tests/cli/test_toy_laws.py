@@ -107,7 +107,7 @@ def test_a_material_file_takes_the_laws_and_is_written_with_them() -> None:
 
 
 def test_a_law_that_nobody_registered_is_refused() -> None:
-    with pytest.raises(InputError, match=r"equilibrium.law: \"varga\": one of 'gent', 'neo-hookean', .* or 'ogden' is needed"):
+    with pytest.raises(InputError, match=r'equilibrium.law: "varga": one of "gent", "neo-hookean", .* or "ogden" is needed'):
         parse_material(MATERIAL.encode(), "toy.toml")
 
 

@@ -119,7 +119,7 @@ def driven(steps: list[VoltageStep], **change: Any) -> Callable[[], object]:
         (lambda: relax(SOLID, [Step(stretch=2.0)]).stored_energy(), r"energies need the viscous stretches"),
         (lambda: creep(SOLID, [Step.hold(1.0), Step(stretch=2.0)]), r"step 1: stretch: creep is about a stress .*, or use relax"),
         (lambda: relax(SOLID, steps=[Step(stress=(1e4, 0.0))]), r"step 0: stress: relax is about a stretch .*, or use creep"),
-        (lambda: Gent(-1.0), r"J_lim: -1: I1 - 3 where the chains end is needed, above 0"),
+        (lambda: Gent(-1.0), r"J_lim: -1: the value of I1 - 3 at which the spring locks is needed, which is above 0"),
         (lambda: Gent(np.array([[5.0], [np.nan]])), r"J_lim: nan: "),
         (lambda: WLF(20.0, 13.7, -100.0), r"C2: -100: a number of K above 0 is needed"),
         (lambda: WLF(20.0, np.nan, 100.0), r"C1: nan: a finite number is needed"),

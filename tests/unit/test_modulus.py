@@ -116,7 +116,7 @@ def test_material_files_state_it() -> None:
     [
         (
             ['equilibrium = "entropy"'],
-            r"film.toml: temperature.equilibrium: \"entropy\": one of 'constant' or 'entropic' is needed",
+            r'film.toml: temperature.equilibrium: "entropy": one of "constant" or "entropic" is needed',
         ),
         (['scaling = "entropic"'], "film.toml: temperature.scaling: unknown key"),
         (['thermal_expansion = "6e-4 /K"'], 'film.toml: temperature.thermal_expansion: belongs to moduli that are "entropic"'),

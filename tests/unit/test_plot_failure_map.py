@@ -242,6 +242,16 @@ def test_a_map_without_failures_shows_its_voltages() -> None:
     low, high = figure.axes[0].get_xlim()
     assert 2.5 < low <= 3.0 < 5.0 <= high < 5.5
     assert figure.axes[0].get_ylim()[1] >= survives.horizon
+    assert "every film survives" in [text.get_text() for text in figure.axes[0].texts]
+
+
+def test_an_operating_map_shows_films_that_fail_at_once() -> None:
+    result = a_map(1, 6, 6)
+    zero = np.zeros(result.time_to_failure.shape)
+    unknown = {"1 s": np.full((1, *zero.shape), np.nan)}
+    at_once = replace(result, times={"breakdown": zero}, time_to_failure=zero, relative_stretch=unknown)
+    labels = [text.get_text() for legend in plot_operating_map(at_once).legends for text in legend.get_texts()]
+    assert labels == ["fails at once"]
 
 
 def test_the_label_of_a_short_contour_is_within_the_map() -> None:

@@ -22,6 +22,7 @@ from dielast.io.files import Inputs
 from dielast.plots.looks import Swept
 from dielast.plots.quantities import axis_of
 from dielast.plots.simulation import plot_cases
+from dielast.plots.texts import number
 from dielast.recipe.cases import Case
 
 TIME = np.geomspace(1e-2, 1e3, 20)
@@ -258,3 +259,57 @@ def test_a_log_axis_begins_before_the_first_of_few_points() -> None:
     low, high = figure.axes[0].get_xlim()
     assert 0.1 < low < 1.0 < 3600.0 < high
     assert sum(bool(label.get_text()) for label in figure.axes[0].get_xticklabels()) >= 2
+
+
+@pytest.mark.parametrize(
+    ("times", "values", "labels"),
+    [
+        (np.linspace(0.0, 1e12, 5), 1.0 + np.arange(5.0), ("time [10¹² s]", "stretch")),
+        (np.linspace(0.0, 1e-9, 5), 1.2 + 1e-9 * np.arange(5.0), ("time [10⁻⁹ s]", "stretch \N{MINUS SIGN} 1.2 [10⁻⁹]")),
+        (np.arange(5.0), 1.0 + np.arange(5.0), ("time [s]", "stretch")),
+    ],
+)
+def test_what_the_numbers_of_an_axis_leave_out_is_in_its_label(times: Any, values: Any, labels: tuple[str, str]) -> None:
+    cases = [{"time [s]": times, "stretch_1 [1]": values}]
+    figure = plot_cases(cases, [""], [], "time [s]", "stretch_1 [1]", scales=("linear", "linear"))
+    for _ in range(2):
+        figure.draw_without_rendering()
+        axes = figure.axes[0]
+        assert (axes.get_xlabel(), axes.get_ylabel()) == labels
+        assert not any(axis.offsetText.get_visible() and axis.offsetText.get_text() for axis in (axes.xaxis, axes.yaxis))
+
+
+def test_a_power_law_on_log_axes_is_drawn_from_its_first_time() -> None:
+    times = np.geomspace(1e-9, 1e12, 50)
+    case = {"time [s]": times, "nominal_stress_1 [Pa]": 1e3 * times**0.3}
+    figure = plot_cases([case], [""], [], "time [s]", "nominal_stress_1 [Pa]", scales=("log", "log"))
+    assert figure.axes[0].get_xlim()[0] < 3e-9
+
+
+def test_long_names_of_cases_differ_in_the_legend() -> None:
+    figure = drawn(3, [], label="an acrylic elastomer with a name that is far too long for a legend, of the batch number {}")
+    names = named(figure)[:3]
+    assert len(set(names)) == 3
+    assert all(name.endswith(str(case)) for case, name in enumerate(names))
+
+
+def test_axes_without_a_value_say_so() -> None:
+    case = {"time [s]": TIME, "stretch_1 [1]": np.full(TIME.size, np.nan)}
+    (axes,) = plot_cases([case], [""], [], "time [s]", "stretch_1 [1]").axes
+    assert [text.get_text() for text in axes.texts] == ["no value to show"]
+    assert not len(axes.get_xticks())
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        (0.0, "0"),
+        (20000.0, "20000"),
+        (123456.0, "123500"),
+        (1e6, "10⁶"),
+        (-2.5e-5, "\N{MINUS SIGN}2.5\N{MULTIPLICATION SIGN}10⁻⁵"),
+        (1.2e-4, "0.00012"),
+    ],
+)
+def test_a_number_in_a_label_has_no_exponent_of_a_program(value: float, text: str) -> None:
+    assert number(value) == text

@@ -44,7 +44,9 @@ class Gent(LimitedLaw):
         limit = np.asarray(self.J_lim, dtype=float)
         if not np.all(limit > 0):
             wrong = float(limit[~(limit > 0)].flat[0])
-            raise InputError(f"{wrong:g}: I1 - 3 where the chains end is needed, above 0", argument="J_lim")
+            raise InputError(
+                f"{wrong:g}: the value of I1 - 3 at which the spring locks is needed, which is above 0", argument="J_lim"
+            )
         slope = -1 / limit
         object.__setattr__(self, "_slope", slope)
         object.__setattr__(self, "_offset", 1 - 3 * slope)
