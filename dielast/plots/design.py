@@ -18,14 +18,16 @@ from dielast.plots.quantities import unit_for
 from dielast.plots.strips import limits, ticks_within
 from dielast.plots.style import legend_below, letter, line_look, log_axis, open_marker, panels, say, spread_indices, style
 from dielast.plots.texts import degrees, lasting, number, prestretched
-from dielast.simulate.design import FAILS_FIRST, OUT_OF_REACH, YES, Design
+from dielast.simulate.design import FAILS_FIRST, OUT_OF_REACH, Design
 
 MOST_LINES = 7
 ROOM = 1.6  # factor by which the time axis extends beyond the longest and below the shortest time
 WIDTH = 180.0  # points: about the width of the axes
 ROW = 0.045  # share of the height of the axes: a row of marks in a strip
+LEAST_SEEN = 0.02  # share of the height of the axes: the marker hides a shorter bar
 WORDS = 0.09  # share of the height of the axes: the text of a strip
 APART = 4.6  # points between marks that would coincide
+BARS_APART = 1.8  # points
 FRONTIER: Any = {"color": "0.8", "linewidth": 5.0, "solid_capstyle": "round"}
 AT_ONCE = "fails at once"
 CROSSES: Mapping[str, str] = {FAILS_FIRST: "x", OUT_OF_REACH: "+", AT_ONCE: "*"}
@@ -73,7 +75,8 @@ def plot_design(result: Design, title: str | None = None, interval: str | None =
             films = films[np.argsort(along.values[films], kind="stable")]
             look: Any = line_look(index) | {"linewidth": 1.1}
             look |= open_marker(index, look["color"])
-            _voltages(left, along, result, films, factor, look)
+            aside = BARS_APART * (index - 0.5 * (len(shown) - 1))
+            _voltages(left, along, result, films, factor, look, aside)
             lines.append(films)
             looks.append(look)
             if others:
@@ -91,7 +94,8 @@ def plot_design(result: Design, title: str | None = None, interval: str | None =
             place.set_xlabel(along.label)
             room = max(0.04, 0.5 * APART * (_side_by_side(along, len(shown)) + 1) / WIDTH) * float(np.ptp(along.levels)) or 0.1
             place.set_xlim(along.levels[0] - room, along.levels[-1] + room)
-        handles += _marks(result, frontier, interval, len(combinations) - len(shown))
+        bars = result.drawn is not None and _wider_than_marks(left, *(factor * bound for bound in result.drawn.voltage))
+        handles += _marks(frontier, interval if bars else None, len(combinations) - len(shown))
         if handles:
             legend_below(figure, handles)
     return figure
@@ -132,12 +136,17 @@ def _shown(result: Design, line: NDArray[np.intp], lines: int) -> list[int]:
     return sorted([*first, *(others[index] for index in spread_indices(len(others), MOST_LINES - len(first)))])
 
 
-def _voltages(axes: Axes, along: _Axis, result: Design, films: NDArray[np.intp], factor: float, look: Any) -> None:
+def _voltages(axes: Axes, along: _Axis, result: Design, films: NDArray[np.intp], factor: float, look: Any, aside: float) -> None:
+    """Draw the voltages, with bars a few points `aside`, where they do not hide those of the other films."""
     axes.plot(along.values[films], result.voltage[films] * factor, **look)
     if result.drawn is not None:
         low, high = (bound[films] * factor for bound in result.drawn.voltage)
         known = np.isfinite(low) & np.isfinite(high)
-        axes.vlines(along.values[films][known], low[known], high[known], color=look["color"], linewidth=1.0)
+        beside = axes.transData + ScaledTranslation(aside / 72, 0, axes.figure.dpi_scale_trans)
+        place, ends = along.values[films][known], (low[known], high[known])
+        axes.vlines(place, *ends, color=look["color"], linewidth=1.0, transform=beside, zorder=1.5)
+        axes.update_datalim(np.column_stack((np.tile(place, 2), np.concatenate(ends))))
+        axes.autoscale_view()
 
 
 def _untimed(result: Design, life: NDArray[np.float64]) -> tuple[NDArray[np.str_], NDArray[np.str_]]:
@@ -194,19 +203,27 @@ def _lives(
 
 
 def _frontier(axes: Axes, along: _Axis, life: NDArray[np.float64]) -> bool:
-    """Draw the longest life of all films at each goal; returns whether it is known at any goal."""
+    """Draw the longest life of all films at each goal if it is known at two goals; returns whether it is."""
     lives = np.where(np.isnan(life), 0.0, life)
     best = np.array([np.max(lives[along.values == level]) for level in along.levels])
     known = np.where(np.isfinite(best) & (best > 0), best, np.nan)
+    if np.count_nonzero(np.isfinite(known)) < 2:
+        return False
     axes.plot(along.levels, known, **FRONTIER)
     axes.plot(along.levels, known, linestyle="none", marker="o", **{"color": FRONTIER["color"], "markersize": 5.0}, zorder=1)
-    return bool(np.isfinite(known).any())
+    return True
 
 
-def _marks(result: Design, frontier: bool, interval: str | None, left_out: int) -> list[Line2D]:
+def _wider_than_marks(axes: Axes, low: NDArray[np.float64], high: NDArray[np.float64]) -> bool:
+    """Whether a bar from `low` to `high` (films,) can be seen beside its marker."""
+    width = (high - low)[np.isfinite(low) & np.isfinite(high)]
+    return bool(np.any(width > LEAST_SEEN * np.ptp(axes.get_ylim())))
+
+
+def _marks(frontier: bool, interval: str | None, left_out: int) -> list[Line2D]:
     """Legend entries for marks that belong to no single film."""
     marks = []
-    if interval is not None and np.any(result.reached == YES):
+    if interval is not None:
         marks.append(Line2D([], [], color="0.35", linewidth=1.0, label=f"bars: {interval}"))
     if frontier:
         marks.append(Line2D([], [], label="frontier: the longest life", **FRONTIER))

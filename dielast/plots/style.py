@@ -32,7 +32,7 @@ from dielast.plots.texts import FIXED, number, power_of_ten, typeset
 # the colours of Okabe and Ito, ordered so that neighbours also differ in lightness: distinct for the colour-blind and in grey
 COLOURS = ("#000000", "#D55E00", "#0072B2", "#E69F00", "#009E73", "#CC79A7", "#56B4E9")
 LINES = ("-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)), (0, (9, 2)), (0, (1, 3)))
-MARKERS = ("o", "s", "^", "D", "v", "P", "X")
+MARKERS = ("o", "s", "^", "D", "v", "<", ">")  # all of them can be open
 # viridis without its lightest end, which is invisible on white; its lightness keeps the order in grey
 TEMPERATURES = LinearSegmentedColormap.from_list("temperatures", mpl.colormaps["viridis"](np.linspace(0.0, 0.82, 256)))
 SHADE = 0.18  # opacity of a band

@@ -296,6 +296,23 @@ def test_films_without_a_time_are_in_strips_beyond_the_times() -> None:
     assert low * 2 < ticks.min() <= ticks.max() <= 86400.0 < high / 2
 
 
+@pytest.mark.parametrize(
+    ("scatter", "seen"), [({"thickness": NormalScatter(0.05)}, True), ({"breakdown_field": WeibullScatter(20)}, False)]
+)
+def test_the_legend_names_bars_and_a_frontier_where_they_are_seen(scatter: Any, seen: bool) -> None:
+    """Breakdown fields alone give voltages no interval; at one goal alone the lives make no line."""
+    sample = draw_sample([FILM], 20, **scatter)
+    result = design(FILM, prestretch=[1.7, 1.9], relative_stretch=[1.02, 1.2], sample=sample, **GOAL)
+    figure = plot_design(result, interval="90 % interval")
+    assert any(text.get_text() == "bars: 90 % interval" for text in figure.legends[0].get_texts()) == seen
+    known = {target for target, life in zip(result.target, result.life, strict=True) if 0 < life < np.inf}
+    assert len(known) == 1
+    assert not any("frontier" in text.get_text() for text in figure.legends[0].get_texts())
+    if seen and result.drawn is not None:
+        low, high = figure.axes[0].get_ylim()
+        assert low < 1e-3 * np.nanmin(result.drawn.voltage[0]) < 1e-3 * np.nanmax(result.drawn.voltage[1]) < high
+
+
 def test_of_many_films_the_figure_shows_the_best() -> None:
     """One film in nine is the best at each temperature; its line is drawn, and a pair of prestretches has a label without a gap."""
     goal, temperature, prestretch, thickness = (
