@@ -17,7 +17,8 @@ import tomli_w
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from dielast.plots.style import COLOURS, MARKERS, legend_below, log_axis, panels, style
+from dielast.plots.style import COLOURS, MARKERS, legend_below, panels, style
+from dielast.plots.ticks import log_axis
 
 Array = NDArray[np.float64]
 

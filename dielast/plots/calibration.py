@@ -16,8 +16,9 @@ from dielast.calibration.comparison import Comparison
 from dielast.calibration.profiles import DECISIVE, Profile
 from dielast.calibration.result import Calibration
 from dielast.plots.quantities import axis_of, unit_for
-from dielast.plots.style import ACROSS, COLOURS, SHADE, log_axis, row_of, shade, sheet, spread, spread_indices, style
+from dielast.plots.style import ACROSS, COLOURS, SHADE, row_of, shade, sheet, spread, spread_indices, style
 from dielast.plots.texts import number, shortened, typeset
+from dielast.plots.ticks import log_axis
 
 KILO = 1e-3  # from Pa
 HIGHEST = 1.2  # height of a profile, as a multiple of the rise at which an end of the range is ruled out

@@ -16,8 +16,9 @@ from numpy.typing import NDArray
 
 from dielast.plots.quantities import unit_for
 from dielast.plots.strips import limits, ticks_within
-from dielast.plots.style import legend_below, letter, line_look, log_axis, open_marker, panels, say, spread_indices, style
+from dielast.plots.style import legend_below, letter, line_look, open_marker, panels, say, spread_indices, style
 from dielast.plots.texts import degrees, lasting, number, prestretched
+from dielast.plots.ticks import log_axis
 from dielast.simulate.design import FAILS_FIRST, OUT_OF_REACH, Design
 
 MOST_LINES = 7

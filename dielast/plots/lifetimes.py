@@ -15,8 +15,9 @@ from numpy.typing import NDArray
 from dielast.plots.looks import Panel
 from dielast.plots.quantities import unit_for
 from dielast.plots.strips import limits, ticks_within
-from dielast.plots.style import SHADE, line_look, log_axis, open_marker, row_legend, say, spread_indices
+from dielast.plots.style import SHADE, line_look, open_marker, row_legend, say, spread_indices
 from dielast.plots.texts import degrees, number, prestretched
+from dielast.plots.ticks import log_axis
 from dielast.simulate.failure_map import FailureMap
 from dielast.simulate.lifetime import EXPONENTIAL_LAW, POWER_LAW, ROOM, LifetimeLine
 

@@ -15,7 +15,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import LogLocator, NullFormatter
 from numpy.typing import NDArray
 
-from dielast.plots.style import TEMPERATURES, letter, log_axis, sheet, style
+from dielast.plots.style import TEMPERATURES, letter, sheet, style
 from dielast.plots.superposition import (
     MOST_IN_LEGEND,
     POINTS,
@@ -26,6 +26,7 @@ from dielast.plots.superposition import (
     where_determined,
 )
 from dielast.plots.texts import degrees
+from dielast.plots.ticks import log_axis
 from dielast.superposition.result import MasterCurve
 
 

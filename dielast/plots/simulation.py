@@ -19,20 +19,9 @@ from numpy.typing import NDArray
 from dielast.plots.events import Band, Mark, Span, View, draw_bands, draw_marks, event_handle
 from dielast.plots.looks import Arrangement, Look, Swept, arrange
 from dielast.plots.quantities import axis_of
-from dielast.plots.style import (
-    LONGEST_LABEL,
-    SHADE,
-    TEMPERATURES,
-    grid,
-    grid_of,
-    legend_below,
-    log_axis,
-    open_marker,
-    say,
-    sheet,
-    style,
-)
+from dielast.plots.style import LONGEST_LABEL, SHADE, TEMPERATURES, grid, grid_of, legend_below, open_marker, say, sheet, style
 from dielast.plots.texts import FIXED, number, shortened, typeset
+from dielast.plots.ticks import log_axis
 
 MOST_MARKED = 12  # points of a line with markers
 MOST_TICKS = 8

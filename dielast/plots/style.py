@@ -24,10 +24,11 @@ from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.legend import Legend
 from matplotlib.patches import PathPatch
 from matplotlib.path import Path as Outline
-from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter, NullLocator, ScalarFormatter
+from matplotlib.ticker import NullFormatter, NullLocator, ScalarFormatter
 from numpy.typing import NDArray
 
-from dielast.plots.texts import FIXED, number, power_of_ten, typeset
+from dielast.plots.texts import FIXED, typeset
+from dielast.plots.ticks import clear_ticks, remainder
 
 # the colours of Okabe and Ito, ordered so that neighbours also differ in lightness: distinct for the colour-blind and in grey
 COLOURS = ("#000000", "#D55E00", "#0072B2", "#E69F00", "#009E73", "#CC79A7", "#56B4E9")
@@ -39,7 +40,6 @@ SHADE = 0.18  # opacity of a band
 COLUMN_WIDTH = 3.4  # inches, one column of a journal page: 86 mm
 ACROSS = 3  # panels in a row, at most
 LONGEST_LABEL = 58  # characters at column width
-DIGIT = 0.636  # width of a digit over the size of the font, DejaVu Sans
 
 STYLE: Any = {
     "font.size": 8,
@@ -208,61 +208,9 @@ def spread_indices(count: int, most: int) -> list[int]:
     return [int(index) for index in np.unique(np.linspace(0, count - 1, min(count, most)).round())]
 
 
-def remainder(label: str, offset: float, power: int) -> str:
-    """The `label` of an axis, the numbers at which are those of the quantity less an `offset` and in units of a `power` of ten."""
-    name, bracket, unit = label.partition(" [")
-    if offset:
-        sign = "\N{MINUS SIGN}" if offset > 0 else "+"
-        name += f" {sign} {number(abs(offset), 12)}"
-    if power:
-        unit = " ".join(filter(None, (power_of_ten(power), unit.rstrip("]"))))
-    return f"{name} [{unit.rstrip(']')}]" if bracket or power else name
-
-
 def say(axes: Axes, words: str) -> None:
     """Words in the middle of axes that have nothing to show."""
     axes.text(0.5, 0.5, words, transform=axes.transAxes, ha="center", va="center", parse_math=False)
-
-
-def clear_ticks(axes: Axes) -> bool:
-    """Fewer ticks on a linear x axis whose numbers would run into each other; returns whether there are fewer now."""
-    if not isinstance(axes.xaxis.get_major_locator(), MaxNLocator):
-        return False
-    low, high = axes.get_xlim()
-    ticks = [tick for tick in axes.get_xticks() if low <= tick <= high]
-    longest = max(map(len, axes.xaxis.get_major_formatter().format_ticks(ticks)), default=0)
-    size = float(axes.xaxis.get_major_ticks(1)[0].label1.get_fontsize())  # points
-    wide = (longest + 1) * DIGIT * size / 72  # inches
-    across = axes.bbox.width / axes.figure.dpi
-    apart = across * float(np.min(np.diff(ticks), initial=np.inf)) / (high - low)
-    if apart < wide:
-        axes.locator_params(axis="x", nbins=max(int(across / wide), 1))
-    return apart < wide
-
-
-def log_axis(axes: Axes, which: str) -> None:
-    """A decimal log axis whose major ticks stay apart over many decades, with minor ticks if they fit."""
-    scale, axis = (axes.set_xscale, axes.xaxis) if which == "x" else (axes.set_yscale, axes.yaxis)
-    scale("log")
-    low, high = axes.get_xlim() if which == "x" else axes.get_ylim()
-    decades = float(np.log10(high / low)) if low > 0 and high > low else 1.0
-    if decades > 7:
-        axis.set_major_locator(LogLocator(base=10 ** int(np.ceil(decades / 7)), numticks=20))
-        axis.set_minor_locator(LogLocator(base=10, numticks=60))
-    else:
-        axis.set_minor_locator(LogLocator(base=10, subs=tuple(range(2, 10)), numticks=60))
-    if decades >= 2:
-        axis.set_minor_formatter(NullFormatter())
-        # an empty label takes as long to place as a word
-        axis.set_tick_params(which="minor", **{"labelbottom" if which == "x" else "labelleft": False})
-        return
-
-    def plain(value: float, _: float | None = None) -> str:
-        first = f"{value:.12e}"[0]
-        return number(value) if decades < 0.4 or first in ("12357" if decades < 0.8 else "125") else ""
-
-    axis.set_major_formatter(plain)
-    axis.set_minor_formatter(plain)
 
 
 def shade(axes: Axes, x: NDArray[np.float64], lower: NDArray[np.float64], upper: NDArray[np.float64], colour: str) -> None:

@@ -22,7 +22,8 @@ from dielast import (
     fit_oscillation,
     retardation_from_relaxation,
 )
-from dielast.plots.style import COLOURS, MARKERS, legend_below, log_axis, panels, spread, style
+from dielast.plots.style import COLOURS, MARKERS, legend_below, panels, spread, style
+from dielast.plots.ticks import log_axis
 
 Array = NDArray[np.float64]
 TEMPERATURES = (130, 145, 160, 175, 190)
