@@ -1,7 +1,5 @@
 """The figure of a calibration: every test with points, curve and band, the profiles of the parameters, and their correlations."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The figure of a design: the voltage that takes each film to its goal, and its life under this voltage."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any

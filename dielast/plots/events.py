@@ -1,7 +1,5 @@
 """Bands and events in the figure of cases, with bars for the intervals of the events."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any

@@ -1,7 +1,5 @@
 """The figure of a failure map: time to failure over voltage with its law, and the map over voltage and prestretch."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Time to failure over voltage for films of a failure map, with the exponential or the inverse power law and bands."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any

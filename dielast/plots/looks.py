@@ -1,7 +1,5 @@
 """Colours and line styles that distinguish cases within a panel, and panels for the values of a factor."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product

@@ -1,7 +1,5 @@
 """The figure of a master curve: measurements, shift factors with the law, master curve (Figs. 4, 5 of DOI 10.1115/1.4030850)."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Protocol, runtime_checkable
 

@@ -1,7 +1,5 @@
 """The operating map: time to failure over voltage and prestretch as bands of colour, with lines of equal stretch on top."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The figure of stretches and stresses across a film with a passive part."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Names and units of quantities in figures."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 
 import numpy as np

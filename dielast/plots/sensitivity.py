@@ -1,7 +1,5 @@
 """What drives the life of films: bars of shares in its variance, or of its derivatives."""
 
-from __future__ import annotations
-
 import textwrap
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """The figure of simulated cases, with measured points."""
 
-from __future__ import annotations
-
 import textwrap
 from collections.abc import Mapping, Sequence
 from typing import Any, Protocol

@@ -1,7 +1,5 @@
 """The figure of a relaxation spectrum: the moduli, and the model over the master curve (Fig. 6 of DOI 10.1115/1.4030850)."""
 
-from __future__ import annotations
-
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure

@@ -1,7 +1,5 @@
 """Strips above and below a log axis of time, for films that live longer, fail at once or do not reach the goal."""
 
-from __future__ import annotations
-
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import FixedLocator

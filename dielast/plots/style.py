@@ -1,7 +1,5 @@
 """One style for all figures, and a figure that is saved in it as bytes that do not change between runs."""
 
-from __future__ import annotations
-
 import os
 import re
 import textwrap

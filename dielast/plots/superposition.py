@@ -1,7 +1,5 @@
 """What the figures of all master curves share: points in the colour of their temperature, and the shift factors with their law."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Numbers, times, temperatures and prestretches as figures print them."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterable
 
