@@ -18,12 +18,13 @@ from dielast.mechanics.criteria.criterion import WatchedFilms
 from dielast.mechanics.equations import Films
 from dielast.mechanics.film import Film
 from dielast.mechanics.history import electrical_pieces
-from dielast.mechanics.load import ChargeStep, ElectricalStep, VoltageStep
+from dielast.mechanics.load import ChargeStep, ElectricalStep, VoltageStep, Waveform
 from dielast.mechanics.point_material import Points
 from dielast.mechanics.span import Control, Controls
 from dielast.mechanics.stability import ONE_PERCENT
 from dielast.mechanics.watch import Watch
 from dielast.numerics.stride import DenseSteps, Stride
+from dielast.simulate import electrical
 from dielast.simulate.electrical import ElectricMeter, nominal
 from dielast.simulate.follow import follow
 from dielast.simulate.output import Output
@@ -147,3 +148,18 @@ def test_the_heat_of_a_small_resistance_is_r_i_squared() -> None:
     time, current = run.time[0], run.electrical.current[0]
     volume = 2e-5 * 5e-4
     assert heat[0, -1] == pytest.approx(np.trapezoid(ohm[0] * current**2, time) / volume, rel=0.02)
+
+
+def test_energies_do_not_depend_on_how_many_steps_are_evaluated_together(monkeypatch: pytest.MonkeyPatch) -> None:
+    """In films of several groups, through cycles, a voltage applied at once, and failures."""
+    steps = [VoltageStep(Waveform(0.0, 2e3, 2.0)), VoltageStep(6e3), VoltageStep.hold(1.0)]
+    ohm = np.array([0.0, 1e9, 1e12])
+    runs = []
+    for many in (electrical.MANY, 1):
+        monkeypatch.setattr(electrical, "MANY", many)
+        film = {"thickness": 5e-4, "prestretch": 1.9, "electrode_area": 2e-5, "breakdown_field": 48e6, "points_per_decade": 2}
+        runs.append(actuate(SOFT, steps, source_resistance=ohm, leakage=Leakage(1e-13), **film))  # type: ignore[arg-type]
+    together, alone = runs
+    assert len({outcome.reason for outcome in together.outcome}) > 1
+    for name in electrical.UNITS:
+        assert np.array_equal(getattr(together.electrical, name), getattr(alone.electrical, name), equal_nan=True)
