@@ -96,5 +96,5 @@ def check_end(times: Floats | None, end: Floats, what: str, argument: str = "tim
     """`InputError` with this `argument` if output times (cases, k) lie after the `end` (cases,) in s of `what`."""
     if times is not None and np.any(late := times[:, -1] > end * (1 + 1e-12)):
         case = int(np.argmax(late))
-        late_by = f"{times[case, -1]:g} s lies after the end of the {what} at {end[case]:g} s"
+        late_by = f"{times[case, -1]:.12g} s lies after the end of the {what} at {end[case]:.12g} s"
         raise InputError(late_by, argument=argument, case=of_case(case, end.size))

@@ -63,7 +63,8 @@ def usable_curves(curves: Sequence[Measurement]) -> tuple[Gathered, Binned]:
         omitted, axis = {}, "frequency" if data.kind.over_frequency else "time"
         for k in np.flatnonzero((count := np.bincount(binned.curve, minlength=m)) < MIN_BINS).tolist():
             floor = f" ({lost[k]} are noise floor)" if lost[k] else ""
-            omitted[k] = f"only {count[k]} distinct points in log {axis}{floor}; at least {MIN_BINS} are needed"
+            points = "1 distinct point" if count[k] == 1 else f"{count[k]} distinct points"
+            omitted[k] = f"only {points} in log {axis}{floor}; at least {MIN_BINS} are needed"
         if not omitted and m > 2:
             omitted = find_isolated(binned, data.kind)
         if not omitted:

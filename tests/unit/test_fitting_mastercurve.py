@@ -197,7 +197,7 @@ def crowd(x: float) -> Array:
     return np.asarray(10.0 ** (x + np.linspace(0, 0.04, 4)))
 
 
-@pytest.mark.parametrize("bins", [2, 3])
+@pytest.mark.parametrize("bins", [1, 2, 3])
 def test_a_curve_needs_three_points_that_are_distinct_in_log_time(bins: int) -> None:
     """However many readings it has; each such curve is named and left out."""
     time = np.concatenate([crowd(x) for x in (0.0, 1.0, 2.0)[:bins]])
@@ -207,8 +207,9 @@ def test_a_curve_needs_three_points_that_are_distinct_in_log_time(bins: int) -> 
         assert heard(data)[0].temperature.size == 9
         return
     found, said = heard(data)
-    assert "10 degC: only 2 distinct points in log time; at least 3 are needed; this curve is left out" in said
-    assert "30 degC: only 2 distinct points in log time" in said
+    points = ("1 distinct point", "2 distinct points")[bins - 1]
+    assert f"10 degC: only {points} in log time; at least 3 are needed; this curve is left out" in said
+    assert f"30 degC: only {points} in log time" in said
     assert found.temperature.size == 7
     swept = sweeps()
     swept[0] = FrequencySweep(swept[0].temperature, swept[0].angular_frequency[:2], *(np.ones(2) * 1e6 for _ in range(2)))

@@ -44,6 +44,7 @@ VHB = read_material(resolve(Path(), "example:vhb4905.toml"))
         ({"rtol": 1.0}, "rtol: 1 is not between"),
         ({"times": [-1.0]}, "output times must be finite and not negative"),
         ({"times": [1e9]}, "lies after the end of the history"),
+        ({"times": [1.0000001]}, "1.0000001 s lies after the end of the history at 1 s"),
         ({"mode": "sideways"}, "mode: 'sideways' is not one of"),
     ],
 )
