@@ -172,7 +172,7 @@ def _warn_of_running_clock(measurements: Sequence[Measurement]) -> None:
     spans = sorted(
         (float(np.min(time)), float(np.max(time)), test.temperature) for test in measurements for time in test.columns[:1]
     )
-    if len(spans) > 1 and all(one[1] <= other[0] for one, other in pairwise(spans)):
+    if len(spans) > 1 and all(one[1] < other[0] for one, other in pairwise(spans)):
         (_, end, before), (begin, _, after) = spans[:2]
         warn(
             f"the times of the tests follow one another: at {before:g} degC up to {end:.4g} s, at {after:g} degC from "

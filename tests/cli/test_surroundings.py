@@ -109,7 +109,7 @@ def test_where_nothing_can_be_written_is_said_before_anything_is_computed(dielas
     (tmp_path / "taken/.unfinished").mkdir(parents=True)
     for arguments, said in (
         (["-o", "loop"], "loop: leads nowhere, a folder for the results is needed (see --out)"),
-        (["-o", "loop/x"], "loop/x: leads nowhere, a folder for the results is needed (see --out)"),
+        (["-o", "loop/x"], "loop: leads nowhere, a folder for the results is needed (see --out)"),
         (["-o", "taken"], "taken/.unfinished: is a folder, a file is to be written there"),
         (["--depfile", "taken"], "taken: is a folder, a file is to be written there"),
         (["--depfile", "r.toml/d"], "r.toml: is a file, a folder is needed (see --depfile)"),

@@ -257,7 +257,7 @@ def test_too_little_is_refused() -> None:
         build([ALL[2], ALL[2]])
     with pytest.raises(InputError, match="30 degC: only 2 distinct points"):
         build([ALL[2], RelaxationCurve(30.0, TIME[:2], modulus(30.0)[:2])])
-    with pytest.raises(InputError, match="30 degC: only 1 distinct points"):
+    with pytest.raises(InputError, match="30 degC: only 1 distinct point in"):
         build([ALL[2], RelaxationCurve(30.0, np.full(9, 1.0), np.full(9, modulus(30.0)[10]))])
     with pytest.raises(InputError, match=r"thermal_expansion: 0\.1 /K"):
         build(ALL, vertical="density-temperature", thermal_expansion=0.1)

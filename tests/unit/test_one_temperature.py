@@ -100,7 +100,8 @@ def test_the_temperature_is_stated_once(tmp_path: Path) -> None:
         read(tmp_path, **options, temperature="20 degC")
     rows[40:, 0] += 20
     (tmp_path / "test.csv").write_text(table("T [degC],time [s],E [Pa]", rows))
-    with pytest.raises(InputError, match='and a spectrum is made of one temperature: "dielast mastercurve" joins several'):
+    several = 'and a spectrum is made of one temperature: "dielast mastercurve" joins several'
+    with pytest.warns(DielastWarning, match="if the clock runs on"), pytest.raises(InputError, match=several):
         read(tmp_path, **options)
 
 
