@@ -40,8 +40,8 @@ class FailureMap(TabularResult):
     `voltage` (voltages,) in V, `breakdown_field` (prestretches,) in V/m, infinite where none is known.
 
     For films with a passive part, the axis of prestretches is that of all pairs of a prestretch and an `electrode_share`
-    (prestretches,), the share varying fastest. Their passive parts lose tension at `time_to_loss_of_tension`; later times hold only
-    for films that do not wrinkle.
+    (prestretches,), the share varying fastest. These, and films of which an axis is clamped, lose tension at
+    `time_to_loss_of_tension`; later times hold only for films that do not wrinkle.
 
     `relative_stretch` is relative to the prestretch, at the times `stretch_at` in s, by the names of these times: arrays
     (1, temperatures, prestretches, voltages), or (2, ...) if the axes of films differ; NaN where the film failed earlier.

@@ -8,6 +8,7 @@ import numpy as np
 
 from dielast.io.result import Result
 from dielast.mechanics.criteria.loss_of_tension import LossOfTension
+from dielast.mechanics.span import Control
 from dielast.numerics.arrays import Cases, Floats, Texts
 from dielast.simulate.film_grid import FilmGrid
 from dielast.simulate.history import first_of, name_of_first
@@ -44,8 +45,9 @@ class MapPlan(Result):
 
     @property
     def watched(self) -> tuple[str, ...]:
-        """The names of the criteria to evaluate: the failures, and the loss of tension of passive parts."""
-        return self.grid.failures if self.electrode_share is None else (*self.grid.failures, LossOfTension.name)
+        """The names of the criteria to evaluate: the failures, and loss of tension unless both axes are under a dead load."""
+        held = any(control is not Control.STRESS for control in self.grid.controls)
+        return (*self.grid.failures, LossOfTension.name) if held else self.grid.failures
 
     @property
     def cells(self) -> int:

@@ -164,6 +164,27 @@ def test_films_without_a_breakdown_field_end_by_pull_in() -> None:
     np.testing.assert_array_equal(designs[0].voltage, designs[1].voltage)
 
 
+@pytest.mark.parametrize(
+    ("boundary", "voltage"), [(("dead-load", "clamped"), 9e3), (("clamped", "dead-load"), 9e3), ("clamped", 1e4)]
+)
+def test_a_held_axis_that_goes_slack_is_known_to_the_map(boundary: Any, voltage: float) -> None:
+    film: dict[str, Any] = {**FILM, "boundary": boundary, "breakdown_field": 1e9}
+    horizon = 7200.0
+    result = failure_map(SOLID, voltage=[1e3, voltage], prestretch=[1.3], horizon=horizon, **film)
+    assert result.time_to_loss_of_tension is not None
+    at_rest, slack = result.time_to_loss_of_tension[0, 0]
+    steps = [VoltageStep(voltage), VoltageStep.hold(horizon)]
+    events = actuate(SOLID, steps, prestretch=1.3, stop_at="end", **film).events[0]
+    event = next(event for event in events if event.name == "loss-of-tension")
+    assert np.isnan(at_rest)
+    assert slack == pytest.approx(event.time, rel=1e-6)
+    assert "time_to_loss_of_tension [s]" in result.to_frame().columns
+
+
+def test_under_dead_loads_no_tension_is_lost() -> None:
+    assert failure_map(SOLID, **MAP).time_to_loss_of_tension is None
+
+
 def test_a_table_of_voltages() -> None:
     history = actuate(
         SOLID, [VoltageStep(Track([0.0, 1.0, 3.0], [500.0, 1e3, 0.0]))], prestretch=1.9, times=[0.0, 0.5, 1.0, 2.0, 3.0], **FILM

@@ -147,7 +147,8 @@ def warn_of_failures(recipe: FailureMapRecipe, material: Material, result: Failu
         # survivors that go slack do so before the horizon
         early = int(np.count_nonzero((slack < result.time_to_failure) | (np.isfinite(slack) & np.isnan(result.time_to_failure))))
         if early:
-            what = f"{early} of {slack.size} cells: the film around the electrode goes slack before it fails"
+            film = "film" if result.electrode_share is None else "film around the electrode"
+            what = f"{early} of {slack.size} cells: the {film} goes slack before it fails"
             warn(f"{what}, and would wrinkle: times after that are of a film that does not")
     scale, by_share = recipe.pull_in.timescale
     paces = []
