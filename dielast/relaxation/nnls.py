@@ -131,7 +131,7 @@ def fit_strengths(
 
     def trial(smoothing: float) -> tuple[float, Floats, float]:
         stacked = np.vstack([rows, smoothing * roughness])
-        strength, _ = _non_negative(stacked, padded)
+        strength, _ = non_negative(stacked, padded)
         free = strength > 0
         # singular values, as normal equations lose too many digits where little freedom is left
         _, size, axes = np.linalg.svd(stacked[:, free], full_matrices=False)
@@ -171,7 +171,7 @@ def place_times(
 
     def misfit(inset: tuple[float, float]) -> float:
         design, target = _relative_rows(coarse, times(inset), np.full(branches, coarse.size[-1]), known)
-        return _non_negative(*_reduced(design, target, coarse.row_weight))[1]
+        return non_negative(*_reduced(design, target, coarse.row_weight))[1]
 
     # A single branch has no spacing to keep: its time is sought over the whole range, to many digits.
     single = branches == 1
@@ -215,7 +215,7 @@ def _reduced(design: Floats, target: Floats, weight: Floats) -> tuple[Floats, Fl
     return triangle[:, :-1], triangle[:, -1]
 
 
-def _non_negative(rows: Floats, values: Floats) -> tuple[Floats, float]:
+def non_negative(rows: Floats, values: Floats) -> tuple[Floats, float]:
     """Non-negative least-squares solution and the norm of its residual."""
     from scipy.optimize import nnls
 

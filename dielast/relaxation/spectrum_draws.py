@@ -7,7 +7,7 @@ does not show: every draw is shifted by that distance times a random factor of m
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Self
+from typing import Self
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from dielast.errors import InputError, NumericsError, warn, without_warnings
 from dielast.material.spectrum import Spectrum
 from dielast.numerics.arrays import Floats, Index, rms
 from dielast.numerics.random_streams import stream
+from dielast.relaxation.nnls import non_negative
 from dielast.relaxation.result import SpectrumFit
 
 SEED = 1  # equal draws of a master curve give equal draws of its spectrum
@@ -90,7 +91,7 @@ def draw_spectra(
         level, moduli = drawn.equilibrium_shear_modulus, drawn.spectrum.shear_modulus
         if not _begins_with(drawn.spectrum, fitted):
             stiffer = drawn.spectrum.relaxation_modulus(change.time, level) / change.modulus - 1
-            level, moduli = change.added(fit.equilibrium_shear_modulus, fitted.shear_modulus, stiffer)
+            (level,), (moduli,) = change.added(fit.equilibrium_shear_modulus, fitted.shear_modulus, stiffer[None])
         follows = np.log(np.atleast_2d(drawn.model)[0] / np.atleast_2d(fit.model)[0]) - at_points[place, 0]
         rows.append((place, level, moduli[: len(fitted)], follows))
     if 2 * len(rows) < len(curves.ordinates):
@@ -129,15 +130,20 @@ def _begins_with(spectrum: Spectrum, with_these: Spectrum) -> bool:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Change:
-    """The changes of a spectrum that change its relaxation `modulus` (k,) in Pa at `time` (k,) in s by given fractions."""
+    """The changes of a spectrum that change its relaxation `modulus` (k,) in Pa at `time` (k,) in s by given fractions.
+
+    They are the smallest relative changes, in terms of `size` (N + 1,) in Pa of the moduli and the equilibrium modulus, that nearly
+    suffice and leave no modulus below 0: least squares with the `effect` (k, N + 1) of such changes.
+    """
 
     time: Floats
     modulus: Floats
-    response: Floats
+    size: Floats
+    effect: Floats
 
     @classmethod
     def of(cls, target: Spectrum, fit: SpectrumFit) -> Self:
-        """For a `target` in place of the spectrum of a fit: the smallest relative changes of its moduli that nearly suffice."""
+        """For a `target` in place of the spectrum of a fit."""
         tau, equilibrium = target.relaxation_time, fit.equilibrium_shear_modulus
         # after its slowest time a melt has next to no modulus, of which a draw with other times is any multiple
         first, last = tau[-1] / 2, tau[0] * (10 if equilibrium > 0 else 1)
@@ -146,10 +152,17 @@ class _Change:
         of_equilibrium = max(equilibrium, SMALL * carried[0]) if equilibrium > 0 else 0.0  # a melt stays one
         size = np.append(np.maximum(target.shear_modulus, SMALL * carried), of_equilibrium)
         effect = np.column_stack([np.exp(-time[:, None] / tau), np.ones(time.size)]) * size / modulus[:, None]
-        normal = effect.T @ effect + RELUCTANCE * time.size * np.eye(size.size)
-        return cls(time, modulus, size[:, None] * np.linalg.solve(normal, effect.T))
+        return cls(time, modulus, size, effect)
 
-    def added(self, equilibrium: Floats | float, moduli: Floats, share: Floats) -> tuple[Any, Floats]:
-        """Equilibrium modulus (...) and moduli (..., N) after changes by fractions (..., k), not below 0."""
-        change = share @ self.response.T
-        return np.maximum(equilibrium + change[..., -1], 0.0), np.maximum(moduli + change[..., :-1], 0.0)
+    def added(self, equilibrium: Floats | float, moduli: Floats, share: Floats) -> tuple[Floats, Floats]:
+        """Equilibrium modulus (draws,) and moduli (draws, N) after changes by the fractions `share` (draws, k)."""
+        reluctance = RELUCTANCE * self.time.size * np.eye(self.size.size)
+        before = np.empty((len(share), self.size.size))
+        before[:, -1], before[:, :-1] = equilibrium, moduli
+        after = before + self.size * np.linalg.solve(self.effect.T @ self.effect + reluctance, self.effect.T @ share.T).T
+        equations, size = np.concatenate((self.effect, np.sqrt(reluctance))), np.where(self.size > 0, self.size, 1.0)
+        for row in np.flatnonzero(np.any(after < 0, axis=1)):
+            # setting the negative ones to 0 would undo much of the change, which other moduli can bring about
+            wanted = equations @ (before[row] / size) + np.append(share[row], np.zeros(size.size))
+            after[row] = self.size * non_negative(equations, wanted)[0]
+        return after[:, -1], after[:, :-1]

@@ -7,9 +7,11 @@ import pytest
 from synthetic import MAP, TRUTH, Flaws, ensemble, experiment, held_by_fit, measure, superposed
 
 from dielast.errors import DielastWarning, InputError
+from dielast.material.spectrum import Spectrum
+from dielast.numerics.random_streams import stream
 from dielast.relaxation.fit import fit_spectrum
 from dielast.relaxation.result import SpectrumFit
-from dielast.relaxation.spectrum_draws import CurveDraws, draw_spectra
+from dielast.relaxation.spectrum_draws import SEED, CurveDraws, draw_spectra
 from dielast.simulate.failure_map import failure_map
 from dielast.superposition.bootstrap import bootstrap_master_curve
 
@@ -117,6 +119,24 @@ def test_a_spectrum_on_other_times_changes_as_much() -> None:
         level.append(drawn.equilibrium_modulus[:, None] + drawn.shear_modulus @ decay.T)
     np.testing.assert_allclose(level[0][0] / level[0][1], 1.02**2, rtol=0.01)
     np.testing.assert_allclose(level[1][0] / level[1][1], 1.02**2, rtol=0.01)
+
+
+def test_draws_of_an_error_of_the_model_are_multiples_of_it_in_both_senses() -> None:
+    """Also where the fit has moduli of zero, which cannot fall: others do in their place."""
+    spectrum, equilibrium = Spectrum(np.logspace(4, -9, 27), 60e6 * np.logspace(13, 0, 27) ** -0.4), 0.3e6
+    time = np.geomspace(1e-7, 1e5, 300)
+    modulus = 3 * spectrum.relaxation_modulus(time, equilibrium)
+    with pytest.warns(DielastWarning, match="came out negative"):
+        fit = fit_spectrum(time, modulus)
+    with pytest.warns(DielastWarning, match="the model misses the curve"):
+        drawn = draw_spectra(time, modulus[None], CurveDraws(time, np.tile(modulus, (40, 1, 1))), fit, lambda t, y: fit)
+    at = np.geomspace(1.0, 1e3, 13)
+    members = drawn.equilibrium_modulus[:, None] + drawn.shear_modulus @ np.exp(-at / fit.spectrum.relaxation_time[:, None])
+    model = fit.spectrum.relaxation_modulus(at, fit.equilibrium_shear_modulus)
+    missed = np.log(model / spectrum.relaxation_modulus(at, equilibrium))
+    times = stream(SEED, "model error").standard_normal(40)
+    assert times.min() < -1.0
+    np.testing.assert_allclose(np.log(members / model), times[:, None] * missed, atol=0.2 * float(np.max(missed)))
 
 
 def test_draws_that_cannot_be_fitted_are_left_out_or_refused() -> None:
