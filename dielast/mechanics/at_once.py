@@ -1,7 +1,5 @@
 """Loads applied at once: the state after the jump, and the largest load with an equilibrium."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 

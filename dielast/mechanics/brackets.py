@@ -5,8 +5,6 @@ integrated over the dense output of each step, by adaptive quadrature. The integ
 shorten the steps, as it would if it were itself a state.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 

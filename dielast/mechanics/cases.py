@@ -1,7 +1,5 @@
 """Arguments that are one value for all cases, or one value per case."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 
 import numpy as np

@@ -29,8 +29,6 @@ Derivatives in Lambda_i = 2 ln lambda_i, with g_i = d ln C/dLambda_i = 1 + d ln 
     d i/dLambda_i = E~ g_i/r,    d(j lambda_1 lambda_2)/dLambda_i = lambda_1 lambda_2 (j/2 - dj/dE E (g_i - 1/2)).
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The equations of films under load, in any of their forms."""
 
-from __future__ import annotations
-
 from dielast.mechanics.passive.framed import FramedFilms
 from dielast.mechanics.point import LoadedPoints
 from dielast.numerics.stride import Stride

@@ -1,7 +1,5 @@
 """The steps of a history, or of a voltage programme, as pieces of load."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import TypeVar

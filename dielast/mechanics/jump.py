@@ -1,7 +1,5 @@
 """A load applied at once: algebraic equilibrium of the springs with all viscous stretches frozen."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from dielast.mechanics.electric import ELECTRIC

@@ -4,8 +4,6 @@
 columns of an array.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any, Self
 

@@ -8,8 +8,6 @@ edge by the times at which they ended. Example: the voltage (argument) for which
 stretch rises with the square of a small voltage, and beyond the edge the film fails before that time.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 
 import numpy as np

@@ -6,8 +6,6 @@ linearises itself, a `Rosenbrock` table says how the stages combine, and an `Obs
 output, to record it or to stop cases at an event.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from enum import IntEnum
 from functools import partial

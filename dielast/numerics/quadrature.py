@@ -1,7 +1,5 @@
 """Adaptive Gauss integrals of many functions at once."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

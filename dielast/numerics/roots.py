@@ -1,7 +1,5 @@
 """The first zero within a step of signals that are positive at its start, many signals at once."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

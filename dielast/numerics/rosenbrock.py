@@ -10,8 +10,6 @@ IV.7):
 All methods here are stiffly accurate: the last two increments enter y_1 with weight 1, so the embedded solution is y_1 - u_s.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 
 import numpy as np

@@ -10,8 +10,6 @@ i, which is taken from b,
 DOI 10.1016/j.cpc.2009.09.018 and 10.1016/S0010-4655(98)00154-4. Both estimates are averaged with those for a and b exchanged.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

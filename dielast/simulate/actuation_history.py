@@ -1,7 +1,5 @@
 """Films simulated under a voltage programme, and the results in the quantities of the user."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import ClassVar

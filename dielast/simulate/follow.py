@@ -1,7 +1,5 @@
 """The loop over the pieces of a load history, which all simulations share."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 

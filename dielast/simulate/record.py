@@ -1,7 +1,5 @@
 """The record of results: the dense output of the stepper at the output times."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field, replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The registry of criteria, in the order in which simultaneous events are listed."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 from dielast.errors import InputError, nearest, shown

@@ -1,7 +1,5 @@
 """Electrical breakdown: the true field reaches the breakdown field E_EB (Sec. 3.4 of DOI 10.1115/1.4030850)."""
 
-from __future__ import annotations
-
 from typing import ClassVar
 
 import numpy as np

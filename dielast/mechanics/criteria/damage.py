@@ -1,7 +1,5 @@
 """Damage: the film ages in the electric field until it fails (see `material.damage`)."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import ClassVar
 

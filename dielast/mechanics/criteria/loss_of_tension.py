@@ -3,8 +3,6 @@
 Around a disc, the passive film first loses tension at the rim, where its radial stress equals that of the disc.
 """
 
-from __future__ import annotations
-
 from typing import ClassVar
 
 import numpy as np

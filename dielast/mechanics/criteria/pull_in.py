@@ -1,7 +1,5 @@
 """Pull-in: the film ceases to be in stable equilibrium (Eqs. 9 and 10 of DOI 10.1115/1.4030850, and `stability`)."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import ClassVar
 

@@ -11,8 +11,6 @@ In the strip an active fraction f of the length and the passive part are in seri
 f l_a + (1 - f) l_passive = l_p1, l_2 = l_p2.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cache
 

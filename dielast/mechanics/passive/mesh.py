@@ -10,8 +10,6 @@ and collapses next to the rim in a kink that no polynomial resolves. Where no nu
 which leaves the film around the disc half of its tension.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A voltage applied at once to films in frames: equilibrium with every viscous stretch frozen."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from dielast.mechanics.passive.framed import Surroundings
