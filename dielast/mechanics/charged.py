@@ -92,18 +92,8 @@ class ChargedArrowhead(Arrowhead):
         """Keep the derivatives in the charge: the charge is an unknown, not prescribed."""
         self.by_load = by_load
 
-    def _solve(
-        self,
-        residual: Floats,
-        stage: int,
-        log_squared: Floats,
-        state: Floats,
-        history: Floats | None,
-        gamma_i: float,
-        out: Floats,
-    ) -> None:
-        """Write the border of the increment: the charge, and the rows of the film."""
-        super()._solve(residual, stage, log_squared, state, history, gamma_i, out)
+    def _charge(self, stage: int, log_squared: Floats, state: Floats, history: Floats | None, gamma_i: float, out: Floats) -> None:
+        """Write the row of the charge, and add its effect on the rows of the film."""
         row = self.border
         border = out[row + 1 :]
         right = self.step * self._rate(stage, in_both_axes(log_squared), state[row])

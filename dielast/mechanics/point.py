@@ -212,7 +212,8 @@ class Arrowhead:
             residual += points.maxwell_stress(log_squared, driven[ELECTRIC])
         if gamma_i and not system.load.still:
             residual += gamma_i * self.load_term
-        self._solve(residual, stage, log_squared, state, history, gamma_i, out)
+        self._border(residual, out=out[-axes:])
+        self._charge(stage, log_squared, state, history, gamma_i, out)
         assert out.flags.c_contiguous  # otherwise `reshape` copies, and the increments of the springs are lost
         internal = out[:border].reshape(shape)
         self.springs.solve(right, out=internal)
@@ -226,20 +227,10 @@ class Arrowhead:
             return np.asarray(self.following[0] * change_of_stretch)
         return np.asarray(np.einsum("abnm,bm->anm", self.following, change_of_stretch))
 
-    def _solve(
-        self,
-        residual: Floats,
-        stage: int,
-        log_squared: Floats,
-        state: Floats,
-        history: Floats | None,
-        gamma_i: float,
-        out: Floats,
-    ) -> None:
-        """Write the border of the increment `out` of a stage at `state` and Lambda, `log_squared` (axes, cases), for the
-        right-hand side `residual` (axes, cases).
+    def _charge(self, stage: int, log_squared: Floats, state: Floats, history: Floats | None, gamma_i: float, out: Floats) -> None:
+        """Complete the border of the increment `out` of a stage at `state` and Lambda, `log_squared` (axes, cases), by that of the
+        charge, which a prescribed field does not have as an unknown.
         """
-        self._border(residual, out=out[-self.axes :])
 
     def _border(self, right: Floats, out: Floats | None = None) -> Floats:
         """The rows of the unknown stretches or stresses (axes, cases) of the increment for a right-hand side (axes, cases)."""
