@@ -21,7 +21,7 @@ from dielast.mechanics.passive.framed import FramedFilms
 from dielast.mechanics.piece import Cycles, Piece
 from dielast.mechanics.point_material import Points
 from dielast.mechanics.span import Control
-from dielast.numerics.arrays import Cases, Flags, Floats
+from dielast.numerics.arrays import Cases, Flags, Floats, paired
 from dielast.numerics.stride import DenseSteps, Stride
 from dielast.simulate.electrical import NODES, WEIGHTS, flow
 
@@ -185,9 +185,9 @@ class CycleMeter:
             elif control is Control.STRESS:  # integrated by parts, as the rate of the stretch has no closed form
                 power, boundary_term = power - stretch[axis] * slope[axis], boundary_term + nominal[axis] * stretch[axis]
         boundary_term = boundary_term.reshape(places, count)
-        work = steps.step * (PLACE_WEIGHTS @ power.reshape(places, count)) + boundary_term[-1] - boundary_term[0]
+        work = steps.step * _applied(PLACE_WEIGHTS, power.reshape(places, count)) + boundary_term[-1] - boundary_term[0]
         turn = 2 * np.pi * (((begin[many] + local) / waveform.period[wide.cases]) - cycle[many]).reshape(places, count)
-        fine = POLYNOMIAL @ measured
+        fine = _applied(POLYNOMIAL, measured)
         # subtract the value at rest: the quadrature error of a constant must not appear as a component at the period
         deviation = measured - self._at_rest[wide.cases].reshape(places, count)
         where = steps.cases, cycle
@@ -195,15 +195,24 @@ class CycleMeter:
         np.minimum.at(lowest, where, fine.min(axis=0))
         np.maximum.at(highest, where, fine.max(axis=0))
         for integral, part in ((total, measured), (cosine, deviation * np.cos(turn)), (sine, deviation * np.sin(turn))):
-            np.add.at(integral, where, steps.step * (PLACE_WEIGHTS @ part))
+            np.add.at(integral, where, steps.step * _applied(PLACE_WEIGHTS, part))
         np.add.at(worked, where, work)
         for integral, part in zip((delivered, returned), () if sent is None else sent, strict=False):
             np.add.at(integral, where, steps.step * part)
 
 
+def _applied(weights: Floats, values: Floats) -> Floats:
+    """`weights` (places,) or (k, places) times `values` (places, steps), (steps,) or (k, steps).
+
+    Unlike a matrix product, it rounds alike for any number of steps.
+    """
+    steps = np.arange(values.shape[1])
+    return np.asarray(np.einsum("...p,pm->...m", weights, values[:, paired(steps)])[..., : steps.size])
+
+
 def _both_ways(power: Floats) -> Floats:
     """The energies (2, steps) delivered and returned in steps of length 1, from the power (places, steps) at `PLACES`."""
-    at, moved = POLYNOMIAL @ power, np.diff(INTEGRAL @ power, axis=0)
+    at, moved = _applied(POLYNOMIAL, power), np.diff(_applied(INTEGRAL, power), axis=0)
     begin, end = at[:-1], at[1:]
     # where the power changes its sign, it is nearly linear
     turns, width = begin * end < 0, FINE[1] - FINE[0]
@@ -212,4 +221,4 @@ def _both_ways(power: Floats) -> Floats:
         np.square(np.maximum(sign * begin, 0.0) + np.maximum(sign * end, 0.0)) / size * width for sign in (1, -1)
     )
     delivered, returned = np.where(turns, delivered, np.maximum(moved, 0.0)), np.where(turns, returned, np.maximum(-moved, 0.0))
-    return np.stack((delivered.sum(axis=0), returned.sum(axis=0)))
+    return np.stack([_applied(np.ones(len(energy)), energy) for energy in (delivered, returned)])

@@ -161,6 +161,8 @@ class ElectricMeter:
         columns = paired(np.flatnonzero(stride.accepted))
         if not columns.size:
             return
+        if self._size >= MANY:
+            self._evaluate()
         steps = DenseSteps.of(stride, slice(films_of(stride).border, None), columns)
         self._kept.append((steps, stride.span[columns], stride.begin[columns]))
         if (last := np.flatnonzero(stopped[columns])).size:
@@ -172,8 +174,6 @@ class ElectricMeter:
         steps = self._kept[-1][0]
         first = self._size - steps.cases.size
         self._asked.append((first + np.searchsorted(np.flatnonzero(stride.accepted), columns), time))
-        if self._size >= MANY:
-            self._evaluate()
 
     def rows(self, count: int) -> Floats:
         """The rows of `EXTRA` (6, count) that were asked for first, and have not been returned yet."""

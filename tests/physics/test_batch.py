@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from films import SOFT
 
 from dielast.material.material import Material
 from dielast.material.shift import WLF
 from dielast.material.springs import Gent
-from dielast.mechanics.load import Step
+from dielast.mechanics.load import Step, Waveform
+from dielast.simulate.cycles import CycleTable
 from dielast.simulate.membrane import MembraneHistory, creep, relax
 from reconstruction import spectrum
 
@@ -37,3 +39,17 @@ def test_a_case_does_not_depend_on_its_company(mode: str) -> None:
         part = run(mode, TEMPERATURES[members])
         for name in ("time", "stretch_1", "stretch_2", "nominal_stress_1", "nominal_stress_2"):
             np.testing.assert_array_equal(getattr(part, name), getattr(whole, name)[members], err_msg=f"{name}, {members}")
+
+
+def test_a_row_of_cycles_does_not_depend_on_its_company() -> None:
+    def cycled(stress: float | np.ndarray) -> CycleTable:
+        steps = [Step(stress=stress, rate=1e3), Step.hold(1e3), Step(stress=Waveform(1e4, 2e4, 5.0, 5, "triangle"))]
+        table = creep(SOFT, steps, mode="equibiaxial").cycles
+        assert table is not None
+        return table
+
+    stress = np.array([1e4, 2e4, 3e4])
+    whole = cycled(stress)
+    for row, value in enumerate(stress):
+        for name, column in cycled(float(value)).case(0).items():
+            np.testing.assert_array_equal(column, whole.case(row)[name], err_msg=f"{name}, {row}")

@@ -163,3 +163,20 @@ def test_energies_do_not_depend_on_how_many_steps_are_evaluated_together(monkeyp
     assert len({outcome.reason for outcome in together.outcome}) > 1
     for name in electrical.UNITS:
         assert np.array_equal(getattr(together.electrical, name), getattr(alone.electrical, name), equal_nan=True)
+
+
+def test_the_steps_that_wait_for_their_energies_do_not_grow_with_the_history(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Even where no output is requested for many cycles."""
+    waiting, evaluate = [], ElectricMeter._evaluate
+
+    def counted(meter: ElectricMeter) -> None:
+        waiting.append(meter._size)
+        evaluate(meter)
+
+    monkeypatch.setattr(electrical, "MANY", 16)
+    monkeypatch.setattr(ElectricMeter, "_evaluate", counted)
+    steps = [VoltageStep(Waveform(0.0, 2e3, 2.0, 5))]
+    run = actuate(SOFT, steps, thickness=5e-4, prestretch=1.9, electrode_area=2e-5, source_resistance=1e9, times=[0.0, 10.0])
+    assert run.electrical is not None
+    assert sum(waiting) > 100
+    assert max(waiting) <= 16 + 2
