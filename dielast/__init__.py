@@ -102,14 +102,19 @@ if TYPE_CHECKING:  # the public names, of which this is the only list: type chec
     from dielast.simulate.actuate import actuate as actuate
     from dielast.simulate.actuation_history import ActuationHistory as ActuationHistory
     from dielast.simulate.design import Design as Design, design as design
+    from dielast.simulate.design_plan import Goal as Goal
     from dielast.simulate.failure_map import (
         FailureMap as FailureMap,
+        HeldVoltages as HeldVoltages,
         failure_map as failure_map,
         plan_failure_map as plan_failure_map,
         solve_map as solve_map,
     )
+    from dielast.simulate.film_setup import Film as Film
     from dielast.simulate.lifetime import fit_lifetime as fit_lifetime
     from dielast.simulate.membrane import MembraneHistory as MembraneHistory, creep as creep, relax as relax
+    from dielast.simulate.options import Circuit as Circuit, Failure as Failure, Solver as Solver
+    from dielast.simulate.output import Output as Output
     from dielast.simulate.sensitivity import (
         LifeElasticities as LifeElasticities,
         LifeShares as LifeShares,

@@ -21,6 +21,8 @@ from dielast.mechanics.load import Mode, Step, Track
 from dielast.mechanics.stretched import Histories, carried
 from dielast.numerics.arrays import Cases, Flags, Floats
 from dielast.simulate.membrane import MembraneHistory, relax
+from dielast.simulate.options import Solver
+from dielast.simulate.output import Output
 
 RTOL = 1e-5  # of the solver
 MOST = 6000  # branches that are solved together, to bound the memory
@@ -148,9 +150,9 @@ def under_voltage(test: MeasuredTest, materials: Sequence[Material], rtol: float
         [Step(stretch=Track(test.corner_time, test.corner_stretch))],
         mode=test.mode,
         temperature=test.temperature,
-        times=test.time,
-        rtol=rtol,
         nominal_field=test.nominal_field,
+        output=Output(times=test.time),
+        solver=Solver(rtol=rtol),
     )
 
 

@@ -89,7 +89,7 @@ ElectricalLoad = FieldControl | ChargeControl
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Circuit(ByCase):
+class FilmCircuit(ByCase):
     """A `leakage` law with constants (cases,), None without leakage, and the `resistance` r (cases,) in ohm m of the source, None
     if its charge is prescribed.
 

@@ -18,7 +18,7 @@ from dielast.material.laws_of_cases import UNSTRETCHED, StretchedDielectrics
 from dielast.material.material import Material, materials_of
 from dielast.material.springs import SpringLaw, gathered
 from dielast.mechanics.cases import of_case
-from dielast.mechanics.electric import FIELD, Circuit, ElectricalLoad
+from dielast.mechanics.electric import FIELD, ElectricalLoad, FilmCircuit
 from dielast.numerics.arrays import ByCase, Floats
 
 SYMMETRIC = np.array(((0, 1), (1, 2)))  # indices of the entries 11, 12, 22 in a symmetric 2x2 matrix
@@ -45,7 +45,7 @@ class Points(ByCase):
     stress_floor: Floats
     electric: ElectricalLoad = FIELD
     stretching: StretchedDielectrics = UNSTRETCHED
-    circuit: Circuit | None = None
+    circuit: FilmCircuit | None = None
 
     @classmethod
     def of(cls, material: Material | Sequence[Material], temperature: Floats, rtol: float, with_dielectric: bool = True) -> Points:

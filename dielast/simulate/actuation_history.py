@@ -86,8 +86,6 @@ def run_films(
     *,
     timescale: TimeScale,
     stops: Sequence[str],
-    with_end: bool,
-    profile_times: Floats | None,
     rtol: float,
 ) -> ActuationHistory:
     """Simulate the films `part` (k,), one of the groups of the setup, through their programme or until one of `stops` happens."""
@@ -100,8 +98,8 @@ def run_films(
     leakage = wiring.leakage.take(part) if wiring.electrical else None
     electric = None if leakage is None else ElectricMeter(leakage, part.size)
     recorders = [Recorder(output.take(part), watch, electric)]
-    if profile_times is not None and (spread := setup.spread(part)) is not None:
-        recorders.append(ProfileRecorder(Output(profile_times[part]), spread=spread))
+    if output.profile_rows is not None and (spread := setup.spread(part)) is not None:
+        recorders.append(ProfileRecorder(Output(output.profile_rows[part]), spread=spread))
     meter = CycleMeter(points, begin[0], False, leakage)
     followed = follow(film, [piece.take(part) for piece in pieces], rtol=rtol, watch=watch, recorders=recorders, meter=meter)
     record, happened = recorders[0].collect(), watch.happened
@@ -123,7 +121,7 @@ def run_films(
         record = _in_fields(points, record)
     # a requested time may exceed the end by rounding
     record = replace(record, values=np.where(record.time > reached[:, None] * (1 + 1e-12), np.nan, record.values))
-    if stopped.any() and with_end:
+    if stopped.any() and output.to_the_end:
         record = ending(record, reached, np.where(stopped, at_end, np.nan))
     stretch, field = record.stretch, record.field
     events = [events_of(happened, case, float(thickness[case]), end) for case, end in enumerate(reached.tolist())]
@@ -168,7 +166,7 @@ def _reason(events: Sequence[Event], stops: Sequence[str], end: float) -> str:
 def _electrical(record: Record, thickness: Floats, wiring: Wiring, part: Cases) -> Electrical:
     """The electrical quantities of the films `part` (k,), of `thickness` (k,) in m."""
     charge, source, current, work, leaked, lost = record.electrical
-    resists, leaks = "source_resistance" in wiring.stated, "leakage" in wiring.stated
+    resists, leaks = "resistance" in wiring.stated, "leakage" in wiring.stated
     area = None if wiring.area is None else wiring.area[part, None]
     return Electrical(
         charge_density=charge,

@@ -5,24 +5,22 @@ from dataclasses import dataclass, fields, replace
 from typing import Any, Self
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from dielast.errors import InputError
 from dielast.io.result import Result, TabularResult
 from dielast.io.table import Column, Table
-from dielast.material.breakdown import BreakdownLaw
 from dielast.material.material import Material
 from dielast.material.scatter import Sample, fewest_draws, interval
-from dielast.mechanics.stability import ONE_PERCENT, TimeScale
 from dielast.numerics.arrays import Cases, Floats, Texts
 from dielast.numerics.edged_roots import EDGE, FAR, FOUND, LOW, OPEN
-from dielast.simulate.design_plan import UNFINISHED, Designed, DesignPlan, Goal, solve_draws, solve_films
-from dielast.simulate.film_grid import axis_of, lay_out
-from dielast.simulate.film_setup import MESH_RTOL, FilmSetup
+from dielast.simulate.design_plan import UNFINISHED, Designed, DesignPlan, Goal, Targets, solve_draws, solve_films
+from dielast.simulate.film_grid import lay_out
+from dielast.simulate.film_setup import Film
+from dielast.simulate.options import Failure, Solver
 
 YES, FAILS_FIRST, OUT_OF_REACH = "yes", "no: fails first", "no: out of reach"
 CREEPS, LIMITED = "creeps there without voltage", "beyond the limit of its springs"
-FAILURE_PROBABILITY = 0.05
 Bounds = tuple[Floats, Floats]
 
 
@@ -129,57 +127,28 @@ def _with_bounds(name: str, unit: str, values: Floats, bounds: Bounds | None) ->
 
 def design(
     material: Material,
+    film: Film,
+    goal: Goal,
     *,
-    at: float,
-    horizon: float,
-    prestretch: ArrayLike,
-    thickness: ArrayLike,
-    relative_stretch: ArrayLike | None = None,
-    area_strain: ArrayLike | None = None,
-    temperature: ArrayLike | None = None,
-    prestretch_rate: float | None = None,
-    relax: float = 0.0,
-    boundary: str | tuple[str, str] = "dead-load",
-    electrode_share: ArrayLike | None = None,
-    mesh_rtol: float = MESH_RTOL,
-    force: float | tuple[float | None, float | None] | None = None,
-    width: float | tuple[float | None, float | None] | None = None,
-    breakdown_field: float | BreakdownLaw | None = None,
-    pull_in_timescale: TimeScale = ONE_PERCENT,
-    rtol: float = 1e-6,
+    failure: Failure = Failure(),  # noqa: B008, frozen
+    solver: Solver = Solver(),  # noqa: B008
     sample: Sample | None = None,
-    drawn_rtol: float | None = None,
     level: float = 0.9,
-    failure_probability: float = FAILURE_PROBABILITY,
 ) -> Design:
-    """For each film, the voltage that takes it to a goal at a given time, and the life of the film under that voltage.
+    """For each film, the voltage that takes it to a `goal` at a given time, and the life of the film under that voltage.
 
-    The goal is a `relative_stretch` of axis 1 or an `area_strain`, to reach `at` a time in s after a constant voltage is applied;
-    the life is computed up to the `horizon` in s. Every combination of `prestretch` (n,) or (n, 2), `electrode_share`, `thickness`
-    in m, `temperature` in degC and goal is a film; other arguments are as in `failure_map`. Loss of tension of a passive part ends
-    a film.
+    Every combination of prestretch (n,) or (n, 2), electrode share, thickness and temperature of the `film` and of the targets of
+    the goal is a film. Loss of tension of a passive part ends a film.
 
-    With a `sample` of materials, its draws give bounds at the confidence `level`, and the life that a fraction
-    `failure_probability` of films does not reach. Raises `InputError` for invalid arguments.
+    With a `sample` of materials, its draws give bounds at the confidence `level`, and the life that the goal's probability of
+    failure of films does not reach. Raises `InputError` for invalid arguments.
     """
-    film = FilmSetup(thickness, prestretch, prestretch_rate, relax, boundary, electrode_share, mesh_rtol, force, width)
-    plan = plan_design(
-        material,
-        film,
-        Goal.of(at, relative_stretch, area_strain),
-        horizon=horizon,
-        temperature=temperature,
-        breakdown_field=breakdown_field,
-        pull_in_timescale=pull_in_timescale,
-        rtol=rtol,
-        sample=sample,
-        drawn_rtol=drawn_rtol,
-    )
-    check_draws(plan.grid.draws, level, failure_probability)
+    plan = plan_design(material, film, goal, failure=failure, solver=solver, sample=sample).relaxed()
+    check_draws(plan.grid.draws, level, goal.failure_probability)
     solved = [solve_films(plan, *chunk) for chunk in plan.chunks()]
     plan = under_way(plan, solved)
     drawn = [solve_draws(plan, *chunk) for chunk in plan.chunks(drawn=True)]
-    return designed(plan, solved, drawn, level, failure_probability)
+    return designed(plan, solved, drawn, level, goal.failure_probability)
 
 
 def check_draws(draws: int, level: float, failure_probability: float) -> None:
@@ -194,42 +163,24 @@ def check_draws(draws: int, level: float, failure_probability: float) -> None:
 
 def plan_design(
     material: Material,
-    film: FilmSetup,
+    film: Film,
     goal: Goal,
     *,
-    horizon: float,
-    temperature: ArrayLike | None = None,
-    breakdown_field: float | BreakdownLaw | None = None,
-    pull_in_timescale: TimeScale = ONE_PERCENT,
-    rtol: float = 1e-6,
+    failure: Failure = Failure(),  # noqa: B008, frozen
+    solver: Solver = Solver(),  # noqa: B008
     sample: Sample | None = None,
-    drawn_rtol: float | None = None,
-    relaxed: bool = True,
 ) -> DesignPlan:
-    """Check the arguments of `design`, and prestretch and relax its films and those of all draws of a `sample`; unless they are to
-    be `relaxed`, `DesignPlan.relaxed` does that later.
-
-    Prestretch, electrode share and thickness of the `film` and the target of the `goal` are axes of the grid. Raises `InputError`
-    as `design` does.
+    """Check the arguments of `design`, and lay out its films and those of all draws of a `sample`; `DesignPlan.relaxed`
+    prestretches and relaxes them. Raises `InputError` as `design` does.
     """
+    targets, horizon = Targets.of(goal), goal.horizon
     if not (np.isfinite(horizon) and horizon > 0):
         raise InputError(f"{horizon:g} s: it must be positive", argument="horizon")
     if goal.at > horizon:
         raise InputError(f"{goal.at:g} s is longer than the horizon of {horizon:g} s", argument="at")
-    goal.steps(film.controls)
-    grid = lay_out(
-        material,
-        film,
-        temperature=axis_of(material.reference_temperature if temperature is None else temperature, "temperature"),
-        breakdown_field=breakdown_field,
-        pull_in_timescale=pull_in_timescale,
-        rtol=rtol,
-        sample=sample,
-        drawn_rtol=drawn_rtol,
-        copies=goal.target.size,
-    )
-    plan = DesignPlan(grid, goal.take(np.arange(grid.temperature.size) % goal.target.size), horizon)
-    return plan.relaxed() if relaxed else plan
+    targets.steps(film.controls)
+    grid = lay_out(material, film, failure=failure, solver=solver, sample=sample, copies=targets.target.size)
+    return DesignPlan(grid, targets.take(np.arange(grid.temperature.size) % targets.target.size), horizon)
 
 
 def under_way(plan: DesignPlan, solved: Sequence[Designed]) -> DesignPlan:

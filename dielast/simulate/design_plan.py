@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from dielast.errors import InputError
 from dielast.io.result import Result
+from dielast.material.argument_types import checked
 from dielast.mechanics.criteria.loss_of_tension import LossOfTension
 from dielast.mechanics.span import Control, Controls
 from dielast.numerics.arrays import ByCase, Cases, Flags, Floats, paired
@@ -18,6 +19,7 @@ from dielast.numerics.edged_roots import EDGE, ENDED, FAR, FOUND, OPEN, PASSED, 
 from dielast.numerics.integrate import Status
 from dielast.simulate.film_grid import FilmGrid, Group, axis_of
 from dielast.simulate.history import NONE, Names, first_of, name_of_first
+from dielast.simulate.options import Options
 
 ROUNDS = 100  # of trials, at most: a bracket is halved every other round
 MET = 1e-4  # accuracy of a goal, in the logarithm of the stretch or of the area
@@ -30,23 +32,38 @@ CHUNK = 256  # films
 UNFINISHED = "unfinished"
 WAY = (0.1, 0.25, 0.5, 0.75, 1.0)  # fractions of the logarithm of the stretch at the goal
 RELATIVE_STRETCH, AREA_STRAIN = "relative_stretch", "area_strain"
+FAILURE_PROBABILITY = 0.05
+
+
+@checked
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class Goal(Options):
+    """What each film of a design is to do: reach a `relative_stretch` of axis 1 (relative to the prestretch) or an `area_strain` of
+    its active part (relative to the prestretched area), one number or a list, `at` a time in s after a constant voltage is applied.
+
+    Its life is computed up to the `horizon` in s; with draws, also the life that a fraction `failure_probability` of films does not
+    reach.
+    """
+
+    at: float
+    horizon: float
+    relative_stretch: ArrayLike | None = None
+    area_strain: ArrayLike | None = None
+    failure_probability: float = FAILURE_PROBABILITY
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Goal(ByCase):
-    """A `target` (films,) to reach `at` a time in s after a constant voltage is applied.
-
-    `name` says what the target is: a relative stretch of axis 1 (relative to the prestretch), or an area strain of the active part
-    (relative to its prestretched area).
-    """
+class Targets(ByCase):
+    """A `target` (films,) to reach `at` a time in s after a constant voltage is applied; `name` says what it is (see `Goal`)."""
 
     name: str
     target: Floats
     at: float
 
     @classmethod
-    def of(cls, at: float, relative_stretch: ArrayLike | None, area_strain: ArrayLike | None) -> Self:
-        """The goals from the arguments of `design`; `InputError` unless exactly one kind is stated, with possible values."""
+    def of(cls, goal: Goal) -> Self:
+        """The targets of a goal; `InputError` unless exactly one kind is stated, with possible values."""
+        relative_stretch, area_strain, at = goal.relative_stretch, goal.area_strain, goal.at
         if (relative_stretch is None) == (area_strain is None):
             raise InputError("either a relative_stretch or an area_strain is needed", argument="goal")
         name, stated = (RELATIVE_STRETCH, relative_stretch) if area_strain is None else (AREA_STRAIN, area_strain)
@@ -95,7 +112,7 @@ class DesignPlan(Result):
     """
 
     grid: FilmGrid
-    goal: Goal
+    goal: Targets
     horizon: float
     voltage: Floats = field(default_factory=lambda: np.zeros(0))
     slope: Floats = field(default_factory=lambda: np.zeros(0))
@@ -204,12 +221,12 @@ def solve_draws(plan: DesignPlan, first: int, end: int) -> Designed:
     return Designed(films, state, voltage, plan.slope[film_of_draw], lives.value, lives.time, lives.mode, rounds)
 
 
-def _tolerance(goal: Goal, rtol: float) -> Floats:
+def _tolerance(goal: Targets, rtol: float) -> Floats:
     """The largest distance (films,) to the goal at which a search ends."""
     return np.maximum(np.minimum(CLOSE * MET, SHARE * goal.size), min(NOISE * rtol, MET))
 
 
-def _search(plan: DesignPlan, part: Group, goal: Goal, search: EdgedRoots, beyond: Flags, rounds: int = 0) -> tuple[Names, int]:
+def _search(plan: DesignPlan, part: Group, goal: Targets, search: EdgedRoots, beyond: Flags, rounds: int = 0) -> tuple[Names, int]:
     """Try voltages until the search is over.
 
     Returns how films (k,) failed short of their goals at the lowest such voltage, and the number of rounds in all.
@@ -231,7 +248,7 @@ def _search(plan: DesignPlan, part: Group, goal: Goal, search: EdgedRoots, beyon
     return modes, rounds
 
 
-def _tried(plan: DesignPlan, part: Group, goal: Goal, columns: Cases, voltage: Floats, horizon: float) -> _Trials:
+def _tried(plan: DesignPlan, part: Group, goal: Targets, columns: Cases, voltage: Floats, horizon: float) -> _Trials:
     """Try voltages (t,) on columns (t,) of a group, up to a horizon in s."""
     criteria, goal = plan.criteria, goal.take(columns)
     lives = part.lives(columns, voltage, horizon=horizon, watched=criteria, ends=criteria, times=[goal.at])
@@ -250,7 +267,7 @@ def _tried(plan: DesignPlan, part: Group, goal: Goal, columns: Cases, voltage: F
     return _Trials(voltage, value, ended, np.where(lived, ENDED, np.where(passed, PASSED, SHORT)), end.time, mode)
 
 
-def voltage_about(group: Group, goal: Goal) -> tuple[Floats, Flags]:
+def voltage_about(group: Group, goal: Targets) -> tuple[Floats, Flags]:
     """Estimates of the voltage (films,) in V that takes the films of a group to their goals, and whether (films,) a goal is beyond
     the limit of the equilibrium spring.
 

@@ -14,19 +14,18 @@ from numpy.typing import ArrayLike, NDArray
 from dielast.errors import InputError
 from dielast.io.result import TabularResult
 from dielast.io.table import Column, Table
-from dielast.material.argument_types import real_number
-from dielast.material.breakdown import BreakdownLaw
+from dielast.material.argument_types import checked, real_number
 from dielast.material.material import Material
 from dielast.material.scatter import Sample
 from dielast.mechanics.criteria.loss_of_tension import LossOfTension
-from dielast.mechanics.stability import ONE_PERCENT, TimeScale
 from dielast.numerics.arrays import Cases, Floats, Texts
 from dielast.numerics.integrate import Status
 from dielast.simulate.durations import lasting
 from dielast.simulate.film_grid import axis_of, lay_out
-from dielast.simulate.film_setup import MESH_RTOL, FilmSetup
+from dielast.simulate.film_setup import Film
 from dielast.simulate.history import NONE, REASONS
 from dielast.simulate.map_plan import MapPlan, SolvedCells, column_of, solve_cells
+from dielast.simulate.options import Failure, Options, Solver
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -105,64 +104,44 @@ def failure_cells(result: FailureMap) -> Table:
     ]
 
 
+@checked
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class HeldVoltages(Options):
+    """What each film of a map is asked for: its life under every constant voltage of `values` (nv,) in V, which is reached within
+    `ramp` s, or at once, and held up to the `horizon` in s; and its relative stretch at the times `stretch_at` in s, a list or a
+    mapping from names to times.
+    """
+
+    values: ArrayLike
+    horizon: float
+    ramp: float = 0.0
+    stretch_at: Mapping[str, float] | ArrayLike = ()
+
+
 def failure_map(
     material: Material,
+    film: Film,
+    voltages: HeldVoltages,
     *,
-    voltage: ArrayLike,
-    prestretch: ArrayLike,
-    thickness: float,
-    horizon: float,
-    temperature: ArrayLike | None = None,
-    prestretch_rate: float | None = None,
-    relax: float = 0.0,
-    ramp: float = 0.0,
-    boundary: str | tuple[str, str] = "dead-load",
-    electrode_share: ArrayLike | None = None,
-    mesh_rtol: float = MESH_RTOL,
-    force: float | tuple[float | None, float | None] | None = None,
-    width: float | tuple[float | None, float | None] | None = None,
-    breakdown_field: ArrayLike | BreakdownLaw | None = None,
-    pull_in_timescale: TimeScale = ONE_PERCENT,
-    stretch_at: Mapping[str, float] | ArrayLike = (),
-    rtol: float = 1e-6,
-    progress: Callable[[int, int], None] | None = None,
+    failure: Failure = Failure(),  # noqa: B008, frozen
+    solver: Solver = Solver(),  # noqa: B008
 ) -> FailureMap:
-    """Times to breakdown and to pull-in within `horizon` s of films under constant voltages.
+    """Times to breakdown and to pull-in of films under constant voltages.
 
-    `voltage` (nv,) in V is reached within `ramp` s, or at once. `prestretch` is equibiaxial (np,), or (np, 2); `temperature` (nt,)
-    in degC is the reference temperature by default; `electrode_share` is a number, or a further axis of the map. `breakdown_field`
-    in V/m is one number, one per prestretch, or a law over prestretch; the material's by default. `stretch_at` are times in s at
-    which the relative stretch is requested, or a mapping from names to times. Other arguments are as in `actuate`.
+    The prestretch of the `film` is a list (np,), equibiaxial, or pairs (np, 2); its temperature (nt,) and electrode share are
+    numbers, or further axes of the map. A breakdown field is one number, one per prestretch, or a law. Both times are located where
+    both events happen. `plan_failure_map` takes draws, and `solve_map` says how far it is.
 
-    Both times are located where both events happen. `progress` is called with the number of solved cells and that of all cells.
     The equations are those of Sec. 3 of DOI 10.1115/1.4030850. Raises `InputError` for invalid arguments.
     """
-    plan = plan_failure_map(
-        material,
-        voltage=voltage,
-        prestretch=prestretch,
-        thickness=thickness,
-        horizon=horizon,
-        temperature=temperature,
-        prestretch_rate=prestretch_rate,
-        relax=relax,
-        ramp=ramp,
-        boundary=boundary,
-        electrode_share=electrode_share,
-        mesh_rtol=mesh_rtol,
-        force=force,
-        width=width,
-        breakdown_field=breakdown_field,
-        pull_in_timescale=pull_in_timescale,
-        stretch_at=stretch_at,
-        rtol=rtol,
-    )
-    return solve_map(plan, progress)[0]
+    return solve_map(plan_failure_map(material, film, voltages, failure=failure, solver=solver))[0]
 
 
 def solve_map(plan: MapPlan, progress: Callable[[int, int], None] | None = None) -> list[FailureMap]:
-    """The planned map, followed by the maps of all draws, each with shape (nt, np, nv); `progress` as in `failure_map`."""
-    solved = []
+    """The planned map, followed by the maps of all draws, each with shape (nt, np, nv). `progress` is called with the number of
+    solved cells and that of all cells.
+    """
+    plan, solved = plan.relaxed(), []
     for first, end in plan.chunks():
         solved.append(solve_cells(plan, first, end))
         if progress is not None:
@@ -172,50 +151,31 @@ def solve_map(plan: MapPlan, progress: Callable[[int, int], None] | None = None)
 
 def plan_failure_map(
     material: Material,
+    film: Film,
+    voltages: HeldVoltages,
     *,
-    voltage: ArrayLike,
-    prestretch: ArrayLike,
-    horizon: float,
-    temperature: ArrayLike | None = None,
-    ramp: float = 0.0,
-    breakdown_field: ArrayLike | BreakdownLaw | None = None,
-    pull_in_timescale: TimeScale = ONE_PERCENT,
-    stretch_at: Mapping[str, float] | ArrayLike = (),
-    rtol: float = 1e-6,
+    failure: Failure = Failure(),  # noqa: B008, frozen
+    solver: Solver = Solver(),  # noqa: B008
     sample: Sample | None = None,
-    drawn_rtol: float | None = None,
-    relaxed: bool = True,
-    **film: Any,
 ) -> MapPlan:
-    """Check the arguments of `failure_map`, and prestretch and relax its films, which are made and held as `film` states (see
-    `FilmSetup`); with a `sample`, also those of its draws. Unless they are to be `relaxed`, `MapPlan.relaxed` does that later.
+    """Check the arguments of `failure_map`, and lay out its films; with a `sample`, also those of its draws.
 
-    The draws are solved to `drawn_rtol`, by default a larger tolerance than `rtol`. Raises `InputError` as `failure_map` does.
+    `MapPlan.relaxed` prestretches and relaxes them. Raises `InputError` as `failure_map` does.
     """
-    setup = FilmSetup(prestretch=prestretch, **film)
-    volts = axis_of(voltage, "voltage")
+    volts, horizon, ramp = axis_of(voltages.values, "voltage"), voltages.horizon, voltages.ramp
     if not np.all(volts >= 0):
         raise InputError(f"{volts.min():g} V: it must not be negative", argument="voltage")
     if not 0 < horizon < np.inf:
         raise InputError(f"{horizon:g} s: it must be positive", argument="horizon")
     if not 0 <= ramp <= horizon:
         raise InputError(f"{ramp:g} s: it must lie between 0 and the horizon of {horizon:g} s", argument="ramp")
-    stretch_times = _stretch_times(stretch_at, horizon)
-    temperatures = axis_of(material.reference_temperature if temperature is None else temperature, "temperature")
-    grid = lay_out(
-        material,
-        replace(setup, thickness=real_number(setup.thickness, "thickness")),
-        temperature=temperatures,
-        breakdown_field=breakdown_field,
-        pull_in_timescale=pull_in_timescale,
-        rtol=rtol,
-        sample=sample,
-        drawn_rtol=drawn_rtol,
-    )
+    stretch_times = _stretch_times(voltages.stretch_at, horizon)
+    film = replace(film, thickness=real_number(film.thickness, "thickness"))
+    grid = lay_out(material, film, failure=failure, solver=solver, sample=sample)
+    temperatures = axis_of(material.reference_temperature if film.temperature is None else film.temperature, "temperature")
     films = slice(grid.temperature.size // temperatures.size)
     share = None if grid.electrode_share is None else grid.electrode_share[films]
-    plan = MapPlan(grid, temperatures, grid.prestretch[films], volts, ramp, horizon, share, stretch_times)
-    return plan.relaxed() if relaxed else plan
+    return MapPlan(grid, temperatures, grid.prestretch[films], volts, ramp, horizon, share, stretch_times)
 
 
 def _stretch_times(stretch_at: Mapping[str, float] | ArrayLike, horizon: float) -> dict[str, float]:

@@ -15,14 +15,15 @@ from dielast.material.breakdown import BreakdownLaw
 from dielast.material.material import Material
 from dielast.mechanics.criteria import CRITERIA, failures_of
 from dielast.mechanics.criteria.criterion import Criterion, WatchedFilms
-from dielast.mechanics.film import Film
+from dielast.mechanics.film import Film as FilmState
 from dielast.mechanics.line import Line
 from dielast.mechanics.span import Controls
 from dielast.mechanics.stability import TimeScale
 from dielast.mechanics.watch import EventArrays, Watch
 from dielast.numerics.arrays import ByCase, Cases, Floats, paired
-from dielast.simulate.film_setup import FilmSetup, OfAxes
+from dielast.simulate.film_setup import Film, OfAxes
 from dielast.simulate.follow import follow
+from dielast.simulate.options import Failure, Solver
 from dielast.simulate.output import Output
 from dielast.simulate.record import Recorder
 from dielast.simulate.setup import Setup, set_up
@@ -58,7 +59,7 @@ class Group(ByCase):
     those of each draw. `rtol` is the tolerance of their solution.
     """
 
-    film: Film
+    film: FilmState
     films: Cases
     watched: WatchedFilms
     thickness: Floats
@@ -182,29 +183,30 @@ def prestretches_of(prestretch: OfAxes) -> Floats:
 
 def lay_out(
     material: Material,
-    film: FilmSetup,
+    film: Film,
     *,
-    temperature: Floats,
-    breakdown_field: ArrayLike | BreakdownLaw | None,
-    pull_in_timescale: TimeScale,
-    rtol: float,
+    failure: Failure,
+    solver: Solver,
     sample: Sample | None = None,
-    drawn_rtol: float | None = None,
     copies: int = 1,
 ) -> FilmGrid:
-    """Films of the material, not yet relaxed, for every combination of the axes `temperature` (nt,) in degC, thickness, prestretch
-    and electrode share of the `film`, the last varying fastest, and `copies` of all of them.
+    """Films of the material, not yet relaxed, for every combination of the axes temperature, thickness, prestretch and electrode
+    share of the `film`, the last varying fastest, and `copies` of all of them.
 
-    A breakdown field may be a number, or one for each prestretch. With a `sample`, also the films of its draws, solved to
-    `drawn_rtol`, by default a larger tolerance; the films of the material then have the area of those of the sample. Raises
-    `InputError` for invalid arguments.
+    A breakdown field may be a number, or one for each prestretch. With a `sample`, also the films of its draws, solved to the
+    `drawn_rtol` of the `solver`, by default a larger tolerance; the films of the material then have the area of those of the
+    sample. Raises `InputError` for invalid arguments.
     """
+    if failure.stop_at is not None:
+        raise InputError("maps and designs follow films up to all of their failures: leave it out", argument="stop_at")
+    temperature = axis_of(material.reference_temperature if film.temperature is None else film.temperature, "temperature")
     pairs, thick = prestretches_of(film.prestretch), axis_of(film.thickness, "thickness")
     shares = None if film.electrode_share is None else axis_of(film.electrode_share, "electrode_share")
     sizes = temperature.size, thick.size, len(pairs), 1 if shares is None else shares.size, copies
     of_temperature, of_thickness, of_pair, of_share, _ = (index.ravel() for index in np.indices(sizes))
     temperature, prestretch, thickness = temperature[of_temperature], pairs[of_pair], thick[of_thickness]
     share = None if shares is None else shares[of_share]
+    breakdown_field = failure.breakdown_field
     if breakdown_field is not None and not isinstance(breakdown_field, BreakdownLaw):
         fields = np.asarray(breakdown_field, dtype=float).reshape(-1)
         if fields.size not in (1, len(pairs)):
@@ -216,7 +218,7 @@ def lay_out(
             stated = "this axis is stretched by its weight: state a prestretch of 1"
             raise InputError(f"axis {axis + 1}: {stated}", argument="prestretch")
 
-    def of_all(materials: Sequence[Material], field: ArrayLike | BreakdownLaw | None, thick: Floats, tolerance: float) -> Setup:
+    def of_all(materials: Sequence[Material], field: ArrayLike | BreakdownLaw | None, thick: Floats, rtol: float) -> Setup:
         """The setup of the films of all materials, one material after another."""
         first, second = (
             np.tile(prestretch[:, axis], len(materials)) if weight is None else None for axis, weight in enumerate(film.forces)
@@ -228,25 +230,27 @@ def lay_out(
                 thickness=thick,
                 prestretch=(first, second),
                 electrode_share=None if share is None else np.tile(share, len(materials)),
+                temperature=np.tile(temperature, len(materials)),
             ),
-            temperature=np.tile(temperature, len(materials)),
             breakdown_field=field,
-            rtol=tolerance,
+            solver=replace(solver, rtol=rtol),
         )
 
     central = material if sample is None else sample.typical(material)
-    setup = of_all([central], breakdown_field, thickness, rtol)
-    setups, draws = [(setup, rtol)], 0
+    setup = of_all([central], breakdown_field, thickness, solver.rtol)
+    setups, draws = [(setup, solver.rtol)], 0
     failures = failures_of([material, *(() if sample is None else sample.materials)])
     if sample is not None:
         films, draws = temperature.size, len(sample)
         field = breakdown_field
         if field is not None and not isinstance(field, BreakdownLaw):
             field = np.tile(setup.endurance.breakdown_field, draws)
-        tolerance = drawn_rtol or max(rtol, DRAWN_RTOL)
+        tolerance = solver.drawn_rtol or max(solver.rtol, DRAWN_RTOL)
         with in_a_draw(argument="sample"):
             drawn = of_all(sample.aged(), field, np.tile(thickness, draws) * np.repeat(sample.thickness_factor, films), tolerance)
             scaled = drawn.endurance.breakdown_field * np.repeat(sample.breakdown_factor, films)
             setups.append((replace(drawn, endurance=replace(drawn.endurance, breakdown_field=scaled)), tolerance))
     field_of_films, films_of_grid = setup.endurance.breakdown_field, (temperature, prestretch, thickness, share)
-    return FilmGrid(setup.controls, *films_of_grid, field_of_films, failures, pull_in_timescale, draws, setups=tuple(setups))
+    return FilmGrid(
+        setup.controls, *films_of_grid, field_of_films, failures, failure.pull_in_timescale, draws, setups=tuple(setups)
+    )

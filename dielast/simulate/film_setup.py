@@ -10,17 +10,15 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from dielast.errors import InputError
-from dielast.io.result import Result
 from dielast.material.argument_types import checked
 from dielast.mechanics.cases import of_case, spread
 from dielast.mechanics.span import Control, Controls
 from dielast.numerics.arrays import Cases, Flags, Floats
-from dielast.simulate.output import check_tolerance
+from dielast.simulate.options import MESH_RTOL, Options, check_tolerance
 
 if TYPE_CHECKING:
     from dielast.mechanics.point_material import Points
 
-MESH_RTOL = 1e-6
 PER_CENT = 20  # a larger stretch may be meant in per cent
 CLOSEST = 1e-8  # smallest distance of a share from 0 and from 1; closer films differ by less than rounding
 
@@ -34,14 +32,19 @@ SURROUNDED: dict[str, Controls] = {"frame": (Control.NEITHER, Control.NEITHER), 
 
 @checked
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class FilmSetup(Result):
-    """A film, and its treatment before the voltage, as in `actuate`; every value may be one number or one number per case.
+class Film(Options):
+    """A film, and its treatment before the voltage; every value may be one number, or one number per case, shape (cases,).
 
-    If the axes differ in prestretch, both ramp together. With a passive part, the electrode covers a disc in the middle of a
-    circular "frame", or a part of the length of a "strip" between bars, whose width is clamped; `electrode_share` is the radius of
-    the electrode over that of the frame, or its share of the length of the strip. The mesh of the film around a disc follows from
-    `mesh_rtol` (see `passive.mesh`). A `force` in N acts on the undeformed `width` in m along axis 1, or along both axes for pairs,
-    with None for an axis without weight; it stretches an axis whose prestretch is None. A force of 0 is an axis free of stress.
+    `thickness` is the undeformed one in m, `temperature` is in degC, by default the material's reference temperature. `prestretch`
+    is equibiaxial, or a pair (tuple) with None for an axis free of stress; it is reached at `prestretch_rate` in 1/s of the axis
+    with the larger one, both axes together, or at once, and held for `relax` s. `boundary` says for each axis what holds the film
+    afterwards: "dead-load" is the nominal stress reached, "clamped" the stretch reached; "frame" and "strip" are films with a
+    passive part.
+
+    With a passive part, the electrode covers a disc in the middle of a circular "frame", or a part of the length of a "strip"
+    between bars, whose width is clamped; `electrode_share` is the radius of the electrode over that of the frame, or its share of
+    the length of the strip. A `force` in N acts on the undeformed `width` in m along axis 1, or along both axes for pairs, with
+    None for an axis without weight; it stretches an axis whose prestretch is None. A force of 0 is an axis free of stress.
     """
 
     thickness: ArrayLike
@@ -50,9 +53,9 @@ class FilmSetup(Result):
     relax: float = 0.0
     boundary: str | tuple[str, str] = "dead-load"
     electrode_share: ArrayLike | None = None
-    mesh_rtol: float = MESH_RTOL
     force: OfAxes | None = None
     width: OfAxes | None = None
+    temperature: ArrayLike | None = None
 
     @property
     def surrounded(self) -> str | None:
@@ -79,7 +82,13 @@ class FilmSetup(Result):
     def varied(self) -> list[ArrayLike]:
         """The numbers that may differ from case to case."""
         axes = _of_axes(self.prestretch, "prestretch", alike=True), self.forces, _of_axes(self.width, "width")
-        values = [*(value for pair in axes for value in pair), self.prestretch_rate, self.thickness, self.electrode_share]
+        values = [
+            *(value for pair in axes for value in pair),
+            self.prestretch_rate,
+            self.thickness,
+            self.electrode_share,
+            self.temperature,
+        ]
         return [value for value in values if value is not None]
 
     def stretched(self, cases: int) -> Stretched:
@@ -123,10 +132,10 @@ class FilmSetup(Result):
             loads[axis] = newtons / (positive(width, "width", "m", thickness.size) * thickness)
         return loads[0], loads[1]
 
-    def share(self, prestretch: Stretched, cases: int) -> Floats | None:
+    def share(self, prestretch: Stretched, cases: int, mesh_rtol: float = MESH_RTOL) -> Floats | None:
         """The electrode's share (cases,) of films with a passive part, else None; `InputError` if it does not suit the film."""
         name = self.surrounded
-        if name != "frame" and self.mesh_rtol != MESH_RTOL:
+        if name != "frame" and mesh_rtol != MESH_RTOL:
             raise InputError("only a film with boundary frame has a mesh", argument="mesh_rtol")
         if name is None:
             if self.electrode_share is not None:
@@ -141,7 +150,7 @@ class FilmSetup(Result):
             needed = f"the electrode's share of the {whole} must lie between {CLOSEST:g} and 1 - {CLOSEST:g}"
             text = f"{share[case]:.12g}: {needed}; a film without a passive part is clamped"
             raise InputError(text, argument="electrode_share", case=of_case(case, cases))
-        check_tolerance(self.mesh_rtol, "mesh_rtol")
+        check_tolerance(mesh_rtol, "mesh_rtol")
         first, second = prestretch
         if first is None or second is None:
             raise InputError(f"boundary {name} needs the prestretch of both axes", argument="prestretch")

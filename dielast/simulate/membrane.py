@@ -25,7 +25,8 @@ from dielast.simulate.cycles import CycleMeter, CycleTable
 from dielast.simulate.film_setup import check_limits
 from dielast.simulate.follow import follow
 from dielast.simulate.history import Arguments, History, Outcome, simulating
-from dielast.simulate.output import Output, check_end, check_tolerance
+from dielast.simulate.options import Solver, check_tolerance
+from dielast.simulate.output import Output, check_end
 from dielast.simulate.record import Recorder
 
 
@@ -105,12 +106,9 @@ def prepare(
     *,
     mode: Mode | str = Mode.UNIAXIAL,
     temperature: ArrayLike | None = None,
-    times: ArrayLike | None = None,
-    points_per_decade: int = 30,
-    rtol: float = 1e-6,
-    internal: bool = False,
-    cycles: str | Sequence[int] | None = None,
     nominal_field: ArrayLike | None = None,
+    output: Output = Output(),  # noqa: B008, frozen
+    solver: Solver = Solver(),  # noqa: B008
 ) -> Callable[[], MembraneHistory]:
     """Simulate specimens, initially undeformed and relaxed, under `steps` of stretch (`relax`), nominal stress (`creep`), or both.
 
@@ -118,19 +116,20 @@ def prepare(
     temperature of the material), and of the list of materials; other lengths must be 1. All cases of one call have the same kinds
     of steps: cases with a jump in a step in which others have a waveform, for instance, need separate calls.
 
-    Output is at `times` in s since the start, (k,) or (cases, k), or else `points_per_decade` from the beginning of each step to
-    its end, and evenly spaced in ramps. At the time of a load applied at once, stated times show the state before it. `cycles`
-    selects the cycles of a `Waveform` with output in full: "all", "last", or numbers from 1; by default all of up to 100, or else
-    1, 2, 5, 10, 20 and so on, and the last. `internal` stores the viscous stretches. In uniaxial mode the result has a
-    `relaxation_modulus`, nominal stress over (stretch - 1), in Pa.
+    Output without stated times is evenly spaced in ramps. At the time of a load applied at once, stated times show the state
+    before it. In uniaxial mode the result has a `relaxation_modulus`, nominal stress over (stretch - 1), in Pa.
 
     A `nominal_field` in V/m, the voltage over the undeformed thickness, acts from the start between electrodes on both faces; the
     nominal stress is then that which the machine holds.
 
-    `rtol` bounds the local relative error of stretches (not of stretch - 1), of viscous stretches, and of stresses above 1e-4 of
-    the equilibrium modulus. The equations are those of Sec. 3 of DOI 10.1115/1.4030850. Raises `InputError` for invalid arguments;
-    a case in which the numerics give up is an `Outcome`, not an error.
+    The equations are those of Sec. 3 of DOI 10.1115/1.4030850. Raises `InputError` for invalid arguments; a case in which the
+    numerics give up is an `Outcome`, not an error.
     """
+    if (
+        other := next((name for name in ("with_end", "electrical", "profile") if getattr(output, name) is not None), None)
+    ) is not None:
+        raise InputError("only a film under voltage has it", argument=other)
+    rtol = solver.rtol
     materials = materials_of(material)
     if not materials:
         raise InputError("a Material, or a list of them, is needed")
@@ -146,21 +145,21 @@ def prepare(
         if not entry.permittivity:
             raise InputError(f"{entry.name!r} has no permittivity, which a specimen under voltage needs", argument="material")
     points = Points.of(materials, temperature, rtol, with_dielectric=electric)
-    output = Output.of(times, cases, points_per_decade, cycles, steps, internal)
+    stated = output.of_cases(cases, steps)
     history = pieces(steps, mode, cases)
     if electric:
         # the field is applied at once, before the first piece
         switched_on = None, None, spread(field, "nominal_field", cases)
         history.insert(0, Line.to(history[0].controls, switched_on, np.zeros(cases)))
     _check_reach(points, history)
-    check_end(output.times, duration_of(history, cases), "history")
+    check_end(stated.rows, duration_of(history, cases), "history")
     stress_is_measured = any(piece.cycles and piece.controls[0] is Control.STRETCH for piece in history)
 
     def simulated() -> MembraneHistory:
-        recorder, meter = Recorder(output), CycleMeter(points, np.ones(cases), stress_is_measured)
+        recorder, meter = Recorder(stated), CycleMeter(points, np.ones(cases), stress_is_measured)
         followed = follow(Film.at_rest(points, symmetry_of(history)), history, rtol=rtol, recorders=[recorder], meter=meter)
         # the duration of a step to a stress at a rate that begins at a stretch, or the reverse, is known only now
-        check_end(output.times, np.where(followed.status == Status.COMPLETED, followed.time, np.inf), "history")
+        check_end(stated.rows, np.where(followed.status == Status.COMPLETED, followed.time, np.inf), "history")
         record = recorder.collect()
         return MembraneHistory(
             temperature=temperature,

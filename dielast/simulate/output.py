@@ -2,51 +2,75 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Self
+from typing import Self, cast
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from dielast.errors import InputError, shown
+from dielast.material.argument_types import checked
 from dielast.mechanics.cases import of_case
 from dielast.mechanics.load import ElectricalStep, Step
 from dielast.numerics.arrays import Cases, Floats
+from dielast.simulate.options import Options
 
 KEPT_WHOLE = 100  # number of cycles in a step up to which all are stored in full by default
-LEAST_RTOL, MOST_RTOL = 1e-12, 0.1
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Output:
-    """The output of a history: rows at `times` (cases, k) in s, or, if None, at times suited to each piece of load, with
-    `points_per_decade`, and in full for the `cycles` of a waveform, counted from 1; with `internal`, x of all springs.
+@checked
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class Output(Options):
+    """What the history of a simulation holds.
+
+    Its rows are at `times` in s since the start, (k,) or (cases, k), or else at times suited to each step, with
+    `points_per_decade` from the beginning of the step to its end. Of a waveform, `cycles` are in full: "all", "last", or their
+    numbers from 1; by default all of up to 100, or else 1, 2, 5, 10, 20 and so on, and the last.
+
+    Of a film under voltage: a run that ends at an event ends with the state at that event if `with_end`, by default unless `times`
+    are stated; charge, current and energies are computed if `electrical`, by default where there is anything but a voltage; films
+    with a passive part have `profiles` at the times `profile` in s. Of a specimen: with `internal`, the viscous stretches.
     """
 
-    times: Floats | None = None
+    times: ArrayLike | None = None
     points_per_decade: int = 30
-    cycles: str | tuple[int, ...] | None = None
+    cycles: str | Sequence[int] | None = None
+    with_end: bool | None = None
+    electrical: bool | None = None
+    profile: ArrayLike | None = None
     internal: bool = False
 
-    @classmethod
-    def of(
-        cls,
-        times: object,
-        cases: int,
-        points_per_decade: int,
-        cycles: object,
-        steps: Sequence[Step] | Sequence[ElectricalStep],
-        internal: bool = False,
-    ) -> Self:
-        """The output from the arguments of a simulation of `cases` cases through `steps`; `InputError` for invalid arguments."""
-        if points_per_decade < 1:
-            raise InputError(f"{points_per_decade}: a whole number of at least one is needed", argument="points_per_decade")
-        kept, most = _kept_cycles(cycles), max((step.cycles for step in steps), default=0)
+    def of_cases(self, cases: int, steps: Sequence[Step] | Sequence[ElectricalStep]) -> Self:
+        """The same, with times (cases, k), for a simulation of `cases` cases through `steps`; `InputError` for what is invalid."""
+        if self.points_per_decade < 1:
+            raise InputError(f"{self.points_per_decade}: a whole number of at least one is needed", argument="points_per_decade")
+        kept, most = _kept_cycles(self.cycles), max((step.cycles for step in steps), default=0)
         if isinstance(kept, tuple) and most and max(kept) > most:
             raise InputError(f"{max(kept)}: the waveform has only {most} cycle{'s' * (most > 1)}", argument="cycles")
-        return cls(None if times is None else stated_times(times, cases), points_per_decade, kept, internal)
+        return replace(
+            self,
+            times=None if self.times is None else stated_times(self.times, cases),
+            profile=None if self.profile is None else stated_times(self.profile, cases, "profile"),
+            cycles=kept,
+        )
+
+    @property
+    def rows(self) -> Floats | None:
+        """The times (cases, k) of the rows, None for those suited to each step."""
+        return cast(Floats | None, self.times)
+
+    @property
+    def profile_rows(self) -> Floats | None:
+        """The times (cases, k) of the profiles, None without."""
+        return cast(Floats | None, self.profile)
+
+    @property
+    def to_the_end(self) -> bool:
+        """Whether a history that ends at an event ends with the state there."""
+        return self.times is None if self.with_end is None else self.with_end
 
     def take(self, cases: Cases) -> Self:
         """The output of the selected cases (k,)."""
-        return self if self.times is None else replace(self, times=self.times[cases])
+        return self if self.rows is None else replace(self, times=self.rows[cases])
 
     def kept(self, cycles: int) -> Cases:
         """The cycles (k,) stored in full, counted from 0: by default all of up to `KEPT_WHOLE`, else 1, 2, 5, 10, 20 and so on, and
@@ -60,12 +84,6 @@ class Output:
         if listed is None or isinstance(listed, str):
             listed = (*(digit * 10**power for power in range(len(str(cycles))) for digit in (1, 2, 5)), cycles)
         return np.unique([cycle - 1 for cycle in listed if cycle <= cycles]).astype(np.intp)
-
-
-def check_tolerance(rtol: float, argument: str = "rtol") -> None:
-    """`InputError` for a relative tolerance outside of [`LEAST_RTOL`, `MOST_RTOL`]."""
-    if not LEAST_RTOL <= rtol <= MOST_RTOL:
-        raise InputError(f"{rtol:g} is not between {LEAST_RTOL:g} and {MOST_RTOL:g}", argument=argument)
 
 
 def stated_times(times: object, cases: int, argument: str = "times") -> Floats:

@@ -87,7 +87,7 @@ class ProfileRecorder(Recorder):
     def profiles(self, ends: Floats) -> Profiles:
         """The profiles of each case up to its end (cases,) in s."""
         self._write()
-        (stored,), times, radii = self._values, self.output.times, len(self.spread.radius)
+        (stored,), times, radii = self._values, self.output.rows, len(self.spread.radius)
         assert times is not None
         result: list[Mapping[str, Floats]] = []
         for case, end in enumerate(ends.tolist()):

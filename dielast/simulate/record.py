@@ -112,7 +112,7 @@ class Recorder:
         value.
         """
         self._write()
-        times = self.output.times
+        times = self.output.rows
         if times is None:
             relative = self._rows(piece, start, jumped)
             self._times.append(start[:, None] + relative)
@@ -253,7 +253,7 @@ class Recorder:
     def collect(self) -> Record:
         """The record of all pieces."""
         self._write()
-        time = np.concatenate(self._times, axis=1) if self.output.times is None else self.output.times
+        time = np.concatenate(self._times, axis=1) if self.output.rows is None else self.output.rows
         internal = np.concatenate(self._internal, axis=3) if self.output.internal else None
         return Record(time, np.concatenate(self._values, axis=2), internal, self.exposures)
 

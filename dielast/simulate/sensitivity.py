@@ -1,20 +1,21 @@
 """Sensitivity of the life of films: shares in the variance of log life, or derivatives with respect to one number at a time."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
 
 from dielast.io.result import TabularResult
 from dielast.io.table import Column, Table
-from dielast.material.argument_types import checked
 from dielast.material.material import Material
 from dielast.material.scatter import Sample
 from dielast.material.sensitivity import Exchange, Perturbed, Source
 from dielast.numerics.arrays import Floats
 from dielast.numerics.shares import variance_shares
-from dielast.simulate.failure_map import FailureMap, failure_cells, plan_failure_map, solve_map
+from dielast.simulate.failure_map import FailureMap, HeldVoltages, failure_cells, plan_failure_map, solve_map
+from dielast.simulate.film_setup import Film
+from dielast.simulate.options import Failure, Solver
 
 LN10 = np.log(10.0)
 
@@ -120,8 +121,17 @@ def sensitivity_of(variation: Variation, life: Floats, films: Table) -> Sensitiv
     return LifeShares(films, variation.sources, **values, spread=spread, censored=censored)
 
 
-def life_sensitivity(material: Material, sample: Sample | None = None, *, seed: int = 1, **film: Any) -> Sensitivity:
-    """The sensitivity of the life of the films of a `failure_map`, whose arguments are `film`.
+def life_sensitivity(
+    material: Material,
+    film: Film,
+    voltages: HeldVoltages,
+    sample: Sample | None = None,
+    *,
+    seed: int = 1,
+    failure: Failure = Failure(),  # noqa: B008, frozen
+    solver: Solver = Solver(),  # noqa: B008
+) -> Sensitivity:
+    """The sensitivity of the life of the films of a `failure_map`, which has the same arguments.
 
     With a `sample`, the draws of material and films, the result is the shares of sources in the variance of the log life
     (`LifeShares`). For n draws and k sources this takes n(k + 1) lives per film; `seed` selects the pairs of draws. Without a
@@ -129,15 +139,14 @@ def life_sensitivity(material: Material, sample: Sample | None = None, *, seed: 
     `drawn_rtol` is stated.
 
         sample = draw_sample(read_draws("material.toml"), 200, thickness=NormalScatter(0.02))
-        life_sensitivity(material, sample, voltage=4e3, prestretch=1.9, thickness=0.5e-3, horizon=1e9).to_frame()
+        life_sensitivity(material, Film(0.5e-3, 1.9), HeldVoltages(4e3, horizon=1e9), sample).to_frame()
 
-    SI units and shapes as in `failure_map`. Raises `InputError` for invalid arguments. Source of the shares: `numerics.shares`
-    (Sobol' 2001, Saltelli et al. 2010).
+    Raises `InputError` for invalid arguments. Source of the shares: `numerics.shares` (Sobol' 2001, Saltelli et al. 2010).
     """
-    has_breakdown = film.get("breakdown_field") is not None or material.breakdown is not None
+    has_breakdown = failure.breakdown_field is not None or material.breakdown is not None
     variation = variation_for(material, sample, seed, has_breakdown=has_breakdown)
-    film.setdefault("drawn_rtol", film.get("rtol", 1e-6))
-    plan = checked(plan_failure_map)(material, sample=variation.sample, **film)  # `film` has no annotations here
+    solver = replace(solver, drawn_rtol=solver.drawn_rtol or solver.rtol)
+    plan = plan_failure_map(material, film, voltages, failure=failure, solver=solver, sample=variation.sample)
     result, *drawn = solve_map(plan)
     return sensitivity_of_map(variation, result, drawn)
 

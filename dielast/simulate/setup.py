@@ -13,7 +13,7 @@ from dielast.material.material import Material, materials_of
 from dielast.material.springs import EQUIBIAXIAL
 from dielast.mechanics.cases import of_case, one_set, temperatures_of
 from dielast.mechanics.criteria.criterion import WatchedFilms
-from dielast.mechanics.film import Film
+from dielast.mechanics.film import Film as FilmState
 from dielast.mechanics.line import Line
 from dielast.mechanics.passive.forms import Spread, across_disc, across_strip, disc, strip
 from dielast.mechanics.passive.mesh import points_needed
@@ -22,10 +22,10 @@ from dielast.mechanics.span import Control, Controls
 from dielast.mechanics.stability import TimeScale, damped
 from dielast.numerics.arrays import Cases, Flags, Floats, paired
 from dielast.numerics.integrate import Status
-from dielast.simulate.film_setup import FilmSetup, Stretched, check_limits, pair_in_words, positive
+from dielast.simulate.film_setup import Film, Stretched, check_limits, pair_in_words, positive
 from dielast.simulate.follow import follow
 from dielast.simulate.history import REASONS
-from dielast.simulate.output import check_tolerance
+from dielast.simulate.options import Solver, check_tolerance
 
 COARSER = 10.0 ** np.arange(-10, -1)  # tolerances to suggest where the requested one cannot be met
 
@@ -71,13 +71,13 @@ class Setup:
             parts = [np.flatnonzero(self.mesh == count) for count in np.flatnonzero(np.bincount(self.mesh))]
         return [paired(part) for part in parts if part.size]
 
-    def film(self, cases: Cases, rtol: float) -> Film:
+    def film(self, cases: Cases, rtol: float) -> FilmState:
         """The films of one of the `groups`, prestretched, relaxed and with a damper, at time 0 of the voltage programme.
 
         Raises `NumericsError` if the prestretch of a film cannot be computed.
         """
         first, second = prestretch = _of_cases(self.prestretch, cases)
-        film = Film.at_rest(self.points.take(cases), EQUIBIAXIAL if self.alike[cases].all() else None)
+        film = FilmState.at_rest(self.points.take(cases), EQUIBIAXIAL if self.alike[cases].all() else None)
         film, status = prestretched(film, prestretch, self.ramp[cases], self.relax, rtol, _of_cases(self.hung, cases))
         if status.any():
             lost = int(np.argmax(status > 0))
@@ -98,7 +98,7 @@ class Setup:
         share, count = self.share[cases], int(self.mesh[cases[0]])
         return across_disc(share, count) if count else across_strip(share)
 
-    def watched(self, film: Film, cases: Cases, timescale: TimeScale) -> WatchedFilms:
+    def watched(self, film: FilmState, cases: Cases, timescale: TimeScale) -> WatchedFilms:
         """The data for criteria on the films `cases` (k,), which are prestretched and relaxed."""
         return WatchedFilms(self.controls, self.endurance.take(cases), timescale, film.nominal_stress, film.points.stress_floor)
 
@@ -110,13 +110,13 @@ def _of_cases(values: Stretched, cases: Cases) -> Stretched:
 
 
 def prestretched(
-    film: Film,
+    film: FilmState,
     stretch: Stretched,
     duration: Floats,
     relax: float,
     rtol: float,
     hung: Stretched = (None, None),
-) -> tuple[Film, Cases]:
+) -> tuple[FilmState, Cases]:
     """Films at rest, prestretched, relaxed for `relax` s and given a damper, and their `Status` (cases,).
 
     `stretch` (cases,) of each axis is reached within `duration` (cases,) s; None is an axis that is free, or under the nominal
@@ -139,11 +139,10 @@ def prestretched(
 
 def set_up(
     material: Material | Sequence[Material],
-    film: FilmSetup,
+    film: Film,
     *,
-    temperature: ArrayLike | None,
     breakdown_field: ArrayLike | BreakdownLaw | None,
-    rtol: float,
+    solver: Solver,
     cases: int = 1,
 ) -> Setup:
     """Films from the arguments of a simulation, whose other arguments are for `cases` cases; each of the arrays has this length or
@@ -160,16 +159,21 @@ def set_up(
             raise InputError(f"{entry.name!r} has no permittivity, {needed}", argument="material")
     if not 0 <= film.relax < np.inf:
         raise InputError(f"{film.relax:g} s: it must not be negative", argument="relax")
-    check_tolerance(rtol)
+    check_tolerance(solver.rtol)
+    temperature = film.temperature
     if temperature is None:
         temperature = [material.reference_temperature for material in materials]
     fields = [] if breakdown_field is None or isinstance(breakdown_field, BreakdownLaw) else [breakdown_field]
     cases = one_set([cases, len(materials), *map(np.size, (*film.varied(), temperature, *fields))])
     thickness, prestretch = positive(film.thickness, "thickness", "m", cases), film.stretched(cases)
     controls = film.controls
-    share, hung, ramp = film.share(prestretch, cases), film.hung(thickness, prestretch), film.ramp(prestretch, cases)
+    share, hung, ramp = (
+        film.share(prestretch, cases, solver.mesh_rtol),
+        film.hung(thickness, prestretch),
+        film.ramp(prestretch, cases),
+    )
     temperatures = temperatures_of(temperature, cases)
-    points = Points.of(materials, temperatures, rtol)
+    points = Points.of(materials, temperatures, solver.rtol)
     held = [axis for axis in prestretch if axis is not None]
     check_limits(points, held, ramp == 0, prestretch)
     _check_permittivity(points, prestretch)
@@ -183,7 +187,7 @@ def set_up(
     endurance = Endurance(*_breakdown(laws, np.sqrt(area), thickness), damage)
     mesh = np.zeros(cases, dtype=np.intp)
     if share is not None and film.surrounded == "frame":
-        mesh = _mesh(points, share, held[0], film.mesh_rtol)
+        mesh = _mesh(points, share, held[0], solver.mesh_rtol)
     ends = controls, endurance, hung, share, mesh
     return Setup(points, temperatures, thickness, prestretch, ramp, film.relax, *ends)
 

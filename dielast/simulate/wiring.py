@@ -4,15 +4,15 @@ from dataclasses import dataclass, replace
 from typing import Self
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from dielast.errors import InputError
 from dielast.material.leakage import Leakage
 from dielast.mechanics.cases import of_case, spread
-from dielast.mechanics.electric import CHARGE, Circuit
+from dielast.mechanics.electric import CHARGE, FilmCircuit
 from dielast.mechanics.point_material import Points
 from dielast.numerics.arrays import Cases, Flags, Floats
 from dielast.simulate.film_setup import positive
+from dielast.simulate.options import Circuit
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -35,35 +35,33 @@ class Wiring:
     def of(
         cls,
         charge: bool,
-        resistance: ArrayLike | None,
-        leakage: Leakage | None,
-        area: ArrayLike | None,
+        circuit: Circuit,
         thickness: Floats,
         electrical: bool | None = None,
     ) -> Self:
-        """The wiring of films of `thickness` (cases,) in m, from a resistance in ohm and an area in m^2; by default `electrical` if
-        there is anything but a voltage.
+        """The wiring of films of `thickness` (cases,) in m; by default `electrical` if there is anything but a voltage.
 
         Raises `InputError` for values that are impossible or incomplete.
         """
         cases = thickness.size
+        resistance, leakage, area = circuit.resistance, circuit.leakage, circuit.electrode_area
         if resistance is not None and charge:
-            raise InputError("a source that prescribes the charge takes no resistance: leave it out", argument="source_resistance")
-        ohm = spread(0.0 if resistance is None else resistance, "source_resistance", cases)
+            raise InputError("a source that prescribes the charge takes no resistance: leave it out", argument="resistance")
+        ohm = spread(0.0 if resistance is None else resistance, "resistance", cases)
         if np.any(ohm < 0):
             case = int(np.argmin(ohm))
-            raise InputError(f"{ohm[case]:g} ohm: it must not be negative", argument="source_resistance", case=of_case(case, cases))
+            raise InputError(f"{ohm[case]:g} ohm: it must not be negative", argument="resistance", case=of_case(case, cases))
         areas = None if area is None else positive(area, "electrode_area", "m^2", cases)
         if np.any(ohm > 0) and areas is None:
             needed = "the current that flows through it depends on the area of the electrode: state it, too"
-            raise InputError(needed, argument="source_resistance")
+            raise InputError(needed, argument="resistance")
         leak = Leakage() if leakage is None else leakage
         field = np.broadcast_to(np.asarray(leak.field, dtype=float).reshape(-1), (cases,))
         leak = Leakage(spread(leak.conductivity, "leakage", cases), field)
         r = ohm if areas is None else ohm * areas / thickness
         named = {
             "steps": charge,
-            "source_resistance": resistance is not None,
+            "resistance": resistance is not None,
             "leakage": leakage is not None,
             "electrical": electrical,
         }
@@ -81,4 +79,4 @@ class Wiring:
             return replace(points, electric=CHARGE) if self.charge else points
         resistance = None if self.charge else self.resistance[cases]
         leakage = self.leakage.take(cases) if np.any(np.asarray(self.leakage.conductivity)[cases]) else None
-        return replace(points, electric=CHARGE, circuit=Circuit(leakage, resistance))
+        return replace(points, electric=CHARGE, circuit=FilmCircuit(leakage, resistance))

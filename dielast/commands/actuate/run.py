@@ -24,8 +24,10 @@ from dielast.report.report import Report
 from dielast.sharing.execution import Execution
 from dielast.simulate.actuate import prepare
 from dielast.simulate.actuation_history import ActuationHistory
-from dielast.simulate.film_setup import MESH_RTOL
+from dielast.simulate.film_setup import Film
 from dielast.simulate.history import event_columns
+from dielast.simulate.options import MESH_RTOL, Circuit, Failure, Solver
+from dielast.simulate.output import Output
 
 
 def run(cases: Sequence[Case[ActuateRecipe]], inputs: Inputs, execution: Execution) -> Report:
@@ -67,35 +69,42 @@ class Films(Simulation):
             used.append(replace(case, material=material))
         return super().batches(used, thickness_factor, alone=alone)
 
-    def solver(self, recipes: Sequence[ActuateRecipe], thickness_factor: Floats) -> partial[Any]:
+    def prepare(self, cases: Sequence[StatedCase], thickness_factor: Floats) -> partial[Any]:
         """The simulation of the films of the recipes."""
+        recipes = [case.recipe for case in cases]
         recipe, films = recipes[0], [recipe.film for recipe in recipes]
+        film = Film(
+            np.array([film.thickness for film in films]) * thickness_factor,
+            _prestretch(films),
+            None if films[0].prestretch_rate is None else np.array([film.prestretch_rate for film in films]),
+            recipe.film.relax,
+            recipe.film.boundary,
+            None if recipe.film.shares is None else np.array([film.shares for film in films]).ravel(),
+            _over_films([film.weights[0] for film in films]),
+            _over_films([film.weights[1] for film in films]),
+            np.array([case.temperature for case in cases]),
+        )
         sources, leaks = [recipe.source for recipe in recipes], [recipe.leakage for recipe in recipes]
-        resistance = [0.0 if source is None else source.resistance for source in sources]
         leakage = Leakage(
             [0.0 if leak is None else leak.conductivity for leak in leaks],
             [np.inf if leak is None or leak.field is None else leak.field for leak in leaks],
         )
+        circuit = Circuit(
+            [0.0 if source is None else source.resistance for source in sources] if self.has_source else None,
+            leakage if self.has_leakage else None,
+            np.array([film.electrode_area for film in films], dtype=float) if self.has_area else None,
+        )
+        stated = recipe.output
+        output = Output(stated.times, stated.points_per_decade, stated.cycles, None, self.electrical, stated.profile)
+        # other boundaries than frames may be swept as well
+        mesh_rtol = recipe.solver.mesh_rtol if recipe.film.boundary[0] == "frame" else MESH_RTOL
         return partial(
             prepare,
-            source_resistance=resistance if self.has_source else None,
-            leakage=leakage if self.has_leakage else None,
-            electrode_area=np.array([film.electrode_area for film in films], dtype=float) if self.has_area else None,
-            electrical=self.electrical,
-            thickness=np.array([film.thickness for film in films]) * thickness_factor,
-            prestretch=_prestretch(films),
-            prestretch_rate=None if films[0].prestretch_rate is None else np.array([film.prestretch_rate for film in films]),
-            relax=recipe.film.relax,
-            boundary=recipe.film.boundary,
-            electrode_share=None if recipe.film.shares is None else np.array([film.shares for film in films]).ravel(),
-            # other boundaries than frames may be swept as well
-            mesh_rtol=recipe.solver.mesh_rtol if recipe.film.boundary[0] == "frame" else MESH_RTOL,
-            force=_over_films([film.weights[0] for film in films]),
-            width=_over_films([film.weights[1] for film in films]),
-            pull_in_timescale=recipe.pull_in.criterion,
-            stop_at=recipe.stop.at,
-            with_end=recipe.output.times is None,
-            profile=recipe.output.profile,
+            film=film,
+            circuit=circuit,
+            failure=Failure(pull_in_timescale=recipe.pull_in.criterion, stop_at=recipe.stop.at),
+            output=output,
+            solver=Solver(recipe.solver.rtol, mesh_rtol),
         )
 
     def result(self, recipe: ActuateRecipe, materials: Sequence[Material]) -> partial[CaseResult]:

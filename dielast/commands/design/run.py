@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from contextlib import closing
+from functools import partial
 from itertools import product
 from typing import Any
 
@@ -13,15 +14,15 @@ from dielast.commands.simulation.grid import PreparedGrid, in_words, planned, sa
 from dielast.commands.simulation.recipe import KEYS
 from dielast.errors import in_keys, placed
 from dielast.io.files import Inputs
-from dielast.material.material import Material
 from dielast.recipe.cases import Case
 from dielast.report.report import Report
 from dielast.sharing.batches import share_out
 from dielast.sharing.execution import Execution
-from dielast.simulate.design import FAILURE_PROBABILITY, YES, Design, check_draws, designed, plan_design, under_way
+from dielast.simulate.design import YES, Design, check_draws, designed, plan_design, under_way
 from dielast.simulate.design_plan import (
     AREA_STRAIN,
     CHUNK,
+    FAILURE_PROBABILITY,
     RELATIVE_STRETCH,
     UNFINISHED,
     Designed,
@@ -30,7 +31,6 @@ from dielast.simulate.design_plan import (
     solve_draws,
     solve_films,
 )
-from dielast.simulate.film_setup import FilmSetup
 
 GOAL = {name: f"goal.{name}" for name in (RELATIVE_STRETCH, AREA_STRAIN, "at", "horizon", "failure_probability")}
 GOAL_KEYS = KEYS | GOAL | {"goal": "goal", "level": "uncertainty.level"}
@@ -43,12 +43,7 @@ def prepared(cases: Sequence[Case[DesignRecipe]], inputs: Inputs) -> PreparedGri
     with in_keys(GOAL_KEYS):
         check_draws(0 if sample is None else len(sample), *_levels(recipe))
     goal = recipe.goal
-
-    def plan(material: Material, **solving: Any) -> DesignPlan:
-        films = FilmSetup(**recipe.film.setup(recipe.solver.mesh_rtol))
-        aim = Goal.of(goal.at, goal.relative_stretch, goal.area_strain)
-        return plan_design(material, films, aim, horizon=goal.horizon, **solving)
-
+    plan = partial(plan_design, goal=Goal(goal.at, goal.horizon, goal.relative_stretch, goal.area_strain))
     targets = len(goal.relative_stretch or goal.area_strain or ())
     stated, in_recipe_terms = planned(plan, recipe, material, sample, GOAL_KEYS, targets=targets)
     warn_of_grid(recipe, material, stated.grid.temperature, stated.grid.breakdown_field, goal.horizon)

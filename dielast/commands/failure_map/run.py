@@ -17,7 +17,7 @@ from dielast.io.table import Table
 from dielast.recipe.cases import Case
 from dielast.report.report import Report
 from dielast.sharing.execution import Execution
-from dielast.simulate.failure_map import FailureMap, assembled, plan_failure_map
+from dielast.simulate.failure_map import FailureMap, HeldVoltages, assembled, plan_failure_map
 from dielast.simulate.lifetime import LifetimeLines, fit_lifetime
 from dielast.simulate.map_plan import MapPlan
 
@@ -32,14 +32,8 @@ def prepared(cases: Sequence[Case[FailureMapRecipe]], inputs: Inputs) -> Prepare
         variation = variation_of(material, sample, recipe)
     axis, keys = recipe.voltage, KEYS if recipe.uncertainty is not None else KEYS | {"sample": "sensitivity"}
     voltage = np.array(axis.values) if axis.values else np.linspace(axis.start or 0.0, axis.to or 0.0, axis.points or 1)
-    plan = partial(
-        plan_failure_map,
-        voltage=voltage,
-        horizon=recipe.horizon,
-        ramp=axis.ramp,
-        stretch_at={} if recipe.stretch is None else dict(recipe.stretch.at),
-        **recipe.film.setup(recipe.solver.mesh_rtol),
-    )
+    stretch_at = {} if recipe.stretch is None else dict(recipe.stretch.at)
+    plan = partial(plan_failure_map, voltages=HeldVoltages(voltage, recipe.horizon, axis.ramp, stretch_at))
     films = sample if variation is None else variation.sample
     stated, in_recipe_terms = planned(plan, recipe, material, films, keys, voltages=voltage.size)
     warn_of_map(recipe, material, stated)

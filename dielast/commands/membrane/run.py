@@ -9,7 +9,7 @@ import numpy as np
 from dielast.commands.membrane.recipe import Recipe
 from dielast.commands.simulation.cases import case_result, last, one_or_list
 from dielast.commands.simulation.checks import warn_of_membranes, warn_of_tests
-from dielast.commands.simulation.result import CaseResult
+from dielast.commands.simulation.result import CaseResult, StatedCase
 from dielast.commands.simulation.run import Prepared, Simulation, report_of
 from dielast.io.files import Inputs
 from dielast.material.material import Material
@@ -18,6 +18,8 @@ from dielast.recipe.cases import Case
 from dielast.report.report import Report
 from dielast.sharing.execution import Execution
 from dielast.simulate.membrane import MembraneHistory, prepare
+from dielast.simulate.options import Solver
+from dielast.simulate.output import Output
 
 MEASURED = {"relax": "nominal_stress_1 [Pa]", "creep": "stretch_1 [1]"}
 
@@ -44,9 +46,11 @@ class Membranes(Simulation):
         # all cases share one table: a column of one case is a column of all
         self.with_modulus = self.kind == "relax" and any(recipe.mode == "uniaxial" for recipe in recipes)
 
-    def solver(self, recipes: Sequence[Recipe], thickness_factor: Floats) -> partial[Any]:
+    def prepare(self, cases: Sequence[StatedCase], thickness_factor: Floats) -> partial[Any]:
         """The simulation in the mode of the recipes; the thickness has no effect."""
-        return partial(prepare, mode=recipes[0].mode)
+        recipe, temperature = cases[0].recipe, np.array([case.temperature for case in cases])
+        output = Output(recipe.output.times, recipe.output.points_per_decade, recipe.output.cycles)
+        return partial(prepare, mode=recipe.mode, temperature=temperature, output=output, solver=Solver(recipe.solver.rtol))
 
     def result(self, recipe: Recipe, materials: Sequence[Material]) -> partial[CaseResult]:
         """The result of a case, with the relaxation modulus if any case has one."""

@@ -12,7 +12,7 @@ from pydantic import Field, PlainValidator, WithJsonSchema
 from dielast.commands.simulation.recipe import Solver
 from dielast.errors import InputError, nearest, shown
 from dielast.recipe.fields import Length, Quantity, Section, StrainRate, Time, one_or_more, schema_of_one_or_more
-from dielast.simulate.film_setup import MESH_RTOL
+from dielast.simulate.options import MESH_RTOL
 from dielast.units import FORCE, LENGTH, STRAIN, TIME, parse
 
 if TYPE_CHECKING:

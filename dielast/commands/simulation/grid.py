@@ -76,7 +76,7 @@ def planned(
     check_cells(prod(grid) * voltages, 0 if sample is None else len(sample))
     in_recipe_terms = partial(_in_grid_terms, sizes=grid, temperatures=temperatures, keys=keys)
     with placed(in_recipe_terms):
-        return plan(material, temperature=np.array(temperatures), relaxed=False, **recipe.solving(sample)), in_recipe_terms
+        return plan(material, recipe.film.at(temperatures), **recipe.solving(sample)), in_recipe_terms
 
 
 def _in_grid_terms(problem: Problem, sizes: Sequence[int], temperatures: Sequence[float], keys: Mapping[str, str]) -> Problem:

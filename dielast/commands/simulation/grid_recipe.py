@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 
 import numpy as np
@@ -22,6 +22,8 @@ from dielast.commands.simulation.uncertainty_recipe import FilmUncertainty
 from dielast.errors import InputError
 from dielast.handover.law_section import BreakdownField, breakdown
 from dielast.recipe.fields import Temperatures
+from dielast.simulate.film_setup import Film
+from dielast.simulate.options import Failure, Solver
 
 if TYPE_CHECKING:
     from dielast.material.scatter import Sample
@@ -76,20 +78,20 @@ class GridFilm(FilmBase):
         """The numbers of thicknesses, prestretches and electrode shares."""
         return len(self.thicknesses), len(self.prestretch), len(self.shares or (1,))
 
-    def setup(self, mesh_rtol: float) -> dict[str, Any]:
-        """The arguments of `FilmSetup` for the films."""
+    def at(self, temperatures: Sequence[float]) -> Film:
+        """The films at temperatures in degC."""
         force, width = self.weights
-        return {
-            "thickness": np.array(self.thickness),
-            "prestretch": np.array(self.prestretch),
-            "prestretch_rate": self.prestretch_rate,
-            "relax": self.relax,
-            "boundary": self.boundary,
-            "electrode_share": None if self.shares is None else np.array(self.shares),
-            "mesh_rtol": mesh_rtol,
-            "force": force,
-            "width": width,
-        }
+        return Film(
+            np.array(self.thickness),
+            np.array(self.prestretch),
+            self.prestretch_rate,
+            self.relax,
+            self.boundary,
+            None if self.shares is None else np.array(self.shares),
+            force,
+            width,
+            np.array(temperatures),
+        )
 
 
 class GridSolver(FilmSolver):
@@ -122,9 +124,7 @@ class GridRecipe(MaterialRecipe):
         # without [uncertainty] a sample is one of slight changes, which needs the full accuracy
         stated = "rtol" in self.solver.model_fields_set or self.uncertainty is None
         return {
-            "breakdown_field": breakdown(self.breakdown),
-            "pull_in_timescale": self.pull_in.criterion,
-            "rtol": self.solver.rtol,
+            "failure": Failure(breakdown(self.breakdown), self.pull_in.criterion),
+            "solver": Solver(self.solver.rtol, self.solver.mesh_rtol, self.solver.rtol if stated else None),
             "sample": sample,
-            "drawn_rtol": self.solver.rtol if stated else None,
         }

@@ -49,9 +49,9 @@ class Simulation(ABC):
     time_scale = "log"
 
     @abstractmethod
-    def solver(self, recipes: Sequence[Any], thickness_factor: Floats) -> partial[Any]:
-        """The library's function that prepares a simulation, with the arguments that are particular to this command, from recipes
-        of one shape; `thickness_factor` (cases,) is a factor on the thickness of each film.
+    def prepare(self, cases: Sequence[StatedCase], thickness_factor: Floats) -> partial[Any]:
+        """The library's function that prepares a simulation of cases of one shape, with all arguments but material and steps;
+        `thickness_factor` (cases,) is a factor on the thickness of each film.
         """
 
     @abstractmethod
@@ -98,17 +98,8 @@ class Simulation(ABC):
             for part in divided(members, [case.material for case in cases]):
                 together = [cases[index] for index in part]
                 recipes, materials = [case.recipe for case in together], [case.material for case in together]
-                output = recipes[0].output
-                prepare = partial(
-                    self.solver(recipes, factor[part]),
-                    one_or_all(materials),
-                    [joined(steps) for steps in zip(*([timed.step for timed in case.steps] for case in together), strict=True)],
-                    temperature=np.array([case.temperature for case in together]),
-                    times=output.times,
-                    points_per_decade=output.points_per_decade,
-                    rtol=recipes[0].solver.rtol,
-                    cycles=output.cycles,
-                )
+                steps = [joined(steps) for steps in zip(*([timed.step for timed in case.steps] for case in together), strict=True)]
+                prepare = partial(self.prepare(together, factor[part]), material=one_or_all(materials), steps=steps)
                 terms = partial(in_recipe_terms, origin=origin, members=part, cases=different)
                 batches.append(SimulationBatch(part, prepare, self.result(recipes[0], materials), terms))
         return batches
