@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from flat import failure_map, plan_failure_map
 from numpy.typing import NDArray
 
 from dielast.errors import DielastWarning
@@ -19,7 +20,7 @@ from dielast.material.springs import Gent
 from dielast.relaxation.fit import fit_spectrum
 from dielast.relaxation.result import Method, SpectrumFit
 from dielast.relaxation.spectrum_draws import CurveDraws, draw_spectra
-from dielast.simulate.failure_map import failure_map, plan_failure_map, solve_map
+from dielast.simulate.failure_map import solve_map
 from dielast.superposition.bootstrap import bootstrap_master_curve
 from dielast.superposition.mastercurve import build_master_curve
 from dielast.superposition.result import MasterCurve

@@ -13,9 +13,10 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from flat import relax
 from scipy.optimize import least_squares
 
-from dielast import WLF, Free, Gent, Material, MeasuredTest, NoShift, Spectrum, Yeoh, calibrate, relax
+from dielast import WLF, Free, Gent, Material, MeasuredTest, NoShift, Spectrum, Yeoh, calibrate
 from dielast.calibration.fit import STARTS, fit_material
 from dielast.calibration.laboratory import Laboratory
 from dielast.calibration.levenberg import minimise

@@ -17,9 +17,8 @@ from pathlib import Path
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+from flat import failure_map
 from synthetic import MAP, TRUTH, Flaws, experiment
-
-from dielast.simulate.failure_map import failure_map
 
 
 def main() -> None:

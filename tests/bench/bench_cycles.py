@@ -21,8 +21,9 @@ from dataclasses import replace
 import numpy as np
 from bench_solver import STEPS, seconds, spring, vhb
 from bench_voltage import PERMITTIVITY, Peer
+from flat import actuate, creep, relax
 
-from dielast import MembraneHistory, Step, Track, VoltageStep, Waveform, actuate, creep, relax
+from dielast import MembraneHistory, Step, Track, VoltageStep, Waveform
 from dielast.simulate.actuation_history import ActuationHistory
 
 FILM = {"thickness": 5e-4, "prestretch": 1.9, "relax": 5400.0, "stop_at": "end"}

@@ -11,11 +11,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from flat import failure_map, plan_failure_map
 
 from dielast import NormalScatter, WeibullScatter, draw_sample, read_material
 from dielast.simulate.design import YES, designed, plan_design, under_way
 from dielast.simulate.design_plan import DesignPlan, Goal, solve_draws, solve_films
-from dielast.simulate.failure_map import failure_map, plan_failure_map
 from dielast.simulate.film_setup import FilmSetup
 from dielast.simulate.map_plan import solve_cells
 

@@ -23,8 +23,9 @@ from typing import Any
 import numpy as np
 from bench_solver import vhb
 from bench_voltage import FIELD, HORIZON, PERMITTIVITY, PRESTRETCHES, RELAX, RTOL, THICKNESS, VOLTAGES
+from flat import actuate, failure_map
 
-from dielast import FailureMap, VoltageStep, actuate, failure_map
+from dielast import FailureMap, VoltageStep
 from dielast.mechanics.passive import forms
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))

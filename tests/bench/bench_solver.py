@@ -16,6 +16,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
+from flat import creep
 
 from dielast.material.material import Material
 from dielast.material.shift import WLF
@@ -24,7 +25,6 @@ from dielast.mechanics.load import Step
 from dielast.numerics import integrate
 from dielast.numerics.rosenbrock import Rosenbrock
 from dielast.numerics.stride import System
-from dielast.simulate.membrane import creep
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from reconstruction import spectrum

@@ -23,6 +23,7 @@ import numpy as np
 from bench_solver import branch_stages, floor
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+from flat import failure_map, plan_failure_map
 from synthetic import TRUTH
 
 from dielast.handover.material_draws import draw_columns
@@ -32,7 +33,7 @@ from dielast.material.material import Material
 from dielast.material.scatter import draw_sample, interval
 from dielast.material.shift import WLF
 from dielast.material.spectrum import Spectrum
-from dielast.simulate.failure_map import failure_map, plan_failure_map, solve_map
+from dielast.simulate.failure_map import solve_map
 
 MAP: dict[str, Any] = {
     "voltage": np.linspace(3.4e3, 4.6e3, 25),

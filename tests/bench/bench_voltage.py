@@ -18,10 +18,11 @@ from dataclasses import replace
 
 import numpy as np
 from bench_solver import branch_stages, floor, seconds, vhb
+from flat import actuate, failure_map
 
 from dielast.material.material import Breakdown, Material
-from dielast.simulate.actuate import VoltageStep, actuate
-from dielast.simulate.failure_map import FailureMap, failure_map
+from dielast.simulate.actuate import VoltageStep
+from dielast.simulate.failure_map import FailureMap
 
 PERMITTIVITY, THICKNESS, RELAX, HORIZON = 3.98e-11, 0.5e-3, 5400.0, 86400.0
 FIELD = Breakdown((1.7, 1.9), (40e6, 48e6))

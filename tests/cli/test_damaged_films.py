@@ -9,12 +9,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from flat import plan_failure_map
 
 from dielast.commands.failure_map import resume
 from dielast.handover.material_file import parse_material, write_material
 from dielast.material.damage import InversePower
 from dielast.numerics.integrate import Status
-from dielast.simulate.failure_map import plan_failure_map
 from dielast.simulate.map_plan import solve_cells
 
 Run = Callable[..., subprocess.CompletedProcess[str]]

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from flat import actuate
 
 from dielast.cli.run import compute
 from dielast.commands.registry import read_cases
@@ -18,7 +19,6 @@ from dielast.handover.material_file import read_material
 from dielast.io.table import parse_csv
 from dielast.mechanics.load import VoltageStep
 from dielast.sharing.execution import Execution
-from dielast.simulate.actuate import actuate
 
 Run = Callable[..., subprocess.CompletedProcess[str]]
 FILM = '[film]\nthickness = "0.5 mm"\nprestretch = [1.7, 1.9]\nrelax = "10 min"\n'

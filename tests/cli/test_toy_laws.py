@@ -10,10 +10,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from flat import creep
 from keys import keys
 from toys import Cooling, Linear, Power, Varga, register
 
-from dielast import CardOptions, InputError, Material, NoShift, Spectrum, creep, export_card, write_material
+from dielast import CardOptions, InputError, Material, NoShift, Spectrum, export_card, write_material
 from dielast.handover.material_file import material_file, parse_material
 from dielast.material.breakdown import BREAKDOWNS
 from dielast.material.dielectric import DIELECTRICS

@@ -5,13 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from films import SOFT
+from flat import creep, relax
 
 from dielast.material.material import Material
 from dielast.material.shift import WLF
 from dielast.material.springs import Gent
 from dielast.mechanics.load import Step, Waveform
 from dielast.simulate.cycles import CycleTable
-from dielast.simulate.membrane import MembraneHistory, creep, relax
+from dielast.simulate.membrane import MembraneHistory
 from reconstruction import spectrum
 
 VHB = Material("VHB 4905, reconstruction", 26e3, spectrum(), WLF(20.0, 13.7, 187.1), Gent(110.0), Gent(55.0))

@@ -8,14 +8,15 @@ from typing import Any
 import numpy as np
 import pytest
 from films import SOFT
+from flat import actuate, failure_map, plan_failure_map
 from peers.energies import gent
 from peers.membrane import Film, Piece, Run, constant, ramp
 
-from dielast import Breakdown, Gent, InputError, Material, Sample, Spectrum, VoltageStep, actuate, failure_map
+from dielast import Breakdown, Gent, InputError, Material, Sample, Spectrum, VoltageStep
 from dielast.handover.material_file import parse_material, write_material
 from dielast.material.breakdown import PowerBreakdown
 from dielast.material.shift import NoShift
-from dielast.simulate.failure_map import plan_failure_map, solve_map
+from dielast.simulate.failure_map import solve_map
 
 MU, EPS, THICKNESS, PRESTRETCH = 26e3, 4e-11, 0.5e-3, 1.9
 VHB = PowerBreakdown(30.6e6, 1.13)

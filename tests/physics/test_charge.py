@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from films import SOFT
+from flat import actuate
 from peers.energies import gent
 from peers.membrane import Film, Piece, Run, constant, ramp
 
@@ -23,7 +24,6 @@ from dielast import (
     TimeScale,
     VoltageStep,
     Waveform,
-    actuate,
 )
 from dielast.material.dielectric import LinearPermittivity
 from dielast.material.laws_of_cases import StretchedDielectrics

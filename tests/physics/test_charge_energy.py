@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from films import SOFT
+from flat import actuate
 from numpy.typing import NDArray
 
-from dielast import actuate
 from dielast.material.dielectric import LinearPermittivity
 from dielast.material.laws_of_cases import Endurance
 from dielast.material.leakage import Leakage

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from flat import actuate, design, failure_map, plan_failure_map
 from peers.closed_forms import damage_exponent
 from peers.energies import gent
 from peers.membrane import Film, Piece, Run, constant, ramp
@@ -25,17 +26,14 @@ from dielast import (
     VoltageStep,
     Waveform,
     WeibullScatter,
-    actuate,
-    design,
     draw_sample,
-    failure_map,
 )
 from dielast.material.damage import InversePower
 from dielast.material.sensitivity import Exchange
 from dielast.material.shift import NoShift
 from dielast.numerics.quadrature import FINE, _by_rule, integrals
 from dielast.simulate.actuation_history import ActuationHistory
-from dielast.simulate.failure_map import plan_failure_map, solve_map
+from dielast.simulate.failure_map import solve_map
 from dielast.simulate.history import Event
 
 MU, EPS, THICKNESS, HOUR = 26e3, 4e-11, 0.5e-3, 3600.0

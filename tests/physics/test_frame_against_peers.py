@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from flat import actuate
 from peers.disc import DiscRun, Drive, Structure, creep_compliance, disc, graded, shoot
 from peers.energies import gent, stress
 from peers.membrane import Film, constant, ramp
@@ -16,7 +17,7 @@ from scipy.interpolate import BarycentricInterpolator
 from scipy.optimize import brentq, minimize_scalar
 from scipy.sparse import csr_array
 
-from dielast import ActuationHistory, Gent, Material, Spectrum, TimeScale, VoltageStep, actuate
+from dielast import ActuationHistory, Gent, Material, Spectrum, TimeScale, VoltageStep
 from dielast.material.shift import NoShift
 from dielast.mechanics.passive import forms
 from dielast.mechanics.passive.mesh import points_needed

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from films import SOFT
+from flat import actuate, creep, relax
 
-from dielast import Material, NoShift, Spectrum, Step, VoltageStep, actuate, creep, relax
+from dielast import Material, NoShift, Spectrum, Step, VoltageStep
 from dielast.errors import InputError
 from dielast.material.springs import Gent
 from dielast.mechanics.line import EVEN_ROWS, Line

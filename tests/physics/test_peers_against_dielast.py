@@ -6,10 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from flat import actuate, creep, relax
 from peers.energies import gent, neo_hookean
 from peers.membrane import Film, Piece, Run, constant, fold, ramp
 
-from dielast import Gent, Material, Spectrum, Step, TimeScale, VoltageStep, actuate, creep, relax
+from dielast import Gent, Material, Spectrum, Step, TimeScale, VoltageStep
 from dielast.material.dielectric import LinearPermittivity
 from dielast.material.shift import NoShift
 

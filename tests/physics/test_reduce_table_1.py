@@ -6,6 +6,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+from flat import actuate
 from numpy.typing import NDArray
 from ramps import ramp_error
 
@@ -15,7 +16,6 @@ from dielast.material.spectrum import Spectrum
 from dielast.material.springs import Gent
 from dielast.mechanics.load import VoltageStep
 from dielast.relaxation.reduce import Reduction, reduce_spectrum
-from dielast.simulate.actuate import actuate
 from reconstruction import EQUILIBRIUM_MODULUS, spectrum
 
 Array = NDArray[np.float64]

@@ -8,11 +8,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+from flat import actuate, creep, relax
 from peers import energies
 from peers.energies import Energy
 from peers.membrane import Film, Piece, Run, constant, ramp
 
-from dielast import Gent, Material, Spectrum, Step, VoltageStep, actuate, creep, relax
+from dielast import Gent, Material, Spectrum, Step, VoltageStep
 from dielast.material.shift import NoShift
 from dielast.material.springs import ArrudaBoyce, MooneyRivlin, Ogden, SpringLaw, Yeoh
 

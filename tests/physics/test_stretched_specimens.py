@@ -6,8 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from flat import relax
 
-from dielast import Gent, Material, MeasuredTest, MooneyRivlin, NeoHookean, NoShift, Spectrum, Yeoh, relax
+from dielast import Gent, Material, MeasuredTest, MooneyRivlin, NeoHookean, NoShift, Spectrum, Yeoh
 from dielast.calibration.laboratory import Laboratory
 from dielast.errors import InputError
 from dielast.material.modulus import EntropicModulus

@@ -6,14 +6,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from flat import actuate, creep, relax
 from numpy.typing import NDArray
 
 import dielast
 from dielast.handover.material_file import parse_material
 from dielast.mechanics.load import Step, Track, VoltageStep
 from dielast.numerics import integrate
-from dielast.simulate.actuate import actuate
-from dielast.simulate.membrane import creep, relax
 
 Array = NDArray[np.float64]
 FILE = Path(dielast.__file__).parent / "examples/vhb4905.toml"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from flat import failure_map
 from synthetic import MAP, TRUTH, Flaws, ensemble, experiment, held_by_fit, measure, superposed
 
 from dielast.errors import DielastWarning, InputError
@@ -12,7 +13,6 @@ from dielast.numerics.random_streams import stream
 from dielast.relaxation.fit import fit_spectrum
 from dielast.relaxation.result import SpectrumFit
 from dielast.relaxation.spectrum_draws import SEED, CurveDraws, draw_spectra
-from dielast.simulate.failure_map import failure_map
 from dielast.superposition.bootstrap import bootstrap_master_curve
 
 TIME = np.geomspace(1e-6, 1e6, 200)

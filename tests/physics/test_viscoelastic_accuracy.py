@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from flat import creep, relax
 from peers.energies import gent, stress
 from scipy.optimize import brentq
 
@@ -12,7 +13,6 @@ from dielast.material.shift import WLF
 from dielast.material.spectrum import Spectrum
 from dielast.material.springs import Gent
 from dielast.mechanics.load import Step
-from dielast.simulate.membrane import creep, relax
 from reconstruction import spectrum
 
 

@@ -6,13 +6,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from flat import creep, relax
 
 from dielast.material.material import Material
 from dielast.material.shift import WLF, NoShift
 from dielast.material.spectrum import Spectrum
 from dielast.material.springs import Gent, NeoHookean
 from dielast.mechanics.load import Step
-from dielast.simulate.membrane import creep, relax
 
 EQUILIBRIUM = 26e3  # Pa
 

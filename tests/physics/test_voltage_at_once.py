@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from flat import actuate
 
 from dielast.material.material import Material
 from dielast.material.shift import WLF, NoShift
@@ -14,7 +15,6 @@ from dielast.material.springs import Gent
 from dielast.mechanics import jump
 from dielast.mechanics.load import VoltageStep
 from dielast.mechanics.stability import TimeScale
-from dielast.simulate.actuate import actuate
 from dielast.simulate.history import Event
 from reconstruction import spectrum
 

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from flat import actuate, failure_map
 from hypothesis import Phase, given, settings, strategies as st
 
-from dielast import Gent, Material, NoShift, Spectrum, TimeScale, VoltageStep, Waveform, actuate, failure_map
+from dielast import Gent, Material, NoShift, Spectrum, TimeScale, VoltageStep, Waveform
 from dielast.simulate.actuation_history import ActuationHistory
 
 EPS, THICKNESS = 3.98e-11, 0.5e-3

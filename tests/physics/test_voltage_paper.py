@@ -6,6 +6,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+from flat import actuate, failure_map
 from numpy.typing import NDArray
 
 from dielast.material.material import Breakdown, Material
@@ -13,9 +14,7 @@ from dielast.material.shift import WLF
 from dielast.material.springs import Gent
 from dielast.mechanics.load import VoltageStep
 from dielast.mechanics.stability import ONE_PERCENT, TimeScale
-from dielast.simulate.actuate import actuate
 from dielast.simulate.actuation_history import ActuationHistory
-from dielast.simulate.failure_map import failure_map
 from dielast.simulate.lifetime import fit_lifetime
 from reconstruction import EQUILIBRIUM_MODULUS, spectrum
 

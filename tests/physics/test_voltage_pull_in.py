@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from flat import actuate
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
@@ -20,7 +21,6 @@ from dielast.material.spectrum import Spectrum
 from dielast.material.springs import Gent
 from dielast.mechanics.load import VoltageStep
 from dielast.mechanics.stability import TimeScale
-from dielast.simulate.actuate import actuate
 from dielast.simulate.history import Event
 
 MODULUS, PERMITTIVITY, THICKNESS = 26e3, 3.98e-11, 0.5e-3

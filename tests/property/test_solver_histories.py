@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from flat import creep, relax
 from hypothesis import given, settings, strategies as st
 
 from dielast.material.material import Material
@@ -10,7 +11,7 @@ from dielast.material.shift import NoShift
 from dielast.material.spectrum import Spectrum
 from dielast.material.springs import Gent
 from dielast.mechanics.load import Step
-from dielast.simulate.membrane import MembraneHistory, creep, relax
+from dielast.simulate.membrane import MembraneHistory
 
 log_time = st.floats(-9, 9)
 stretches = st.floats(0.5, 3.0)

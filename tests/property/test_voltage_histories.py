@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from flat import actuate, failure_map, plan_failure_map
 from hypothesis import example, given, settings, strategies as st
 
 from dielast.material.material import Breakdown, Material
@@ -14,9 +15,8 @@ from dielast.material.spectrum import Spectrum
 from dielast.material.springs import Gent
 from dielast.mechanics.load import VoltageStep, Waveform
 from dielast.mechanics.stability import TimeScale
-from dielast.simulate.actuate import actuate
 from dielast.simulate.actuation_history import ActuationHistory
-from dielast.simulate.failure_map import assembled, failure_map, plan_failure_map
+from dielast.simulate.failure_map import assembled
 from dielast.simulate.map_plan import solve_cells
 
 THICKNESS, PERMITTIVITY = 0.5e-3, 3.98e-11

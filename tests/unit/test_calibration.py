@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from flat import relax
 from scipy.optimize import least_squares
 from scipy.special import stdtr
 from scipy.stats import norm
@@ -28,7 +29,6 @@ from dielast import (
     Spectrum,
     Yeoh,
     calibrate,
-    relax,
 )
 from dielast.calibration.comparison import Comparison, relative_error, stable_stress
 from dielast.calibration.experiment import SimulatedExperiment, corners, path_length

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 from films import SOFT
+from flat import actuate
 from numpy.typing import NDArray
 
 from dielast.material.laws_of_cases import Endurance
@@ -26,7 +27,6 @@ from dielast.numerics.roots import fall, samples
 from dielast.numerics.rosenbrock import RODAS5P
 from dielast.numerics.stride import Stride
 from dielast.simulate import actuation_history as module
-from dielast.simulate.actuate import actuate
 
 Array = NDArray[np.float64]
 AT, WIDTH = 300.0, 1e-3

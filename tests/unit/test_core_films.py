@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from flat import actuate, creep, failure_map, plan_failure_map, relax
 
 from dielast.material.material import Breakdown, Material
 from dielast.material.scatter import Sample
@@ -14,9 +15,7 @@ from dielast.material.shift import WLF
 from dielast.material.spectrum import Spectrum
 from dielast.material.springs import Gent
 from dielast.mechanics.load import Step, VoltageStep
-from dielast.simulate.actuate import actuate
-from dielast.simulate.failure_map import failure_map, plan_failure_map, solve_map
-from dielast.simulate.membrane import creep, relax
+from dielast.simulate.failure_map import solve_map
 
 SOLID = Material(
     "soft",

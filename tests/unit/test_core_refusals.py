@@ -9,6 +9,7 @@ from typing import Any, ClassVar
 import numpy as np
 import pytest
 from films import followed
+from flat import actuate, creep, plan_failure_map, relax
 from scipy.optimize import brentq
 
 from dielast.errors import InputError, NumericsError
@@ -23,10 +24,7 @@ from dielast.mechanics.history import pieces
 from dielast.mechanics.load import Step, Track, VoltageStep, Waveform
 from dielast.mechanics.point_material import Points
 from dielast.numerics.arrays import Floats
-from dielast.simulate.actuate import actuate
-from dielast.simulate.failure_map import plan_failure_map
 from dielast.simulate.film_setup import out_of_reach
-from dielast.simulate.membrane import creep, relax
 
 SOLID = Material(
     "soft", 26e3, Spectrum(np.array([100.0, 1.0]), np.array([2e4, 9e4])), NoShift(20.0), Gent(110.0), Gent(55.0), 4e-11

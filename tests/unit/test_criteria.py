@@ -10,9 +10,10 @@ from typing import ClassVar
 import numpy as np
 import pytest
 from films import SOFT
+from flat import actuate
 from matplotlib.axes import Axes
 
-from dielast import VoltageStep, actuate
+from dielast import VoltageStep
 from dielast.cli.app import application
 from dielast.errors import InputError
 from dielast.mechanics.criteria import CRITERIA, named, names

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from films import SOFT
+from flat import actuate, design, failure_map
 
 from dielast.errors import InputError
 from dielast.material.material import Breakdown, Material
@@ -18,10 +19,8 @@ from dielast.material.spectrum import Spectrum
 from dielast.material.springs import Gent, NeoHookean, Yeoh
 from dielast.mechanics.load import VoltageStep
 from dielast.plots.design import plot_design
-from dielast.simulate.actuate import actuate
-from dielast.simulate.design import FAILS_FIRST, OUT_OF_REACH, YES, Design, design, designed, plan_design, under_way
+from dielast.simulate.design import FAILS_FIRST, OUT_OF_REACH, YES, Design, designed, plan_design, under_way
 from dielast.simulate.design_plan import MET, Goal, solve_draws, solve_films
-from dielast.simulate.failure_map import failure_map
 from dielast.simulate.film_setup import FilmSetup
 
 EMPTY = Spectrum(np.zeros(0), np.zeros(0))

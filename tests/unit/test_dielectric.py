@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from flat import actuate, relax
 
-from dielast import Gent, InputError, Material, NoShift, Spectrum, VoltageStep, Waveform, actuate, relax, write_material
+from dielast import Gent, InputError, Material, NoShift, Spectrum, VoltageStep, Waveform, write_material
 from dielast.handover.material_file import parse_material
 from dielast.material.dielectric import (
     VACUUM_PERMITTIVITY,

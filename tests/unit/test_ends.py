@@ -7,9 +7,9 @@ from functools import partial
 import numpy as np
 import pytest
 from films import SOFT
+from flat import actuate
 
 from dielast.mechanics.load import VoltageStep, Waveform
-from dielast.simulate.actuate import actuate
 from dielast.simulate.actuation_history import ActuationHistory
 from dielast.simulate.record import Record, ending
 

@@ -7,6 +7,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 from films import SOFT
+from flat import actuate
 from hypothesis import given, strategies as st
 from numpy.typing import NDArray
 
@@ -17,7 +18,6 @@ from dielast.mechanics.criteria.pull_in import PullIn
 from dielast.mechanics.load import VoltageStep
 from dielast.mechanics.watch import EventArrays
 from dielast.numerics.roots import fall, samples
-from dielast.simulate.actuate import actuate
 from dielast.simulate.actuation_history import ActuationHistory
 from dielast.simulate.history import events_of, first_of
 

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from flat import actuate, design, failure_map, plan_failure_map
 
-from dielast import actuate
 from dielast.errors import InputError
 from dielast.material.material import NEO_HOOKEAN, Breakdown, Material
 from dielast.material.shift import NoShift
@@ -17,8 +17,7 @@ from dielast.material.spectrum import Spectrum
 from dielast.material.springs import Gent
 from dielast.mechanics.load import Track, VoltageStep
 from dielast.numerics.integrate import Status
-from dielast.simulate.design import design
-from dielast.simulate.failure_map import assembled, failure_map, plan_failure_map
+from dielast.simulate.failure_map import assembled
 from dielast.simulate.lifetime import fit_lifetime
 from dielast.simulate.map_plan import SolvedCells, solve_cells
 

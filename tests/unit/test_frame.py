@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from films import SOFT
+from flat import actuate, creep, failure_map
 
 from dielast import (
     ActuationHistory,
@@ -22,9 +23,6 @@ from dielast import (
     TimeScale,
     VoltageStep,
     Waveform,
-    actuate,
-    creep,
-    failure_map,
     write_material,
 )
 from dielast.commands.registry import read_cases

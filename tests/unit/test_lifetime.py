@@ -8,8 +8,9 @@ from typing import Any
 import matplotlib as mpl
 import numpy as np
 import pytest
+from flat import failure_map
 
-from dielast import FailureMap, Material, Spectrum, failure_map, fit_lifetime
+from dielast import FailureMap, Material, Spectrum, fit_lifetime
 from dielast.material.damage import InversePower
 from dielast.material.shift import NoShift
 from dielast.plots.failure_map import plot_failure_map

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from flat import creep, relax
 
 from dielast.errors import InputError
 from dielast.material.material import Material
@@ -13,7 +14,6 @@ from dielast.material.springs import Gent
 from dielast.mechanics.history import case_count, pieces
 from dielast.mechanics.load import Step, Track
 from dielast.mechanics.span import Control, Load
-from dielast.simulate.membrane import creep, relax
 
 SOLID = Material("one", 26e3, Spectrum([10.0], [1e5]), NoShift(20.0), Gent(110.0), Gent(55.0))
 

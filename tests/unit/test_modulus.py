@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from flat import actuate, creep, relax
 
 from dielast import (
     CardOptions,
@@ -17,10 +18,7 @@ from dielast import (
     Spectrum,
     Step,
     VoltageStep,
-    actuate,
-    creep,
     export_card,
-    relax,
     write_material,
 )
 from dielast.export.card import CODES, prepare

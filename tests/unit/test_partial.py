@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from flat import plan_failure_map
 from processes import ENDS
 
 from dielast.commands.failure_map import resume as partial
@@ -26,7 +27,7 @@ from dielast.numerics.integrate import Status
 from dielast.sharing import processes
 from dielast.sharing.execution import Execution
 from dielast.sharing.versions import VERSIONS
-from dielast.simulate.failure_map import assembled, plan_failure_map
+from dielast.simulate.failure_map import assembled
 from dielast.simulate.map_plan import MapPlan
 
 BRANCH = Spectrum(np.array([100.0]), np.array([9e4]))

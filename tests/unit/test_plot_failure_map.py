@@ -8,6 +8,7 @@ from io import BytesIO
 import numpy as np
 import pytest
 from films import SOFT
+from flat import failure_map
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
@@ -16,7 +17,7 @@ from matplotlib.lines import Line2D
 from dielast.plots.failure_map import decade_name, plot_failure_map
 from dielast.plots.operating_map import plot_operating_map
 from dielast.plots.style import COLOURS
-from dielast.simulate.failure_map import FailureMap, failure_map
+from dielast.simulate.failure_map import FailureMap
 from dielast.simulate.lifetime import fit_lifetime
 
 UP, DOWN = r"$\uparrow$", r"$\downarrow$"

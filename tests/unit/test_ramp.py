@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from flat import relax
 from readings import relaxation_curves
 
 from dielast import WLF, Gent, Material, Spectrum, build_master_curve
@@ -11,7 +12,6 @@ from dielast.errors import InputError
 from dielast.io.files import Inputs
 from dielast.mechanics.load import Step
 from dielast.readings.recipe import MeasurementData
-from dielast.simulate.membrane import relax
 
 TEMPERATURES = [0.0, 10.0, 20.0, 30.0]
 LAW = WLF(20.0, 13.7, 187.1)

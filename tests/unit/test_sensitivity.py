@@ -9,9 +9,10 @@ from typing import Any
 import numpy as np
 import pytest
 from films import SOFT
+from flat import life_sensitivity
 from matplotlib.figure import Figure
 
-from dielast import DamageScatter, InputError, Material, NormalScatter, Sample, Spectrum, draw_sample, life_sensitivity
+from dielast import DamageScatter, InputError, Material, NormalScatter, Sample, Spectrum, draw_sample
 from dielast.material.damage import InversePower
 from dielast.material.material import Breakdown
 from dielast.material.sensitivity import Exchange
