@@ -16,7 +16,7 @@ from flat import failure_map, plan_failure_map
 from dielast import NormalScatter, WeibullScatter, draw_sample, read_material
 from dielast.simulate.design import YES, designed, plan_design, under_way
 from dielast.simulate.design_plan import DesignPlan, Goal, solve_draws, solve_films
-from dielast.simulate.film_setup import FilmSetup
+from dielast.simulate.film_setup import Film
 from dielast.simulate.map_plan import solve_cells
 
 FILMS, DRAWS, REPEATS = 50, 100, 3
@@ -44,13 +44,13 @@ def main() -> None:
         row = plan_failure_map(MATERIAL, voltage=np.linspace(2.5e3, 5e3, FILMS), prestretch=[1.9], **given)
         of_row, _ = least(lambda row=row: [solve_cells(row, *chunk) for chunk in row.chunks()])
         for goal in (1.1, 1.2, 1.35):
-            films = FilmSetup(5e-4, np.linspace(1.5, 2.1, FILMS), relax=5400.0, **film), Goal.of(3600.0, goal, None)
-            plan = plan_design(MATERIAL, *films, horizon=HORIZON)
+            films = Film(5e-4, np.linspace(1.5, 2.1, FILMS), relax=5400.0, **film), Goal(3600.0, HORIZON, goal)
+            plan = plan_design(MATERIAL, *films).relaxed()
             cost, solved = least(lambda plan=plan: [solve_films(plan, *chunk) for chunk in plan.chunks()])
             result = designed(under_way(plan, solved), solved, [], 0.9, 0.05)
             reached = result.reached == YES
             off = float(np.max(np.abs(result.largest[reached] / goal - 1), initial=0.0))
-            drawn = plan_design(MATERIAL, *films, horizon=HORIZON, sample=sample)
+            drawn = plan_design(MATERIAL, *films, sample=sample).relaxed()
             with_draws, _ = least(lambda drawn=drawn: _with_draws(drawn), 1)
             costs = f"{cost / of_row:.2f} | {cost / of_row / result.rounds:.2f} | {with_draws / cost:.1f}"
             print(f"| {film.get('boundary', 'dead-load')} | {goal} | {result.rounds} | {reached.sum()} | {costs} | {off:.1e} |")
@@ -67,7 +67,7 @@ def _with_draws(plan: DesignPlan) -> None:
 def sweep() -> None:
     """The voltage of a film beside a sweep of 400 voltages."""
     film: dict[str, Any] = {"prestretch": 1.9, "thickness": 5e-4, "relax": 5400.0, "horizon": HORIZON}
-    plan = plan_design(MATERIAL, FilmSetup(5e-4, 1.9, relax=5400.0), Goal.of(3600.0, 1.2, None), horizon=HORIZON)
+    plan = plan_design(MATERIAL, Film(5e-4, 1.9, relax=5400.0), Goal(3600.0, HORIZON, 1.2)).relaxed()
     solved = [solve_films(plan, *chunk) for chunk in plan.chunks()]
     found = under_way(plan, solved).voltage[0]
     volts = np.linspace(2e3, 4e3, 400)

@@ -306,7 +306,7 @@ def test_what_cannot_be_is_refused() -> None:
         (
             charge,
             {"source_resistance": 1.0, "electrode_area": AREA},
-            "source_resistance: a source that prescribes the charge takes no resistance",
+            "resistance: a source that prescribes the charge takes no resistance",
         ),
         (voltage, {"source_resistance": -1.0, "electrode_area": AREA}, "source_resistance: -1 ohm: it must not be negative"),
         (voltage, {"source_resistance": 1.0}, "source_resistance: .*area of the electrode"),

@@ -27,6 +27,7 @@ from dielast.numerics.stride import DenseSteps, Stride
 from dielast.simulate import electrical
 from dielast.simulate.electrical import ElectricMeter, nominal
 from dielast.simulate.follow import follow
+from dielast.simulate.options import Circuit
 from dielast.simulate.output import Output
 from dielast.simulate.record import Recorder
 from dielast.simulate.setup import prestretched
@@ -110,7 +111,7 @@ def test_energy_is_conserved(
     rtol, one = 1e-9, np.ones(1)
     points = Points.of(material, 20 * one, rtol)
     charge = isinstance(steps[0], ChargeStep)
-    wiring = Wiring.of(charge, resistance, leakage, AREA, THICKNESS * one)
+    wiring = Wiring.of(charge, Circuit(resistance, leakage, AREA), THICKNESS * one)
     symmetry = EQUIBIAXIAL if prestretch[0] == prestretch[1] and controls[0] is controls[1] else None
     film, _ = prestretched(Film.at_rest(points, symmetry), (prestretch[0] * one, prestretch[1] * one), 5 * one, 600.0, rtol)
     film = replace(film, points=wiring.wired(film.points, np.zeros(1, dtype=np.intp)))

@@ -20,8 +20,8 @@ from dielast.material.springs import Gent, NeoHookean, Yeoh
 from dielast.mechanics.load import VoltageStep
 from dielast.plots.design import plot_design
 from dielast.simulate.design import FAILS_FIRST, OUT_OF_REACH, YES, Design, designed, plan_design, under_way
-from dielast.simulate.design_plan import MET, Goal, solve_draws, solve_films
-from dielast.simulate.film_setup import FilmSetup
+from dielast.simulate.design_plan import MET, Goal, Targets, solve_draws, solve_films
+from dielast.simulate.film_setup import Film
 
 EMPTY = Spectrum(np.zeros(0), np.zeros(0))
 ELASTIC = Material("elastic", 26e3, EMPTY, NoShift(20.0), Gent(110.0), Gent(55.0), 4e-11, Breakdown((1.0,), (1e9,)))
@@ -210,8 +210,8 @@ def test_every_combination_is_a_film_and_no_film_knows_of_another() -> None:
         one = {"prestretch": whole.prestretch[row, 0], "thickness": whole.thickness[row], "temperature": whole.temperature[row]}
         alone = design(FILM, relative_stretch=1.1, **(GOAL | one))
         assert (alone.voltage[0], alone.failure_mode[0]) == (whole.voltage[row], whole.failure_mode[row])
-    setup, goal = FilmSetup(axes["thickness"], axes["prestretch"], relax=600.0), Goal.of(600.0, 1.1, None)
-    plan = plan_design(FILM, setup, goal, horizon=86400.0, temperature=axes["temperature"])
+    setup = Film(axes["thickness"], axes["prestretch"], relax=600.0, temperature=axes["temperature"])
+    plan = plan_design(FILM, setup, Goal(600.0, 86400.0, 1.1)).relaxed()
     copy = pickle.loads(pickle.dumps(plan))
     solved = [solve_films(copy, *chunk) for chunk in reversed(plan.chunks(size=3))]
     again = designed(under_way(plan, solved), solved, [], 0.9, 0.05)
@@ -223,7 +223,9 @@ def test_every_combination_is_a_film_and_no_film_knows_of_another() -> None:
 
 
 def test_a_number_of_numpy_holds_for_all_films() -> None:
-    goal = Goal.of(np.float64(600.0), [1.1, 1.2], None).take(np.array([1]))  # such a number has a method `take` of its own
+    goal = Targets.of(Goal(np.float64(600.0), 86400.0, [1.1, 1.2])).take(
+        np.array([1])
+    )  # such a number has a method `take` of its own
     assert (goal.at, goal.target.tolist()) == (600.0, [1.2])
 
 
@@ -248,8 +250,8 @@ def test_what_draws_tell() -> None:
         assert result.drawn.failure_probability[row] == np.mean(np.isfinite(lives))
         assert result.drawn.safe_life[row] == pytest.approx(ordered[1], rel=1e-5)
         assert result.drawn.time_to_failure[1][row] == pytest.approx(ordered[-2], rel=1e-5)
-    setup = FilmSetup(5e-4, film["prestretch"], relax=600.0)
-    plan = plan_design(FILM, setup, Goal.of(600.0, [1.2, 9.0], None), horizon=86400.0, sample=sample)
+    setup = Film(5e-4, film["prestretch"], relax=600.0)
+    plan = plan_design(FILM, setup, Goal(600.0, 86400.0, [1.2, 9.0]), sample=sample).relaxed()
     plan = under_way(plan, [solve_films(plan, *chunk) for chunk in plan.chunks()])
     parts = [solve_draws(plan, *chunk) for chunk in plan.chunks(drawn=True, size=7)]
     assert sum(part.films.size for part in parts) == 80  # none of a film that has no voltage

@@ -17,7 +17,7 @@ from dielast.material.spectrum import Spectrum
 from dielast.material.springs import Gent
 from dielast.mechanics.load import Track, VoltageStep
 from dielast.numerics.integrate import Status
-from dielast.simulate.failure_map import assembled
+from dielast.simulate.failure_map import assembled, solve_map
 from dielast.simulate.lifetime import fit_lifetime
 from dielast.simulate.map_plan import SolvedCells, solve_cells
 
@@ -38,7 +38,7 @@ STEPS = [VoltageStep(3e3), VoltageStep.hold(10.0)]
 
 def test_a_map_knows_who_survives_who_fails_and_who_was_broken_on_arrival() -> None:
     done: list[tuple[int, int]] = []
-    result = failure_map(SOLID, **MAP, progress=lambda solved, cells: done.append((solved, cells)))
+    result = solve_map(plan_failure_map(SOLID, **MAP), lambda solved, cells: done.append((solved, cells)))[0]
     assert result.time_to_failure.shape == (1, 2, 3)
     assert result.completed
     assert result.failure_mode[0, 0].tolist() == ["none", "breakdown", "breakdown"]

@@ -35,7 +35,8 @@ from dielast.mechanics.passive.structure import Factors
 from dielast.mechanics.point_material import Points
 from dielast.mechanics.span import Control, Load
 from dielast.mechanics.stability import stability
-from dielast.simulate.film_setup import FilmSetup
+from dielast.simulate.film_setup import Film
+from dielast.simulate.options import Solver
 from dielast.simulate.profile import unresolved
 from dielast.simulate.setup import set_up
 
@@ -483,9 +484,8 @@ def test_bad_weights_of_recipes(tmp_path: Path, film: str, message: str) -> None
 def test_increments_are_those_of_the_exact_jacobian(boundary: str, dielectric: Any) -> None:
     """(M/gamma - h J) u = h f + M history + h^2 gamma_i df/dt, J by differences, from a state off equilibrium."""
     material = replace(SOFT, permittivity=dielectric)
-    asked = FilmSetup(1e-3, 2.0, None, 100.0, boundary, np.array([0.3, 0.3]))
-    none: dict[str, Any] = {"temperature": None, "breakdown_field": None, "rtol": 1e-6}
-    setup = set_up(material, asked, **none)
+    asked = Film(1e-3, 2.0, None, 100.0, boundary, np.array([0.3, 0.3]))
+    setup = set_up(material, asked, breakdown_field=None, solver=Solver())
     film = setup.film(np.arange(2), 1e-6)
     start = film.prescribed(setup.controls)
     start[2] = 1e6

@@ -30,11 +30,14 @@ def results() -> dict[str, Any]:
     film_of_few = dielast.read_material("example:tensile/start.toml")
     history = dielast.relax(vhb, [Step(stretch=2.0, rate=0.1), Step(duration=60.0)], temperature=[0.0, 20.0])
     film = dielast.actuate(
-        vhb, [VoltageStep(4e3), VoltageStep.hold(600.0)], thickness=5e-4, prestretch=1.9, relax=60.0, stop_at="end"
+        vhb,
+        dielast.Film(5e-4, 1.9, relax=60.0),
+        [VoltageStep(4e3), VoltageStep.hold(600.0)],
+        failure=dielast.Failure(stop_at="end"),
     )
-    chart = dielast.failure_map(vhb, voltage=[3.5e3, 4e3], prestretch=[1.7, 1.9], thickness=5e-4, horizon=3600.0)
+    chart = dielast.failure_map(vhb, dielast.Film(5e-4, [1.7, 1.9]), dielast.HeldVoltages([3.5e3, 4e3], 3600.0))
     sample = dielast.draw_sample([film_of_few], 30, thickness=NormalScatter(0.02))
-    aged = {"voltage": 4e3, "prestretch": 1.9, "thickness": 5e-4, "horizon": 1e9}
+    aged = dielast.Film(5e-4, 1.9), dielast.HeldVoltages(4e3, 1e9)
     time = np.linspace(1.0, 20.0, 12)
     test = dielast.MeasuredTest("test", time, 1 + 0.1 * time, 3e4 * time**0.5, 20.0)
     retardation = dielast.retardation_from_relaxation(fit.spectrum, fit.equilibrium_shear_modulus)
@@ -54,13 +57,13 @@ def results() -> dict[str, Any]:
         "material": vhb,
         "table law": ShiftTable(20.0, tuple(range(0, 60, 2)), tuple(np.linspace(3, -2, 30))),
         "sample": sample,
-        "shares": dielast.life_sensitivity(film_of_few, sample, **aged),
-        "elasticities": dielast.life_sensitivity(film_of_few, **aged),
+        "shares": dielast.life_sensitivity(film_of_few, *aged, sample),
+        "elasticities": dielast.life_sensitivity(film_of_few, *aged),
         "history": history,
         "film": film,
         "map": chart,
-        "plan": dielast.plan_failure_map(vhb, voltage=[3.5e3, 4e3], prestretch=[1.7], thickness=5e-4, horizon=3600.0),
-        "design": dielast.design(film_of_few, relative_stretch=1.1, at=60.0, horizon=3600.0, prestretch=[1.7, 1.9], thickness=5e-4),
+        "plan": dielast.plan_failure_map(vhb, dielast.Film(5e-4, [1.7]), dielast.HeldVoltages([3.5e3, 4e3], 3600.0)),
+        "design": dielast.design(film_of_few, dielast.Film(5e-4, [1.7, 1.9]), dielast.Goal(60.0, 3600.0, 1.1)),
         "lines": dielast.fit_lifetime(chart),
         "line": dielast.fit_lifetime(chart)[0],
         "breakdown": dielast.Breakdown(tuple(np.linspace(1, 3, 30)), (4e7,) * 30),

@@ -10,8 +10,12 @@ import pandas as pd
 import pytest
 
 from dielast import (
+    Film,
+    HeldVoltages,
     InputError,
+    Output,
     RelaxationCurve,
+    Solver,
     Step,
     VoltageStep,
     actuate,
@@ -40,18 +44,18 @@ VHB = read_material(resolve(Path(), "example:vhb4905.toml"))
         ({"temperature": np.ones((2, 2))}, "temperature: an array of shape (2, 2)"),
         ({"temperature": []}, "temperature: an array of shape (0,)"),
         ({"temperature": "20 degC"}, 'temperature: "20 degC": a number'),
-        ({"points_per_decade": 1.5}, "points_per_decade: 1.5: a whole number is needed"),
-        ({"rtol": 1.0}, "rtol: 1 is not between"),
-        ({"times": [-1.0]}, "output times must be finite and not negative"),
-        ({"times": [1e9]}, "lies after the end of the history"),
-        ({"times": [1.0000001]}, "1.0000001 s lies after the end of the history at 1 s"),
+        (lambda: {"output": Output(points_per_decade=1.5)}, "points_per_decade: 1.5: a whole number is needed"),
+        (lambda: {"solver": Solver(1.0)}, "rtol: 1 is not between"),
+        (lambda: {"output": Output([-1.0])}, "output times must be finite and not negative"),
+        (lambda: {"output": Output([1e9])}, "lies after the end of the history"),
+        (lambda: {"output": Output([1.0000001])}, "1.0000001 s lies after the end of the history at 1 s"),
         ({"mode": "sideways"}, "mode: 'sideways' is not one of"),
     ],
 )
-def test_wrong_arguments_are_input_errors(arguments: dict[str, Any], message: str) -> None:
-    given: dict[str, Any] = {"material": VHB, "steps": [Step(stress=1e4, duration=1.0)]} | arguments
+def test_wrong_arguments_are_input_errors(arguments: Any, message: str) -> None:
+    given: dict[str, Any] = {"material": VHB, "steps": [Step(stress=1e4, duration=1.0)]}
     with pytest.raises(InputError) as caught:
-        creep(given.pop("material"), given.pop("steps"), **given)
+        creep(**given | (arguments() if callable(arguments) else arguments))
     assert message in str(caught.value)
 
 
@@ -61,9 +65,9 @@ def test_a_step_refuses_text_when_it_is_made() -> None:
 
 
 def test_a_list_is_cases_and_a_tuple_is_axes() -> None:
-    cases = relax(VHB, [Step(stretch=[2.0, 3.0], duration=1.0)], points_per_decade=2)
+    cases = relax(VHB, [Step(stretch=[2.0, 3.0], duration=1.0)], output=Output(points_per_decade=2))
     assert cases.stretch_1[:, -1] == pytest.approx([2.0, 3.0])
-    axes = relax(VHB, [Step(stretch=(2.0, 3.0), duration=1.0)], points_per_decade=2)
+    axes = relax(VHB, [Step(stretch=(2.0, 3.0), duration=1.0)], output=Output(points_per_decade=2))
     assert (axes.stretch_1[0, -1], axes.stretch_2[0, -1]) == pytest.approx((2.0, 3.0))
 
 
@@ -86,7 +90,7 @@ def test_what_is_no_list_of_numbers_is_refused(time: Any, message: str) -> None:
 
 
 def test_arguments_of_a_wrong_type_are_input_errors() -> None:
-    step, film = VoltageStep(1e3), {"thickness": 5e-4}
+    step, film, chart = VoltageStep(1e3), Film(5e-4), HeldVoltages(4e3, 10.0)
     series = pd.Series([1.0, 2.0], index=[7, 8])
     assert RelaxationCurve(20, series, np.array([1e6, 9e5], dtype=object)).time.tolist() == [1.0, 2.0]
     curve: Any = RelaxationCurve(20.0, [1.0, 2.0], np.ma.array([1e6, 9e5]))
@@ -98,14 +102,13 @@ def test_arguments_of_a_wrong_type_are_input_errors() -> None:
         (build_master_curve, ([curve],), {"reference_temperature": "20 degC"}, 'reference_temperature: "20 degC": a number'),
         (RelaxationCurve, ("20 degC", [1.0], [1.0]), {}, 'temperature: "20 degC": a number'),
         (replace, (VHB,), {"equilibrium_modulus": "26 kPa"}, 'equilibrium_modulus: "26 kPa": a number'),
-        (actuate, (VHB, step), film, "steps: .*a list of VoltageSteps or ChargeSteps is needed"),
-        (actuate, (VHB, [Step(duration=1.0)]), film, "steps: .*a VoltageStep or a ChargeStep is needed"),
-        (actuate, (VHB, [step]), {**film, "relax": "10 min"}, 'relax: "10 min": a number'),
+        (actuate, (VHB, film, step), {}, "steps: .*a list of VoltageSteps or ChargeSteps is needed"),
+        (actuate, (VHB, film, [Step(duration=1.0)]), {}, "steps: .*a VoltageStep or a ChargeStep is needed"),
+        (Film, (5e-4,), {"relax": "10 min"}, 'relax: "10 min": a number'),
     ]
-    grid = {"voltage": 4e3, "prestretch": 1.9, "thickness": 5e-4, "horizon": 10.0}
     wrong += [
-        (failure_map, (VHB,), {**grid, "thickness": [5e-4, 1e-3]}, r"thickness: an array of shape \(2,\): one number is needed"),
-        (failure_map, (VHB,), {**grid, "horizon": "1 h"}, 'horizon: "1 h": a number'),
+        (failure_map, (VHB, Film([5e-4, 1e-3], [1.9]), chart), {}, r"thickness: an array of shape \(2,\): one number is needed"),
+        (HeldVoltages, (4e3,), {"horizon": "1 h"}, 'horizon: "1 h": a number'),
     ]
     for function, given, named, message in wrong:
         with pytest.raises(InputError, match=message):
@@ -113,7 +116,7 @@ def test_arguments_of_a_wrong_type_are_input_errors() -> None:
 
 
 def test_a_long_hold_after_a_short_ramp_has_rows_in_every_decade() -> None:
-    history = relax(VHB, [Step(stretch=1.5, duration=1e-8), Step(duration=1e9)], points_per_decade=2)
+    history = relax(VHB, [Step(stretch=1.5, duration=1e-8), Step(duration=1e9)], output=Output(points_per_decade=2))
     held = history.time[0][history.time[0] > 1.001e-8] - 1e-8
     assert held[0] < 1e-10
     assert np.diff(np.log10(held)).max() < 1.0
