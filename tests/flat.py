@@ -30,8 +30,6 @@ def _films(stated: dict[str, Any], **more: Any) -> dict[str, Any]:
 
 def actuate(material: Any, steps: Any, **stated: Any) -> dielast.ActuationHistory:
     """`dielast.actuate`."""
-    if "source_resistance" in stated:
-        stated["resistance"] = stated.pop("source_resistance")
     return dielast.actuate(material, steps=steps, **_films(stated, circuit=dielast.Circuit, output=dielast.Output))
 
 

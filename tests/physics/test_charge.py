@@ -90,7 +90,7 @@ def test_a_clamped_film_is_charged_through_a_resistance() -> None:
     times = resistance * capacity * np.geomspace(1e-3, 40.0, 50)
     wired = {"prestretch": prestretch, "boundary": "clamped", "electrode_area": AREA, "times": times, **FILM}
     steps = [VoltageStep(voltage), VoltageStep.hold(times[-1])]
-    run = actuate(ELASTIC, steps, source_resistance=resistance, rtol=1e-8, **wired)
+    run = actuate(ELASTIC, steps, resistance=resistance, rtol=1e-8, **wired)
     assert run.electrical is not None
     assert run.electrical.source_voltage is not None
     assert run.electrical.resistor_energy is not None
@@ -104,7 +104,7 @@ def test_a_clamped_film_is_charged_through_a_resistance() -> None:
     assert run.electrical.resistor_energy[0, -1] == pytest.approx(work / 2, rel=1e-6)
     sigma = 1e-13
     leak = sigma * AREA * prestretch**4 / THICKNESS
-    run = actuate(ELASTIC, steps, source_resistance=resistance, leakage=Leakage(sigma), **wired)
+    run = actuate(ELASTIC, steps, resistance=resistance, leakage=Leakage(sigma), **wired)
     assert run.voltage[0, -1] == pytest.approx(voltage / (1 + resistance * leak), rel=1e-6)
 
 
@@ -155,7 +155,7 @@ def test_viscoelastic_films_agree_with_the_peer(electric: str, prestretch: tuple
         field = 3e3 / THICKNESS
         r = resistance * AREA / THICKNESS
         pieces = [Piece(up, load, ("source", ramp(0.0, field, up)), r), Piece(hold, load, ("source", constant(field)), r)]
-        steps, wired = [VoltageStep(3e3, duration=up), VoltageStep.hold(hold)], wired | {"source_resistance": resistance}
+        steps, wired = [VoltageStep(3e3, duration=up), VoltageStep.hold(hold)], wired | {"resistance": resistance}
     if electric == "leak":
         # the peer has no source of current but one of a voltage that dwarfs that of the film
         huge = 1e16
@@ -178,7 +178,7 @@ def test_viscoelastic_films_agree_with_the_peer(electric: str, prestretch: tuple
     assert np.stack((here.stretch_1[0], here.stretch_2[0])) == pytest.approx(there.stretch, rel=within)
     assert here.electrical.charge_density[0] == pytest.approx(there.charge, rel=within)
     assert here.voltage[0] == pytest.approx(there.field * THICKNESS, rel=within)
-    if "source_resistance" in wired:
+    if "resistance" in wired:
         current = (np.minimum(times / up, 1.0) * field - there.field) / r
         assert here.electrical.current_density[0] == pytest.approx(current, rel=1e-5, abs=1e-6 * np.max(np.abs(current)))
     at_rest = Run(film, [Piece(1.0, load)], replace(relaxed, time=0.0), theta=lambda t: 0 * t, rtol=3e-8).determinant(0.0)
@@ -211,13 +211,13 @@ def test_pull_in_behind_a_resistance_is_that_of_the_time_scale() -> None:
     steps = [VoltageStep(6e3, duration=1.0), VoltageStep.hold(100.0)]
     film = {"prestretch": 1.7, "relax": 600.0, "electrode_area": AREA, **FILM}
     resistance = np.array([0.0, 1e3, 3e7, 1e14])
-    run = actuate(SOFT, steps, source_resistance=resistance, **film)
+    run = actuate(SOFT, steps, resistance=resistance, **film)
     times = [[event.time for event in events if event.name == "pull-in"] for events in run.events]
     assert [len(own) for own in times] == [1, 1, 1, 0]
     assert times[1] == pytest.approx(times[0], rel=1e-6)
     assert times[0][0] < times[2][0] < times[0][0] * 1.1
     assert run.completed or run.outcome[0].time > times[0][0]
-    literal = actuate(SOFT, steps, source_resistance=1e8, pull_in_timescale=TimeScale.fixed(0.0), **film)
+    literal = actuate(SOFT, steps, resistance=1e8, pull_in_timescale=TimeScale.fixed(0.0), **film)
     assert not any(event.name == "pull-in" for event in literal.events[0])
 
 
@@ -254,7 +254,7 @@ def test_every_spring_composes_with_cycles_of_charge(law: Gent) -> None:
     assert run.cycles.efficiency == pytest.approx(1.0, abs=1e-6)
     assert run.cycles.work == pytest.approx(0.0, abs=1e-6 * MU)
     voltage = Waveform(0.0, 2e3, 1.0, 2)
-    lossy = {"leakage": Leakage(2e-12), "source_resistance": 1e8, "electrode_area": AREA}
+    lossy = {"leakage": Leakage(2e-12), "resistance": 1e8, "electrode_area": AREA}
     run = actuate(spring, [VoltageStep(voltage)], **lossy, **few)
     assert run.cycles is not None
     assert run.cycles.efficiency is not None
@@ -275,9 +275,9 @@ def test_results_do_not_depend_on_company_and_events_hold_what_is_electrical() -
     steps = [VoltageStep(3e3, duration=1.0), VoltageStep.hold(100.0)]
     film = {"thickness": THICKNESS, "prestretch": 1.9, "relax": 600.0, "electrode_area": AREA, "breakdown_field": 2.5e7}
     resistance = np.array([0.0, 1e9, 5e9])
-    together = actuate(SOFT, steps, source_resistance=resistance, leakage=Leakage(1e-14, 2e7), **film)
+    together = actuate(SOFT, steps, resistance=resistance, leakage=Leakage(1e-14, 2e7), **film)
     for case, ohm in enumerate(resistance):
-        alone = actuate(SOFT, steps, source_resistance=ohm, leakage=Leakage(1e-14, 2e7), **film)
+        alone = actuate(SOFT, steps, resistance=ohm, leakage=Leakage(1e-14, 2e7), **film)
         for header, values in alone.case(0).items():
             assert np.array_equal(values, together.case(case)[header], equal_nan=True), header
         (event,) = alone.events[0]
@@ -305,12 +305,12 @@ def test_what_cannot_be_is_refused() -> None:
         ([ChargeStep(1e-3), VoltageStep(1e3)], {}, "step 1: a voltage does not go with a charge"),
         (
             charge,
-            {"source_resistance": 1.0, "electrode_area": AREA},
+            {"resistance": 1.0, "electrode_area": AREA},
             "resistance: a source that prescribes the charge takes no resistance",
         ),
-        (voltage, {"source_resistance": -1.0, "electrode_area": AREA}, "source_resistance: -1 ohm: it must not be negative"),
-        (voltage, {"source_resistance": 1.0}, "source_resistance: .*area of the electrode"),
-        (voltage, {"source_resistance": 1.0, "electrode_area": 0.0}, "electrode_area: 0 m.2: it must be positive"),
+        (voltage, {"resistance": -1.0, "electrode_area": AREA}, "resistance: -1 ohm: it must not be negative"),
+        (voltage, {"resistance": 1.0}, "resistance: .*area of the electrode"),
+        (voltage, {"resistance": 1.0, "electrode_area": 0.0}, "electrode_area: 0 m.2: it must be positive"),
         ([ChargeStep(rate=1.0)], {}, "a charge, or the duration of a hold is needed"),
     ):
         with pytest.raises(InputError, match=message):

@@ -140,7 +140,7 @@ def test_the_heat_of_a_small_resistance_is_r_i_squared() -> None:
     """What drops across it is less than the tolerance of the film's voltage, and cannot be taken from the difference of the two."""
     steps = [VoltageStep(3e3, duration=3.0)]
     ohm = np.array([1.0, 1e3, 1e6])
-    run = actuate(SOFT, steps, thickness=5e-4, prestretch=1.9, source_resistance=ohm, electrode_area=2e-5, stop_at="end")
+    run = actuate(SOFT, steps, thickness=5e-4, prestretch=1.9, resistance=ohm, electrode_area=2e-5, stop_at="end")
     assert run.electrical is not None
     heat = run.electrical.resistor_energy
     assert heat is not None
@@ -159,7 +159,7 @@ def test_energies_do_not_depend_on_how_many_steps_are_evaluated_together(monkeyp
     for many in (electrical.MANY, 1):
         monkeypatch.setattr(electrical, "MANY", many)
         film = {"thickness": 5e-4, "prestretch": 1.9, "electrode_area": 2e-5, "breakdown_field": 48e6, "points_per_decade": 2}
-        runs.append(actuate(SOFT, steps, source_resistance=ohm, leakage=Leakage(1e-13), **film))  # type: ignore[arg-type]
+        runs.append(actuate(SOFT, steps, resistance=ohm, leakage=Leakage(1e-13), **film))  # type: ignore[arg-type]
     together, alone = runs
     assert len({outcome.reason for outcome in together.outcome}) > 1
     for name in electrical.UNITS:
@@ -177,7 +177,7 @@ def test_the_steps_that_wait_for_their_energies_do_not_grow_with_the_history(mon
     monkeypatch.setattr(electrical, "MANY", 16)
     monkeypatch.setattr(ElectricMeter, "_evaluate", counted)
     steps = [VoltageStep(Waveform(0.0, 2e3, 2.0, 5))]
-    run = actuate(SOFT, steps, thickness=5e-4, prestretch=1.9, electrode_area=2e-5, source_resistance=1e9, times=[0.0, 10.0])
+    run = actuate(SOFT, steps, thickness=5e-4, prestretch=1.9, electrode_area=2e-5, resistance=1e9, times=[0.0, 10.0])
     assert run.electrical is not None
     assert sum(waiting) > 100
     assert max(waiting) <= 16 + 2

@@ -223,9 +223,8 @@ def test_every_combination_is_a_film_and_no_film_knows_of_another() -> None:
 
 
 def test_a_number_of_numpy_holds_for_all_films() -> None:
-    goal = Targets.of(Goal(np.float64(600.0), 86400.0, [1.1, 1.2])).take(
-        np.array([1])
-    )  # such a number has a method `take` of its own
+    # such a number has a method `take` of its own
+    goal = Targets.of(Goal(np.float64(600.0), 86400.0, [1.1, 1.2])).take(np.array([1]))
     assert (goal.at, goal.target.tolist()) == (600.0, [1.2])
 
 

@@ -290,7 +290,7 @@ def test_a_map_has_an_axis_of_shares() -> None:
             {"electrical": True},
             "electrical: a film with a passive part, boundary frame or strip, can only be driven by an ideal source",
         ),
-        ({"source_resistance": 1e6, "electrode_area": 1e-4}, "source_resistance: a film with a passive part"),
+        ({"resistance": 1e6, "electrode_area": 1e-4}, "resistance: a film with a passive part"),
         ({"mesh_rtol": 0.0}, "mesh_rtol: 0 is not between"),
         ({"boundary": ("frame", "clamped")}, "boundary: .* or frame, or strip"),
         ({"profile": [-1.0]}, "profile: output times must be finite and not negative"),
