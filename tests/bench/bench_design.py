@@ -5,12 +5,15 @@ Usage: python tests/bench/bench_design.py
 
 from __future__ import annotations
 
+import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from flat import failure_map, plan_failure_map
 
 from dielast import NormalScatter, WeibullScatter, draw_sample, read_material
