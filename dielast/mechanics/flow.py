@@ -157,7 +157,8 @@ class _Steepened:
         return self._added(self.linear.times(matrix), matrix)
 
     def _added(self, product: Floats, matrix: Floats) -> Floats:
-        return np.asarray(product + self.flow[:, None] * np.einsum("anm,abnm->bnm", self.gradient, matrix))
+        product += self.flow[:, None] * np.einsum("anm,abnm->bnm", self.gradient, matrix)
+        return product
 
 
 def flow_laws(laws: Sequence[FlowLaw], cases: int) -> LawsOfCases[FlowLaw]:
