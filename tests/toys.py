@@ -10,12 +10,13 @@ from numpy.typing import ArrayLike
 
 from dielast.material.breakdown import BREAKDOWNS, BreakdownLaw
 from dielast.material.dielectric import DIELECTRICS, DielectricLaw
-from dielast.material.law import Constant
+from dielast.material.flow import FLOWS
+from dielast.material.law import Constant, FlowLaw
 from dielast.material.shift import SHIFTS, ShiftLaw
 from dielast.material.shift.law import FittedLaw, MovedLaw, fit_factor
 from dielast.material.springs import SPRINGS, SpringLaw
 from dielast.numerics.arrays import Floats
-from dielast.units import FIELD, PERMITTIVITY, Dimension
+from dielast.units import FIELD, PERMITTIVITY, STRESS, Dimension
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -112,9 +113,29 @@ class Cooling(DielectricLaw):
         return np.asarray(self.permittivity * (1 - self.loss * (np.asarray(temperature, dtype=float) - 20)))
 
 
+@dataclass(frozen=True, slots=True)
+class Eyring(FlowLaw):
+    """a = sinh(y)/y with y = s/`stress` (H. Eyring, J. Chem. Phys. 4 (1936) 283)."""
+
+    stress: float | Floats
+
+    name: ClassVar = "eyring"
+    title: ClassVar = "Eyring flow"
+    constants: ClassVar = (Constant("stress", "Of eyring.", STRESS, above=0.0),)
+
+    def activation(self, squared_stress: Floats) -> tuple[Floats, Floats]:
+        squared = np.asarray(squared_stress / np.square(self.stress))
+        y = np.sqrt(np.maximum(squared, 1e-4))  # a series below
+        exact = np.sinh(y) / y, (np.cosh(y) - np.sinh(y) / y) / (2 * y * y)
+        series = 1 + squared / 6 + squared**2 / 120, 1 / 6 + squared / 60 + squared**2 / 1680
+        value, slope = (np.where(squared < 1e-4, *pair) for pair in zip(series, exact, strict=True))
+        return value, slope / np.square(self.stress)
+
+
 def register() -> None:
     """A line for each."""
     DIELECTRICS.register(Cooling)
+    FLOWS.register(Eyring)
     SPRINGS.register(Varga)
     SHIFTS.register(Linear)
     BREAKDOWNS.register(Power)

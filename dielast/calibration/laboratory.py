@@ -1,7 +1,7 @@
 """Simulation of the tests of a calibration, for all tests and all materials at once.
 
-Under a prescribed stretch the branches are independent (`mechanics.stretched`), and the stress is linear in the moduli: a branch
-that several materials share, such as the materials of a finite difference, is solved once.
+Under a prescribed stretch the branches are independent (`mechanics.stretched`), and with linear flow the stress is linear in the
+moduli: a branch that several materials share, such as the materials of a finite difference, is solved once.
 """
 
 from __future__ import annotations
@@ -9,14 +9,17 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import Self
+from typing import Self, TypeVar
 
 import numpy as np
 
 from dielast.calibration.experiment import Experiment, MeasuredTest, answers_of
 from dielast.errors import InputError
+from dielast.material.law import FlowLaw, Law
+from dielast.material.laws_of_cases import LawsOfCases
 from dielast.material.material import Material
 from dielast.material.springs import EQUIBIAXIAL, UNIAXIAL, SpringLaw, gathered
+from dielast.mechanics.flow import Flow, flow_laws
 from dielast.mechanics.load import Mode, Step, Track
 from dielast.mechanics.stretched import Histories, carried
 from dielast.numerics.arrays import Cases, Flags, Floats
@@ -26,6 +29,7 @@ from dielast.simulate.output import Output
 
 RTOL = 1e-5  # of the solver
 MOST = 6000  # branches that are solved together, to bound the memory
+Kind = TypeVar("Kind", bound=Law)
 SYMMETRIES = {Mode.UNIAXIAL: UNIAXIAL, Mode.EQUIBIAXIAL: EQUIBIAXIAL, Mode.PURE_SHEAR: None}
 
 
@@ -67,19 +71,21 @@ class Laboratory:
         )
         time, stretch = (_filled(columns) for columns in ([test.time for test in tests], [test.followed for test in tests]))
         at = np.searchsorted(self.temperatures, [test.temperature for test in tests])
-        modulus, rate = springs.modulus[:, at], springs.rate[:, at]  # (materials, tests, springs)
-        law = np.broadcast_to(springs.law[:, None], modulus.shape)
+        modulus, fluidity = springs.modulus[:, at], springs.fluidity[:, at]  # (materials, tests, springs)
+        law, flow = (np.broadcast_to(number, modulus.shape) for number in (springs.law[:, None], springs.flow[:, None, None]))
         carrying = modulus > 0
         test = np.broadcast_to(np.arange(len(tests))[:, None], modulus.shape)
-        place, which = _alike(test[carrying], law[carrying], rate[carrying])
-        own_test, own_law, own_rate = test[carrying][place], law[carrying][place], rate[carrying][place]
+        activating = np.where(springs.flows.number[flow] < 0, 0.0, modulus)  # linear flow does not depend on the modulus
+        place, which = _alike(test[carrying], law[carrying], fluidity[carrying], flow[carrying], activating[carrying])
+        own_test, own_law, own_flow = (number[carrying][place] for number in (test, law, flow))
+        own_fluidity, own_modulus = (value[carrying][place] for value in (fluidity, activating))
         stress = np.empty((place.size, time.shape[1]))
         for first in range(0, place.size, MOST):
             part = slice(first, first + MOST)
             k = own_test[part]
             stress[part] = carried(
                 springs.laws.take(own_law[part]),
-                own_rate[part],
+                Flow.of(springs.flows.take(own_flow[part]), own_fluidity[None, part], own_modulus[None, part]),
                 SYMMETRIES[mode],
                 Histories(corner_time[k], corner_stretch[k]),
                 time[k],
@@ -99,38 +105,33 @@ class Laboratory:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Springs:
-    """The springs of materials at temperatures: `modulus` in Pa and `rate` = 1/(3 tau) in 1/s, both (materials, temperatures,
-    springs), the equilibrium spring first; `law` (materials, springs) of the `laws`, which act on arrays (..., 1, laws); and which
-    materials are `known` (materials,) at all temperatures, that is, within the range of their shift law.
+    """The springs of materials at temperatures: `modulus` in Pa and `fluidity` 1/(3 tau) in 1/s, both (materials, temperatures,
+    springs), the equilibrium spring first; `law` (materials, springs) of the `laws`, which act on arrays (..., 1, laws); `flow`
+    (materials,) of the `flows`; and which materials are `known` (materials,) at all temperatures, that is, within the range of
+    their shift law.
     """
 
     modulus: Floats
-    rate: Floats
+    fluidity: Floats
     law: Cases
     laws: SpringLaw
+    flow: Cases
+    flows: LawsOfCases[FlowLaw]
     known: Flags
 
     @classmethod
     def of(cls, materials: Sequence[Material], temperature: Floats) -> Self:
         """The springs at temperatures (k,) in degC."""
         most = max(len(material.spectrum) for material in materials)
-        modulus, rate = np.zeros((2, len(materials), temperature.size, most + 1))
-        law, known = np.zeros((len(materials), most + 1), dtype=np.intp), np.ones(len(materials), dtype=bool)
-        numbers: dict[tuple[object, ...], int] = {}
-        laws: list[SpringLaw] = []
-
-        def number(spring: SpringLaw) -> int:
-            key = (type(spring), *spring.values().values())
-            if key not in numbers:
-                numbers[key] = len(laws)
-                laws.append(spring)
-            return numbers[key]
-
+        modulus, fluidity = np.zeros((2, len(materials), temperature.size, most + 1))
+        known = np.ones(len(materials), dtype=bool)
+        pairs, laws = _distinct([law for material in materials for law in (material.equilibrium_law, material.nonequilibrium_law)])
+        law = pairs.reshape(-1, 2)[:, np.minimum(np.arange(most + 1), 1)]
+        flow, flows = _distinct([material.flow for material in materials])
         for row, material in enumerate(materials):
             count, place = len(material.spectrum), material.reference_temperature
-            law[row, 0], law[row, 1:] = number(material.equilibrium_law), number(material.nonequilibrium_law)
             try:
-                rate[row, :, 1 : count + 1] = 1 / (3 * material.relaxation_time(temperature))
+                fluidity[row, :, 1 : count + 1] = 1 / (3 * material.relaxation_time(temperature))
                 modulus[row, :, 0] = material.equilibrium_modulus * material.equilibrium_scaling.factor(temperature, place)
                 factor = material.nonequilibrium_scaling.factor(temperature, place)
             except InputError:  # outside a table
@@ -140,7 +141,7 @@ class Springs:
                 np.broadcast_to(factor, temperature.shape), material.spectrum.shear_modulus
             )
         joined = gathered([(law, law) for law in laws], np.ones((1, len(laws)), dtype=bool))
-        return cls(modulus, rate, law, joined if len(laws) > 1 else laws[0], known)
+        return cls(modulus, fluidity, law, joined if len(laws) > 1 else laws[0], flow, flow_laws(flows, len(flows)), known)
 
 
 def under_voltage(test: MeasuredTest, materials: Sequence[Material], rtol: float = RTOL) -> MembraneHistory:
@@ -168,11 +169,21 @@ def _filled(columns: Sequence[Floats]) -> Floats:
     return np.array([np.append(column, np.full(size - column.size, column[-1])) for column in columns])
 
 
-def _alike(test: Cases, law: Cases, rate: Floats) -> tuple[Cases, Cases]:
+def _distinct(laws: Sequence[Kind]) -> tuple[Cases, list[Kind]]:
+    """The index (k,) of each law among those that differ in class or constants, and these."""
+    keys = [(type(law), *law.values().values()) for law in laws]
+    distinct: dict[tuple[object, ...], Kind] = {}
+    for key, law in zip(keys, laws, strict=True):
+        distinct.setdefault(key, law)
+    number = {key: index for index, key in enumerate(distinct)}
+    return np.array([number[key] for key in keys], dtype=np.intp), list(distinct.values())
+
+
+def _alike(*columns: Cases | Floats) -> tuple[Cases, Cases]:
     """First indices (u,) of the distinct tuples of numbers (k,), and the index (k,) of each tuple among them."""
-    order = np.lexsort((rate, law, test))
-    columns = [values[order] for values in (test, law, rate)]
-    new = np.append(True, np.any([values[1:] != values[:-1] for values in columns], axis=0))[: order.size]  # none of none
+    order = np.lexsort(columns[::-1])
+    ordered = [values[order] for values in columns]
+    new = np.append(True, np.any([values[1:] != values[:-1] for values in ordered], axis=0))[: order.size]  # none of none
     which = np.empty(order.size, dtype=np.intp)
     which[order] = np.cumsum(new) - 1
     return order[new], which

@@ -62,6 +62,10 @@ def export_cards(material: Material, formats: tuple[str, ...], options: CardOpti
 def prepare(material: Material, code: Code, options: CardOptions) -> Card:
     """The material as `code` can represent it; raises `InputError` with a problem for each option to change where it cannot."""
     wrong = Mistakes()
+    if material.flow.depends_on_stress:
+        raise InputError(
+            f"{code.name} has Prony series, whose flow is linear: no card can hold {material.flow.title}", argument="formats"
+        )
     options = replace(options, units=code.units or options.units)
     units = UNITS[options.units]
     there = material.spectrum.shear_modulus > 0

@@ -27,6 +27,7 @@ from dielast.io.toml import parse_toml
 from dielast.material.breakdown import BREAKDOWNS
 from dielast.material.damage import DAMAGES
 from dielast.material.dielectric import DIELECTRICS, DielectricLaw
+from dielast.material.flow import FLOWS, LINEAR_FLOW
 from dielast.material.material import NEO_HOOKEAN, CalibratedRange, Material
 from dielast.material.modulus import CONSTANT_MODULUS, MODULI
 from dielast.material.shift import SHIFTS, NoShift, ShiftLaw
@@ -111,6 +112,10 @@ class ShiftSection(LawSection):
     EXAMPLE_PLACE = (0.0,)  # a reference temperature
 
 
+class FlowSection(LawSection):
+    """How branches flow under stress; their relaxation times are those at small stress."""
+
+
 class DielectricSection(LawSection):
     """Permittivity, absolute or relative to that of vacuum."""
 
@@ -162,6 +167,7 @@ class MaterialFile(Section):
         None, description="The relaxation processes. Default: none, a purely elastic material."
     )
     shift: ShiftSection | None = Field(None, description="The shift law and its constants; needed with nonequilibrium.")
+    flow: FlowSection | None = Field(None, description="How branches flow under stress. Default: in proportion to it.")
     measured_temperature: Annotated[list[Temperature], Field(min_length=2, max_length=2)] | None = Field(
         None, description="Lowest and highest temperature at which the shift factors were measured; simulations outside warn."
     )
@@ -218,12 +224,14 @@ class MaterialFile(Section):
             equilibrium_scaling=CONSTANT_MODULUS if scaling is None else scaling.scaling("equilibrium"),
             nonequilibrium_scaling=CONSTANT_MODULUS if scaling is None else scaling.scaling("nonequilibrium"),
             calibrated=None if self.calibrated is None else self.calibrated.stated(),
+            flow=LINEAR_FLOW if self.flow is None else self.flow.stated(),
         )
 
 
 def material_file() -> type[MaterialFile]:
     """The model of a material file, with the keys of the laws that are registered at present."""
-    return _model(SPRINGS.names, SHIFTS.names, DIELECTRICS.names, BREAKDOWNS.names, DAMAGES.names, MODULI.names)
+    families = SPRINGS, SHIFTS, FLOWS, DIELECTRICS, BREAKDOWNS, DAMAGES, MODULI
+    return _model(*(family.names for family in families))
 
 
 @lru_cache(maxsize=1)
@@ -234,6 +242,7 @@ def _model(*registered: tuple[str, ...]) -> type[MaterialFile]:
         "shift": law_section(
             ShiftSection, SHIFTS, None, law="Law of the shift factors: how relaxation times change with temperature."
         ),
+        "flow": law_section(FlowSection, FLOWS, "linear", law="Law of the flow. Default: linear."),
         "dielectric": law_section(
             DielectricSection,
             DIELECTRICS,
@@ -287,6 +296,7 @@ def write_material(material: Material, draws: str | None = None) -> bytes:
             "shear_modulus_Pa": rounded(material.spectrum.shear_modulus.tolist()),
         },
         "shift": stated_law(material.shift),
+        **({"flow": stated_law(material.flow)} if material.flow.depends_on_stress else {}),
     }
     for law, section, default in (
         (material.dielectric, "dielectric", "constant"),

@@ -248,6 +248,22 @@ class DamageLaw(Law):
         raise NotImplementedError
 
 
+class FlowLaw(Law):
+    """Base of the flow laws; a law that `depends_on_stress` defines `activation`.
+
+    A branch of modulus mu and relaxation time tau, the latter at small stress, flows in proportion to a(s)/tau, with s = mu
+    sqrt(p^2 - p q + q^2) the equivalent (von Mises) stress of its true stresses mu p and mu q. Flow must grow with stress.
+    The constants of a law are numbers, and it must also take arrays of them.
+    """
+
+    __slots__ = ()
+    depends_on_stress: ClassVar[bool] = True
+
+    def activation(self, squared_stress: Floats) -> tuple[Floats, Floats]:
+        """a, 1 at no stress, and its derivative in s^2, in 1/Pa^2, at s^2 in Pa^2, of any shape."""
+        raise NotImplementedError
+
+
 def check_table(table: str, points: tuple[str, Sequence[float]], values: tuple[str, Sequence[float]]) -> None:
     """`InputError` unless a `table` has one value at each of its ascending points; `points` and `values` begin with names."""
     (at, places), (what, numbers) = points, values

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, Generic, Self, TypeVar
 
@@ -46,14 +46,19 @@ class LawsOfCases(ByCase, Generic[Kind]):
         """The values (k,) for `cases` (k,) of a function `of_law`, which is called with a law, whose constants are (m,), and the
         indices (m,) in `cases` that have this law; `without` is the value for a case without a law.
         """
-        result, number = np.full(cases.size, without), self.number[cases]
+        result = np.full(cases.size, without)
+        for law, columns in self.parts(cases):
+            result[columns] = of_law(law, columns)
+        return result
+
+    def parts(self, cases: Index) -> Iterator[tuple[Kind, Index]]:
+        """Each law, with constants (m,), and the indices (m,) in `cases` (k,) that have this law."""
+        number = self.number[cases]
         for index, law in enumerate(self.laws):
             columns = np.flatnonzero(number == index)
             if columns.size:
                 place = self.place[cases[columns]]
-                constants = {name: value[place] for name, value in law.values().items() if value is not None}
-                result[columns] = of_law(law.with_values(constants), columns)
-        return result
+                yield law.with_values({name: value[place] for name, value in law.values().items() if value is not None}), columns
 
 
 def _stacked(laws: Sequence[Kind]) -> Kind:

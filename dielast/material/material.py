@@ -15,7 +15,8 @@ from dielast.material.argument_types import checked
 from dielast.material.breakdown import Breakdown as Breakdown, BreakdownLaw
 from dielast.material.damage import DamageLaw
 from dielast.material.dielectric import VACUUM_PERMITTIVITY as VACUUM_PERMITTIVITY, ConstantPermittivity, DielectricLaw
-from dielast.material.law import Constant, Law
+from dielast.material.flow import LINEAR_FLOW
+from dielast.material.law import Constant, FlowLaw, Law
 from dielast.material.modulus import CONSTANT_MODULUS, ModulusLaw
 from dielast.material.shift import ShiftLaw
 from dielast.material.spectrum import Spectrum
@@ -61,7 +62,7 @@ class Material(Result):
     `measured_temperature` is the range in which the shift factors were measured, None if unknown. The moduli hold at the reference
     temperature; `equilibrium_scaling` and `nonequilibrium_scaling` say how those of the equilibrium spring and of the branches
     change with temperature. `breakdown` and `damage` are criteria of electrical failure, None for none. `calibrated` is the range
-    of the tests that the material was fitted to, None if it was not fitted.
+    of the tests that the material was fitted to, None if it was not fitted. `flow` is the law by which branches flow under stress.
     """
 
     name: str
@@ -77,6 +78,7 @@ class Material(Result):
     equilibrium_scaling: ModulusLaw = CONSTANT_MODULUS
     nonequilibrium_scaling: ModulusLaw = CONSTANT_MODULUS
     calibrated: CalibratedRange | None = None
+    flow: FlowLaw = LINEAR_FLOW
 
     @property
     def reference_temperature(self) -> float:
@@ -147,7 +149,13 @@ def material_of(material: Material, numbers: Mapping[str, Mapping[str, Any]]) ->
 
 def _laws(material: Material) -> dict[str, Law]:
     """The laws of a material other than the springs, by section."""
-    laws = {"shift": material.shift, "dielectric": material.dielectric, "breakdown": material.breakdown, "damage": material.damage}
+    laws = {
+        "shift": material.shift,
+        "flow": material.flow,
+        "dielectric": material.dielectric,
+        "breakdown": material.breakdown,
+        "damage": material.damage,
+    }
     return {section: law for section, law in laws.items() if law is not None}
 
 

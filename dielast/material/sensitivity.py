@@ -21,6 +21,7 @@ PARTS: dict[str, tuple[str, ...]] = {
     "shift": ("shift",),
     "equilibrium spring": ("equilibrium_modulus", "equilibrium_law", "equilibrium_scaling"),
     "nonequilibrium springs": ("nonequilibrium_law", "nonequilibrium_scaling"),
+    "flow law": ("flow",),
     "permittivity": ("permittivity",),
     "breakdown law": ("breakdown",),
     "damage law": ("damage",),

@@ -129,10 +129,7 @@ def follow_load(
     Returns the films under the full load, or in the last state with an equilibrium; whether (k,) they hold the full load; and the
     moments at which signals fell to zero on the way, by criterion, with a field of NaN in films without that event.
     """
-    modulus = begin.points.modulus.copy()
-    modulus[-1] = 0.0
-    undamped = replace(begin.points, modulus=modulus)
-    around = begin.surroundings
+    undamped, around = begin.points.undamped(), begin.surroundings
     way = replace(begin, points=undamped, surroundings=None if around is None else around.without_damper())
     way = _writable(way, begin.field)
     count = target.shape[1]
@@ -175,12 +172,12 @@ def follow_load(
     log_squared, nominal = way.log_squared_stretch, way.nominal_stress
     ends = where((reached > 0) & (reached < 1))
     if ends.size and around is None:  # locate the end of the equilibrium exactly
-        frozen = replace(undamped.take(ends), rate=np.zeros((modulus.shape[0], ends.size)))
+        frozen = undamped.take(ends)
         fold = Fold(
-            frozen,
+            replace(frozen, flow=frozen.flow.without()),
             begin.controls,
             lambda share: load_at(share, ends),
-            lambda _: frozen.modulus,
+            None,
             _with_free_damper(way).internal[:, :, ends],
             log_squared[:, ends],
             reached[ends],

@@ -1,11 +1,11 @@
-"""The flow of the springs over one step, and the elimination of their unknowns, a small block per spring.
+"""The elimination of the unknowns of the springs in one step, a small block per spring.
 
-A spring with stress p, q in axes 1 and 2 flows in proportion to F (p, q), F = [[2, -1], [-1, 2]] (Sec. 3 of DOI
-10.1115/1.4030850). With K its tangent in Lambda = 2 ln lambda, f its flow factor in a step and c diagonal, its block is
-D = c + f F K, and it contributes mu Q, Q = K D^-1, to the tangent of the film. Arrays end with the axes springs, points or cases.
+With K the tangent of a spring in Lambda = 2 ln lambda, G the derivative of its flow in a step in its stress (`flow`), and c
+diagonal, its block is D = c + G K, and it contributes mu Q, Q = K D^-1, to the tangent of the film. Arrays end with the axes
+springs, points or cases.
 
-Under a load that keeps every spring symmetric, axis 1 stands for both. Arrays then have one axis in the place of two, F is the
-number `Symmetry.flow`, K is dp/dLambda_1 along the symmetry, and D and Q are numbers.
+Under a load that keeps every spring symmetric, axis 1 stands for both. Arrays then have one axis in the place of two, K is
+dp/dLambda_1 along the symmetry, and G, D and Q are numbers.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from dielast.material.springs import UNIAXIAL, SpringLaw, Symmetry
+from dielast.mechanics.flow import Mobility
 from dielast.numerics.arrays import Floats
 
 
@@ -45,16 +46,6 @@ def _sides(symmetry: Symmetry, elastic: Floats) -> tuple[Floats, Floats]:
     return front, np.divide(1.0, thickness, out=thickness)
 
 
-def flow_of(stress: Floats, factor: Floats) -> Floats:
-    """F times the stress (axes, n, cases) of the springs times `factor` (n, cases), which holds F itself if there is one axis."""
-    if len(stress) == 1:
-        return np.asarray(stress[0] * factor)[None]
-    flow = 3.0 * stress
-    flow -= stress[0] + stress[1]
-    flow *= factor
-    return flow
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class Eliminated:
     """D^-1 of the springs as `diagonal` and `off_diagonal` entries (2, n, cases); `share` (2, 2, n, cases) is Q.
@@ -67,27 +58,19 @@ class Eliminated:
     share: Floats
 
     @classmethod
-    def of(cls, tangent: Floats, flow: Floats, hold: Floats | float) -> Eliminated:
-        """Springs of flow factor `flow` f (n, cases), and the entries of their `tangent` K (3, n, cases) or (1, n, cases), which
-        may be overwritten. `hold` is c: one number, which makes Q symmetric, or one for each spring and axis (2, n, cases).
+    def of(cls, tangent: Floats, mobility: Mobility, hold: Floats | float) -> Eliminated:
+        """Springs of this G, and the entries of their `tangent` K (3, n, cases) or (1, n, cases), which may be overwritten. `hold`
+        is c: one number, which makes Q symmetric, or one for each spring and axis (2, n, cases).
         """
+        block = mobility.through(tangent)
         if len(tangent) == 1:
-            inverse = tangent[0] * flow
+            inverse = block[0]
             inverse += hold
             np.divide(1.0, inverse, out=inverse)
             tangent *= inverse
-            return cls(inverse[None], None, tangent[None])
+            return cls(inverse, None, tangent[None])
         k11, k12, k22 = tangent
         hold_1, hold_2 = (hold, hold) if isinstance(hold, float) else hold
-        block = np.empty((2, 2, *k11.shape))
-        np.add(k11, k11, out=block[0, 0])
-        block[0, 0] -= k12
-        np.add(k12, k12, out=block[1, 0])
-        np.subtract(block[1, 0], k22, out=block[0, 1])
-        block[1, 0] -= k11
-        np.add(k22, k22, out=block[1, 1])
-        block[1, 1] -= k12
-        block *= flow
         block[0, 0] += hold_1
         block[1, 1] += hold_2
         determinant = block[0, 0] * block[1, 1]
@@ -109,14 +92,6 @@ class Eliminated:
         if hold_1 is hold_2:
             share[1, 0] = share[0, 1]
         return cls(diagonal, off_diagonal, share)
-
-    def following(self, flow: Floats) -> Floats:
-        """f F Q (axes, axes, n, cases), the change of Lambda - x that flows away per change of Lambda, of springs of flow factor
-        `flow` f (n, cases); D^-1 (f F K) = 1 - c D^-1 where c is one number.
-        """
-        if self.off_diagonal is None:
-            return np.asarray(self.share * flow)
-        return flow_of(self.share, flow)
 
     def carried(self, right: Floats) -> Floats:
         """Q times `right`, both (axes, n, cases)."""

@@ -45,7 +45,7 @@ class Film(ByCase):
     @classmethod
     def at_rest(cls, points: Points, symmetry: Symmetry | None) -> Film:
         """Undeformed and relaxed films at time 0."""
-        springs, cases = points.rate.shape
+        springs, cases = points.modulus.shape
         axes, single = np.zeros((2, cases)), np.zeros(cases)
         return cls(points, np.zeros((2, springs, cases)), axes, axes, single, single, single, symmetry)
 

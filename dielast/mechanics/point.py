@@ -4,7 +4,7 @@ The state of one point is a column (2n + 2,): x_i = 2 ln xi_i of the n springs, 
 and 2: Lambda_i = 2 ln lambda_i where the stress is prescribed, the nominal stress s_i where the stretch is. Spring 0 is the
 equilibrium spring, treated as a branch that never flows. The equations are
 
-    dx_i/dt = (2p - q, 2q - p)_i / (3 tau),                                 one pair for each spring,
+    dx_i/dt = (2p - q, 2q - p)_i / (3 tau),                                 one pair for each spring (`flow`),
     0 = sum mu p - m_1 - s_1 lambda_1,  and the same for axis 2 with q and m_2,
 
 where m is the Maxwell stress, eps E^2 in both axes if the permittivity does not depend on stretch (`electric`). They are a
@@ -25,7 +25,7 @@ import numpy as np
 
 from dielast.material.springs import UNIAXIAL, Symmetry
 from dielast.mechanics.electric import ELECTRIC
-from dielast.mechanics.elimination import Eliminated, flow_of, stress_of, tangent_of
+from dielast.mechanics.elimination import Eliminated, stress_of, tangent_of
 from dielast.mechanics.point_material import Points
 from dielast.mechanics.span import Control, Load, UnderLoad, stretched
 from dielast.numerics.arrays import Floats
@@ -118,8 +118,8 @@ class LoadedPoints(UnderLoad):
 class Arrowhead:
     """The linear system of one step, factorised; its cost is linear in the number of springs.
 
-    The block of a spring is D = 1/gamma + h/(3 tau) F K (`elimination`), and the condensed tangent is sum mu Q / gamma. Where the
-    right-hand side of a spring is r and Lambda changes by u_L, x changes by D^-1 r + h/(3 tau) F Q u_L.
+    The block of a spring is D = 1/gamma + h G K (`elimination`), and the condensed tangent is sum mu Q / gamma. Where the
+    right-hand side of a spring is r and Lambda changes by u_L, x changes by D^-1 r + h G Q u_L, as D^-1 G K = G Q.
     """
 
     def __init__(self, system: LoadedPoints, times: Floats, state: Floats, step: Floats, gamma: float) -> None:
@@ -134,9 +134,10 @@ class Arrowhead:
         driven = self._driven(0, state)
         log_squared, self.stretch, nominal = self._membrane(0, state, driven)
         self.stress, tangent = tangent_of(points.law, symmetry, log_squared[:, None] - system.packed(state))
-        self.flow = (step if symmetry is None else symmetry.flow * step) * points.rate
-        self.springs = Eliminated.of(tangent, self.flow, self.hold)
-        self.following = self.springs.following(self.flow)
+        self.flow = points.flow.over(step, symmetry)
+        self.rate, mobility = self.flow.linearised(self.stress)
+        self.springs = Eliminated.of(tangent, mobility, self.hold)
+        self.following = mobility.times(self.springs.share)
         change = None if load.still else step * load.slope(times[0])
         self._condense(load, change, driven, log_squared, nominal)
 
@@ -198,11 +199,11 @@ class Arrowhead:
         system, points, axes, border, shape = self.system, self.system.points, self.axes, self.border, self.stress.shape
         driven = self._driven(stage, state)
         log_squared, stretch, nominal = self._membrane(stage, state, driven)
-        stress = self.stress
-        if history is not None:
+        if history is None:
+            stress, right = self.stress, self.rate.copy()
+        else:
             stress = stress_of(points.law, system.symmetry, log_squared[:, None] - state[:border].reshape(shape))
-        right = flow_of(stress, self.flow)
-        if history is not None:
+            right = self.flow.rate(stress)
             right += history[:border].reshape(shape)
         carried = self.springs.carried(right)
         carried -= stress

@@ -19,6 +19,7 @@ from dielast.material.material import Material, materials_of
 from dielast.material.springs import SpringLaw, gathered
 from dielast.mechanics.cases import of_case
 from dielast.mechanics.electric import FIELD, ElectricalLoad, FilmCircuit
+from dielast.mechanics.flow import Flow, flow_laws
 from dielast.numerics.arrays import ByCase, Floats
 
 SYMMETRIC = np.array(((0, 1), (1, 2)))  # indices of the entries 11, 12, 22 in a symmetric 2x2 matrix
@@ -29,7 +30,7 @@ class Points(ByCase):
     """The material of points.
 
     - `modulus` (n, cases): shear moduli in Pa, row 0 that of the equilibrium spring.
-    - `rate` (n, cases): 1/(3 tau) in 1/s, 0 for the equilibrium spring.
+    - `flow`: of the springs; the equilibrium spring does not flow.
     - `law`: the law of the springs, for arrays (2, n, cases).
     - `permittivity` (cases,): in F/m at stretch 1.
     - `stress_floor` (cases,): in Pa; errors of a smaller stress are relative to this stress.
@@ -39,7 +40,7 @@ class Points(ByCase):
     """
 
     modulus: Floats
-    rate: Floats
+    flow: Flow
     law: SpringLaw
     permittivity: Floats
     stress_floor: Floats
@@ -52,12 +53,12 @@ class Points(ByCase):
         """Points of one material, or of one material per case, at `temperature` (cases,) in degC, for integration to `rtol`.
 
         `with_dielectric` is False for films that never see a voltage. Branches of modulus 0 are omitted. Materials with fewer
-        branches than others are padded with branches of modulus 0 and rate 0. Raises the errors of the laws over temperature.
+        branches than others are padded with branches of modulus 0 that do not flow. Raises the errors of the laws over temperature.
         """
         materials = materials_of(material)
         width, carrying = temperature.size, [member.spectrum.shear_modulus > 0 for member in materials]
         most = max(int(np.count_nonzero(branches)) for branches in carrying)
-        modulus, rate = np.zeros((2, most + 1, width))
+        modulus, fluidity = np.zeros((2, most + 1, width))
         permittivity = np.zeros(width)
         laws: list[tuple[SpringLaw, SpringLaw]] = []
         dielectrics: list[DielectricLaw] = []
@@ -70,7 +71,7 @@ class Points(ByCase):
                 if scaling.depends_on_temperature:
                     factor = partial(scaling.factor, reference_temperature=member.reference_temperature)
                     modulus[springs, cases] *= _at(factor, temperature, index, cases)
-            rate[rows, cases] = 1 / (3 * _at(member.relaxation_time, temperature, index, cases)[:, branches].T)
+            fluidity[rows, cases] = 1 / (3 * _at(member.relaxation_time, temperature, index, cases)[:, branches].T)
             if with_dielectric and (dielectric := member.dielectric) is not None:
                 permittivity[cases] = _at(dielectric.at, temperature, index, cases)
                 dielectrics.append(dielectric)
@@ -79,11 +80,20 @@ class Points(ByCase):
         floor = 1e-4 * modulus[0] + 20 * np.finfo(float).eps / rtol * modulus.sum(axis=0)
         complete = len(dielectrics) == len(materials)
         stretching = StretchedDielectrics.of(dielectrics, width) if complete else UNSTRETCHED
-        return cls(modulus, rate, gathered(laws, modulus > 0), permittivity, floor, stretching=stretching)
+        flow = Flow.of(flow_laws([member.flow for member in materials], width), fluidity, modulus)
+        return cls(modulus, flow, gathered(laws, modulus > 0), permittivity, floor, stretching=stretching)
 
     def undamped(self) -> Points:
         """The points without stress in the last spring, the damper (`stability.damped`)."""
         return replace(self, modulus=np.concatenate((self.modulus[:-1], np.zeros_like(self.modulus[-1:]))))
+
+    def held(self, watched: Floats | float, stress: Callable[[], Floats]) -> Floats:
+        """The modulus (n, cases) in Pa that springs under a `stress` (2, n, cases) retain after a time `watched` in s (cases,), 0
+        for the last, the damper.
+        """
+        held = self.modulus * self.flow.retained(watched, stress)
+        held[-1] = 0.0
+        return np.asarray(held)
 
     def springs(self, internal: Floats, log_squared_stretch: Floats) -> Floats:
         """Squared elastic stretches (2, n, cases) at x (2, n, cases) and Lambda (2, cases)."""

@@ -8,7 +8,8 @@ lambda_2^2). A clamped axis drops out of the determinant. In logarithmic stretch
 
 with m the Maxwell stress (`electric`); dm_i/dLambda_j = eps E^2 if the permittivity does not depend on stretch.
 
-Eq. 9 takes every branch as frozen. If a disturbance is watched for a time theta, a branch retains exp(-theta/tau) of its stiffness.
+Eq. 9 takes every branch as frozen. If a disturbance is watched for a time theta, a branch retains exp(-theta/tau) of its stiffness
+(`flow`).
 
 Under a prescribed charge, the tangent is that at fixed charge, and a film of constant permittivity never pulls in. In a circuit,
 charge flows while the film is watched. Behind a source with a resistance, the charge is constant for theta far below the time
@@ -25,6 +26,7 @@ import numpy as np
 
 from dielast.errors import InputError
 from dielast.material.argument_types import checked
+from dielast.material.springs import EQUIBIAXIAL
 from dielast.mechanics.electric import ELECTRIC
 from dielast.mechanics.point_material import Points
 from dielast.mechanics.span import Control, stretched
@@ -64,10 +66,6 @@ class TimeScale:
         """A fixed time in s; 0 is the criterion of Eq. 9 as printed, with every branch frozen."""
         return cls(0.0, seconds)
 
-    def weight(self, points: Points, time: Floats) -> Floats:
-        """The fraction exp(-theta/tau) (n, cases) of stiffness that springs keep at `time` (cases,) in s since the voltage rose."""
-        return np.exp(points.rate * (-3 * self.watched(time)))
-
     def watched(self, time: Floats) -> Floats:
         """theta (cases,) in s at `time` (cases,) in s since the voltage began to rise."""
         return np.asarray(self.share * time + self.seconds)
@@ -91,7 +89,6 @@ class Stability:
 
 def stability(
     points: Points,
-    weighted_modulus: Floats,
     controls: tuple[Control, Control],
     internal: Floats,
     log_squared_stretch: Floats,
@@ -102,10 +99,10 @@ def stability(
     """Stability at x (2, n, cases), or (1, n, cases) if both axes are equal, Lambda and nominal stress (2, cases), and the
     prescribed `electrical` quantity (cases,), such as the nominal field in V/m.
 
-    `weighted_modulus` (n, cases) in Pa is the modulus of each spring times the fraction that it retains. `watched` (cases,) is the
-    time scale in s, in which charge flows in a circuit; without it the charge is frozen, like a branch.
+    `watched` (cases,) is the time scale in s, in which springs flow, except the last, the damper, which carries nothing, and charge
+    flows in a circuit. Without it, the charge and every spring are frozen.
     """
-    k11, k12, k22 = _spring_tangent(points, weighted_modulus, internal, log_squared_stretch)
+    k11, k12, k22 = _spring_tangent(points, internal, log_squared_stretch, watched)
     maxwell = 2 * points.watched_maxwell_tangent(log_squared_stretch, electrical, watched)
     stretch = np.exp(0.5 * log_squared_stretch)
     t11, t22 = k11 - maxwell[0, 0] - nominal_stress[0] * stretch[0], k22 - maxwell[1, 1] - nominal_stress[1] * stretch[1]
@@ -123,14 +120,21 @@ def stability(
 
 
 def _spring_tangent(
-    points: Points, modulus: Floats, internal: Floats, log_squared_stretch: Floats
+    points: Points, internal: Floats, log_squared_stretch: Floats, watched: Floats | None
 ) -> tuple[Floats, Floats, Floats]:
-    """The entries sum mu K11, sum mu K12 and sum mu K22, all (cases,)."""
+    """The entries sum mu K11, sum mu K12 and sum mu K22, all (cases,), with the moduli that springs retain."""
     if len(internal) == 2:
-        half = points.law.tangent(points.springs(internal, log_squared_stretch))[1]
+        stress, half = points.law.tangent(points.springs(internal, log_squared_stretch))
+        modulus = points.modulus if watched is None else points.held(watched, lambda: stress)
         k11, k12, k22 = 2 * np.einsum("nm,cnm->cm", modulus, half)
         return k11, k12, k22
-    along, across = points.law.equibiaxial_tangent(np.exp(log_squared_stretch[0] - internal[0]))
+    front = np.exp(log_squared_stretch[0] - internal[0])
+
+    def equal_stress() -> Floats:
+        return points.law.axial_stress(EQUIBIAXIAL, front.copy(), 1 / np.square(front))[None]
+
+    modulus = points.modulus if watched is None else points.held(watched, equal_stress)
+    along, across = points.law.equibiaxial_tangent(front)
     k12 = 2 * np.einsum("nm,nm->m", modulus, across)
     k11 = k12 + 2 * np.einsum("nm,nm->m", modulus, along)
     return k11, k12, k11
@@ -144,13 +148,13 @@ def damped(points: Points) -> Points:
     runs away, in a time far below its shortest relaxation time and that of any load, along the path that the fastest processes of a
     real film would allow.
     """
-    fastest = points.rate.max(axis=0)
-    rate = np.maximum(fastest, SLOWEST_RATE) / DAMPER_TIME_RATIO
+    fastest = points.flow.fluidity.max(axis=0)
+    fluidity = np.maximum(fastest, SLOWEST_RATE) / DAMPER_TIME_RATIO
     modulus = np.maximum(DAMPER_MODULUS_RATIO * points.modulus[0], points.modulus.sum(axis=0))
     return replace(
         points,
         modulus=np.concatenate((points.modulus, modulus[None])),
-        rate=np.concatenate((points.rate, rate[None])),
+        flow=points.flow.with_linear(fluidity),
         law=points.law.with_idle_spring(),
     )
 
@@ -160,14 +164,14 @@ class Fold:
     """The end of an equilibrium with every viscous stretch frozen, where stretch over time has a vertical tangent (a fold).
 
     The damper smooths the fold in the solution; here it is located exactly. The unknowns are Lambda and time. Viscous stretches x
-    (2, n, cases) continue at their rates at `time` (cases,) in s; `driven` returns the prescribed values (3, cases), and `held` the
-    weighted modulus (n, cases) of each spring in Pa, at a time.
+    (2, n, cases) continue at their rates at `time` (cases,) in s; `driven` returns the prescribed values (3, cases) at a time, and
+    `watched` the time scale (cases,) in s, None if every spring is frozen.
     """
 
     points: Points
     controls: tuple[Control, Control]
     driven: Callable[[Floats], Floats]
-    held: Callable[[Floats], Floats]
+    watched: Callable[[Floats], Floats] | None
     internal: Floats
     log_squared_stretch: Floats
     time: Floats
@@ -181,7 +185,7 @@ class Fold:
         unit = np.stack((np.ones_like(self.time), np.ones_like(self.time), self.time))
         scale = 1e-5 * unit
         stress = self.points.law.stress(self.points.springs(self.internal, self.log_squared_stretch))
-        rate = self.points.rate * (3 * stress - stress.sum(axis=0))
+        rate = self.points.flow.rate(stress)
         unknown = start.copy()
         with np.errstate(all="ignore"):
             for _ in range(FOLD_STEPS):
@@ -207,8 +211,9 @@ class Fold:
         internal, driven, nominal, carried = self._film(unknown, rate)
         imbalance = (carried - nominal * np.exp(0.5 * log_squared)) / self.points.modulus[0]
         deviation = np.where(stretched(self.controls), log_squared - self.log_squared_stretch, imbalance)
-        margin = stability(self.points, self.held(time), self.controls, internal, log_squared, nominal, driven[ELECTRIC]).margin
-        return np.concatenate((deviation, margin[None]))
+        watched = None if self.watched is None else self.watched(time)
+        here = stability(self.points, self.controls, internal, log_squared, nominal, driven[ELECTRIC], watched)
+        return np.concatenate((deviation, here.margin[None]))
 
     def _film(self, unknown: Floats, rate: Floats) -> tuple[Floats, Floats, Floats, Floats]:
         """x (2, n, cases), the prescribed values (3, cases), and the nominal and true mechanical stress (2, cases)."""

@@ -1,13 +1,12 @@
 """Specimens of prescribed stretch, branch by branch: the branches are independent, as all have the stretch of the specimen.
 
-The elastic strain e = Lambda - x of a branch follows from the history of the stretch, its relaxation time and its law, whatever its
-modulus:
+The elastic strain e = Lambda - x of a branch follows from the history of the stretch, its flow and its law:
 
-    de/dt = dLambda/dt - f p(e) / (3 tau),    s = sum mu p / lambda,
+    de/dt = dLambda/dt - dx/dt,    s = sum mu p / lambda,
 
-with Lambda = 2 ln lambda, x = 2 ln xi and f = `Symmetry.flow` (Sec. 3 of DOI 10.1115/1.4030850). So materials that differ only in
-moduli share all branches, and materials that differ in some branches share the others. If axis 2 is held at stretch 1, the flow is
-that of `elimination`. The elastic strain of a fast branch is far smaller than x, and its stress is as exact as this strain.
+with Lambda = 2 ln lambda, x = 2 ln xi (Sec. 3 of DOI 10.1115/1.4030850). Linear flow does not depend on the modulus: materials that
+differ only in moduli share all branches, and materials that differ in some branches share the others. The elastic strain of a fast
+branch is far smaller than x, and its stress is as exact as this strain.
 """
 
 from __future__ import annotations
@@ -17,7 +16,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from dielast.material.springs import SpringLaw, Symmetry
-from dielast.mechanics.elimination import Eliminated, flow_of, stress_of, tangent_of
+from dielast.mechanics.elimination import Eliminated, stress_of, tangent_of
+from dielast.mechanics.flow import Flow
 from dielast.numerics.arrays import ByCase, Cases, Flags, Floats
 from dielast.numerics.integrate import Status, integrate
 from dielast.numerics.stride import DenseSteps, Inner, Stride
@@ -27,14 +27,14 @@ ROUNDING = 3e-15  # least tolerance for an elastic strain: ten times the roundin
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Branches(ByCase):
-    """Branches of `rate` 1/(3 tau) (cases,) in 1/s, whose stretch in axis 1 is `start` + `slope` t, both (cases,).
+    """Branches of a `flow` (1, cases), whose stretch in axis 1 is `start` + `slope` t, both (cases,).
 
     A state (rows, cases) holds e of axis 1; without a `symmetry` it also holds e of axis 2, which is held at stretch 1. `scale`
     (cases,) is the strain over which errors count.
     """
 
     law: SpringLaw
-    rate: Floats
+    flow: Flow
     scale: Floats
     symmetry: Symmetry | None
     start: Floats
@@ -64,17 +64,18 @@ class BranchStep:
 
     def __init__(self, system: Branches, times: Floats, state: Floats, step: Floats, gamma: float) -> None:
         self.system, self.strain = system, step * system.strain_rate(times)
-        self.flow = (step if system.symmetry is None else system.symmetry.flow * step) * system.rate
-        self.stress, tangent = tangent_of(system.law, system.symmetry, state[:, None].copy())
-        self.springs = Eliminated.of(tangent, self.flow, 1 / gamma)
+        self.flow = system.flow.over(step, system.symmetry)
+        stress, tangent = tangent_of(system.law, system.symmetry, state[:, None].copy())
+        self.rate, mobility = self.flow.linearised(stress)
+        self.springs = Eliminated.of(tangent, mobility, 1 / gamma)
         self.change = -0.5 * np.square(self.strain[0])
 
     def increment(self, stage: int, state: Floats, history: Floats | None, gamma_i: float, out: Floats) -> Floats:
         """The increment u_i of a stage at `state`, in `out`; `history` is sum_j c_ij u_j, None in the first stage."""
-        system, stress = self.system, self.stress
+        system, rate = self.system, self.rate
         if history is not None:
-            stress = stress_of(system.law, system.symmetry, state[:, None].copy())
-        right = -flow_of(stress, self.flow)
+            rate = self.flow.rate(stress_of(system.law, system.symmetry, state[:, None].copy()))
+        right = -rate
         right[0] += self.strain[stage]
         if history is not None:
             right += history[:, None]
@@ -107,12 +108,12 @@ class Histories:
         rise = self.stretch[cases, index + 1] - start
         return (start, np.where(lasts > 0, rise, 0.0) / np.where(lasts > 0, lasts, 1.0)), lasts
 
-    def largest_elastic_strain(self, rate: Floats) -> Floats:
-        """The largest |Lambda - x| (cases,) at the corners, of linear branches of `rate` 1/(3 tau) (cases,) in 1/s.
+    def largest_elastic_strain(self, fluidity: Floats) -> Floats:
+        """The largest |Lambda - x| (cases,) at the corners, of linear branches of `fluidity` 1/(3 tau) (cases,) in 1/s.
 
         Between corners at which Lambda differs by D after a time h, d(Lambda - x)/dt = D/h - (Lambda - x)/tau.
         """
-        log_squared, lasts = 2 * np.log(self.stretch), np.diff(self.time, axis=1) * 3 * rate[:, None]
+        log_squared, lasts = 2 * np.log(self.stretch), np.diff(self.time, axis=1) * 3 * fluidity[:, None]
         fading, rise = np.exp(-lasts), np.diff(log_squared, axis=1)
         rise *= np.where(lasts > 0, -np.expm1(-lasts) / np.where(lasts > 0, lasts, 1.0), 1.0)
         strain = log_squared[:, 0]
@@ -139,6 +140,13 @@ class _Steps:
         self.parts.append(DenseSteps.of(stride, slice(None), columns))
         self.begins.append(stride.begin[columns] + stride.time[columns])
 
+    def largest(self, cases: int) -> Floats:
+        """The largest magnitude (cases,) in the states of this number of `cases` at the ends of steps."""
+        largest = np.zeros(cases)
+        for part in self.parts:
+            np.maximum.at(largest, part.cases, np.max(np.abs(part.state(np.ones(part.cases.size))), axis=0))
+        return largest
+
     def states(self, times: Floats, last: Floats) -> Floats:
         """States (rows, cases, k) at `times` (cases, k) in s of integrations that lasted `last` (cases,) s."""
         steps, begin = DenseSteps.joined(self.parts), np.concatenate(self.begins)
@@ -152,27 +160,34 @@ class _Steps:
 
 
 def carried(
-    law: SpringLaw, rate: Floats, symmetry: Symmetry | None, histories: Histories, times: Floats, stretch: Floats, rtol: float
+    law: SpringLaw, flow: Flow, symmetry: Symmetry | None, histories: Histories, times: Floats, stretch: Floats, rtol: float
 ) -> Floats:
     """The nominal stress (cases, k) in axis 1 of branches, over their shear moduli, at `times` (cases, k) in s.
 
-    `stretch` (cases, k) is the stretch at these times, `rate` (cases,) is 1/(3 tau) in 1/s, 0 for an elastic spring. `symmetry` is
-    that of the load, None if axis 2 is held; `law` is for arrays (..., 1, cases). `rtol` bounds the local error of the elastic
-    stretches over the largest elastic strain of a linear branch: the strain of a fast branch is small, but its modulus may be
-    large. The stress is NaN where a branch cannot follow its history.
+    `stretch` (cases, k) is the stretch at these times. `symmetry` is that of the load, None if axis 2 is held; `law` and `flow` are
+    for arrays (..., 1, cases). `rtol` bounds the local error of the elastic stretches over the largest elastic strain of a linear
+    branch, or, if the flow depends on stress, over the largest elastic strain: the strain of a fast branch is small, but its
+    modulus may be large. The stress is NaN where a branch cannot follow its history.
     """
     log_squared = 2 * np.log(stretch)
     strain = log_squared[None] if symmetry is not None else np.stack((log_squared, np.zeros_like(log_squared)))
-    flowing = np.flatnonzero(rate > 0)
-    lost = np.zeros(rate.size, dtype=bool)
+    fluidity = flow.fluidity[0]
+    flowing = np.flatnonzero(fluidity > 0)
+    lost = np.zeros(fluidity.size, dtype=bool)
     if flowing.size:
         history = Histories(histories.time[flowing], histories.stretch[flowing])
-        scale = np.clip(history.largest_elastic_strain(rate[flowing]), ROUNDING / rtol, 1.0)
+        scale = np.clip(history.largest_elastic_strain(fluidity[flowing]), ROUNDING / rtol, 1.0)
         start, zero = history.stretch[:, 0], np.zeros(flowing.size)
-        system = Branches(law.take(flowing), rate[flowing], scale, symmetry, start, zero)
-        steps, opening = _Steps(), np.zeros((strain.shape[0], flowing.size))
+        system = Branches(law.take(flowing), flow.take(flowing), scale, symmetry, start, zero)
+        opening = np.zeros((strain.shape[0], flowing.size))
         opening[0] = 2 * np.log(start)
-        ended = integrate(system, opening, history.time[:, -1], rtol=rtol, observe=steps, spans=history)
+        while True:
+            steps = _Steps()
+            ended = integrate(system, opening, history.time[:, -1], rtol=rtol, observe=steps, spans=history)
+            largest = np.clip(np.maximum(np.abs(opening[0]), steps.largest(flowing.size)), ROUNDING / rtol, 1.0)
+            if not (flow.depends_on_stress and np.any(largest < 0.5 * system.scale)):
+                break
+            system = replace(system, scale=np.minimum(largest, system.scale))
         lost[flowing] = ended.status != Status.COMPLETED
         strain[:, flowing] = opening[:, :, None]
         if steps.parts:

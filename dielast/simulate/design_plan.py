@@ -271,14 +271,13 @@ def voltage_about(group: Group, goal: Targets) -> tuple[Floats, Flags]:
     """Estimates of the voltage (films,) in V that takes the films of a group to their goals, and whether (films,) a goal is beyond
     the limit of the equilibrium spring.
 
-    Quasi-elastic approximation: the modulus of each spring is reduced to exp(-t/tau) at the time t of the goal, and its viscous
-    stretch is that after the prestretch. The estimate is the largest voltage that equilibrium needs on the way. A passive part is
-    neglected.
+    Quasi-elastic approximation: springs have the modulus that they retain at the time of the goal, and their viscous stretches are
+    those after the prestretch. The estimate is the largest voltage that equilibrium needs on the way. A passive part is neglected.
     """
     film = group.film
     points, present = film.points, film.log_squared_stretch
     internal = film.internal if film.assembly is None else 2 * np.log(film.internal[:, :, 0])
-    held = points.modulus * np.exp(-3 * points.rate * goal.at)
+    held = points.held(goal.at, lambda: points.law.stress(points.springs(internal, present)))
     steps = goal.steps(group.watched.controls)
     squared_field = np.zeros(steps.shape[1])
     with np.errstate(all="ignore"):

@@ -259,10 +259,9 @@ def equilibrium_rate(films: Films, time: Floats, state: Floats) -> Floats:
     points, load = films.points, films.load
     driven, slope = films.driven(time, state), load.slope(time)
     log_squared, nominal_stress = films.membrane(state, driven)
-    modulus = points.modulus.copy()
-    modulus[-1] = 0.0
+    modulus = points.undamped().modulus
     stress, half = points.law.tangent(points.springs(films.internal(state), log_squared))
-    flowing = points.rate * (3 * stress - stress.sum(axis=0))
+    flowing = points.flow.rate(stress)
     flowing[:, -1] = 0.0
     rate = np.zeros((-films.border, time.size))
     _, by_stretch, by_load = points.maxwell_tangent(log_squared, driven[ELECTRIC])

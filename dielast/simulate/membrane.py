@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from dielast.errors import InputError
 from dielast.material.material import Material, materials_of
-from dielast.material.springs import EQUIBIAXIAL, UNIAXIAL, SpringLaw, Symmetry
+from dielast.material.springs import EQUIBIAXIAL, UNIAXIAL, Symmetry
 from dielast.mechanics.cases import numbers, spread, temperatures_of
 from dielast.mechanics.film import Film
 from dielast.mechanics.history import case_count, duration_of, pieces
@@ -77,26 +77,27 @@ class MembraneHistory(History):
 
         Raises `InputError` without the viscous stretches.
         """
-        squared, law, modulus, _ = self._springs()
-        return np.asarray(np.sum(modulus * law.energy(squared), axis=0)).reshape(self.time.shape)
+        points, squared = self._springs()
+        return np.asarray(np.sum(points.modulus * points.law.energy(squared), axis=0)).reshape(self.time.shape)
 
     def dissipation(self) -> Floats:
-        """Power per undeformed volume lost in the dashpots, (cases, times) in W/m^3, from Eqs. 7 and 8 of DOI 10.1115/1.4030850.
+        """Power per undeformed volume lost in the dashpots, (cases, times) in W/m^3: stress times rate of flow, d ln xi/dt.
 
         Raises `InputError` without the viscous stretches.
         """
-        squared, law, modulus, rate = self._springs()
-        p, q = law.stress(squared)
-        return np.asarray(np.sum(modulus * rate * (p * p - p * q + q * q), axis=0)).reshape(self.time.shape)
+        points, squared = self._springs()
+        stress = points.law.stress(squared)
+        power = 0.5 * np.einsum("nm,cnm,cnm->m", points.modulus, stress, points.flow.rate(stress))
+        return np.asarray(power).reshape(self.time.shape)
 
-    def _springs(self) -> tuple[Floats, SpringLaw, Floats, Floats]:
-        """Squared elastic stretches (2, n, cases * times), with the law, modulus and rate of the springs."""
+    def _springs(self) -> tuple[Points, Floats]:
+        """The points (cases * times), and their squared elastic stretches (2, n, cases * times)."""
         if self.viscous_stretch is None:
             raise InputError("energies need the viscous stretches: ask for internal=True")
         viscous = np.concatenate((np.ones_like(self.viscous_stretch[:, :1]), self.viscous_stretch), axis=1)
         squared = np.square(np.stack((self.stretch_1, self.stretch_2))[:, None] / viscous)
         points = self.points.take(np.repeat(np.arange(self.time.shape[0]), self.time.shape[1]))
-        return squared.reshape(*squared.shape[:2], -1), points.law, points.modulus, points.rate
+        return points, squared.reshape(*squared.shape[:2], -1)
 
 
 # the docstring is that of `relax` and `creep`, which simulate what this function has prepared

@@ -121,7 +121,7 @@ class Recorder:
         if times is None or not self._values:
             self._values.append(np.full((self.rows, *relative.shape), np.nan))
             if self.output.internal:
-                self._internal.append(np.full((2, system.points.rate.shape[0], *relative.shape), np.nan))
+                self._internal.append(np.full((2, system.points.modulus.shape[0], *relative.shape), np.nan))
         self._relative = np.full((start.size, relative.shape[1] + ROWS_AT_A_LOOK.size), np.nan)
         self._relative[alive, : relative.shape[1]] = relative[alive]
         after = self._relative > 0

@@ -22,7 +22,19 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from peers.energies import Energy, stress, tangent
-from peers.membrane import FLOW, NOTHING, Course, Film, branch_stress, falls, log_stress, potential, spring_tangent
+from peers.membrane import (
+    NOTHING,
+    Course,
+    Film,
+    branch_stress,
+    falls,
+    flow_rate,
+    log_stress,
+    mobility,
+    potential,
+    relaxation_rate,
+    spring_tangent,
+)
 from peers.taylor import stretches
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
@@ -251,7 +263,7 @@ class _Assembly:
             return csc_matrix(top)
         stretch = np.exp(log)
         hard = spring_tangent(film, log, x)[1][[0, 1, 1, 2]].reshape(2, 2, self.branches, self.points).transpose(3, 2, 0, 1)
-        flow = FLOW @ hard / (film.modulus * film.time)[:, None, None]
+        flow = mobility(film, branch_stress(film, log, x)).transpose(3, 2, 0, 1) @ hard
         by_point = np.broadcast_to(np.arange(blocks), (blocks,))
         pushed = -(self.structure.weight / stretch).T[:, None, :, None] * hard
         across = gather.T @ bsr_array((pushed.reshape(-1, 2, 2), by_point, self.branches * np.arange(self.points + 1)))
@@ -313,8 +325,7 @@ class _Part:
     def _rate(self, t: float, y: Floats) -> Floats:
         stretch, x, (_, field, tension) = self._unpack(t, y)
         total, hard = self.assembly.stresses(np.log(stretch), x, field)
-        film = self.assembly.film
-        flow = np.einsum("ij,jnp->pni", FLOW, hard / (film.modulus * film.time)[:, None])
+        flow = flow_rate(self.assembly.film, hard).transpose(2, 1, 0)
         return np.concatenate((-self.assembly.residual(stretch, total, tension) / self.damping, flow.ravel()))
 
     def _jacobian(self, t: float, y: Floats) -> csc_matrix:
@@ -369,13 +380,14 @@ class DiscRun:
         return Fields(times, stretch, nominal, u, field, x)
 
     def eigenvalue(self, times: ArrayLike) -> Floats:
-        """Smallest eigenvalue of d2Pi/du2 at times (T,) in s, each branch with the weight exp(-theta/tau)."""
+        """Smallest eigenvalue of d2Pi/du2 at times (T,) in s, each branch with the weight exp(-theta/tau) (`relaxation_rate`)."""
         times = np.atleast_1d(np.asarray(times, dtype=float))
         fields = self.at(times)
         result = np.empty(times.size)
         for row, t in enumerate(times):
-            weight = np.exp(-self.theta(t) / self.film.time)[:, None]
             log = np.log(fields.stretch[..., row])
+            rate = relaxation_rate(self.film, branch_stress(self.film, log, fields.log_viscous[..., row]))
+            weight = np.exp(-self.theta(t) * rate)
             matrix = self.assembly.stiffness(log, fields.log_viscous[..., row], fields.field[row], weight)
             result[row] = np.linalg.eigvalsh(matrix.toarray())[0]
         return result

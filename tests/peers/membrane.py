@@ -7,7 +7,8 @@ field e = V/L_3 or at fixed nominal charge d (per undeformed area),
     U(e) = -eps e^2 (l1 l2)^2 / 2    or    U(d) = d^2 / (2 eps (l1 l2)^2),    eps = eps(l1, l2),
 
 the mechanical stress is s_i l_i = p_i(l) = l_i d(W_eq + U)/dl_i + sum_k mu_k l_i dW/dl_i (l/xi^k). The flow rule (Eqs. 7, 8 of
-DOI 10.1115/1.4030850) is d ln xi_1/dt = (2 p_1 - p_2)/(6 mu tau), d ln xi_2/dt = (2 p_2 - p_1)/(6 mu tau), p those of the branch.
+DOI 10.1115/1.4030850) is d ln xi_1/dt = (2 p_1 - p_2)/(6 mu tau), d ln xi_2/dt = (2 p_2 - p_1)/(6 mu tau), p those of the branch,
+both times a(s^2) with s^2 = p_1^2 - p_1 p_2 + p_2^2 if there is an activation a.
 Behind a source e_s and a resistance, and through a film that leaks the current density j(E), E = e l1 l2 the true field,
 
     d d/dt = (e_s - e)/r - j l1 l2,    r = R A/L_3 in ohm m (R the resistance, A the undeformed area).
@@ -58,7 +59,7 @@ class Film:
     `time` (N,) in s the branches at the film's temperature.
 
     `permittivity` in F/m and `breakdown` in V/m are numbers or functions of (l1, l2); `leakage` is a current density in A/m^2 of
-    the true field; `damage` is (E_0 in V/m, t_0 in s, n).
+    the true field; `damage` is (E_0 in V/m, t_0 in s, n); `activation` gives a and da/ds^2 at s^2 in Pa^2.
     """
 
     equilibrium: Energy
@@ -69,6 +70,7 @@ class Film:
     breakdown: float | Energy = np.inf
     leakage: Callable[[Any], Any] | None = None
     damage: tuple[float, float, float] | None = None
+    activation: Callable[[Any], tuple[Any, Any]] | None = None
 
     def eps(self, l1: Any, l2: Any) -> Any:
         """Permittivity in F/m."""
@@ -134,6 +136,31 @@ def spring_tangent(film: Film, log_stretch: Any, log_viscous: Any) -> tuple[Floa
     """K = dp/d ln l of the equilibrium spring (3, k) and of every branch (3, N, k), entries 11, 12, 22 in Pa."""
     soft = film.equilibrium(*stretches(log_stretch)).parts[3:]
     return soft, film.modulus[:, None] * film.branch(*stretches(log_stretch[:, None] - log_viscous)).parts[3:]
+
+
+def flow_rate(film: Film, p: Floats) -> Floats:
+    """d ln xi/dt (2, N, k) in 1/s at stresses p of the branches (2, N, k) in Pa."""
+    factor = 1.0 if film.activation is None else film.activation(p[0] ** 2 - p[0] * p[1] + p[1] ** 2)[0]
+    return np.einsum("ij,jnk->ink", FLOW, p) * factor / (film.modulus * film.time)[:, None]
+
+
+def mobility(film: Film, p: Floats) -> Floats:
+    """Derivatives (2, 2, N, k) of `flow_rate` in p."""
+    flow = np.broadcast_to(FLOW[:, :, None, None], (2, 2, *p.shape[1:]))
+    if film.activation is not None:
+        factor, slope = film.activation(p[0] ** 2 - p[0] * p[1] + p[1] ** 2)
+        steeper = np.stack((2 * p[0] - p[1], 2 * p[1] - p[0]))
+        flow = factor * flow + slope * np.einsum("ij,jnk->ink", FLOW, p)[:, None] * steeper
+    return flow / (film.modulus * film.time)[:, None]
+
+
+def relaxation_rate(film: Film, p: Floats) -> Floats:
+    """1/tau of the branches (N, 1), or d(a s)/ds/tau (N, k) at stresses p (2, N, k): how fast a little more of s relaxes."""
+    if film.activation is None:
+        return 1 / film.time[:, None]
+    squared = p[0] ** 2 - p[0] * p[1] + p[1] ** 2
+    factor, slope = film.activation(squared)
+    return (factor + 2 * squared * slope) / film.time[:, None]
 
 
 def tangent(film: Film, log_stretch: Any, log_viscous: Any, kind: str, value: Any, weight: Any = 1.0) -> Floats:
@@ -300,8 +327,7 @@ class _Segment:
         guess = log + (move @ (y - last))[:, None]
         log, hard, _ = self.balance.solve(x, self.balance.loads(t, charge), guess)
         self.reference = y, log, move
-        flow = np.einsum("ij,jnk->ink", FLOW, hard / (self.film.modulus * self.film.time)[:, None])
-        return np.concatenate((flow.ravel(), self._currents(t, log, charge).ravel()))
+        return np.concatenate((flow_rate(self.film, hard).ravel(), self._currents(t, log, charge).ravel()))
 
     def _jacobian(self, t: float, y: Floats) -> Floats:
         """d rate/dy with the stretches eliminated: dl = T^-1 (sum K_k d ln xi^k - dp/dd dd) on the free axes."""
@@ -318,11 +344,11 @@ class _Segment:
             columns[:, 2 * n] = -2 * squeeze / charge[0] * self.unit  # U goes with d^2
         move = _solve(np.broadcast_to(matrix, (3, 2 * n + 2)), columns, self.balance.free)  # d ln l/dy
         self.reference, self.balance.matrix = (y, log, move), matrix
-        slope = np.einsum("ij,jln,lm->inm", FLOW, hard, move).reshape(2 * n, 2 * n + 2)
-        direct = np.einsum("ij,jln->iln", FLOW, hard)
+        flow = mobility(film, branch_stress(film, log, x))[..., 0]
+        slope = np.einsum("ijn,jln,lm->inm", flow, hard, move).reshape(2 * n, 2 * n + 2)
+        direct = np.einsum("ijn,jln->iln", flow, hard)
         for branch in range(n):
             slope[np.ix_([branch, n + branch], [branch, n + branch])] -= direct[:, :, branch]
-        slope /= np.tile(film.modulus * film.time, 2)[:, None]
         step = 1e-6
         shifts = step * np.eye(2)
         by_stretch = (self._currents(t, log + shifts, charge) - self._currents(t, log - shifts, charge)) / (2 * step)
@@ -352,10 +378,11 @@ class _Segment:
 
     def determinant(self, t: Floats, theta: Course) -> Floats:
         """Determinant of ds_i/dl_j of the axes under stress, at fixed nominal field (at fixed charge under a charge or a
-        source), in Pa^2, Pa or 1, at times (k,); each branch with the weight exp(-theta/tau), `theta` in s of the time in s.
+        source), in Pa^2, Pa or 1, at times (k,); each branch with the weight exp(-theta `relaxation_rate`), `theta` in s of the
+        time in s.
         """
         log, _, x, charge, _ = self._at(t)
-        weight = np.exp(-theta(self.start + t) / self.film.time[:, None])
+        weight = np.exp(-theta(self.start + t) * relaxation_rate(self.film, branch_stress(self.film, log, x)))
         matrix = tangent(self.film, log, x, self.balance.kind, self.balance.loads(t, charge)[2], weight)
         free, stretch = self.balance.free, np.exp(log)
         if len(free) == 2:
@@ -473,7 +500,7 @@ def fold(film: Film, piece: Piece, state: State, rtol: float = 1e-10) -> State:
     def slopes(z: Floats) -> tuple[float, Floats]:
         log, x = z[:2, None], z[2 : 2 + 2 * n].reshape(2, n, 1)
         hard, steep = branch_stress(film, log, x), spring_tangent(film, log, x)[1][[0, 1, 1, 2], :, 0].reshape(2, 2, n)
-        flow = np.einsum("ij,jn->in", FLOW, hard[..., 0] / (film.modulus * film.time))
+        flow = flow_rate(film, hard)[..., 0]
         matrix = tangent(film, log, x, "field", electric)[:, 0]
         determinant = matrix[0] * matrix[2] - matrix[1] ** 2 if len(free) == 2 else matrix[2 * free[0]]
         drive = np.einsum("ijn,jn->i", steep, flow)

@@ -71,7 +71,7 @@ class Dashpots(Watch):
                 log_squared, _ = system.membrane(state, driven)
                 points = system.points
                 stress = points.law.stress(points.springs(system.internal(state), log_squared))
-                flow = points.rate * (3 * stress - stress.sum(axis=0))
+                flow = points.flow.fluidity * (3 * stress - stress.sum(axis=0))
                 power = 0.5 * np.sum(points.modulus * stress * flow, axis=(0, 1))
                 self.dissipated += float(weight * (power * stride.step)[0])
                 if points.circuit is not None and points.circuit.resistance is not None:

@@ -76,7 +76,7 @@ class Bookkeeper(Watch):
         internal, points = system.internal(state), system.points
         squared = points.springs(internal, log_squared)
         stress = points.law.stress(squared)
-        flow = points.rate * (3 * stress - stress.sum(axis=0))
+        flow = points.flow.fluidity * (3 * stress - stress.sum(axis=0))
         power = 0.5 * np.sum(points.modulus * stress * flow, axis=(0, 1))
         area = np.exp(log_squared[0] + log_squared[1])
         charge = PERMITTIVITY * driven[2] * area

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq
 
 from dielast.material.springs import Gent
+from dielast.mechanics.flow import Flow
 from dielast.mechanics.jump import jump
 from dielast.mechanics.point_material import Points
 from dielast.mechanics.span import Control
@@ -19,7 +20,7 @@ Array = NDArray[np.float64]
 def film(cases: int, limit: float = np.inf, springs: int = 1) -> Points:
     """Springs of 1 Pa and permittivity 1, so that the squared nominal field is eps E~^2/mu."""
     ones = np.ones((springs, cases))
-    return Points(ones, 0 * ones, Gent(limit), np.ones(cases), np.full(cases, 1e-6))
+    return Points(ones, Flow(0 * ones), Gent(limit), np.ones(cases), np.full(cases, 1e-6))
 
 
 def carried(points: Points, internal: Array, log_squared: Array, field: Array) -> Array:

@@ -11,10 +11,13 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from toys import Eyring
 
 from dielast.material.dielectric import LinearPermittivity
-from dielast.material.laws_of_cases import UNSTRETCHED, StretchedDielectrics
+from dielast.material.law import FlowLaw
+from dielast.material.laws_of_cases import UNSTRETCHED, LawsOfCases, StretchedDielectrics
 from dielast.material.springs import EQUIBIAXIAL, UNIAXIAL, Gent, Symmetry
+from dielast.mechanics.flow import Flow
 from dielast.mechanics.point import LoadedPoints
 from dielast.mechanics.point_material import Points
 from dielast.mechanics.span import Control, Load
@@ -29,14 +32,18 @@ Equations = Callable[[complex, Complex], Complex]
 COEFFICIENTS = (-0.05, 0.1, 0.0)  # of the permittivity in the stretches, by case
 
 
-def points(random: np.random.Generator, stretching: bool = False) -> Points:
+STRESSES = (2e5, None, 1e5)  # of an Eyring flow, by case
+
+
+def points(random: np.random.Generator, stretching: bool = False, activated: bool = False) -> Points:
     limits = np.broadcast_to(np.array([[110.0], [55.0], [40.0], [np.inf]]), (SPRINGS, CASES)).copy()
     modulus, rate = random.uniform(2e4, 3e5, (SPRINGS, CASES)), random.uniform(0.01, 3.0, (SPRINGS, CASES))
     rate[0] = 0.0
     permittivity, floor = random.uniform(3e-11, 5e-11, CASES), random.uniform(1.0, 100.0, CASES)
     laws = [LinearPermittivity(1.0, stretch_coefficient=c) for c in COEFFICIENTS]
     dielectrics = StretchedDielectrics.of(laws, CASES) if stretching else UNSTRETCHED
-    return Points(modulus, rate, Gent(limits), permittivity, floor, stretching=dielectrics)
+    flow_laws = LawsOfCases[FlowLaw].of([Eyring(stress) if stress and activated else None for stress in STRESSES], CASES)
+    return Points(modulus, Flow.of(flow_laws, rate, modulus), Gent(limits), permittivity, floor, stretching=dielectrics)
 
 
 def load(random: np.random.Generator, controls: tuple[Control, Control], electric: bool, constant: bool) -> Load:
@@ -52,7 +59,8 @@ def load(random: np.random.Generator, controls: tuple[Control, Control], electri
 
 def both_axes(material: Points, ramp: Load, case: int) -> Equations:
     """Rates of x in axis 1 and axis 2 and imbalances of both axes, as functions of time and (x_1, x_2, Lambda or stress)."""
-    modulus, rate, limit = material.modulus[:, case], material.rate[:, case], np.asarray(material.law.J_lim)[:, case]
+    modulus, rate, limit = material.modulus[:, case], material.flow.fluidity[:, case], np.asarray(material.law.J_lim)[:, case]
+    activating = STRESSES[case] if material.flow.depends_on_stress else None
     stressed = [control is FREE for control in ramp.controls]
     coefficient = 0.0 if material.stretching is UNSTRETCHED else COEFFICIENTS[case]
 
@@ -64,13 +72,15 @@ def both_axes(material: Points, ramp: Load, case: int) -> Equations:
         a, b, c = np.exp(l1 - x1), np.exp(l2 - x2), np.exp(x1 + x2 - l1 - l2)
         phi = 1 / (1 - (a + b + c - 3) / limit)
         p, q = phi * (a - c), phi * (b - c)
+        over = 1.0 if activating is None else modulus * np.sqrt(p * p - p * q + q * q) / activating
+        flow = rate * (1.0 if activating is None else np.sinh(over) / over)
         squeeze = material.permittivity[case] * (driven[2] * np.exp((l1 + l2) / 2)) ** 2
         stretches = np.exp(np.array((l1, l2)) / 2)
         m1, m2 = squeeze * (1 + coefficient * (stretches[0] + stretches[1] - 2) + 0.5 * coefficient * stretches)
         return np.concatenate(
             (
-                rate * (2 * p - q),
-                rate * (2 * q - p),
+                flow * (2 * p - q),
+                flow * (2 * q - p),
                 [modulus @ p - m1 - s1 * np.exp(l1 / 2), modulus @ q - m2 - s2 * np.exp(l2 / 2)],
             )
         )
@@ -143,23 +153,30 @@ def compare(system: LoadedPoints, border: int, equations: Callable[[int], Equati
 
 
 @pytest.mark.parametrize("constant", [True, False])
-@pytest.mark.parametrize(("electric", "stretching"), [(True, False), (True, True), (False, False)])
+@pytest.mark.parametrize(
+    ("electric", "stretching", "activated"),
+    [(True, False, False), (True, True, False), (False, False, False), (True, True, True)],
+)
 @pytest.mark.parametrize("controls", [(FREE, FREE), (FREE, HELD), (HELD, FREE), (HELD, HELD)])
-def test_a_stage_with_two_axes(controls: tuple[Control, Control], electric: bool, stretching: bool, constant: bool) -> None:
+def test_a_stage_with_two_axes(
+    controls: tuple[Control, Control], electric: bool, stretching: bool, activated: bool, constant: bool
+) -> None:
     random = np.random.default_rng(1)
-    material, ramp = points(random, stretching), load(random, controls, electric, constant)
+    material, ramp = points(random, stretching, activated), load(random, controls, electric, constant)
     compare(LoadedPoints(material, ramp), -2, lambda case: both_axes(material, ramp, case), 2)
 
 
 @pytest.mark.parametrize("constant", [True, False])
-@pytest.mark.parametrize("stretching", [False, True])
+@pytest.mark.parametrize(("stretching", "activated"), [(False, False), (True, False), (False, True)])
 @pytest.mark.parametrize(
     ("symmetry", "control", "electric"),
     [(UNIAXIAL, FREE, False), (UNIAXIAL, HELD, False), *((EQUIBIAXIAL, c, e) for c in (FREE, HELD) for e in (True, False))],
 )
-def test_a_stage_with_one(symmetry: Symmetry, control: Control, electric: bool, stretching: bool, constant: bool) -> None:
+def test_a_stage_with_one(
+    symmetry: Symmetry, control: Control, electric: bool, stretching: bool, activated: bool, constant: bool
+) -> None:
     random = np.random.default_rng(3)
-    material = points(random, stretching)
+    material = points(random, stretching, activated)
     ramp = load(random, (control, FREE if symmetry is UNIAXIAL else control), electric, constant)
     for values in (ramp.start, ramp.rate):
         values[1] = 0.0 if symmetry is UNIAXIAL else values[0]

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from films import SOFT
 from flat import actuate, creep, failure_map
+from toys import Eyring
 
 from dielast import (
     ActuationHistory,
@@ -34,7 +35,7 @@ from dielast.mechanics.passive.mesh import points_needed
 from dielast.mechanics.passive.structure import Factors
 from dielast.mechanics.point_material import Points
 from dielast.mechanics.span import Control, Load
-from dielast.mechanics.stability import stability
+from dielast.mechanics.stability import damped, stability
 from dielast.simulate.film_setup import Film
 from dielast.simulate.options import Solver
 from dielast.simulate.profile import unresolved
@@ -193,7 +194,7 @@ def test_stability_of_a_strip_with_next_to_no_active_part_is_that_under_a_dead_l
 def test_without_a_passive_part_the_stiffness_at_the_rim_is_the_factor_of_the_determinant_that_falls() -> None:
     """2 (ds_1/dl_1 + ds_1/dl_2) of an equibiaxial film, (t11 - t12)(t11 + t12) being the determinant of dead load."""
     cases, stretch = 30, 2.0
-    points, one = Points.of(SOFT, np.full(30, 20.0), 1e-6), np.ones(cases)
+    points, one = damped(Points.of(SOFT, np.full(30, 20.0), 1e-6)), np.ones(cases)
     alone = forms.Structure(one[None], np.ones((2, 1, 1, cases)), np.zeros((2, 1, cases)), one[None], one[None])
     rng = np.random.default_rng(1)
     viscous = np.exp(0.2 * rng.normal(size=(1, len(points.modulus), cases))) * stretch
@@ -201,12 +202,11 @@ def test_without_a_passive_part_the_stiffness_at_the_rim_is_the_factor_of_the_de
     around = Surroundings(Assembly.of(points, alone), np.concatenate((stretch * one[None], np.zeros((2, cases)))))
     nominal = around.stresses(internal, field)[:, 0]
     log_squared = np.full((2, cases), 2 * np.log(stretch))
-    held = points.modulus * rng.uniform(size=points.modulus.shape)
-    film = 2 * np.log(internal[:, :, 0]), log_squared, nominal, field
+    film, watched = (2 * np.log(internal[:, :, 0]), log_squared, nominal, field), 10 ** rng.uniform(-3, 3, cases)
     free, clamped = Control.STRESS, Control.STRETCH
-    determinant = stability(points, held, (free, free), *film).determinant
-    own = stability(points, held, (free, clamped), *film).determinant
-    rim, whole = around.stiffness(held, internal, field)
+    determinant = stability(points, (free, free), *film, watched).determinant
+    own = stability(points, (free, clamped), *film, watched).determinant
+    rim, whole = around.stiffness(watched, internal, field)
     across = 0.5 * rim - own
     assert np.abs(own**2 - across**2) == pytest.approx(np.abs(determinant), rel=1e-9)
     assert ((rim > 0) == (determinant > 0)).all()
@@ -480,10 +480,12 @@ def test_bad_weights_of_recipes(tmp_path: Path, film: str, message: str) -> None
 
 
 @pytest.mark.parametrize("boundary", ["frame", "strip"])
-@pytest.mark.parametrize("dielectric", [4e-11, LinearPermittivity(4e-11, stretch_coefficient=-0.05)])
-def test_increments_are_those_of_the_exact_jacobian(boundary: str, dielectric: Any) -> None:
+@pytest.mark.parametrize(
+    "change", [{}, {"permittivity": LinearPermittivity(4e-11, stretch_coefficient=-0.05)}, {"flow": Eyring(3e4)}]
+)
+def test_increments_are_those_of_the_exact_jacobian(boundary: str, change: dict[str, Any]) -> None:
     """(M/gamma - h J) u = h f + M history + h^2 gamma_i df/dt, J by differences, from a state off equilibrium."""
-    material = replace(SOFT, permittivity=dielectric)
+    material = replace(SOFT, **change)
     asked = Film(1e-3, 2.0, None, 100.0, boundary, np.array([0.3, 0.3]))
     setup = set_up(material, asked, breakdown_field=None, solver=Solver())
     film = setup.film(np.arange(2), 1e-6)
@@ -504,7 +506,10 @@ def test_increments_are_those_of_the_exact_jacobian(boundary: str, dielectric: A
         both = np.stack((column, column), axis=1)
         stretch, viscous = assembly.structure.stretch(both[border:-2]), system.internal(both)
         stress = assembly.all_points.law.stress(assembly.springs(viscous, stretch))
-        flow = 0.5 * viscous.reshape(stress.shape) * (3 * stress - stress.sum(axis=0)) * assembly.all_points.rate
+        flow = 0.5 * viscous.reshape(stress.shape) * (3 * stress - stress.sum(axis=0)) * assembly.all_points.flow.fluidity
+        if "flow" in change:  # not the damper
+            over = (assembly.all_points.modulus * np.sqrt(stress[0] ** 2 - stress[0] * stress[1] + stress[1] ** 2))[1:-1] / 3e4
+            flow[:, 1:-1] *= np.sinh(over) / over
         nominal = assembly.carried(stress, stretch, load.value(np.full(2, time))[2]) / stretch
         rest = assembly.structure.force(nominal), assembly.border_stresses(nominal) - both[-2:]
         return np.concatenate((flow.reshape(-1, 2), *rest))[:, 0]

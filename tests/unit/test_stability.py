@@ -81,7 +81,7 @@ def equilibrium_stress(stretch: Array, viscous: Array, field: float) -> Array:
 def test_the_tangent_is_the_hessian_of_the_free_energy(seed: int) -> None:
     stretch, viscous, field = state(seed)
     points = Points.of(SOLID, np.array([20.0]), 1e-6)
-    points = replace(points, rate=points.rate[[0, 2, 1]], modulus=np.array([[26e3], [8e4], [3e4]]))
+    points = replace(points, modulus=np.array([[26e3], [8e4], [3e4]]))
     internal, log_squared = 2 * np.log(viscous.T)[:, :, None], 2 * np.log(stretch)[:, None]
     nominal = equilibrium_stress(stretch, viscous, field)[:, None]
     matrix = hessian(np.array([*stretch, PERMITTIVITY * field * np.prod(stretch) ** 2]), viscous)
@@ -92,7 +92,7 @@ def test_the_tangent_is_the_hessian_of_the_free_energy(seed: int) -> None:
         ((HELD, FREE), at_field[1, 1]),
         ((HELD, HELD), 1.0),
     ):
-        found = stability(points, points.modulus, controls, internal, log_squared, nominal, np.array([field]))
+        found = stability(points, controls, internal, log_squared, nominal, np.array([field]))
         sign = -1 if controls == (FREE, FREE) and at_field[0, 0] < 0 < expected else 1
         assert found.determinant[0] == pytest.approx(sign * expected, rel=1e-9, abs=1e-9 * np.abs(at_field).max() ** 2)
     assert matrix[2, 2] == pytest.approx(1 / (PERMITTIVITY * np.prod(stretch) ** 2), rel=1e-9)
@@ -102,8 +102,8 @@ def test_alike_axes_need_only_one_of_them() -> None:
     points = Points.of(SOLID, np.array([20.0, 20.0]), 1e-6)
     internal = np.log([[[1.0, 1.0], [1.2, 1.4], [1.1, 1.3]]])
     log_squared, nominal, field = np.full((2, 2), 0.9), np.full((2, 2), 3e4), np.array([2e6, 1e7])
-    one = stability(points, points.modulus, (FREE, FREE), internal, log_squared, nominal, field)
-    both = stability(points, points.modulus, (FREE, FREE), np.repeat(internal, 2, axis=0), log_squared, nominal, field)
+    one = stability(points, (FREE, FREE), internal, log_squared, nominal, field)
+    both = stability(points, (FREE, FREE), np.repeat(internal, 2, axis=0), log_squared, nominal, field)
     assert one.determinant == pytest.approx(both.determinant, rel=1e-13)
     assert one.margin == pytest.approx(both.margin, rel=1e-13)
 
@@ -111,17 +111,22 @@ def test_alike_axes_need_only_one_of_them() -> None:
 def test_a_film_without_load_has_the_margin_of_its_springs() -> None:
     points = Points.of(SOLID, np.array([20.0]), 1e-6)
     zero = np.zeros((2, 1))
-    found = stability(points, points.modulus, (FREE, FREE), np.zeros((2, 3, 1)), zero, zero, np.zeros(1))
+    found = stability(points, (FREE, FREE), np.zeros((2, 3, 1)), zero, zero, np.zeros(1))
     assert found.margin[0] == 1.0
     assert found.determinant[0] == pytest.approx(12 * (26e3 + 8e4 + 3e4) ** 2)
 
 
-def test_weights_fall_from_frozen_to_relaxed() -> None:
+def test_stiffness_falls_from_frozen_to_relaxed() -> None:
     points = Points.of(SOLID, np.array([20.0]), 1e-6)
-    assert TimeScale.fixed(0.0).weight(points, np.array([1e9])) == pytest.approx(np.ones((3, 1)))
-    assert ONE_PERCENT.weight(points, np.array([100.0]))[:, 0] == pytest.approx([1.0, np.exp(-1e-3), np.exp(-1.0)])
-    assert TimeScale.fixed(1e3).weight(points, np.array([0.0]))[:, 0] == pytest.approx([1.0, np.exp(-1.0), 0.0])
-    assert TimeScale.fixed(1e9).weight(points, np.array([0.0]))[:, 0] == pytest.approx([1.0, 0.0, 0.0])
+
+    def retained(scale: TimeScale, time: float) -> list[float]:
+        stress = np.zeros((2, *points.modulus.shape))
+        return list(points.flow.retained(scale.watched(np.array([time])), lambda: stress)[:, 0])
+
+    assert retained(TimeScale.fixed(0.0), 1e9) == [1.0, 1.0, 1.0]
+    assert retained(ONE_PERCENT, 100.0) == pytest.approx([1.0, np.exp(-1e-3), np.exp(-1.0)])
+    assert retained(TimeScale.fixed(1e3), 0.0) == pytest.approx([1.0, np.exp(-1.0), 0.0])
+    assert retained(TimeScale.fixed(1e9), 0.0) == pytest.approx([1.0, 0.0, 0.0])
 
 
 @pytest.mark.parametrize("make", [TimeScale.fraction, TimeScale.fixed])
@@ -136,5 +141,5 @@ def test_the_damper_is_one_spring_more() -> None:
     held = damped(points)
     assert held.modulus.shape == (4, 2)
     assert np.all(held.modulus[-1] >= 1e4 * 26e3)
-    assert np.all(held.rate[-1] > 1e9 * points.rate.max())
+    assert np.all(held.flow.fluidity[-1] > 1e9 * points.flow.fluidity.max())
     assert np.array_equal(held.modulus[:-1], points.modulus)

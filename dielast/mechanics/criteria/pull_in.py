@@ -6,7 +6,6 @@ from typing import ClassVar
 import numpy as np
 
 from dielast.mechanics.criteria.criterion import Criterion, Moment, Signal, WatchedFilms
-from dielast.mechanics.point_material import Points
 from dielast.mechanics.span import Control, Load
 from dielast.mechanics.stability import Fold, Stability, TimeScale, stability
 from dielast.numerics.arrays import Floats, where
@@ -15,21 +14,14 @@ NO_MARGIN = 1e-3  # a smaller margin at pull-in is rounding: it is 0 by definiti
 FOLD_MARGIN = 0.02  # margin with all branches frozen, below which a pull-in is at the end of an equilibrium
 
 
-def held_modulus(points: Points, timescale: TimeScale, age: Floats) -> Floats:
-    """The modulus (n, k) in Pa that springs retain when the voltage has been on for `age` (k,) s; 0 for the last, the damper."""
-    modulus = points.modulus * timescale.weight(points, age)
-    modulus[-1] = 0.0
-    return np.asarray(modulus)
-
-
 def stability_at(moment: Moment, timescale: TimeScale) -> Stability:
     """Determinant and margin (k,) of films watched for a time scale."""
-    modulus = held_modulus(moment.points, timescale, moment.age)
+    watched = timescale.watched(moment.age)
     if moment.surroundings is not None:
-        rim, springs_alone = moment.surroundings.stiffness(modulus, moment.internal, moment.field)
+        rim, springs_alone = moment.surroundings.stiffness(watched, moment.internal, moment.field)
         return Stability(rim, rim / springs_alone)
     membrane = moment.internal, moment.log_squared_stretch, moment.nominal_stress
-    return stability(moment.points, modulus, moment.controls, *membrane, moment.field, timescale.watched(moment.age))
+    return stability(moment.points, moment.controls, *membrane, moment.field, watched)
 
 
 class PullIn(Criterion):
@@ -59,16 +51,16 @@ class PullIn(Criterion):
         undamped = moment.points.undamped()
         internal = np.broadcast_to(moment.internal, (2, *moment.internal.shape[1:])).copy()
         log_squared, nominal, field = moment.log_squared_stretch.copy(), moment.nominal_stress.copy(), moment.field.copy()
-        frozen = stability(undamped, undamped.modulus, moment.controls, internal, log_squared, nominal, field)
+        frozen = stability(undamped, moment.controls, internal, log_squared, nominal, field)
         ends = where(frozen.margin < FOLD_MARGIN)
         if not ends.size:
             return time, moment
-        points, driving, switched_on = moment.points.take(ends), load.take(ends), (moment.age - time)[ends]
+        driving, switched_on = load.take(ends), (moment.age - time)[ends]
         fold = Fold(
             undamped.take(ends),
             moment.controls,
             driving.value,
-            lambda at: held_modulus(points, films.timescale, switched_on + at),
+            lambda at: films.timescale.watched(switched_on + at),
             internal[:, :, ends],
             log_squared[:, ends],
             time[ends],

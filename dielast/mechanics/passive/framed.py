@@ -5,7 +5,7 @@ points), followed by the border. The border is the u unknowns of the structure, 
 transverse nominal stress that may be the first to fall to zero: s_2 of the active part of a strip, that of the annulus at the rim
 of a disc. The equations, again of index 1, are
 
-    d ln xi_i/dt = (2p - q, 2q - p)_i / (6 tau)             for each spring at each point,
+    d ln xi_i/dt = (2p - q, 2q - p)_i / (6 tau)             for each spring at each point (`flow`),
     0 = F_j(u, xi, E~)                                      for each unknown (`structure`),
     0 = s_1 - dW/dl_1 at the active part, and the same for the other stress.
 
@@ -23,7 +23,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from dielast.mechanics.electric import ELECTRIC
-from dielast.mechanics.elimination import Eliminated, flow_of
+from dielast.mechanics.elimination import Eliminated
 from dielast.mechanics.passive.structure import Factors, Structure
 from dielast.mechanics.point import FOLLOWER_WEIGHT
 from dielast.mechanics.point_material import SYMMETRIC, Points
@@ -151,9 +151,9 @@ def membrane(border: Floats, driven: Floats, controls: Controls) -> tuple[Floats
 class FramedArrowhead:
     """The linear system of one step, factorised; its cost is linear in the numbers of springs and of points.
 
-    With phi = F p (`elimination`), v = 2 u_xi/xi and w = 2 u_l/l, the equations of a spring are
-    (c + h/(3 tau) F K) v = right + h/(3 tau) F K w with the diagonal c = 1/gamma - h phi/(6 tau). So v = w + D^-1 (right - c w)
-    with D the matrix on the left, and the contribution of the spring to the stress is mu Q (c w - right), Q = K D^-1.
+    With phi = 2 d ln xi/dt and its derivative G in the stress (`flow`), v = 2 u_xi/xi and w = 2 u_l/l, the equations of a spring
+    are (c + h G K) v = right + h G K w with the diagonal c = 1/gamma - h phi/2. So v = w + D^-1 (right - c w) with D the matrix on
+    the left, and the contribution of the spring to the stress is mu Q (c w - right), Q = K D^-1.
     """
 
     def __init__(self, system: FramedFilms, times: Floats, state: Floats, step: Floats, gamma: float) -> None:
@@ -165,10 +165,10 @@ class FramedArrowhead:
         self.stretch = structure.stretch(state[system.border : -2])
         self.viscous = state[: system.border].reshape(2, len(wide.modulus), -1)
         self.stress, tangent = wide.law.tangent(assembly.springs(self.viscous, self.stretch))
-        self.half_flow = 0.5 * assembly.wide(step) * wide.rate
-        hold = flow_of(self.stress, self.half_flow)
-        self.hold = np.subtract(1 / gamma, hold, out=hold)
-        self.springs = Eliminated.of(tangent, 2 * self.half_flow, self.hold)
+        self.flow = wide.flow.over(assembly.wide(step))
+        self.rate, mobility = self.flow.linearised(self.stress)
+        self.hold = 1 / gamma - 0.5 * self.rate
+        self.springs = Eliminated.of(tangent, mobility, self.hold)
         self.share = self.springs.share * wide.modulus
         half = np.einsum("abnm,bnm->abm", self.share, self.hold)
         carried = assembly.carried(self.stress, self.stretch, field, load.electric)
@@ -184,17 +184,14 @@ class FramedArrowhead:
         system, assembly = self.films, self.films.assembly
         wide, structure, border = assembly.all_points, assembly.structure, system.border
         if history is None:
-            stretch, stress = self.stretch, self.stress
-            right = flow_of(stress, self.half_flow)
-            right *= 2
+            stretch, stress, right = self.stretch, self.stress, self.rate.copy()
         else:
             stretch = structure.stretch(state[border:-2])
             viscous = state[:border].reshape(self.viscous.shape)
             stress = wide.law.stress(assembly.springs(viscous, stretch))
-            right = flow_of(stress, self.half_flow)
+            right = self.flow.rate(stress)
             right *= viscous
-            right += history[:border].reshape(right.shape)
-            right *= 2
+            right += 2 * history[:border].reshape(right.shape)
             right /= self.viscous
         nominal = assembly.carried(stress, stretch, self.field[stage], system.load.electric) / stretch
         nominal -= assembly.by_point(np.einsum("abnm,bnm->am", self.share, right)) / self.stretch
@@ -241,13 +238,14 @@ class Surroundings(ByCase):
         stretch, law = self.stretch(), self.assembly.all_points.law
         return self.assembly.carried(law.stress(self.assembly.springs(internal, stretch)), stretch, field) / stretch
 
-    def stiffness(self, held: Floats, internal: Floats, field: Floats) -> tuple[Floats, Floats]:
-        """The stiffness (k,) in Pa of the whole film at the rim of the active part, and the stiffness of its springs alone, if each
-        spring retains the modulus `held` (n, k) in Pa.
+    def stiffness(self, watched: Floats, internal: Floats, field: Floats) -> tuple[Floats, Floats]:
+        """The stiffness (k,) in Pa of the whole film at the rim of the active part, and the stiffness of its springs alone, if they
+        are `watched` for a time (k,) in s.
         """
         assembly, stretch = self.assembly, self.stretch()
         stress, half = assembly.all_points.law.tangent(assembly.springs(internal, stretch))
-        spring_tangent = np.einsum("nm,cnm->cm", assembly.wide(held), half)[SYMMETRIC]
+        held = assembly.all_points.held(assembly.wide(watched), lambda: stress)
+        spring_tangent = np.einsum("nm,cnm->cm", held, half)[SYMMETRIC]
         carried = assembly.carried(stress, stretch, field)
         springs_alone = assembly.slope(spring_tangent, np.zeros_like(carried), stretch, field, electric=False)
         present = assembly.slope(spring_tangent, carried, stretch, field)
