@@ -21,6 +21,7 @@ from dielast.material.material import Material
 from dielast.numerics.arrays import Floats
 from dielast.recipe.cases import Case
 from dielast.simulate.history import Event, History
+from dielast.simulate.quantities import FILMS, TESTS
 
 PART = 2**14  # branches in a batch, over all cases: less than a second of work
 
@@ -90,13 +91,19 @@ def one_or_all(materials: Sequence[Material]) -> Material | list[Material]:
 
 def result_columns(results: Sequence[CaseResult]) -> Table:
     """The table of all cases, one below the other."""
-    headers = dict.fromkeys(header for result in results for header in result.columns)
-    columns = []
-    for result in results:
-        # a quantity that a case lacks, such as the damage of a film without [damage], is empty
-        empty = np.full(result.columns["time [s]"].size, np.nan)
-        columns.append({header: result.columns.get(header, empty) for header in headers})
+    unwritten = {quantity.header for quantity in (*FILMS, *TESTS) if not quantity.written}
+    columns = [{header: column for header, column in result.columns.items() if header not in unwritten} for result in results]
     return case_table(dict(enumerate(columns)), [result.temperature for result in results])
+
+
+def with_all_columns(results: Sequence[CaseResult]) -> list[CaseResult]:
+    """The results with the same columns; one that a case lacks, such as the damage of a film without [damage], is empty."""
+    headers = dict.fromkeys(header for result in results for header in result.columns)
+    filled = []
+    for result in results:
+        empty = np.full(result.columns["time [s]"].size, np.nan)
+        filled.append(replace(result, columns={header: result.columns.get(header, empty) for header in headers}))
+    return filled
 
 
 def case_result(

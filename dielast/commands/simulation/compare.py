@@ -25,7 +25,8 @@ from dielast.recipe.cases import Case
 FINE = 4000  # points along a history for a comparison over another quantity than time
 _MECHANICAL = units.TIME, units.STRESS, units.LENGTH, units.NUMBER, units.ENERGY_DENSITY
 _ELECTRICAL = units.VOLTAGE, units.FIELD, units.CHARGE, units.CHARGE_DENSITY, units.CHARGE_RATE, units.CHARGE_DENSITY_RATE
-DIMENSIONS = {dimension.unit: dimension for dimension in (*_MECHANICAL, *_ELECTRICAL)}
+_CAPACITIVE = units.CAPACITANCE, units.CAPACITANCE_DENSITY
+DIMENSIONS = {dimension.unit: dimension for dimension in (*_MECHANICAL, *_ELECTRICAL, *_CAPACITIVE)}
 # columns of the result -> quantities of a testing machine that give them
 QUANTITIES = {"time [s]": "time", "stretch_1 [1]": "stretch", "nominal_stress_1 [Pa]": "stress"}
 # and what a testing machine may have measured instead
