@@ -55,6 +55,10 @@ HEADERS = {
         "nominal_stress_2 [Pa]",
         "true_field [V/m]",
         "stability [1]",
+        "area_strain [1]",
+        "thickness_stretch [1]",
+        "capacitance [F/m^2]",
+        "capacitance [F]",
     ],
     "events.csv": ["case", "event", "time [s]", "voltage [V]", "stretch_1 [1]", "stretch_2 [1]", "true_field [V/m]"],
     "failure-map.csv": [
