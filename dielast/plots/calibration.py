@@ -189,7 +189,7 @@ def _symbol(name: str) -> str:
     path, _, index = name.partition("[")
     text = SYMBOLS.get(path)
     if text is not None:
-        return text + (f" {int(index[:-1]) + 1}" if index else "")
+        return text + (f" {index[:-1]}" if index else "")
     section, _, key = path.partition(".")
     whose = {"equilibrium": "eq.", "nonequilibrium": "branches"}.get(section, section)
-    return f"{key.replace('_', ' ')} ({whose})" + (f" {int(index[:-1]) + 1}" if index else "")
+    return f"{key.replace('_', ' ')} ({whose})" + (f" {index[:-1]}" if index else "")

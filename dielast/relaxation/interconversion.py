@@ -22,7 +22,7 @@ from dielast.io.result import TabularResult
 from dielast.io.table import Column, Table, spoken
 from dielast.material.argument_types import checked
 from dielast.material.measurement_kind import MeasurementKind
-from dielast.material.spectrum import Spectrum, slowest_first
+from dielast.material.spectrum import Spectrum, check_processes
 from dielast.numerics.arrays import Floats, Index
 
 _HALVINGS = 64  # of a bracket in log distance: the width of a bracket of 300 decades is then at rounding level
@@ -31,7 +31,7 @@ _HALVINGS = 64  # of a bracket in log distance: the width of a bracket of 300 de
 @checked
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class RetardationSpectrum(TabularResult):
-    """`retardation_time` (s) and `compliance` (1/Pa, shear), both (N,), slowest first; `glassy_compliance` in 1/Pa; `fluidity`, the
+    """`retardation_time` (s) and `compliance` (1/Pa, shear), both (N,); `glassy_compliance` in 1/Pa; `fluidity`, the
     inverse of the viscosity, in 1/(Pa s), 0 for a solid.
 
     Raises `InputError` if the lists differ in length, a time is not positive, or another number is negative or not finite.
@@ -47,7 +47,7 @@ class RetardationSpectrum(TabularResult):
         return [Column("retardation_time", "s", self.retardation_time), Column("compliance", "1/Pa", self.compliance)]
 
     def __post_init__(self) -> None:
-        slowest_first(self, "retardation_time", "compliance")
+        check_processes(self, "retardation_time", "compliance")
         for name in ("glassy_compliance", "fluidity"):
             if not 0 <= getattr(self, name) < np.inf:
                 raise InputError(f"the {spoken(name)} must be finite and not negative")

@@ -28,7 +28,7 @@ from dielast.handover.material_file import write_material
 from dielast.io.files import Inputs
 from dielast.io.table import Table
 from dielast.material.checks import warn_of_material
-from dielast.material.material import Material
+from dielast.material.material import Material, paths_of
 from dielast.material.measurement_kind import CREEP, RELAXATION
 from dielast.material.shift import ShiftLaw
 from dielast.material.spectrum import Spectrum
@@ -97,7 +97,7 @@ def characterise(recipe: SpectrumRecipe, curve: ReducedCurve) -> tuple[SpectrumF
     result = fit_curve(curve, recipe.fit, recipe.truncate.keep if recipe.truncate else None)
     reduce, export = recipe.reduce, recipe.export
     reduction = wrong.tried(lambda: reduced(result, curve.shift, reduce)) if reduce else None
-    material, cards = make_material(result, curve, recipe.material, reduction), None
+    material, cards = with_origin(make_material(result, curve, recipe.material, reduction), recipe.fit), None
     warn_of_material(material)
     if export is not None:
         options = replace(export.options(), notes=_validity(result, recipe, reduction))
@@ -270,6 +270,16 @@ def headline(result: SpectrumFit, continuous: ContinuousSpectrum | None, reducti
             "ramp_max_relative_error": reduction.max_relative_error_ramp,
         }
     return numbers
+
+
+def with_origin(material: Material, fit: FitSection) -> Material:
+    """The material that says of its constants whether the curve or the recipe states them."""
+    measured = {"nonequilibrium.shear_modulus", "nonequilibrium.relaxation_time"}
+    measured |= {"equilibrium.shear_modulus"} if fit.equilibrium_modulus is None and not fit.liquid else set()
+    paths = paths_of(material)
+    return replace(
+        material, origin={path: "measured" if path in measured or path.startswith("shift.") else "stated" for path in paths}
+    )
 
 
 def make_material(result: SpectrumFit, curve: ReducedCurve, constants: MaterialConstants, reduction: Reduction | None) -> Material:
