@@ -22,14 +22,18 @@ def bounds_about(start: float, scale: float | None) -> tuple[Bound, Bound]:
     return (start - spread, f"start - {spread:.4g}"), (start + spread, f"start + {spread:.4g}")
 
 
-def bounds_between(starts: Sequence[float], k: int, path: str) -> tuple[Bound, Bound]:
+def bounds_between(starts: Sequence[float], values: Sequence[float], k: int, path: str) -> tuple[Bound, Bound]:
     """The default bounds of a relaxation time, half-way in log time from its start to those of the neighbouring branches.
 
     Branches that could change places would have profiles with two minima, and draws of both, for one and the same material. Raises
-    `InputError` with the key `path` unless the starts are positive and different.
+    `InputError` with the key `path` unless the starts are positive, different, and in the order of size of the material's `values`.
     """
-    if min(starts) <= 0 or len(set(starts)) < len(starts):
-        raise InputError("positive starts of the relaxation times, all different, are needed, or min and max", key=path)
+    in_order = np.array_equal(np.argsort(starts, kind="stable"), np.argsort(values, kind="stable"))
+    if min(starts) <= 0 or len(set(starts)) < len(starts) or not in_order:
+        needed = (
+            "positive starts of the relaxation times, in the order of size of those in the material, are needed, or min and max"
+        )
+        raise InputError(needed, key=path)
     log = np.log(starts)
     order = np.argsort(log).tolist()
     place = order.index(k)
