@@ -64,7 +64,7 @@ def prepare(material: Material, code: Code, options: CardOptions) -> Card:
     wrong = Mistakes()
     options = replace(options, units=code.units or options.units)
     units = UNITS[options.units]
-    spectrum = material.spectrum.slowest(len(material.spectrum)) if len(material.spectrum) else material.spectrum
+    spectrum = material.spectrum.slowest_first()
     there = spectrum.shear_modulus > 0
     dropped = int(np.count_nonzero(~there))
     modulus, time = spectrum.shear_modulus[there], spectrum.relaxation_time[there]

@@ -55,7 +55,12 @@ class Spectrum(TabularResult):
         """The `keep` slowest processes, slowest first (the truncation of Sec. 3.4, DOI 10.1115/1.4030850)."""
         if not 1 <= keep <= len(self):
             raise InputError(f"cannot keep {keep} of {len(self)} branches")
-        order = np.argsort(-self.relaxation_time, kind="stable")[:keep]
+        ordered = self.slowest_first()
+        return type(self)(ordered.relaxation_time[:keep], ordered.shear_modulus[:keep])
+
+    def slowest_first(self) -> Self:
+        """The processes in descending order of their times."""
+        order = np.argsort(-self.relaxation_time, kind="stable")
         return type(self)(self.relaxation_time[order], self.shear_modulus[order])
 
     def relaxation_modulus(self, time: ArrayLike, equilibrium_modulus: float = 0.0) -> Floats:

@@ -38,8 +38,8 @@ class Tolerance(NamedTuple):
 
 
 def differences(contents: Mapping[str, bytes], golden: Path, rtol: float) -> list[str]:
-    """One line for each column of `contents` (name -> bytes) with cells that differ from the folder `golden` by more than `rtol`, or
-    than the folder's tolerance for them: their number, and the cell that differs most.
+    """One line for each column of `contents` (name -> bytes) with cells that differ from those in the folder `golden` by more than
+    `rtol`, or than the folder's tolerance for them: their number, and the cell that differs most.
 
     Tables and `summary.toml` are compared; a table or a row that only one side has is a difference, and so is a column that only
     the golden table has. Columns that the golden table lacks, plots, digests and versions are not compared. Raises `InputError` if

@@ -193,8 +193,8 @@ def test_golden_files_are_compared_cell_by_cell(dielast: Run, starter: Starter, 
     done = dielast(*golden)
     assert done.returncode == 4
     assert done.stderr.splitlines() == [
-        f"spectrum.csv: shear_modulus [Pa]: 1 of 30 cells differs: row 4: {modulus}; golden {float(modulus) * 1.00001:.9g}, relative "
-        "difference 1e-05",
+        f"spectrum.csv: shear_modulus [Pa]: 1 of 30 cells differs: row 4: {modulus}; golden {float(modulus) * 1.00001:.9g}, "
+        "relative difference 1e-05",
         "1 difference from golden beyond a relative 1e-06",
     ]
     assert dielast(*golden, "--rtol", "1e-4").returncode == 0

@@ -51,6 +51,8 @@ BEYOND = 3.0  # factor beyond the ends of a master curve up to which its process
 def run(cases: Sequence[Case[SpectrumRecipe]], inputs: Inputs, execution: Execution) -> Report:
     """Read the master curve, fit the spectrum, and make the report."""
     recipe = cases[0].recipe
+    if recipe.prony is not None:
+        return _of_card(recipe, inputs)
     curve = curve_of(recipe, inputs)
     result, reduction, material, cards = characterise(recipe, curve)
     continuous = continuous_spectrum(result) if recipe.fit.continuous else None
@@ -61,7 +63,8 @@ def run(cases: Sequence[Case[SpectrumRecipe]], inputs: Inputs, execution: Execut
 
         at = curve.shift.reference_temperature
         title = headed(recipe.title, [material.name], f"reference temperature {at:g} degC")
-        return plot_spectrum(result, title, continuous=continuous, reduction=reduction, reference_temperature=at)
+        measured = "measured" if recipe.mastercurve is None else "master curve"
+        return plot_spectrum(result, title, continuous=continuous, reduction=reduction, reference_temperature=at, measured=measured)
 
     drawn = None
     if recipe.mastercurve is not None:
@@ -74,6 +77,58 @@ def run(cases: Sequence[Case[SpectrumRecipe]], inputs: Inputs, execution: Execut
     if drawn is not None:
         written[DRAWS], numbers["uncertainty"] = drawn
     return Report(written, numbers, figure, files)
+
+
+def card_of(recipe: SpectrumRecipe, inputs: Inputs) -> tuple[Material, dict[str, str]]:
+    """The material of a Prony series that exists, and the cards (name -> text) that the recipe requests."""
+    from dielast.handover.prony_card import read_prony
+
+    assert recipe.prony is not None
+    card, constants, fit = read_prony(inputs.read(recipe.prony), recipe.prony, recipe.prony_units), recipe.material, recipe.fit
+    with located(file=recipe.prony):
+        instantaneous, at_rest = (None if young is None else young / 3 for young in (fit.glassy_modulus, fit.equilibrium_modulus))
+        material = card.material(instantaneous, at_rest)
+    limits = constants.J_lim
+    material = replace(
+        material,
+        name=constants.name if "name" in constants.model_fields_set else material.name,
+        equilibrium_law=material.equilibrium_law if limits.equilibrium is None else Gent(limits.equilibrium),
+        nonequilibrium_law=material.nonequilibrium_law if limits.nonequilibrium is None else Gent(limits.nonequilibrium),
+        permittivity=constants.dielectric(),
+        breakdown=breakdown(constants.breakdown),
+    )
+    material = replace(material, origin=dict.fromkeys(paths_of(material), "stated"))
+    warn_of_material(material)
+    export = recipe.export
+    return material, {} if export is None else _exported(material, export, export.options())
+
+
+def _of_card(recipe: SpectrumRecipe, inputs: Inputs) -> Report:
+    """The report on a Prony series that exists."""
+    material, cards = card_of(recipe, inputs)
+    spectrum, equilibrium = material.spectrum, material.equilibrium_modulus
+    tau = spectrum.relaxation_time
+    time = np.geomspace(tau.min(initial=1.0) / 30, 30 * tau.max(initial=1.0), 200)
+    model = 3 * spectrum.relaxation_modulus(time, equilibrium)
+    shown = SpectrumFit("nnls", spectrum, equilibrium, 0.0, 0.0, time, np.full(time.size, np.nan), model)
+
+    def figure() -> Any:
+        from dielast.commands.simulation.naming import headed
+        from dielast.plots.spectrum import plot_spectrum
+
+        return plot_spectrum(shown, headed(recipe.title, [material.name]), measured="")
+
+    numbers: dict[str, dict[str, Any]] = {
+        "prony": {"branches": len(spectrum)},
+        "moduli": {
+            "equilibrium_shear_Pa": equilibrium,
+            "nonequilibrium_shear_Pa": float(np.sum(spectrum.shear_modulus)),
+            "relaxation_time_min_s": float(tau.min(initial=np.inf)),
+            "relaxation_time_max_s": float(tau.max(initial=0.0)),
+        },
+    }
+    files = {"material.toml": write_material(material)} | {name: text.encode() for name, text in cards.items()}
+    return Report({"spectrum.csv": spectrum.columns()}, numbers, figure, files)
 
 
 def curve_of(recipe: SpectrumRecipe, inputs: Inputs) -> ReducedCurve:
