@@ -1,5 +1,6 @@
 """The material file: read into a `Material`, and written from one."""
 
+import re
 from collections.abc import Mapping, Set
 from copy import copy
 from functools import lru_cache
@@ -288,8 +289,21 @@ def _model(*registered: tuple[str, ...]) -> type[MaterialFile]:
     return create_model("MaterialFile", __base__=MaterialFile, __doc__=MaterialFile.__doc__, **fields)
 
 
+def refuse_card(content: bytes, source: str) -> None:
+    """`InputError` for a card of a finite-element code in place of a material file, with what reads it."""
+    if card := _CARD.search(content[:100_000]):
+        code = "Abaqus" if card[0].lstrip().startswith(b"*") else "ANSYS"
+        name = shown(Path(source).name)
+        instead = f"a card of {code}: dielast spectrum makes a material file of it, with prony = {name} and prony_units"
+        raise InputError(instead, file=source)
+
+
+_CARD = re.compile(rb"^[ \t]*(?:\*(?:HEADING|MATERIAL|ELASTIC|HYPERELASTIC|VISCOELASTIC)|TB *, *[A-Z]+ *,|/PREP7)", re.I | re.M)
+
+
 def parse_file(content: bytes, source: str) -> MaterialFile:
     """The material file in these bytes, with the name of the table of its draws; `InputError` with a line for every mistake."""
+    refuse_card(content, source)
     return check(material_file(), parse_toml(content, source, NO_TABLE), source, Path())
 
 

@@ -89,13 +89,13 @@ def test_units_and_moduli_are_never_guessed() -> None:
         read_prony(text, "job.inp", None)
     with pytest.raises(InputError, match=r"TIME=PRONY"):
         read_prony(text.replace(b"PRONY", b"CREEP"), "job.inp", "SI")
-    with pytest.raises(InputError, match="leave fit.glassy_modulus"):
+    with pytest.raises(InputError, match=r"leave fit\.glassy_modulus"):
         read_prony(text, "job.inp", "SI").material(instantaneous=1e6)
     table = read_prony(b"g_i,tau_i [s]\n0.5,1\n0.25,100\n", "p.csv", None)
     assert table.material(equilibrium=1e6).spectrum.shear_modulus.tolist() == [2e6, 1e6]
     with pytest.raises(InputError, match=r"tau"):
         read_prony(b"g_i,tau_i\n0.5,1\n0.25,100\n", "p.csv", None)
-    with pytest.raises(InputError, match="the sum is 1.5"):
+    with pytest.raises(InputError, match=r"the sum is 1\.5"):
         read_prony(b"g_i,tau_i [s]\n0.75,1\n0.75,100\n", "p.csv", None).material(instantaneous=1e6)
     shifted = export_card(replace(SOLID, shift=WLF(20.0, 13.0, 180.0)), "abaqus", CardOptions())["material.inp"]
     with pytest.warns(Warning, match=re.escape("*TRS of the card: not read")):

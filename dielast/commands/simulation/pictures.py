@@ -18,6 +18,7 @@ from dielast.material.material import Material
 from dielast.mechanics.criteria import named
 from dielast.mechanics.load import Waveform
 from dielast.numerics.arrays import Flags, Floats
+from dielast.plots.cycles import plot_cycles
 from dielast.plots.events import Band, Mark
 from dielast.plots.looks import Swept
 from dielast.plots.simulation import plot_cases
@@ -133,6 +134,17 @@ def picture(
         spans if x == "time [s]" else (),
         failed,
     )
+
+
+def picture_of_cycles(
+    cases: Sequence[Case[Any]], materials: Sequence[Material], results: Sequence[CaseResult], measured: str
+) -> Figure:
+    """The figure of cases with many cycles."""
+    tables = [result.cycles for result in results if result.cycles is not None]
+    # cycles are those of the nominal stress where the stretch is prescribed
+    quantity = "nominal_stress_1 [Pa]" if "amplitude [Pa]" in tables[0] else measured
+    title = titled(cases[0].recipe.title, cases, materials)
+    return plot_cycles(tables, labels(cases, materials), swept(cases, materials), quantity, title)
 
 
 def _marks(case: Case[Any], result: CaseResult, table: Mapping[str, Floats], x: str, y: str) -> list[_Mark]:

@@ -13,8 +13,10 @@ from dielast.commands.simulation.cases import (
     axes_of,
     case_columns,
     check_cycles,
+    cycle_headline,
     divided,
     failures,
+    many_cycles,
     one_or_all,
     read_materials,
     result_columns,
@@ -209,14 +211,18 @@ def report_of(simulation: Simulation, cases: Sequence[Case[Any]], inputs: Inputs
         compared = {"compare": compare_headline(matched)}
     axes = axes_of(cases, columns[0], simulation.measured, simulation.time_scale)
 
-    def figure() -> Any:
-        from dielast.commands.simulation.pictures import picture
+    many = many_cycles(cases, results)
 
+    def figure() -> Any:
+        from dielast.commands.simulation.pictures import picture, picture_of_cycles
+
+        if many:
+            return picture_of_cycles(cases, materials, results, simulation.measured)
         return picture(cases, materials, results, columns, matched, axes, [case.steps for case in solved])
 
     more_tables, more_figures = simulation.extras(cases, materials, results)
     tables = {f"{kind}.csv": result_columns(results), **more_tables, **tables, "cases.csv": case_columns(cases)}
     if cycling:
         tables["cycles.csv"] = case_table(cycling)
-    sections = simulation.headline(cases, results) | sections
+    sections = simulation.headline(cases, results) | (cycle_headline(results) if many else {}) | sections
     return Report(tables, sections | compared | intervals, figure, failures=failures(results), figures=more_figures | figures)
