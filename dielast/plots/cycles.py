@@ -19,7 +19,7 @@ SHOWN = "amplitude", "phase", "work"
 def plot_cycles(
     cases: Sequence[Mapping[str, Floats]], labels: Sequence[str], swept: Sequence[Swept], measured: str, title: str | None = None
 ) -> Figure:
-    """Amplitude of the `measured` quantity, phase, and work of each cycle; each case is a mapping of columns (cycles,) by header."""
+    """Amplitude of the `measured` quantity, phase, and work of each cycle; each case maps headers to columns (cycles,)."""
     with style():
         arranged = arrange(labels, swept)
         shown = arranged.shown if len(arranged.panels) == 1 else list(range(len(cases)))

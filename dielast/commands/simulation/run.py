@@ -217,7 +217,7 @@ def report_of(simulation: Simulation, cases: Sequence[Case[Any]], inputs: Inputs
         from dielast.commands.simulation.pictures import picture, picture_of_cycles
 
         if many:
-            return picture_of_cycles(cases, materials, results, simulation.measured)
+            return picture_of_cycles(cases, materials, results, simulation.measured, [case.steps for case in solved])
         return picture(cases, materials, results, columns, matched, axes, [case.steps for case in solved])
 
     more_tables, more_figures = simulation.extras(cases, materials, results)
