@@ -145,8 +145,8 @@ def _start(value: Any, handler: Any, info: ValidationInfo) -> FittedMaterial:
     return start
 
 
-_TEXT = {"type": "string"}
-_TABLE = {"type": "object", "properties": {"file": _TEXT, "name": _TEXT}, "additionalProperties": False}
+_KEYS = {name: {"type": "string", "description": field.description} for name, field in FittedMaterial.model_fields.items()}
+_TABLE = {"type": "object", "properties": _KEYS, "additionalProperties": False}
 StartMaterial = Annotated[FittedMaterial, WrapValidator(_start), WithJsonSchema({"anyOf": [PATH, _TABLE]}), NAMES_FILES]
 
 
