@@ -22,24 +22,30 @@ def bounds_about(start: float, scale: float | None) -> tuple[Bound, Bound]:
     return (start - spread, f"start - {spread:.4g}"), (start + spread, f"start + {spread:.4g}")
 
 
-def bounds_between(starts: Sequence[float], k: int, path: str) -> tuple[Bound, Bound]:
+def bounds_between(starts: Sequence[float], values: Sequence[float], k: int, path: str) -> tuple[Bound, Bound]:
     """The default bounds of a relaxation time, half-way in log time from its start to those of the neighbouring branches.
 
     Branches that could change places would have profiles with two minima, and draws of both, for one and the same material. Raises
-    `InputError` with the key `path` unless the starts are positive and descend.
+    `InputError` with the key `path` unless the starts are positive, different, and in the order of size of the material's `values`.
     """
-    if not (np.all(np.diff(starts) < 0) and min(starts) > 0):
-        needed = "positive starts of the relaxation times, in descending order as in the material, are needed, or min and max"
+    in_order = np.array_equal(np.argsort(starts, kind="stable"), np.argsort(values, kind="stable"))
+    if min(starts) <= 0 or len(set(starts)) < len(starts) or not in_order:
+        needed = (
+            "positive starts of the relaxation times, in the order of size of those in the material, are needed, or min and max"
+        )
         raise InputError(needed, key=path)
-    order = np.log(starts)
+    log = np.log(starts)
+    order = np.argsort(log).tolist()
+    place = order.index(k)
 
     def beside(other: int, outermost: Bound) -> Bound:
         if not 0 <= other < len(starts):
             return outermost
-        return float(np.exp(0.5 * (order[k] + order[other]))), f"half-way to relaxation_time[{other}] in log time"
+        neighbour = order[other]
+        return float(np.exp(0.5 * (log[k] + log[neighbour]))), f"half-way to relaxation_time[{neighbour}] in log time"
 
-    lowest, highest = (float(np.exp(order[k] + sign * np.log(WIDE))) for sign in (-1, 1))
-    return beside(k + 1, (lowest, BELOW)), beside(k - 1, (highest, ABOVE))
+    lowest, highest = (float(np.exp(log[k] + sign * np.log(WIDE))) for sign in (-1, 1))
+    return beside(place - 1, (lowest, BELOW)), beside(place + 1, (highest, ABOVE))
 
 
 def bounds_apart(starts: Sequence[float], k: int, scale: float, path: str) -> tuple[Bound, Bound]:

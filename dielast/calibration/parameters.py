@@ -186,7 +186,7 @@ def _parameters(material: Material, path: str, free: Mapping[str, Free]) -> list
                 if key == "alpha":
                     usual = bounds_apart(starts, k, max(abs(starts[k]), size), path)
                 else:
-                    usual = bounds_between(starts, k, path)
+                    usual = bounds_between(starts, value, k, path)
             found.append(_parameter(section, key, k, kind, known, each, size, path, usual))
     return found
 

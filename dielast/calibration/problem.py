@@ -133,7 +133,9 @@ def smooth_branches(problem: FitProblem, curves: Curves, scatter: Scatter, slope
     ]
     if len(places) < FEWEST:
         return np.zeros((at.size, at.size))
-    time = np.log([problem.space.material.spectrum.relaxation_time[problem.space.parameters[k].index or 0] for k in places])
+    log = np.log([problem.space.material.spectrum.relaxation_time[problem.space.parameters[k].index or 0] for k in places])
+    order = np.argsort(-log, kind="stable")
+    places, time = [places[k] for k in order], log[order]
     bends = np.zeros((len(places) - 2, at.size))
     for row in range(len(places) - 2):
         first, middle, last = (time[row + offset] for offset in range(3))

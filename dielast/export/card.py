@@ -68,9 +68,10 @@ def prepare(material: Material, code: Code, options: CardOptions) -> Card:
         )
     options = replace(options, units=code.units or options.units)
     units = UNITS[options.units]
-    there = material.spectrum.shear_modulus > 0
+    spectrum = material.spectrum.slowest_first()
+    there = spectrum.shear_modulus > 0
     dropped = int(np.count_nonzero(~there))
-    modulus, time = material.spectrum.shear_modulus[there], material.spectrum.relaxation_time[there]
+    modulus, time = spectrum.shear_modulus[there], spectrum.relaxation_time[there]
     wrong.tried(lambda: _check_branches(material, len(modulus), code))
     spring = wrong.tried(lambda: _springs(material, code, options))
     shifted = wrong.tried(lambda: _shift(material.shift, time, code, options))

@@ -8,7 +8,7 @@ from typing import Any
 
 from dielast.errors import InputError, Problem, shown
 from dielast.handover.law_section import LawSection
-from dielast.handover.material_file import NO_TABLE, MaterialFile, material_file
+from dielast.handover.material_file import NO_TABLE, MaterialFile, material_file, refuse_card
 from dielast.io.toml import parse_toml
 from dielast.material.material import Material
 from dielast.recipe.paths import read_path, set_key
@@ -24,6 +24,7 @@ def parse_changed_material(content: bytes, source: str, changes: Mapping[str, An
     A spring with a new law keeps its modulus; its other constants come from the changes only. Any other new law keeps the constants
     that it shares with the law in the file. Raises `InputError` for mistakes in the file and, with the `origin`, in the changes.
     """
+    refuse_card(content, source)
     values = parse_toml(content, source, NO_TABLE)
     plain = check(material_file(), values, source, Path())
     if not changes:

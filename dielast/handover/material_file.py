@@ -1,5 +1,6 @@
 """The material file: read into a `Material`, and written from one."""
 
+import re
 from collections.abc import Mapping, Set
 from copy import copy
 from functools import lru_cache
@@ -7,9 +8,9 @@ from pathlib import Path
 from typing import Annotated, Any, ClassVar
 
 import numpy as np
-from pydantic import Field, create_model
+from pydantic import Field, PlainValidator, WithJsonSchema, create_model
 
-from dielast.errors import InputError
+from dielast.errors import InputError, and_more, shown, warn
 from dielast.handover.law_section import (
     SCALING_KEYS,
     BreakdownSection,
@@ -28,7 +29,7 @@ from dielast.material.breakdown import BREAKDOWNS
 from dielast.material.damage import DAMAGES
 from dielast.material.dielectric import DIELECTRICS, DielectricLaw
 from dielast.material.flow import FLOWS, LINEAR_FLOW
-from dielast.material.material import NEO_HOOKEAN, CalibratedRange, Material
+from dielast.material.material import NEO_HOOKEAN, CalibratedRange, Material, constants_of
 from dielast.material.modulus import CONSTANT_MODULUS, MODULI
 from dielast.material.shift import SHIFTS, NoShift, ShiftLaw
 from dielast.material.spectrum import Spectrum
@@ -157,6 +158,23 @@ class CalibratedSection(Section):
         return CalibratedRange(tuple(self.modes), self.largest_I1, (first, last), (coldest, hottest))
 
 
+ORIGINS = "stated", "measured", "fitted"
+
+
+def _origins(value: Any) -> dict[str, str]:
+    """The origins by path, of paths in quotes or as tables."""
+    if not isinstance(value, dict):
+        raise InputError(f"{shown(value)}: a table of constants by path is needed")
+    flat = {}
+    for path, origin in value.items():
+        inner = {f"{path}.{key}": each for key, each in origin.items()} if isinstance(origin, dict) else {path: origin}
+        for key, each in inner.items():
+            if not isinstance(each, str):
+                raise InputError(f'{key}: {shown(each)}: "stated", "measured" or "fitted: " with the tests is needed')
+            flat[key] = each
+    return flat
+
+
 class MaterialFile(Section):
     """A dielectric elastomer: springs, relaxation processes, shift law, dielectric."""
 
@@ -176,6 +194,11 @@ class MaterialFile(Section):
     damage: DamageSection | None = Field(None, description="Damage by the field over time. Default: none.")
     temperature: ScalingSection | None = Field(None, description="How moduli change with temperature. Default: they are constant.")
     calibrated: CalibratedSection | None = Field(None, description="The range of the tests that the material was fitted to.")
+    origin: Annotated[dict[str, str], PlainValidator(_origins), WithJsonSchema({"type": "object"})] = Field(
+        {},
+        description='Where constants are from, by path, such as "equilibrium.shear_modulus" = "measured": stated, measured, or '
+        "fitted, with the tests. Written by spectrum and calibrate.",
+    )
     draws: str | None = Field(
         None, min_length=1, description="Table of draws of this material, for [uncertainty]; its path is relative to this file."
     )
@@ -210,7 +233,7 @@ class MaterialFile(Section):
     def material(self) -> Material:
         """The material that the file describes."""
         measured, scaling = self.measured_temperature, self.temperature
-        return Material(
+        material = Material(
             name=self.name,
             equilibrium_modulus=self.equilibrium.modulus(),
             spectrum=self.spectrum,
@@ -225,7 +248,21 @@ class MaterialFile(Section):
             nonequilibrium_scaling=CONSTANT_MODULUS if scaling is None else scaling.scaling("nonequilibrium"),
             calibrated=None if self.calibrated is None else self.calibrated.stated(),
             flow=LINEAR_FLOW if self.flow is None else self.flow.stated(),
+            origin=self.origin,
         )
+        self._warn_of_origin(material)
+        return material
+
+    def _warn_of_origin(self, material: Material) -> None:
+        """Warn of origins of constants that the material does not have, and of other origins."""
+        known = {f"{section}.{key}" for section, group in constants_of(material).items() for key in group}
+        known |= {"nonequilibrium.relaxation_time_s", "nonequilibrium.shear_modulus_Pa"}
+        unknown = [path for path in self.origin if path.partition("[")[0] not in known]
+        if unknown:
+            warn(f"origin: the material has no {', '.join(map(shown, unknown[:3]))}{and_more(len(unknown) - 3)}")
+        for path, origin in self.origin.items():
+            if origin.partition(":")[0] not in ORIGINS:
+                warn(f"origin: {shown(path)} = {shown(origin)}: stated, measured or fitted is expected")
 
 
 def material_file() -> type[MaterialFile]:
@@ -261,8 +298,21 @@ def _model(*registered: tuple[str, ...]) -> type[MaterialFile]:
     return create_model("MaterialFile", __base__=MaterialFile, __doc__=MaterialFile.__doc__, **fields)
 
 
+def refuse_card(content: bytes, source: str) -> None:
+    """`InputError` for a card of a finite-element code in place of a material file, with what reads it."""
+    if card := _CARD.search(content[:100_000]):
+        code = "Abaqus" if card[0].lstrip().startswith(b"*") else "ANSYS"
+        name = shown(Path(source).name)
+        instead = f"a card of {code}: dielast spectrum makes a material file of it, with prony = {name} and prony_units"
+        raise InputError(instead, file=source)
+
+
+_CARD = re.compile(rb"^[ \t]*(?:\*(?:HEADING|MATERIAL|ELASTIC|HYPERELASTIC|VISCOELASTIC)|TB *, *[A-Z]+ *,|/PREP7)", re.I | re.M)
+
+
 def parse_file(content: bytes, source: str) -> MaterialFile:
     """The material file in these bytes, with the name of the table of its draws; `InputError` with a line for every mistake."""
+    refuse_card(content, source)
     return check(material_file(), parse_toml(content, source, NO_TABLE), source, Path())
 
 
@@ -312,6 +362,7 @@ def write_material(material: Material, draws: str | None = None) -> bytes:
             "time": [f"{value:.9g} s" for value in calibrated.time],
             "temperature": [f"{value:.9g} degC" for value in calibrated.temperature],
         }
+    document |= {"origin": dict(material.origin)} if material.origin else {}
     return tomli_w.dumps(document).encode()
 
 

@@ -21,12 +21,12 @@ class Result:
 
     __slots__ = ()
 
-    def shown(self) -> tuple[Any, ...]:
-        """The fields that the description names."""
-        return tuple(field for field in fields(self) if field.repr)  # type: ignore[arg-type]
+    def described(self) -> Mapping[str, Any]:
+        """What the description lists: the fields by name."""
+        return {field.name: getattr(self, field.name) for field in fields(self) if field.repr}  # type: ignore[arg-type]
 
     def __repr__(self) -> str:
-        parts = [f"{field.name}={_short(getattr(self, field.name))}" for field in self.shown()]
+        parts = [f"{name}={_short(value)}" for name, value in self.described().items()]
         parts = [part.replace(" ", UNBROKEN) for part in parts]
         text = f"{type(self).__name__}({', '.join(parts)})"
         wrap = textwrap.TextWrapper(WIDTH, subsequent_indent="    ", max_lines=LINES, placeholder=" ...)", break_on_hyphens=False)

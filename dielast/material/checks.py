@@ -5,6 +5,7 @@ A warning states the likely mistake. None of these inputs is an error: a real ma
 
 import re
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -12,32 +13,75 @@ from numpy.typing import ArrayLike
 from dielast.errors import and_more, warn
 from dielast.material.breakdown import BreakdownLaw
 from dielast.material.material import VACUUM_PERMITTIVITY, Material
-from dielast.numerics.arrays import Floats
 from dielast.units import ZERO_CELSIUS
 
-SOFTEST, HARDEST = 100.0, 1e8  # Pa, shear modulus of a rubber at rest: from gels to leather
+SOFTEST = 100.0  # Pa, shear modulus of a gel
 GLASS = 1.5e10  # Pa, shear modulus that no polymer's glass exceeds
 RELAXING = 0.01  # of the equilibrium modulus: branches with a smaller sum do not show
 TAUT = 0.03  # distance to the limit of stretch, 1 at rest: with less, chains are taut and break
 COLDEST, HOTTEST = -150.0, 300.0  # degC, where polymers are measured
 LOOKS_LIKE_KELVIN = 200.0  # degC: higher readings are most likely in kelvin
 FAINTEST, STRONGEST = 1e6, 1e9  # V/m, breakdown fields of polymer films
-LARGEST_PERMITTIVITY = 1e3  # relative
 UNFELT, BEYOND = 1 / 300, 30.0  # of the breakdown field: the electrostatic stress is 1e-5 and 1000 times that at breakdown
 LEAKIEST = 30.0  # fields E_c of leakage: the conductivity grows by a factor 1e13
-THINNEST, THICKEST, THICKEST_SPECIMEN = 1e-6, 1e-2, 0.1  # m
 _SHEAR = re.compile(r"^\|?g(?![a-z])|^g(p|pp|prime|stor|loss)\b|^j(?![a-z])|\bshear\b|scher|schub")  # names, in lower case
 _STRAIN = re.compile(r"\bstrain|dehnung(?!sverh)|elongation|^[εϵ]")
 UNSEEN = 1e-5  # strain that no extensometer resolves
 SQUEEZED = 0.7  # stretch: a smaller value is probably a strain
 
 
+@dataclass(frozen=True, slots=True)
+class Usual:
+    """The usual range of a quantity, in SI: `text` says what is usual beside a `value`, which is in units of 1/`factor`. `mistaken`
+    are other values that may have been meant: a factor on the value, and its unit.
+    """
+
+    low: float
+    high: float
+    text: str
+    factor: float = 1.0
+    mistaken: Sequence[tuple[float, str]] = ()
+
+    def warn(self, values: ArrayLike) -> None:
+        """Warn of the first of the values (any shape) outside of the range."""
+        flat = np.ravel(np.asarray(values, dtype=float))
+        for value in flat[(flat < self.low) | (flat > self.high)][:1].tolist():
+            meant = [
+                f"{value * factor * self.factor:g} {unit}".rstrip() for factor, unit in self.mistaken if self._holds(value * factor)
+            ]
+            warn(self.text.format(value=value * self.factor) + (f", such as {' or '.join(meant)}?" if meant else "?"))
+
+    def _holds(self, value: float) -> bool:
+        return self.low <= value <= self.high
+
+
+USUAL = {
+    "equilibrium modulus": Usual(
+        SOFTEST,
+        1e7,
+        "the equilibrium shear modulus is {value:g} Pa, but rubbers at rest have 100 Pa to 10 MPa: is it in another unit",
+        mistaken=((1e-3, "Pa"), (1e3, "Pa"), (1e6, "Pa")),
+    ),
+    "permittivity": Usual(
+        1.0,
+        100.0,
+        "the permittivity is {value:.3g} times that of the vacuum, but elastomers have 2 to 20 times: is it relative, or in "
+        "another unit",
+        mistaken=((1e-2, ""), (1e-3, ""), (VACUUM_PERMITTIVITY, "")),
+    ),
+    "breakdown field": Usual(
+        FAINTEST, STRONGEST, "a breakdown field of {value:g} V/m: films break down at 1 to 1000 MV/m, so is it in another unit"
+    ),
+    "film": Usual(1e-6, 1e-2, "the thickness is {value:g} mm, but a film has 1 um to 10 mm: is it in another unit", 1e3),
+    "specimen": Usual(1e-6, 0.1, "the thickness is {value:g} mm, but a specimen has 1 um to 100 mm: is it in another unit", 1e3),
+}
+"""The usual ranges by quantity. A value outside is no error: a real material may have it."""
+
+
 def warn_of_material(material: Material) -> None:
     """Warn of constants that are most likely in another unit."""
     rest, branches = material.equilibrium_modulus, float(np.sum(material.spectrum.shear_modulus))
-    if rest > 0 and not SOFTEST <= rest <= HARDEST:
-        usual = f"rubbers at rest have {SOFTEST:g} Pa to {HARDEST / 1e6:g} MPa"
-        warn(f"the equilibrium shear modulus is {rest:g} Pa, but {usual}: is it in another unit?")
+    USUAL["equilibrium modulus"].warn([rest] if rest > 0 else [])
     if rest + branches > GLASS:
         warn(f"the shear moduli add up to {rest + branches:g} Pa, more than any polymer's glass: are they in another unit?")
     if 0 < branches < RELAXING * rest:
@@ -50,22 +94,9 @@ def warn_of_material(material: Material) -> None:
     warn_of_temperature(material.reference_temperature, "the reference temperature is")
     if material.dielectric is not None:
         relatives = material.dielectric.typical(material.reference_temperature) / VACUUM_PERMITTIVITY
-        for relative in _outside(relatives, 1, LARGEST_PERMITTIVITY)[:1]:
-            warn(f"the permittivity is {relative:.3g} times that of the vacuum: is it relative, or in another unit?")
+        USUAL["permittivity"].warn(relatives)
     if material.breakdown is not None:
-        warn_of_breakdown(material.breakdown.typical_fields())
-
-
-def warn_of_breakdown(field: ArrayLike) -> None:
-    """Warn of breakdown fields (V/m, any shape) outside of those of polymer films."""
-    for value in _outside(field, FAINTEST, STRONGEST)[:1]:
-        warn(f"a breakdown field of {value:g} V/m: films break down at 1 to 1000 MV/m, so is it in another unit?")
-
-
-def _outside(values: ArrayLike, low: float, high: float) -> Floats:
-    """Those of the values (any shape) that are below `low` or above `high`, (k,)."""
-    flat = np.ravel(np.asarray(values, dtype=float))
-    return flat[(flat < low) | (flat > high)]
+        USUAL["breakdown field"].warn(material.breakdown.typical_fields())
 
 
 def warn_of_prestretches(prestretch: Sequence[tuple[float, float]], laws: Sequence[BreakdownLaw | None]) -> None:
@@ -77,13 +108,6 @@ def warn_of_prestretches(prestretch: Sequence[tuple[float, float]], laws: Sequen
     (first, second), value, text = outside[0]
     what = f"prestretch {first:g}" if first == second else f"prestretch {first:g} x {second:g} (as {value:.4g} equibiaxial)"
     warn(f"{what}{and_more(len({pair for pair, _, _ in outside}) - 1)}: {text}")
-
-
-def warn_of_thickness(thickness: ArrayLike, whose: str = "film", thickest: float = THICKEST) -> None:
-    """Warn of thicknesses (m, any shape) that no film or specimen (`whose`) has; `thickest` (m) is the limit."""
-    for value in _outside(thickness, THINNEST, thickest)[:1]:
-        usual = f"a {whose} has {THINNEST * 1e6:g} um to {thickest * 1e3:g} mm"
-        warn(f"the thickness is {value * 1e3:g} mm, but {usual}: is it in another unit?")
 
 
 def warn_of_field(highest: ArrayLike, breakdown: ArrayLike, charged: ArrayLike = False) -> None:

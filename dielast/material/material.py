@@ -4,7 +4,7 @@ Calibration and tables of draws change a material by its numbers, by section and
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -62,7 +62,9 @@ class Material(Result):
     `measured_temperature` is the range in which the shift factors were measured, None if unknown. The moduli hold at the reference
     temperature; `equilibrium_scaling` and `nonequilibrium_scaling` say how those of the equilibrium spring and of the branches
     change with temperature. `breakdown` and `damage` are criteria of electrical failure, None for none. `calibrated` is the range
-    of the tests that the material was fitted to, None if it was not fitted. `flow` is the law by which branches flow under stress.
+    of the tests that the material was fitted to, None if it was not fitted. `origin` says of constants, by their paths such as
+    "equilibrium.shear_modulus", where they are from: "stated", "measured", or "fitted: " with the names of the tests.
+    `flow` is the law by which branches flow under stress.
     """
 
     name: str
@@ -79,6 +81,7 @@ class Material(Result):
     nonequilibrium_scaling: ModulusLaw = CONSTANT_MODULUS
     calibrated: CalibratedRange | None = None
     flow: FlowLaw = LINEAR_FLOW
+    origin: Mapping[str, str] = field(default_factory=dict, compare=False, repr=False)
 
     @property
     def reference_temperature(self) -> float:
@@ -115,6 +118,17 @@ def numbers_of(material: Material) -> Numbers:
         },
     }
     return numbers | {section: law.numbers() for section, law in _laws(material).items()}
+
+
+def paths_of(material: Material) -> list[str]:
+    """The paths of all constants that a material states; a list of branches has one path."""
+    known = {section: group.items() for section, group in numbers_of(material).items()}
+    finite = [(section, key) for section, group in known.items() for key, value in group if _is_stated(key, value)]
+    return [f"{section}.{key}" for section, key in finite]
+
+
+def _is_stated(key: str, value: Any) -> bool:
+    return key != SCALE and value is not None and np.size(value) > 0 and bool(np.all(np.isfinite(np.asarray(value, dtype=float))))
 
 
 def constants_of(material: Material) -> dict[str, dict[str, Constant]]:

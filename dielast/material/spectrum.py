@@ -13,8 +13,8 @@ from dielast.material.argument_types import checked
 from dielast.numerics.arrays import Floats
 
 
-def slowest_first(spectrum: Result, times: str, strengths: str) -> None:
-    """Sort the fields `times` and `strengths` of a spectrum, (N,) each, by descending time, and make them read-only.
+def check_processes(spectrum: Result, times: str, strengths: str) -> None:
+    """Make the fields `times` and `strengths` of a spectrum, (N,) each, read-only arrays.
 
     Raises `InputError` if they differ in length, a time is not positive, a strength is negative, or either is not finite.
     """
@@ -26,14 +26,14 @@ def slowest_first(spectrum: Result, times: str, strengths: str) -> None:
         raise InputError(f"every {spoken(times)} must be positive and finite")
     if not np.all(np.isfinite(strength) & (strength >= 0)):
         raise InputError(f"every {spoken(strengths)} must be finite and not negative")
-    order = np.argsort(-time, kind="stable")
-    freeze(spectrum, {times: time[order], strengths: strength[order]})
+    freeze(spectrum, {times: time, strengths: strength})
 
 
 @checked
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Spectrum(TabularResult):
-    """N relaxation processes: `relaxation_time` (s) and `shear_modulus` (Pa), both of shape (N,), slowest first.
+    """N relaxation processes: `relaxation_time` (s) and `shear_modulus` (Pa), both of shape (N,), in any order, which is kept: that
+    of the fits is slowest first.
 
     Raises `InputError` if the lists differ in length, a time is not positive, a modulus is negative, or either is not finite.
     """
@@ -42,7 +42,7 @@ class Spectrum(TabularResult):
     shear_modulus: Floats
 
     def __post_init__(self) -> None:
-        slowest_first(self, "relaxation_time", "shear_modulus")
+        check_processes(self, "relaxation_time", "shear_modulus")
 
     def __len__(self) -> int:
         return self.relaxation_time.size
@@ -52,10 +52,16 @@ class Spectrum(TabularResult):
         return [Column("relaxation_time", "s", self.relaxation_time), Column("shear_modulus", "Pa", self.shear_modulus)]
 
     def slowest(self, keep: int) -> Self:
-        """The `keep` slowest processes (the truncation of Sec. 3.4, DOI 10.1115/1.4030850)."""
+        """The `keep` slowest processes, slowest first (the truncation of Sec. 3.4, DOI 10.1115/1.4030850)."""
         if not 1 <= keep <= len(self):
             raise InputError(f"cannot keep {keep} of {len(self)} branches")
-        return type(self)(self.relaxation_time[:keep], self.shear_modulus[:keep])
+        ordered = self.slowest_first()
+        return type(self)(ordered.relaxation_time[:keep], ordered.shear_modulus[:keep])
+
+    def slowest_first(self) -> Self:
+        """The processes in descending order of their times."""
+        order = np.argsort(-self.relaxation_time, kind="stable")
+        return type(self)(self.relaxation_time[order], self.shear_modulus[order])
 
     def relaxation_modulus(self, time: ArrayLike, equilibrium_modulus: float = 0.0) -> Floats:
         """Shear relaxation modulus in Pa at `time` (s), G(t) = mu_eq + sum mu_k exp(-t/tau_k), Eq. 17 of DOI 10.1115/1.4030850.

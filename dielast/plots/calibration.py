@@ -39,7 +39,8 @@ def plot_calibration(calibration: Calibration, title: str | None = None) -> Figu
         count = len(calibration.profiles)
         shown = spread_indices(count, MOST_PROFILES) if count else []
         across = row_of(len(tests))
-        rows = [-(-len(tests) // across), -(-(len(shown) + 1) // ACROSS) if shown else 0]
+        blocks = len(shown) + (len(shown) > 1)  # one parameter has no correlations
+        rows = [-(-len(tests) // across), -(-blocks // ACROSS)]
         heights = [1.75 * rows[0] + 0.35, 1.6 * rows[1]]
         figure = sheet(title, 2.1, sum(heights))
         parts = figure.subfigures(2, 1, height_ratios=heights, squeeze=False)[:, 0] if shown else [figure]
@@ -48,8 +49,9 @@ def plot_calibration(calibration: Calibration, title: str | None = None) -> Figu
             axes = list(parts[1].subplots(rows[1], ACROSS, squeeze=False).ravel())
             for place, k in zip(axes, shown, strict=False):
                 _draw_profile(place, calibration, k)
-            _draw_correlations(axes[len(shown)], calibration, shown)
-            for unused in axes[len(shown) + 1 :]:
+            if len(shown) > 1:
+                _draw_correlations(axes[len(shown)], calibration, shown)
+            for unused in axes[blocks:]:
                 unused.remove()
     return figure
 
@@ -189,7 +191,7 @@ def _symbol(name: str) -> str:
     path, _, index = name.partition("[")
     text = SYMBOLS.get(path)
     if text is not None:
-        return text + (f" {int(index[:-1]) + 1}" if index else "")
+        return text + (f" {index[:-1]}" if index else "")
     section, _, key = path.partition(".")
     whose = {"equilibrium": "eq.", "nonequilibrium": "branches"}.get(section, section)
-    return f"{key.replace('_', ' ')} ({whose})" + (f" {int(index[:-1]) + 1}" if index else "")
+    return f"{key.replace('_', ' ')} ({whose})" + (f" {index[:-1]}" if index else "")

@@ -5,6 +5,9 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import NDArray
 
+from dielast.io.table import spoken
+from dielast.simulate.quantities import quantity_of
+
 # SI unit -> units from the largest to the smallest: name, factor from SI, and the least magnitude for which it is taken
 UNITS: dict[str, tuple[tuple[str, float, float], ...]] = {
     "V": (("kV", 1e-3, 100.0), ("V", 1.0, 0.0)),
@@ -18,21 +21,11 @@ UNITS: dict[str, tuple[tuple[str, float, float], ...]] = {
     "A/m^2": (("A/m²", 1.0, 0.1), ("mA/m²", 1e3, 0.0)),
     "J/m^3": (("kJ/m³", 1e-3, 0.0),),
     "F/m": (("pF/m", 1e12, 0.0),),
+    "F": (("µF", 1e6, 1e-7), ("nF", 1e9, 1e-10), ("pF", 1e12, 0.0)),
+    "F/m^2": (("µF/m²", 1e6, 1e-7), ("nF/m²", 1e9, 0.0)),
     "degC": (("°C", 1.0, 0.0),),
 }
 MODULUS = "MPa"  # moduli run over many decades, and have one unit in all figures
-NAMES = {
-    "stretch_1": "stretch",
-    "stretch_2": "stretch along axis 2",
-    "nominal_stress_1": "nominal stress",
-    "nominal_stress_2": "nominal stress along axis 2",
-    "true_stress_1": "true stress",
-    "true_stress_2": "true stress along axis 2",
-    "relative_stretch_1": "relative stretch",
-    "relative_stretch_2": "relative stretch along axis 2",
-    "stability": "stability det H / det H$_0$",
-    "damage": "damage",
-}
 
 
 def unit_for(unit: str, largest: float) -> tuple[str, float]:
@@ -46,8 +39,8 @@ def unit_for(unit: str, largest: float) -> tuple[str, float]:
 def axis_of(header: str, values: Iterable[NDArray[np.float64]] = ()) -> tuple[str, float]:
     """The label of an axis that shows these `values` of a column, and the factor from SI into the unit shown."""
     name, _, rest = header.partition(" [")
-    unit = rest.rstrip("]")
-    called = NAMES.get(name, name.replace("_", " "))
+    unit, quantity = rest.rstrip("]"), quantity_of(header)
+    called = spoken(name) if quantity is None or not quantity.label else quantity.label
     if name.endswith("modulus") and unit == "Pa":
         return f"{called} [{MODULUS}]", 1e-6
     finite = [np.abs(column[np.isfinite(column)]) for column in values]

@@ -26,7 +26,6 @@ MOST_TICKS = 8
 OF_POINTS: Any = {"linestyle": "none", "markeredgewidth": 0.8}
 STILL, BEFORE = 0.005, 3.0  # a log axis begins earlier, by this factor, than a curve has moved by this share of its range
 DIM = 0.35  # opacity of a line after a failure
-LEAST_SHARE = 0.1  # least range of y of a panel over the widest one, for a shared axis
 HEIGHTS = {1: 2.7, 2: 2.3, 3: 1.75, 4: 1.5}  # inches of a panel, by the number of panels across
 ROOM = {1: 58, 2: 56, 3: 36, 4: 27}  # characters of a line of its title, by the number of panels across
 
@@ -75,7 +74,7 @@ def plot_cases(
         more = len({name for _, name, _, _ in marks}) + any(band is not None for band in bands)
         rows = grid_of([*handles, *[Line2D([], []) for _ in range(more)]], 1 if len(arranged.panels) == 1 else 2)[0]
         below = 0.15 * rows if len(handles) + more > 1 or len(cases) > 1 else 0.0
-        figure, panels = _panels(arranged, title, below, _alike(arranged, view, cases))
+        figure, panels = _panels(arranged, title, below)
         for axes, panel in zip(panels, arranged.panels, strict=True):
             parts = typeset(panel.title).replace(" ", FIXED).replace(f",{FIXED}", ", ")
             axes.set_title(textwrap.fill(parts, ROOM[arranged.across]).replace(FIXED, " "), loc="left", fontsize=7, pad=3)
@@ -144,22 +143,11 @@ def _beginning(cases: Sequence[Mapping[str, NDArray[np.float64]]], measured: Seq
     return view.factors[0] * first / BEFORE if np.isfinite(first) else None
 
 
-def _alike(arranged: Arrangement, view: View, cases: Sequence[Mapping[str, NDArray[np.float64]]]) -> bool:
-    """Whether the panels can share one y axis without one of them being a flat line."""
-    if view.log[1] or len(arranged.panels) == 1:
-        return True
-    spans = []
-    for panel in arranged.panels:
-        values = np.concatenate([cases[case][view.y] for case in panel.cases])
-        spans.append(float(np.ptp(values[np.isfinite(values)])) if np.isfinite(values).any() else np.inf)
-    return min(spans) > LEAST_SHARE * max((span for span in spans if np.isfinite(span)), default=0.0)
-
-
-def _panels(arranged: Arrangement, title: str | None, below: float, alike: bool) -> tuple[Figure, list[Axes]]:
-    """The figure and the axes of its panels, with one y axis if they are `alike`, and so much room `below` for a legend."""
+def _panels(arranged: Arrangement, title: str | None, below: float) -> tuple[Figure, list[Axes]]:
+    """The figure and the axes of its panels, which share their axes, with so much room `below` for a legend."""
     count, across = len(arranged.panels), arranged.across
     figure = sheet(title, 1.0 if count == 1 else 2.0, HEIGHTS[across] * -(-count // across) + below)
-    panels = grid(figure, count, across, sharex=True, sharey=alike)
+    panels = grid(figure, count, across, sharex=True, sharey=True)
     for lowest in panels[-across:]:
         lowest.tick_params(labelbottom=True)
     if across > 2:

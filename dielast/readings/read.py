@@ -13,7 +13,7 @@ from dielast.io.files import Inputs
 from dielast.io.table import spoken
 from dielast.material.checks import warn_of_tension
 from dielast.material.measurement import FrequencySweep, Measurement, measurement_of
-from dielast.material.measurement_kind import MeasurementKind
+from dielast.material.measurement_kind import RELAXATION, MeasurementKind
 from dielast.readings.columns_recipe import MECHANICAL, ROLES
 from dielast.readings.isotherms import isotherms
 from dielast.readings.kramers_kronig import viscosity_factor, warn_if_inconsistent
@@ -24,6 +24,7 @@ from dielast.readings.values import Readings, read_part
 
 LOW = 0.1  # of the largest value of a curve, below which its noise floor lies
 NEIGHBOURS = 2  # readings on either side that show how large a value should be
+FEWEST_STEPS, FALLING = 4, 0.8  # rows, and share of rows in which the time falls, that show columns taken for each other
 VISCOSITY_AGREEMENT = 0.1  # in ln; tolerance for a rounded complex viscosity
 
 
@@ -85,6 +86,8 @@ def read_all(data: MeasuredData, inputs: Inputs) -> Dataset:
     for level, rows in isotherms(temperature, columns[0], source, label, data.temperature_tolerance):
         files = [parts[k].table.source for k in source[rows]]
         _check_signs(kind, level, columns[:, rows], files, line[rows])
+        if kind is RELAXATION and not all(part.is_export for part in parts):
+            _warn_of_swapped(columns[:, rows[np.argsort(line[rows], kind="stable")]], files[0])
         names = ", ".join(dict.fromkeys(files))
         measurements.append(measurement_of(kind, level, columns[:, rows], names, data.time_offset))
         first.append(int(np.min(rows)))
@@ -165,6 +168,15 @@ def _check_signs(
             name = spoken(kind.ordinates[int(np.argmax(below[:, first]))][0])
             more = f" here, and in {others} more row{'s' if others > 1 else ''}," if others else ""
             warn(f"the {name} {at} is zero or negative{more} {what}", file=source[first], line=int(line[first]))
+
+
+def _warn_of_swapped(columns: NDArray[np.float64], source: str) -> None:
+    """Warn of a relaxation test in whose rows, in the order of the file, the time falls and the modulus rises (2, n): a table lists
+    times as they pass, so that its columns were probably taken for each other.
+    """
+    times, moduli = np.diff(columns[:2])
+    if times.size >= FEWEST_STEPS and np.all(moduli > 0) and np.mean(times < 0) > FALLING:
+        warn("from row to row the time falls and the modulus rises: are the columns of time and modulus swapped?", file=source)
 
 
 def _warn_of_running_clock(measurements: Sequence[Measurement]) -> None:

@@ -38,14 +38,14 @@ def _existing(name: Any, info: ValidationInfo, kind: str, test: Callable[[Path],
     return name
 
 
-_file = partial(_existing, kind="file", test=Path.is_file)
+existing_file = partial(_existing, kind="file", test=Path.is_file)
 _folder = partial(_existing, kind="folder", test=Path.is_dir)
 
 
 def _files(names: Any, info: ValidationInfo) -> tuple[str, ...]:
     """The files of a list in its order, or those that a glob pattern matches, sorted by name."""
     if isinstance(names, list) and names:
-        return tuple(_file(name, info) for name in names)
+        return tuple(existing_file(name, info) for name in names)
     if not isinstance(names, str) or not Path(names).name:  # "." and "/" have no file name
         raise InputError("a list of files or a glob pattern is needed")
     folder = (info.context or {}).get("folder")
@@ -80,17 +80,17 @@ def _name_or_number(noun: str, description: str) -> tuple[PlainValidator, WithJs
 
 
 NAMES_FILES = "names files or folders"
-_PATH = {
+PATH = {
     "type": "string",
     "format": "path",
     "description": "Path relative to the recipe, or example:NAME for a file that ships with dielast.",
 }
-InputFile = Annotated[str, PlainValidator(_file), WithJsonSchema(_PATH), NAMES_FILES]
-InputFolder = Annotated[str, PlainValidator(_folder), WithJsonSchema(_PATH), NAMES_FILES]
+InputFile = Annotated[str, PlainValidator(existing_file), WithJsonSchema(PATH), NAMES_FILES]
+InputFolder = Annotated[str, PlainValidator(_folder), WithJsonSchema(PATH), NAMES_FILES]
 InputFiles = Annotated[
     tuple[str, ...],
     PlainValidator(_files),
-    WithJsonSchema({"anyOf": [{"type": "array", "items": _PATH}, {"type": "string", "format": "glob pattern"}]}),
+    WithJsonSchema({"anyOf": [{"type": "array", "items": PATH}, {"type": "string", "format": "glob pattern"}]}),
     NAMES_FILES,
 ]
 ColumnName = Annotated[str | int, *_name_or_number("column", "A column's header, its name without the unit, or its number from 1.")]

@@ -61,9 +61,9 @@ def examine(
     """`values` as a `model`, or every mistake in them; messages also suggest keys and files of the other `kinds`."""
     sweep = values.get("sweep")
     swept = {shown_path(keys_of(key)): listed for key, listed in sweep.items()} if isinstance(sweep, dict) else {}
-    context = {
+    context: dict[str, Any] = {
         "folder": folder,
-        "columns": getattr(model, "COLUMNS", ()),
+        "columns": getattr(model, "columns", tuple)(),
         "swept": swept,
         "maker_of": partial(_maker_of, kinds or {}),
     }

@@ -18,11 +18,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from dielast.errors import InputError
-from dielast.io.result import TabularResult
+from dielast.io.result import TabularResult, freeze
 from dielast.io.table import Column, Table, spoken
 from dielast.material.argument_types import checked
 from dielast.material.measurement_kind import MeasurementKind
-from dielast.material.spectrum import Spectrum, slowest_first
+from dielast.material.spectrum import Spectrum, check_processes
 from dielast.numerics.arrays import Floats, Index
 
 _HALVINGS = 64  # of a bracket in log distance: the width of a bracket of 300 decades is then at rounding level
@@ -47,7 +47,9 @@ class RetardationSpectrum(TabularResult):
         return [Column("retardation_time", "s", self.retardation_time), Column("compliance", "1/Pa", self.compliance)]
 
     def __post_init__(self) -> None:
-        slowest_first(self, "retardation_time", "compliance")
+        check_processes(self, "retardation_time", "compliance")
+        order = np.argsort(-self.retardation_time, kind="stable")
+        freeze(self, {"retardation_time": self.retardation_time[order], "compliance": self.compliance[order]})
         for name in ("glassy_compliance", "fluidity"):
             if not 0 <= getattr(self, name) < np.inf:
                 raise InputError(f"the {spoken(name)} must be finite and not negative")
@@ -73,7 +75,7 @@ def relaxation_from_retardation(retardation: RetardationSpectrum) -> tuple[Spect
     flow = [retardation.fluidity] if retardation.fluidity > 0 else []
     poles, weights = np.concatenate([np.zeros(len(flow)), rate]), np.concatenate([flow, compliance * rate])
     zeros, moduli = _reciprocal(poles, weights, glassy)
-    return Spectrum(1 / zeros, moduli), 0.0 if flow else float(1 / (glassy + compliance.sum()))
+    return Spectrum(1 / zeros, moduli).slowest_first(), 0.0 if flow else float(1 / (glassy + compliance.sum()))
 
 
 def retardation_from_relaxation(spectrum: Spectrum, equilibrium_modulus: float = 0.0) -> RetardationSpectrum:

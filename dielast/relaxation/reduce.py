@@ -234,7 +234,7 @@ def _improved(responses: _Responses, log_tau: Floats, low: float, high: float) -
             trust /= 3
             if trust < _LEAST:
                 break
-    return Spectrum(np.exp(log_tau), moduli)
+    return Spectrum(np.exp(log_tau), moduli).slowest_first()
 
 
 def _programme(

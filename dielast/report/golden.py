@@ -11,7 +11,8 @@ tolerance, or `{ rtol = ..., atol = ... }` with an absolute tolerance in the uni
 
 import math
 import os
-from collections.abc import Iterator, Mapping
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -37,8 +38,8 @@ class Tolerance(NamedTuple):
 
 
 def differences(contents: Mapping[str, bytes], golden: Path, rtol: float) -> list[str]:
-    """One line for each cell of `contents` (name -> bytes) that differs from the folder `golden` by more than `rtol`, or than the
-    folder's tolerance for the cell.
+    """One line for each column of `contents` (name -> bytes) with cells that differ from those in the folder `golden` by more than
+    `rtol`, or than the folder's tolerance for them: their number, and the cell that differs most.
 
     Tables and `summary.toml` are compared; a table or a row that only one side has is a difference, and so is a column that only
     the golden table has. Columns that the golden table lacks, plots, digests and versions are not compared. Raises `InputError` if
@@ -126,19 +127,44 @@ def _tables(name: str, content: bytes, golden: Path, usual: Tolerance, special: 
         expected = list(map(as_number, then[header]))
         tolerance = special.get(header, usual)
         floor = NEGLIGIBLE * max(map(abs, filter(math.isfinite, expected)), default=0.0)
+        apart = []
         for row, (a, b, y) in enumerate(zip(cells, then[header], expected, strict=True)):
             x = as_number(a)
-            same = tolerance.holds(x, y, floor) if math.isfinite(x) and math.isfinite(y) else a == b
-            if not same:
-                yield f"{name}: row {row + 2}: {header}: {a or 'empty'}; golden {b or 'empty'}"
+            numbers = math.isfinite(x) and math.isfinite(y)
+            if not (tolerance.holds(x, y, floor) if numbers else a == b):
+                apart.append((_relative(x, y) if numbers else math.inf, f"row {row + 2}: {a or 'empty'}; golden {b or 'empty'}"))
+        if apart:
+            yield f"{name}: {header}: {_most(apart, len(cells), 'cells')}"
 
 
 def _summaries(content: bytes, golden: Path, usual: Tolerance, special: Mapping[str, Tolerance]) -> Iterator[str]:
     now, then = _flat(parse_toml(content, "summary.toml")), _flat(parse_toml(read_file(golden, str(golden)), str(golden)))
+    apart: dict[str, list[tuple[float, str]]] = {}
+    counts = Counter(key.partition("[")[0] for key in now.keys() | then.keys())
     for key in sorted(now.keys() | then.keys()):
         a, b = now.get(key), then.get(key)
         if a is None or b is None or not special.get(key, usual).holds(a, b):
-            yield f"summary.toml: {key}: {'missing' if a is None else a}; golden {'missing' if b is None else b}"
+            path, _, place = key.partition("[")
+            text = f"{'missing' if a is None else a}; golden {'missing' if b is None else b}"
+            by = math.inf if a is None or b is None else _relative(a, b)
+            apart.setdefault(path, []).append((by, f"[{place}: {text}" if place else text))
+    for path, found in apart.items():
+        yield f"summary.toml: {path}: {_most(found, counts[path], 'numbers')}"
+
+
+def _relative(a: float, b: float) -> float:
+    """The difference over the larger magnitude."""
+    return abs(a - b) / max(abs(a), abs(b)) if a != b else 0.0
+
+
+def _most(apart: Sequence[tuple[float, str]], count: int, what: str) -> str:
+    """The line about entries that differ, of so many in all: the relative difference of the one that differs most, and its text."""
+    by, text = max(apart, key=lambda entry: entry[0])
+    relative = f", relative difference {by:.2g}" if math.isfinite(by) else ""
+    if count == 1:
+        return text + relative
+    differ = "differs:" if len(apart) == 1 else "differ, most"
+    return f"{len(apart)} of {count} {what} {differ} {text}{relative}"
 
 
 def _flat(value: Any, path: str = "") -> dict[str, float]:

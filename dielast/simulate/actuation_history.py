@@ -1,6 +1,6 @@
 """Films simulated under a voltage programme, and the results in the quantities of the user."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
@@ -16,61 +16,39 @@ from dielast.mechanics.watch import Watch
 from dielast.numerics.arrays import Cases, Floats
 from dielast.numerics.integrate import Status
 from dielast.simulate.cycles import CycleMeter, CycleTable
-from dielast.simulate.electrical import UNITS, Electrical, ElectricMeter, nominal
+from dielast.simulate.electrical import ElectricMeter, nominal
 from dielast.simulate.follow import follow
 from dielast.simulate.history import Event, History, Outcome, event_columns, events_of, first_of
 from dielast.simulate.output import Output
 from dielast.simulate.profile import ProfileRecorder, Profiles
-from dielast.simulate.record import Record, Recorder, ending
+from dielast.simulate.quantities import FILMS, SolvedFilms, values_of
+from dielast.simulate.record import FIELD, Record, Recorder, ending
 from dielast.simulate.setup import Setup
 from dielast.simulate.wiring import Wiring
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class ActuationHistory(History):
-    """Histories of films under voltage: arrays (cases, times) in s, V, Pa and V/m, `temperature` (cases,) in degC.
+    """Histories of films under voltage: `values` (cases, times) in SI by header, as attributes too; `temperature` (cases,) in degC.
 
-    `time` begins with the voltage programme, `voltage` is that of the film. Relative stretches are relative to the prestretch,
-    nominal stresses are total, Maxwell stress included, and `stability` is the pull-in determinant over its value at the
-    beginning of the programme. `events` lists the events of each case in order of time. `damage` is None if no material has a
-    damage law, `electrical` and `profiles` are None unless they were requested.
+    `time` begins with the voltage programme, `voltage` is that of the film. Relative stretches and the area strain are relative to
+    the prestretch, nominal stresses are total, Maxwell stress included, and `stability` is the pull-in determinant over its value
+    at the beginning of the programme; `thickness_stretch` and `capacitance` are per undeformed thickness and area. `events` lists
+    the events of each case in order of time. Without a damage law there is no `damage`; charge, current and energies are there if
+    they were requested, per undeformed area and volume; `profiles` are None unless they were requested.
 
     The outcome of a case is completed if the programme ran to its end or to the event that is its reason. All arrays are NaN after
     the time of the outcome.
     """
 
-    UNITS: ClassVar = {
-        **{"time": "s", "voltage": "V", "stretch_1": "1", "stretch_2": "1", "relative_stretch_1": "1", "relative_stretch_2": "1"},
-        **{"nominal_stress_1": "Pa", "nominal_stress_2": "Pa", "true_field": "V/m", "stability": "1"},
-        **{"damage": "1"},
-    }
+    QUANTITIES: ClassVar = FILMS
 
     temperature: Floats
-    time: Floats
-    voltage: Floats
-    stretch_1: Floats
-    stretch_2: Floats
-    relative_stretch_1: Floats
-    relative_stretch_2: Floats
-    nominal_stress_1: Floats
-    nominal_stress_2: Floats
-    true_field: Floats
-    stability: Floats
+    values: Mapping[str, Floats]
     events: tuple[tuple[Event, ...], ...]
     outcome: tuple[Outcome, ...]
     cycles: CycleTable | None = None
-    damage: Floats | None = None
-    electrical: Electrical | None = None
     profiles: Profiles | None = None
-
-    def case(self, row: int) -> dict[str, Floats]:
-        """The columns (rows,) of a case up to its end, by their headers."""
-        columns = super(ActuationHistory, self).case(row)
-        if self.electrical is not None:
-            reached = np.isfinite(self.stretch_1[row])
-            electrical_columns = {f"{name} [{unit}]": getattr(self.electrical, name) for name, unit in UNITS.items()}
-            columns |= {header: values[row][reached] for header, values in electrical_columns.items() if values is not None}
-        return columns
 
     def events_to_frame(self) -> Frame:
         """The events as a data frame, by case and time."""
@@ -113,7 +91,7 @@ def run_films(
         ended[0] = nominal(points, last.log_squared_stretch, last.field)[1]
         at_end = np.concatenate((at_end, ended))
     if points.electric is CHARGE:
-        at_end[4] = nominal(points, last.log_squared_stretch, last.field)[0]
+        at_end[FIELD] = nominal(points, last.log_squared_stretch, last.field)[0]
         happened = {
             criterion: replace(entry, field=nominal(points, entry.log_squared_stretch, entry.field)[0])
             for criterion, entry in happened.items()
@@ -123,29 +101,27 @@ def run_films(
     record = replace(record, values=np.where(record.time > reached[:, None] * (1 + 1e-12), np.nan, record.values))
     if stopped.any() and output.to_the_end:
         record = ending(record, reached, np.where(stopped, at_end, np.nan))
-    stretch, field = record.stretch, record.field
     events = [events_of(happened, case, float(thickness[case]), end) for case, end in enumerate(reached.tolist())]
     reasons = [_reason(in_order, stops, end) for in_order, end in zip(events, reached.tolist(), strict=True)]
-    damage = None
+    with_damage = None
     if (laws := setup.endurance.damage) is not None:  # NaN for films without a damage law
-        damage = record.exposed[0] * laws.values(part, lambda law, columns: np.ones(columns.size), np.nan)[:, None]
+        with_damage = laws.values(part, lambda law, columns: np.ones(columns.size), np.nan)
+    solved = SolvedFilms(
+        record,
+        points,
+        wiring.take(part),
+        thickness,
+        np.stack([np.ones(part.size) if stretch is None else stretch[part] for stretch in setup.prestretch]),
+        begin,
+        watch.stability(relaxed).determinant,
+        with_damage,
+    )
     return ActuationHistory(
         temperature=setup.temperature[part],
-        time=record.time,
-        voltage=field * thickness[:, None],
-        stretch_1=stretch[0],
-        stretch_2=stretch[1],
-        relative_stretch_1=stretch[0] / begin[0, :, None],
-        relative_stretch_2=stretch[1] / begin[1, :, None],
-        nominal_stress_1=record.nominal_stress[0],
-        nominal_stress_2=record.nominal_stress[1],
-        true_field=field * stretch[0] * stretch[1],
-        stability=record.determinant / watch.stability(relaxed).determinant[:, None],
+        values=values_of(FILMS, solved),
         events=tuple(events),
         outcome=tuple(map(Outcome.of, followed.status.tolist(), reached.tolist(), reasons)),
         cycles=meter.collect(),
-        damage=damage,
-        electrical=_electrical(record, thickness, wiring, part) if wiring.electrical else None,
         profiles=next((recorder.profiles(reached) for recorder in recorders if isinstance(recorder, ProfileRecorder)), None),
     )
 
@@ -154,27 +130,10 @@ def _in_fields(points: Points, record: Record) -> Record:
     """The record of films under a charge, with the nominal field in place of the nominal charge density."""
     values, (cases, rows) = record.values.copy(), record.time.shape
     points_of_rows = points.take(np.repeat(np.arange(cases), rows))
-    values[4] = nominal(points_of_rows, values[:2].reshape(2, -1), values[4].ravel())[0].reshape(cases, rows)
+    values[FIELD] = nominal(points_of_rows, values[:2].reshape(2, -1), values[FIELD].ravel())[0].reshape(cases, rows)
     return replace(record, values=values)
 
 
 def _reason(events: Sequence[Event], stops: Sequence[str], end: float) -> str:
     """The name of the event of `stops` at the `end` in s of a film, the first of several `events`; empty without one."""
     return next((event.name for event in events if event.time == end and event.name in stops), "")
-
-
-def _electrical(record: Record, thickness: Floats, wiring: Wiring, part: Cases) -> Electrical:
-    """The electrical quantities of the films `part` (k,), of `thickness` (k,) in m."""
-    charge, source, current, work, leaked, lost = record.electrical
-    resists, leaks = "resistance" in wiring.stated, "leakage" in wiring.stated
-    area = None if wiring.area is None else wiring.area[part, None]
-    return Electrical(
-        charge_density=charge,
-        current_density=current,
-        electrical_energy=work,
-        source_voltage=source * thickness[:, None] if resists else None,
-        charge=None if area is None else charge * area,
-        current=None if area is None else current * area,
-        leaked_energy=leaked if leaks else None,
-        resistor_energy=lost if resists else None,
-    )

@@ -16,7 +16,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dielast.io.result import Result
 from dielast.material.leakage import Leakage
 from dielast.mechanics.electric import ELECTRIC, FIELD
 from dielast.mechanics.equations import Films, films_of
@@ -35,33 +34,6 @@ NEXT_TO_NOTHING = 1e-3  # voltage drop over that of the film, below which its ro
 
 EXTRA = ("charge", "source", "current", "work", "leaked", "lost")
 """The electrical rows of a record, in addition to the others."""
-
-
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
-class Electrical(Result):
-    """Electrical quantities of films: arrays (cases, times), None if they do not apply.
-
-    `source_voltage` in V, for a source with a resistance; `charge_density` in C/m^2 and `current_density` from the source in A/m^2,
-    per undeformed area of the electrode; `charge` in C and `current` in A, if that area is known. Per undeformed volume, since the
-    programme began, in J/m^3: `electrical_energy` delivered by the source, `leaked_energy` and `resistor_energy` dissipated by
-    leakage and in the resistance.
-    """
-
-    charge_density: Floats
-    current_density: Floats
-    electrical_energy: Floats
-    source_voltage: Floats | None = None
-    charge: Floats | None = None
-    current: Floats | None = None
-    leaked_energy: Floats | None = None
-    resistor_energy: Floats | None = None
-
-
-UNITS = {
-    **{"source_voltage": "V", "charge_density": "C/m^2", "charge": "C", "current_density": "A/m^2", "current": "A"},
-    **{"electrical_energy": "J/m^3", "leaked_energy": "J/m^3", "resistor_energy": "J/m^3"},
-}
-"""The columns in order, with their units."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

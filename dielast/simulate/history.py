@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, is_dataclass
 from functools import wraps
 from inspect import signature
-from typing import Any, ClassVar, ParamSpec, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, ParamSpec, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,9 @@ from dielast.mechanics.watch import EventArrays
 from dielast.numerics.arrays import Cases, Floats
 from dielast.numerics.integrate import Status
 from dielast.simulate.cycles import CycleTable
+
+if TYPE_CHECKING:
+    from dielast.simulate.quantities import Quantity
 
 Arguments = ParamSpec("Arguments")
 Result = TypeVar("Result")
@@ -122,26 +125,50 @@ def name_of_first(happened: Mapping[Criterion, EventArrays], names: Sequence[str
 
 
 class History(TabularResult):
-    """Arrays (cases, times) by the names of `UNITS`, or None; `temperature` (cases,) in degC; one `outcome` per case."""
+    """`values` (cases, times) by header, of the quantities that apply, which are attributes as well, such as `stretch_1`;
+    `temperature` (cases,) in degC; one `outcome` per case.
+    """
 
     __slots__ = ()
-    UNITS: ClassVar[Mapping[str, str]]
-    """The columns of the table, with their units."""
+    QUANTITIES: ClassVar[list[Quantity]]
+    """The quantities, in the order of the table."""
 
     temperature: Floats
-    stretch_1: Floats
+    values: Mapping[str, Floats]
     outcome: tuple[Outcome, ...]
     cycles: CycleTable | None
 
     def case(self, row: int) -> dict[str, Floats]:
         """The columns (rows,) of a case up to its end, by their headers."""
         reached = np.isfinite(self.stretch_1[row])
-        columns = {f"{name} [{unit}]": getattr(self, name) for name, unit in self.UNITS.items()}
-        return {header: np.asarray(values[row][reached]) for header, values in columns.items() if values is not None}
+        return {header: np.asarray(values[row][reached]) for header, values in self.values.items()}
 
     def columns(self) -> Table:
         """The table of all cases, one after another."""
-        return case_table({row: self.case(row) for row in range(len(self.stretch_1))}, self.temperature.tolist())
+        written = [quantity.header for quantity in self.QUANTITIES if quantity.written and quantity.header in self.values]
+        cases = [self.case(row) for row in range(len(self.stretch_1))]
+        table = {row: {header: columns[header] for header in written} for row, columns in enumerate(cases)}
+        return case_table(table, self.temperature.tolist())
+
+    def __getattr__(self, name: str) -> Floats:
+        """The values (cases, times) of a quantity."""
+        if name == "values" or name.startswith("_"):
+            raise AttributeError(name)
+        for quantity in self.QUANTITIES:
+            if quantity.name == name and quantity.header in self.values:
+                return self.values[quantity.header]
+        raise AttributeError(f"{name}: there are {', '.join(self.values)}")
+
+    def __dir__(self) -> list[str]:
+        """The attributes, with those of the quantities that apply."""
+        quantities = [quantity.name for quantity in self.QUANTITIES if quantity.header in self.values]
+        return sorted({*object.__dir__(self), *quantities})
+
+    def described(self) -> Mapping[str, Any]:
+        """The fields, with each quantity in place of the values."""
+        parts = super().described()
+        shown = {quantity.name: getattr(self, quantity.name) for quantity in self.QUANTITIES if quantity.header in self.values}
+        return {name: value for name, value in parts.items() if name != "values"} | shown
 
     @property
     def completed(self) -> bool:
@@ -164,6 +191,8 @@ def joined(parts: Sequence[Any], place: Cases) -> Any:
     if isinstance(first, tuple):
         entries = [entry for part in parts for entry in part]
         return tuple(entries[index] for index in place.tolist())
+    if isinstance(first, Mapping):
+        return {key: joined([part[key] for part in parts], place) for key in first}
     if is_dataclass(first):
         return kind(**{entry.name: joined([getattr(part, entry.name) for part in parts], place) for entry in fields(first)})
     return first

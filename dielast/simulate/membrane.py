@@ -1,6 +1,6 @@
 """Mechanical tests on specimens: relaxation at prescribed stretch, and creep at prescribed nominal stress."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import wraps
 from typing import Any, ClassVar
@@ -27,50 +27,30 @@ from dielast.simulate.follow import follow
 from dielast.simulate.history import Arguments, History, Outcome, simulating
 from dielast.simulate.options import Solver, check_tolerance
 from dielast.simulate.output import Output, check_end
+from dielast.simulate.quantities import TESTS, SolvedTests, values_of
 from dielast.simulate.record import Recorder
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class MembraneHistory(History):
-    """The history of membranes: arrays (cases, times) in s and Pa, `temperature` (cases,) in degC, and an `outcome` for each case.
+    """The history of membranes: `values` (cases, times) in SI by header, as attributes too, `temperature` (cases,) in degC, and an
+    `outcome` for each case.
 
-    If the outcome of a case is not COMPLETED, its values after the time of the outcome are NaN. `viscous_stretch` (2, branches,
-    cases, times) is None without `internal`, `cycles` is None without a waveform; cycles are those of the nominal stress if the
-    stretch is prescribed, else of the stretch. The table lacks `relaxation_modulus`, which only uniaxial relaxation has.
+    Nominal and true stresses are mechanical; `relaxation_modulus`, of uniaxial relaxation, is nominal stress over (stretch - 1),
+    NaN at stretch 1. If the outcome of a case is not COMPLETED, its values after the time of the outcome are NaN.
+    `viscous_stretch` (2, branches, cases, times) is None without `internal`, `cycles` is None without a waveform; cycles are those
+    of the nominal stress if the stretch is prescribed, else of the stretch.
     """
 
-    UNITS: ClassVar = {"time": "s", "stretch_1": "1", "stretch_2": "1"} | {
-        f"{kind}_stress_{axis}": "Pa" for kind in ("nominal", "true") for axis in (1, 2)
-    }
+    QUANTITIES: ClassVar = TESTS
 
     temperature: Floats
-    time: Floats
-    stretch_1: Floats
-    stretch_2: Floats
-    nominal_stress_1: Floats
-    nominal_stress_2: Floats
+    values: Mapping[str, Floats]
     outcome: tuple[Outcome, ...]
     steps: Cases
     viscous_stretch: Floats | None
     points: Points
     cycles: CycleTable | None = None
-
-    @property
-    def true_stress_1(self) -> Floats:
-        """Mechanical true stress in axis 1, Pa."""
-        return self.nominal_stress_1 * self.stretch_1
-
-    @property
-    def true_stress_2(self) -> Floats:
-        """Mechanical true stress in axis 2, Pa."""
-        return self.nominal_stress_2 * self.stretch_2
-
-    @property
-    def relaxation_modulus(self) -> Floats:
-        """Nominal stress over (stretch - 1) in axis 1, (cases, times) in Pa; infinite at stretch 1, where it is undefined."""
-        strain = self.stretch_1 - 1
-        defined = strain != 0
-        return np.where(defined, self.nominal_stress_1 / np.where(defined, strain, 1.0), np.where(np.isnan(strain), np.nan, np.inf))
 
     def stored_energy(self) -> Floats:
         """Energy per undeformed volume in the springs, (cases, times) in J/m^3.
@@ -156,6 +136,8 @@ def prepare(
     check_end(stated.rows, duration_of(history, cases), "history")
     stress_is_measured = any(piece.cycles and piece.controls[0] is Control.STRETCH for piece in history)
 
+    relaxes = Mode(mode) is Mode.UNIAXIAL and any(piece.controls[0] is Control.STRETCH for piece in history)
+
     def simulated() -> MembraneHistory:
         recorder, meter = Recorder(stated), CycleMeter(points, np.ones(cases), stress_is_measured)
         followed = follow(Film.at_rest(points, symmetry_of(history)), history, rtol=rtol, recorders=[recorder], meter=meter)
@@ -164,11 +146,7 @@ def prepare(
         record = recorder.collect()
         return MembraneHistory(
             temperature=temperature,
-            time=record.time,
-            stretch_1=record.stretch[0],
-            stretch_2=record.stretch[1],
-            nominal_stress_1=record.nominal_stress[0],
-            nominal_stress_2=record.nominal_stress[1],
+            values=values_of(TESTS, SolvedTests(record, relaxes)),
             outcome=tuple(map(Outcome.of, followed.status.tolist(), followed.time.tolist())),
             steps=followed.steps,
             viscous_stretch=None if record.internal is None else np.exp(0.5 * record.internal[:, 1:]),

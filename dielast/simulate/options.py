@@ -1,5 +1,6 @@
 """What a simulation is asked for beside its film and its load: how exactly, until when, and with which circuit."""
 
+from collections.abc import Mapping
 from dataclasses import MISSING, dataclass, fields
 from typing import Any
 
@@ -21,13 +22,13 @@ class Options(Result):
 
     __slots__ = ()
 
-    def shown(self) -> tuple[Any, ...]:
-        """The fields that the description names."""
-        return tuple(
-            field
+    def described(self) -> Mapping[str, Any]:
+        """What the description lists: the fields by name."""
+        return {
+            field.name: getattr(self, field.name)
             for field in fields(self)  # type: ignore[arg-type]
             if field.default is MISSING or getattr(self, field.name) is not field.default
-        )
+        }
 
 
 @checked

@@ -13,7 +13,7 @@ from dielast.numerics.stride import Stride
 from dielast.simulate.electrical import EXTRA, ElectricMeter
 from dielast.simulate.output import Output
 
-ROWS = 6
+FIELD, DETERMINANT, ROWS = 4, 5, 6  # rows of `Record.values`, after Lambda and nominal stress of both axes; and their number
 DIGITS = 1e-8  # relative distance of times below which the rows of a table cannot be told apart
 ROWS_AT_A_LOOK = np.arange(8)  # output rows to check at once: a step often passes several
 MANY = 512  # rows of output that are evaluated together
@@ -47,12 +47,12 @@ class Record:
     @property
     def field(self) -> Floats:
         """The nominal field V/L_3 (cases, rows) in V/m."""
-        return np.asarray(self.values[4])
+        return np.asarray(self.values[FIELD])
 
     @property
     def determinant(self) -> Floats:
         """The determinant of pull-in (cases, rows), of films with a watch."""
-        return np.asarray(self.values[5])
+        return np.asarray(self.values[DETERMINANT])
 
     @property
     def exposed(self) -> Floats:

@@ -73,6 +73,11 @@ class Wiring:
         """Films (cases,) whose charge is an unknown."""
         return np.asarray(self.leakage.conductivity) > 0 if self.charge else self.resistance > 0
 
+    def take(self, cases: Cases) -> Self:
+        """The wiring of the films `cases` (k,)."""
+        area = None if self.area is None else self.area[cases]
+        return replace(self, resistance=self.resistance[cases], leakage=self.leakage.take(cases), area=area)
+
     def wired(self, points: Points, cases: Cases) -> Points:
         """The points of the films `cases` (k,) with electrical load and circuit; all of these films have a circuit, or none."""
         if not self.has_circuit[cases].any():

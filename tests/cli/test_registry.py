@@ -94,7 +94,7 @@ def test_it_runs_and_its_result_is_compared(toy: Run, tmp_path: Path) -> None:
     assert toy("toy", "r.toml", "-o", "again", "--golden", "out", "-q").returncode == 0
     cubes = toy("toy", "r.toml", "-o", "again", "--golden", "out", "-q", "--set", "power=3", "--set", f"numbers='{tmp_path}/x.csv'")
     assert cubes.returncode == 4
-    assert "squares.csv: row 3: square [1]: 27; golden 9" in cubes.stderr
+    assert "squares.csv: square [1]: 1 of 2 cells differs: row 3: 27; golden 9" in cubes.stderr
     summary = tomllib.loads((tmp_path / "again/summary.toml").read_text())
     assert summary["set"] == ["power = 3", 'numbers = "x.csv"']  # of an absolute path, the name
 

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from dielast import Material, read_material, write_material
+from dielast import WLF, InputError, Material, read_material, write_material
 from dielast.cli.run import compute
 from dielast.commands.registry import COMMANDS, read_cases
 from dielast.material.spectrum import Spectrum
@@ -127,6 +127,7 @@ def test_a_whole_spectrum_may_be_loaded_at_once_in_the_cold(run: Run) -> None:
         ("actuate", ['control="charge"', CHARGED.format("-30 nC/m^2")], ["the highest charge makes a field of 209 V/m"]),
         ("actuate", ['leakage={conductivity="3e-14 S/m",field="40 kV/m"}'], ["the conductivity grows by a factor e^"]),
         ("spectrum", ['material.permittivity="4.5 F/m"'], ["times that of the vacuum"]),
+        ("spectrum", ["material={relative_permittivity=560}"], ["560 times that of the vacuum, but elastomers have 2 to 20 times"]),
         ("spectrum", ["material.J_lim={equilibrium=0.1}"], ["J_lim = 0.1 (equilibrium)"]),
         ("spectrum", ['material.breakdown={field="48 V/m"}'], ["a breakdown field of 48 V/m"]),
     ],
@@ -144,6 +145,26 @@ def test_moduli_in_another_unit_are_told_by_the_plateau(run: Run, tmp_path: Path
     (tmp_path / "test.csv").write_text("\n".join([head, *softer]))
     (warning,) = run("mastercurve", "data.file=test.csv")[0]
     assert "levels off at 77.2 Pa" in warning
+
+
+def test_swapped_columns_and_kelvin_are_told(run: Run, tmp_path: Path) -> None:
+    time = np.geomspace(1.0, 1e4, 30)
+    rows = [f"{1e5 * (1 + 10 / t**0.3):.6g},{t:.6g}" for t in time.tolist()]
+    (tmp_path / "swapped.csv").write_text("time [s],modulus [Pa]\n" + "\n".join(rows) + "\n")
+    recipe = 'kind = "spectrum"\n[data]\nfile = "swapped.csv"\nreference_temperature = "20 degC"\n[fit]\nmethod = "nnls"\n'
+    (tmp_path / "s.toml").write_text(recipe)
+    warnings = compute("spectrum", read_cases(tmp_path / "s.toml", "spectrum"), tmp_path / "s.toml", (), Execution())[3]
+    assert any("are the columns of time and modulus swapped?" in warning for warning in warnings)
+    material = read_material(EXAMPLE)
+    hot = replace(material, shift=WLF(298.0, 13.7, 187.1), measured_temperature=None)
+    said = run("relax", 'temperature="298 degC"', material=hot)[0]
+    assert any("the reference temperature is 298 degC: was the value in kelvin" in warning for warning in said)
+
+
+def test_a_card_in_place_of_a_material_is_told_what_reads_it(tmp_path: Path) -> None:
+    (tmp_path / "job.inp").write_text("*MATERIAL, NAME=A\n*ELASTIC\n1., 0.5\n")
+    with pytest.raises(InputError, match=r'job\.inp: a card of Abaqus: dielast spectrum .* prony = "job\.inp" and prony_units'):
+        read_material(tmp_path / "job.inp")
 
 
 def test_the_peak_is_the_largest_in_magnitude(run: Run) -> None:

@@ -55,8 +55,7 @@ def test_a_charged_film_in_closed_form_and_without_pull_in() -> None:
         assert run.true_field[case, row] == pytest.approx(charge[case] / (EPS * exact[case] ** 2), rel=1e-9)
     assert run.stretch_1[:, -1] == pytest.approx(1.0, rel=1e-9)
     # an elastic film gives back what it got
-    assert run.electrical is not None
-    energy = run.electrical.electrical_energy
+    energy = run.electrical_energy
     assert energy[:, -1] == pytest.approx(0.0, abs=1e-6 * np.max(energy))
     stored = MU / 2 * (2 * exact**2 + exact**-4 - 3) + charge**2 / (2 * EPS * exact**4)
     assert energy[np.arange(5), held] == pytest.approx(stored, rel=1e-9)
@@ -71,17 +70,14 @@ def test_an_open_circuit_leaks() -> None:
     sigma = 2e-13
     steps = [ChargeStep(np.sqrt(3) * UNIT), ChargeStep.hold(EPS / sigma)]
     run = actuate(ELASTIC, steps, leakage=Leakage(sigma), electrode_area=AREA, **FILM)
-    assert run.electrical is not None
     assert run.stretch_1[0, [0, -1]] == pytest.approx([4 ** (1 / 6), (1 + 3 * np.exp(-2)) ** (1 / 6)], rel=1e-6)
-    assert run.electrical.charge is not None
     exact = np.sqrt(3) * UNIT * AREA * np.exp(-run.time[0] * sigma / EPS)
-    assert run.electrical.charge[0] == pytest.approx(exact, rel=1e-6)
+    assert run.charge[0] == pytest.approx(exact, rel=1e-6)
     # nothing flows from the source, and what it gave is stored or leaked
-    assert run.electrical.current_density[0] == pytest.approx(0.0, abs=1e-15)
-    assert run.electrical.leaked_energy is not None
+    assert run.current_density[0] == pytest.approx(0.0, abs=1e-15)
     end, field = run.stretch_1[0, -1], run.voltage[0, -1] / THICKNESS
-    stored = MU / 2 * (2 * end**2 + end**-4 - 3) + 0.5 * field * run.electrical.charge_density[0, -1]
-    assert run.electrical.electrical_energy[0, -1] == pytest.approx(stored + run.electrical.leaked_energy[0, -1], rel=1e-6)
+    stored = MU / 2 * (2 * end**2 + end**-4 - 3) + 0.5 * field * run.charge_density[0, -1]
+    assert run.electrical_energy[0, -1] == pytest.approx(stored + run.leaked_energy[0, -1], rel=1e-6)
 
 
 def test_a_clamped_film_is_charged_through_a_resistance() -> None:
@@ -92,17 +88,13 @@ def test_a_clamped_film_is_charged_through_a_resistance() -> None:
     wired = {"prestretch": prestretch, "boundary": "clamped", "electrode_area": AREA, "times": times, **FILM}
     steps = [VoltageStep(voltage), VoltageStep.hold(times[-1])]
     run = actuate(ELASTIC, steps, resistance=resistance, rtol=1e-8, **wired)
-    assert run.electrical is not None
-    assert run.electrical.source_voltage is not None
-    assert run.electrical.resistor_energy is not None
-    assert run.electrical.current is not None
-    assert run.electrical.source_voltage[0] == pytest.approx(voltage)
+    assert run.source_voltage[0] == pytest.approx(voltage)
     assert run.voltage[0] == pytest.approx(-voltage * np.expm1(-times / (resistance * capacity)), rel=1e-6)
     scale = voltage / resistance
-    assert run.electrical.current[0] == pytest.approx(scale * np.exp(-times / (resistance * capacity)), abs=1e-6 * scale)
+    assert run.current[0] == pytest.approx(scale * np.exp(-times / (resistance * capacity)), abs=1e-6 * scale)
     work = capacity * voltage**2 / (AREA * THICKNESS)
-    assert run.electrical.electrical_energy[0, -1] == pytest.approx(work, rel=1e-6)
-    assert run.electrical.resistor_energy[0, -1] == pytest.approx(work / 2, rel=1e-6)
+    assert run.electrical_energy[0, -1] == pytest.approx(work, rel=1e-6)
+    assert run.resistor_energy[0, -1] == pytest.approx(work / 2, rel=1e-6)
     sigma = 1e-13
     leak = sigma * AREA * prestretch**4 / THICKNESS
     run = actuate(ELASTIC, steps, resistance=resistance, leakage=Leakage(sigma), **wired)
@@ -175,13 +167,12 @@ def test_viscoelastic_films_agree_with_the_peer(electric: str, prestretch: tuple
         **FILM,
     )
     within = 1e-7
-    assert here.electrical is not None
     assert np.stack((here.stretch_1[0], here.stretch_2[0])) == pytest.approx(there.stretch, rel=within)
-    assert here.electrical.charge_density[0] == pytest.approx(there.charge, rel=within)
+    assert here.charge_density[0] == pytest.approx(there.charge, rel=within)
     assert here.voltage[0] == pytest.approx(there.field * THICKNESS, rel=within)
     if "resistance" in wired:
         current = (np.minimum(times / up, 1.0) * field - there.field) / r
-        assert here.electrical.current_density[0] == pytest.approx(current, rel=1e-5, abs=1e-6 * np.max(np.abs(current)))
+        assert here.current_density[0] == pytest.approx(current, rel=1e-5, abs=1e-6 * np.max(np.abs(current)))
     at_rest = Run(film, [Piece(1.0, load)], replace(relaxed, time=0.0), theta=lambda t: 0 * t, rtol=3e-8).determinant(0.0)
     assert here.stability[0] == pytest.approx(run.determinant(times) / at_rest, rel=within)
     assert not here.events[0]
@@ -194,16 +185,14 @@ def test_the_current_is_the_rate_of_the_charge_and_what_leaks(prestretch: float 
     times = np.linspace(0.0, 2.0, 1001)
     steps = [VoltageStep(1e3), VoltageStep(Waveform(1e3, 2e3, 1.0, 2))]
     run = actuate(SOFT, steps, times=times, leakage=Leakage(1e-13), rtol=1e-8, **film)
-    assert run.electrical is not None
-    charge, current = run.electrical.charge_density[0], run.electrical.current_density[0]
+    charge, current = run.charge_density[0], run.current_density[0]
     leak = 1e-13 * charge / 4e-11  # sigma E lambda_1 lambda_2
     flowing = (current - leak)[1:]
     simpson = np.cumsum((flowing[:-2:2] + 4 * flowing[1:-1:2] + flowing[2::2]) * (times[1] - times[0]) / 3)
     assert charge[3::2] - charge[1] == pytest.approx(simpson, abs=1e-6 * np.max(charge))
     held = actuate(SOFT, [VoltageStep(2e3), VoltageStep.hold(1.0)], electrical=True, **film)
-    assert held.electrical is not None
-    assert held.electrical.current_density[0, 0] == pytest.approx(held.electrical.current_density[0, 1], rel=1e-5)
-    assert held.electrical.current_density[0, 0] > 0
+    assert held.current_density[0, 0] == pytest.approx(held.current_density[0, 1], rel=1e-5)
+    assert held.current_density[0, 0] > 0
 
 
 @pytest.mark.trust
@@ -259,13 +248,9 @@ def test_every_spring_composes_with_cycles_of_charge(law: Gent) -> None:
     run = actuate(spring, [VoltageStep(voltage)], **lossy, **few)
     assert run.cycles is not None
     assert run.cycles.efficiency is not None
-    assert run.electrical is not None
-    assert run.electrical.leaked_energy is not None
-    assert run.electrical.resistor_energy is not None
     rows = [int(np.argmin(np.abs(run.time[0] - end))) for end in (1.0, 2.0)]
     leaked, lost, given = (
-        float(np.diff(energy[0, rows])[0])
-        for energy in (run.electrical.leaked_energy, run.electrical.resistor_energy, run.electrical.electrical_energy)
+        float(np.diff(energy[0, rows])[0]) for energy in (run.leaked_energy, run.resistor_energy, run.electrical_energy)
     )
     assert given == pytest.approx(leaked + lost, rel=1e-5)
     assert run.cycles.work[0, -1] == pytest.approx(leaked, rel=1e-5)
@@ -292,12 +277,9 @@ def test_results_do_not_depend_on_company_and_events_hold_what_is_electrical() -
         assert last["electrical_energy [J/m^3]"] > last["leaked_energy [J/m^3]"] > 0
     # a charge applied at once: the film breaks down on the way to it, in the state where the field reaches that of breakdown
     (event,) = (run := actuate(SOFT, [ChargeStep(9e-3)], **film)).events[0]
-    assert run.electrical is not None
     assert event.time == 0
     assert event.true_field == pytest.approx(2.5e7, rel=1e-6)  # the tolerance of the solver
-    assert run.electrical.charge_density[0, 0] == pytest.approx(
-        4e-11 * event.true_field * event.stretch_1 * event.stretch_2, rel=1e-9
-    )
+    assert run.charge_density[0, 0] == pytest.approx(4e-11 * event.true_field * event.stretch_1 * event.stretch_2, rel=1e-9)
 
 
 def test_what_cannot_be_is_refused() -> None:

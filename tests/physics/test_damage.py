@@ -158,17 +158,15 @@ def test_the_table_of_a_run_holds_the_damage() -> None:
     rate = (voltage * 1.7**2 / THICKNESS / 80e6) ** 18.5 / HOUR
     for kept in (times, None):
         history = actuate([SILICONE, ELASTIC], programme, stop_at="end", times=kept, **CLAMPED)
-        assert history.damage is not None
         assert history.damage[0] == pytest.approx(rate * history.time[0], rel=1e-9)
         assert np.isnan(history.damage[1]).all()
-    assert actuate(ELASTIC, programme, stop_at="end", **CLAMPED).damage is None
+    assert "damage [1]" not in actuate(ELASTIC, programme, stop_at="end", **CLAMPED).values
     assert rate * 4000.0 > 1  # it goes on after the failure
     film: dict[str, Any] = {"thickness": THICKNESS, "prestretch": 1.9, "relax": 60.0}
     law = InversePower(2.2e7, 2.0, 6.0)
     for stop, limit in (("damage", 1e9), ("breakdown", 2.3e7)):
         material = replace(GENT, damage=law, breakdown=Breakdown((1.0,), (limit,)))
         history = actuate(material, PROGRAMME, stop_at=stop, points_per_decade=300, **film)
-        assert history.damage is not None
         assert history.events[0][-1].name == stop
         reached = np.isfinite(history.true_field[0])
         time, field, found = history.time[0][reached], history.true_field[0][reached], history.damage[0][reached]

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from flat import actuate, creep, design, relax
 from peers.disc import DiscRun, Drive, strip
 from peers.energies import gent
 from peers.membrane import Film, Piece, Run, State, branch_stress, constant, flow_rate, fold, ramp
@@ -24,11 +25,7 @@ from dielast import (
     Step,
     TimeScale,
     VoltageStep,
-    actuate,
-    creep,
-    design,
     export_card,
-    relax,
 )
 from dielast.calibration.laboratory import Laboratory
 from dielast.export.card import CODES
@@ -149,7 +146,7 @@ def test_films_with_a_charge_and_films_behind_a_resistance(prestretch: tuple[flo
     charge, field, area, resistance = 1.5e-3, 3e3 / THICKNESS, 1e-4, 3e10
     r = resistance * area / THICKNESS
     leaking = replace(FILM, leakage=lambda true: 2e-13 * np.exp(abs(true) / 2e7) * true)
-    wires: Any = {"leakage": Leakage(2e-13, 2e7), "source_resistance": resistance}
+    wires: Any = {"leakage": Leakage(2e-13, 2e7), "resistance": resistance}
     for film, kind, steps, wired in (
         (FILM, [("charge", ramp(0.0, charge, UP)), ("charge", constant(charge))], [ChargeStep(charge, duration=UP)], {}),
         (leaking, [("source", ramp(0.0, field, UP)), ("source", constant(field))], [VoltageStep(3e3, duration=UP)], wires),

@@ -469,7 +469,7 @@ def test_relaxation_times_are_bounded_half_way_between_their_starts() -> None:
     (stated,) = times(_1=Free(min=0.5))
     assert (stated.lower, stated.upper) == (0.5, pytest.approx(300.0))
     assert stated.default_bounds == ("", "100 start")
-    with pytest.raises(InputError, match="in descending order as in the material, are needed, or min and max"):
+    with pytest.raises(InputError, match="in the order of size of those in the material, are needed, or min"):
         times(_0=Free(), _1=Free(start=200.0))
 
 

@@ -12,7 +12,7 @@ import pytest
 from dielast.commands.simulation.checks import warn_of_no_breakdown, warn_of_setups
 from dielast.errors import DielastWarning, InputError
 from dielast.material.checks import (
-    warn_of_breakdown,
+    USUAL,
     warn_of_curve,
     warn_of_elongation,
     warn_of_field,
@@ -21,7 +21,6 @@ from dielast.material.checks import (
     warn_of_strain,
     warn_of_stretch,
     warn_of_temperature,
-    warn_of_thickness,
 )
 from dielast.material.material import VACUUM_PERMITTIVITY, Breakdown, Material
 from dielast.material.shift import WLF, Arrhenius, NoShift, ShiftLaw, ShiftTable
@@ -74,8 +73,8 @@ def test_sound_inputs_are_not_doubted() -> None:
         warn_of_material(replace(VHB, equilibrium_law=Gent(2.0)))
         warn_of_curve(2e9, 77e3)
         warn_of_curve(2e9, None)  # a melt that still flows
-        warn_of_thickness([1e-6, 1e-2])
-        warn_of_thickness(0.05, "specimen", 0.1)
+        USUAL["film"].warn([1e-6, 1e-2])
+        USUAL["specimen"].warn(0.05)
         warn_of_field([0.0, 2e5], 4e7)
         warn_of_field(2e8, 4e7)
         warn_of_field(0.0, 4e7)  # no voltage, on purpose
@@ -93,8 +92,10 @@ def test_sound_inputs_are_not_doubted() -> None:
         (lambda: warn_of_material(replace(VHB, equilibrium_modulus=2e8)), "equilibrium shear modulus is 2e"),
         (lambda: warn_of_material(scaled(1e3)), "more than any polymer's glass"),
         (lambda: warn_of_material(replace(VHB, permittivity=4.5)), "times that of the vacuum"),
+        (lambda: warn_of_material(replace(VHB, permittivity=560 * VACUUM_PERMITTIVITY)), r"560 times .* such as 5\.6\?"),
+        (lambda: warn_of_material(replace(VHB, equilibrium_modulus=60e6)), r"6e\+07 Pa, but rubbers .* such as 60000 Pa\?"),
         (lambda: warn_of_material(replace(VHB, breakdown=Breakdown((1.0,), (40e3,)))), "breakdown field of 40000 V/m"),
-        (lambda: warn_of_breakdown([40e6, 40e12]), "breakdown field of 4e"),
+        (lambda: USUAL["breakdown field"].warn([40e6, 40e12]), "breakdown field of 4e"),
         (lambda: warn_of_curve(2e11), "largest Young's modulus is 2e"),
         (lambda: warn_of_curve(100.0), "less than that of a gel"),
         (lambda: warn_of_temperature(np.array([-40.0, 60.0]) - 273.15, "tests at"), "but stated as kelvin"),
@@ -137,8 +138,8 @@ def test_sound_inputs_are_not_doubted() -> None:
             "log10 a increases by 0.2 from 20 to 40 degC: relaxation gets slower .* is this entry right",
         ),
         (lambda: warn_of_curve(2e6, 77.0), "levels off at 77 Pa"),
-        (lambda: warn_of_thickness(0.5), "the thickness is 500 mm, but a film has 1 um to 10 mm"),
-        (lambda: warn_of_thickness([5e-4, 5e-7]), "the thickness is 0.0005 mm"),
+        (lambda: USUAL["film"].warn(0.5), "the thickness is 500 mm, but a film has 1 um to 10 mm"),
+        (lambda: USUAL["film"].warn([5e-4, 5e-7]), "the thickness is 0.0005 mm"),
         (lambda: warn_of_field([0.0, 3e4], 4e7), "1/1333 of the breakdown field: no film moves"),
         (lambda: warn_of_field(3e10, 4e7), "750 times the breakdown field"),
         (lambda: warn_of_stretch(0.5, 1.0), "is it a strain, so that the stretch is 1.5"),

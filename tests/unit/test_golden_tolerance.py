@@ -35,8 +35,8 @@ def test_the_same_is_the_same_and_each_moved_cell_is_named(tmp_path: Path) -> No
     assert differences(moved(), folder, 1e-6) == []
     assert differences(moved("100.00005"), folder, 1e-6) == []
     assert differences(moved("100.0002", "0.010001"), folder, 1e-6) == [
-        "relax.csv: row 2: stress [Pa]: 100.0002; golden 100",
-        "summary.toml: fit.error: 0.010001; golden 0.01",
+        "relax.csv: stress [Pa]: 1 of 2 cells differs: row 2: 100.0002; golden 100, relative difference 2e-06",
+        "summary.toml: fit.error: 0.010001; golden 0.01, relative difference 0.0001",
     ]
 
 
@@ -61,8 +61,8 @@ def test_a_column_more_is_no_difference_and_a_column_less_is_one(tmp_path: Path)
 
 def test_a_number_that_vanishes_differs(tmp_path: Path) -> None:
     folder = golden(tmp_path / "golden")
-    assert differences(moved(""), folder, 1e-6) == ["relax.csv: row 2: stress [Pa]: empty; golden 100"]
-    assert differences(moved("nan"), folder, 1e-6) == ["relax.csv: row 2: stress [Pa]: nan; golden 100"]
+    assert differences(moved(""), folder, 1e-6) == ["relax.csv: stress [Pa]: 1 of 2 cells differs: row 2: empty; golden 100"]
+    assert differences(moved("nan"), folder, 1e-6) == ["relax.csv: stress [Pa]: 1 of 2 cells differs: row 2: nan; golden 100"]
 
 
 def test_a_golden_folder_states_tolerances_of_its_own(tmp_path: Path) -> None:
@@ -71,7 +71,22 @@ def test_a_golden_folder_states_tolerances_of_its_own(tmp_path: Path) -> None:
     assert differences(moved("100.09", "0.0109"), folder, 1e-6) == []
     assert len(differences(moved("100.11", "0.0111"), folder, 1e-6)) == 2
     found = moved() | {"relax.csv": TABLE.replace(b"0,2", b"0,2.001")}
-    assert differences(found, folder, 1e-6) == ["relax.csv: row 3: time [s]: 2.001; golden 2"]
+    assert differences(found, folder, 1e-6) == [
+        "relax.csv: time [s]: 1 of 2 cells differs: row 3: 2.001; golden 2, relative difference 0.0005"
+    ]
+
+
+def test_a_column_of_many_cells_that_differ_is_one_line(tmp_path: Path) -> None:
+    rows = [f"{k},{1 + k}" for k in range(3000)]
+    (tmp_path / "golden").mkdir()
+    (tmp_path / "golden/a.csv").write_text("x [1],y [Pa]\n" + "\n".join(rows) + "\n")
+    (tmp_path / "golden/summary.toml").write_text("[a]\nvalues = [1.0, 2.0, 3.0]\n")
+    moved = "\n".join(f"{k},{(1 + k) * (1.01 if k else 1.5)}" for k in range(3000))
+    found = {"a.csv": f"x [1],y [Pa]\n{moved}\n".encode(), "summary.toml": b"[a]\nvalues = [1.0, 2.2, 3.1]\n"}
+    assert differences(found, tmp_path / "golden", 1e-6) == [
+        "a.csv: y [Pa]: 3000 of 3000 cells differ, most row 2: 1.5; golden 1, relative difference 0.33",
+        "summary.toml: a.values: 2 of 3 numbers differ, most [1]: 2.2; golden 2.0, relative difference 0.091",
+    ]
 
 
 @pytest.mark.parametrize(

@@ -9,10 +9,10 @@ from dielast.errors import InputError
 from dielast.material.spectrum import Spectrum
 
 
-def test_processes_are_sorted_slowest_first_and_frozen() -> None:
+def test_processes_keep_the_order_in_which_they_are_stated_and_are_frozen() -> None:
     spectrum = Spectrum(np.array([1.0, 100.0, 10.0]), np.array([3.0, 1.0, 2.0]))
-    assert spectrum.relaxation_time.tolist() == [100, 10, 1]
-    assert spectrum.shear_modulus.tolist() == [1, 2, 3]
+    assert spectrum.relaxation_time.tolist() == [1, 100, 10]
+    assert spectrum.shear_modulus.tolist() == [3, 1, 2]
     with pytest.raises(ValueError, match="read-only"):
         spectrum.shear_modulus[0] = 5.0
 

@@ -7,7 +7,7 @@ import numpy as np
 from pydantic import Field
 
 from dielast.commands.simulation.film_recipe import SHARE_TEXT, FilmBase, FilmSolver, Prestretch, PullInSection, Share
-from dielast.commands.simulation.recipe import COLUMNS, MAJOR_AXIS, MINOR_AXIS, OutputSection, SimulationRecipe
+from dielast.commands.simulation.recipe import OutputSection, SimulationRecipe
 from dielast.commands.simulation.step_recipe import Aim, AnyOf, HistoryStep, starting
 from dielast.commands.simulation.uncertainty_recipe import SENSITIVITY_TEXT, FilmUncertainty
 from dielast.errors import InputError, Mistakes, Problem
@@ -15,7 +15,7 @@ from dielast.handover.law_section import BreakdownField
 from dielast.mechanics.criteria import END, names
 from dielast.recipe.fields import OneOf, Quantity, Section, Time, Voltage
 from dielast.recipe.file_fields import ColumnName
-from dielast.simulate.electrical import UNITS
+from dielast.simulate.quantities import ELECTRICAL, ELECTRODE, FILMS, LEAKAGE, SOURCE, Quantity as Column
 from dielast.units import (
     CHARGE,
     CHARGE_DENSITY,
@@ -28,7 +28,6 @@ from dielast.units import (
     VOLTAGE_RATE,
 )
 
-ELECTRICAL_COLUMNS = tuple(f"{name} [{unit}]" for name, unit in UNITS.items())
 RATES = {VOLTAGE.unit: VOLTAGE_RATE, CHARGE.unit: CHARGE_RATE, CHARGE_DENSITY.unit: CHARGE_DENSITY_RATE}
 """The rate of a quantity, by its unit."""
 Charge = Annotated[tuple[float, str], AnyOf((CHARGE, CHARGE_DENSITY))]
@@ -37,18 +36,6 @@ ElectricRate = Annotated[tuple[float, str], AnyOf((VOLTAGE_RATE, CHARGE_RATE, CH
 Resistance = Annotated[float, Quantity(RESISTANCE, at_least=0.0)]
 Conductivity = Annotated[float, Quantity(CONDUCTIVITY, at_least=0.0)]
 LeakageField = Annotated[float, Quantity(FIELD, above=0.0)]
-OF_THE_ELECTRODE = (MAJOR_AXIS, MINOR_AXIS, "charge [C]", "current [A]")
-ELECTRICAL = "output.electrical = true"
-NEEDED_BY = {"source_voltage [V]": "[source]", "resistor_energy [J/m^3]": "[source]", "leaked_energy [J/m^3]": "[leakage]"}
-"""What a recipe must state for an electrical column, besides `ELECTRICAL`, which all of them need."""
-FIELD_COLUMNS = (
-    "voltage [V]",
-    "relative_stretch_1 [1]",
-    "relative_stretch_2 [1]",
-    "true_field [V/m]",
-    "stability [1]",
-    "damage [1]",
-)
 
 
 class Stop(Section):
@@ -183,12 +170,7 @@ class FilmOutput(ElectricalOutput):
 class ActuateRecipe(SimulationRecipe):
     """Voltage or charge history -> stretch of a prestretched film, and its failure."""
 
-    COLUMNS: ClassVar = (
-        *(header for header in COLUMNS if "true" not in header),
-        *FIELD_COLUMNS,
-        *ELECTRICAL_COLUMNS,
-        *(MAJOR_AXIS, MINOR_AXIS),
-    )
+    QUANTITIES: ClassVar = FILMS
 
     kind: Literal["actuate"] = Field(description="The subcommand that runs this recipe.")
     film: FilmSection = Field(description="The film, and its prestretch before the voltage.")
@@ -214,23 +196,20 @@ class ActuateRecipe(SimulationRecipe):
 
     def _check(self) -> None:
         super()._check()
-        self._check_columns()
         self._check_steps()
         self._check_source_and_boundary()
         if self.output.noise is not None:
             raise InputError("only relax and creep make test data with noise", key="output.noise")
 
-    def _check_columns(self) -> None:
-        """`InputError` for a column to draw that the result lacks without further keys."""
-        drawn = {"plot": self.plot} | {f"compare[{index}]": comparison for index, comparison in enumerate(self.compare)}
-        stated = {"[source]": self.source is not None, "[leakage]": self.leakage is not None, ELECTRICAL: self.electrical}
-        for key, header in ((f"{place}.{axis}", getattr(axes, axis)) for place, axes in drawn.items() for axis in ("x", "y")):
-            if header in OF_THE_ELECTRODE and self.film.electrode_diameter is None:
-                raise InputError(f'"{header}" needs the size of the electrode: state film.electrode_diameter', key=key)
-            if header in ELECTRICAL_COLUMNS:
-                needed = (NEEDED_BY.get(header, ELECTRICAL), ELECTRICAL)
-                if missing := [setting for setting in needed if not stated[setting]]:
-                    raise InputError(f'"{header}" needs {missing[0]}', key=key)
+    def lacking(self, quantity: Column) -> list[str]:
+        """What the quantity needs that the recipe does not state."""
+        stated = {
+            SOURCE: self.source is not None,
+            LEAKAGE: self.leakage is not None,
+            ELECTRICAL: self.electrical,
+            ELECTRODE: self.film.electrode_diameter is not None,
+        }
+        return [needed for needed in quantity.needs if not stated[needed]]
 
     def _check_steps(self) -> None:
         """`InputError` for steps that prescribe another quantity than the control, or a charge without the electrode's size."""

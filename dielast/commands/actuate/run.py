@@ -44,7 +44,6 @@ class Films(Simulation):
     """Films under voltage."""
 
     measured = "relative_stretch_1 [1]"
-    width = 12
     time_scale = "linear"
     warn_before = staticmethod(warn_of_programmes)
     warn = staticmethod(warn_of_films)

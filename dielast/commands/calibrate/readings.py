@@ -52,7 +52,7 @@ def readings(cases: Sequence[Case[CalibrateRecipe]], inputs: Inputs) -> Iterator
         return [read_test(test, inputs, at, name)]
 
     for name in recipe.started_from:
-        yield "material" if recipe.material is not None else "materials", name, partial(material, name)
+        yield "materials" if recipe.start is None else "material", name, partial(material, name)
     yield "", recipe.free, free
     for key, tests in (("test", recipe.test), ("validate", recipe.validate_)):
         for index, test in enumerate(tests):

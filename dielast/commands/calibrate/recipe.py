@@ -2,14 +2,14 @@
 
 from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import Field, PlainValidator, WithJsonSchema
+from pydantic import Field, PlainValidator, ValidationInfo, WithJsonSchema, WrapValidator
 
 from dielast.commands.simulation.recipe import Cell, LoadingMode
 from dielast.errors import InputError, shown
 from dielast.readings.specimen_recipe import MachineColumns, Specimen
 from dielast.recipe.base import RecipeBase, TextTable, units_of
 from dielast.recipe.fields import RelativeDeviation, Section, StrainRate, Temperature, Voltage
-from dielast.recipe.file_fields import InputFile
+from dielast.recipe.file_fields import NAMES_FILES, PATH, InputFile, existing_file
 from dielast.units import FORCE, LENGTH, NUMBER, STRAIN, STRESS, TIME
 
 ROLES = {"time": TIME, "stretch": NUMBER, "strain": STRAIN, "extension": LENGTH, "stress": STRESS, "force": FORCE}
@@ -132,11 +132,33 @@ class PosteriorOptions(Section):
     level: float = Field(0.9, gt=0, lt=1, description="Probability that an interval covers.")
 
 
+class FittedMaterial(Section):
+    """The material file to start from, and the name of the fitted material."""
+
+    file: InputFile | None = Field(None, description="The material file to start from, unless materials states several.")
+    name: str | None = Field(None, min_length=1, description="Name of the fitted material. Default: that of the file.")
+
+
+def _start(value: Any, handler: Any, info: ValidationInfo) -> FittedMaterial:
+    """A table, or the file alone."""
+    start: FittedMaterial = handler(value if isinstance(value, dict) else {"file": existing_file(value, info)})
+    return start
+
+
+_KEYS = {name: {"type": "string", "description": field.description} for name, field in FittedMaterial.model_fields.items()}
+_TABLE = {"type": "object", "properties": _KEYS, "additionalProperties": False}
+StartMaterial = Annotated[FittedMaterial, WrapValidator(_start), WithJsonSchema({"anyOf": [PATH, _TABLE]}), NAMES_FILES]
+
+
 class CalibrateRecipe(RecipeBase):
     """Tests of a testing machine -> a material with intervals."""
 
     kind: Literal["calibrate"] = Field(description="The subcommand that runs this recipe.")
-    material: InputFile | None = Field(None, description="The material file to start from.")
+    material: StartMaterial | None = Field(
+        None,
+        description="The material file to start from; or a table with the file, and the name of the fitted material, as in "
+        '{ file = "start.toml", name = "VHB 4910, lot 7" }; the name alone beside materials.',
+    )
     materials: list[InputFile] | None = Field(
         None,
         min_length=1,
@@ -157,9 +179,10 @@ class CalibrateRecipe(RecipeBase):
     uncertainty: PosteriorOptions = Field(PosteriorOptions(), description="Draws of the material.")
 
     def _check(self) -> None:
-        if self.material is None and self.materials is None:
-            raise InputError("either material or materials is needed")
-        if self.material is not None and self.materials is not None:
+        if self.start is None and self.materials is None:
+            needed = "material = { file = ..., name = ... }, or materials" if self.name else "either material or materials"
+            raise InputError(f"{needed} is needed")
+        if self.start is not None and self.materials is not None:
             raise InputError("material and materials are both stated: remove one of them; materials ranks several files")
         if not self.free:
             raise InputError('nothing is free: write, for example, "equilibrium.shear_modulus" = {}', key="free")
@@ -172,4 +195,14 @@ class CalibrateRecipe(RecipeBase):
     @property
     def started_from(self) -> tuple[str, ...]:
         """The material files to start from."""
-        return (self.material,) if self.material is not None else tuple(self.materials or ())
+        return (self.start,) if self.start is not None else tuple(self.materials or ())
+
+    @property
+    def start(self) -> str | None:
+        """The only material file to start from."""
+        return None if self.material is None else self.material.file
+
+    @property
+    def name(self) -> str | None:
+        """The name of the fitted material, None if it is that of the file."""
+        return None if self.material is None else self.material.name

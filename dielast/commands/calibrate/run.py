@@ -1,7 +1,7 @@
 """`calibrate`: tests -> a material with intervals, or a comparison of several laws."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +19,7 @@ from dielast.handover.material_draws import draw_columns
 from dielast.handover.material_file import write_material
 from dielast.io.files import Inputs
 from dielast.io.table import Column, Table
-from dielast.material.material import Material
+from dielast.material.material import SCALE, Material, paths_of
 from dielast.mechanics.load import Mode
 from dielast.recipe.cases import Case
 from dielast.report.report import Report
@@ -72,7 +72,10 @@ def run(cases: Sequence[Case[CalibrateRecipe]], inputs: Inputs, execution: Execu
     warn_of_fit(best)
     warn_of_springs(ranked[0].stability)
     members = best.materials
-    files = {"material.toml": write_material(best.material, DRAWS if members else None)}
+    fitted = with_origin(best)
+    if recipe.name is not None:
+        fitted = replace(fitted, name=recipe.name)
+    files = {"material.toml": write_material(fitted, DRAWS if members else None)}
     tables: dict[str, Table] = {
         "parameters.csv": best.columns(),
         "tests.csv": best.test_columns(),
@@ -90,6 +93,18 @@ def run(cases: Sequence[Case[CalibrateRecipe]], inputs: Inputs, execution: Execu
         return plot_calibration(best, recipe.title)
 
     return Report(tables, headline(ranked), figure, files, failures, interrupted=interrupted)
+
+
+def with_origin(calibration: Calibration) -> Material:
+    """The fitted material, which says of its constants whether they are fitted, and to which tests; others are as before."""
+    fit, material = calibration.fit, calibration.material
+    names = [name.replace(f".{SCALE}", ".shear_modulus") for name in fit.space.names]
+    lists = {"nonequilibrium.shear_modulus", "nonequilibrium.relaxation_time"}
+    whole = {path for path in lists if sum(name.startswith(f"{path}[") for name in names) == len(material.spectrum)}
+    tests = f"fitted: {', '.join(dict.fromkeys(test.name for test in fit.problem.laboratory.tests))}"
+    origin = {path: material.origin.get(path, "stated") for path in paths_of(material)}
+    origin |= {name if name.partition("[")[0] not in whole else name.partition("[")[0]: tests for name in names}
+    return replace(material, origin=origin)
 
 
 def _lacking(recipe: CalibrateRecipe, candidates: Sequence[Candidate], materials: int, best: Calibration) -> str:

@@ -10,7 +10,7 @@ import numpy as np
 from dielast.calibration.experiment import SimulatedExperiment, answers_of
 from dielast.commands.registry import read_cases
 from dielast.commands.simulation.compare import read_points
-from dielast.commands.simulation.result import CaseResult, StatedCase, with_axes
+from dielast.commands.simulation.result import CaseResult, StatedCase
 from dielast.commands.simulation.run import Simulation
 from dielast.commands.simulation.solver_steps import TimedStep, solver_steps
 from dielast.errors import InputError, located
@@ -46,7 +46,7 @@ class SimulatedTest(SimulatedExperiment):
 
     def _solve(self, materials: Sequence[Material]) -> list[Floats]:
         """The simulated values (n,) of each material less `rest`, NaN after the end of its simulation."""
-        tables = [with_axes(result.columns, self.recipe) for result in self._results(materials)]
+        tables = [result.columns for result in self._results(materials)]
         return [self._at_times(table["time [s]"], table[self.header]) for table in tables]
 
     def _results(self, materials: Sequence[Material]) -> list[CaseResult]:

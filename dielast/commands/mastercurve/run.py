@@ -32,6 +32,8 @@ def run(cases: Sequence[Case[MasterCurveRecipe]], inputs: Inputs, execution: Exe
         at = dataset.in_order[0].temperature
         raise InputError(f"a master curve needs at least two temperatures, but all curves are at {at:g} degC; {ONE_TEMPERATURE}")
     warn_of_temperature([curve.temperature for curve in dataset.in_order], "the tests are at")
+    if shift.reference_temperature > max(curve.temperature for curve in dataset.in_order):
+        warn_of_temperature(shift.reference_temperature, "the reference temperature is")
     with in_keys(KEYS):
         result = build_master_curve(
             dataset.in_order,

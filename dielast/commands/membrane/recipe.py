@@ -5,7 +5,7 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import BeforeValidator, Field
 
-from dielast.commands.simulation.recipe import COLUMNS, LoadingMode, SimulationRecipe
+from dielast.commands.simulation.recipe import LoadingMode, SimulationRecipe
 from dielast.commands.simulation.step_recipe import Aim, AnyOf, HistoryStep, starting
 from dielast.errors import InputError, shown
 from dielast.readings.specimen_recipe import MachineColumns, Specimen, unmeasured
@@ -77,8 +77,6 @@ class LoadStep(HistoryStep):
 
 class RelaxRecipe(SimulationRecipe):
     """Prescribed stretch -> stress."""
-
-    COLUMNS: ClassVar = (*COLUMNS, "relaxation_modulus [Pa]")
 
     kind: Literal["relax"] = Field(description="The subcommand that runs this recipe.")
     mode: LoadingMode = Field("uniaxial", description="How the specimen is stretched.")

@@ -12,6 +12,7 @@ from dielast.commands.simulation.checks import warn_of_membranes, warn_of_tests
 from dielast.commands.simulation.result import CaseResult, StatedCase
 from dielast.commands.simulation.run import Prepared, Simulation, report_of
 from dielast.io.files import Inputs
+from dielast.io.table import split_header
 from dielast.material.material import Material
 from dielast.numerics.arrays import Floats
 from dielast.recipe.cases import Case
@@ -37,14 +38,11 @@ def prepared(cases: Sequence[Case[Recipe]], inputs: Inputs) -> Prepared:
 class Membranes(Simulation):
     """Simulations of `relax` or `creep`."""
 
-    width = 10
     warn_before = staticmethod(warn_of_tests)
     warn = staticmethod(warn_of_membranes)
 
     def __init__(self, recipes: Sequence[Recipe]) -> None:
         self.kind, self.measured = recipes[0].kind, MEASURED[recipes[0].kind]
-        # all cases share one table: a column of one case is a column of all
-        self.with_modulus = self.kind == "relax" and any(recipe.mode == "uniaxial" for recipe in recipes)
 
     def prepare(self, cases: Sequence[StatedCase], thickness_factor: Floats) -> partial[Any]:
         """The simulation in the mode of the recipes; the thickness has no effect."""
@@ -53,9 +51,8 @@ class Membranes(Simulation):
         return partial(prepare, mode=recipe.mode, temperature=temperature, output=output, solver=Solver(recipe.solver.rtol))
 
     def result(self, recipe: Recipe, materials: Sequence[Material]) -> partial[CaseResult]:
-        """The result of a case, with the relaxation modulus if any case has one."""
-        uniaxial = recipe.mode == "uniaxial"
-        return partial(_case, materials=materials, creeping=self.kind == "creep", with_modulus=self.with_modulus, uniaxial=uniaxial)
+        """The result of a case."""
+        return partial(_case, materials=materials, creeping=self.kind == "creep")
 
     def alike(self, recipe: Recipe) -> str:
         """The mode, which cases that are solved together share."""
@@ -63,7 +60,7 @@ class Membranes(Simulation):
 
     def headline(self, cases: Sequence[Case[Recipe]], results: Sequence[CaseResult]) -> dict[str, dict[str, Any]]:
         """Peak and last value of the measured quantity in each case."""
-        name, unit = self.measured.rstrip("]").split(" [")
+        name, unit = split_header(self.measured)
         suffix = "" if unit == "1" else f"_{unit}"
         series = [result.columns[self.measured] for result in results]
         rest = 0.0 if self.kind == "relax" else 1.0  # value before loading
@@ -81,11 +78,5 @@ def _farthest(values: Floats, rest: float) -> float:
     return float(values[np.argmax(np.abs(values - rest))]) if values.size else np.nan
 
 
-def _case(
-    history: MembraneHistory, row: int, *, materials: Sequence[Material], creeping: bool, with_modulus: bool, uniaxial: bool
-) -> CaseResult:
-    columns = history.case(row)
-    if with_modulus:
-        modulus = history.relaxation_modulus[row][np.isfinite(history.stretch_1[row])]
-        columns["relaxation_modulus [Pa]"] = np.where(np.isfinite(modulus) & uniaxial, modulus, np.nan)
-    return case_result(history, row, columns, materials[row], creeping)
+def _case(history: MembraneHistory, row: int, *, materials: Sequence[Material], creeping: bool) -> CaseResult:
+    return case_result(history, row, history.case(row), materials[row], creeping)

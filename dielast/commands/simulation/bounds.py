@@ -10,7 +10,7 @@ from dielast.commands.simulation.cases import Batches
 from dielast.commands.simulation.result import BoundedEvent, CaseResult, SolvedCase, StatedCase
 from dielast.errors import in_a_draw
 from dielast.handover.law_section import breakdown
-from dielast.io.table import Column, Table
+from dielast.io.table import Column, Table, split_header
 from dielast.material.scatter import Sample, interval
 from dielast.mechanics.cases import of_case
 from dielast.mechanics.criteria import named
@@ -21,11 +21,10 @@ from dielast.simulate.failure_map import FailureMap
 from dielast.simulate.history import EVENT_UNITS, Event, event_columns
 from dielast.simulate.lifetime import POWER, UNITS as LINE_UNITS, LifetimeLine
 from dielast.simulate.map_plan import column_of
+from dielast.simulate.quantities import quantity_of
 
 SURVIVING = "surviving [1]"
 FAILURE = "failure"  # the first of all failures
-# columns that fall towards a failure; the others rise
-RUNS_DOWN = ("nominal_stress_1 [Pa]", "nominal_stress_2 [Pa]", "stability [1]")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -105,9 +104,10 @@ def bounded(result: CaseResult, drawn: Sequence[CaseResult], level: float, faile
     columns: dict[str, Floats] = {}
     for header, values in result.columns.items():
         columns[header] = values
-        if header not in result.stated:
+        quantity = quantity_of(header)
+        if header not in result.stated and (quantity is None or quantity.written):
             table = _stacked([draw.columns[header] for draw in drawn], time.size)
-            beyond = -np.inf if header in RUNS_DOWN else np.inf
+            beyond = -np.inf if quantity is not None and quantity.falls else np.inf
             low, high = interval(np.where(determined, np.where(lost, beyond, table), np.nan), level)
             columns[_beside(header, "lower")], columns[_beside(header, "upper")] = low, high
     if failed is not None:
@@ -123,7 +123,7 @@ def band(columns: Mapping[str, Floats], x: str, y: str) -> tuple[Floats, Floats,
 
 
 def _beside(header: str, which: str) -> str:
-    name, unit = header.rstrip("]").split(" [")
+    name, unit = split_header(header)
     return f"{name}_{which} [{unit}]"
 
 

@@ -15,12 +15,14 @@ from dielast.commands.simulation.step_recipe import HistoryStep
 from dielast.errors import InputError, Mistakes, Problem, and_more, as_toml, placed
 from dielast.handover.changed_material import parse_changed_material
 from dielast.io.files import Inputs
-from dielast.io.table import Column, Table, case_table
+from dielast.io.table import Column, Table, case_table, split_header
 from dielast.material.checks import warn_of_material
 from dielast.material.material import Material
 from dielast.numerics.arrays import Floats
 from dielast.recipe.cases import Case
 from dielast.simulate.history import Event, History
+from dielast.simulate.output import Output
+from dielast.simulate.quantities import FILMS, TESTS
 
 PART = 2**14  # branches in a batch, over all cases: less than a second of work
 
@@ -90,13 +92,19 @@ def one_or_all(materials: Sequence[Material]) -> Material | list[Material]:
 
 def result_columns(results: Sequence[CaseResult]) -> Table:
     """The table of all cases, one below the other."""
-    headers = dict.fromkeys(header for result in results for header in result.columns)
-    columns = []
-    for result in results:
-        # a quantity that a case lacks, such as the damage of a film without [damage], is empty
-        empty = np.full(result.columns["time [s]"].size, np.nan)
-        columns.append({header: result.columns.get(header, empty) for header in headers})
+    unwritten = {quantity.header for quantity in (*FILMS, *TESTS) if not quantity.written}
+    columns = [{header: column for header, column in result.columns.items() if header not in unwritten} for result in results]
     return case_table(dict(enumerate(columns)), [result.temperature for result in results])
+
+
+def with_all_columns(results: Sequence[CaseResult]) -> list[CaseResult]:
+    """The results with the same columns; one that a case lacks, such as the damage of a film without [damage], is empty."""
+    headers = dict.fromkeys(header for result in results for header in result.columns)
+    filled = []
+    for result in results:
+        empty = np.full(result.columns["time [s]"].size, np.nan)
+        filled.append(replace(result, columns={header: result.columns.get(header, empty) for header in headers}))
+    return filled
 
 
 def case_result(
@@ -140,6 +148,28 @@ def check_cycles(cases: Sequence[Case[SimulationRecipe]]) -> None:
     steps: Iterable[HistoryStep] = (step for case in cases for step in getattr(case.recipe, "step", ()))
     if stated and all(step.waveform is None for step in steps):
         raise InputError(NO_WAVEFORM, key="output.cycles")
+
+
+def many_cycles(cases: Sequence[Case[SimulationRecipe]], results: Sequence[CaseResult]) -> bool:
+    """Whether the table leaves out cycles, which the figure then shows by their numbers, unless the recipe states its axes."""
+    recipe = cases[0].recipe
+    if recipe.compare or recipe.output.times is not None or any((recipe.plot.x, recipe.plot.y, recipe.plot.join)):
+        return False
+    counts = [0 if result.cycles is None else result.cycles["cycle"].size for result in results]
+    return min(counts) > 0 and any(count > Output(cycles=recipe.output.cycles).kept(count).size for count in counts)
+
+
+def cycle_headline(results: Sequence[CaseResult]) -> dict[str, dict[str, Any]]:
+    """The numbers of cycles, and amplitude, phase and work of the first and the last one."""
+    tables = [result.cycles for result in results if result.cycles is not None]
+    numbers: dict[str, Any] = {"cycles": one_or_list([table["cycle"].size for table in tables])}
+    for header in tables[0]:
+        name, unit = split_header(header)
+        if name in ("amplitude", "phase", "work"):
+            suffix = "" if unit in (None, "1") else f"_{str(unit).replace('/', '_per_').replace('^', '')}"
+            for place, which in ((0, "first"), (-1, "last")):
+                numbers[f"{which}_{name}{suffix}"] = one_or_list([float(table[header][place]) for table in tables])
+    return {"cycles": numbers}
 
 
 def one_or_list(values: Sequence[float | int]) -> Any:

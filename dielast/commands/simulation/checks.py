@@ -17,14 +17,12 @@ from dielast.material.breakdown import BreakdownLaw
 from dielast.material.checks import (
     FAINTEST,
     STRONGEST,
-    THICKEST_SPECIMEN,
-    warn_of_breakdown,
+    USUAL,
     warn_of_elongation,
     warn_of_field,
     warn_of_leak,
     warn_of_prestretches,
     warn_of_stretch,
-    warn_of_thickness,
 )
 from dielast.material.material import Material
 from dielast.material.use_checks import Pace, fastest_branch, warn_of_lasting, warn_of_paces, warn_of_stretches, warn_of_use
@@ -51,7 +49,7 @@ def warn_of_tests(cases: Sequence[StatedCase]) -> None:
         return
     specimens = [case.recipe.specimen for case in cases if case.recipe.specimen is not None]
     thickness = [specimen.thickness for specimen in specimens if specimen.thickness is not None]
-    warn_of_thickness(thickness, "specimen", THICKEST_SPECIMEN)
+    USUAL["specimen"].warn(thickness)
 
 
 def warn_of_membranes(cases: Sequence[SolvedCase]) -> None:
@@ -81,7 +79,7 @@ def warn_of_programmes(cases: Sequence[StatedCase]) -> None:
     films, materials = [recipe.film for recipe in recipes], [case.material for case in cases]
     _warn_of_temperatures(cases)
     stated = [breakdown(recipe.breakdown) for recipe in recipes]
-    warn_of_breakdown([field for law in stated if law is not None for field in law.typical_fields()])
+    USUAL["breakdown field"].warn([field for law in stated if law is not None for field in law.typical_fields()])
     steady = all(
         recipe.control == "charge" and not (material.dielectric and material.dielectric.depends_on_stretch)
         for recipe, material in zip(recipes, materials, strict=True)
@@ -158,7 +156,7 @@ def warn_of_setups(
     another unit, and of films in a frame without a prestretch.
     """
     warn_of_prestretches(prestretch, limits)
-    warn_of_thickness(thickness)
+    USUAL["film"].warn(thickness)
     if any(held[0] == "frame" and max(pair) == 1 for pair, held in zip(prestretch, boundary, strict=True)):
         buckles = "without prestretch the voltage pushes the film around the electrode together, which buckles"
         warn(f"film.prestretch: 1 in a frame: {buckles}; the result is of a film that stays flat")

@@ -1,7 +1,8 @@
 """Comparisons of a recipe: measured points beside a simulated curve, with their misfit."""
 
+import re
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -25,11 +26,16 @@ from dielast.recipe.cases import Case
 FINE = 4000  # points along a history for a comparison over another quantity than time
 _MECHANICAL = units.TIME, units.STRESS, units.LENGTH, units.NUMBER, units.ENERGY_DENSITY
 _ELECTRICAL = units.VOLTAGE, units.FIELD, units.CHARGE, units.CHARGE_DENSITY, units.CHARGE_RATE, units.CHARGE_DENSITY_RATE
-DIMENSIONS = {dimension.unit: dimension for dimension in (*_MECHANICAL, *_ELECTRICAL)}
+_CAPACITIVE = units.CAPACITANCE, units.CAPACITANCE_DENSITY
+DIMENSIONS = {dimension.unit: dimension for dimension in (*_MECHANICAL, *_ELECTRICAL, *_CAPACITIVE)}
 # columns of the result -> quantities of a testing machine that give them
 QUANTITIES = {"time [s]": "time", "stretch_1 [1]": "stretch", "nominal_stress_1 [Pa]": "stress"}
 # and what a testing machine may have measured instead
 MACHINE = {"stretch": ("extension", units.LENGTH), "stress": ("force", units.FORCE)}
+
+LENGTHWAYS = "stretch_1", "stretch_2", "relative_stretch_1", "relative_stretch_2"
+_AREA_RATIO = re.compile(r"A\s*/\s*A_?[0₀](?:\s*[\[(](?:1|-)?[\])])?|area[ _](?:ratio|stretch).*", re.IGNORECASE)
+_AREA_STRAIN = re.compile(r"are(?:a|al)[ _]+(?:actuation[ _]+)?strain", re.IGNORECASE)
 
 Fine = Callable[[Floats | None], Mapping[str, Floats]]
 """The columns of a case at these times in s; without times, dense enough for linear interpolation."""
@@ -181,11 +187,19 @@ def read_points(comparison: CompareSection, inputs: Inputs, specimen: Specimen |
                 role = raw if stated_unit is not None and units.kind_of(stated_unit) is dimension else quantity
             if role != quantity:
                 return read_as(table, role, chosen, specimen, rows, axis)
-        _place(table, chosen, axis, column)
-        values = table.column(chosen, axis, DIMENSIONS.get(unit or "1", units.NUMBER), rows)
-        if "stretch" in name:
-            warn_of_measured_stretch(table.names[table.find(chosen, axis)], values, comparison.file)
-        return values
+        place = _place(table, chosen, axis, column)
+        found = table.headers[place]
+        without_unit = table
+        if ratio := _AREA_RATIO.fullmatch(found.spelled.strip()):  # A / A0 has no unit A0
+            headers = *table.headers[:place], replace(found, unit=None), *table.headers[place + 1 :]
+            without_unit = replace(table, headers=headers)
+        if name in LENGTHWAYS and (ratio or _AREA_STRAIN.match(found.spelled.strip())):
+            wrong = f'column "{found.spelled}" compares areas, and "{header}" lengths'
+            raise InputError(f'{wrong}: state "area_strain [1]", which is A/A0 - 1', file=comparison.file)
+        values = without_unit.column(place + 1, axis, DIMENSIONS.get(unit or "1", units.NUMBER), rows)
+        if name in LENGTHWAYS:
+            warn_of_measured_stretch(table.names[place], values, comparison.file)
+        return values - 1 if ratio and name == "area_strain" else values
 
     return values_of("x", comparison.x, comparison.x_column), values_of("y", comparison.y, comparison.y_column)
 

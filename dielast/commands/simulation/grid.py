@@ -16,7 +16,7 @@ from dielast.commands.simulation.memory_needed import check_cells
 from dielast.errors import Problem, placed, warn
 from dielast.handover.law_section import breakdown
 from dielast.io.files import Inputs
-from dielast.material.checks import warn_of_breakdown, warn_of_field, warn_of_material
+from dielast.material.checks import USUAL, warn_of_field, warn_of_material
 from dielast.material.material import Material
 from dielast.material.use_checks import Pace, fastest_branch, warn_of_lasting, warn_of_paces, warn_of_stretches, warn_of_use
 from dielast.numerics.arrays import Floats
@@ -114,7 +114,7 @@ def warn_of_grid(
     warn_of_material(material)
     warn_of_use(material, temperature)
     warn_of_lasting(material, temperature, np.full(len(temperature), horizon))
-    warn_of_breakdown(field[np.isfinite(field)])
+    USUAL["breakdown field"].warn(field[np.isfinite(field)])
     warn_of_no_breakdown(np.isfinite(field).tolist(), [material])
     film, limit = recipe.film, breakdown(recipe.breakdown) or material.breakdown
     pairs = len(film.prestretch)

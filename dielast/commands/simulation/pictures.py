@@ -12,16 +12,18 @@ from matplotlib.figure import Figure
 from dielast.commands.simulation.bounds import band
 from dielast.commands.simulation.naming import labels, swept, titled
 from dielast.commands.simulation.result import CaseResult, at_event
-from dielast.commands.simulation.solver_steps import TimedStep
+from dielast.commands.simulation.solver_steps import TimedStep, targets
 from dielast.commands.simulation.uncertainty import interval_label
 from dielast.material.material import Material
 from dielast.mechanics.criteria import named
 from dielast.mechanics.load import Waveform
 from dielast.numerics.arrays import Flags, Floats
+from dielast.plots.cycles import plot_cycles
 from dielast.plots.events import Band, Mark
 from dielast.plots.looks import Swept
+from dielast.plots.quantities import unit_for
 from dielast.plots.simulation import plot_cases
-from dielast.plots.texts import lasting
+from dielast.plots.texts import lasting, number
 from dielast.recipe.cases import Case
 
 if TYPE_CHECKING:
@@ -125,7 +127,7 @@ def picture(
         x,
         y,
         scales,
-        titled(cases[0].recipe.title, cases, materials),
+        titled(cases[0].recipe.title, cases, materials, voltage_in_words(cases, histories)),
         [(index, mark.name, mark.x, mark.y) for index, curve in enumerate(curves) for mark in curve.marks],
         swept(cases, materials),
         bands,
@@ -133,6 +135,32 @@ def picture(
         spans if x == "time [s]" else (),
         failed,
     )
+
+
+def voltage_in_words(cases: Sequence[Case[Any]], histories: Sequence[Sequence[TimedStep]]) -> str:
+    """The highest voltage of films, for the title; empty without a voltage, or if it is swept."""
+    if not hasattr(cases[0].recipe, "control") or any(case.recipe.control != "voltage" for case in cases):
+        return ""
+    highest = {max(map(abs, targets(steps)), default=0.0) for steps in histories}
+    if len(highest) > 1 or not (volts := highest.pop()):
+        return ""
+    unit, factor = unit_for("V", volts)
+    return f"up to {number(volts * factor)} {unit}"
+
+
+def picture_of_cycles(
+    cases: Sequence[Case[Any]],
+    materials: Sequence[Material],
+    results: Sequence[CaseResult],
+    measured: str,
+    histories: Sequence[Sequence[TimedStep]],
+) -> Figure:
+    """The figure of cases with many cycles."""
+    tables = [result.cycles for result in results if result.cycles is not None]
+    # cycles are those of the nominal stress where the stretch is prescribed
+    quantity = "nominal_stress_1 [Pa]" if "amplitude [Pa]" in tables[0] else measured
+    title = titled(cases[0].recipe.title, cases, materials, voltage_in_words(cases, histories))
+    return plot_cycles(tables, labels(cases, materials), swept(cases, materials), quantity, title)
 
 
 def _marks(case: Case[Any], result: CaseResult, table: Mapping[str, Floats], x: str, y: str) -> list[_Mark]:

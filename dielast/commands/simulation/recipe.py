@@ -2,7 +2,7 @@
 
 import difflib
 from itertools import pairwise
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal, get_args
 
 from pydantic import AfterValidator, Field, PlainValidator, ValidationInfo, WithJsonSchema
 
@@ -16,6 +16,7 @@ from dielast.recipe.base import RecipeBase, TextTable, units_of
 from dielast.recipe.fields import OneOf, Section, Temperature, Time, on_one_scale
 from dielast.recipe.file_fields import InputFile
 from dielast.recipe.paths import read_path
+from dielast.simulate.quantities import TESTS, Quantity
 
 # arguments of the simulations -> keys of the recipe, except those of steps
 KEYS = {
@@ -27,15 +28,6 @@ KEYS = {
     **{"ramp": "voltage.ramp", "sample": "uncertainty"},
 }
 
-
-COLUMNS = (
-    "time [s]",
-    "stretch_1 [1]",
-    "stretch_2 [1]",
-    *(f"{what}_stress_{axis} [Pa]" for what in ("nominal", "true") for axis in (1, 2)),
-)
-# columns of comparisons and plots only: the axes of the electrode as a camera measures them
-MAJOR_AXIS, MINOR_AXIS = "major_axis [m]", "minor_axis [m]"
 
 NO_WAVEFORM = "has no effect without a waveform in [[step]]: leave it out"
 # column of the result -> columns of a testing machine that measure the same
@@ -52,7 +44,7 @@ def roles_of(header: str) -> set[str]:
 
 
 def _column(header: str, info: ValidationInfo) -> str:
-    """A column of the result; the model of the recipe lists them as `COLUMNS`."""
+    """A column of the result; the model of the recipe lists them as `columns`."""
     columns = (info.context or {}).get("columns")
     if columns and header not in columns:
         near = [column for column in columns if split_header(column)[0] == split_header(header)[0]]
@@ -224,9 +216,9 @@ class MaterialRecipe(RecipeBase):
 
 
 class SimulationRecipe(MaterialRecipe):
-    """The keys of relax, creep and actuate; `COLUMNS` are the columns of its result that can be drawn."""
+    """The keys of relax, creep and actuate; `QUANTITIES` are those of its result, which can be compared and drawn."""
 
-    COLUMNS: ClassVar[tuple[str, ...]] = COLUMNS
+    QUANTITIES: ClassVar[list[Quantity]] = TESTS
     ELSEWHERE: ClassVar = {"sensitivity": "relax and creep have no time to failure; actuate and failure-map take it"}
 
     temperature: Temperature | None = Field(
@@ -246,7 +238,35 @@ class SimulationRecipe(MaterialRecipe):
     plot: PlotAxes = Field(PlotAxes(), description="What the plot shows.")
     uncertainty: Uncertainty | None = Field(None, description="Intervals of the main table, from draws of the material.")
 
+    @classmethod
+    def quantities(cls) -> list[Quantity]:
+        """The quantities that results of this kind of recipe have."""
+        kind = get_args(cls.model_fields["kind"].annotation)
+        return [quantity for quantity in cls.QUANTITIES if quantity.only in ("", *kind)]
+
+    @classmethod
+    def columns(cls) -> list[str]:
+        """The headers of the quantities."""
+        return [quantity.header for quantity in cls.quantities()]
+
+    def lacking(self, quantity: Quantity) -> list[str]:
+        """What the quantity needs that the recipe does not state."""
+        return list(quantity.needs)
+
+    def provided(self) -> list[Quantity]:
+        """The quantities in the table of this recipe."""
+        return [quantity for quantity in self.quantities() if quantity.written and not self.lacking(quantity)]
+
+    def _check_columns(self) -> None:
+        """`InputError` for a column to draw that the result lacks without further keys."""
+        drawn = {"plot": self.plot} | {f"compare[{index}]": comparison for index, comparison in enumerate(self.compare)}
+        by_header = {quantity.header: quantity for quantity in self.quantities()}
+        for key, header in ((f"{place}.{axis}", getattr(axes, axis)) for place, axes in drawn.items() for axis in ("x", "y")):
+            if header in by_header and (needed := self.lacking(by_header[header])):
+                raise InputError(f'"{header}" needs {needed[0]}', key=key)
+
     def _check(self) -> None:
+        self._check_columns()
         # other cases of a sweep over steps may have a waveform
         swept = any((read_path(key) or ("",))[0] in ("step", "load") for key in self.sweep or ())
         if self.output.cycles is not None and not swept and all(step.waveform is None for step in getattr(self, "step", ())):

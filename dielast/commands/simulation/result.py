@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from dielast.commands.simulation.recipe import MAJOR_AXIS, MINOR_AXIS
 from dielast.commands.simulation.solver_steps import TimedStep
 from dielast.numerics.arrays import Floats
 from dielast.numerics.random_streams import stream
+from dielast.simulate.quantities import quantity_of
 
 if TYPE_CHECKING:
     from dielast.material.material import Material
@@ -80,27 +80,12 @@ class SolvedCase(StatedCase):
     result: CaseResult
 
 
-def with_axes(columns: Mapping[str, Floats], recipe: Any) -> Mapping[str, Floats]:
-    """The columns, with the axes in m of the electrode, a circle on the prestretched film, if its diameter is stated."""
-    diameter = getattr(getattr(recipe, "film", None), "electrode_diameter", None)
-    if diameter is None:
-        return columns
-    first, second = columns["relative_stretch_1 [1]"] * diameter, columns["relative_stretch_2 [1]"] * diameter
-    return dict(columns) | {MAJOR_AXIS: np.maximum(first, second), MINOR_AXIS: np.minimum(first, second)}
-
-
 def at_event(event: Event, columns: Mapping[str, Floats], header: str, recipe: Any) -> float:
-    """The value of a column at an event: that of the event if it holds the quantity, else interpolated in the table."""
-    located = {
-        "time [s]": event.time,
-        "voltage [V]": event.voltage,
-        "stretch_1 [1]": event.stretch_1,
-        "stretch_2 [1]": event.stretch_2,
-        "relative_stretch_1 [1]": event.stretch_1 / _begin(1, columns, recipe),
-        "relative_stretch_2 [1]": event.stretch_2 / _begin(2, columns, recipe),
-        "true_field [V/m]": event.true_field,
-    }
-    return located.get(header) or float(np.interp(event.time, columns["time [s]"], columns[header]))
+    """The value of a column at an event: that of the event if it determines the quantity, else interpolated in the table."""
+    quantity = quantity_of(header)
+    if quantity is None or quantity.at is None:
+        return float(np.interp(event.time, columns["time [s]"], columns[header]))
+    return quantity.at(event, (_begin(1, columns, recipe), _begin(2, columns, recipe)))
 
 
 def _begin(axis: int, columns: Mapping[str, Floats], recipe: Any) -> float:

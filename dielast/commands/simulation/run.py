@@ -13,14 +13,17 @@ from dielast.commands.simulation.cases import (
     axes_of,
     case_columns,
     check_cycles,
+    cycle_headline,
     divided,
     failures,
+    many_cycles,
     one_or_all,
     read_materials,
     result_columns,
+    with_all_columns,
 )
 from dielast.commands.simulation.memory_needed import check_series
-from dielast.commands.simulation.result import CaseResult, SolvedCase, StatedCase, with_axes, with_noise
+from dielast.commands.simulation.result import CaseResult, SolvedCase, StatedCase, with_noise
 from dielast.commands.simulation.solver_steps import in_recipe_terms, joined, solver_steps
 from dielast.errors import Mistakes, without_warnings
 from dielast.io.files import Inputs
@@ -44,8 +47,6 @@ class Simulation(ABC):
 
     measured: str
     """Default column of the figure."""
-    width: int
-    """Numbers in a row of the table."""
     time_scale = "log"
 
     @abstractmethod
@@ -120,7 +121,7 @@ class Prepared:
         short.
         """
         materials = read_materials(cases, inputs)
-        check_series(cases, simulation.width, inputs, jobs)
+        check_series(cases, 2 + len(cases[0].recipe.provided()), inputs, jobs)
         samples: Sequence[Sample | None] = [None] * len(cases)
         if any(case.recipe.uncertainty is not None for case in cases):
             from dielast.commands.simulation.uncertainty import samples_of, typical_materials
@@ -163,12 +164,12 @@ def report_of(simulation: Simulation, cases: Sequence[Case[Any]], inputs: Inputs
     kind, materials = recipes[0].kind, [case.material for case in prepared.stated]
     solved = [
         SolvedCase(case.recipe, case.material, case.steps, case.sample, result)
-        for case, result in zip(prepared.stated, solve_batches(prepared.batches, execution), strict=True)
+        for case, result in zip(prepared.stated, with_all_columns(solve_batches(prepared.batches, execution)), strict=True)
     ]
     simulation.warn(solved)
     solved = [replace(case, result=with_noise(case.result, case.recipe, number)) for number, case in enumerate(solved)]
     results = [case.result for case in solved]
-    columns = [with_axes(case.result.columns, case.recipe) for case in solved]
+    columns = [case.result.columns for case in solved]
     cycling = {case: result.cycles for case, result in enumerate(results) if result.cycles is not None}
     intervals: dict[str, dict[str, Any]] = {}
     if any(recipe.uncertainty is not None for recipe in recipes):
@@ -194,21 +195,25 @@ def report_of(simulation: Simulation, cases: Sequence[Case[Any]], inputs: Inputs
         def at_times(case: int, times: Floats) -> Mapping[str, Floats]:
             output = recipes[case].output.model_copy(update={"times": times.tolist()})
             timed = replace(prepared.stated[case], recipe=recipes[case].model_copy(update={"output": output}))
-            return with_axes(solve_batches(simulation.batches([timed]))[0].columns, timed.recipe)
+            return solve_batches(simulation.batches([timed]))[0].columns
 
         ends = [case.result.end(case.steps) for case in solved]
         matched = matches(recipes[0], columns, inputs, at_times, ends)
         compared = {"compare": compare_headline(matched)}
     axes = axes_of(cases, columns[0], simulation.measured, simulation.time_scale)
 
-    def figure() -> Any:
-        from dielast.commands.simulation.pictures import picture
+    many = many_cycles(cases, results)
 
+    def figure() -> Any:
+        from dielast.commands.simulation.pictures import picture, picture_of_cycles
+
+        if many:
+            return picture_of_cycles(cases, materials, results, simulation.measured, [case.steps for case in solved])
         return picture(cases, materials, results, columns, matched, axes, [case.steps for case in solved])
 
     more_tables, more_figures = simulation.extras(cases, materials, results)
     tables = {f"{kind}.csv": result_columns(results), **more_tables, **tables, "cases.csv": case_columns(cases)}
     if cycling:
         tables["cycles.csv"] = case_table(cycling)
-    sections = simulation.headline(cases, results) | sections
+    sections = simulation.headline(cases, results) | (cycle_headline(results) if many else {}) | sections
     return Report(tables, sections | compared | intervals, figure, failures=failures(results), figures=more_figures | figures)

@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Sequence
 
 from dielast.commands.spectrum.recipe import SpectrumRecipe
-from dielast.commands.spectrum.run import characterise, curve_of
+from dielast.commands.spectrum.run import card_of, characterise, curve_of
 from dielast.handover.mastercurve_folder import ReducedCurve, read_curve_draws
 from dielast.io.files import Inputs
 from dielast.recipe.base import Reading
@@ -13,6 +13,9 @@ from dielast.recipe.cases import Case
 def readings(cases: Sequence[Case[SpectrumRecipe]], inputs: Inputs) -> Iterator[Reading]:
     """The master curve or the test, and its fit: without the fit it is not known what a card or fewer branches can hold."""
     recipe = cases[0].recipe
+    if recipe.prony is not None:
+        yield "prony", recipe, lambda: card_of(recipe, inputs)
+        return
     folder = recipe.mastercurve
     curves: list[ReducedCurve] = []
 

@@ -5,7 +5,7 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
 
-from dielast.errors import InputError
+from dielast.errors import InputError, Mistakes, Problem
 from dielast.export.card import CODES, spring_names
 from dielast.export.code import MODULI, SCALES, UNITS, CardOptions
 from dielast.handover.law_section import BreakdownField
@@ -24,7 +24,7 @@ from dielast.recipe.fields import (
     Temperature,
     Temperatures,
 )
-from dielast.recipe.file_fields import InputFolder
+from dielast.recipe.file_fields import InputFile, InputFolder
 from dielast.relaxation.result import Method
 from dielast.units import Dimension
 
@@ -178,6 +178,15 @@ class SpectrumRecipe(RecipeBase):
     kind: Literal["spectrum"] = Field(description="The subcommand that runs this recipe.")
     mastercurve: InputFolder | None = Field(None, description="A folder written by mastercurve.")
     data: CurveData | None = Field(None, description="Instead of mastercurve: a test at one temperature or a curve from elsewhere.")
+    prony: InputFile | None = Field(
+        None,
+        description="Instead of mastercurve: a Prony series that exists, in a card of Abaqus (*VISCOELASTIC, TIME=PRONY) or ANSYS "
+        "(TB,PRONY), or as a table of g_i and tau_i. Where it has no elastic constants, fit.glassy_modulus (Young's, "
+        "instantaneous) or fit.equilibrium_modulus (long-term) states the modulus.",
+    )
+    prony_units: Annotated[str, OneOf(lambda: tuple(UNITS))] | None = Field(
+        None, description="Consistent units of the card, which does not state them; needed with a card of Abaqus or ANSYS."
+    )
     fit: FitSection = Field(FitSection(), description="How the spectrum is fitted.")
     truncate: Truncate | None = Field(None, description="Keep only the slowest branches.")
     reduce: Reduce | None = Field(None, description="Keep only as many branches as a window of times needs.")
@@ -185,7 +194,13 @@ class SpectrumRecipe(RecipeBase):
     export: ExportSection | None = Field(None, description="Material cards for finite-element codes.")
 
     def _check(self) -> None:
-        if (self.mastercurve is None) == (self.data is None):
-            raise InputError("either mastercurve (a folder) or [data] (a file) is needed")
+        if sum(source is not None for source in (self.mastercurve, self.data, self.prony)) != 1:
+            raise InputError("either mastercurve (a folder), [data] (a file) or prony (a card) is needed")
+        if self.prony is None and self.prony_units is not None:
+            raise InputError("is of a card: state prony as well, or leave it out", key="prony_units")
+        if self.prony is not None:
+            fitted = [f"fit.{key}" for key in sorted(self.fit.model_fields_set - {"glassy_modulus", "equilibrium_modulus"})]
+            fitted += [key for key in ("truncate", "reduce") if getattr(self, key) is not None]
+            Mistakes(Problem("a series of prony is taken as it is: leave this out", key=key) for key in fitted).refuse()
         if self.truncate is not None and self.reduce is not None:
             raise InputError("[truncate] and [reduce] both select branches: state one of them")

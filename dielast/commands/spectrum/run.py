@@ -28,7 +28,7 @@ from dielast.handover.material_file import write_material
 from dielast.io.files import Inputs
 from dielast.io.table import Table
 from dielast.material.checks import warn_of_material
-from dielast.material.material import Material
+from dielast.material.material import Material, paths_of
 from dielast.material.measurement_kind import CREEP, RELAXATION
 from dielast.material.shift import ShiftLaw
 from dielast.material.spectrum import Spectrum
@@ -51,6 +51,8 @@ BEYOND = 3.0  # factor beyond the ends of a master curve up to which its process
 def run(cases: Sequence[Case[SpectrumRecipe]], inputs: Inputs, execution: Execution) -> Report:
     """Read the master curve, fit the spectrum, and make the report."""
     recipe = cases[0].recipe
+    if recipe.prony is not None:
+        return _of_card(recipe, inputs)
     curve = curve_of(recipe, inputs)
     result, reduction, material, cards = characterise(recipe, curve)
     continuous = continuous_spectrum(result) if recipe.fit.continuous else None
@@ -61,7 +63,8 @@ def run(cases: Sequence[Case[SpectrumRecipe]], inputs: Inputs, execution: Execut
 
         at = curve.shift.reference_temperature
         title = headed(recipe.title, [material.name], f"reference temperature {at:g} degC")
-        return plot_spectrum(result, title, continuous=continuous, reduction=reduction, reference_temperature=at)
+        measured = "measured" if recipe.mastercurve is None else "master curve"
+        return plot_spectrum(result, title, continuous=continuous, reduction=reduction, reference_temperature=at, measured=measured)
 
     drawn = None
     if recipe.mastercurve is not None:
@@ -74,6 +77,58 @@ def run(cases: Sequence[Case[SpectrumRecipe]], inputs: Inputs, execution: Execut
     if drawn is not None:
         written[DRAWS], numbers["uncertainty"] = drawn
     return Report(written, numbers, figure, files)
+
+
+def card_of(recipe: SpectrumRecipe, inputs: Inputs) -> tuple[Material, dict[str, str]]:
+    """The material of a Prony series that exists, and the cards (name -> text) that the recipe requests."""
+    from dielast.handover.prony_card import read_prony
+
+    assert recipe.prony is not None
+    card, constants, fit = read_prony(inputs.read(recipe.prony), recipe.prony, recipe.prony_units), recipe.material, recipe.fit
+    with located(file=recipe.prony):
+        instantaneous, at_rest = (None if young is None else young / 3 for young in (fit.glassy_modulus, fit.equilibrium_modulus))
+        material = card.material(instantaneous, at_rest)
+    limits = constants.J_lim
+    material = replace(
+        material,
+        name=constants.name if "name" in constants.model_fields_set else material.name,
+        equilibrium_law=material.equilibrium_law if limits.equilibrium is None else Gent(limits.equilibrium),
+        nonequilibrium_law=material.nonequilibrium_law if limits.nonequilibrium is None else Gent(limits.nonequilibrium),
+        permittivity=constants.dielectric(),
+        breakdown=breakdown(constants.breakdown),
+    )
+    material = replace(material, origin=dict.fromkeys(paths_of(material), "stated"))
+    warn_of_material(material)
+    export = recipe.export
+    return material, {} if export is None else _exported(material, export, export.options())
+
+
+def _of_card(recipe: SpectrumRecipe, inputs: Inputs) -> Report:
+    """The report on a Prony series that exists."""
+    material, cards = card_of(recipe, inputs)
+    spectrum, equilibrium = material.spectrum, material.equilibrium_modulus
+    tau = spectrum.relaxation_time
+    time = np.geomspace(tau.min(initial=1.0) / 30, 30 * tau.max(initial=1.0), 200)
+    model = 3 * spectrum.relaxation_modulus(time, equilibrium)
+    shown = SpectrumFit("nnls", spectrum, equilibrium, 0.0, 0.0, time, np.full(time.size, np.nan), model)
+
+    def figure() -> Any:
+        from dielast.commands.simulation.naming import headed
+        from dielast.plots.spectrum import plot_spectrum
+
+        return plot_spectrum(shown, headed(recipe.title, [material.name]), measured="")
+
+    numbers: dict[str, dict[str, Any]] = {
+        "prony": {"branches": len(spectrum)},
+        "moduli": {
+            "equilibrium_shear_Pa": equilibrium,
+            "nonequilibrium_shear_Pa": float(np.sum(spectrum.shear_modulus)),
+            "relaxation_time_min_s": float(tau.min(initial=np.inf)),
+            "relaxation_time_max_s": float(tau.max(initial=0.0)),
+        },
+    }
+    files = {"material.toml": write_material(material)} | {name: text.encode() for name, text in cards.items()}
+    return Report({"spectrum.csv": spectrum.columns()}, numbers, figure, files)
 
 
 def curve_of(recipe: SpectrumRecipe, inputs: Inputs) -> ReducedCurve:
@@ -97,7 +152,7 @@ def characterise(recipe: SpectrumRecipe, curve: ReducedCurve) -> tuple[SpectrumF
     result = fit_curve(curve, recipe.fit, recipe.truncate.keep if recipe.truncate else None)
     reduce, export = recipe.reduce, recipe.export
     reduction = wrong.tried(lambda: reduced(result, curve.shift, reduce)) if reduce else None
-    material, cards = make_material(result, curve, recipe.material, reduction), None
+    material, cards = with_origin(make_material(result, curve, recipe.material, reduction), recipe.fit), None
     warn_of_material(material)
     if export is not None:
         options = replace(export.options(), notes=_validity(result, recipe, reduction))
@@ -214,7 +269,7 @@ def _warn_of_unmeasured(result: SpectrumFit, shift: ShiftLaw, reduction: Reducti
     reach += [f"from {first:.3g} s at {temperatures[faster.argmin()]:g} degC"] if first < known_from else []
     if reach:
         warn(
-            f"reduce.window reaches {' and '.join(reach)} in reduced time, but the master curve is known from "
+            f"reduce.window reaches {' and '.join(reach)} in reduced time, but the curve is known from "
             f"{result.reduced_time[0]:.3g} to {result.reduced_time[-1]:.3g} s: beyond, the reduced spectrum agrees with a whole "
             "one that is itself extrapolated"
         )
@@ -270,6 +325,16 @@ def headline(result: SpectrumFit, continuous: ContinuousSpectrum | None, reducti
             "ramp_max_relative_error": reduction.max_relative_error_ramp,
         }
     return numbers
+
+
+def with_origin(material: Material, fit: FitSection) -> Material:
+    """The material that says of its constants whether the curve or the recipe states them."""
+    measured = {"nonequilibrium.shear_modulus", "nonequilibrium.relaxation_time"}
+    measured |= {"equilibrium.shear_modulus"} if fit.equilibrium_modulus is None and not fit.liquid else set()
+    paths = paths_of(material)
+    return replace(
+        material, origin={path: "measured" if path in measured or path.startswith("shift.") else "stated" for path in paths}
+    )
 
 
 def make_material(result: SpectrumFit, curve: ReducedCurve, constants: MaterialConstants, reduction: Reduction | None) -> Material:

@@ -1,0 +1,81 @@
+"""Figures show what was simulated and measured: many cycles by their numbers, the voltage, and no more than there is."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+
+from dielast import fit_spectrum
+from dielast.commands.actuate.run import run
+from dielast.commands.registry import read_cases
+from dielast.io.files import Inputs
+from dielast.plots.looks import Swept
+from dielast.plots.simulation import plot_cases
+from dielast.plots.spectrum import plot_spectrum
+from dielast.sharing.execution import Execution
+
+FILM = """
+kind = "actuate"
+title = "A film"
+material = "example:vhb4905.toml"
+[film]
+thickness = "0.5 mm"
+prestretch = 1.9
+relax = "10 min"
+[solver]
+rtol = 1e-3
+"""
+CYCLES = '[[step]]\nwaveform = "sine"\nhigh = "2.5 kV"\nperiod = "1 s"\ncycles = {}\n'
+KEPT = "[output]\npoints_per_decade = 2\ncycles = [1, 10]\n"
+
+
+def figure_of(folder: Path, steps: str) -> tuple[Figure, dict[str, Any]]:
+    path = folder / "a.toml"
+    path.write_text(FILM + steps)
+    cases = read_cases(path, "actuate")
+    report = run(cases, Inputs(folder), Execution())
+    return report.figure(), dict(report.headline)
+
+
+def test_many_cycles_are_drawn_and_named_by_their_numbers(tmp_path: Path) -> None:
+    figure, summary = figure_of(tmp_path, CYCLES.format(12) + KEPT)
+    labels = [axes.get_ylabel() for axes in figure.axes]
+    assert labels == ["amplitude of the relative stretch", "phase [rad]", "work [kJ/m³]"]
+    assert all(axes.lines[0].get_xdata()[-1] == 12 for axes in figure.axes)
+    assert summary["cycles"]["cycles"] == 12
+    assert 0 < summary["cycles"]["last_amplitude"] < 0.1
+    assert {"first_phase_rad", "last_phase_rad", "first_work_J_per_m3", "last_work_J_per_m3"} <= summary["cycles"].keys()
+    few, summary = figure_of(tmp_path, CYCLES.format(3))
+    assert len(few.axes) == 1
+    assert "cycles" not in summary
+
+
+def test_the_title_states_the_voltage(tmp_path: Path) -> None:
+    figure, _ = figure_of(
+        tmp_path, '[[step]]\nvoltage = "2 kV"\nduration = "1 s"\n[[step]]\nvoltage = "3.2 kV"\nduration = "1 s"\n'
+    )
+    assert "up to 3.2 kV" in figure.get_suptitle().replace("\N{NO-BREAK SPACE}", " ")
+
+
+def test_the_panels_of_a_sweep_share_y() -> None:
+    x, y = "time [s]", "stretch_1 [1]"
+    time = np.linspace(1.0, 2.0, 5)
+    cases = [{x: time, y: 1 + time * (1.0 if case % 2 else 1e-3)} for case in range(16)]
+    factors = [Swept("a", tuple(float(case % 2) for case in range(16))), Swept("b", tuple(float(case // 2) for case in range(16)))]
+    figure = plot_cases(cases, [str(case) for case in range(16)], (), x, y, swept=factors)
+    shown = {axes.get_ylim() for axes in figure.axes if axes.lines}
+    assert len(shown) == 1
+
+
+@pytest.mark.parametrize(("measured", "reduced"), [("master curve", True), ("measured", False), ("", False)])
+def test_a_test_at_one_temperature_is_no_master_curve(measured: str, reduced: bool) -> None:
+    time = np.geomspace(1e-2, 1e3, 40)
+    result = fit_spectrum(time, 1e5 + 1e6 * np.exp(-(time**0.4)), method="nnls", branches=6)
+    curve = plot_spectrum(result, measured=measured).axes[1]
+    assert ("reduced" in curve.get_xlabel()) == reduced
+    texts = [text.get_text() for text in curve.get_legend().get_texts()]
+    assert texts == [*([measured] if measured else []), "discrete model"]
