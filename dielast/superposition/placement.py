@@ -52,7 +52,7 @@ def place_at_reference(
     thermometer = np.diag((slope * stated.temperature_stderr) ** 2)
     measured = fit.covariance[:m, :m] + _relative(thermometer, np.eye(m)[anchor])
     to_fit = (law, temperature[determined], fit.shift[determined], measured[both_determined], int(np.sum(determined[:anchor])))
-    shift_fit = fit_shift_law(*to_fit, reference)
+    shift_fit = fit_shift_law(*to_fit, reference, superposed=not fit.misfit.matters)
     weight, excess = np.zeros(m), 0.0
     at_reference = determined & (temperature == reference)
     if np.any(at_reference):
