@@ -33,7 +33,9 @@ from dielast.superposition.sweepfit import Basis, BasisFit, fit_sweeps, warn_of_
 Vertical = Literal["none", "density-temperature", "free"]
 ShiftOn = Basis | Literal["auto"]
 
-TEMPERATURE_STDERR = 0.3  # K; with it, 90 % intervals hold 83 % of the published steps of log10 a of measured melts, with 0.1 K 71 %
+TEMPERATURE_STDERR = (
+    0.3  # K; with it, 90 % intervals hold 83 % of the published steps of log10 a of measured melts, with 0.1 K 71 %
+)
 
 
 def build_master_curve(

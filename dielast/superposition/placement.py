@@ -68,7 +68,7 @@ def place_at_reference(
     vertical = 10 ** (fit.vertical - raised + imposed)
     vertical_variance = np.diag(_relative(fit.covariance[m:, m:], between))
     by_law = _law_values(shift_fit.law, temperature)
-    warn_if_rising(temperature[determined], shift[determined], stderr[determined])
+    warn_if_rising(temperature[determined], shift[determined], stderr[determined], law)
     warn_if_law_misses(
         temperature[determined],
         shift[determined],

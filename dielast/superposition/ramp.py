@@ -33,7 +33,9 @@ def warn_if_modulus_rises(data: Gathered, binned: Binned) -> bool:
         noise = float(np.median(np.abs(np.diff(y)))) / 0.954  # of the difference of two points
         level = np.flatnonzero(y >= np.max(y) - SIGNIFICANT * noise)[0]
         ends.append(x[level])
-        rising += bool(level >= 1 and np.max(y) - y[0] > SIGNIFICANT * noise and np.max(y[: level + 1]) - y[0] > SIGNIFICANT * noise)
+        rising += bool(
+            level >= 1 and np.max(y) - y[0] > SIGNIFICANT * noise and np.max(y[: level + 1]) - y[0] > SIGNIFICANT * noise
+        )
     if 2 * rising <= len(ends):
         return False
     falls = "rises" if data.kind.stiffness_power > 0 else "falls"
@@ -55,7 +57,8 @@ def warn_if_ramp(data: Gathered, points: FitPoints, fit: MasterFit, anchor: int,
         if np.min(np.bincount(points.curve[kept], minlength=points.curves)) < MIN_BINS + 1:
             break
         left = replace(
-            points, **{name: getattr(points, name)[kept] for name in ("curve", "log_time", "log_modulus", "variance", "channel", "lift")}
+            points,
+            **{name: getattr(points, name)[kept] for name in ("curve", "log_time", "log_modulus", "variance", "channel", "lift")},
         )
         moved = replace(left, log_time=np.log10(time[kept] - duration / 2))
         try:

@@ -19,7 +19,7 @@ from dielast.numerics.arrays import Floats, rms
 
 NEGLIGIBLE = 1e-3  # decades
 SPREADS = np.geomspace(0.003, 0.3, 16)  # relative errors of the slope: a law is never better known, nor a worse one called a law
-PROBABLE = 0.2  # prior probability that the law misses; the spreads are even in the logarithm then
+PROBABLE = 0.1  # prior probability that the law misses; the spreads are even in the logarithm then
 LEVEL = 0.9  # level of the intervals that a single spread reproduces
 
 
@@ -107,14 +107,10 @@ def fit_shift_law(
         table, weight = exact
         return ShiftFit(table, (), np.zeros(0), np.zeros((0, 0)), 0.0, float(weight @ log10_shift_factor), weight, 0.0)
     others = np.arange(m) != anchor
-    with without_warnings():  # the fit with the misfit of the law gives them
-        plain = _fit_about(law, temperature, log10_shift_factor, covariance, anchor)
+    fitted = _fit_about(law, temperature, log10_shift_factor, covariance, anchor)
     distance, relative, measured = (temperature - base)[others], log10_shift_factor[others], covariance[np.ix_(others, others)]
-    of_slope = _of_slope(plain, distance)
-    spread = _likely_spread(plain, distance, relative, measured, of_slope, PROBABLE if superposed else 1.0)
-    missed = np.zeros((m, m))
-    missed[np.ix_(others, others)] = spread**2 * of_slope
-    fitted = _fit_about(law, temperature, log10_shift_factor, covariance + missed, anchor)
+    of_slope = _of_slope(fitted, distance)
+    spread, scale = _likely_spread(fitted, distance, relative, measured, of_slope, PROBABLE if superposed else 1.0)
 
     def about(temperature: float) -> MovedLaw:
         return fitted.about(temperature - base)
@@ -130,8 +126,7 @@ def fit_shift_law(
     weight[others] += step @ fitted.response
     nearby = sum(share * (neighbour.others - neighbour.origin) for share, neighbour, _ in neighbours)
     doubt = _spread(moved.others - moved.origin - nearby)
-    scale = max(fitted.misfit, 1.0)
-    moments = fitted.moments * scale
+    moments = scale * fitted.response @ (measured + spread**2 * of_slope) @ fitted.response.T
     doubted = moments - fitted.response @ measured @ fitted.response.T  # by the misfit of the law, not by the shift factors
     constants = np.array(list(moved.law.drawn().values()))
     values, doubtful = (moved.to_constants @ part @ moved.to_constants.T for part in (moments, doubted))
@@ -144,7 +139,7 @@ def fit_shift_law(
         tuple(constant.name for constant in kind.constants),
         constants,
         np.full(values.shape, np.inf) if fitted.assumed else values,
-        plain.misfit,
+        fitted.misfit,
         moved.origin + float(shares @ off),
         weight,
         max(float(step @ doubted @ step), 0.0) + float(shares @ (off - shares @ off) ** 2) * (1 - 1 / scale) + doubt**2,
@@ -194,8 +189,11 @@ def _of_slope(fitted: FittedLaw, distance: Floats) -> Floats:
     return np.asarray(summed @ ((1 + apart) * np.exp(-apart)) @ summed.T)
 
 
-def _likely_spread(fitted: FittedLaw, distance: Floats, log10_shift: Floats, measured: Floats, of_slope: Floats, probable: float) -> float:
-    """The spread of the relative error of the slope with which intervals are as wide as over its distribution.
+def _likely_spread(
+    fitted: FittedLaw, distance: Floats, log10_shift: Floats, measured: Floats, of_slope: Floats, probable: float
+) -> tuple[float, float]:
+    """The spread of the relative error of the slope with which intervals are as wide as over its distribution, and the factor on the
+    covariance that is left then.
 
     `log10_shift` (k,) at `distance` (k,) has the covariance `measured` (k, k). Errors of the shift factors that are larger than
     stated multiply all covariances, if this is likelier than a spread.
@@ -216,11 +214,12 @@ def _likely_spread(fitted: FittedLaw, distance: Floats, log10_shift: Floats, mea
     cost = np.linalg.slogdet(normal)[1] - np.linalg.slogdet(precision)[1] + (k - p) * np.log(scale) + square / scale
     probability = np.exp((np.min(cost) - cost) / 2) * np.append(1 - probable, np.full(SPREADS.size, probable / SPREADS.size))
     # how much wider the least certain combination of the parameters gets
-    root = np.linalg.cholesky(normal[0])
-    widened = np.linalg.eigvalsh(root.T @ (np.linalg.inv(normal) * scale[:, None, None]) @ root)[:, -1]
-    width = np.sqrt(np.maximum.accumulate(widened))
+    response = fitted.response[np.diag(fitted.moments) > 0]
+    moments = response @ (measured + spreads[:, None, None] ** 2 * of_slope) @ response.T * scale[:, None, None]
+    root = np.linalg.inv(np.linalg.cholesky(moments[0]))
+    width = np.sqrt(np.maximum.accumulate(np.linalg.eigvalsh(root @ moments @ root.T)[:, -1]))
     inside = (2 * ndtr(ndtri((1 + LEVEL) / 2) * width[:, None] / width) - 1) @ probability / np.sum(probability)
-    return float(np.interp(LEVEL, inside, spreads))
+    return float(np.interp(LEVEL, inside, spreads)), float(np.interp(LEVEL, inside, scale))
 
 
 def _spread(differences: Floats) -> float:

@@ -63,9 +63,9 @@ def flawed(flaw: Flaw, seed: int) -> list[Measurement]:
         here = tau * 10 ** (log_factor * np.where(slow, 1 + flaw.slow, 1.0))
         if flaw.ramp:  # the stress of a ramp is the integral of the modulus over the ages of its parts
             ramped = np.minimum(time, flaw.ramp)
-            modulus = (_area(here, moduli, truth.equilibrium_modulus, time) - _area(here, moduli, truth.equilibrium_modulus, time - ramped)) / (
-                flaw.ramp if flaw.over_final else ramped
-            )
+            modulus = (
+                _area(here, moduli, truth.equilibrium_modulus, time) - _area(here, moduli, truth.equilibrium_modulus, time - ramped)
+            ) / (flaw.ramp if flaw.over_final else ramped)
         else:
             modulus = truth.equilibrium_modulus + np.exp(-time[:, None] / here) @ moduli
         curves.append(RelaxationCurve(at, time, 3 * modulus * (1 + flaw.noise * noise.standard_normal(time.size))))
@@ -87,12 +87,20 @@ def _area(tau: Array, moduli: Array, level: float, time: Array) -> Array:
     return np.asarray(level * time - np.expm1(-time[:, None] / tau) @ (tau * moduli))
 
 
-def experiments(options: argparse.Namespace) -> Iterator[tuple[str, Callable[[int], list[Measurement]], dict[str, float], float, float]]:
+def experiments(
+    options: argparse.Namespace,
+) -> Iterator[tuple[str, Callable[[int], list[Measurement]], dict[str, float], float, float]]:
     """The name of each regime, its measurements, the errors stated, the reference temperature, and by what the slow log a differ."""
     for name, laboratory in REGIMES.items():
         yield name, lambda seed, lab=laboratory: measure(lab, seed), laboratory.stated, laboratory.reference, 0.0  # type: ignore[misc]
     for name, flaw in FLAWS.items():
-        yield name, lambda seed, flaw=flaw: flawed(flaw, seed), {"temperature_stderr": flaw.thermometer}, Laboratory().reference, flaw.slow  # type: ignore[misc]
+        yield (
+            name,
+            lambda seed, flaw=flaw: flawed(flaw, seed),
+            {"temperature_stderr": flaw.thermometer},
+            Laboratory().reference,
+            flaw.slow,
+        )  # type: ignore[misc]
 
 
 def main() -> None:
@@ -102,7 +110,9 @@ def main() -> None:
     parser.add_argument("--only", default="")
     parser.add_argument("--warnings", action="store_true")
     options = parser.parse_args()
-    print(f"{'regime':<31}{'C1':>6}{'C2':>6}{'stated/actual':>14}{'actual':>8}{'misfit':>8}{'spread':>8}{'sure':>6}{'named':>7}{'none':>6}{'either':>8}")
+    print(
+        f"{'regime':<31}{'C1':>6}{'C2':>6}{'stated/actual':>14}{'actual':>8}{'misfit':>8}{'spread':>8}{'sure':>6}{'named':>7}{'none':>6}{'either':>8}"
+    )
     for name, made, stated, reference, slow in experiments(options):
         if options.only and not any(word in name for word in options.only.split(",")):
             continue
@@ -122,14 +132,20 @@ def main() -> None:
             texts = [str(each.message) for each in caught]
             said.update(" ".join(text.split()[:10]) for text in texts)
             named += any("ramp =" in text for text in texts)
-            found, width = (np.array([values[key] for key in ("C1", "C2")]) for values in (master.law_parameters, master.law_stderr))
+            found, width = (
+                np.array([values[key] for key in ("C1", "C2")]) for values in (master.law_parameters, master.law_stderr)
+            )
             constants = np.array([truth.C1, truth.C2])
             other = constants * [1 + slow, 1.0]
             if slow_ones_matter(seed):
                 constants, other = other, constants
             error.append(found / constants - 1)
             stderr.append(width / constants)
-            either.append(np.all((found - WIDTH * width < np.maximum(constants, other)) & (found + WIDTH * width > np.minimum(constants, other))))
+            either.append(
+                np.all(
+                    (found - WIDTH * width < np.maximum(constants, other)) & (found + WIDTH * width > np.minimum(constants, other))
+                )
+            )
             misfit.append(master.shift_fit.misfit)
             spread.append(master.shift_fit.spread)
         e, s = np.array(error), np.array(stderr)

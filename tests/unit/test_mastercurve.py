@@ -342,7 +342,7 @@ def test_a_law_that_does_not_fit_is_said() -> None:
         f"at -20 degC it gives log10 a = {master.log10_shift_factor_fit[0]:.2f}, measured is {master.log10_shift_factor[0]:.2f} +-"
         in (found)
     )
-    assert master.shift_fit.misfit > 100
+    assert master.shift_fit.misfit > 50
     assert "the law does not fit" not in said(wide) + said(wide, law="table")
     assert "check the temperature of that test" not in found
 
