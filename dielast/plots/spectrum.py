@@ -22,10 +22,12 @@ def plot_spectrum(
     continuous: ContinuousSpectrum | None = None,
     reduction: Reduction | None = None,
     reference_temperature: float | None = None,
+    shifted: bool = True,
 ) -> Figure:
     """The discrete spectrum, with the continuous and the reduced spectrum if given, and the model over the measured curve.
 
-    `reference_temperature` in degC is that of the reduced time, for the label of its axis.
+    `reference_temperature` in degC is that of the reduced time, for the label of its axis. A curve that is not `shifted` was
+    measured at one temperature.
     """
     with style():
         figure, (lines, curve) = panels(2, title, height=3.1)
@@ -51,7 +53,7 @@ def plot_spectrum(
             time, moduli = few.relaxation_time[kept], MEGA * few.shear_modulus[kept]
             lines.vlines(time, floor, moduli, color=COLOURS[3], linewidth=0.8)
             lines.plot(time, moduli, "D", color=COLOURS[3], markersize=4.0, label=f"reduced to {len(few)}")
-        _draw_fit(curve, result, reference_temperature)
+        _draw_fit(curve, result, reference_temperature, shifted)
         if reduction is not None:
             _draw_reduced(curve, result, reduction)
         for axes in (lines, curve):
@@ -65,12 +67,12 @@ def plot_spectrum(
     return figure
 
 
-def _draw_fit(axes: Axes, result: SpectrumFit, reference_temperature: float | None) -> None:
+def _draw_fit(axes: Axes, result: SpectrumFit, reference_temperature: float | None, shifted: bool) -> None:
     """Draw the measured curve and the model over reduced time or angular frequency."""
     abscissa, kind = result.reduced_abscissa, result.kind
     shown = spread(np.log10(abscissa), 80)
     factor = kind.label_factor
-    names = ("storage", "loss") if len(kind.ordinates) > 1 else ("master curve",)
+    names = ("storage", "loss") if len(kind.ordinates) > 1 else ("master curve" if shifted else "measured",)
     for index, (measured, name) in enumerate(zip(np.atleast_2d(result.measured), names, strict=True)):
         axes.plot(
             abscissa[shown],
@@ -86,7 +88,8 @@ def _draw_fit(axes: Axes, result: SpectrumFit, reference_temperature: float | No
     for index, model in enumerate(np.atleast_2d(result.model)):
         axes.plot(abscissa, factor * model, "-", color=COLOURS[0], label=None if index else "discrete model")
     at = "" if reference_temperature is None else f" at {degrees(reference_temperature)}"
-    axes.set_xlabel(f"reduced {kind.abscissa[0].replace('_', ' ')}{at} [{kind.abscissa[1]}]")
+    along = f"reduced {kind.abscissa[0]}" if shifted else kind.abscissa[0]
+    axes.set_xlabel(f"{along.replace('_', ' ')}{at} [{kind.abscissa[1]}]")
     axes.set_ylabel(kind.label)
 
 

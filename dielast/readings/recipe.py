@@ -126,8 +126,8 @@ class MeasurementData(MeasuredData):
         0.3,
         validate_default=False,
         description="Standard error of each temperature, independent of the others; it enters the standard errors and the draws. "
-        "Default: what the steps of published shift factors of measured melts bear out, of which 90 % intervals hold 83 % with it, and "
-        '71 % with 0.1 K. "0 K": none.',
+        "Default: what the steps of published shift factors of measured melts bear out: 90 % intervals hold 83 % of these, and "
+        'with 0.1 K 71 %. "0 K": none.',
     )
     drift: RelativeDeviation | None = Field(
         None,

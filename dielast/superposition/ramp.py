@@ -1,7 +1,7 @@
 """A ramp that is left in tests over time: what it does to all curves at one time, whatever their temperature.
 
-The stress of a ramp of duration T is T times the mean modulus over the ages of its parts: it rises up to T, and later is that of a step
-at T/2, to second order in T/t (L. J. Zapas and J. C. Phillips, J. Res. Natl. Bur. Stand. A 75 (1971) 33). Divided by the strain of
+The stress of a ramp of duration T is T times the mean modulus over the ages of its parts: it rises up to T, and later is that of a
+step at T/2, to second order in T/t (L. J. Zapas and J. C. Phillips, J. Res. Natl. Bur. Stand. A 75 (1971) 33). Divided by the strain of
 the moment it does not rise, but all curves bend at T, so that they do not superpose unless time counts from T/2.
 """
 
@@ -75,6 +75,6 @@ def warn_if_ramp(data: Gathered, points: FitPoints, fit: MasterFit, anchor: int,
 
 def _advice(duration: float, data: Gathered) -> str:
     return (
-        f'state the time in which the {data.kind.step} was applied, such as ramp = "{duration:.1g} s": times then count from the middle '
-        "of the ramp, and its points are left out; until then, neither shift factors nor the law are to be trusted"
+        f'state the time in which the {data.kind.step} was applied, such as ramp = "{duration:.1g} s": times then count from the '
+        "middle of the ramp, and its points are left out; until then, neither shift factors nor the law are to be trusted"
     )

@@ -192,8 +192,8 @@ def _of_slope(fitted: FittedLaw, distance: Floats) -> Floats:
 def _likely_spread(
     fitted: FittedLaw, distance: Floats, log10_shift: Floats, measured: Floats, of_slope: Floats, probable: float
 ) -> tuple[float, float]:
-    """The spread of the relative error of the slope with which intervals are as wide as over its distribution, and the factor on the
-    covariance that is left then.
+    """The spread of the relative error of the slope with which intervals are as wide as over its distribution, and the factor on
+    the covariance that is left then.
 
     `log10_shift` (k,) at `distance` (k,) has the covariance `measured` (k, k). Errors of the shift factors that are larger than
     stated multiply all covariances, if this is likelier than a spread.

@@ -2,9 +2,9 @@
 
     python tests/bench/bench_law.py [--experiments N] [--first SEED] [--only WORDS] [--warnings]
 
-Where there are two processes with two laws, C1 and C2 are those of the process that relaxes in the middle of the test at most of the
-temperatures; `either` counts the intervals that hold the constants of either, or a value between. A set counts as `named` if a warning
-states the key of the ramp.
+Where there are two processes with two laws, C1 and C2 are those of the process that relaxes in the middle of the test at most of
+the temperatures; `either` counts the intervals that hold the constants of either, or a value between. A set counts as `named` if a
+warning states the key of the ramp.
 """
 
 from __future__ import annotations
@@ -90,7 +90,7 @@ def _area(tau: Array, moduli: Array, level: float, time: Array) -> Array:
 def experiments(
     options: argparse.Namespace,
 ) -> Iterator[tuple[str, Callable[[int], list[Measurement]], dict[str, float], float, float]]:
-    """The name of each regime, its measurements, the errors stated, the reference temperature, and by what the slow log a differ."""
+    """The name of each regime, its measurements, the errors stated, the reference temperature, the change of slow log a."""
     for name, laboratory in REGIMES.items():
         yield name, lambda seed, lab=laboratory: measure(lab, seed), laboratory.stated, laboratory.reference, 0.0  # type: ignore[misc]
     for name, flaw in FLAWS.items():

@@ -192,7 +192,8 @@ def example(origin: float, first: float) -> list[RelaxationCurve]:
 def test_a_ramp_that_is_left_in_is_noticed_and_allowed_for() -> None:
     with pytest.warns(DielastWarning, match=r"the curves do not superpose.* and at short times .*ramp") as caught:
         master = build_master_curve(example(0.0, 0.0), reference_temperature=20.0)
-    assert len(caught) == 1
+    assert any('ramp = "1 s"' in str(each.message) for each in caught)
+    assert len(caught) == 2
     assert master.time.size == 798
     moved = master.temperature != 20.0
     off = error(master)[moved] / master.log10_shift_factor_stderr[moved]
@@ -202,6 +203,17 @@ def test_a_ramp_that_is_left_in_is_noticed_and_allowed_for() -> None:
         warnings.simplefilter("error")
         right = build_master_curve(example(0.5, 2.0), reference_temperature=20.0)
     assert np.max(np.abs(error(right))) < 0.03
+
+
+@pytest.mark.filterwarnings("ignore::dielast.errors.DielastWarning")
+def test_a_modulus_that_rises_is_a_ramp() -> None:
+    """Stress over the final strain, recorded during the ramp of 1 s as well."""
+    curves = []
+    for curve in measure(TEMPERATURES[::2], points=40):
+        ramped = np.minimum(curve.time, 1.0)
+        curves.append(RelaxationCurve(curve.temperature, curve.time, curve.modulus * ramped))
+    with pytest.warns(DielastWarning, match=r'the modulus rises up to about 1 s, .* ramp = "1 s"'):
+        build_master_curve(curves, reference_temperature=20.0)
 
 
 @pytest.mark.parametrize(("temperatures", "reference"), [((-20.0, 0.0), 20.0), ((0.0, 20.0), -20.0), ((0.0, 20.0), 10.0)])

@@ -61,7 +61,14 @@ def run(cases: Sequence[Case[SpectrumRecipe]], inputs: Inputs, execution: Execut
 
         at = curve.shift.reference_temperature
         title = headed(recipe.title, [material.name], f"reference temperature {at:g} degC")
-        return plot_spectrum(result, title, continuous=continuous, reduction=reduction, reference_temperature=at)
+        return plot_spectrum(
+            result,
+            title,
+            continuous=continuous,
+            reduction=reduction,
+            reference_temperature=at,
+            shifted=curve.shift.depends_on_temperature,
+        )
 
     drawn = None
     if recipe.mastercurve is not None:
