@@ -178,8 +178,8 @@ def _check_runs(temperature: float, runs: list[Floats], kind: MeasurementKind) -
             along = kind.abscissa[0].replace("_", " ")
             aged = f", or by {middle / slope:.2g} decades of {along}, as after ageing" if slope > middle / LONGEST_AGEING else ""
             warn(
-                f"{temperature:g} degC: two runs differ by a factor of {factor:.3g} in {kind.value}{aged}: they are taken together; "
-                "leave out the one that is not of the material as it is used"
+                f"{temperature:g} degC: two runs differ by a factor of {factor:.3g} in {kind.value}{aged}: they are taken "
+                "together; leave out the one that is not of the material as it is used"
             )
 
 

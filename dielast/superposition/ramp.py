@@ -1,8 +1,8 @@
 """A ramp that is left in tests over time: what it does to all curves at one time, whatever their temperature.
 
 The stress of a ramp of duration T is T times the mean modulus over the ages of its parts: it rises up to T, and later is that of a
-step at T/2, to second order in T/t (L. J. Zapas and J. C. Phillips, J. Res. Natl. Bur. Stand. A 75 (1971) 33). Divided by the strain of
-the moment it does not rise, but all curves bend at T, so that they do not superpose unless time counts from T/2.
+step at T/2, to second order in T/t (L. J. Zapas and J. C. Phillips, J. Res. Natl. Bur. Stand. A 75 (1971) 33). Divided by the strain
+of the moment it does not rise, but all curves bend at T, so that they do not superpose unless time counts from T/2.
 """
 
 from dataclasses import replace
