@@ -1,8 +1,8 @@
 """A ramp that is left in tests over time: what it does to all curves at one time, whatever their temperature.
 
 The stress of a ramp of duration T is T times the mean modulus over the ages of its parts: it rises up to T, and later is that of a
-step at T/2, to second order in T/t (L. J. Zapas and J. C. Phillips, J. Res. Natl. Bur. Stand. A 75 (1971) 33). Divided by the strain
-of the moment it does not rise, but all curves bend at T, so that they do not superpose unless time counts from T/2.
+step at T/2, to second order in T/t (L. J. Zapas and J. C. Phillips, J. Res. Natl. Bur. Stand. A 75 (1971) 33). Divided by the
+strain of the moment it does not rise, but all curves bend at T, so that they do not superpose unless time counts from T/2.
 """
 
 from dataclasses import replace
@@ -12,6 +12,7 @@ import numpy as np
 
 from dielast.errors import InputError, NumericsError, warn, without_warnings
 from dielast.numerics.arrays import Floats
+from dielast.numerics.robust import robust_deviation
 from dielast.superposition.binning import Binned
 from dielast.superposition.gather import MIN_BINS, Gathered
 from dielast.superposition.joint_fit import MasterFit, fit_master
@@ -30,12 +31,10 @@ def warn_if_modulus_rises(data: Gathered, binned: Binned) -> bool:
     ends, rising = [], 0
     for first, last in pairwise(binned.bounds.tolist()):
         x, y = binned.log_time[first:last], binned.log_modulus[0, first:last]
-        noise = float(np.median(np.abs(np.diff(y)))) / 0.954  # of the difference of two points
-        level = np.flatnonzero(y >= np.max(y) - SIGNIFICANT * noise)[0]
+        noise = robust_deviation(np.diff(y, 2)) / np.sqrt(6)  # of a point, from the bends between three
+        level = np.flatnonzero(y >= np.max(y) - noise)[0]
         ends.append(x[level])
-        rising += bool(
-            level >= 1 and np.max(y) - y[0] > SIGNIFICANT * noise and np.max(y[: level + 1]) - y[0] > SIGNIFICANT * noise
-        )
+        rising += bool(level >= 1 and y[level] - y[0] > SIGNIFICANT * np.sqrt(2) * noise)
     if 2 * rising <= len(ends):
         return False
     falls = "rises" if data.kind.stiffness_power > 0 else "falls"
