@@ -89,10 +89,27 @@ def _in_time(part: Part, data: MeasuredData) -> Part:
     """The part with only the rows to use: from the first time of the recipe on, and in an export those after the step."""
     time = part.column("time")
     kept = time >= data.first_time if data.first_time > 0 else time > 0 if part.is_export else np.ones(time.size, dtype=bool)
-    _refuse(part, (time <= 0) & kept, "time", "is not above zero; discard_before drops the points up to a time")
+    _refuse(part, (time <= 0) & kept, "time", f"is not above zero: {_begin(part, time)}")
     if not np.any(kept):
         raise part.table.error(f"no points are left from {data.first_time:g} s on (see discard_before and ramp)")
     return part.only(kept)
+
+
+def _begin(part: Part, time: NDArray[np.float64]) -> str:
+    """What to state of a test whose times begin at zero, with the duration of the ramp if the columns show it."""
+    if np.any(time < 0) or not np.any(time > 0):
+        return "discard_before drops the points up to a time"
+    applied = ("strain", "extension", "stretch") if part.kind.stiffness_power > 0 else ("stress", "force")
+    example, shown = "1 s", "such as"
+    for role in [role for role in applied if role in part.columns]:
+        load = np.abs(part.column(role) - (role == "stretch"))
+        reached = np.flatnonzero(load >= (1 - HELD) * float(np.median(load[time >= np.median(time)])))
+        if reached.size and reached[0] > 0:
+            example, shown = f"{time[reached[0]]:.3g} s", f"here until the {role} is reached:"
+    return (
+        f'if the test begins with a ramp, state its duration, {shown} ramp = "{example}": times count from its middle then (or '
+        "discard_before, if time counts from a step)"
+    )
 
 
 def _angular_frequency(part: Part) -> NDArray[np.float64]:

@@ -95,7 +95,7 @@ def bootstrap_master_curve(
                     temperature_stderr=master.stated.temperature_stderr,
                     drift=master.stated.drift,
                 )
-                values = master.law.numbers_of(drawn.law)
+                values = master.shift_fit.doubted(master.law.numbers_of(drawn.law), stream(seed, "law", draw))
                 master.law.redrawn(values.tolist())  # no material relaxes more slowly when it is warmer
             except (InputError, NumericsError):
                 continue

@@ -8,6 +8,7 @@ import numpy as np
 
 from dielast.errors import warn
 from dielast.material.measurement_kind import MeasurementKind
+from dielast.material.shift import WLF, Arrhenius
 from dielast.numerics.arrays import Flags, Floats, Index
 from dielast.numerics.robust import robust_deviation
 from dielast.superposition.gather import Gathered
@@ -134,13 +135,20 @@ def _significance(x: Floats, y: Floats, degree: int) -> float:
     return significance
 
 
-def warn_if_rising(temperature: Floats, shift: Floats, stderr: Floats) -> None:
-    """Warn of the first pair of neighbouring temperatures with slower relaxation at the higher one, beyond the errors."""
-    rise = np.diff(shift) - 3 * np.hypot(stderr[1:], stderr[:-1])
-    for k in np.flatnonzero(rise > 1e-6)[:1]:
+def warn_if_rising(temperature: Floats, shift: Floats, stderr: Floats, law: str) -> None:
+    """Warn of slower relaxation at a higher temperature, beyond the errors: of the first such pair of neighbours, or, if a law is
+    asked for that allows it, of nothing if relaxation gets slower from each temperature to the next.
+    """
+    rise = np.diff(shift)
+    sure = rise > 3 * np.hypot(stderr[1:], stderr[:-1]) + 1e-6
+    throughout = rise.size > 1 and bool(np.all(rise > 0) and np.any(sure))
+    if throughout and law != WLF.name:
+        return
+    for k in np.flatnonzero(sure)[:1]:
+        instead = f', or, if the material is so, such as a gel that dries, take law = "{Arrhenius.name}"' if throughout else ""
         warn(
             f"relaxation is slower at {temperature[k + 1]:g} than at {temperature[k]:g} degC "
-            f"(log10 shift factor {shift[k + 1]:.3g} after {shift[k]:.3g}): are temperatures mixed up?"
+            f"(log10 shift factor {shift[k + 1]:.3g} after {shift[k]:.3g}): are temperatures mixed up?{instead}"
         )
 
 

@@ -11,11 +11,14 @@ from dielast.io.table import spoken
 from dielast.material.measurement import Measurement
 from dielast.material.measurement_kind import MeasurementKind
 from dielast.numerics.arrays import Flags, Floats, Index
+from dielast.numerics.robust import robust_deviation
 from dielast.superposition.binning import Binned, bin_channels
 from dielast.superposition.overlap import find_isolated
 
 MIN_BINS = 3  # number of points of a curve, which are averages over bins of log time
-NOTABLE_DIFFERENCE = 1.05  # ratio of the moduli of two runs at one temperature above which a warning is issued
+NOTABLE_DIFFERENCE = 1.02  # ratio of the moduli of two runs at one temperature above which a warning is issued,
+SIGNIFICANT = 4.0  # and standard errors of the difference
+LONGEST_AGEING = 2.0  # decades of time, above which a difference of two runs is none of ageing
 CONTRADICTION = 1.25  # ratio above which it is an error
 
 
@@ -161,14 +164,23 @@ def _check_runs(temperature: float, runs: list[Floats], kind: MeasurementKind) -
         if not one[0].size or not other[0].size:
             continue
         gap = np.concatenate((_gap(one, other), -_gap(other, one)))
-        factor = 10 ** abs(float(np.median(gap))) if gap.size else 1.0
+        middle = abs(float(np.median(gap))) if gap.size else 0.0
+        factor = 10**middle
         if factor > CONTRADICTION:
             raise InputError(
                 f"{temperature:g} degC was measured twice and the runs contradict each other: "
                 f"their {kind.values} differ by a factor of {factor:.3g}; leave one out"
             )
-        if factor > NOTABLE_DIFFERENCE:
-            warn(f"{temperature:g} degC: two runs differ by a factor of {factor:.3g} in {kind.value}; they are taken together")
+        # gaps in both directions contain every noise twice
+        sure = middle > SIGNIFICANT * robust_deviation(gap - np.median(gap)) / np.sqrt(max(gap.size / 2, 1)) if gap.size else False
+        if factor > NOTABLE_DIFFERENCE and sure:
+            slope = abs(float(np.polyfit(*one, 1)[0])) if one[0].size > 1 else 0.0
+            along = kind.abscissa[0].replace("_", " ")
+            aged = f", or by {middle / slope:.2g} decades of {along}, as after ageing" if slope > middle / LONGEST_AGEING else ""
+            warn(
+                f"{temperature:g} degC: two runs differ by a factor of {factor:.3g} in {kind.value}{aged}: they are taken "
+                "together; leave out the one that is not of the material as it is used"
+            )
 
 
 def _gap(run: tuple[Floats, Floats], other: tuple[Floats, Floats]) -> Floats:

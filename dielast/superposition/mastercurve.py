@@ -26,13 +26,16 @@ from dielast.superposition.joint_fit import fit_master
 from dielast.superposition.overlap import starting_shifts
 from dielast.superposition.placement import place_at_reference
 from dielast.superposition.points import points_of
+from dielast.superposition.ramp import warn_if_modulus_rises, warn_if_ramp
 from dielast.superposition.result import MasterCurve, Stated
 from dielast.superposition.sweepfit import Basis, BasisFit, fit_sweeps, warn_of_others
 
 Vertical = Literal["none", "density-temperature", "free"]
 ShiftOn = Basis | Literal["auto"]
 
-TEMPERATURE_STDERR = 0.1  # K; a good thermostat
+TEMPERATURE_STDERR = (
+    0.3  # K; with it, 90 % intervals hold 83 % of the published steps of log10 a of measured melts, with 0.1 K 71 %
+)
 
 
 def build_master_curve(
@@ -95,6 +98,7 @@ def build_master_curve(
     if vertical == "density-temperature":
         imposed = _density_temperature(temperature, reference, expansion)
     binned = replace(binned, log_modulus=binned.log_modulus + imposed[binned.curve])
+    rises = warn_if_modulus_rises(data, binned)
     anchor, free = _steepest(binned), vertical == "free"
     drifts = walk(data.order, stated.drift / np.log(10)) if stated.drift > 0 else None
     start = starting_shifts(temperature, binned, anchor, data.kind)
@@ -106,6 +110,8 @@ def build_master_curve(
         basis_fit = BasisFit(fit, "moduli", points, fit.splines)
     outlying = warn_of_outliers(data, imposed, basis_fit.fit, 1 if basis_fit.on == "storage" else len(data.ordinates))
     warn_if_misfit(temperature, basis_fit.fit.misfit, free, data.kind)
+    if not rises:
+        warn_if_ramp(data, basis_fit.points, basis_fit.fit, anchor, free, drifts)
     warn_if_offset(basis_fit.fit.offset_spread)
     here = temperature == reference
     warn_of_others(temperature, basis_fit, np.where(here, 1.0, 0.0) if np.any(here) else np.eye(temperature.size)[anchor])

@@ -52,7 +52,7 @@ def place_at_reference(
     thermometer = np.diag((slope * stated.temperature_stderr) ** 2)
     measured = fit.covariance[:m, :m] + _relative(thermometer, np.eye(m)[anchor])
     to_fit = (law, temperature[determined], fit.shift[determined], measured[both_determined], int(np.sum(determined[:anchor])))
-    shift_fit = fit_shift_law(*to_fit, reference)
+    shift_fit = fit_shift_law(*to_fit, reference, superposed=not fit.misfit.matters)
     weight, excess = np.zeros(m), 0.0
     at_reference = determined & (temperature == reference)
     if np.any(at_reference):
@@ -68,7 +68,7 @@ def place_at_reference(
     vertical = 10 ** (fit.vertical - raised + imposed)
     vertical_variance = np.diag(_relative(fit.covariance[m:, m:], between))
     by_law = _law_values(shift_fit.law, temperature)
-    warn_if_rising(temperature[determined], shift[determined], stderr[determined])
+    warn_if_rising(temperature[determined], shift[determined], stderr[determined], law)
     warn_if_law_misses(
         temperature[determined],
         shift[determined],

@@ -250,7 +250,10 @@ GOOD = "\n".join(f"{T},{t},{1e6 * (t * 10 ** (T / 40)) ** -0.3:.6g}" for T in (0
         (table(GOOD).replace("20,4,", "20,four,"), 'dma.csv: line 11: column "time": "four" is not a finite number'),
         (table(GOOD).replace("20,4,", "20,nan,"), 'dma.csv: line 11: column "time": "nan" is not a finite number'),
         (table(GOOD).replace("20,4,", "20,-4,"), "dma.csv: line 11: time is not above zero"),
-        (table(GOOD).replace("0,1,", "0,0,"), "dma.csv: line 2: time is not above zero"),
+        (
+            table(GOOD).replace("0,1,", "0,0,"),
+            'dma.csv: line 2: time is not above zero: if the test begins with a ramp, state its duration, such as ramp = "1 s"',
+        ),
         (table("\n".join(GOOD.splitlines()[:7])), "temperature"),
     ],
 )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import warnings
 from collections.abc import Callable
 from pathlib import Path
@@ -190,9 +191,13 @@ def example(origin: float, first: float) -> list[RelaxationCurve]:
 
 
 def test_a_ramp_that_is_left_in_is_noticed_and_allowed_for() -> None:
-    with pytest.warns(DielastWarning, match=r"the curves do not superpose.* and at short times .*ramp") as caught:
+    with pytest.warns(DielastWarning) as caught:
         master = build_master_curve(example(0.0, 0.0), reference_temperature=20.0)
-    assert len(caught) == 1
+    first, second = (str(each.message) for each in caught)
+    assert "the curves do not superpose" in first
+    assert "and at short times" in first
+    assert "all curves bend as after a ramp of about 1 s, counted from its beginning" in second
+    assert 'ramp = "1 s"' in second
     assert master.time.size == 798
     moved = master.temperature != 20.0
     off = error(master)[moved] / master.log10_shift_factor_stderr[moved]
@@ -202,6 +207,18 @@ def test_a_ramp_that_is_left_in_is_noticed_and_allowed_for() -> None:
         warnings.simplefilter("error")
         right = build_master_curve(example(0.5, 2.0), reference_temperature=20.0)
     assert np.max(np.abs(error(right))) < 0.03
+
+
+@pytest.mark.filterwarnings("ignore::dielast.errors.DielastWarning")
+def test_a_modulus_that_rises_is_a_ramp() -> None:
+    """Stress over the final strain, recorded during the ramp of 1 s as well."""
+    curves = []
+    for curve in measure(TEMPERATURES[::2], points=40):
+        ramped = np.minimum(curve.time, 1.0)
+        curves.append(RelaxationCurve(curve.temperature, curve.time, curve.modulus * ramped))
+    ramp = r'the modulus rises up to about (0\.\d+|1|1\.\d) s, .* ramp = "(0\.9|1) s"'
+    with pytest.warns(DielastWarning, match=ramp), contextlib.suppress(dielast.InputError):
+        build_master_curve(curves, reference_temperature=20.0)
 
 
 @pytest.mark.parametrize(("temperatures", "reference"), [((-20.0, 0.0), 20.0), ((0.0, 20.0), -20.0), ((0.0, 20.0), 10.0)])

@@ -72,6 +72,17 @@ def test_the_ramp_and_the_start_are_dropped_as_in_a_master_curve(tmp_path: Path)
     assert read(tmp_path, **options, discard_before="50 s").columns[0][0] >= 50
 
 
+def test_a_test_that_begins_at_zero_states_its_ramp(tmp_path: Path) -> None:
+    """The extension shows how long it took."""
+    time = np.concatenate((np.linspace(0, 2, 5), TIME[TIME > 2]))
+    force = 1e3 * STRAIN * AREA * np.minimum(time / 2 + 0.01, 1)
+    rows = np.column_stack((time, 1e3 * STRAIN * GAUGE * np.minimum(time / 2, 1), force))
+    (tmp_path / "test.csv").write_text(table("t [s],u [mm],F [N]", rows))
+    columns = {"time": "t", "extension": "u", "force": "F"}
+    with pytest.raises(InputError, match=r'line 2: .*here until the extension is reached: ramp = "2 s"'):
+        read(tmp_path, file="test.csv", columns=columns, specimen=SPECIMEN, reference_temperature="23 degC")
+
+
 def test_creep_of_a_machine_is_a_compliance(tmp_path: Path) -> None:
     stress = 1e4
     held(tmp_path, "t [min],u [mm],F [N]", TIME / 60, 1e3 * GAUGE * stress / MODULUS[::-1], stress * AREA)

@@ -126,12 +126,12 @@ def bent(temperature: float) -> list[str]:
 def test_thermometer_and_drift_are_in_the_standard_errors_and_in_the_summary(tmp_path: Path) -> None:
     lines = bent(0) + bent(10) + bent(20) + bent(30) + bent(40)
     default, own = summary_of(tmp_path, lines)
-    assert default["data"]["temperature_stderr_K"] == 0.1
+    assert default["data"]["temperature_stderr_K"] == 0.3
     assert "drift" not in default["data"]
     exact = summary_of(tmp_path, lines, temperature_stderr="0 K")[1]
     assert np.all(exact < 1e-3)
     # log10 a falls by 1/20 a kelvin, at this temperature and at the reference temperature
-    np.testing.assert_allclose(np.delete(own, 2), np.sqrt(2) * 0.1 / 20, rtol=0.02)
+    np.testing.assert_allclose(np.delete(own, 2), np.sqrt(2) * 0.3 / 20, rtol=0.02)
     # an offset is told by the bend of the curves, so far as noise allows
     rng = np.random.default_rng(0)
     noisy = [f"{row.rsplit(',', 1)[0]},{float(row.rsplit(',', 1)[1]) * (1 + 0.01 * rng.standard_normal())!r}" for row in lines]

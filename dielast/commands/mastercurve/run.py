@@ -83,6 +83,7 @@ def headline(result: MasterCurve, recipe: MasterCurveRecipe, dataset: Dataset) -
             **({"on": result.shifted_on} if len(result.ordinates) > 1 else {}),
             **fit.law.summary(fit.covariance),
             "law_misfit": fit.misfit,
+            "law_spread": fit.spread,
             "rms_residual_decades": result.rms_residual_decades,
             **({"outlying_points_left_out": result.outlying_points} if result.outlying_points else {}),
             "offset_spread_decades": result.offset_spread,
