@@ -28,7 +28,17 @@ relax = "10 min"
 [solver]
 rtol = 1e-3
 """
-CYCLES = '[[step]]\nwaveform = "sine"\nhigh = 1.2\nperiod = "1 s"\ncycles = {}\n'
+CYCLES = """
+[[step]]
+stretch = 1.15
+duration = "10 s"
+[[step]]
+waveform = "sine"
+low = 1.15
+high = 1.2
+period = "1 s"
+cycles = {}
+"""
 RELAX = 'kind = "relax"\nmaterial = "m.toml"\n[solver]\nrtol = 1e-3\n[output]\npoints_per_decade = 2\n'
 RUBBER = """
 reference_temperature = "20 degC"
