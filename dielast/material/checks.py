@@ -81,8 +81,9 @@ USUAL = {
 def warn_of_material(material: Material) -> None:
     """Warn of constants that are most likely in another unit."""
     rest, branches = material.equilibrium_modulus, float(np.sum(material.spectrum.shear_modulus))
-    USUAL["equilibrium modulus"].warn([rest] if rest > 0 else [])
-    if rest + branches > GLASS:
+    if rest + branches <= GLASS:
+        USUAL["equilibrium modulus"].warn([rest] if rest > 0 else [])
+    else:
         warn(f"the shear moduli add up to {rest + branches:g} Pa, more than any polymer's glass: are they in another unit?")
     if 0 < branches < RELAXING * rest:
         beside = f"beside an equilibrium modulus of {rest:g} Pa"

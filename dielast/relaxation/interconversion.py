@@ -84,6 +84,7 @@ def retardation_from_relaxation(spectrum: Spectrum, equilibrium_modulus: float =
     Exact, by the reciprocity of modulus and compliance (Gross 1953, see the module). Raises `InputError` if a modulus is negative,
     or all are 0.
     """
+    spectrum = spectrum.slowest_first()
     tau, moduli = spectrum.relaxation_time, spectrum.shear_modulus
     total = float(equilibrium_modulus + moduli.sum())
     if not 0 < total < np.inf or equilibrium_modulus < 0:

@@ -90,6 +90,7 @@ def reduce_spectrum(
     temperatures = (shift.reference_temperature,) if temperatures is None else tuple(temperatures)
     log10_shift = _check(window, temperatures, tolerance, shift)
     felt = _UNFELT * tolerance
+    spectrum = spectrum.slowest_first()
     responses = _Responses.over(spectrum, equilibrium_modulus, window, log10_shift, _PER_DECADE, felt)
     proof = _Responses.over(spectrum, equilibrium_modulus, window, log10_shift, _PROOF_PER_DECADE, felt / 10)
     few, many, smallest = 0, len(spectrum), None

@@ -26,6 +26,7 @@ from dielast.simulate.film_setup import Film
 from dielast.simulate.history import NONE, REASONS
 from dielast.simulate.map_plan import MapPlan, SolvedCells, column_of, solve_cells
 from dielast.simulate.options import Failure, Options, Solver
+from dielast.simulate.quantities import CELLS
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -84,6 +85,7 @@ class FailureMap(TabularResult):
                 for name, stretch in self.relative_stretch.items()
                 for axis, along in enumerate(stretch, start=1)
             ),
+            *(Column(quantity.name, quantity.unit, np.ravel(np.asarray(quantity.of(self), dtype=float))) for quantity in CELLS),
         ]
 
     @property

@@ -210,6 +210,12 @@ FILMS: list[Quantity] = [
 """The columns of `actuate`, in order."""
 
 
+CELLS: list[Quantity] = []
+"""Columns of `failure-map` at the end of the table, besides the times of all criteria and stretches: `of` a `FailureMap`, arrays
+(temperatures, prestretches, voltages), NaN where a film has failed.
+"""
+
+
 def values_of(quantities: list[Quantity], solved: SolvedTests | SolvedFilms) -> dict[str, Floats]:
     """The values (cases, times) of all quantities that apply, by header."""
     values = {quantity.header: quantity.of(solved) for quantity in quantities}

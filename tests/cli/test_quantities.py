@@ -10,7 +10,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from dielast import failure_map, read_material
+from dielast.commands.simulation.bounds import bounded_map_columns
 from dielast.io.table import number_columns
+from dielast.simulate import quantities
+from dielast.simulate.quantities import Quantity
 
 Run = Callable[..., subprocess.CompletedProcess[str]]
 FILM = """
@@ -90,6 +94,19 @@ def test_an_area_is_not_compared_with_a_length(dielast: Run, tmp_path: Path) -> 
         'area.csv: column "A/A0" compares areas, and "relative_stretch_1 [1]" lengths: state "area_strain [1]"' in errors["length"]
     )
     assert 'column "area strain [%]" compares areas, and "stretch_1 [1]" lengths' in errors["areal"]
+
+
+def test_a_column_of_a_map_from_outside_is_written_and_bounded() -> None:
+    nominal = Quantity("nominal_field", "V/m", lambda result: np.broadcast_to(result.voltage / 5e-4, result.failure_mode.shape))
+    quantities.CELLS.append(nominal)
+    try:
+        film = {"thickness": 5e-4, "horizon": 10.0, "breakdown_field": 48e6, "rtol": 1e-3}
+        found = failure_map(read_material("example:vhb4905.toml"), voltage=[3e3, 4e3], prestretch=[1.9], **film)  # type: ignore[arg-type]
+        table = bounded_map_columns(found.columns(), [found] * 20, 0.9)
+    finally:
+        quantities.CELLS.remove(nominal)
+    values = {column.header: column.values for column in table}
+    assert list(values["nominal_field [V/m]"]) == list(values["nominal_field_upper [V/m]"]) == [6e6, 8e6]
 
 
 def test_a_quantity_from_outside_is_written_compared_bounded_and_drawn(dielast: Run, tmp_path: Path) -> None:

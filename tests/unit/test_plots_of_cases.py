@@ -165,19 +165,6 @@ def test_six_bands_of_two_factors_share_panels_by_one_of_them() -> None:
     assert legend.get_title().get_text() == "12 of 36 cases"
 
 
-def test_panels_without_one_scale_have_their_own() -> None:
-    cases = [{"time [s]": TIME, "stretch_1 [1]": 1 + size * TIME**0.1} for size in np.repeat([0.1, 0.1, 5.0], 3)]
-    scales = [Swept("temperature [°C]", (0.0,) * 3 + (20.0,) * 3 + (40.0,) * 3), Swept("rate", (1.0, 2.0, 3.0) * 3)]
-    for some, alike in ((cases, False), (cases[:6] * 2, True)):
-        own = (
-            [Swept(one.label, one.values[: len(some)]) for one in scales]
-            if alike is False
-            else [Swept("temperature [°C]", tuple(np.repeat([0.0, 20.0, 40.0, 60.0], 3))), Swept("rate", (1.0, 2.0, 3.0) * 4)]
-        )
-        figure = plot_cases(some, [""] * len(some), [], "time [s]", "stretch_1 [1]", swept=own)
-        assert (len({axes.get_ylim() for axes in figure.axes}) == 1) == alike
-
-
 def test_the_legend_of_one_disordered_quantity_ascends() -> None:
     figure = drawn(3, [Swept("voltage [kV]", (3.0, 1.0, 2.0))], "voltage = {} kV")
     assert named(figure)[:3] == ["voltage = 1 kV", "voltage = 2 kV", "voltage = 0 kV"]  # the labels are those of cases 1, 2, 0

@@ -10,8 +10,7 @@ import pytest
 from matplotlib.figure import Figure
 
 from dielast import fit_spectrum
-from dielast.commands.actuate.run import run
-from dielast.commands.registry import read_cases
+from dielast.commands.registry import COMMANDS, read_cases
 from dielast.io.files import Inputs
 from dielast.plots.looks import Swept
 from dielast.plots.simulation import plot_cases
@@ -29,27 +28,44 @@ relax = "10 min"
 [solver]
 rtol = 1e-3
 """
-CYCLES = '[[step]]\nwaveform = "sine"\nhigh = "2.5 kV"\nperiod = "1 s"\ncycles = {}\n'
-KEPT = "[output]\npoints_per_decade = 2\ncycles = [1, 10]\n"
+CYCLES = """
+[[step]]
+stretch = 1.15
+duration = "10 s"
+[[step]]
+waveform = "sine"
+low = 1.15
+high = 1.2
+period = "1 s"
+cycles = {}
+"""
+RELAX = 'kind = "relax"\nmaterial = "m.toml"\n[solver]\nrtol = 1e-3\n[output]\npoints_per_decade = 2\n'
+RUBBER = """
+reference_temperature = "20 degC"
+equilibrium.shear_modulus = "30 kPa"
+nonequilibrium = { relaxation_time_s = [0.3], shear_modulus_Pa = [1e4] }
+shift.law = "none"
+"""
 
 
-def figure_of(folder: Path, steps: str) -> tuple[Figure, dict[str, Any]]:
+def figure_of(folder: Path, steps: str, head: str = FILM) -> tuple[Figure, dict[str, Any]]:
     path = folder / "a.toml"
-    path.write_text(FILM + steps)
-    cases = read_cases(path, "actuate")
-    report = run(cases, Inputs(folder), Execution())
+    path.write_text(head + steps)
+    kind = "actuate" if head == FILM else "relax"
+    report = COMMANDS[kind].run(read_cases(path, kind), Inputs(folder), Execution())
     return report.figure(), dict(report.headline)
 
 
 def test_many_cycles_are_drawn_and_named_by_their_numbers(tmp_path: Path) -> None:
-    figure, summary = figure_of(tmp_path, CYCLES.format(12) + KEPT)
+    (tmp_path / "m.toml").write_text(RUBBER)
+    figure, summary = figure_of(tmp_path, CYCLES.format(101), RELAX)
     labels = [axes.get_ylabel() for axes in figure.axes]
-    assert labels == ["amplitude of the relative stretch", "phase [rad]", "work [kJ/m³]"]
-    assert all(axes.lines[0].get_xdata()[-1] == 12 for axes in figure.axes)
-    assert summary["cycles"]["cycles"] == 12
-    assert 0 < summary["cycles"]["last_amplitude"] < 0.1
+    assert labels == ["amplitude of the nominal stress [kPa]", "phase [rad]", "work [kJ/m³]"]
+    assert all(axes.lines[0].get_xdata()[-1] == 101 for axes in figure.axes)
+    assert summary["cycles"]["cycles"] == 101
+    assert summary["cycles"]["last_amplitude_Pa"] > 1e3
     assert {"first_phase_rad", "last_phase_rad", "first_work_J_per_m3", "last_work_J_per_m3"} <= summary["cycles"].keys()
-    few, summary = figure_of(tmp_path, CYCLES.format(3))
+    few, summary = figure_of(tmp_path, CYCLES.format(3), RELAX)
     assert len(few.axes) == 1
     assert "cycles" not in summary
 

@@ -21,7 +21,7 @@ from dielast.simulate.failure_map import FailureMap
 from dielast.simulate.history import EVENT_UNITS, Event, event_columns
 from dielast.simulate.lifetime import POWER, UNITS as LINE_UNITS, LifetimeLine
 from dielast.simulate.map_plan import column_of
-from dielast.simulate.quantities import quantity_of
+from dielast.simulate.quantities import CELLS, quantity_of
 
 SURVIVING = "surviving [1]"
 FAILURE = "failure"  # the first of all failures
@@ -193,6 +193,10 @@ def map_bounds(drawn: Sequence[FailureMap], level: float) -> dict[str, tuple[Flo
         for axis in range(len(drawn[0].relative_stretch[when])):
             stretch = np.array([draw.relative_stretch[when][axis] for draw in drawn])
             bounds[f"relative_stretch_{axis + 1} after {when}"] = interval(np.where(failed, np.inf, stretch), level)
+    for quantity in CELLS:
+        values = np.array([quantity.of(draw) for draw in drawn])
+        lost = np.isnan(values) & finished
+        bounds[quantity.name] = interval(np.where(lost, -np.inf if quantity.falls else np.inf, values), level)
     return bounds
 
 

@@ -21,7 +21,7 @@ from dielast.material.material import Material
 from dielast.numerics.arrays import Floats
 from dielast.recipe.cases import Case
 from dielast.simulate.history import Event, History
-from dielast.simulate.output import Output
+from dielast.simulate.output import KEPT_WHOLE
 from dielast.simulate.quantities import FILMS, TESTS
 
 PART = 2**14  # branches in a batch, over all cases: less than a second of work
@@ -151,12 +151,12 @@ def check_cycles(cases: Sequence[Case[SimulationRecipe]]) -> None:
 
 
 def many_cycles(cases: Sequence[Case[SimulationRecipe]], results: Sequence[CaseResult]) -> bool:
-    """Whether the table leaves out cycles, which the figure then shows by their numbers, unless the recipe states its axes."""
+    """Whether there are so many cycles that the figure shows them by their numbers, unless the recipe states its axes."""
     recipe = cases[0].recipe
     if recipe.compare or recipe.output.times is not None or any((recipe.plot.x, recipe.plot.y, recipe.plot.join)):
         return False
     counts = [0 if result.cycles is None else result.cycles["cycle"].size for result in results]
-    return min(counts) > 0 and any(count > Output(cycles=recipe.output.cycles).kept(count).size for count in counts)
+    return min(counts) > 0 and max(counts) > KEPT_WHOLE
 
 
 def cycle_headline(results: Sequence[CaseResult]) -> dict[str, dict[str, Any]]:

@@ -269,7 +269,7 @@ def _warn_of_unmeasured(result: SpectrumFit, shift: ShiftLaw, reduction: Reducti
     reach += [f"from {first:.3g} s at {temperatures[faster.argmin()]:g} degC"] if first < known_from else []
     if reach:
         warn(
-            f"reduce.window reaches {' and '.join(reach)} in reduced time, but the curve is known from "
+            f"reduce.window reaches {' and '.join(reach)} in reduced time, but the master curve is known from "
             f"{result.reduced_time[0]:.3g} to {result.reduced_time[-1]:.3g} s: beyond, the reduced spectrum agrees with a whole "
             "one that is itself extrapolated"
         )
