@@ -7,6 +7,7 @@ import numpy as np
 
 from dielast.mechanics.criteria.criterion import Criterion, Moment, Signal
 from dielast.mechanics.film import Film
+from dielast.mechanics.flow import Flow
 from dielast.mechanics.jump import jump
 from dielast.mechanics.passive.framed import membrane
 from dielast.mechanics.passive.settle import settle
@@ -174,7 +175,7 @@ def follow_load(
     if ends.size and around is None:  # locate the end of the equilibrium exactly
         frozen = undamped.take(ends)
         fold = Fold(
-            replace(frozen, flow=frozen.flow.without()),
+            replace(frozen, flow=Flow(np.zeros_like(frozen.modulus))),
             begin.controls,
             lambda share: load_at(share, ends),
             None,

@@ -51,21 +51,21 @@ class Flow(ByCase):
         """The flow of springs of this `fluidity` and `modulus`, both (n, cases), by `laws` of the cases; no law is linear flow."""
         return ActivatedFlow(fluidity, np.where(fluidity > 0, modulus, 0.0), laws) if laws else Flow(fluidity)
 
-    def over(self, step: Floats, symmetry: Symmetry | None = None) -> Self:
+    def over(self, step: Floats, symmetry: Symmetry | None = None) -> Flow:
         """The flow within a `step` (cases,) in s, for arrays with one axis if there is a `symmetry`."""
-        return replace(self, fluidity=(step if symmetry is None else symmetry.flow * step) * self.fluidity)
+        return self.of_fluidity((step if symmetry is None else symmetry.flow * step) * self.fluidity)
 
-    def without(self) -> Flow:
-        """The same springs, none of which flows."""
-        return Flow(np.zeros_like(self.fluidity))
+    def of_fluidity(self, fluidity: Floats) -> Flow:
+        """The flow with another fluidity (n, cases)."""
+        return Flow(fluidity)
 
     def rate(self, stress: Floats) -> Floats:
         """dx/dt (axes, n, cases) in 1/s at the stress (axes, n, cases) of springs of unit modulus."""
         return flowing(stress, self.fluidity)
 
-    def linearised(self, stress: Floats) -> tuple[Floats, Mobility]:
-        """The rate at a stress, and its derivative in the stress."""
-        return self.rate(stress), self
+    def mobility(self, stress: Floats) -> Mobility:
+        """The derivative of the rate in the stress."""
+        return self
 
     def through(self, tangent: Floats) -> Floats:
         """As in `Mobility`."""
@@ -113,11 +113,15 @@ class ActivatedFlow(Flow):
         """a times that of linear flow."""
         return flowing(stress, self.fluidity * self._activation(_invariant(stress))[0])
 
-    def linearised(self, stress: Floats) -> tuple[Floats, Mobility]:
-        """The rate, and G as that of a linear flow and a dyad."""
+    def of_fluidity(self, fluidity: Floats) -> Flow:
+        """As for linear flow."""
+        return ActivatedFlow(fluidity, self.modulus, self.laws)
+
+    def mobility(self, stress: Floats) -> Mobility:
+        """As for linear flow, and a dyad."""
         activation, slope = self._activation(_invariant(stress))
-        linear, dyad = Flow(self.fluidity * activation), flowing(stress, self.fluidity * slope)
-        return linear.rate(stress), _Steepened(linear, dyad, 2.0 * stress if len(stress) == 1 else flowing(stress, 1.0))
+        gradient = 2.0 * stress if len(stress) == 1 else flowing(stress, 1.0)
+        return _Steepened(Flow(self.fluidity * activation), flowing(stress, self.fluidity * slope), gradient)
 
     def retained(self, time: Floats | float, stress: Callable[[], Floats]) -> Floats:
         """As for linear flow, with (a + 2 J da/dJ)/tau in place of 1/tau: the rate along F p, an eigenvector of G F^-1."""
@@ -168,9 +172,11 @@ def flow_laws(laws: Sequence[FlowLaw], cases: int) -> LawsOfCases[FlowLaw]:
 
 def flowing(stress: Floats, factor: Floats | float) -> Floats:
     """F times the stress (axes, ..., n, cases) times `factor` (n, cases), which contains F if there is one axis."""
+    flow: Floats
     if len(stress) == 1:
-        return np.asarray(stress * factor)
-    flow: Floats = 3.0 * stress
+        flow = stress * factor
+        return flow
+    flow = 3.0 * stress
     flow -= stress[0] + stress[1]
     flow *= factor
     return flow

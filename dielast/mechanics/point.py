@@ -135,7 +135,7 @@ class Arrowhead:
         log_squared, self.stretch, nominal = self._membrane(0, state, driven)
         self.stress, tangent = tangent_of(points.law, symmetry, log_squared[:, None] - system.packed(state))
         self.flow = points.flow.over(step, symmetry)
-        self.rate, mobility = self.flow.linearised(self.stress)
+        mobility = self.flow.mobility(self.stress)
         self.springs = Eliminated.of(tangent, mobility, self.hold)
         self.following = mobility.times(self.springs.share)
         change = None if load.still else step * load.slope(times[0])
@@ -199,11 +199,11 @@ class Arrowhead:
         system, points, axes, border, shape = self.system, self.system.points, self.axes, self.border, self.stress.shape
         driven = self._driven(stage, state)
         log_squared, stretch, nominal = self._membrane(stage, state, driven)
-        if history is None:
-            stress, right = self.stress, self.rate.copy()
-        else:
+        stress = self.stress
+        if history is not None:
             stress = stress_of(points.law, system.symmetry, log_squared[:, None] - state[:border].reshape(shape))
-            right = self.flow.rate(stress)
+        right = self.flow.rate(stress)
+        if history is not None:
             right += history[:border].reshape(shape)
         carried = self.springs.carried(right)
         carried -= stress

@@ -65,17 +65,16 @@ class BranchStep:
     def __init__(self, system: Branches, times: Floats, state: Floats, step: Floats, gamma: float) -> None:
         self.system, self.strain = system, step * system.strain_rate(times)
         self.flow = system.flow.over(step, system.symmetry)
-        stress, tangent = tangent_of(system.law, system.symmetry, state[:, None].copy())
-        self.rate, mobility = self.flow.linearised(stress)
-        self.springs = Eliminated.of(tangent, mobility, 1 / gamma)
+        self.stress, tangent = tangent_of(system.law, system.symmetry, state[:, None].copy())
+        self.springs = Eliminated.of(tangent, self.flow.mobility(self.stress), 1 / gamma)
         self.change = -0.5 * np.square(self.strain[0])
 
     def increment(self, stage: int, state: Floats, history: Floats | None, gamma_i: float, out: Floats) -> Floats:
         """The increment u_i of a stage at `state`, in `out`; `history` is sum_j c_ij u_j, None in the first stage."""
-        system, rate = self.system, self.rate
+        system, stress = self.system, self.stress
         if history is not None:
-            rate = self.flow.rate(stress_of(system.law, system.symmetry, state[:, None].copy()))
-        right = -rate
+            stress = stress_of(system.law, system.symmetry, state[:, None].copy())
+        right = -self.flow.rate(stress)
         right[0] += self.strain[stage]
         if history is not None:
             right += history[:, None]

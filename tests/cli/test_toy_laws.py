@@ -12,13 +12,15 @@ import numpy as np
 import pytest
 from flat import creep
 from keys import keys
-from toys import Cooling, Linear, Power, Varga, register
+from toys import Cooling, Eyring, Linear, Power, Varga, register
 
 from dielast import CardOptions, InputError, Material, NoShift, Spectrum, export_card, write_material
 from dielast.handover.material_file import material_file, parse_material
 from dielast.material.breakdown import BREAKDOWNS
 from dielast.material.dielectric import DIELECTRICS
+from dielast.material.flow import FLOWS, LINEAR_FLOW
 from dielast.material.law import Registry
+from dielast.material.material import material_of, numbers_of
 from dielast.material.shift import SHIFTS
 from dielast.material.springs import EQUIBIAXIAL, SPRINGS, UNIAXIAL, Gent
 from dielast.mechanics.load import Step
@@ -69,7 +71,7 @@ at = "breakdown"
 
 @pytest.fixture
 def registered() -> Iterator[None]:
-    families: tuple[Registry[object], ...] = (SPRINGS, SHIFTS, DIELECTRICS, BREAKDOWNS)  # type: ignore[assignment]
+    families: tuple[Registry[object], ...] = (SPRINGS, SHIFTS, FLOWS, DIELECTRICS, BREAKDOWNS)  # type: ignore[assignment]
     before = [dict(family._entries) for family in families]
     register()
     yield
@@ -105,6 +107,23 @@ def test_a_material_file_takes_the_laws_and_is_written_with_them() -> None:
         with pytest.raises(InputError) as caught:
             parse_material(MATERIAL.replace(old, new, 1).encode(), "toy.toml")
         assert message in str(caught.value)
+
+
+@pytest.mark.usefixtures("registered")
+def test_a_flow_law_is_stated_varied_and_written() -> None:
+    flow = '[flow]\nlaw = "eyring"\nstress = "50 kPa"\n'
+    material = parse_material((MATERIAL + flow).encode(), "toy.toml")
+    assert material.flow == Eyring(5e4)
+    assert '[flow]\nlaw = "eyring"\nstress = "50000 Pa"\n' in write_material(material).decode()
+    assert parse_material(write_material(material), "again.toml").flow == material.flow
+    numbers = numbers_of(material)  # those that a calibration may free
+    assert numbers["flow"] == {"stress": 5e4}
+    assert material_of(material, numbers | {"flow": {"stress": 6e4}}).flow == Eyring(6e4)
+    linear = parse_material((MATERIAL + '[flow]\nlaw = "linear"\n').encode(), "toy.toml")
+    assert linear.flow == parse_material(MATERIAL.encode(), "toy.toml").flow == LINEAR_FLOW
+    assert "flow" not in write_material(linear).decode()
+    with pytest.raises(InputError, match=r'flow: law "linear" does not take stress: state law = "eyring"'):
+        parse_material((MATERIAL + '[flow]\nstress = "50 kPa"\n').encode(), "toy.toml")
 
 
 def test_a_law_that_nobody_registered_is_refused() -> None:

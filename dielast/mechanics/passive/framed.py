@@ -166,9 +166,9 @@ class FramedArrowhead:
         self.viscous = state[: system.border].reshape(2, len(wide.modulus), -1)
         self.stress, tangent = wide.law.tangent(assembly.springs(self.viscous, self.stretch))
         self.flow = wide.flow.over(assembly.wide(step))
-        self.rate, mobility = self.flow.linearised(self.stress)
+        self.rate = self.flow.rate(self.stress)
         self.hold = 1 / gamma - 0.5 * self.rate
-        self.springs = Eliminated.of(tangent, mobility, self.hold)
+        self.springs = Eliminated.of(tangent, self.flow.mobility(self.stress), self.hold)
         self.share = self.springs.share * wide.modulus
         half = np.einsum("abnm,bnm->abm", self.share, self.hold)
         carried = assembly.carried(self.stress, self.stretch, field, load.electric)
