@@ -18,7 +18,7 @@ from dielast.superposition.checks import (
 )
 from dielast.superposition.gather import Gathered
 from dielast.superposition.joint_fit import MasterFit
-from dielast.superposition.result import MasterCurve, Stated
+from dielast.superposition.result import MasterCurve, Placing, Stated
 from dielast.superposition.shiftfit import ShiftFit, fit_shift_law, misfit_without
 from dielast.superposition.sweepfit import BasisFit
 
@@ -49,8 +49,8 @@ def place_at_reference(
     both_determined = np.ix_(determined, determined)
     slope = np.zeros(m)
     slope[determined] = np.gradient(fit.shift[determined], temperature[determined])
-    thermometer = np.diag((slope * stated.temperature_stderr) ** 2)
-    measured = fit.covariance[:m, :m] + _relative(thermometer, np.eye(m)[anchor])
+    thermometer = np.abs(slope) * stated.temperature_stderr
+    measured = fit.covariance[:m, :m] + _relative(np.diag(thermometer**2), np.eye(m)[anchor])
     to_fit = (law, temperature[determined], fit.shift[determined], measured[both_determined], int(np.sum(determined[:anchor])))
     shift_fit = fit_shift_law(*to_fit, reference)
     weight, excess = np.zeros(m), 0.0
@@ -111,9 +111,8 @@ def place_at_reference(
         glassy_modulus=float(np.max(stiffness[0])),
         undetermined=undetermined,
         stated=stated,
-        log10_shift_factor_slope=slope,
+        placing=Placing(fit.shift, fit.vertical, fit.covariance, thermometer, determined, anchor, origin, weight, excess),
         offset_spread=fit.offset_spread,
-        offset_in_shift=fit.offset_in_shift,
         tilt_spread=fit.tilt_spread,
         outlying_points=int(np.count_nonzero(np.any(outlying, axis=0))),
     )
