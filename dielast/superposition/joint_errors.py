@@ -79,8 +79,8 @@ def leave_out(points: FitPoints, prior: Prior, state: State, misfit: Misfit) -> 
         left = _resettled(points, prior, state.theta, weights, state.spacing)
         thetas.append(left.theta[: 2 * points.curves])
         distance[out] = (left.residual**2 / (_predicted_variance(points, prior, left) + scatter))[out]
-    deviation = np.array(thetas) - np.mean(thetas, axis=0)
-    return _half_correlated((PARTS - 1) / PARTS * deviation.T @ deviation), tuple(
+    deviation = np.sqrt((PARTS - 1) / PARTS) * (np.array(thetas) - np.mean(thetas, axis=0))
+    return _from_trials(deviation, points.curves), tuple(
         float(np.mean(np.minimum(distance[points.channel == k], BOUND**2))) for k in range(points.channels)
     )
 
@@ -90,7 +90,7 @@ def smoothing_errors(points: FitPoints, prior: Prior, state: State) -> Floats:
     factors = (KNOT_RATIO, 1 / KNOT_RATIO)
     others = [_resettled(points, prior, state.theta, state.weights, state.spacing * factor).theta for factor in factors]
     deviation = (np.array(others) - state.theta)[:, : 2 * points.curves]
-    return _half_correlated(deviation.T @ deviation / len(factors))
+    return _from_trials(deviation / np.sqrt(len(factors)), points.curves)
 
 
 def _resettled(points: FitPoints, prior: Prior, theta: Floats, weights: Weights, spacing: float) -> State:
@@ -101,9 +101,19 @@ def _resettled(points: FitPoints, prior: Prior, theta: Floats, weights: Weights,
     return state
 
 
-def _half_correlated(covariance: Floats) -> Floats:
-    """The covariance with its correlations halved: a few trials hardly determine which combinations of shifts have no error."""
-    return np.asarray((covariance + np.diag(np.diag(covariance))) / 2)
+def _from_trials(deviation: Floats, curves: int) -> Floats:
+    """Covariance (2m, 2m) of shifts and vertical shifts from a few trials with a `deviation` (k, 2m), which is 0 for the anchor.
+
+    A few trials hardly determine which combinations have no error, so that correlations are halved: those of the steps from one curve
+    to the next, which depend on the data of these two and not on the choice of the anchor.
+    """
+    steps = np.diff(deviation.reshape(-1, 2, curves), axis=2).reshape(len(deviation), -1)
+    covariance = steps.T @ steps
+    covariance = (covariance + np.diag(np.diag(covariance))) / 2
+    fixed = np.flatnonzero(np.all(deviation[:, :curves] == 0, axis=0))
+    sums = np.tril(np.ones((curves, curves)), -1)[:, : curves - 1]
+    sums = np.kron(np.eye(2), sums - sums[fixed[0] if fixed.size else 0])
+    return np.asarray(sums @ covariance @ sums.T)
 
 
 def _scatter(points: FitPoints, residual: Floats) -> Floats:
