@@ -6,7 +6,7 @@ Shift factors: accepted ones whose interval holds the truth; the lowest share of
 sixth of the experiments); stated over actual error (root mean squares of each temperature, geometric mean over temperatures; and one
 over the root mean square of the errors in standard errors); refused temperatures of an experiment; the share of sets with a warning,
 and with one that is not about a temperature refused or a plateau that was not reached. With `--draws`, the scatter of the draws over
-the standard error (geometric mean over temperatures), in every fifth experiment.
+the standard error (geometric mean over temperatures), in every third experiment.
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ def outcome(laboratory: Laboratory, seed: int, draws: int) -> Outcome:
     error[at[moved]] = master.log10_shift_factor[moved] - truth[at[moved]]
     stderr[at[moved]] = master.log10_shift_factor_stderr[moved]
     drawn = None
-    if draws and seed % 5 == 0:
+    if draws and seed % 3 == 0:
         ensemble = bootstrap_master_curve(curves, master, draws=draws)
         drawn = none.copy()
         drawn[at] = np.nanstd(ensemble.log10_shift_factor, axis=0, ddof=1)

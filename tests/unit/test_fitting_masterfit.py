@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from dielast.errors import DielastWarning
 from dielast.superposition import joint_errors, joint_fit, joint_problem
 from dielast.superposition.checks import find_undetermined
-from dielast.superposition.effects import OFFSET, probable, walk
+from dielast.superposition.effects import LEAST, NONE, OFFSET, RandomEffect, probable, walk
 from dielast.superposition.joint_errors import PARTS, find_misfit
 from dielast.superposition.joint_fit import MasterFit, fit_held, fit_master
 from dielast.superposition.joint_problem import LOOSE, MAX_STEP
@@ -108,14 +108,15 @@ def test_offsets_of_whole_curves_are_measured_and_allowed_for() -> None:
     assert 0.3 < np.median(np.square(score)) < 1.0  # of a normal variate 0.455
 
 
-def test_without_information_the_spread_is_the_usual_one() -> None:
+def test_without_information_the_spread_is_none_or_the_usual_one() -> None:
     """The sum over few spreads is within 15 % of the integral of the prior; data of the offsets outweigh it."""
-    curves = 9
-    for size, wanted in ((0.0, OFFSET.usual), (0.03, 0.03)):
+    curves, effects = 9, [RandomEffect(OFFSET, OFFSET.first)]
+    for size, wanted in ((0.0, OFFSET.usual * (1 - NONE) ** 0.5), (0.03, 0.03)):
         known = 0.0 if size == 0 else 1e8  # of each offset, to 0.0001 decades
         offsets = size * np.where(np.arange(curves) % 2, 1.0, -1.0)
-        spreads, probability = probable(OFFSET, known * np.eye(curves), known * offsets)
-        assert np.sqrt(probability @ spreads**2) == pytest.approx(wanted, rel=0.15)
+        spreads, probability, _ = probable(effects, known * np.eye(curves), known * offsets)
+        assert np.sqrt(probability @ spreads[:, 0] ** 2) == pytest.approx(wanted, rel=0.15)
+        assert np.sum(probability[spreads[:, 0] == LEAST]) == pytest.approx(NONE if size == 0 else 0.0, abs=0.01)
 
 
 def test_a_shift_factor_that_offsets_hide_says_so() -> None:
