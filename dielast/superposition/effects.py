@@ -19,7 +19,7 @@ from dielast.numerics.arrays import Floats, Index
 
 AVOID = 0.25  # exponent with which the prior rises from zero
 LEAST = 1e-5  # decades; lower bound of a spread
-PRIOR_SCALE = 0.334  # of a half-Cauchy distribution, over its root mean square if it ends at five times that, as OFFSET does
+PRIOR_SCALE = 0.5
 SPREAD_RATIO = 500.0  # ratio of the largest to the smallest spread of its distribution
 SETTLED = 0.02  # relative change of a spread at which the iteration ends
 NONE = 0.5  # probability, before any data, that there are no effects
@@ -122,7 +122,7 @@ def probable(effects: Sequence[RandomEffect], normal: Floats, right: Floats) -> 
         block = slice(g * m, (g + 1) * m)
         precision[:, block, block] = inverse[places[:, g]]
         size = np.array(spreads[1:])
-        shares = size / (1 + (size / (PRIOR_SCALE * each.kind.usual)) ** 2)  # they are even in the logarithm
+        shares = size**2 / (1 + (size / (PRIOR_SCALE * each.kind.usual)) ** 2) ** 1.5  # they are even in the logarithm
         prior = np.concatenate(([NONE], (1 - NONE) * shares / np.sum(shares)))
         cost -= (2 * np.log(prior) + np.linalg.slogdet(inverse)[1])[places[:, g]]
     total = normal + precision

@@ -46,6 +46,7 @@ def place_at_reference(
     determined = ~np.isin(temperature, [entry.temperature for entry in undetermined])
     if np.count_nonzero(determined) < 2:
         raise _nothing_determined(undetermined)
+    _check_reference(reference, temperature, determined)
     both_determined = np.ix_(determined, determined)
     slope = np.zeros(m)
     slope[determined] = np.gradient(fit.shift[determined], temperature[determined])
@@ -122,6 +123,18 @@ def _nothing_determined(undetermined: Sequence[Undetermined]) -> InputError:
     reasons = dict.fromkeys(entry.reason for entry in undetermined)
     places = [(reason, ", ".join(f"{e.temperature:g}" for e in undetermined if e.reason == reason)) for reason in reasons]
     return InputError("no shift factor is determined: " + "; ".join(f"at {where} degC {reason}" for reason, where in places))
+
+
+def _check_reference(reference: float, temperature: Floats, determined: Flags) -> None:
+    """Raise `InputError` if temperatures without a shift factor lie between the `reference` and all temperatures with one."""
+    low, high = temperature[determined][[0, -1]].tolist()
+    if (reference < low and temperature[0] < low) or (reference > high and temperature[-1] > high):
+        nearest = low if reference < low else high
+        raise InputError(
+            f"{reference:g} degC lies among temperatures whose shift factors are not determined, and the law would be extrapolated to "
+            f"it: take {nearest:g} degC, the nearest temperature with a shift factor, or one of up to {high if nearest == low else low:g} degC",
+            argument="reference_temperature",
+        )
 
 
 def _astray(fit: ShiftFit, temperature: Floats, determined: Flags) -> Flags:

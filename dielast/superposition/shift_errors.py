@@ -44,9 +44,11 @@ def shift_covariance(points: FitPoints, prior: Prior, state: State) -> Floats:
     normal[np.ix_(place, place)] -= precision
     gradient[place] -= precision @ state.theta[random]
     normal, gradient = normal / repeated, gradient / repeated
+    slopes, by_curve = _slope_noise(points, state)
+    slopes = slopes[np.ix_(prior.free[moved], prior.free[moved])]
     probability, precisions = np.ones(1), np.zeros((1, 0, 0))
     if random.size:
-        of_effects, right = effect_equations(prior, state, m, repeated)
+        of_effects, right = effect_equations(prior, state, m, repeated, slopes)
         _, probability, precisions = probable(prior.random, of_effects, right)
     full = np.repeat(normal[None], probability.size, axis=0)
     full[:, place[:, None], place] += precisions
@@ -54,7 +56,7 @@ def shift_covariance(points: FitPoints, prior: Prior, state: State) -> Floats:
     slope = np.repeat(gradient[None], probability.size, axis=0)
     slope[:, place] += precisions @ state.theta[random]
     step = np.einsum("sij,sj->si", inverse, slope)
-    noise = _noise_information(points, state, prior, full, repeated)
+    noise = _noise_information(points, state, prior, full, repeated, slopes, by_curve)
     response = inverse[:, :, moved]
     blurred = response @ noise @ np.swapaxes(response, 1, 2)
     within = inverse + step[:, :, None] * step[:, None, :]
@@ -80,26 +82,35 @@ def _mixture_errors(probability: Floats, variance: Floats, doubt: Floats) -> Flo
     return np.asarray(np.exp(high))
 
 
-def effect_equations(prior: Prior, state: State, curves: int, repeated: float) -> tuple[Floats, Floats]:
+def effect_equations(
+    prior: Prior, state: State, curves: int, repeated: float, noise: Floats | None = None
+) -> tuple[Floats, Floats]:
     """The normal equations of the random effects, whatever the other parameters: matrix (g m, g m) and right-hand side (g m,),
     without a prior.
+
+    The information `noise` (k, k) on the k shifts from noise in the slopes is subtracted: with it, level or straight curves would
+    tell an offset from a shift.
     """
     places = prior.random_parameters(curves)
-    random = np.searchsorted(prior.free, places)
-    fixed, effects, precision = np.delete(np.arange(prior.free.size), random), state.theta[places], prior.precision[np.ix_(places, places)]
+    random, fixed = np.searchsorted(prior.free, places), np.flatnonzero(~np.isin(prior.free, places))
+    effects, precision = state.theta[places], prior.precision[np.ix_(places, places)]
     normal, gradient = state.normal[np.ix_(random, random)] - precision, state.gradient[random] - precision @ effects
     across = state.normal[np.ix_(random, fixed)]
     answer = np.linalg.solve(state.normal[np.ix_(fixed, fixed)], np.column_stack((across.T, state.gradient[fixed])))
-    normal, gradient = normal - across @ answer[:, :-1], gradient - across @ answer[:, -1]
+    explained, gradient = across @ answer[:, :-1], gradient - across @ answer[:, -1]
+    if noise is not None:
+        k = len(noise)
+        explained = explained + repeated * answer[:k, :-1].T @ noise @ answer[:k, :-1]
+        values, vectors = np.linalg.eigh(normal - explained)
+        normal = vectors * np.maximum(values, 0.0) @ vectors.T
+    else:
+        normal = normal - explained
     return normal / repeated, (normal @ effects - gradient) / repeated
 
 
-def _noise_information(points: FitPoints, state: State, prior: Prior, full: Floats, repeated: float) -> Floats:
-    """The information (s, k, k) on the k free shifts that is expected of curves without a slope: that of the noise in their slopes.
-
-    `full` (s, p, p) are the normal matrices of all free parameters over `repeated`. With M = W - W X A X' W, where X are the basis
-    functions B, the offsets and the tilts, and A is the covariance of their coefficients, it is the sum over the points i of one
-    curve and j of another of M times the covariances S G S' of the slopes at i and j. G is the covariance of the coefficients of B.
+def _slope_noise(points: FitPoints, state: State) -> tuple[Floats, Floats]:
+    """The information (m, m) on all shifts that is expected of noise in the slopes if smooth curves alone are fitted, and the sums (m,
+    K, K) over the points of each curve of products of basis functions and slopes.
     """
     m, parts, weight = points.curves, state.parts, state.weights.weight
     curves, inverse = parts.curves, parts.inverse
@@ -112,16 +123,30 @@ def _noise_information(points: FitPoints, state: State, prior: Prior, full: Floa
     by_curve = products.reshape(m, size, size)
     shared = by_curve.reshape(m, -1) @ (inverse @ by_curve @ inverse).reshape(m, -1).T
     direct = np.bincount(points.curve, weight * curves.slope_variance(inverse), minlength=m)
+    return np.diag(direct) - (shared + shared.T) / 2, by_curve
+
+
+def _noise_information(
+    points: FitPoints, state: State, prior: Prior, full: Floats, repeated: float, slopes: Floats, by_curve: Floats
+) -> Floats:
+    """The information (s, k, k) on the k free shifts that is expected of curves without a slope: that of the noise in their slopes.
+
+    `full` (s, p, p) are the normal matrices of all free parameters over `repeated`. With M = W - W X A X' W, where X are the basis
+    functions B, the offsets and the tilts, and A is the covariance of their coefficients, it is the sum over the points i of one
+    curve and j of another of M times the covariances S G S' of the slopes at i and j. G is the covariance of the coefficients of B.
+    `slopes` (k, k) and `by_curve` are those of `_slope_noise`.
+    """
+    m, parts, weight = points.curves, state.parts, state.weights.weight
+    curves, inverse = parts.curves, parts.inverse
     moved = prior.free < m
     shifts, linear = prior.free[moved], prior.free[~moved]
-    known = (np.diag(direct) - (shared + shared.T) / 2)[np.ix_(shifts, shifts)]
     if not linear.size:
-        return np.broadcast_to(known, (len(full), *known.shape))
+        return np.broadcast_to(slopes, (len(full), *slopes.shape))
     # products (m, linear parameters, K) of the slopes of each curve with what the smooth curves leave of the linear parameters
     beside = -np.swapaxes(inverse @ parts.cross[:, linear], 0, 1) @ by_curve
-    sloped = np.hstack([cross_products(points, curves.rows, curves.slope * weight * side, size) for side in parts.sides])
+    sloped = np.hstack([cross_products(points, curves.rows, curves.slope * weight * side, len(inverse)) for side in parts.sides])
     beside[linear % m, np.arange(linear.size)] += sloped[:, linear].T
     beside = beside[shifts] @ np.linalg.cholesky(inverse)
     root = np.linalg.cholesky(np.linalg.inv(full[:, ~moved][:, :, ~moved]) / repeated)
     explained = np.einsum("sab,kac->skbc", root, beside, optimize=True).reshape(len(full), shifts.size, -1)
-    return np.asarray(known - explained @ np.swapaxes(explained, 1, 2))
+    return np.asarray(slopes - explained @ np.swapaxes(explained, 1, 2))
