@@ -28,6 +28,7 @@ LEVEL = 0.9  # of the intervals by which the distribution of a shift is measured
 QUANTILE = 1.6448536269514722  # standard deviations of a normal distribution at that level
 BISECTIONS = 30
 SMALLEST_ERROR = 1e-7  # decades
+NO_INFORMATION = 1e-12  # eigenvalue of normal equations, over the largest
 
 
 def shift_covariance(points: FitPoints, prior: Prior, state: State) -> Floats:
@@ -97,15 +98,21 @@ def effect_equations(
     normal, gradient = state.normal[np.ix_(random, random)] - precision, state.gradient[random] - precision @ effects
     across = state.normal[np.ix_(random, fixed)]
     answer = np.linalg.solve(state.normal[np.ix_(fixed, fixed)], np.column_stack((across.T, state.gradient[fixed])))
-    explained, gradient = across @ answer[:, :-1], gradient - across @ answer[:, -1]
+    normal, gradient = normal - across @ answer[:, :-1], gradient - across @ answer[:, -1]
+    right = normal @ effects - gradient
     if noise is not None:
-        k = len(noise)
-        explained = explained + repeated * answer[:k, :-1].T @ noise @ answer[:k, :-1]
-        values, vectors = np.linalg.eigh(normal - explained)
-        normal = vectors * np.maximum(values, 0.0) @ vectors.T
-    else:
-        normal = normal - explained
-    return normal / repeated, (normal @ effects - gradient) / repeated
+        shifts = answer[: len(noise), :-1]
+        normal, right = _less(normal, right, repeated * shifts.T @ noise @ shifts)
+    return normal / repeated, right / repeated
+
+
+def _less(normal: Floats, right: Floats, noise: Floats) -> tuple[Floats, Floats]:
+    """Normal equations without the information `noise`, in each direction as far as there is information."""
+    values, vectors = np.linalg.eigh(normal)
+    root = np.sqrt(np.maximum(values, NO_INFORMATION * values[-1]))
+    share, turned = np.linalg.eigh((vectors / root).T @ noise @ (vectors / root))
+    left, half = np.clip(1 - share, 0.0, 1.0), (vectors * root) @ turned
+    return half * left @ half.T, half * left @ (turned.T @ ((vectors / root).T @ right))
 
 
 def _slope_noise(points: FitPoints, state: State) -> tuple[Floats, Floats]:
