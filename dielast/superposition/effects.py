@@ -19,7 +19,6 @@ from dielast.numerics.arrays import Floats, Index
 
 AVOID = 0.25  # exponent with which the prior rises from zero
 LEAST = 1e-5  # decades; lower bound of a spread
-PRIOR_SCALE = 0.5
 SPREAD_RATIO = 500.0  # ratio of the largest to the smallest spread of its distribution
 SETTLED = 0.02  # relative change of a spread at which the iteration ends
 NONE = 0.5  # probability, before any data, that there are no effects
@@ -104,8 +103,9 @@ def _updated(effect: RandomEffect, pulled: float, trace: float) -> float:
 def probable(effects: Sequence[RandomEffect], normal: Floats, right: Floats) -> tuple[Floats, Floats, Floats]:
     """Spreads (s, g) of the g kinds of `effects`, their probabilities (s,), and precisions (s, g m, g m) of the effects.
 
-    The probabilities are those of the restricted likelihood and a prior; arguments as in `likeliest`. An average does not have to
-    avoid zero. Without information from the curves, its root mean square is about the usual spread.
+    The probabilities are those of the restricted likelihood and a prior; arguments as in `likeliest`. Before any data, there are no
+    effects (the spread is `LEAST`) with the probability `NONE`; else the density of the spread rises from zero, as most specimens
+    and instruments differ by about the usual spread if they differ at all, and falls with the square of a large spread.
     """
     m = right.size // len(effects)
     tried = [
@@ -122,7 +122,7 @@ def probable(effects: Sequence[RandomEffect], normal: Floats, right: Floats) -> 
         block = slice(g * m, (g + 1) * m)
         precision[:, block, block] = inverse[places[:, g]]
         size = np.array(spreads[1:])
-        shares = size**2 / (1 + (size / (PRIOR_SCALE * each.kind.usual)) ** 2) ** 1.5  # they are even in the logarithm
+        shares = size**2 / (1 + (size / each.kind.usual) ** 2) ** 1.5  # they are even in the logarithm
         prior = np.concatenate(([NONE], (1 - NONE) * shares / np.sum(shares)))
         cost -= (2 * np.log(prior) + np.linalg.slogdet(inverse)[1])[places[:, g]]
     total = normal + precision

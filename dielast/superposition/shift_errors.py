@@ -17,11 +17,13 @@ w / sqrt(V + L w^2) in standard deviations, where L V = V N V: the limits of a r
 Stat. Soc. B 16 (1954) 175), or a profile likelihood over the shift. If L is too large, no shift is refuted.
 """
 
+from dataclasses import replace
+
 import numpy as np
 
 from dielast.numerics.arrays import Floats
 from dielast.superposition.effects import probable
-from dielast.superposition.joint_problem import LOOSE, Prior, State, correlation, cross_products
+from dielast.superposition.joint_problem import LOOSE, Prior, State, correlation, cross_products, with_random
 from dielast.superposition.points import FitPoints
 
 LEVEL = 0.9  # of the intervals by which the distribution of a shift is measured
@@ -45,11 +47,14 @@ def shift_covariance(points: FitPoints, prior: Prior, state: State) -> Floats:
     normal[np.ix_(place, place)] -= precision
     gradient[place] -= precision @ state.theta[random]
     normal, gradient = normal / repeated, gradient / repeated
-    slopes, by_curve = _slope_noise(points, state)
-    slopes = slopes[np.ix_(prior.free[moved], prior.free[moved])]
+    shifts = np.ix_(prior.free[moved], prior.free[moved])
+    by_curve = _slope_products(points, state)
+    slopes = _slope_noise(points, state, by_curve, state.parts.inverse)[shifts]
     probability, precisions = np.ones(1), np.zeros((1, 0, 0))
     if random.size:
-        of_effects, right = effect_equations(prior, state, m, repeated, slopes)
+        of_effects, right = effect_equations(
+            prior, state, m, repeated, _slope_noise(points, state, by_curve, _bent_by_offsets(points, prior, state, repeated))[shifts]
+        )
         _, probability, precisions = probable(prior.random, of_effects, right)
     full = np.repeat(normal[None], probability.size, axis=0)
     full[:, place[:, None], place] += precisions
@@ -115,22 +120,34 @@ def _less(normal: Floats, right: Floats, noise: Floats) -> tuple[Floats, Floats]
     return half * left @ half.T, half * left @ (turned.T @ ((vectors / root).T @ right))
 
 
-def _slope_noise(points: FitPoints, state: State) -> tuple[Floats, Floats]:
-    """The information (m, m) on all shifts that is expected of noise in the slopes if smooth curves alone are fitted, and the sums (m,
-    K, K) over the points of each curve of products of basis functions and slopes.
-    """
-    m, parts, weight = points.curves, state.parts, state.weights.weight
-    curves, inverse = parts.curves, parts.inverse
-    size = len(inverse)
-    products = np.zeros(m * size * size)
+def _bent_by_offsets(points: FitPoints, prior: Prior, state: State, repeated: float) -> Floats:
+    """The covariance (K, K) of the coefficients of the smooth curves, over `repeated`, with random effects of the usual spreads."""
+    usual = tuple(replace(each, spread=max(each.spread, each.kind.usual)) for each in prior.random)
+    change = (with_random(prior, usual, points.curves, repeated).precision - prior.precision)[np.ix_(prior.free, prior.free)]
+    response = state.parts.inverse @ state.parts.cross[:, prior.free]
+    return np.asarray(state.parts.inverse + response @ np.linalg.solve(state.normal + change, response.T))
+
+
+def _slope_products(points: FitPoints, state: State) -> Floats:
+    """Sums (m, K, K) over the points of each curve of the products of basis functions with their slopes."""
+    curves, weight, size = state.parts.curves, state.weights.weight, len(state.parts.inverse)
+    products = np.zeros(points.curves * size * size)
     for basis, row in zip(curves.basis, curves.rows, strict=True):
         for slope, column in zip(curves.slope, curves.rows, strict=True):
             key = (points.curve * size + row) * size + column
             products += np.bincount(key, weight * basis * slope, minlength=products.size)
-    by_curve = products.reshape(m, size, size)
-    shared = by_curve.reshape(m, -1) @ (inverse @ by_curve @ inverse).reshape(m, -1).T
-    direct = np.bincount(points.curve, weight * curves.slope_variance(inverse), minlength=m)
-    return np.diag(direct) - (shared + shared.T) / 2, by_curve
+    return products.reshape(points.curves, size, size)
+
+
+def _slope_noise(points: FitPoints, state: State, by_curve: Floats, covariance: Floats) -> Floats:
+    """The information (m, m) on all shifts that is expected of noise in the slopes if smooth curves alone are fitted.
+
+    `by_curve` (m, K, K) are the `_slope_products`, and `covariance` (K, K) that of the coefficients.
+    """
+    m, parts = points.curves, state.parts
+    shared = by_curve.reshape(m, -1) @ (parts.inverse @ by_curve @ covariance).reshape(m, -1).T
+    direct = np.bincount(points.curve, state.weights.weight * parts.curves.slope_variance(covariance), minlength=m)
+    return np.asarray(np.diag(direct) - (shared + shared.T) / 2)
 
 
 def _noise_information(
@@ -141,7 +158,7 @@ def _noise_information(
     `full` (s, p, p) are the normal matrices of all free parameters over `repeated`. With M = W - W X A X' W, where X are the basis
     functions B, the offsets and the tilts, and A is the covariance of their coefficients, it is the sum over the points i of one
     curve and j of another of M times the covariances S G S' of the slopes at i and j. G is the covariance of the coefficients of B.
-    `slopes` (k, k) and `by_curve` are those of `_slope_noise`.
+    `slopes` (k, k) and `by_curve` are those of `_slope_noise` and `_slope_products`.
     """
     m, parts, weight = points.curves, state.parts, state.weights.weight
     curves, inverse = parts.curves, parts.inverse
