@@ -109,11 +109,12 @@ def bootstrap_master_curve(
         random = stream(seed, "measurements", draw)
         moved = scatter @ random.standard_normal(2 * m)
         shifted = moved[:m] + place.thermometer * random.standard_normal(m)
-        shifted -= shifted[place.anchor]
+        base = shifted[place.anchor]
+        shifted -= base
         origin = float(place.weight @ shifted) + np.sqrt(place.excess) * random.standard_normal()
         moved[:m] = moved[leader]
         raised = float(level @ (place.vertical + moved[m:]))
-        curve = smooth(x - place.origin - origin, moved, random) - raised - usual + centre
+        curve = smooth(x - place.origin - origin - base, moved, random) - raised - usual + centre
         curve += corrected * random.standard_normal()
         if progress is not None:
             progress(draw + 1, draws)

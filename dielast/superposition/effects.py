@@ -87,9 +87,7 @@ def likeliest(effects: Sequence[RandomEffect], normal: Floats, right: Floats, ro
     precision = joint_precision(effects, m)
     covariance = np.linalg.inv(normal + precision)
     values, volume = covariance @ right, np.linalg.slogdet(normal + precision)[1] - np.linalg.slogdet(precision)[1]
-    prior = sum(
-        _tail(each.spread, each.kind.usual) - 2 * AVOID * float(np.log(each.spread / each.kind.usual)) for each in effects
-    )
+    prior = sum(_tail(each.spread, each.kind.usual) - 2 * AVOID * float(np.log(each.spread / each.kind.usual)) for each in effects)
     return LikelySpreads(effects, float(np.sum(normal * covariance)), float(values @ precision @ values + volume) + prior)
 
 
@@ -108,9 +106,7 @@ def probable(effects: Sequence[RandomEffect], normal: Floats, right: Floats) -> 
     and instruments differ by about the usual spread if they differ at all, and falls with the square of a large spread.
     """
     m = right.size // len(effects)
-    tried = [
-        [LEAST, *np.geomspace(each.kind.most / SPREAD_RATIO, each.kind.most, each.kind.nodes).tolist()] for each in effects
-    ]
+    tried = [[LEAST, *np.geomspace(each.kind.most / SPREAD_RATIO, each.kind.most, each.kind.nodes).tolist()] for each in effects]
     inverses = [
         np.array([replace(each, spread=spread).precision(m) for spread in spreads])
         for each, spreads in zip(effects, tried, strict=True)
@@ -126,7 +122,10 @@ def probable(effects: Sequence[RandomEffect], normal: Floats, right: Floats) -> 
         prior = np.concatenate(([NONE], (1 - NONE) * shares / np.sum(shares)))
         cost -= (2 * np.log(prior) + np.linalg.slogdet(inverse)[1])[places[:, g]]
     total = normal + precision
-    cost += np.linalg.slogdet(total)[1] - np.linalg.solve(total, np.broadcast_to(right, cost.shape + right.shape)[..., None])[..., 0] @ right
+    cost += (
+        np.linalg.slogdet(total)[1]
+        - np.linalg.solve(total, np.broadcast_to(right, cost.shape + right.shape)[..., None])[..., 0] @ right
+    )
     likelihood = np.exp((np.min(cost) - cost) / 2)
     probability = likelihood / np.sum(likelihood)
     order = np.argsort(-probability, kind="stable")

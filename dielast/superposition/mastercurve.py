@@ -109,7 +109,9 @@ def build_master_curve(
     return place_at_reference(data, binned, imposed, basis_fit, outlying, undetermined, anchor, law, reference, stated)
 
 
-def prepare(curves: Sequence[Measurement], reference: float, vertical: Vertical, expansion: float) -> tuple[Gathered, Binned, Floats]:
+def prepare(
+    curves: Sequence[Measurement], reference: float, vertical: Vertical, expansion: float
+) -> tuple[Gathered, Binned, Floats]:
     """The usable curves, their averages as they are shifted along time, and the log10 b (m,) that this includes."""
     data, binned = usable_curves(curves)
     imposed = np.zeros(data.temperature.size)

@@ -53,7 +53,11 @@ def shift_covariance(points: FitPoints, prior: Prior, state: State) -> Floats:
     probability, precisions = np.ones(1), np.zeros((1, 0, 0))
     if random.size:
         of_effects, right = effect_equations(
-            prior, state, m, repeated, _slope_noise(points, state, by_curve, _bent_by_offsets(points, prior, state, repeated))[shifts]
+            prior,
+            state,
+            m,
+            repeated,
+            _slope_noise(points, state, by_curve, _bent_by_offsets(points, prior, state, repeated))[shifts],
         )
         _, probability, precisions = probable(prior.random, of_effects, right)
     full = np.repeat(normal[None], probability.size, axis=0)

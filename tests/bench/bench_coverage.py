@@ -90,7 +90,9 @@ def row(name: str, outcomes: list[Outcome], laboratory: Laboratory, by_temperatu
     if by_temperature:
         for k in np.flatnonzero(often):
             one = [np.sqrt(np.sum(np.where(known[:, k], x[:, k], 0) ** 2) / count[k]) for x in (stderr, error)]
-            print(f"{laboratory.temperature[::-1][k]:>12g} degC {share[k]:7.0%} of {count[k]:<4d} stated {one[0]:.4f} actual {one[1]:.4f}")
+            print(
+                f"{laboratory.temperature[::-1][k]:>12g} degC {share[k]:7.0%} of {count[k]:<4d} stated {one[0]:.4f} actual {one[1]:.4f}"
+            )
         said = Counter(" ".join(w.split()[:14]) for u in unusual for w in u)
         for words, times in said.most_common(5):
             print(f"{times:>8d} x {words}")

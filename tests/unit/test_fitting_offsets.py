@@ -52,7 +52,9 @@ def test_a_walk_is_as_far_from_its_beginning_as_there_are_steps() -> None:
     draws = np.empty((200_000, 3))
     draws[:, order] = np.cumsum(0.02 * np.random.default_rng(0).standard_normal((200_000, 3)), axis=1)
     np.testing.assert_allclose(np.cov(draws, rowvar=False), covariance, rtol=0.02, atol=1e-5)
-    np.testing.assert_allclose(RandomEffect(OFFSET, 1e-3, covariance).precision(3) @ (covariance + 1e-6 * np.eye(3)), np.eye(3), atol=1e-9)
+    np.testing.assert_allclose(
+        RandomEffect(OFFSET, 1e-3, covariance).precision(3) @ (covariance + 1e-6 * np.eye(3)), np.eye(3), atol=1e-9
+    )
 
 
 def test_what_a_stated_drift_explains_is_no_spread_besides() -> None:
