@@ -1,10 +1,10 @@
 """Draws of a master curve: shift factors, shift law and smooth curves, together as uncertain as the tests leave them.
 
-The shift factors of a draw scatter as their covariance states. With shift factors given, the smooth curves, the offsets and the tilts
-of all curves are a linear problem with normal errors, from whose solution they are drawn (the mixed model of G. K. Robinson, Stat.
-Sci. 6 (1991) 15). So a curve that is shifted too far in a draw is raised by as much as its neighbours ask for. An error of a
-temperature changes the shift factor of its curve but not the place of the curve among the others. The smooth curve of a master curve
-is that of the curves as measured; what offsets and tilts change in it is an error, of which every draw has a random multiple.
+The shift factors of a draw scatter as their covariance states. With shift factors given, the smooth curves, and the offsets and
+tilts of all curves, are a linear problem with normal errors, from whose solution they are drawn (the mixed model of G. K. Robinson,
+Stat. Sci. 6 (1991) 15). So a curve that is shifted too far in a draw is raised by as much as its neighbours ask for. An error of a
+temperature changes the shift factor of its curve but not the place of the curve among the others. The smooth curve of a master
+curve is that of the curves as measured; what offsets and tilts change in it is an error, of which every draw has a random multiple.
 """
 
 from collections.abc import Callable, Sequence

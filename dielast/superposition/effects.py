@@ -130,8 +130,8 @@ def probable(effects: Sequence[RandomEffect], normal: Floats, right: Floats) -> 
     probability = likelihood / np.sum(likelihood)
     order = np.argsort(-probability, kind="stable")
     kept = np.sort(order[: 1 + int(np.searchsorted(np.cumsum(probability[order]), 1 - REMOTE))])
-    spreads = np.array([[tried[g][k] for g, k in enumerate(place)] for place in places[kept].tolist()])
-    return spreads, probability[kept] / np.sum(probability[kept]), precision[kept]
+    chosen = np.array([[tried[g][k] for g, k in enumerate(place)] for place in places[kept].tolist()])
+    return chosen, probability[kept] / np.sum(probability[kept]), precision[kept]
 
 
 def joint_precision(effects: Sequence[RandomEffect], curves: int) -> Floats:

@@ -49,8 +49,8 @@ class Prior:
 class LinearParts:
     """The best smooth curves at given shifts: the `inverse` of their normal matrix (K, K), coefficients (K,) and residuals (n,).
 
-    `sides` are the derivatives (n,) of the residuals with respect to shifts, vertical shifts and tilts, and `cross` (K, sides m) their
-    weighted products with the basis of the curves.
+    `sides` are the derivatives (n,) of the residuals with respect to shifts, vertical shifts and tilts, and `cross` (K, sides m)
+    their weighted products with the basis of the curves.
     """
 
     curves: SplineProblem
@@ -63,8 +63,8 @@ class LinearParts:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class State:
-    """The best smooth curves for given parameters `theta` (3m,), the weights used, and the cost, with its gradient and normal matrix
-    with respect to the free parameters.
+    """The best smooth curves for given parameters `theta` (3m,), the weights used, and the cost, with its gradient and normal
+    matrix with respect to the free parameters.
     """
 
     theta: Floats

@@ -131,8 +131,8 @@ def _check_reference(reference: float, temperature: Floats, determined: Flags) -
     if (reference < low and temperature[0] < low) or (reference > high and temperature[-1] > high):
         nearest = low if reference < low else high
         raise InputError(
-            f"{reference:g} degC lies among temperatures whose shift factors are not determined, and the law would be extrapolated to "
-            f"it: take {nearest:g} degC, the nearest temperature with a shift factor, or one of up to {high if nearest == low else low:g} degC",
+            f"{reference:g} degC lies among temperatures whose shift factors are not determined, and the law would be extrapolated "
+            f"to it: take {nearest:g} degC, the nearest temperature with a shift factor",
             argument="reference_temperature",
         )
 

@@ -70,8 +70,8 @@ def loss_tangent(data: Binned) -> FitPoints:
 
 
 def along_curve(curve: Index, log_time: Floats) -> Floats:
-    """Position (n,) of each point along its curve, from -1/2 at the smallest `log_time` to 1/2 at the largest; sorted by curve, then
-    time.
+    """Position (n,) of each point along its curve, from -1/2 at the smallest `log_time` to 1/2 at the largest; points are sorted by
+    curve, then time.
     """
     first = np.flatnonzero(np.diff(curve, prepend=-1))
     owner = np.repeat(np.arange(first.size), np.diff(first, append=curve.size))

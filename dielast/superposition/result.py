@@ -34,10 +34,11 @@ class Stated:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Placing:
-    """Where a joint fit places the m curves: log10 a and log10 b (m,) relative to the curve numbered `anchor`, the `covariance` (2m,
-    2m) of the fit, and the `thermometer` (m,): standard errors of log10 a due to the temperatures. `determined` (m,) marks shift
-    factors that the data determine. log10 a at the reference temperature is `origin`, with the derivative `weight` (m,) and the
-    additional variance `excess`.
+    """Where a joint fit places the m curves: log10 a and log10 b (m,) relative to the curve numbered `anchor`.
+
+    `covariance` (2m, 2m) is that of the fit, and `thermometer` (m,) are the standard errors of log10 a due to the temperatures.
+    `determined` (m,) marks shift factors that the data determine. log10 a at the reference temperature is `origin`, with the
+    derivative `weight` (m,) and the additional variance `excess`.
     """
 
     shift: Floats

@@ -33,7 +33,7 @@ class Spline:
         """Value at `x` (n,), on straight lines beyond the points."""
         inside = np.clip(x, self.origin, self.end)
         index, _, slope = spline_basis(inside, self.origin, self.spacing, self.coefficient.size)
-        return self(inside) + (x - inside) * np.sum(slope * self.coefficient[index + np.arange(4)[:, None]], axis=0)
+        return np.asarray(self(inside) + (x - inside) * np.sum(slope * self.coefficient[index + np.arange(4)[:, None]], axis=0))
 
 
 @dataclass(frozen=True, slots=True, eq=False)

