@@ -6,22 +6,17 @@ import numpy as np
 
 from dielast.numerics.arrays import Floats, Index
 from dielast.numerics.robust import robust_variance
-from dielast.superposition.effects import TILT, likeliest
 from dielast.superposition.joint_problem import (
     Prior,
     State,
     assemble,
-    correlation,
-    cross_products,
     gauss_newton_step,
-    linear_parts,
 )
 from dielast.superposition.points import FitPoints, Weights
 
 PARTS = 4  # number of parts of each curve, of equal length in log time
 VISIBLE = 0.01  # decades of modulus; usual differences of specimens and instruments
 SURE = 4.0  # standard errors of the correlation of neighbours
-TILT_ROUNDS = 50
 KNOT_RATIO = 1.5  # ratio by which the knot spacing is changed, to find the dependence of the shifts on it
 RESETTLING_STEPS = 3  # Gauss-Newton steps after a change of points or knots
 LEFT_OUT = 1e-9  # weight of an omitted point
@@ -71,23 +66,6 @@ def _root(square: Floats | float) -> Floats:
     return np.sqrt(np.maximum(square, 0.0))
 
 
-def tilt_errors(points: FitPoints, prior: Prior, state: State) -> tuple[Floats, float]:
-    """The covariance of the free parameters due to tilts of the curves, and the spread of the tilts."""
-    weight, m = state.weights.weight, points.curves
-    parts = linear_parts(points, state.theta, prior.free, state.weights, state.spacing)
-    lean = points.lean
-    cross = cross_products(parts.curves, points, weight * lean)
-    of_tilts = np.diag(np.bincount(points.curve, weight * lean**2, minlength=m)) - cross.T @ parts.inverse @ cross
-    pull = np.bincount(points.curve, weight * parts.residual * lean, minlength=m)
-    by_shift = np.vstack([np.diag(np.bincount(points.curve, weight * side * lean, minlength=m)) for side in parts.sides])
-    beside = np.asarray(by_shift - parts.cross.T @ parts.inverse @ cross, dtype=float)[prior.free]
-    response = np.linalg.solve(state.normal, np.column_stack((beside, state.gradient)))
-    normal, right = of_tilts - beside.T @ response[:, :-1], beside.T @ response[:, -1] - pull
-    repeated = correlation(points, state)
-    tilt = likeliest(TILT, normal / repeated, right / repeated, TILT.first, TILT_ROUNDS)
-    return tilt.spread**2 * response[:, :-1] @ response[:, :-1].T, tilt.spread
-
-
 def leave_out(points: FitPoints, prior: Prior, state: State, misfit: Misfit) -> tuple[Floats, tuple[float, ...]]:
     """The covariance (2m, 2m) of the shifts as each part of all curves is omitted in turn, and `left_out` of `MasterFit`.
 
@@ -99,10 +77,10 @@ def leave_out(points: FitPoints, prior: Prior, state: State, misfit: Misfit) -> 
         out = misfit.part == k
         weights = replace(state.weights, weight=np.where(out, LEFT_OUT, 1.0) * state.weights.weight)
         left = _resettled(points, prior, state.theta, weights, state.spacing)
-        thetas.append(left.theta)
+        thetas.append(left.theta[: 2 * points.curves])
         distance[out] = (left.residual**2 / (_predicted_variance(points, prior, left) + scatter))[out]
-    deviation = np.array(thetas) - np.mean(thetas, axis=0)
-    return _half_correlated((PARTS - 1) / PARTS * deviation.T @ deviation), tuple(
+    deviation = np.sqrt((PARTS - 1) / PARTS) * (np.array(thetas) - np.mean(thetas, axis=0))
+    return _from_trials(deviation, points.curves), tuple(
         float(np.mean(np.minimum(distance[points.channel == k], BOUND**2))) for k in range(points.channels)
     )
 
@@ -111,8 +89,8 @@ def smoothing_errors(points: FitPoints, prior: Prior, state: State) -> Floats:
     """Covariance (2m, 2m) of the shifts for wider and narrower knot spacings: the dependence on the smoothness of the curves."""
     factors = (KNOT_RATIO, 1 / KNOT_RATIO)
     others = [_resettled(points, prior, state.theta, state.weights, state.spacing * factor).theta for factor in factors]
-    deviation = np.array(others) - state.theta
-    return _half_correlated(deviation.T @ deviation / len(factors))
+    deviation = (np.array(others) - state.theta)[:, : 2 * points.curves]
+    return _from_trials(deviation / np.sqrt(len(factors)), points.curves)
 
 
 def _resettled(points: FitPoints, prior: Prior, theta: Floats, weights: Weights, spacing: float) -> State:
@@ -123,9 +101,19 @@ def _resettled(points: FitPoints, prior: Prior, theta: Floats, weights: Weights,
     return state
 
 
-def _half_correlated(covariance: Floats) -> Floats:
-    """The covariance with its correlations halved: a few trials hardly determine which combinations of shifts have no error."""
-    return np.asarray((covariance + np.diag(np.diag(covariance))) / 2)
+def _from_trials(deviation: Floats, curves: int) -> Floats:
+    """Covariance (2m, 2m) of shifts and vertical shifts from a few trials with a `deviation` (k, 2m), which is 0 for the anchor.
+
+    A few trials hardly determine which combinations have no error, so that correlations are halved: those of the steps from one
+    curve to the next, which depend on the data of these two and not on the choice of the anchor.
+    """
+    steps = np.diff(deviation.reshape(-1, 2, curves), axis=2).reshape(len(deviation), -1)
+    covariance = steps.T @ steps
+    covariance = (covariance + np.diag(np.diag(covariance))) / 2
+    fixed = np.flatnonzero(np.all(deviation[:, :curves] == 0, axis=0))
+    sums = np.tril(np.ones((curves, curves)), -1)[:, : curves - 1]
+    sums = np.kron(np.eye(2), sums - sums[fixed[0] if fixed.size else 0])
+    return np.asarray(sums @ covariance @ sums.T)
 
 
 def _scatter(points: FitPoints, residual: Floats) -> Floats:
@@ -138,11 +126,11 @@ def _scatter(points: FitPoints, residual: Floats) -> Floats:
 
 def _predicted_variance(points: FitPoints, prior: Prior, state: State) -> Floats:
     """Variance (n,) of the smooth curve at each point, from the covariance of its coefficients, shifts and offsets."""
-    parts = linear_parts(points, state.theta, prior.free, state.weights, state.spacing)
+    parts = state.parts
     m, curves = points.curves, parts.curves
     answer = (parts.inverse @ parts.cross)[:, prior.free]
     sensitive = -np.einsum("an,ank->nk", curves.basis, answer[curves.rows])
-    place = np.full(2 * m, -1)
+    place = np.full(3 * m, -1)
     place[prior.free] = np.arange(prior.free.size)
     for number, side in enumerate(parts.sides):
         column = place[number * m + points.curve]

@@ -10,8 +10,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from dielast.numerics.arrays import Floats
-from dielast.superposition.effects import OFFSET, likeliest
-from dielast.superposition.joint_errors import Misfit, find_misfit, leave_out, smoothing_errors, tilt_errors
+from dielast.superposition.effects import OFFSET, TILT, RandomEffect, likeliest
+from dielast.superposition.joint_errors import Misfit, find_misfit, leave_out, smoothing_errors
 from dielast.superposition.joint_problem import (
     CONVERGED,
     LOOSE,
@@ -21,15 +21,16 @@ from dielast.superposition.joint_problem import (
     assemble,
     correlation,
     gauss_newton_step,
+    linear_parts,
     reweigh,
-    with_spread,
+    with_random,
 )
 from dielast.superposition.points import FitPoints, channel_shares, even_weights, noise_shares
-from dielast.superposition.shift_errors import offset_equations, shift_covariance
+from dielast.superposition.shift_errors import effect_equations, shift_covariance
 from dielast.superposition.spline import Spline, spacing_bounds
 
 ITERATIONS = 40
-OFFSET_ROUNDS = 6  # iterations of the spread of the offsets per step of the shifts
+SPREAD_ROUNDS = 6  # iterations of the spreads of offsets and tilts per step of the shifts
 BEGINNING = 3  # steps at each knot spacing
 FINER = 1  # number of spacings by which the final one is finer than that of the lowest criterion
 AMBIGUOUS = 0.1  # decades; dependence of the shifts on the part of the curves, above which a misfit matters
@@ -44,8 +45,7 @@ class MasterFit:
     `noise_stderr` (m,) is the standard error of the shifts without the contribution of their dependence on the part of the curves
     that determines them. `offset_spread` and `tilt_spread` are the standard deviations, in decades of modulus, of the vertical
     offsets of the curves and of their tilts from end to end. The errors allow for these, but they are not applied: `placed` are
-    smooth curves through the points without them. `offset_in_shift` (m,) are the standard deviations of the offsets that
-    the shifts may contain. `misfit` is the distance of the curves beyond noise and offsets.
+    smooth curves through the points without them. `misfit` is the distance of the curves beyond noise and offsets.
 
     `score` is Akaike's criterion: of two fits to the same points, the one with the lower score is better. `left_out` is, for each
     channel, the mean square distance of omitted points from their prediction, over the variance of prediction, scatter, specimens
@@ -58,7 +58,6 @@ class MasterFit:
     noise_stderr: Floats
     splines: tuple[Spline, ...]
     offset_spread: float
-    offset_in_shift: Floats
     tilt_spread: float
     placed: tuple[Spline, ...]
     misfit: Misfit
@@ -78,34 +77,41 @@ def fit_master(points: FitPoints, starts: Sequence[Floats], anchor: int, vertica
         earlier = [*starts[:k], *([] if best is None else [best[1].theta[:m]])]
         if any(np.max(np.abs(start - other)) < SAME_START for other in earlier):
             continue
-        state, prior, score = _fit(points, *_begin(points, start, anchor, vertical, drift))
+        state, prior, score = fit_state(points, *_begin(points, start, anchor, vertical, drift))
         if best is None or score < best[0]:
             best = score, state, prior
     assert best is not None
     score, state, prior = best
     misfit = find_misfit(points.series, points.curve, points.log_time, state.residual)
-    covariance = np.zeros((2 * m, 2 * m))
-    inner = np.ix_(prior.free, prior.free)
-    tilts, tilt_spread = tilt_errors(points, prior, state)
-    scatter, offset_in_shift = shift_covariance(points, *_smoothest(points, prior, state, score))
-    covariance[inner] = scatter + tilts
-    covariance += smoothing_errors(points, prior, state)
+    covariance = smoothing_errors(points, prior, state)
+    scatter = shift_covariance(points, *_smoothest(points, prior, state, score))
+    free = prior.free[prior.free < 2 * m]
+    covariance[np.ix_(free, free)] += scatter[: free.size, : free.size]
     noise_stderr = np.sqrt(np.diag(covariance)[:m])
     ambiguity, left_out = leave_out(points, prior, state, misfit)
     if misfit.sure:
         covariance += ambiguity
         misfit = replace(misfit, matters=misfit.matters or bool(np.max(np.diag(ambiguity)[:m]) > AMBIGUOUS**2))
-    shift, level, placed = state.theta[:m], state.theta[m:], state.splines
+    shift, level = state.theta[:m], state.theta[m : 2 * m]
     if not vertical:
         covariance[m:, :] = covariance[:, m:] = 0.0
         level = np.zeros(m)
-        none = prior.free[:0]
-        plain = Prior(np.concatenate((shift, level)), prior.precision, none, 0.0)
-        placed = assemble(points, plain.mean, plain, state.weights, state.spacing).splines
-    spread = prior.spread if prior.spread > 0 else 0.0
+    plain = np.concatenate((shift, level))
+    parts = linear_parts(points, plain, prior.free[:0], state.weights, state.spacing)
+    placed = parts.curves.splines(parts.coefficient)
     splines = state.splines
     return MasterFit(
-        shift, level, covariance, noise_stderr, splines, spread, offset_in_shift, tilt_spread, placed, misfit, score, left_out
+        shift,
+        level,
+        covariance,
+        noise_stderr,
+        splines,
+        prior.spread(OFFSET),
+        prior.spread(TILT),
+        placed,
+        misfit,
+        score,
+        left_out,
     )
 
 
@@ -116,7 +122,7 @@ def fit_held(points: FitPoints, shifts: MasterFit, anchor: int, vertical: bool) 
     movable = np.delete(np.arange(2 * m), [anchor, m + anchor])
     free = movable[m - 1 :] if vertical else movable[:0]
     prior = Prior(theta, np.eye(2 * m) * LOOSE, free, float(free.size))
-    state, prior, _ = _fit(points, theta, prior)
+    state, prior, _ = fit_state(points, theta, prior)
     covariance = shifts.covariance.copy()
     if vertical:
         level_covariance = np.linalg.inv(state.normal) * correlation(points, state)
@@ -135,36 +141,34 @@ def fit_held(points: FitPoints, shifts: MasterFit, anchor: int, vertical: bool) 
 def _begin(points: FitPoints, start: Floats, anchor: int, vertical: bool, drift: Floats | None) -> tuple[Floats, Prior]:
     """The initial values of all parameters, and their prior."""
     m = points.curves
-    theta = np.concatenate((start, np.zeros(m)))
+    theta = np.concatenate((start, np.zeros(2 * m)))
     random = not vertical and bool(np.any(points.lift))
     fixed = [anchor, m + anchor] if vertical else [anchor] if random else [anchor, *range(m, 2 * m)]
-    free = np.delete(np.arange(2 * m), fixed)
-    prior = Prior(theta, np.eye(2 * m) * LOOSE, free, float(free.size))
-    return theta, with_spread(replace(prior, drift=drift), OFFSET.first) if random else prior
+    free = np.delete(np.arange(3 * m), fixed)
+    prior = Prior(theta, np.eye(3 * m) * LOOSE, free, float(free.size))
+    offsets = (RandomEffect(OFFSET, OFFSET.first, drift),) if random else ()
+    return theta, with_random(prior, (*offsets, RandomEffect(TILT, TILT.first)), m)
 
 
 def _respread(points: FitPoints, prior: Prior, state: State) -> tuple[State, Prior]:
-    """The fit with the likeliest spread of the vertical offsets, given the linearised equations."""
-    if prior.spread == 0:
+    """The fit with the likeliest spreads of the random effects, given the linearised equations."""
+    if not prior.random:
         return state, prior
-    m, repeated = prior.mean.size // 2, correlation(points, state)
-    random, level, precision = prior.free >= m, state.theta[m:], prior.precision[m:, m:]
-    offset = likeliest(OFFSET, *offset_equations(prior, state, repeated), prior.spread, OFFSET_ROUNDS, prior.drift)
-    freedom = float(np.count_nonzero(~random)) + offset.counted
-    new = replace(with_spread(prior, offset.spread, repeated), freedom=freedom, evidence=offset.evidence)
-    change = new.precision[m:, m:] - precision
-    normal, gradient = state.normal.copy(), state.gradient.copy()
-    normal[np.ix_(random, random)] += change
-    gradient[random] += change @ level
-    cost = state.cost + float(level @ change @ level)
+    m, repeated, free = points.curves, correlation(points, state), prior.free
+    likely = likeliest(prior.random, *effect_equations(prior, state, m, repeated), SPREAD_ROUNDS)
+    freedom = float(free.size - len(likely.effects) * m) + likely.counted
+    new = replace(with_random(prior, likely.effects, m, repeated), freedom=freedom, evidence=likely.evidence)
+    change, deviation = new.precision - prior.precision, state.theta - prior.mean
+    normal, gradient = state.normal + change[np.ix_(free, free)], state.gradient + change[free] @ deviation
+    cost = state.cost + float(deviation @ change @ deviation)
     return replace(state, cost=cost, gradient=gradient, normal=normal, freedom=freedom), new
 
 
-def _fit(points: FitPoints, theta: Floats, prior: Prior) -> tuple[State, Prior, float]:
+def fit_state(points: FitPoints, theta: Floats, prior: Prior) -> tuple[State, Prior, float]:
     """Try knot spacings from wide to narrow, then iterate with the best one to convergence; also returns Akaike's criterion."""
     tried: list[tuple[float, State]] = []
     weights, last = even_weights(points.variance), theta
-    for spacing in knot_spacings(points, theta, prior.free.size):
+    for spacing in knot_spacings(points, theta, int(np.count_nonzero(prior.free < 2 * points.curves))):
         starts = [assemble(points, start, prior, weights, spacing) for start in (theta, last)]
         state = min(starts, key=lambda state: state.cost)
         for _ in range(BEGINNING):
@@ -184,7 +188,7 @@ def _fit(points: FitPoints, theta: Floats, prior: Prior) -> tuple[State, Prior, 
 def _smoothest(points: FitPoints, prior: Prior, state: State, score: float) -> tuple[Prior, State]:
     """The fit with no more knots than the data support once offsets are known: more take noise for the shape of the curves."""
     tried = [(score, prior, state)]
-    spacings = knot_spacings(points, state.theta, prior.free.size)
+    spacings = knot_spacings(points, state.theta, int(np.count_nonzero(prior.free < 2 * points.curves)))
     for spacing in spacings[spacings > 1.01 * state.spacing][::-1]:
         wider, its_prior, its_score = converge(points, prior, assemble(points, state.theta, prior, state.weights, spacing))
         tried.append((its_score, its_prior, wider))

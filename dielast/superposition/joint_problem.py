@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from dielast.numerics.arrays import Floats, Index
-from dielast.superposition.effects import precision_of
+from dielast.superposition.effects import Effect, RandomEffect, joint_precision
 from dielast.superposition.points import FitPoints, Weights, neighbour_correlation, robust_weights
 from dielast.superposition.spline import Spline, SplineProblem
 
@@ -22,53 +22,35 @@ CONVERGED = 0.01  # standard errors
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Prior:
-    """Mean (2m,) and precision (2m, 2m) of all shifts, followed by all vertical shifts, and the indices of those that are `free`.
+    """Mean (3m,) and precision (3m, 3m) of all shifts, followed by all vertical shifts and all tilts, and the indices of those that
+    are `free`. Tilts, and vertical shifts as well, may be missing.
 
-    If `spread` is positive, the vertical shifts are random effects with that spread, plus the covariance `drift` (m, m). The free
-    parameters count as `freedom` parameters, and random effects add `evidence` to -2 ln likelihood.
+    The parameters of `random` effects are random with their spreads, which add `evidence` to -2 ln likelihood; all free parameters
+    together count as `freedom` parameters.
     """
 
     mean: Floats
     precision: Floats
     free: Index
     freedom: float
-    spread: float = 0.0
-    drift: Floats | None = None
+    random: tuple[RandomEffect, ...] = ()
     evidence: float = 0.0
 
+    def random_parameters(self, curves: int) -> Index:
+        """The indices of the random effects, one kind after another."""
+        return np.concatenate([each.kind.block * curves + np.arange(curves) for each in self.random] or [self.free[:0]])
 
-@dataclass(frozen=True, slots=True, eq=False)
-class State:
-    """The best splines for given shifts and vertical shifts `theta` (2m,), the weights used, and the cost, with its gradient and
-    normal matrix with respect to the free parameters.
-    """
-
-    theta: Floats
-    splines: tuple[Spline, ...]
-    residual: Floats
-    cost: float
-    gradient: Floats
-    normal: Floats
-    weights: Weights
-    freedom: float
-
-    @property
-    def parameters(self) -> float:
-        """The effective number of parameters of the fit."""
-        return sum(spline.coefficient.size for spline in self.splines) + self.freedom
-
-    @property
-    def spacing(self) -> float:
-        """Knot spacing in decades."""
-        return self.splines[0].spacing
+    def spread(self, kind: Effect) -> float:
+        """The spread of the effects of a kind; 0 if there are none."""
+        return sum(each.spread for each in self.random if each.kind is kind)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LinearParts:
     """The best smooth curves at given shifts: the `inverse` of their normal matrix (K, K), coefficients (K,) and residuals (n,).
 
-    `sides` are the derivatives (n,) of the residuals with respect to shifts and vertical shifts, and `cross` (K, sides m) their
-    weighted products with the basis of the curves.
+    `sides` are the derivatives (n,) of the residuals with respect to shifts, vertical shifts and tilts, and `cross` (K, sides m)
+    their weighted products with the basis of the curves.
     """
 
     curves: SplineProblem
@@ -79,35 +61,72 @@ class LinearParts:
     cross: Floats
 
 
-def with_spread(prior: Prior, spread: float, repeated: float = 1.0) -> Prior:
-    """The prior with another spread of the vertical shifts; `repeated` correlated points count as one independent point."""
-    m = prior.mean.size // 2
-    precision = prior.precision.copy()
-    precision[m:, m:] = repeated * precision_of(spread, m, prior.drift)
-    return replace(prior, precision=precision, spread=spread)
+@dataclass(frozen=True, slots=True, eq=False)
+class State:
+    """The best smooth curves for given parameters `theta` (3m,), the weights used, and the cost, with its gradient and normal
+    matrix with respect to the free parameters.
+    """
+
+    theta: Floats
+    parts: LinearParts
+    cost: float
+    gradient: Floats
+    normal: Floats
+    weights: Weights
+    freedom: float
+
+    @property
+    def splines(self) -> tuple[Spline, ...]:
+        """The smooth curve of each channel."""
+        return self.parts.curves.splines(self.parts.coefficient)
+
+    @property
+    def residual(self) -> Floats:
+        """Distances (n,) of the points from the smooth curves."""
+        return self.parts.residual
+
+    @property
+    def parameters(self) -> float:
+        """The effective number of parameters of the fit."""
+        return self.parts.coefficient.size + self.freedom
+
+    @property
+    def spacing(self) -> float:
+        """Knot spacing in decades."""
+        return self.parts.curves.spacing
+
+
+def with_random(prior: Prior, random: tuple[RandomEffect, ...], curves: int, repeated: float = 1.0) -> Prior:
+    """The prior with these random effects; `repeated` correlated points count as one independent point."""
+    new = replace(prior, precision=prior.precision.copy(), random=random)
+    places = new.random_parameters(curves)
+    new.precision[np.ix_(places, places)] = repeated * joint_precision(random, curves)
+    return new
 
 
 def linear_parts(points: FitPoints, theta: Floats, free: Index, weights: Weights, spacing: float) -> LinearParts:
-    """The smooth curves at the shifts and vertical shifts `theta` (2m,), with knots `spacing` apart in decades."""
+    """The smooth curves at the parameters `theta` (3m,), with knots `spacing` apart in decades."""
     m, curve = points.curves, points.curve
-    target = points.log_modulus + points.lift * theta[m:][curve]
+    linear = [points.lift, points.lean][: theta.size // m - 1]
+    target = points.log_modulus + sum(side * theta[k * m :][curve] for k, side in enumerate(linear, start=1))
     curves = SplineProblem.of(points.log_time - theta[curve], spacing, points.channel, points.channels)
     inverse, coefficient, fitted = curves.fit(weights.weight, target)
     slope = np.sum(curves.slope * coefficient[curves.rows], axis=0)
-    sides = [slope, points.lift] if free.size and free[-1] >= m else [slope]
-    cross = np.hstack([cross_products(curves, points, weights.weight * side) for side in sides])
+    sides = [slope, *linear] if free.size and free[-1] >= m else [slope]
+    size = curves.size * curves.channels
+    cross = np.hstack([cross_products(points, curves.rows, curves.basis * weights.weight * side, size) for side in sides])
     return LinearParts(curves, inverse, coefficient, target - fitted, sides, cross)
 
 
-def cross_products(curves: SplineProblem, points: FitPoints, side: Floats) -> Floats:
-    """Sums (K, m) over the points of each curve of the basis functions times `side` (n,)."""
-    m, size = points.curves, curves.size * curves.channels
-    key = (curves.rows * m + points.curve).ravel()
-    return np.asarray(np.bincount(key, (curves.basis * side).ravel(), minlength=size * m).reshape(size, m), dtype=float)
+def cross_products(points: FitPoints, rows: Index, values: Floats, size: int) -> Floats:
+    """Sums (size, m) of `values` (4, n) over the points of each curve, for each coefficient of `rows` (4, n)."""
+    m = points.curves
+    key = (rows * m + points.curve).ravel()
+    return np.asarray(np.bincount(key, values.ravel(), minlength=size * m).reshape(size, m), dtype=float)
 
 
 def assemble(points: FitPoints, theta: Floats, prior: Prior, weights: Weights, spacing: float) -> State:
-    """The best smooth curves at `theta` (2m,), with cost, gradient and normal matrix of the free parameters."""
+    """The best smooth curves at `theta` (3m,), with cost, gradient and normal matrix of the free parameters."""
     m, curve, weight, free = points.curves, points.curve, weights.weight, prior.free
     parts = linear_parts(points, theta, free, weights, spacing)
     normal = np.zeros((len(parts.sides) * m,) * 2)
@@ -121,7 +140,7 @@ def assemble(points: FitPoints, theta: Floats, prior: Prior, weights: Weights, s
     normal = normal[free[:, None], free] + prior.precision[free[:, None], free]
     gradient = np.asarray(pull[free] + prior.precision[free] @ deviation, dtype=float)
     cost = float(np.sum(weight * parts.residual**2) + deviation @ prior.precision @ deviation)
-    return State(theta, parts.curves.splines(parts.coefficient), parts.residual, cost, gradient, normal, weights, prior.freedom)
+    return State(theta, parts, cost, gradient, normal, weights, prior.freedom)
 
 
 def gauss_newton_step(points: FitPoints, prior: Prior, state: State) -> tuple[State, float]:

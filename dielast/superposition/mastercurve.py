@@ -20,8 +20,7 @@ from dielast.material.shift import SHIFTS
 from dielast.numerics.arrays import Floats
 from dielast.superposition.binning import Binned
 from dielast.superposition.checks import find_undetermined, warn_if_misfit, warn_if_offset, warn_of_outliers
-from dielast.superposition.effects import walk
-from dielast.superposition.gather import usable_curves
+from dielast.superposition.gather import Gathered, usable_curves
 from dielast.superposition.joint_fit import fit_master
 from dielast.superposition.overlap import starting_shifts
 from dielast.superposition.placement import place_at_reference
@@ -85,7 +84,7 @@ def build_master_curve(
     for argument, (choice, allowed) in choices.items():
         if choice not in allowed:
             raise InputError(f"{shown(choice)}: one of {', '.join(allowed)} is needed", argument=argument)
-    data, binned = usable_curves(curves)
+    data, binned, imposed = prepare(curves, reference, vertical, expansion)
     temperature, swept = data.temperature, len(data.ordinates) > 1
     if on != "auto" and not swept:
         raise InputError(f'"{on}" is for frequency sweeps; {data.kind.name} curves have one modulus only', argument="on")
@@ -94,13 +93,9 @@ def build_master_curve(
             f"reference temperature {reference:g} degC is outside the measured {temperature[0]:g} to {temperature[-1]:g} degC: "
             "the master curve is extrapolated by the shift law"
         )
-    imposed = np.zeros(temperature.size)
-    if vertical == "density-temperature":
-        imposed = _density_temperature(temperature, reference, expansion)
-    binned = replace(binned, log_modulus=binned.log_modulus + imposed[binned.curve])
     rises = warn_if_modulus_rises(data, binned)
     anchor, free = _steepest(binned), vertical == "free"
-    drifts = walk(data.order, stated.drift / np.log(10)) if stated.drift > 0 else None
+    drifts = stated.walk(data.order)
     start = starting_shifts(temperature, binned, anchor, data.kind)
     if swept:
         basis_fit = fit_sweeps(binned, start, anchor, free, on, drifts)
@@ -118,6 +113,17 @@ def build_master_curve(
     instead = "its points are left out" if law == "table" else "its points are placed by the shift law"
     undetermined = find_undetermined(temperature, basis_fit.points, basis_fit.splines, basis_fit.fit, free, swept, instead)
     return place_at_reference(data, binned, imposed, basis_fit, outlying, undetermined, anchor, law, reference, stated)
+
+
+def prepare(
+    curves: Sequence[Measurement], reference: float, vertical: Vertical, expansion: float
+) -> tuple[Gathered, Binned, Floats]:
+    """The usable curves, their averages as they are shifted along time, and the log10 b (m,) that this includes."""
+    data, binned = usable_curves(curves)
+    imposed = np.zeros(data.temperature.size)
+    if vertical == "density-temperature":
+        imposed = _density_temperature(data.temperature, reference, expansion)
+    return data, replace(binned, log_modulus=binned.log_modulus + imposed[binned.curve]), imposed
 
 
 def _density_temperature(temperature: Floats, reference: float, expansion: float) -> Floats:

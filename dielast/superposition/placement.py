@@ -18,7 +18,7 @@ from dielast.superposition.checks import (
 )
 from dielast.superposition.gather import Gathered
 from dielast.superposition.joint_fit import MasterFit
-from dielast.superposition.result import MasterCurve, Stated
+from dielast.superposition.result import MasterCurve, Placing, Stated
 from dielast.superposition.shiftfit import ShiftFit, fit_shift_law, misfit_without
 from dielast.superposition.sweepfit import BasisFit
 
@@ -46,11 +46,12 @@ def place_at_reference(
     determined = ~np.isin(temperature, [entry.temperature for entry in undetermined])
     if np.count_nonzero(determined) < 2:
         raise _nothing_determined(undetermined)
+    _check_reference(reference, temperature, determined)
     both_determined = np.ix_(determined, determined)
     slope = np.zeros(m)
     slope[determined] = np.gradient(fit.shift[determined], temperature[determined])
-    thermometer = np.diag((slope * stated.temperature_stderr) ** 2)
-    measured = fit.covariance[:m, :m] + _relative(thermometer, np.eye(m)[anchor])
+    thermometer = np.abs(slope) * stated.temperature_stderr
+    measured = fit.covariance[:m, :m] + _relative(np.diag(thermometer**2), np.eye(m)[anchor])
     to_fit = (law, temperature[determined], fit.shift[determined], measured[both_determined], int(np.sum(determined[:anchor])))
     shift_fit = fit_shift_law(*to_fit, reference, superposed=not fit.misfit.matters)
     weight, excess = np.zeros(m), 0.0
@@ -111,9 +112,8 @@ def place_at_reference(
         glassy_modulus=float(np.max(stiffness[0])),
         undetermined=undetermined,
         stated=stated,
-        log10_shift_factor_slope=slope,
+        placing=Placing(fit.shift, fit.vertical, fit.covariance, thermometer, determined, anchor, origin, weight, excess),
         offset_spread=fit.offset_spread,
-        offset_in_shift=fit.offset_in_shift,
         tilt_spread=fit.tilt_spread,
         outlying_points=int(np.count_nonzero(np.any(outlying, axis=0))),
     )
@@ -123,6 +123,18 @@ def _nothing_determined(undetermined: Sequence[Undetermined]) -> InputError:
     reasons = dict.fromkeys(entry.reason for entry in undetermined)
     places = [(reason, ", ".join(f"{e.temperature:g}" for e in undetermined if e.reason == reason)) for reason in reasons]
     return InputError("no shift factor is determined: " + "; ".join(f"at {where} degC {reason}" for reason, where in places))
+
+
+def _check_reference(reference: float, temperature: Floats, determined: Flags) -> None:
+    """Raise `InputError` if temperatures without a shift factor lie between the `reference` and all temperatures with one."""
+    low, high = temperature[determined][[0, -1]].tolist()
+    if (reference < low and temperature[0] < low) or (reference > high and temperature[-1] > high):
+        nearest = low if reference < low else high
+        raise InputError(
+            f"{reference:g} degC lies among temperatures whose shift factors are not determined, and the law would be extrapolated "
+            f"to it: take {nearest:g} degC, the nearest temperature with a shift factor",
+            argument="reference_temperature",
+        )
 
 
 def _astray(fit: ShiftFit, temperature: Floats, determined: Flags) -> Flags:

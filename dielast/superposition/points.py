@@ -39,7 +39,7 @@ class FitPoints:
     @property
     def lean(self) -> Floats:
         """The change (n,) of each point if its curve is tilted by one decade from end to end."""
-        along = along_curve(self.curve, self.log_time, self.curves)
+        along = along_curve(self.curve, self.log_time)
         return np.asarray(along * self.lift if np.any(self.lift) else along)
 
 
@@ -69,12 +69,15 @@ def loss_tangent(data: Binned) -> FitPoints:
     return replace(ratio, lift=np.zeros(ratio.curve.size))
 
 
-def along_curve(curve: Index, log_time: Floats, curves: int) -> Floats:
-    """Position (n,) of each point along its curve, from -1/2 at the smallest `log_time` to 1/2 at the largest."""
-    low, high = np.full(curves, np.inf), np.full(curves, -np.inf)
-    np.minimum.at(low, curve, log_time)
-    np.maximum.at(high, curve, log_time)
-    return np.asarray((log_time - ((low + high) / 2)[curve]) / np.maximum(high - low, 1e-12)[curve])
+def along_curve(curve: Index, log_time: Floats) -> Floats:
+    """Position (n,) of each point along its curve, from -1/2 at the smallest `log_time` to 1/2 at the largest; points are sorted by
+    curve, then time.
+    """
+    first = np.flatnonzero(np.diff(curve, prepend=-1))
+    owner = np.repeat(np.arange(first.size), np.diff(first, append=curve.size))
+    one, other = log_time[first], log_time[np.append(first[1:], curve.size) - 1]
+    low, high = np.minimum(one, other), np.maximum(one, other)
+    return np.asarray((log_time - ((low + high) / 2)[owner]) / np.maximum(high - low, 1e-12)[owner])
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -11,8 +11,9 @@ from dielast.io.result import TabularResult
 from dielast.io.table import Column, Frame, Table, spoken, to_frame
 from dielast.material.measurement_kind import KINDS, KindName, MeasurementKind
 from dielast.material.shift import ShiftLaw
-from dielast.numerics.arrays import Floats
+from dielast.numerics.arrays import Flags, Floats, Index
 from dielast.superposition.checks import Undetermined
+from dielast.superposition.effects import walk
 from dielast.superposition.shiftfit import ShiftFit
 from dielast.superposition.sweepfit import Basis
 
@@ -25,6 +26,30 @@ class Stated:
 
     temperature_stderr: float
     drift: float
+
+    def walk(self, order: Index) -> Floats | None:
+        """Covariance (m, m) of the offsets of the curves, in decades, by a drift in this `order` (m,); None without a drift."""
+        return walk(order, self.drift / np.log(10)) if self.drift > 0 else None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Placing:
+    """Where a joint fit places the m curves: log10 a and log10 b (m,) relative to the curve numbered `anchor`.
+
+    `covariance` (2m, 2m) is that of the fit, and `thermometer` (m,) are the standard errors of log10 a due to the temperatures.
+    `determined` (m,) marks shift factors that the data determine. log10 a at the reference temperature is `origin`, with the
+    derivative `weight` (m,) and the additional variance `excess`.
+    """
+
+    shift: Floats
+    vertical: Floats
+    covariance: Floats
+    thermometer: Floats
+    determined: Flags
+    anchor: int
+    origin: float
+    weight: Floats
+    excess: float
 
 
 class _Quantity:
@@ -72,8 +97,7 @@ class MasterCurve(TabularResult):
 
     `stated` are the errors stated by the user. `offset_spread` and `tilt_spread` are the estimated standard deviations, in decades
     of modulus, of the vertical offsets (beyond a stated drift) and tilts of whole curves. The standard errors include both; points,
-    smooth curves and moduli are not corrected for them. `offset_in_shift` (m,) are the standard deviations, in decades, of the
-    offsets that the shift factors may contain. `log10_shift_factor_slope` (m,) is the slope over temperature, in decades per K.
+    smooth curves and moduli are not corrected for them. `placing` is the joint fit.
     """
 
     measurement: KindName
@@ -98,9 +122,8 @@ class MasterCurve(TabularResult):
     glassy_modulus: float
     undetermined: tuple[Undetermined, ...]
     stated: Stated
-    log10_shift_factor_slope: Floats
+    placing: Placing
     offset_spread: float
-    offset_in_shift: Floats
     tilt_spread: float
     outlying_points: int = 0
 

@@ -29,6 +29,12 @@ class Spline:
         index, basis, _ = spline_basis(x, self.origin, self.spacing, self.coefficient.size)
         return np.asarray(np.sum(basis * self.coefficient[index + np.arange(4)[:, None]], axis=0))
 
+    def extended(self, x: Floats) -> Floats:
+        """Value at `x` (n,), on straight lines beyond the points."""
+        inside = np.clip(x, self.origin, self.end)
+        index, _, slope = spline_basis(inside, self.origin, self.spacing, self.coefficient.size)
+        return np.asarray(self(inside) + (x - inside) * np.sum(slope * self.coefficient[index + np.arange(4)[:, None]], axis=0))
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SplineProblem:

@@ -1,9 +1,8 @@
-"""Resampled master curves scatter as repeated measurements do."""
+"""Draws of master curves scatter as repeated measurements do."""
 
 from __future__ import annotations
 
 import warnings
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,10 +10,8 @@ import pytest
 from dielast.errors import InputError
 from dielast.material.measurement import CreepCurve, FrequencySweep, Measurement, RelaxationCurve
 from dielast.material.shift import WLF
-from dielast.superposition import bootstrap
 from dielast.superposition.bootstrap import MasterCurveDraws, bootstrap_master_curve
 from dielast.superposition.mastercurve import build_master_curve
-from dielast.superposition.resample import Resampled
 from dielast.superposition.result import MasterCurve
 from reconstruction import EQUILIBRIUM_MODULUS, spectrum
 
@@ -70,7 +67,7 @@ def test_draws_scatter_as_repeated_tests_do(setting: dict[str, float]) -> None:
 
 @pytest.mark.trust
 def test_standard_errors_agree_with_those_of_the_fit() -> None:
-    """Specimens differ by 2 %: the fit allows for offsets that the draws do not make where there are none."""
+    """Also where specimens differ by 2 %."""
     master, draws = drawn(list(measure(1, offset=0.02)), 60)
     for name, value in draws.stderr().items():
         assert value == pytest.approx(master.law_stderr[name], rel=0.4)
@@ -115,33 +112,17 @@ def test_one_draw_is_none() -> None:
         bootstrap_master_curve(curves, master, draws=1)
 
 
-def level_of_draws(curves: list[Measurement], drift: float, draws: int) -> tuple[np.ndarray, np.ndarray]:
-    """The mean offset (draws, curves) of each curve of the resampled tests, and that (curves,) of the tests themselves."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        master = build_master_curve(curves, reference_temperature=20.0, temperature_stderr=0.0, drift=drift)
-    resampled = Resampled.of(curves, replace(master, tilt_spread=0.0))
-    (channel,) = resampled.channels
-    fitted = channel.fitted.reshape(len(curves), -1)  # all curves have equally many points, by ascending time
-    levels = [
-        np.mean([curve.columns[1] for curve in resampled.draw(np.random.default_rng(seed))] / fitted - 1, axis=1)
-        for seed in range(draws)
-    ]
-    return np.array(levels), channel.mean
-
-
-def test_offsets_of_draws_are_as_large_as_those_of_the_curves() -> None:
-    """All curves together; 400 draws determine a standard deviation to 4 %, so that offsets of half the size are far outside."""
-    levels, measured = level_of_draws(list(measure(50, noise=0.002, offset=0.03)), 0.0, 400)
-    assert np.max(np.abs(measured)) > 0.02
-    assert np.sqrt(np.mean(levels**2)) == pytest.approx(np.sqrt(np.mean(measured**2)), rel=0.15)
-
-
-def test_a_stated_drift_is_the_step_from_one_curve_of_a_draw_to_the_next() -> None:
-    levels, _ = level_of_draws(list(measure(50, noise=0.002)), 0.03, 400)
-    steps = np.diff(levels, prepend=0.0, axis=1)
-    assert np.std(steps, axis=0) == pytest.approx(0.03, rel=0.15)
-    assert np.abs(np.corrcoef(steps.T) - np.eye(steps.shape[1])).max() < 0.25
+def test_a_stated_drift_is_in_the_level_of_the_draws() -> None:
+    """A walk raises all curves from the first step on: no draw knows the level better than by that step."""
+    curves, level = list(measure(50, noise=0.002)), []
+    for drift in (0.0, 0.03):
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            master = build_master_curve(curves, reference_temperature=20.0, temperature_stderr=0.0, drift=drift)
+        draws = bootstrap_master_curve(curves, master, draws=60)
+        level.append(np.std(np.log(draws.smooth_ordinates[:, 0, 30:70]), axis=0).mean())
+    assert level[0] < 0.006
+    assert 0.024 < level[1] < 0.06
 
 
 def test_draws_of_a_power_law_scatter_as_its_standard_errors_say() -> None:
@@ -157,8 +138,19 @@ def test_draws_of_a_power_law_scatter_as_its_standard_errors_say() -> None:
     assert 0.5 < np.median(ratio) < 2
 
 
-def test_a_draw_that_loses_a_temperature_has_no_shift_factor_there(monkeypatch: pytest.MonkeyPatch) -> None:
-    curves, found = measure(0), build_master_curve
-    monkeypatch.setattr(bootstrap, "build_master_curve", lambda tests, **options: found(tests[1:], **options))
-    master, draws = drawn(list(curves), 2)
-    assert np.array_equal(np.isnan(draws.log10_shift_factor), np.tile(master.temperature == curves[0].temperature, (2, 1)))
+def test_an_error_of_a_temperature_moves_its_shift_factor_and_not_its_curve() -> None:
+    curves = list(measure(3, noise=0.001))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        master = build_master_curve(curves, reference_temperature=20.0, temperature_stderr=1.0)
+    draws = bootstrap_master_curve(curves, master, draws=80)
+    moved = master.temperature != 20.0
+    ratio = np.std(draws.log10_shift_factor, axis=0, ddof=1)[moved] / master.log10_shift_factor_stderr[moved]
+    assert np.mean(ratio) == pytest.approx(1.0, abs=0.1)
+    # the curve moves along time by the error at the reference temperature alone
+    time, moduli = np.log10(draws.smooth_abscissa), np.log10(draws.smooth_ordinates[:, 0])
+    slope = np.gradient(moduli.mean(axis=0), time)
+    reference = int(np.flatnonzero(~moved)[0])
+    np.testing.assert_allclose(
+        np.std(moduli, axis=0)[20:70], np.abs(slope)[20:70] * master.placing.thermometer[reference], rtol=0.35
+    )

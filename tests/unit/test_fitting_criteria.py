@@ -26,7 +26,7 @@ def with_residual(residual: Array, variance: float) -> tuple[FitPoints, joint_pr
     prior = joint_problem.Prior(np.zeros(4), np.eye(4) * LOOSE, np.array([1]), 1.0)
     weights = Weights(np.full(100, 1 / variance), np.full(100, variance), 0.0)
     state = joint_problem.assemble(points, np.zeros(4), prior, weights, 0.5)
-    return points, replace(state, residual=residual)
+    return points, replace(state, parts=replace(state.parts, residual=residual))
 
 
 def test_neighbours_that_miss_alike_widen_the_errors() -> None:

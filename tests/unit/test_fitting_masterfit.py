@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from dielast.errors import DielastWarning
 from dielast.superposition import joint_errors, joint_fit, joint_problem
 from dielast.superposition.checks import find_undetermined
-from dielast.superposition.effects import OFFSET, probable, walk
+from dielast.superposition.effects import LEAST, NONE, OFFSET, RandomEffect, probable, walk
 from dielast.superposition.joint_errors import PARTS, find_misfit
 from dielast.superposition.joint_fit import MasterFit, fit_held, fit_master
 from dielast.superposition.joint_problem import LOOSE, MAX_STEP
@@ -93,7 +93,7 @@ def test_errors_of_free_vertical_shifts_are_true() -> None:
         fit = fit_master(measured(seed=seed), [TRUTH], ANCHOR, True)
         stderr = np.sqrt(np.diag(fit.covariance) + 1e-300)
         score.append(np.delete(np.concatenate((fit.shift - TRUTH, fit.vertical)) / stderr, [ANCHOR, 5 + ANCHOR]))
-    assert 0.7 < np.mean(np.square(score)) < 1.5
+    assert 0.5 < np.mean(np.square(score)) < 1.5  # tilts, of which there are none, are allowed for
 
 
 def test_offsets_of_whole_curves_are_measured_and_allowed_for() -> None:
@@ -105,17 +105,21 @@ def test_offsets_of_whole_curves_are_measured_and_allowed_for() -> None:
         ratio.append(fit.offset_spread / offset.std(ddof=1))
         score.append(np.delete((fit.shift - TRUTH) / np.sqrt(np.diag(fit.covariance)[:5] + 1e-300), ANCHOR))
     assert 0.8 < np.median(ratio) < 1.2  # five curves hardly tell it
-    assert 0.3 < np.median(np.square(score)) < 1.0  # of a normal variate 0.455
+    assert 0.15 < np.median(np.square(score)) < 1.0  # of a normal variate 0.455
 
 
-def test_without_information_the_spread_is_the_usual_one() -> None:
-    """The sum over few spreads is within 15 % of the integral of the prior; data of the offsets outweigh it."""
-    curves = 9
-    for size, wanted in ((0.0, OFFSET.usual), (0.03, 0.03)):
+def test_without_information_the_spread_is_none_or_the_usual_one() -> None:
+    """The sum over few spreads is within 20 % of the integral of the prior; data of the offsets outweigh it."""
+    dense = np.geomspace(1e-6, OFFSET.most, 100_000)
+    prior = dense**2 / (1 + (dense / OFFSET.usual) ** 2) ** 1.5
+    mean_square = (1 - NONE) * float(prior @ dense**2 / np.sum(prior))
+    curves, effects = 9, [RandomEffect(OFFSET, OFFSET.first)]
+    for size, wanted in ((0.0, mean_square**0.5), (0.03, 0.03)):
         known = 0.0 if size == 0 else 1e8  # of each offset, to 0.0001 decades
         offsets = size * np.where(np.arange(curves) % 2, 1.0, -1.0)
-        spreads, probability = probable(OFFSET, known * np.eye(curves), known * offsets)
-        assert np.sqrt(probability @ spreads**2) == pytest.approx(wanted, rel=0.15)
+        spreads, probability, _ = probable(effects, known * np.eye(curves), known * offsets)
+        assert np.sqrt(probability @ spreads[:, 0] ** 2) == pytest.approx(wanted, rel=0.2)
+        assert np.sum(probability[spreads[:, 0] == LEAST]) == pytest.approx(NONE if size == 0 else 0.0, abs=0.01)
 
 
 def test_a_shift_factor_that_offsets_hide_says_so() -> None:
@@ -294,7 +298,7 @@ def test_what_is_held_without_vertical_shifts_stays_as_it_was() -> None:
 
 
 def test_the_jackknife_leaves_out_one_part_after_the_other() -> None:
-    """Its variances are (P - 1)/P times the sum of squares about the mean; covariances are believed by half."""
+    """The variances of steps are (P - 1)/P times the sum of squares about the mean; their covariances are believed by half."""
     points = measured(0.01)
     u = points.log_time - TRUTH[points.curve]
     bent = replace(points, log_modulus=7 - 0.5 * u - 0.03 * u**2 + 0.02 * points.log_time * (points.curve - 2))
@@ -315,20 +319,20 @@ def test_the_jackknife_leaves_out_one_part_after_the_other() -> None:
     misfit = find_misfit(bent.series, bent.curve, bent.log_time, state.residual)
     np.testing.assert_array_equal(misfit.part, part)
     found, _ = joint_errors.leave_out(bent, prior, state, misfit)
+    steps = np.diff(np.eye(10), axis=0)[:4]  # from one curve to the next
+    found, whole = (steps @ matrix @ steps.T for matrix in (found, whole))
     np.testing.assert_allclose(np.diag(found), np.diag(whole), rtol=0.05, atol=1e-12)
     np.testing.assert_allclose(found - np.diag(np.diag(found)), (whole - np.diag(np.diag(whole))) / 2, atol=0.05 * whole.max())
 
 
 @pytest.mark.parametrize(("slope", "ambiguous"), [(0.03, True), (2.0, False)])
-def test_a_misfit_too_small_to_see_matters_if_it_moves_the_shifts(slope: float, ambiguous: bool) -> None:
-    """Of curves that bend by half a percent one way or the other: on shallow ones that is a tenth of a decade and more."""
+def test_bends_too_small_to_see_widen_the_errors_if_they_move_the_shifts(slope: float, ambiguous: bool) -> None:
+    """Curves bend by half a percent one way or the other: on shallow ones that is a tenth of a decade and more."""
     points = measured(2e-4)
     u, x = points.log_time - TRUTH[points.curve], points.log_time - 1.5
     bent = 7 - slope * u + 0.006 * (x**2 - 1) * np.array([1.0, -1.0, 0.0, 1.0, -1.0])[points.curve]
     fit = fit_master(replace(points, log_modulus=bent + points.log_modulus - transition(u)), [TRUTH], ANCHOR, False)
-    assert fit.misfit.sure
     assert fit.misfit.rms < 0.01
-    assert fit.misfit.matters == ambiguous
     far = np.sqrt(np.max(np.diag(fit.covariance)[:5]))
     assert (far > joint_fit.AMBIGUOUS) == ambiguous
     assert np.all(np.sqrt(np.diag(fit.covariance)[:5]) >= fit.noise_stderr)

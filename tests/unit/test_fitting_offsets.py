@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from dielast.superposition.effects import LEAST, OFFSET, TILT, Effect, likeliest, precision_of, walk
+from dielast.superposition.effects import LEAST, OFFSET, TILT, Effect, RandomEffect, likeliest, walk
 
 Array = NDArray[np.float64]
 
@@ -14,7 +14,7 @@ Array = NDArray[np.float64]
 def told(effects: Array, stderr: Array, kind: Effect = OFFSET, known: Array | None = None) -> float:
     """The spread that effects tell which are each known to a standard error of their own."""
     normal = np.diag(stderr**-2.0)
-    return likeliest(kind, normal, normal @ effects, kind.first, 500, known).spread
+    return likeliest([RandomEffect(kind, kind.first, known)], normal, normal @ effects, 500).effects[0].spread
 
 
 def test_effects_that_are_known_exactly_tell_their_root_mean_square() -> None:
@@ -52,7 +52,9 @@ def test_a_walk_is_as_far_from_its_beginning_as_there_are_steps() -> None:
     draws = np.empty((200_000, 3))
     draws[:, order] = np.cumsum(0.02 * np.random.default_rng(0).standard_normal((200_000, 3)), axis=1)
     np.testing.assert_allclose(np.cov(draws, rowvar=False), covariance, rtol=0.02, atol=1e-5)
-    np.testing.assert_allclose(precision_of(1e-3, 3, covariance) @ (covariance + 1e-6 * np.eye(3)), np.eye(3), atol=1e-9)
+    np.testing.assert_allclose(
+        RandomEffect(OFFSET, 1e-3, covariance).precision(3) @ (covariance + 1e-6 * np.eye(3)), np.eye(3), atol=1e-9
+    )
 
 
 def test_what_a_stated_drift_explains_is_no_spread_besides() -> None:
