@@ -1,0 +1,197 @@
+"""How relaxation may go on after the last point of a curve, and the equilibrium modulus that it leads to.
+
+No curve tells a constant from a process that is far slower than the curve is long: without an assumption, the equilibrium modulus
+is anything between 0 and the modulus at the end of every curve, levelled or not. The assumption made here is about the spectrum
+H(ln tau): it goes on as it has begun. ln H is a random path over ln tau, from a decade before the end to four decades after it; its
+slope begins anywhere between a steep rise and a steep fall and changes at random, mostly downwards, by small steps (a power law
+goes on) or large ones (it is cut off). The size of H at the end, and the equilibrium modulus, are unknown in scale: their logarithms
+are equally likely to have any value down to a small fraction of the modulus at the end (Jeffreys' prior for a scale, H. Jeffreys,
+Theory of probability, 3rd ed., Oxford 1961, sec. 3.1). Paths count as much as the curve's last decade is likely with them, for
+noise of unknown size. So the last slope and its change decide how far the modulus may still fall; a level end excludes a fall, and a
+process that a plateau separates from the curve is not allowed for, as nothing shows it.
+"""
+
+from dataclasses import dataclass, replace
+from functools import cache
+
+import numpy as np
+
+from dielast.errors import warn
+from dielast.material.measurement_kind import RELAXATION
+from dielast.material.scatter import interval
+from dielast.material.spectrum import Spectrum
+from dielast.numerics.arrays import Floats
+from dielast.numerics.random_streams import stream
+from dielast.relaxation.ends import votes
+from dielast.relaxation.nnls import WeightedCurve, non_negative
+from dielast.relaxation.result import SpectrumFit
+
+SEED = 1
+LOOKED_AT = 1.3  # decades at the end of a curve that a path must describe
+FASTER, SLOWER = 2.0, 4.0  # decades of relaxation times before and after the end of the curve
+PER_DECADE, BRANCHES_PER_DECADE = 6, 2  # points of a path, and branches after the end
+PATHS = 2**14
+FIRST_SLOPE = (-0.3, 1.0)  # mean and standard deviation of d ln H/d ln tau where a path begins
+FALLS, DROP = 0.3, (0.1, 10.0)  # falls of the slope per unit of ln tau, and the range of their mean size, gamma distributed
+WANDERS = 0.2  # standard deviation of the change of the slope per square root of a unit of ln tau
+LEAST_SIZE, LEAST_MODULUS = 1e-4, 0.1  # of the modulus at the end: below, H and the equilibrium modulus may as well be 0
+ENOUGH = 200.0  # paths that must count; a curve more exact than the paths are dense is taken as less exact
+DRAWS, LEVEL = 400, 0.9
+NEGLIGIBLE = 0.02  # of the modulus at the end: a plateau is reached if the modulus falls by no more, at the lower end of the range
+MATCHED_PER_DECADE, RELUCTANCE, SMALL = 8, 1e-6, 0.01  # as in the draws of a spectrum
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Continuations:
+    """Draws of what follows a curve that ends at `end` (s): `equilibrium_modulus` (draws,) and `shear_modulus` (draws, k) in Pa of
+    processes with the times `relaxation_time` (k,) in s, from within the curve on. They hold near the end of the curve and after it.
+    """
+
+    end: float
+    relaxation_time: Floats
+    equilibrium_modulus: Floats
+    shear_modulus: Floats
+
+    def modulus(self, time: Floats) -> Floats:
+        """Relaxation modulus (draws, n) in Pa at `time` (n,) in s."""
+        return np.asarray(self.equilibrium_modulus[:, None] + self.shear_modulus @ np.exp(-time / self.relaxation_time[:, None]))
+
+    def joined(self, spectrum: Spectrum, equilibrium: Floats, moduli: Floats) -> tuple[Floats, Floats, Floats]:
+        """Relaxation times (k + N,), slower ones before those of the `spectrum`, with draws of the equilibrium modulus (draws,) and of
+        the moduli (draws, k + N) that relax as `equilibrium` (draws,) with `moduli` (draws, N) up to the end of the curve, and as
+        the continuations after it.
+        """
+        tau = np.concatenate([self.end * 10 ** np.arange(SLOWER, 0.0, -1 / BRANCHES_PER_DECADE), spectrum.relaxation_time])
+        first, last = min(tau[-1] / 2, self.end / 2), 2 * tau[0]
+        time = np.geomspace(first, last, int(MATCHED_PER_DECADE * np.log10(last / first)) + 1)
+        curve = time <= self.end
+        measured = equilibrium[:, None] + moduli @ np.exp(-np.append(time[curve], self.end) / spectrum.relaxation_time[:, None])
+        scale = measured[:, -1:] / self.modulus(np.array([self.end]))
+        wanted = np.hstack([measured[:, :-1], scale * self.modulus(time[~curve])])
+        level, decay, before = scale[:, 0] * self.equilibrium_modulus, np.exp(-time[:, None] / tau), np.zeros((len(moduli), tau.size))
+        before[:, -moduli.shape[1] :] = moduli
+        after = []
+        for modulus, constant, old in zip(wanted, level, before, strict=True):
+            # the smallest relative changes of the moduli that nearly suffice, as in the draws of a spectrum
+            size = np.maximum(old, SMALL * np.interp(np.log(tau), np.log(time), modulus))
+            held = np.sqrt(RELUCTANCE * time.size) * np.eye(tau.size)
+            rows = np.vstack([decay * size / modulus[:, None], held])
+            after.append(size * non_negative(rows, np.concatenate([1 - constant / modulus, held @ (old / size)]))[0])
+        return tau, level, np.array(after)
+
+
+@dataclass(frozen=True, slots=True)
+class OpenEnd:
+    """What a curve leaves open at its end, the longest `time` (s): the 90 % `range` of the equilibrium modulus in Pa (shear), and
+    whether the plateau was `reached`, so that nothing is left open.
+    """
+
+    time: float
+    range: tuple[float, float]
+    reached: bool
+
+
+def carried_on(fit: SpectrumFit) -> tuple[SpectrumFit, OpenEnd]:
+    """The `fit` of a solid whose equilibrium modulus was not stated, and what its curve leaves open.
+
+    Where the plateau was reached, it is the fit itself. Elsewhere the fit goes on after the curve by the mean of what may follow
+    it: slower branches are added, and the equilibrium modulus is lower. Warns of such an end.
+    """
+    after = continuations(fit, np.ones((1, fit.reduced_time.size)), DRAWS)
+    low, high = (float(bound) for bound in interval(after.equilibrium_modulus, LEVEL))
+    ends_at = float(np.mean(after.modulus(np.array([after.end]))))
+    end = OpenEnd(after.end, (low, high), low >= (1 - NEGLIGIBLE) * ends_at)
+    if end.reached:
+        return fit, end
+    warn(
+        f"the curve ends at {3 * ends_at:.3g} Pa before its plateau: the equilibrium modulus (Young's) is between {3 * low:.3g} and "
+        f"{3 * high:.3g} Pa; state equilibrium_modulus if it is known, or measure at higher temperatures or for longer",
+        mentions=("equilibrium_modulus",),
+    )
+    means = (np.mean(each, axis=0)[None] for each in (after.equilibrium_modulus, after.shear_modulus))
+    mean, own = Continuations(after.end, after.relaxation_time, *means), fit.spectrum
+    tau, level, moduli = mean.joined(own, np.array([fit.equilibrium_shear_modulus]), own.shear_modulus[None])
+    return replace(fit, spectrum=Spectrum(tau, moduli[0]), equilibrium_shear_modulus=float(level[0])), end
+
+
+def continuations(fit: SpectrumFit, ratios: Floats, each: int) -> Continuations:
+    """`each` draws of what may follow each of the curves that are `ratios` (curves, n) times the relaxation modulus at the reduced
+    times of the `fit`.
+
+    The relaxation modulus is that measured; of creep and oscillation, it is that of the fit, with the scatter of the measured
+    stiffness.
+    """
+    time, kind = fit.reduced_time, fit.kind
+    modulus = fit.spectrum.relaxation_modulus(time, fit.equilibrium_shear_modulus)
+    off = np.atleast_2d(fit.measured)[0] / np.atleast_2d(fit.model)[0]
+    near = np.log10(time) >= np.log10(time[-1]) - LOOKED_AT
+    curve = WeightedCurve(time[near], (modulus * off**kind.stiffness_power)[None, near], votes(np.log10(time[near])), RELAXATION)
+    end, generator = float(time[-1]), stream(SEED, "beyond the curve")
+    rows = [_draws(curve, end, ratio[near], each, generator) for ratio in np.asarray(ratios)]
+    level, path = (np.concatenate(columns) for columns in zip(*rows, strict=True))
+    u, _ = _paths()
+    return Continuations(end, end * np.exp(u[::-1]), level, path[:, ::-1])
+
+
+@cache
+def _paths() -> tuple[Floats, Floats]:
+    """ln tau over the end of the curve (m,), and H times its spacing on each path (PATHS, m), 1 per unit of ln tau at the end."""
+    step, count = np.log(10) / PER_DECADE, round((FASTER + SLOWER) * PER_DECADE) + 1
+    at_end = round(FASTER * PER_DECADE)
+    generator = stream(SEED, "spectra beyond the curve")
+    slope = np.empty((PATHS, count - 1))
+    slope[:, 0] = FIRST_SLOPE[0] + FIRST_SLOPE[1] * generator.standard_normal(PATHS)
+    drop = np.exp(generator.uniform(*np.log(DROP), (PATHS, 1)))
+    change = WANDERS * np.sqrt(step) * generator.standard_normal((PATHS, count - 2))
+    slope[:, 1:] = change - drop * generator.standard_gamma(FALLS * step, (PATHS, count - 2))
+    height = np.concatenate([np.zeros((PATHS, 1)), np.cumsum(np.cumsum(slope, axis=1) * step, axis=1)], axis=1)
+    height -= height[:, [at_end]]
+    return step * (np.arange(count) - at_end), step * np.exp(np.clip(height, -60.0, 40.0))
+
+
+def _draws(curve: WeightedCurve, end: float, ratio: Floats, count: int, generator: np.random.Generator) -> tuple[Floats, Floats]:
+    """Equilibrium moduli (count,) and moduli along paths (count, m) that go with the `curve` times `ratio`.
+
+    For each path, size and equilibrium modulus have a normal likelihood, cut off at 0.
+    """
+    from scipy.special import log_ndtr, ndtr, ndtri
+
+    cells = replace(curve, values=curve.values * ratio).averaged()
+    time, values, weight = cells.time, cells.values[0], cells.weight
+    u, paths = _paths()
+    scale = values[-1]
+    level, falling = scale / values, (paths @ np.exp(-np.exp(np.log(time / end)[:, None] - u)).T) * scale / values
+    a, b, c = float(weight @ level**2), falling @ (weight * level), falling**2 @ weight
+    d, e, n = float(weight @ level), falling @ weight, float(weight.sum())
+    det = a * c - b**2
+    mean_level, mean_size = (c * d - b * e) / det, (a * e - b * d) / det
+    square = n - mean_level * d - mean_size * e
+    allowed = np.where(
+        (mean_level >= 0) & (mean_size >= 0), square, np.minimum(n - np.maximum(e, 0) ** 2 / c, n - d**2 / a)
+    )
+    least, freedom = max(float(allowed.min()), 1e-12), max(n - 3, 1.0)
+    noise = np.sqrt(least / freedom)
+    sigma_level, sigma_size, rho = noise * np.sqrt(c / det), noise * np.sqrt(a / det), -b / np.sqrt(a * c)
+    prior = log_ndtr(mean_level / sigma_level) + log_ndtr(mean_size / sigma_size) - 0.5 * np.log(det)
+    likelihood = -0.5 * freedom * np.log(np.maximum(square, least) / least)
+    power = 1.0
+    while True:
+        share = np.exp(prior + power * likelihood - np.max(prior + power * likelihood))
+        share /= share.sum()
+        if power < 0.01 or share @ share < 1 / ENOUGH:
+            break
+        power *= 0.8
+    many = 10 * count + 200
+    k = generator.choice(share.size, size=many, p=share)
+    first, second = generator.random((2, many))
+
+    def positive(mean: Floats, sigma: Floats, chance: Floats) -> Floats:
+        below = ndtr(-mean / sigma)
+        return np.maximum(mean + sigma * ndtri(np.clip(below + (1 - below) * chance, 1e-15, 1 - 1e-15)), 0.0)
+
+    size = positive(mean_size[k], sigma_size[k], first)
+    given = mean_level[k] + rho[k] * sigma_level[k] / sigma_size[k] * (size - mean_size[k])
+    level = positive(given, sigma_level[k] * np.sqrt(1 - rho[k] ** 2), second)
+    likely = 1 / ((size + LEAST_SIZE) * (level + LEAST_MODULUS))
+    chosen = generator.choice(many, size=count, p=likely / likely.sum())
+    return level[chosen] * scale, (size[chosen, None] * paths[k[chosen]]) * scale

@@ -1,0 +1,168 @@
+"""Synthetic laboratories whose truth is known: materials of several spectral shapes, tests with stated and unstated flaws.
+
+A regime is a `Laboratory`; `measure` gives one experiment of it. The shape of the spectrum changes from one seed to the next.
+"""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+from reconstruction import EQUILIBRIUM_MODULUS, spectrum as reconstruction
+
+from dielast.material.measurement import CreepCurve, FrequencySweep, Measurement, RelaxationCurve
+from dielast.material.shift import WLF
+from dielast.material.spectrum import Spectrum
+from dielast.relaxation.interconversion import RetardationSpectrum, retardation_from_relaxation
+
+Array = NDArray[np.float64]
+Shape = Literal["reconstruction", "power law", "two bumps", "stretched exponential"]
+
+LAW = WLF(20.0, 13.7, 187.1)
+COLDEST, HOTTEST = -40.0, 60.0  # degC; at the hottest, all spectra have reached their plateau within a test
+SHORTEST, LONGEST = 0.1, 1200.0  # s; frequencies are their inverse
+SHAPES: tuple[Shape, ...] = ("reconstruction", "power law", "two bumps", "stretched exponential")
+PER_DECADE = 8  # Maxwell elements of the spectra
+
+
+@dataclass(frozen=True)
+class Truth:
+    """A material: shear moduli in Pa, times in s at 20 degC, and its shift law."""
+
+    shape: Shape
+    spectrum: Spectrum
+    equilibrium_modulus: float
+    law: WLF = LAW
+
+
+@dataclass(frozen=True)
+class Laboratory:
+    """What is measured and how well: relative `noise` of each point, `points` of a curve, number of `temperatures` up to `hottest`
+    degC; standard deviations of the temperatures (`thermometer`, K), of the modulus from one test to the next (`drift`, relative),
+    and of the tilt of a curve from end to end (`tilt`, relative). The drift is stated to dielast unless `drift_stated` is False.
+    """
+
+    kind: Literal["relaxation", "creep", "sweep"] = "relaxation"
+    noise: float = 0.005
+    points: int = 62
+    temperatures: int = 14
+    hottest: float = HOTTEST
+    thermometer: float = 0.0
+    drift: float = 0.0
+    drift_stated: bool = True
+    tilt: float = 0.0
+
+    @property
+    def temperature(self) -> Array:
+        """Temperatures in degC, in the order of the tests: from the hottest down."""
+        return np.round(np.linspace(self.hottest, COLDEST, self.temperatures), 1)
+
+    @property
+    def reference(self) -> float:
+        """The measured temperature that is nearest to 20 degC."""
+        return float(self.temperature[np.argmin(np.abs(self.temperature - 20.0))])
+
+    @property
+    def stated(self) -> dict[str, float]:
+        """Arguments of `build_master_curve` that state the errors."""
+        return {"temperature_stderr": self.thermometer, "drift": self.drift if self.drift_stated else 0.0}
+
+
+# Clean ones first: noise alone, which gives no reason for a warning.
+CLEAN: dict[str, Laboratory] = {
+    "noise 0.5 %": Laboratory(),
+    "noise 0.1 %": Laboratory(noise=0.001),
+    "noise 2 %": Laboratory(noise=0.02),
+    "12 points": Laboratory(points=12),
+    "120 points": Laboratory(points=120),
+    "5 temperatures": Laboratory(temperatures=5),
+    "28 temperatures": Laboratory(temperatures=28),
+    "creep": Laboratory(kind="creep"),
+    "sweeps": Laboratory(kind="sweep"),
+}
+FLAWED: dict[str, Laboratory] = {
+    "thermometer 0.3 K": Laboratory(thermometer=0.3),
+    "drift 2 % stated": Laboratory(drift=0.02),
+    "drift 2 % not stated": Laboratory(drift=0.02, drift_stated=False),
+    "tilt 1 %": Laboratory(tilt=0.01),
+    "plateau not reached by 20 K": Laboratory(hottest=HOTTEST - 20),
+    "plateau not reached by 40 K": Laboratory(hottest=HOTTEST - 40),
+}
+REGIMES = CLEAN | FLAWED
+
+
+def truth_of(seed: int) -> Truth:
+    """The material of an experiment: the shapes take turns."""
+    return material(SHAPES[seed % len(SHAPES)])
+
+
+@cache
+def material(shape: Shape) -> Truth:
+    """A material with this shape of the spectrum, at 20 degC."""
+    if shape == "reconstruction":
+        return Truth(shape, reconstruction(), EQUILIBRIUM_MODULUS)
+    tau = np.logspace(4.5, -9.0, int(13.5 * PER_DECADE) + 1)
+    width, equilibrium = np.log(10) / PER_DECADE, 5e4
+    if shape == "power law":  # rubbery and glassy wedge (M. Baumgaertel, A. Schausberger, H. H. Winter, Rheol. Acta 29 (1990) 400)
+        height = 3e4 * (tau / tau[0]) ** 0.2 + 2e3 * (tau / tau[0]) ** -0.42
+        height *= np.exp(-2 * tau / tau[0])
+    elif shape == "two bumps":
+        x = np.log10(tau)
+        height = 4e6 * np.exp(-(((x + 5.5) / 1.6) ** 2) / 2) + 6e4 * np.exp(-(((x - 1.2) / 1.3) ** 2) / 2)
+    else:
+        from scipy.optimize import nnls
+
+        time = np.logspace(-10, 6, 400)
+        stretched = np.exp(-((time / 10.0) ** 0.25))
+        basis = np.exp(-time[:, None] / tau)
+        height = 1e3 * equilibrium / width * nnls(basis, stretched)[0]
+        kept = height > 0
+        return Truth(shape, Spectrum(tau[kept], height[kept] * width), equilibrium)
+    return Truth(shape, Spectrum(tau, height * width), equilibrium)
+
+
+@cache
+def _retardation(shape: Shape) -> RetardationSpectrum:
+    truth = material(shape)
+    return retardation_from_relaxation(truth.spectrum, truth.equilibrium_modulus)
+
+
+def measure(laboratory: Laboratory, seed: int) -> list[Measurement]:
+    """The tests of one experiment, in the order in which they are made; equal seeds have equal noise and flaws in all regimes."""
+    truth, noise, flaws = truth_of(seed), np.random.default_rng([41, seed]), np.random.default_rng([42, seed])
+    temperature, time = laboratory.temperature, np.geomspace(SHORTEST, LONGEST, laboratory.points)
+    m = temperature.size
+    off, step, lean = flaws.standard_normal((3, 100))[:, :m]
+    shift = 10 ** np.asarray(truth.law.log10_shift_factor(temperature + laboratory.thermometer * off))
+    level = np.exp(np.cumsum(laboratory.drift * step))
+    along = np.linspace(-0.5, 0.5, time.size)
+    curves: list[Measurement] = []
+    for k, at in enumerate(temperature.tolist()):
+        factor = level[k] * np.exp(laboratory.tilt * lean[k] * along)
+        scatter = 1 + laboratory.noise * noise.standard_normal((2, time.size))
+        if laboratory.kind == "relaxation":
+            modulus = 3 * truth.spectrum.relaxation_modulus(time / shift[k], truth.equilibrium_modulus)
+            curves.append(RelaxationCurve(at, time, modulus * factor * scatter[0]))
+        elif laboratory.kind == "creep":
+            compliance = _retardation(truth.shape).creep_compliance(time / shift[k]) / 3
+            curves.append(CreepCurve(at, time, compliance / factor * scatter[0]))
+        else:
+            frequency = 1 / time[::-1]
+            reduced = frequency * shift[k]
+            storage = 3 * truth.spectrum.storage_modulus(reduced, truth.equilibrium_modulus)
+            loss = 3 * truth.spectrum.loss_modulus(reduced)
+            curves.append(FrequencySweep(at, frequency, storage * factor[::-1] * scatter[0], loss * factor[::-1] * scatter[1]))
+    return curves
+
+
+def true_shift(laboratory: Laboratory, seed: int) -> Array:
+    """log10 a at the ascending temperatures, relative to the reference temperature."""
+    law = truth_of(seed).law
+    return np.asarray(law.log10_shift_factor(laboratory.temperature[::-1]) - law.log10_shift_factor(laboratory.reference))
