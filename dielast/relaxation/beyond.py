@@ -29,7 +29,7 @@ from dielast.relaxation.result import SpectrumFit
 SEED = 1
 LOOKED_AT = 1.3  # decades at the end of a curve that a path must describe
 FASTER, SLOWER = 2.0, 4.0  # decades of relaxation times before and after the end of the curve
-PER_DECADE, BRANCHES_PER_DECADE = 6, 2  # points of a path, and branches after the end
+PER_DECADE, BRANCHES_PER_DECADE = 6, 3  # points of a path, and branches after the end
 PATHS = 2**14
 FIRST_SLOPE = (-0.3, 1.0)  # mean and standard deviation of d ln H/d ln tau where a path begins
 FALLS, DROP = 0.3, (0.1, 10.0)  # falls of the slope per unit of ln tau, and the range of their mean size, gamma distributed
@@ -39,6 +39,7 @@ ENOUGH = 200.0  # paths that must count; a curve more exact than the paths are d
 DRAWS, LEVEL = 400, 0.9
 NEGLIGIBLE = 0.02  # of the modulus at the end: a plateau is reached if the modulus falls by no more, at the lower end of the range
 MATCHED_PER_DECADE, RELUCTANCE, SMALL = 8, 1e-6, 0.01  # as in the draws of a spectrum
+MEASURED = 10.0  # weight of the curve, which is measured, over what follows it
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -65,6 +66,7 @@ class Continuations:
         first, last = min(tau[-1] / 2, self.end / 2), 2 * tau[0]
         time = np.geomspace(first, last, int(MATCHED_PER_DECADE * np.log10(last / first)) + 1)
         curve = time <= self.end
+        weight = np.where(curve, MEASURED, 1.0)
         measured = equilibrium[:, None] + moduli @ np.exp(-np.append(time[curve], self.end) / spectrum.relaxation_time[:, None])
         scale = measured[:, -1:] / self.modulus(np.array([self.end]))
         wanted = np.hstack([measured[:, :-1], scale * self.modulus(time[~curve])])
@@ -75,8 +77,8 @@ class Continuations:
             # the smallest relative changes of the moduli that nearly suffice, as in the draws of a spectrum
             size = np.maximum(old, SMALL * np.interp(np.log(tau), np.log(time), modulus))
             held = np.sqrt(RELUCTANCE * time.size) * np.eye(tau.size)
-            rows = np.vstack([decay * size / modulus[:, None], held])
-            after.append(size * non_negative(rows, np.concatenate([1 - constant / modulus, held @ (old / size)]))[0])
+            rows = np.vstack([decay * size * (weight / modulus)[:, None], held])
+            after.append(size * non_negative(rows, np.concatenate([weight * (1 - constant / modulus), held @ (old / size)]))[0])
         return tau, level, np.array(after)
 
 
