@@ -50,6 +50,16 @@ class CalibratedRange(Result):
     temperature: tuple[float, float]
 
 
+@dataclass(frozen=True, slots=True)
+class Window(Result):
+    """The shortest and the longest reduced `time` in s of the curve that a spectrum was fitted to, at the reference temperature, and
+    whether the curve had reached its plateau.
+    """
+
+    time: tuple[float, float]
+    plateau_reached: bool
+
+
 @checked
 @dataclass(frozen=True, slots=True, repr=False)
 class Material(Result):
@@ -61,7 +71,8 @@ class Material(Result):
     `measured_temperature` is the range in which the shift factors were measured, None if unknown. The moduli hold at the reference
     temperature; `equilibrium_scaling` and `nonequilibrium_scaling` say how those of the equilibrium spring and of the branches
     change with temperature. `breakdown` and `damage` are criteria of electrical failure, None for none. `calibrated` is the range
-    of the tests that the material was fitted to, None if it was not fitted.
+    of the tests that the material was fitted to, None if it was not fitted. `window` holds the times at which the relaxation was
+    measured, None if unknown; where that was too short for the plateau, `equilibrium_range` are the bounds of mu_eq in Pa.
     """
 
     name: str
@@ -77,6 +88,8 @@ class Material(Result):
     equilibrium_scaling: ModulusLaw = CONSTANT_MODULUS
     nonequilibrium_scaling: ModulusLaw = CONSTANT_MODULUS
     calibrated: CalibratedRange | None = None
+    window: Window | None = None
+    equilibrium_range: tuple[float, float] | None = None
 
     @property
     def reference_temperature(self) -> float:

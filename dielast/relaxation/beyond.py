@@ -70,7 +70,11 @@ class Continuations:
         measured = equilibrium[:, None] + moduli @ np.exp(-np.append(time[curve], self.end) / spectrum.relaxation_time[:, None])
         scale = measured[:, -1:] / self.modulus(np.array([self.end]))
         wanted = np.hstack([measured[:, :-1], scale * self.modulus(time[~curve])])
-        level, decay, before = scale[:, 0] * self.equilibrium_modulus, np.exp(-time[:, None] / tau), np.zeros((len(moduli), tau.size))
+        level, decay, before = (
+            scale[:, 0] * self.equilibrium_modulus,
+            np.exp(-time[:, None] / tau),
+            np.zeros((len(moduli), tau.size)),
+        )
         before[:, -moduli.shape[1] :] = moduli
         after = []
         for modulus, constant, old in zip(wanted, level, before, strict=True):
@@ -84,36 +88,36 @@ class Continuations:
 
 @dataclass(frozen=True, slots=True)
 class OpenEnd:
-    """What a curve leaves open at its end, the longest `time` (s): the 90 % `range` of the equilibrium modulus in Pa (shear), and
-    whether the plateau was `reached`, so that nothing is left open.
+    """What a curve leaves open: the `range` of the equilibrium modulus in Pa (shear), a 90 % interval, None if it is known, and
+    whether the plateau was `reached`.
     """
 
-    time: float
-    range: tuple[float, float]
+    range: tuple[float, float] | None
     reached: bool
 
 
-def carried_on(fit: SpectrumFit) -> tuple[SpectrumFit, OpenEnd]:
-    """The `fit` of a solid whose equilibrium modulus was not stated, and what its curve leaves open.
+def carried_on(fit: SpectrumFit, stated: bool = False) -> tuple[SpectrumFit, OpenEnd]:
+    """The `fit` as it goes on after the curve, and what the curve leaves open; `stated` says that the equilibrium modulus is known.
 
-    Where the plateau was reached, it is the fit itself. Elsewhere the fit goes on after the curve by the mean of what may follow
-    it: slower branches are added, and the equilibrium modulus is lower. Warns of such an end.
+    Where the plateau was reached or the modulus is known, or the material flows in creep, it is the fit itself. Elsewhere it goes
+    on by the mean of what may follow the curve: there are slower branches, and the equilibrium modulus is lower. Warns of that.
     """
     after = continuations(fit, np.ones((1, fit.reduced_time.size)), DRAWS)
     low, high = (float(bound) for bound in interval(after.equilibrium_modulus, LEVEL))
     ends_at = float(np.mean(after.modulus(np.array([after.end]))))
-    end = OpenEnd(after.end, (low, high), low >= (1 - NEGLIGIBLE) * ends_at)
-    if end.reached:
-        return fit, end
+    reached = low >= (1 - NEGLIGIBLE) * ends_at
+    if reached or stated or (fit.retardation is not None and fit.retardation.fluidity > 0):
+        return fit, OpenEnd(None, reached)
+    high = min(high, ends_at)
     warn(
-        f"the curve ends at {3 * ends_at:.3g} Pa before its plateau: the equilibrium modulus (Young's) is between {3 * low:.3g} and "
-        f"{3 * high:.3g} Pa; state equilibrium_modulus if it is known, or measure at higher temperatures or for longer",
+        f"the curve ends before its plateau, at {3 * ends_at:.3g} Pa: the equilibrium modulus (Young's) is between {3 * low:.3g} and "
+        f"{3 * high:.3g} Pa: state equilibrium_modulus if it is known, or measure for longer or at higher temperatures",
         mentions=("equilibrium_modulus",),
     )
     means = (np.mean(each, axis=0)[None] for each in (after.equilibrium_modulus, after.shear_modulus))
     mean, own = Continuations(after.end, after.relaxation_time, *means), fit.spectrum
     tau, level, moduli = mean.joined(own, np.array([fit.equilibrium_shear_modulus]), own.shear_modulus[None])
-    return replace(fit, spectrum=Spectrum(tau, moduli[0]), equilibrium_shear_modulus=float(level[0])), end
+    return replace(fit, spectrum=Spectrum(tau, moduli[0]), equilibrium_shear_modulus=float(level[0])), OpenEnd((low, high), False)
 
 
 def continuations(fit: SpectrumFit, ratios: Floats, each: int) -> Continuations:
@@ -168,9 +172,7 @@ def _draws(curve: WeightedCurve, end: float, ratio: Floats, count: int, generato
     det = a * c - b**2
     mean_level, mean_size = (c * d - b * e) / det, (a * e - b * d) / det
     square = n - mean_level * d - mean_size * e
-    allowed = np.where(
-        (mean_level >= 0) & (mean_size >= 0), square, np.minimum(n - np.maximum(e, 0) ** 2 / c, n - d**2 / a)
-    )
+    allowed = np.where((mean_level >= 0) & (mean_size >= 0), square, np.minimum(n - np.maximum(e, 0) ** 2 / c, n - d**2 / a))
     least, freedom = max(float(allowed.min()), 1e-12), max(n - 3, 1.0)
     noise = np.sqrt(least / freedom)
     sigma_level, sigma_size, rho = noise * np.sqrt(c / det), noise * np.sqrt(a / det), -b / np.sqrt(a * c)

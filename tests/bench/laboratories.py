@@ -15,12 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
-from reconstruction import EQUILIBRIUM_MODULUS, spectrum as reconstruction
-
 from dielast.material.measurement import CreepCurve, FrequencySweep, Measurement, RelaxationCurve
 from dielast.material.shift import WLF
 from dielast.material.spectrum import Spectrum
 from dielast.relaxation.interconversion import RetardationSpectrum, retardation_from_relaxation
+from reconstruction import EQUILIBRIUM_MODULUS, spectrum as reconstruction
 
 Array = NDArray[np.float64]
 Shape = Literal["reconstruction", "power law", "two bumps", "stretched exponential"]
