@@ -1,14 +1,14 @@
 """How relaxation may go on after the last point of a curve, and the equilibrium modulus that it leads to.
 
 No curve tells a constant from a process that is far slower than the curve is long: without an assumption, the equilibrium modulus
-is anything between 0 and the modulus at the end of every curve, levelled or not. The assumption made here is about the spectrum
-H(ln tau): it goes on as it has begun. ln H is a random path over ln tau, from a decade before the end to four decades after it; its
-slope begins anywhere between a steep rise and a steep fall and changes at random, mostly downwards, by small steps (a power law
-goes on) or large ones (it is cut off). The size of H at the end, and the equilibrium modulus, are unknown in scale: their logarithms
-are equally likely to have any value down to a small fraction of the modulus at the end (Jeffreys' prior for a scale, H. Jeffreys,
-Theory of probability, 3rd ed., Oxford 1961, sec. 3.1). Paths count as much as the curve's last decade is likely with them, for
-noise of unknown size. So the last slope and its change decide how far the modulus may still fall; a level end excludes a fall, and a
-process that a plateau separates from the curve is not allowed for, as nothing shows it.
+is anything between 0 and the modulus at the end of every curve, levelled or not. The assumption here is that the spectrum H(ln tau)
+goes on as it has begun. ln H is a random path over ln tau, from two decades before the end to four decades after it. Its slope
+begins anywhere between a steep rise and a steep fall, and changes at random, mostly downwards, by small steps (a power law goes on)
+or large ones (it is cut off). The size of H at the end and the equilibrium modulus are unknown in scale: their logarithms are
+equally likely to have any value down to a small fraction of the modulus at the end (Jeffreys' prior of a scale, H. Jeffreys, Theory
+of probability, 3rd ed., Oxford 1961, sec. 3.1). A path counts as much as it makes the end of the curve likely, with noise of unknown
+size. So the last slope and its change decide how far the modulus may still fall, and a level end excludes a fall. A process that a
+plateau separates from the curve is not allowed for, as nothing shows it.
 """
 
 from dataclasses import dataclass, replace
@@ -22,9 +22,10 @@ from dielast.material.scatter import interval
 from dielast.material.spectrum import Spectrum
 from dielast.numerics.arrays import Floats
 from dielast.numerics.random_streams import stream
-from dielast.relaxation.ends import votes
+from dielast.relaxation.ends import long_time_end, votes
 from dielast.relaxation.nnls import WeightedCurve, non_negative
 from dielast.relaxation.result import SpectrumFit
+from dielast.relaxation.task import LEVEL_SLOPE
 
 SEED = 1
 LOOKED_AT = 1.3  # decades at the end of a curve that a path must describe
@@ -45,7 +46,7 @@ MEASURED = 10.0  # weight of the curve, which is measured, over what follows it
 @dataclass(frozen=True, slots=True, eq=False)
 class Continuations:
     """Draws of what follows a curve that ends at `end` (s): `equilibrium_modulus` (draws,) and `shear_modulus` (draws, k) in Pa of
-    processes with the times `relaxation_time` (k,) in s, from within the curve on. They hold near the end of the curve and after it.
+    processes with the times `relaxation_time` (k,) in s, some of them within the curve. They hold at its end and after it.
     """
 
     end: float
@@ -58,7 +59,7 @@ class Continuations:
         return np.asarray(self.equilibrium_modulus[:, None] + self.shear_modulus @ np.exp(-time / self.relaxation_time[:, None]))
 
     def joined(self, spectrum: Spectrum, equilibrium: Floats, moduli: Floats) -> tuple[Floats, Floats, Floats]:
-        """Relaxation times (k + N,), slower ones before those of the `spectrum`, with draws of the equilibrium modulus (draws,) and of
+        """Relaxation times (k + N,), slower ones before those of the `spectrum`, and draws of the equilibrium modulus (draws,) and
         the moduli (draws, k + N) that relax as `equilibrium` (draws,) with `moduli` (draws, N) up to the end of the curve, and as
         the continuations after it.
         """
@@ -86,38 +87,46 @@ class Continuations:
         return tau, level, np.array(after)
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class OpenEnd:
-    """What a curve leaves open: the `range` of the equilibrium modulus in Pa (shear), a 90 % interval, None if it is known, and
-    whether the plateau was `reached`.
+    """What the curve of a `fit` leaves open: the `range` of the equilibrium modulus in Pa (shear), a 90 % interval, None if it is
+    known; whether the plateau was `reached`; and the `mean` of what may follow, None if nothing is open.
     """
 
+    fit: SpectrumFit
     range: tuple[float, float] | None
     reached: bool
+    mean: Continuations | None = None
+
+    def carried_on(self) -> SpectrumFit:
+        """The fit as it goes on after the curve by the mean: with slower branches, and a lower equilibrium modulus."""
+        fit, own = self.fit, self.fit.spectrum
+        if self.mean is None:
+            return fit
+        tau, level, moduli = self.mean.joined(own, np.array([fit.equilibrium_shear_modulus]), own.shear_modulus[None])
+        return replace(fit, spectrum=Spectrum(tau, moduli[0]), equilibrium_shear_modulus=float(level[0]))
 
 
-def carried_on(fit: SpectrumFit, stated: bool = False) -> tuple[SpectrumFit, OpenEnd]:
-    """The `fit` as it goes on after the curve, and what the curve leaves open; `stated` says that the equilibrium modulus is known.
+def end_of(fit: SpectrumFit, stated: bool = False) -> OpenEnd:
+    """What the curve of a `fit` leaves open; `stated` says that the equilibrium modulus is known, as it is of a creeping fluid.
 
-    Where the plateau was reached or the modulus is known, or the material flows in creep, it is the fit itself. Elsewhere it goes
-    on by the mean of what may follow the curve: there are slower branches, and the equilibrium modulus is lower. Warns of that.
+    Warns where the plateau was not reached, unless the curve falls so much that the fit has warned.
     """
     after = continuations(fit, np.ones((1, fit.reduced_time.size)), DRAWS)
     low, high = (float(bound) for bound in interval(after.equilibrium_modulus, LEVEL))
     ends_at = float(np.mean(after.modulus(np.array([after.end]))))
-    reached = low >= (1 - NEGLIGIBLE) * ends_at
+    high, reached = min(high, ends_at), low >= (1 - NEGLIGIBLE) * ends_at
     if reached or stated or (fit.retardation is not None and fit.retardation.fluidity > 0):
-        return fit, OpenEnd(None, reached)
-    high = min(high, ends_at)
-    warn(
-        f"the curve ends before its plateau, at {3 * ends_at:.3g} Pa: the equilibrium modulus (Young's) is between {3 * low:.3g} and "
-        f"{3 * high:.3g} Pa: state equilibrium_modulus if it is known, or measure for longer or at higher temperatures",
-        mentions=("equilibrium_modulus",),
-    )
+        return OpenEnd(fit, None, reached)
+    stiffness = np.atleast_2d(fit.measured)[0] ** fit.kind.stiffness_power
+    if -long_time_end(np.log10(fit.reduced_time), stiffness).slope <= LEVEL_SLOPE:
+        warn(
+            f"the curve ends before its plateau, at {3 * ends_at:.3g} Pa: the equilibrium modulus (Young's) is between "
+            f"{3 * low:.3g} and {3 * high:.3g} Pa: state equilibrium_modulus if it is known",
+            mentions=("equilibrium_modulus",),
+        )
     means = (np.mean(each, axis=0)[None] for each in (after.equilibrium_modulus, after.shear_modulus))
-    mean, own = Continuations(after.end, after.relaxation_time, *means), fit.spectrum
-    tau, level, moduli = mean.joined(own, np.array([fit.equilibrium_shear_modulus]), own.shear_modulus[None])
-    return replace(fit, spectrum=Spectrum(tau, moduli[0]), equilibrium_shear_modulus=float(level[0])), OpenEnd((low, high), False)
+    return OpenEnd(fit, (low, high), False, Continuations(after.end, after.relaxation_time, *means))
 
 
 def continuations(fit: SpectrumFit, ratios: Floats, each: int) -> Continuations:
@@ -147,7 +156,7 @@ def _paths() -> tuple[Floats, Floats]:
     generator = stream(SEED, "spectra beyond the curve")
     slope = np.empty((PATHS, count - 1))
     slope[:, 0] = FIRST_SLOPE[0] + FIRST_SLOPE[1] * generator.standard_normal(PATHS)
-    drop = np.exp(generator.uniform(*np.log(DROP), (PATHS, 1)))
+    drop = np.exp(generator.uniform(np.log(DROP[0]), np.log(DROP[1]), (PATHS, 1)))
     change = WANDERS * np.sqrt(step) * generator.standard_normal((PATHS, count - 2))
     slope[:, 1:] = change - drop * generator.standard_gamma(FALLS * step, (PATHS, count - 2))
     height = np.concatenate([np.zeros((PATHS, 1)), np.cumsum(np.cumsum(slope, axis=1) * step, axis=1)], axis=1)
