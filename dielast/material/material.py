@@ -52,8 +52,8 @@ class CalibratedRange(Result):
 
 @dataclass(frozen=True, slots=True)
 class Window(Result):
-    """The shortest and the longest reduced `time` in s of the curve that a spectrum was fitted to, at the reference temperature, and
-    whether the curve had reached its plateau.
+    """The shortest and the longest reduced `time` in s of the curve that a spectrum was fitted to, and whether the curve had
+    reached its plateau.
     """
 
     time: tuple[float, float]

@@ -127,9 +127,8 @@ def warn_of_lasting(material: Material, temperature: ArrayLike, time: ArrayLike)
         unknown = f"the plateau was not reached, and the equilibrium shear modulus is between {low:.3g} and {high:.3g} Pa"
     elif window is not None and window.plateau_reached:
         unknown = "the modulus is taken to stay on its plateau"
-    warn(
-        f"{values[k]:.3g} s at {heat[k]:g} degC are longer than {what} equivalent to {reach[k]:.3g} s at this temperature: {unknown}"
-    )
+    known_to = f"{what} equivalent to {reach[k]:.3g} s at this temperature"
+    warn(f"{values[k]:.3g} s at {heat[k]:g} degC are longer than {known_to}: {unknown}")
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,8 +6,8 @@ goes on as it has begun. ln H is a random path over ln tau, from two decades bef
 begins anywhere between a steep rise and a steep fall, and changes at random, mostly downwards, by small steps (a power law goes on)
 or large ones (it is cut off). The size of H at the end and the equilibrium modulus are unknown in scale: their logarithms are
 equally likely to have any value down to a small fraction of the modulus at the end (Jeffreys' prior of a scale, H. Jeffreys, Theory
-of probability, 3rd ed., Oxford 1961, sec. 3.1). A path counts as much as it makes the end of the curve likely, with noise of unknown
-size. So the last slope and its change decide how far the modulus may still fall, and a level end excludes a fall. A process that a
+of probability, 3rd ed., Oxford 1961, sec. 3.1). A path counts as much as it makes the end of the curve likely, with noise of
+unknown size. So the last slope and its change decide how far the modulus may still fall, and a level end excludes a fall. A process that a
 plateau separates from the curve is not allowed for, as nothing shows it.
 """
 

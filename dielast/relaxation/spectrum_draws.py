@@ -50,9 +50,10 @@ class CurveDraws:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SpectrumDraws:
-    """Draws of a spectrum on the same relaxation times: `equilibrium_modulus` (draws,) and `shear_modulus` (draws, N) in Pa.
+    """Draws of a spectrum on the same times `relaxation_time` (N,) in s, slowest first: `equilibrium_modulus` (draws,) and
+    `shear_modulus` (draws, N) in Pa.
 
-    `relaxation_time` (N,) in s are those times, slowest first. `used` (draws,) are the indices of their master curves among all draws. `misfit` is the root mean square of ln(model/curve),
+    `used` (draws,) are the indices of their master curves among all draws. `misfit` is the root mean square of ln(model/curve),
     `scatter` that of the draws about the curve.
     """
 
@@ -78,9 +79,10 @@ def draw_spectra(
 
     `refit` fits such points in the same way as `fit`. If it uses other relaxation times, a draw keeps the times of `fit`, with
     moduli that change the relaxation modulus by the same fraction; the same is done for a `spectrum` that was derived from that of
-    the fit by other means than truncation. With an `open_end`, `fit` is that of a curve that ends before its plateau, and every draw
-    goes on after the curve in its way (`dielast.relaxation.beyond`), with slower branches and a lower equilibrium modulus. Draws that cannot be fitted are omitted; raises `InputError` if these are more than
-    half. Warns if the model misses the curve by far more than the draws scatter.
+    the fit by other means than truncation. With an `open_end`, the curve of the `fit` ends before its plateau: every draw goes on
+    in its own way (`dielast.relaxation.beyond`), with slower branches and a lower equilibrium modulus. Draws that cannot be fitted
+    are omitted; raises `InputError` if these are more than half. Warns if the model misses the curve by far more than the draws
+    scatter.
     """
     fitted = fit.spectrum
     change = _Change.of(fitted, fit)

@@ -35,7 +35,7 @@ from dielast.material.spectrum import Spectrum
 from dielast.material.springs import Gent
 from dielast.numerics.arrays import Floats
 from dielast.recipe.cases import Case
-from dielast.relaxation.beyond import OpenEnd, carried_on
+from dielast.relaxation.beyond import OpenEnd, end_of
 from dielast.relaxation.continuous import ContinuousSpectrum, continuous_spectrum
 from dielast.relaxation.creep import fit_creep
 from dielast.relaxation.fit import fit_oscillation, fit_spectrum
@@ -95,9 +95,8 @@ def characterise(recipe: SpectrumRecipe, curve: ReducedCurve) -> tuple[SpectrumF
     wrong = Mistakes()
     if recipe.fit.continuous and curve.kind is CREEP:
         wrong.append(Problem("a creep curve has no continuous relaxation spectrum, only a discrete one", key="fit.continuous"))
-    result, end = carried_on(
-        fit_curve(curve, recipe.fit, recipe.truncate.keep if recipe.truncate else None), recipe.fit.states_the_end
-    )
+    end = end_of(fit_curve(curve, recipe.fit, recipe.truncate.keep if recipe.truncate else None), recipe.fit.states_the_end)
+    result = end.carried_on() if curve.drawn else end.fit  # as the draws, which need slower branches
     reduce, export = recipe.reduce, recipe.export
     reduction = wrong.tried(lambda: reduced(result, curve.shift, reduce)) if reduce else None
     material, cards = make_material(result, curve, recipe.material, reduction, end), None
