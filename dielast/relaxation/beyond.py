@@ -7,8 +7,8 @@ begins anywhere between a steep rise and a steep fall, and changes at random, mo
 or large ones (it is cut off). The size of H at the end and the equilibrium modulus are unknown in scale: their logarithms are
 equally likely to have any value down to a small fraction of the modulus at the end (Jeffreys' prior of a scale, H. Jeffreys, Theory
 of probability, 3rd ed., Oxford 1961, sec. 3.1). A path counts as much as it makes the end of the curve likely, with noise of
-unknown size. So the last slope and its change decide how far the modulus may still fall, and a level end excludes a fall. A process that a
-plateau separates from the curve is not allowed for, as nothing shows it.
+unknown size. So the last slope and its change decide how far the modulus may still fall, and a level end excludes a fall. A
+process that a plateau separates from the curve is not allowed for, as nothing shows it.
 """
 
 from dataclasses import dataclass, replace
@@ -31,11 +31,12 @@ SEED = 1
 LOOKED_AT = 1.3  # decades at the end of a curve that a path must describe
 FASTER, SLOWER = 2.0, 4.0  # decades of relaxation times before and after the end of the curve
 PER_DECADE, BRANCHES_PER_DECADE = 6, 3  # points of a path, and branches after the end
+JOINED = 0.5  # decades before the end at which continuations begin
 PATHS = 2**14
 FIRST_SLOPE = (-0.3, 1.0)  # mean and standard deviation of d ln H/d ln tau where a path begins
 FALLS, DROP = 0.3, (0.1, 10.0)  # falls of the slope per unit of ln tau, and the range of their mean size, gamma distributed
 WANDERS = 0.2  # standard deviation of the change of the slope per square root of a unit of ln tau
-LEAST_SIZE, LEAST_MODULUS = 1e-4, 0.1  # of the modulus at the end: below, H and the equilibrium modulus may as well be 0
+LEAST_SIZE, LEAST_MODULUS = 1e-4, 0.3  # of the modulus at the end: below, H and the equilibrium modulus may as well be 0
 ENOUGH = 200.0  # paths that must count; a curve more exact than the paths are dense is taken as less exact
 DRAWS, LEVEL = 400, 0.9
 NEGLIGIBLE = 0.02  # of the modulus at the end: a plateau is reached if the modulus falls by no more, at the lower end of the range
@@ -66,10 +67,10 @@ class Continuations:
         tau = np.concatenate([self.end * 10 ** np.arange(SLOWER, 0.0, -1 / BRANCHES_PER_DECADE), spectrum.relaxation_time])
         first, last = min(tau[-1] / 2, self.end / 2), 2 * tau[0]
         time = np.geomspace(first, last, int(MATCHED_PER_DECADE * np.log10(last / first)) + 1)
-        curve = time <= self.end
-        weight = np.where(curve, MEASURED, 1.0)
-        measured = equilibrium[:, None] + moduli @ np.exp(-np.append(time[curve], self.end) / spectrum.relaxation_time[:, None])
-        scale = measured[:, -1:] / self.modulus(np.array([self.end]))
+        joint = self.end / 10**JOINED  # the fit alone levels off at its end, the continuations follow the curve
+        curve, weight = time <= joint, np.where(time <= self.end, MEASURED, 1.0)
+        measured = equilibrium[:, None] + moduli @ np.exp(-np.append(time[curve], joint) / spectrum.relaxation_time[:, None])
+        scale = measured[:, -1:] / self.modulus(np.array([joint]))
         wanted = np.hstack([measured[:, :-1], scale * self.modulus(time[~curve])])
         level, decay, before = (
             scale[:, 0] * self.equilibrium_modulus,
