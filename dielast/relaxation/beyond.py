@@ -6,9 +6,10 @@ goes on as it has begun. ln H is a random path over ln tau, from two decades bef
 begins anywhere between a steep rise and a steep fall, and changes at random, mostly downwards, by small steps (a power law goes on)
 or large ones (it is cut off). The size of H at the end and the equilibrium modulus are unknown in scale: their logarithms are
 equally likely to have any value down to a small fraction of the modulus at the end (Jeffreys' prior of a scale, H. Jeffreys, Theory
-of probability, 3rd ed., Oxford 1961, sec. 3.1). A path counts as much as it makes the end of the curve likely, with noise of
-unknown size. So the last slope and its change decide how far the modulus may still fall, and a level end excludes a fall. A
-process that a plateau separates from the curve is not allowed for, as nothing shows it.
+of probability, 3rd ed., Oxford 1961, sec. 3.1). An end that does not fall at all is as likely as one that does. All this is
+weighted by how likely it makes the end of the curve, with noise of unknown size. So the last slope and its change decide how far
+the modulus may still fall, and a level end excludes a fall. A process that a plateau separates from the curve is not allowed for, as
+nothing shows it.
 """
 
 from dataclasses import dataclass, replace
@@ -208,4 +209,12 @@ def _draws(curve: WeightedCurve, end: float, ratio: Floats, count: int, generato
     level = positive(given, sigma_level[k] * np.sqrt(1 - rho[k] ** 2), second)
     likely = 1 / ((size + LEAST_SIZE) * (level + LEAST_MODULUS))
     chosen = generator.choice(many, size=count, p=likely / likely.sum())
-    return level[chosen] * scale, (size[chosen, None] * paths[k[chosen]]) * scale
+    # the evidence for a curve that falls by no path, and for one that falls
+    exponent = prior + power * likelihood
+    falls = float(np.mean(np.exp(exponent))) * 2 * np.pi * noise**2 * float(np.mean(1 / (size + LEAST_SIZE))) / -np.log(LEAST_SIZE)
+    stays = (max(n - d**2 / a, least) / least) ** (-0.5 * power * freedom) * np.sqrt(2 * np.pi / a) * noise
+    level, size = level[chosen], size[chosen]
+    constant = generator.random(count) < stays / (stays + falls)
+    level[constant] = np.maximum(d / a + noise / np.sqrt(a) * generator.standard_normal(int(constant.sum())), 0.0)
+    size[constant] = 0.0
+    return level * scale, size[:, None] * paths[k[chosen]] * scale

@@ -61,7 +61,8 @@ def test_a_stated_modulus_leaves_no_range() -> None:
 
 def test_draws_of_an_open_end_agree_within_the_curve_and_fall_beyond_it() -> None:
     time, modulus, fit = fitted(30.0)
-    curves = CurveDraws(time, np.tile(modulus, (20, 1, 1)))
+    factors = 1 + 0.005 * np.random.default_rng(1).standard_normal((20, 1, 1))
+    curves = CurveDraws(time, modulus * factors)
     drawn = draw_spectra(time, modulus[None], curves, fit, lambda t, y: fit, open_end=True)
     at = np.array([0.1, 1.0, 10.0, 1e8])
     members = drawn.equilibrium_modulus[:, None] + drawn.shear_modulus @ np.exp(-at / drawn.relaxation_time[:, None])
