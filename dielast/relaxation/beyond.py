@@ -8,7 +8,7 @@ or large ones (it is cut off). The size of H at the end and the equilibrium modu
 equally likely to have any value down to a small fraction of the modulus at the end (Jeffreys' prior of a scale, H. Jeffreys, Theory
 of probability, 3rd ed., Oxford 1961, sec. 3.1). An end that does not fall at all is as likely as one that does. All this is
 weighted by how likely it makes the end of the curve, with noise of unknown size. So the last slope and its change decide how far
-the modulus may still fall, and a level end excludes a fall. A process that a plateau separates from the curve is not allowed for, as
+the modulus may still fall, and a level end excludes a fall. A process that a plateau separates from the curve is not allowed for:
 nothing shows it.
 """
 
@@ -180,7 +180,8 @@ def _draws(curve: WeightedCurve, end: float, ratio: Floats, count: int, generato
     level, falling = scale / values, (paths @ np.exp(-np.exp(np.log(time / end)[:, None] - u)).T) * scale / values
     a, b, c = float(weight @ level**2), falling @ (weight * level), falling**2 @ weight
     d, e, n = float(weight @ level), falling @ weight, float(weight.sum())
-    det = a * c - b**2
+    c = np.maximum(c, 1e-300)
+    det = a * c * np.maximum(1 - b**2 / (a * c), 1e-12)
     mean_level, mean_size = (c * d - b * e) / det, (a * e - b * d) / det
     square = n - mean_level * d - mean_size * e
     allowed = np.where((mean_level >= 0) & (mean_size >= 0), square, np.minimum(n - np.maximum(e, 0) ** 2 / c, n - d**2 / a))
