@@ -17,6 +17,7 @@ from dielast.material.scatter import draw_sample, interval
 from dielast.material.shift import WLF
 from dielast.material.spectrum import Spectrum
 from dielast.material.springs import Gent
+from dielast.relaxation.beyond import end_of
 from dielast.relaxation.fit import fit_spectrum
 from dielast.relaxation.result import Method, SpectrumFit
 from dielast.relaxation.spectrum_draws import CurveDraws, draw_spectra
@@ -109,10 +110,18 @@ def ensemble(
             return fit_spectrum(time, modulus[0], method=method, relaxation_time=(float(tau[-1]), float(tau[0])))
 
         smooth = CurveDraws(drawn.smooth_abscissa, drawn.smooth_ordinates)
-        spectra = draw_spectra(master.reduced_abscissa, master.ordinates, smooth, fit, refit)
-    found = replace(TRUTH, equilibrium_modulus=fit.equilibrium_shear_modulus, spectrum=fit.spectrum, shift=master.law)
+        end = end_of(fit)
+        shown = end.carried_on()
+        spectra = draw_spectra(master.reduced_abscissa, master.ordinates, smooth, fit, refit, open_end=not end.reached)
+    found = replace(TRUTH, equilibrium_modulus=shown.equilibrium_shear_modulus, spectrum=shown.spectrum, shift=master.law)
+    tau = spectra.relaxation_time
     members = [
-        replace(found, equilibrium_modulus=float(level), spectrum=Spectrum(tau, moduli), shift=WLF(20.0, *drawn.law_parameters[k]))
+        replace(
+            found,
+            equilibrium_modulus=float(level),
+            spectrum=Spectrum(tau, moduli),
+            shift=WLF(20.0, *drawn.law_parameters[k]),
+        )
         for k, level, moduli in zip(spectra.used, spectra.equilibrium_modulus, spectra.shear_modulus, strict=True)
     ]
     return found, members

@@ -26,7 +26,7 @@ class ReducedCurve:
     Young's relaxation modulus (Pa) or tensile creep compliance (1/Pa) over reduced time (s), or Young's storage and loss modulus
     over reduced angular frequency (rad/s). `measured_temperature` (degC) is the range with known shift factors, None if there is
     none. `data` is the section of the summary on an instrument's export. `scaling`: how moduli change with temperature, from the
-    vertical shift.
+    vertical shift. `drawn` says whether there are draws of the curve.
     """
 
     kind: MeasurementKind
@@ -35,6 +35,7 @@ class ReducedCurve:
     measured_temperature: tuple[float, float] | None = None
     data: Mapping[str, Any] | None = None
     scaling: ModulusLaw = CONSTANT_MODULUS
+    drawn: bool = False
 
 
 def read_master_curve(folder: str, inputs: Inputs) -> ReducedCurve:
@@ -62,7 +63,7 @@ def read_master_curve(folder: str, inputs: Inputs) -> ReducedCurve:
         raise InputError("no rows: a folder written by mastercurve is needed", file=name)
     known = temperature[~np.any(np.isclose(temperature[:, None], undetermined, rtol=1e-6), axis=1)]
     measured = (float(known.min()), float(known.max())) if known.size else None
-    return ReducedCurve(kind, tuple(columns), law, measured, scaling=scaling)
+    return ReducedCurve(kind, tuple(columns), law, measured, scaling=scaling, drawn="uncertainty" in summary)
 
 
 def _scaling(shift: Mapping[str, Any], source: str) -> ModulusLaw:

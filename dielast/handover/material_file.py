@@ -29,7 +29,7 @@ from dielast.material.breakdown import BREAKDOWNS
 from dielast.material.damage import DAMAGES
 from dielast.material.dielectric import DIELECTRICS, DielectricLaw
 from dielast.material.flow import FLOWS, LINEAR_FLOW
-from dielast.material.material import NEO_HOOKEAN, CalibratedRange, Material, constants_of
+from dielast.material.material import NEO_HOOKEAN, CalibratedRange, Material, Window, constants_of
 from dielast.material.modulus import CONSTANT_MODULUS, MODULI
 from dielast.material.shift import SHIFTS, NoShift, ShiftLaw
 from dielast.material.spectrum import Spectrum
@@ -54,6 +54,14 @@ class Equilibrium(SpringSection):
     shear_modulus: Modulus | None = Field(
         None, description="Shear modulus of the spring at small strain; needed unless C10 or mu of the law states it."
     )
+    shear_modulus_range: Annotated[list[Modulus], Field(min_length=2, max_length=2)] | None = Field(
+        None, description="Bounds of the shear modulus (90 %), where the measured curve ends before its plateau."
+    )
+
+    def _check(self) -> None:
+        super()._check()
+        if self.shear_modulus_range is not None and self.shear_modulus_range[0] > self.shear_modulus_range[1]:
+            raise InputError("the lower bound must come first", key="shear_modulus_range")
 
     def stated(self, *place: float) -> SpringLaw:
         """The law of the spring."""
@@ -158,6 +166,19 @@ class CalibratedSection(Section):
         return CalibratedRange(tuple(self.modes), self.largest_I1, (first, last), (coldest, hottest))
 
 
+class WindowSection(Section):
+    """The part of the relaxation that was measured; a simulation that is slower warns."""
+
+    reduced_time_s: Annotated[list[Annotated[float, Field(gt=0, allow_inf_nan=False)]], Field(min_length=2, max_length=2)] = Field(
+        description="Shortest and longest reduced time of the measured curve in s, at the reference temperature."
+    )
+    plateau_reached: bool = Field(description="Whether the curve had reached the plateau of the equilibrium modulus.")
+
+    def _check(self) -> None:
+        if self.reduced_time_s[0] > self.reduced_time_s[1]:
+            raise InputError("the shortest time must come first", key="reduced_time_s")
+
+
 ORIGINS = "stated", "measured", "fitted"
 
 
@@ -199,6 +220,7 @@ class MaterialFile(Section):
         description='Where constants are from, by path, such as "equilibrium.shear_modulus" = "measured": stated, measured, or '
         "fitted, with the tests. Written by spectrum and calibrate.",
     )
+    window: WindowSection | None = Field(None, description="The part of the relaxation that was measured.")
     draws: str | None = Field(
         None, min_length=1, description="Table of draws of this material, for [uncertainty]; its path is relative to this file."
     )
@@ -232,7 +254,7 @@ class MaterialFile(Section):
 
     def material(self) -> Material:
         """The material that the file describes."""
-        measured, scaling = self.measured_temperature, self.temperature
+        measured, scaling, bounds = self.measured_temperature, self.temperature, self.equilibrium.shear_modulus_range
         material = Material(
             name=self.name,
             equilibrium_modulus=self.equilibrium.modulus(),
@@ -249,6 +271,8 @@ class MaterialFile(Section):
             calibrated=None if self.calibrated is None else self.calibrated.stated(),
             flow=LINEAR_FLOW if self.flow is None else self.flow.stated(),
             origin=self.origin,
+            window=None if self.window is None else Window(tuple(self.window.reduced_time_s), self.window.plateau_reached),  # type: ignore[arg-type]
+            equilibrium_range=None if bounds is None else (bounds[0], bounds[1]),
         )
         self._warn_of_origin(material)
         return material
@@ -333,13 +357,14 @@ def write_material(material: Material, draws: str | None = None) -> bytes:
     """The material as a material file (TOML, UTF-8), numbers with 9 significant digits; `draws` names the table of its draws."""
     import tomli_w
 
-    measured = material.measured_temperature
+    measured, bounds, window = material.measured_temperature, material.equilibrium_range, material.window
     document: dict[str, Any] = {
         "name": material.name,
         "reference_temperature": f"{material.reference_temperature:.9g} degC",
         **({} if draws is None else {"draws": draws}),
         **({} if measured is None else {"measured_temperature": [f"{value:.9g} degC" for value in measured]}),
-        "equilibrium": _stated_spring(material.equilibrium_law, material.equilibrium_modulus),
+        "equilibrium": _stated_spring(material.equilibrium_law, material.equilibrium_modulus)
+        | ({} if bounds is None else {"shear_modulus_range": [f"{value:.9g} Pa" for value in bounds]}),
         "nonequilibrium": {
             **stated_law(material.nonequilibrium_law, "gent"),
             "relaxation_time_s": rounded(material.spectrum.relaxation_time.tolist()),
@@ -363,6 +388,8 @@ def write_material(material: Material, draws: str | None = None) -> bytes:
             "temperature": [f"{value:.9g} degC" for value in calibrated.temperature],
         }
     document |= {"origin": dict(material.origin)} if material.origin else {}
+    if window is not None:
+        document["window"] = {"reduced_time_s": rounded(list(window.time)), "plateau_reached": window.plateau_reached}
     return tomli_w.dumps(document).encode()
 
 

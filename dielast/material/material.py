@@ -51,6 +51,16 @@ class CalibratedRange(Result):
     temperature: tuple[float, float]
 
 
+@dataclass(frozen=True, slots=True)
+class Window(Result):
+    """The shortest and the longest reduced `time` in s of the curve that a spectrum was fitted to, and whether the curve had
+    reached its plateau.
+    """
+
+    time: tuple[float, float]
+    plateau_reached: bool
+
+
 @checked
 @dataclass(frozen=True, slots=True, repr=False)
 class Material(Result):
@@ -65,6 +75,8 @@ class Material(Result):
     of the tests that the material was fitted to, None if it was not fitted. `origin` says of constants, by their paths such as
     "equilibrium.shear_modulus", where they are from: "stated", "measured", or "fitted: " with the names of the tests.
     `flow` is the law by which branches flow under stress.
+    `window` holds the times at which the relaxation was measured, None if unknown; where that was too short for the plateau,
+    `equilibrium_range` are the bounds of mu_eq in Pa.
     """
 
     name: str
@@ -82,6 +94,8 @@ class Material(Result):
     calibrated: CalibratedRange | None = None
     flow: FlowLaw = LINEAR_FLOW
     origin: Mapping[str, str] = field(default_factory=dict, compare=False, repr=False)
+    window: Window | None = None
+    equilibrium_range: tuple[float, float] | None = None
 
     @property
     def reference_temperature(self) -> float:

@@ -103,19 +103,32 @@ def warn_of_no_shift(material: Material, temperature: Floats) -> None:
 
 
 def warn_of_lasting(material: Material, temperature: ArrayLike, time: ArrayLike) -> None:
-    """Warn of times in s at temperatures in degC, both (k,), that are longer than the tests that a material was calibrated by;
-    times at different temperatures are compared by the shift law.
+    """Warn of times in s at temperatures in degC, both (k,), that are longer than what a material was measured or calibrated by;
+    times at different temperatures are compared by the shift law. NaN is no time.
     """
-    calibrated = material.calibrated
     values, heat = np.atleast_1d(np.asarray(time, dtype=float)), np.atleast_1d(np.asarray(temperature, dtype=float))
-    if calibrated is None or not values.size:
+    values, heat = values[~np.isnan(values)], heat[~np.isnan(values)]
+    known, window, calibrated = [], material.window, material.calibrated
+    if calibrated is not None:
+        tested = calibrated.time[1] / 10 ** float(material.shift.log10_shift_factor(np.array(calibrated.temperature[1])))
+        known.append((tested, "the tests that the material was calibrated by, which are"))
+    if window is not None:
+        known.append((window.time[1], "the measured relaxation, which is"))
+    if not known or not values.size:
         return
-    tested = calibrated.time[1] / 10 ** float(material.shift.log10_shift_factor(np.array(calibrated.temperature[1])))
-    longest = tested * 10 ** np.asarray(material.shift.log10_shift_factor(heat))
-    k = int(np.argmax(values / longest))
-    if values[k] > LONGER * longest[k]:
-        lasting = f"{values[k]:.3g} s at {heat[k]:g} degC are longer than the tests that the material was calibrated by"
-        warn(f"{lasting}, which are equivalent to {longest[k]:.3g} s at this temperature: slower branches are unknown")
+    longest, what = max(known)
+    reach = longest * 10 ** np.asarray(material.shift.log10_shift_factor(heat))
+    k = int(np.argmax(values / reach))
+    if values[k] <= LONGER * reach[k]:
+        return
+    unknown = "slower branches are unknown"
+    if material.equilibrium_range is not None:
+        low, high = material.equilibrium_range
+        unknown = f"the plateau was not reached, and the equilibrium shear modulus is between {low:.3g} and {high:.3g} Pa"
+    elif window is not None and window.plateau_reached:
+        unknown = "the modulus is taken to stay on its plateau"
+    known_to = f"{what} equivalent to {reach[k]:.3g} s at this temperature"
+    warn(f"{values[k]:.3g} s at {heat[k]:g} degC are longer than {known_to}: {unknown}")
 
 
 @dataclass(frozen=True, slots=True)

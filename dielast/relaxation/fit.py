@@ -18,7 +18,7 @@ def fit_spectrum(
     reduced_time: ArrayLike,
     modulus: ArrayLike,
     *,
-    method: Method = "schwarzl-staverman",
+    method: Method = "nnls",
     branches: int = 30,
     polynomial_degree: int = 7,
     relaxation_time: TimeRange = (None, None),
@@ -29,9 +29,10 @@ def fit_spectrum(
 ) -> SpectrumFit:
     """Discrete relaxation spectrum of a master curve: `modulus` (Young's, Pa) over `reduced_time` (s), both (n,), in any order.
 
-    "schwarzl-staverman" (Eqs. 14-20 of DOI 10.1115/1.4030850) derives the spectrum from a polynomial through log G over log t of
-    `polynomial_degree`; "nnls" fits non-negative moduli to the relative error. The material is incompressible: shear modulus =
-    Young's / 3. Points that are dense in log time share their weight.
+    "nnls" fits non-negative moduli to the relative error. "schwarzl-staverman" (Eqs. 14-20 of DOI 10.1115/1.4030850) derives the
+    spectrum from a polynomial through log G over log t of `polynomial_degree`, and has the error of that polynomial and of the
+    approximation. The material is incompressible: shear modulus = Young's / 3. Points that are dense in log time share their
+    weight.
 
     `relaxation_time` is the shortest and the longest time in s. If one is None, schwarzl-staverman uses the range in which t = 2
     tau stays on the curve, and nnls places it inside the curve where it fits best. `equilibrium_modulus` (Young's, Pa; 0 for a

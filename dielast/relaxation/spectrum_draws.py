@@ -6,7 +6,7 @@ does not show: every draw is shifted by that distance times a random factor of m
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Self
 
 import numpy as np
@@ -15,6 +15,7 @@ from dielast.errors import InputError, NumericsError, warn, without_warnings
 from dielast.material.spectrum import Spectrum
 from dielast.numerics.arrays import Floats, Index, rms
 from dielast.numerics.random_streams import stream
+from dielast.relaxation.beyond import continuations
 from dielast.relaxation.nnls import non_negative
 from dielast.relaxation.result import SpectrumFit
 
@@ -49,13 +50,15 @@ class CurveDraws:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SpectrumDraws:
-    """Draws of a spectrum on the same relaxation times: `equilibrium_modulus` (draws,) and `shear_modulus` (draws, N) in Pa.
+    """Draws of a spectrum on the same times `relaxation_time` (N,) in s, slowest first: `equilibrium_modulus` (draws,) and
+    `shear_modulus` (draws, N) in Pa.
 
     `used` (draws,) are the indices of their master curves among all draws. `misfit` is the root mean square of ln(model/curve),
     `scatter` that of the draws about the curve.
     """
 
     used: Index
+    relaxation_time: Floats
     equilibrium_modulus: Floats
     shear_modulus: Floats
     misfit: float
@@ -70,13 +73,16 @@ def draw_spectra(
     refit: Callable[[Floats, Floats], SpectrumFit],
     *,
     spectrum: Spectrum | None = None,
+    open_end: bool = False,
 ) -> SpectrumDraws:
     """The spectra of all draws of the master curve with points `abscissa` (n,) and `ordinates` (c, n), which gave `fit`.
 
     `refit` fits such points in the same way as `fit`. If it uses other relaxation times, a draw keeps the times of `fit`, with
     moduli that change the relaxation modulus by the same fraction; the same is done for a `spectrum` that was derived from that of
-    the fit by other means than truncation. Draws that cannot be fitted are omitted; raises `InputError` if these are more than
-    half. Warns if the model misses the curve by far more than the draws scatter.
+    the fit by other means than truncation. With an `open_end`, the curve of the `fit` ends before its plateau: every draw goes on
+    in its own way (`dielast.relaxation.beyond`), with slower branches and a lower equilibrium modulus. Draws that cannot be fitted
+    are omitted; raises `InputError` if these are more than half. Warns if the model misses the curve by far more than the draws
+    scatter.
     """
     fitted = fit.spectrum
     change = _Change.of(fitted, fit)
@@ -113,13 +119,20 @@ def draw_spectra(
     share = stream(SEED, "model error").standard_normal(len(curves.ordinates))[used]
     distance = np.interp(np.log(change.time), np.log(fit.reduced_time), missed)
     equilibrium, moduli = change.added(equilibrium, moduli, share[:, None] * distance)
+    if open_end:
+        of_draws = equilibrium[:, None] + moduli @ np.exp(-fit.reduced_time / fitted.relaxation_time[:, None])
+        ratios = of_draws / fitted.relaxation_modulus(fit.reduced_time, fit.equilibrium_shear_modulus)
+        tau, equilibrium, moduli = continuations(fit, ratios, 1).joined(fitted, equilibrium, moduli)
+        fit = replace(fit, spectrum=Spectrum(tau, moduli.mean(axis=0)), equilibrium_shear_modulus=float(equilibrium.mean()))
+        fitted = fit.spectrum
     if spectrum is not None and _begins_with(fitted, spectrum):
         moduli = moduli[:, : len(spectrum)]
     elif spectrum is not None:
         change = _Change.of(spectrum, fit)
         stiffer = (equilibrium[:, None] + moduli @ np.exp(-change.time / fitted.relaxation_time[:, None])) / change.modulus - 1
         equilibrium, moduli = change.added(fit.equilibrium_shear_modulus, spectrum.shear_modulus, stiffer)
-    return SpectrumDraws(used, equilibrium, moduli, misfit, scatter)
+    tau = (fitted if spectrum is None else spectrum).relaxation_time
+    return SpectrumDraws(used, tau, equilibrium, moduli, misfit, scatter)
 
 
 def _begins_with(spectrum: Spectrum, with_these: Spectrum) -> bool:

@@ -143,12 +143,12 @@ def test_schwarzl_and_staverman_read_a_relaxation_modulus_only(tmp_path: Path, m
         spectrum(tmp_path, mastercurve="mc", fit={"method": "schwarzl-staverman"})
 
 
-def test_the_method_left_out_is_that_of_the_measurement(tmp_path: Path) -> None:
+def test_the_method_left_out_is_nnls(tmp_path: Path) -> None:
     folder = write_folder(tmp_path / "mc", "relaxation")
     smooth = 1e5 * (1 + 30 / (1 + (TIME / 1e-3) ** 0.3))
     (folder / "mastercurve.csv").write_text(with_temperature(MEASURED["relaxation"][0], [TIME, smooth]))
     report = spectrum(tmp_path, mastercurve="mc", fit={"equilibrium_modulus": "0.1 MPa"})
-    assert report.headline["fit"]["method"] == "schwarzl-staverman"
+    assert report.headline["fit"]["method"] == "nnls"
 
 
 def read(folder: Path, header: str, values: list[Array], **data: Any) -> tuple[Array, ...]:
@@ -320,7 +320,11 @@ def test_names_of_shear_in_a_table_from_elsewhere_are_doubted(tmp_path: Path) ->
             "fit.glassy_modulus: 1000 Pa is below the start of the curve",
         ),
         ("oscillation", {"truncate": {"keep": 1000}}, "truncate.keep: cannot keep 1000 of 30 branches"),
-        ("relaxation", {"fit": {"branches": 2}}, "fit.branches: 2: schwarzl-staverman needs at least 3"),
+        (
+            "relaxation",
+            {"fit": {"method": "schwarzl-staverman", "branches": 2}},
+            "fit.branches: 2: schwarzl-staverman needs at least 3",
+        ),
     ],
 )
 def test_mistakes_name_the_key_of_the_recipe(tmp_path: Path, measurement: str, document: dict[str, Any], message: str) -> None:

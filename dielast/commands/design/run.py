@@ -46,7 +46,7 @@ def prepared(cases: Sequence[Case[DesignRecipe]], inputs: Inputs) -> PreparedGri
     plan = partial(plan_design, goal=Goal(goal.at, goal.horizon, goal.relative_stretch, goal.area_strain))
     targets = len(goal.relative_stretch or goal.area_strain or ())
     stated, in_recipe_terms = planned(plan, recipe, material, sample, GOAL_KEYS, targets=targets)
-    warn_of_grid(recipe, material, stated.grid.temperature, stated.grid.breakdown_field, goal.horizon)
+    warn_of_grid(recipe, material, stated.grid.temperature, stated.grid.breakdown_field)
     return PreparedGrid(material, sample, stated, in_recipe_terms)
 
 

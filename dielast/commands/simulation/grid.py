@@ -99,21 +99,18 @@ def in_words(result: Design | FailureMap, temperature: float, pair: int) -> str:
 
 def warn_of_map(recipe: FailureMapRecipe, material: Material, plan: MapPlan) -> None:
     """Warn of a map that looks as if something were in another unit, or that its material was not measured for."""
-    warn_of_grid(recipe, material, plan.temperature, plan.breakdown_field, recipe.horizon)
+    warn_of_grid(recipe, material, plan.temperature, plan.breakdown_field)
     area = plan.prestretch[:, 0] * plan.prestretch[:, 1]
     if np.isfinite(plan.breakdown_field).any():
         warn_of_field(plan.voltage[-1] * area / recipe.film.thickness, plan.breakdown_field)
 
 
-def warn_of_grid(
-    recipe: FailureMapRecipe | DesignRecipe, material: Material, temperature: Floats, field: Floats, horizon: float
-) -> None:
-    """Warn of films of a grid, at temperatures in degC and with breakdown fields (films,) in V/m, up to a horizon in s, that look
-    as if something were in another unit, or that their material was not measured for.
+def warn_of_grid(recipe: FailureMapRecipe | DesignRecipe, material: Material, temperature: Floats, field: Floats) -> None:
+    """Warn of films of a grid, at temperatures in degC and with breakdown fields (films,) in V/m, that look as if something were in
+    another unit, or that their material was not measured for.
     """
     warn_of_material(material)
     warn_of_use(material, temperature)
-    warn_of_lasting(material, temperature, np.full(len(temperature), horizon))
     USUAL["breakdown field"].warn(field[np.isfinite(field)])
     warn_of_no_breakdown(np.isfinite(field).tolist(), [material])
     film, limit = recipe.film, breakdown(recipe.breakdown) or material.breakdown
@@ -133,6 +130,7 @@ def warn_of_design(recipe: DesignRecipe, material: Material, result: Design) -> 
         fastest = fastest_branch(material, temperature)
         paces += _paces(recipe.film, temperature, fastest, {"a film fails after": life, "the goal is at": result.at})
     warn_of_paces(paces)
+    warn_of_lasting(material, result.temperature, np.fmax(result.time_to_failure, result.at))
 
 
 def warn_of_failures(recipe: FailureMapRecipe, material: Material, result: FailureMap) -> None:
@@ -161,6 +159,9 @@ def warn_of_failures(recipe: FailureMapRecipe, material: Material, result: Failu
         processes = {failing: float(np.nanmin(time, initial=np.inf)), "the horizon is": recipe.horizon}
         paces += _paces(recipe.film, temperature, fastest, processes)
     warn_of_paces(paces)
+    survived = np.any(np.isnan(result.time_to_failure), axis=(1, 2))
+    lives = np.nanmax(result.time_to_failure, axis=(1, 2), initial=0.0)
+    warn_of_lasting(material, result.temperature, np.where(survived, recipe.horizon, lives))
 
 
 def _paces(film: GridFilm, temperature: float, fastest: float, processes: Mapping[str, float]) -> list[Pace]:

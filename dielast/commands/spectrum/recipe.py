@@ -45,8 +45,8 @@ class FitSection(Section):
 
     method: Method | None = Field(
         None,
-        description="The second-order approximation of Schwarzl and Staverman on a polynomial, the default for a relaxation curve; "
-        "or non-negative least squares, the only method for oscillation and creep.",
+        description="Non-negative least squares, the default and the only method for oscillation and creep; or the second-order "
+        "approximation of Schwarzl and Staverman on a polynomial, for a relaxation curve.",
     )
     branches: int = Field(30, ge=1, le=200, description="Number of branches, with relaxation times evenly spaced in log time.")
     polynomial_degree: int = Field(
@@ -61,6 +61,11 @@ class FitSection(Section):
     )
     liquid: bool = Field(False, description="Whether the material is a melt, which flows: its equilibrium modulus is then 0.")
     continuous: bool = Field(False, description="Whether to write the continuous spectrum H(ln tau) as well.")
+
+    @property
+    def states_the_end(self) -> bool:
+        """Whether the equilibrium modulus is known."""
+        return self.liquid or self.equilibrium_modulus is not None
 
     def _check(self) -> None:
         if self.liquid and self.equilibrium_modulus:

@@ -28,13 +28,14 @@ from dielast.handover.material_file import write_material
 from dielast.io.files import Inputs
 from dielast.io.table import Table
 from dielast.material.checks import warn_of_material
-from dielast.material.material import Material, paths_of
+from dielast.material.material import Material, Window, paths_of
 from dielast.material.measurement_kind import CREEP, RELAXATION
 from dielast.material.shift import ShiftLaw
 from dielast.material.spectrum import Spectrum
 from dielast.material.springs import Gent
 from dielast.numerics.arrays import Floats
 from dielast.recipe.cases import Case
+from dielast.relaxation.beyond import OpenEnd, end_of
 from dielast.relaxation.continuous import ContinuousSpectrum, continuous_spectrum
 from dielast.relaxation.creep import fit_creep
 from dielast.relaxation.fit import fit_oscillation, fit_spectrum
@@ -149,10 +150,11 @@ def characterise(recipe: SpectrumRecipe, curve: ReducedCurve) -> tuple[SpectrumF
     wrong = Mistakes()
     if recipe.fit.continuous and curve.kind is CREEP:
         wrong.append(Problem("a creep curve has no continuous relaxation spectrum, only a discrete one", key="fit.continuous"))
-    result = fit_curve(curve, recipe.fit, recipe.truncate.keep if recipe.truncate else None)
+    end = end_of(fit_curve(curve, recipe.fit, recipe.truncate.keep if recipe.truncate else None), recipe.fit.states_the_end)
+    result = end.carried_on() if curve.drawn else end.fit  # as the draws, which need slower branches
     reduce, export = recipe.reduce, recipe.export
     reduction = wrong.tried(lambda: reduced(result, curve.shift, reduce)) if reduce else None
-    material, cards = with_origin(make_material(result, curve, recipe.material, reduction), recipe.fit), None
+    material, cards = with_origin(make_material(result, curve, recipe.material, reduction, end), recipe.fit), None
     warn_of_material(material)
     if export is not None:
         options = replace(export.options(), notes=_validity(result, recipe, reduction))
@@ -176,7 +178,7 @@ def fit_curve(curve: ReducedCurve, fit: FitSection, keep: int | None = None, flo
     ends, rules = (fit.relaxation_time.min, fit.relaxation_time.max), fit.model_dump(include=SHARED_BY_FITS)
     with in_keys(FIT_KEYS):
         if curve.kind is RELAXATION:
-            method, degree = fit.method or "schwarzl-staverman", fit.polynomial_degree
+            method, degree = fit.method or "nnls", fit.polynomial_degree
             return fit_spectrum(*curve.columns, method=method, polynomial_degree=degree, relaxation_time=ends, keep=keep, **rules)
         if fit.method == "schwarzl-staverman":
             raise InputError(f'"schwarzl-staverman" reads a relaxation modulus; {curve.kind.name} needs "nnls"', argument="method")
@@ -195,7 +197,7 @@ def draw_materials(
     if read is None:
         return None
     with without_warnings():  # the fit itself has issued them
-        whole = result if len(result.spectrum) == fit.branches else fit_curve(curve, fit)
+        whole = fit_curve(curve, fit)
     times = whole.spectrum.relaxation_time if whole.retardation is None else whole.retardation.retardation_time
     held = fit
     if times.size > 1:
@@ -207,8 +209,8 @@ def draw_materials(
         return fit_curve(ReducedCurve(curve.kind, (abscissa, *ordinates), curve.shift), held, flows=flows)
 
     abscissa, *ordinates = curve.columns
-    curves = CurveDraws(read.abscissa, read.ordinates)
-    spectra = draw_spectra(abscissa, np.array(ordinates), curves, whole, refit, spectrum=material.spectrum)
+    curves, is_open = CurveDraws(read.abscissa, read.ordinates), material.equilibrium_range is not None
+    spectra = draw_spectra(abscissa, np.array(ordinates), curves, whole, refit, spectrum=material.spectrum, open_end=is_open)
     tau = material.spectrum.relaxation_time
     members = [
         replace(material, equilibrium_modulus=float(level), spectrum=Spectrum(tau, moduli), shift=read.shifts[place])
@@ -337,7 +339,9 @@ def with_origin(material: Material, fit: FitSection) -> Material:
     )
 
 
-def make_material(result: SpectrumFit, curve: ReducedCurve, constants: MaterialConstants, reduction: Reduction | None) -> Material:
+def make_material(
+    result: SpectrumFit, curve: ReducedCurve, constants: MaterialConstants, reduction: Reduction | None, end: OpenEnd
+) -> Material:
     """The material for simulations: the spectrum, its shift law, and the constants that no relaxation test determines."""
     return Material(
         name=constants.name,
@@ -351,4 +355,6 @@ def make_material(result: SpectrumFit, curve: ReducedCurve, constants: MaterialC
         measured_temperature=curve.measured_temperature,
         equilibrium_scaling=curve.scaling,
         nonequilibrium_scaling=curve.scaling,
+        window=Window((float(result.reduced_time[0]), float(result.reduced_time[-1])), end.reached),
+        equilibrium_range=end.range,
     )

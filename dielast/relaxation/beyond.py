@@ -1,0 +1,221 @@
+"""How relaxation may go on after the last point of a curve, and the equilibrium modulus that it leads to.
+
+No curve tells a constant from a process that is far slower than the curve is long: without an assumption, the equilibrium modulus
+is anything between 0 and the modulus at the end of every curve, levelled or not. The assumption here is that the spectrum H(ln tau)
+goes on as it has begun. ln H is a random path over ln tau, from two decades before the end to four decades after it. Its slope
+begins anywhere between a steep rise and a steep fall, and changes at random, mostly downwards, by small steps (a power law goes on)
+or large ones (it is cut off). The size of H at the end and the equilibrium modulus are unknown in scale: their logarithms are
+equally likely to have any value down to a small fraction of the modulus at the end (Jeffreys' prior of a scale, H. Jeffreys, Theory
+of probability, 3rd ed., Oxford 1961, sec. 3.1). An end that does not fall at all is as likely as one that does. All this is
+weighted by how likely it makes the end of the curve, with noise of unknown size. So the last slope and its change decide how far
+the modulus may still fall, and a level end excludes a fall. A process that a plateau separates from the curve is not allowed for:
+nothing shows it.
+"""
+
+from dataclasses import dataclass, replace
+from functools import cache
+
+import numpy as np
+
+from dielast.errors import warn
+from dielast.material.measurement_kind import RELAXATION
+from dielast.material.scatter import interval
+from dielast.material.spectrum import Spectrum
+from dielast.numerics.arrays import Floats
+from dielast.numerics.random_streams import stream
+from dielast.relaxation.ends import long_time_end, votes
+from dielast.relaxation.nnls import WeightedCurve, non_negative
+from dielast.relaxation.result import SpectrumFit
+from dielast.relaxation.task import LEVEL_SLOPE
+
+SEED = 1
+LOOKED_AT = 1.3  # decades at the end of a curve that a path must describe
+FASTER, SLOWER = 2.0, 4.0  # decades of relaxation times before and after the end of the curve
+PER_DECADE, BRANCHES_PER_DECADE = 6, 3  # points of a path, and branches after the end
+JOINED = 0.5  # decades before the end at which continuations begin
+PATHS = 2**14
+FIRST_SLOPE = (-0.3, 1.0)  # mean and standard deviation of d ln H/d ln tau where a path begins
+FALLS, DROP = 0.3, (0.1, 10.0)  # falls of the slope per unit of ln tau, and the range of their mean size, gamma distributed
+WANDERS = 0.2  # standard deviation of the change of the slope per square root of a unit of ln tau
+LEAST_SIZE, LEAST_MODULUS = 1e-4, 0.3  # of the modulus at the end: below, H and the equilibrium modulus may as well be 0
+ENOUGH = 200.0  # paths that must count; a curve more exact than the paths are dense is taken as less exact
+DRAWS, LEVEL = 400, 0.9
+NEGLIGIBLE = 0.02  # of the modulus at the end: a plateau is reached if the modulus falls by no more, at the lower end of the range
+MATCHED_PER_DECADE, RELUCTANCE, SMALL = 8, 1e-6, 0.01  # as in the draws of a spectrum
+MEASURED = 10.0  # weight of the curve, which is measured, over what follows it
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Continuations:
+    """Draws of what follows a curve that ends at `end` (s): `equilibrium_modulus` (draws,) and `shear_modulus` (draws, k) in Pa of
+    processes with the times `relaxation_time` (k,) in s, some of them within the curve. They hold at its end and after it.
+    """
+
+    end: float
+    relaxation_time: Floats
+    equilibrium_modulus: Floats
+    shear_modulus: Floats
+
+    def modulus(self, time: Floats) -> Floats:
+        """Relaxation modulus (draws, n) in Pa at `time` (n,) in s."""
+        return np.asarray(self.equilibrium_modulus[:, None] + self.shear_modulus @ np.exp(-time / self.relaxation_time[:, None]))
+
+    def joined(self, spectrum: Spectrum, equilibrium: Floats, moduli: Floats) -> tuple[Floats, Floats, Floats]:
+        """Relaxation times (k + N,), slower ones before those of the `spectrum`, and draws of the equilibrium modulus (draws,) and
+        the moduli (draws, k + N) that relax as `equilibrium` (draws,) with `moduli` (draws, N) up to the end of the curve, and as
+        the continuations after it.
+        """
+        tau = np.concatenate([self.end * 10 ** np.arange(SLOWER, 0.0, -1 / BRANCHES_PER_DECADE), spectrum.relaxation_time])
+        first, last = min(tau[-1] / 2, self.end / 2), 2 * tau[0]
+        time = np.geomspace(first, last, int(MATCHED_PER_DECADE * np.log10(last / first)) + 1)
+        joint = self.end / 10**JOINED  # the fit alone levels off at its end, the continuations follow the curve
+        curve, weight = time <= joint, np.where(time <= self.end, MEASURED, 1.0)
+        measured = equilibrium[:, None] + moduli @ np.exp(-np.append(time[curve], joint) / spectrum.relaxation_time[:, None])
+        scale = measured[:, -1:] / self.modulus(np.array([joint]))
+        wanted = np.hstack([measured[:, :-1], scale * self.modulus(time[~curve])])
+        level, decay, before = (
+            scale[:, 0] * self.equilibrium_modulus,
+            np.exp(-time[:, None] / tau),
+            np.zeros((len(moduli), tau.size)),
+        )
+        before[:, -moduli.shape[1] :] = moduli
+        after = []
+        for modulus, constant, old in zip(wanted, level, before, strict=True):
+            # the smallest relative changes of the moduli that nearly suffice, as in the draws of a spectrum
+            size = np.maximum(old, SMALL * np.interp(np.log(tau), np.log(time), modulus))
+            held = np.sqrt(RELUCTANCE * time.size) * np.eye(tau.size)
+            rows = np.vstack([decay * size * (weight / modulus)[:, None], held])
+            after.append(size * non_negative(rows, np.concatenate([weight * (1 - constant / modulus), held @ (old / size)]))[0])
+        return tau, level, np.array(after)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class OpenEnd:
+    """What the curve of a `fit` leaves open: the `range` of the equilibrium modulus in Pa (shear), a 90 % interval, None if it is
+    known; whether the plateau was `reached`; and the `mean` of what may follow, None if nothing is open.
+    """
+
+    fit: SpectrumFit
+    range: tuple[float, float] | None
+    reached: bool
+    mean: Continuations | None = None
+
+    def carried_on(self) -> SpectrumFit:
+        """The fit as it goes on after the curve by the mean: with slower branches, and a lower equilibrium modulus."""
+        fit, own = self.fit, self.fit.spectrum
+        if self.mean is None:
+            return fit
+        tau, level, moduli = self.mean.joined(own, np.array([fit.equilibrium_shear_modulus]), own.shear_modulus[None])
+        return replace(fit, spectrum=Spectrum(tau, moduli[0]), equilibrium_shear_modulus=float(level[0]))
+
+
+def end_of(fit: SpectrumFit, stated: bool = False) -> OpenEnd:
+    """What the curve of a `fit` leaves open; `stated` says that the equilibrium modulus is known, as it is of a creeping fluid.
+
+    Warns where the plateau was not reached, unless the curve falls so much that the fit has warned.
+    """
+    after = continuations(fit, np.ones((1, fit.reduced_time.size)), DRAWS)
+    low, high = (float(bound) for bound in interval(after.equilibrium_modulus, LEVEL))
+    ends_at = float(np.mean(after.modulus(np.array([after.end]))))
+    high, reached = min(high, ends_at), low >= (1 - NEGLIGIBLE) * ends_at
+    if reached or stated or (fit.retardation is not None and fit.retardation.fluidity > 0):
+        return OpenEnd(fit, None, reached)
+    stiffness = np.atleast_2d(fit.measured)[0] ** fit.kind.stiffness_power
+    if -long_time_end(np.log10(fit.reduced_time), stiffness).slope <= LEVEL_SLOPE:
+        warn(
+            f"the curve ends before its plateau, at {3 * ends_at:.3g} Pa: the equilibrium modulus (Young's) is between "
+            f"{3 * low:.3g} and {3 * high:.3g} Pa: state equilibrium_modulus if it is known",
+            mentions=("equilibrium_modulus",),
+        )
+    means = (np.mean(each, axis=0)[None] for each in (after.equilibrium_modulus, after.shear_modulus))
+    return OpenEnd(fit, (low, high), False, Continuations(after.end, after.relaxation_time, *means))
+
+
+def continuations(fit: SpectrumFit, ratios: Floats, each: int) -> Continuations:
+    """`each` draws of what may follow each of the curves that are `ratios` (curves, n) times the relaxation modulus at the reduced
+    times of the `fit`.
+
+    The relaxation modulus is that measured; of creep and oscillation, it is that of the fit, with the scatter of the measured
+    stiffness.
+    """
+    time, kind = fit.reduced_time, fit.kind
+    modulus = fit.spectrum.relaxation_modulus(time, fit.equilibrium_shear_modulus)
+    off = np.atleast_2d(fit.measured)[0] / np.atleast_2d(fit.model)[0]
+    near = np.log10(time) >= np.log10(time[-1]) - LOOKED_AT
+    curve = WeightedCurve(time[near], (modulus * off**kind.stiffness_power)[None, near], votes(np.log10(time[near])), RELAXATION)
+    end, generator = float(time[-1]), stream(SEED, "beyond the curve")
+    rows = [_draws(curve, end, ratio[near], each, generator) for ratio in np.asarray(ratios)]
+    level, path = (np.concatenate(columns) for columns in zip(*rows, strict=True))
+    u, _ = _paths()
+    return Continuations(end, end * np.exp(u[::-1]), level, path[:, ::-1])
+
+
+@cache
+def _paths() -> tuple[Floats, Floats]:
+    """ln tau over the end of the curve (m,), and H times its spacing on each path (PATHS, m), 1 per unit of ln tau at the end."""
+    step, count = np.log(10) / PER_DECADE, round((FASTER + SLOWER) * PER_DECADE) + 1
+    at_end = round(FASTER * PER_DECADE)
+    generator = stream(SEED, "spectra beyond the curve")
+    slope = np.empty((PATHS, count - 1))
+    slope[:, 0] = FIRST_SLOPE[0] + FIRST_SLOPE[1] * generator.standard_normal(PATHS)
+    drop = np.exp(generator.uniform(np.log(DROP[0]), np.log(DROP[1]), (PATHS, 1)))
+    change = WANDERS * np.sqrt(step) * generator.standard_normal((PATHS, count - 2))
+    slope[:, 1:] = change - drop * generator.standard_gamma(FALLS * step, (PATHS, count - 2))
+    height = np.concatenate([np.zeros((PATHS, 1)), np.cumsum(np.cumsum(slope, axis=1) * step, axis=1)], axis=1)
+    height -= height[:, [at_end]]
+    return step * (np.arange(count) - at_end), step * np.exp(np.clip(height, -60.0, 40.0))
+
+
+def _draws(curve: WeightedCurve, end: float, ratio: Floats, count: int, generator: np.random.Generator) -> tuple[Floats, Floats]:
+    """Equilibrium moduli (count,) and moduli along paths (count, m) that go with the `curve` times `ratio`.
+
+    For each path, size and equilibrium modulus have a normal likelihood, cut off at 0.
+    """
+    from scipy.special import log_ndtr, ndtr, ndtri
+
+    cells = replace(curve, values=curve.values * ratio).averaged()
+    time, values, weight = cells.time, cells.values[0], cells.weight
+    u, paths = _paths()
+    scale = values[-1]
+    level, falling = scale / values, (paths @ np.exp(-np.exp(np.log(time / end)[:, None] - u)).T) * scale / values
+    a, b, c = float(weight @ level**2), falling @ (weight * level), falling**2 @ weight
+    d, e, n = float(weight @ level), falling @ weight, float(weight.sum())
+    c = np.maximum(c, 1e-300)
+    det = a * c * np.maximum(1 - b**2 / (a * c), 1e-12)
+    mean_level, mean_size = (c * d - b * e) / det, (a * e - b * d) / det
+    square = n - mean_level * d - mean_size * e
+    allowed = np.where((mean_level >= 0) & (mean_size >= 0), square, np.minimum(n - np.maximum(e, 0) ** 2 / c, n - d**2 / a))
+    least, freedom = max(float(allowed.min()), 1e-12), max(n - 3, 1.0)
+    noise = np.sqrt(least / freedom)
+    sigma_level, sigma_size, rho = noise * np.sqrt(c / det), noise * np.sqrt(a / det), -b / np.sqrt(a * c)
+    prior = log_ndtr(mean_level / sigma_level) + log_ndtr(mean_size / sigma_size) - 0.5 * np.log(det)
+    likelihood = -0.5 * freedom * np.log(np.maximum(square, least) / least)
+    power = 1.0
+    while True:
+        share = np.exp(prior + power * likelihood - np.max(prior + power * likelihood))
+        share /= share.sum()
+        if power < 0.01 or share @ share < 1 / ENOUGH:
+            break
+        power *= 0.8
+    many = 10 * count + 200
+    k = generator.choice(share.size, size=many, p=share)
+    first, second = generator.random((2, many))
+
+    def positive(mean: Floats, sigma: Floats, chance: Floats) -> Floats:
+        below = ndtr(-mean / sigma)
+        return np.maximum(mean + sigma * ndtri(np.clip(below + (1 - below) * chance, 1e-15, 1 - 1e-15)), 0.0)
+
+    size = positive(mean_size[k], sigma_size[k], first)
+    given = mean_level[k] + rho[k] * sigma_level[k] / sigma_size[k] * (size - mean_size[k])
+    level = positive(given, sigma_level[k] * np.sqrt(1 - rho[k] ** 2), second)
+    likely = 1 / ((size + LEAST_SIZE) * (level + LEAST_MODULUS))
+    chosen = generator.choice(many, size=count, p=likely / likely.sum())
+    # the evidence for a curve that falls by no path, and for one that falls
+    exponent = prior + power * likelihood
+    falls = float(np.mean(np.exp(exponent))) * 2 * np.pi * noise**2 * float(np.mean(1 / (size + LEAST_SIZE))) / -np.log(LEAST_SIZE)
+    stays = (max(n - d**2 / a, least) / least) ** (-0.5 * power * freedom) * np.sqrt(2 * np.pi / a) * noise
+    level, size = level[chosen], size[chosen]
+    constant = generator.random(count) < stays / (stays + falls)
+    level[constant] = np.maximum(d / a + noise / np.sqrt(a) * generator.standard_normal(int(constant.sum())), 0.0)
+    size[constant] = 0.0
+    return level * scale, size[:, None] * paths[k[chosen]] * scale

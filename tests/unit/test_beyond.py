@@ -1,0 +1,114 @@
+"""What may follow a curve that ends before its plateau."""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from dielast.errors import DielastWarning, InputError
+from dielast.handover.material_file import parse_material, write_material
+from dielast.material.material import CalibratedRange, Material, Window
+from dielast.material.shift import WLF
+from dielast.material.spectrum import Spectrum
+from dielast.material.use_checks import warn_of_lasting
+from dielast.relaxation.beyond import end_of
+from dielast.relaxation.fit import fit_spectrum
+from dielast.relaxation.result import SpectrumFit
+from dielast.relaxation.spectrum_draws import CurveDraws, draw_spectra
+
+LEVEL = 1e5
+TAU = np.logspace(4, -8, 97)
+TRUTH = Spectrum(TAU, 2e4 * TAU**-0.25 * np.exp(-TAU / 1e3))  # a power law that ends after 1e3 s
+OPEN = Material("open", LEVEL, TRUTH, WLF(20.0, 13.7, 187.1), window=Window((1e-6, 1e2), False), equilibrium_range=(0.0, 1.2e5))
+
+
+def fitted(last: float) -> tuple[np.ndarray, np.ndarray, SpectrumFit]:
+    """A curve with 0.5 % of noise that ends at the `last` time in s, and its spectrum."""
+    time = np.geomspace(1e-6, last, 200)
+    noise = 1 + 0.005 * np.random.default_rng(3).standard_normal(time.size)
+    modulus = 3 * TRUTH.relaxation_modulus(time, LEVEL) * noise
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DielastWarning)
+        return time, modulus, fit_spectrum(time, modulus)
+
+
+def test_a_curve_that_ends_before_its_plateau_states_a_range_that_holds_the_truth() -> None:
+    _, _, fit = fitted(30.0)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DielastWarning)
+        end = end_of(fit)
+    assert fit.equilibrium_shear_modulus > 1.1 * LEVEL
+    assert not end.reached
+    assert end.range is not None
+    assert end.range[0] < LEVEL < end.range[1]
+
+
+def test_a_plateau_that_is_reached_leaves_nothing_open() -> None:
+    _, _, fit = fitted(1e6)
+    end = end_of(fit)
+    assert end.reached
+    assert end.range is None
+    assert end.carried_on() is fit
+
+
+def test_a_stated_modulus_leaves_no_range() -> None:
+    _, _, fit = fitted(30.0)
+    assert end_of(fit, stated=True).range is None
+
+
+def test_draws_of_an_open_end_agree_within_the_curve_and_fall_beyond_it() -> None:
+    time, modulus, fit = fitted(30.0)
+    factors = 1 + 0.005 * np.random.default_rng(1).standard_normal((20, 1, 1))
+    curves = CurveDraws(time, modulus * factors)
+    drawn = draw_spectra(time, modulus[None], curves, fit, lambda t, y: fit, open_end=True)
+    at = np.array([0.1, 1.0, 10.0, 1e8])
+    members = drawn.equilibrium_modulus[:, None] + drawn.shear_modulus @ np.exp(-at / drawn.relaxation_time[:, None])
+    np.testing.assert_allclose(members[:, :3] / TRUTH.relaxation_modulus(at[:3], LEVEL), 1, atol=0.02)
+    assert members[:, 3].min() < LEVEL < members[:, 3].max()
+    assert drawn.equilibrium_modulus.std() > 0.1 * LEVEL
+
+
+def test_window_and_range_are_in_the_material_file() -> None:
+    text = write_material(OPEN)
+    assert b'shear_modulus_range = [\n    "0 Pa",\n    "120000 Pa",\n]' in text
+    assert b"plateau_reached = false" in text
+    again = parse_material(text, "m.toml")
+    assert (again.window, again.equilibrium_range) == (OPEN.window, OPEN.equilibrium_range)
+    with pytest.raises(InputError, match="the lower bound must come first"):
+        parse_material(text.replace(b'"0 Pa",\n    "120000 Pa"', b'"120000 Pa",\n    "0 Pa"'), "m.toml")
+
+
+@pytest.mark.parametrize(
+    ("material", "message"),
+    [
+        (OPEN, r"1e\+06 s at 20 degC are longer than the measured relaxation, .* 100 s .*not reached.* between 0 and 1.2e\+05 Pa"),
+        (replace(OPEN, window=Window((1e-6, 1e2), True), equilibrium_range=None), "taken to stay on its plateau"),
+        (
+            replace(OPEN, calibrated=CalibratedRange(("uniaxial",), 4.0, (1.0, 1e3), (20.0, 20.0))),
+            "longer than the tests that the material was calibrated by, which are equivalent to 1e\\+03 s",
+        ),
+    ],
+)
+def test_a_simulation_beyond_the_window_is_warned_of_once(material: Material, message: str) -> None:
+    with pytest.warns(DielastWarning, match=message) as caught:
+        warn_of_lasting(material, [20.0, 20.0], [1e6, np.nan])
+    assert len(caught) == 1
+
+
+def test_the_same_time_at_a_higher_temperature_is_a_longer_one() -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", DielastWarning)
+        warn_of_lasting(OPEN, [20.0], [150.0])
+    with pytest.warns(DielastWarning, match="at 40 degC are longer than the measured relaxation"):
+        warn_of_lasting(OPEN, [40.0], [150.0])
+
+
+@pytest.mark.parametrize("spectrum", [TRUTH, Spectrum(TAU, 1e6 * np.exp(-((np.log10(TAU) + 2) ** 2)))])
+def test_the_default_method_follows_spectra_of_any_shape(spectrum: Spectrum) -> None:
+    time = np.geomspace(1e-7, 1e6, 200)
+    fit = fit_spectrum(time, 3 * spectrum.relaxation_modulus(time, LEVEL))
+    assert fit.method == "nnls"
+    assert fit.rms_relative_error < 0.005
