@@ -6,7 +6,7 @@ differences from it, swings from one extreme to the next are left out where at l
 
 - is larger than noise alone would make it in one test of a hundred,
 - is larger by as much than all motion of this film in this time: the force moves against the film,
-- takes no longer than the ramps of the test: a grip that swings more slowly could not have followed them,
+- takes no longer than a quarter of a ramp: a grip that swings more slowly could not have followed it,
 
 with those next to them that are larger than noise and as fast. Fast relaxation after a ramp, kinks at turning points and the error
 of laws at large strain are no such swings: they are single, or slow, or smaller than the motion of the film itself.
@@ -27,6 +27,7 @@ from dielast.numerics.robust import robust_deviation
 ALARM = 0.01  # probability that noise alone makes a swing in a test
 LAGS = (1, 2, 4)  # distances between points over which noise is estimated, as it may be correlated
 BLOCKS = (1, 2, 4, 8)  # points that are averaged, each in turn: the mean of many points has less noise
+SETTLING = 0.25  # longest swing over the time of a ramp
 SHY = 0.25  # of the ramp time after a change of speed: these points do not choose the film
 UNLIKE = 2.0  # longest swing over the usual one
 KINK = 0.3  # change of speed over that of the ramps: smaller ones are those of a crosshead that swings
@@ -81,18 +82,23 @@ def _swinging(time: Floats, stress: Floats, film: Floats, level: Floats, lasts: 
     motion = np.concatenate(([0.0], np.cumsum(np.abs(np.diff(film)) / level[1:])))
     first, last = turns[:-1], turns[1:]
     swing = np.abs(difference[last] - difference[first])
-    fast = (swing > 2 * extreme) & (time[last] - time[first] <= lasts)
+    fast = (swing > 2 * extreme) & (time[last] - time[first] <= SETTLING * lasts)
     against = fast & (swing > motion[last] - motion[first] + 2 * extreme)
     if not against.any():
         return found
     # ringing has one frequency, known to the spacing of the points: the way between two transients is no swing of either
     takes, spacing = time[last] - time[first], np.gradient(time)
-    alike = fast & (takes <= UNLIKE * np.median(takes[against]) + np.maximum(spacing[first], spacing[last]))
+    usual = float(np.median(takes[against]))
+    alike = fast & (takes <= UNLIKE * usual + np.maximum(spacing[first], spacing[last]))
     for begin, end in _runs(alike):
         if np.any(against[begin : end - 1] & against[begin + 1 : end]):
-            found[first[begin] : last[end - 1] + 1] = True
-            for place in (first[begin], last[end - 1]):
-                found[place] = abs(difference[place]) > extreme
+            found[first[begin] + 1 : last[end - 1]] = True
+            for place, way in ((first[begin], -1), (last[end - 1], 1)):
+                # with the rest of the first and of the last lobe, as far as it exceeds noise
+                sign, begun = np.sign(difference[place]), time[place]
+                while 0 <= place < time.size and sign * difference[place] > extreme and abs(time[place] - begun) <= usual:
+                    found[place] = True
+                    place += way
     return found
 
 
