@@ -12,8 +12,6 @@ with those next to them that are larger than noise and as fast. Fast relaxation 
 of laws at large strain are no such swings: they are single, or slow, or smaller than the motion of the film itself.
 """
 
-from itertools import pairwise
-
 import numpy as np
 from scipy.special import ndtri
 
@@ -49,7 +47,7 @@ def ringing(test: MeasuredTest) -> Flags:
             values[: count * block].reshape(count, block).mean(axis=1)
             for values in (test.time, test.stress, film.stress, film.level)
         )
-        for first, end in _runs(_swinging(time, stress, model, level, lasts)):
+        for first, end in runs(_swinging(time, stress, model, level, lasts)):
             part = slice(first * block, end * block)
             # fewer points find the bounds of a transient more closely
             found[part] |= not found[part].any()
@@ -75,7 +73,9 @@ def loaded_at_rest(test: MeasuredTest) -> Flags:
 
 
 def _swinging(time: Floats, stress: Floats, film: Floats, level: Floats, lasts: float) -> Flags:
-    """The points (n,) in swings of the `stress` (n,) about that of the `film` (n,), over the `level` (n,), no longer than `lasts`."""
+    """The points (n,) in swings of the `stress` (n,) about that of the `film` (n,), over the `level` (n,); `lasts` is the time of a
+    ramp in s.
+    """
     found, difference = np.zeros(time.size, dtype=bool), (stress - film) / level
     extreme = float(-ndtri(ALARM / (2 * len(BLOCKS) * time.size))) * _noise(stress, difference, level)
     turns = _turns(difference, 2 * extreme)
@@ -90,7 +90,7 @@ def _swinging(time: Floats, stress: Floats, film: Floats, level: Floats, lasts: 
     takes, spacing = time[last] - time[first], np.gradient(time)
     usual = float(np.median(takes[against]))
     alike = fast & (takes <= UNLIKE * usual + np.maximum(spacing[first], spacing[last]))
-    for begin, end in _runs(alike):
+    for begin, end in runs(alike):
         if np.any(against[begin : end - 1] & against[begin + 1 : end]):
             found[first[begin] + 1 : last[end - 1]] = True
             for place, way in ((first[begin], -1), (last[end - 1], 1)):
@@ -114,10 +114,11 @@ def _noise(stress: Floats, difference: Floats, level: Floats) -> float:
 
 
 def _ramp_time(test: MeasuredTest) -> float:
-    """The time in s for the whole range of the stretch, at the mean rate along its path."""
+    """The time in s for the whole range of the stretch, at the mean rate along its path; 0 for a test without ramps."""
     path, lasts = np.abs(np.diff(test.corner_stretch)), np.diff(test.corner_time)
     moved = path > 0
-    return float(np.ptp(test.corner_stretch) * np.sum(path) / np.sum(np.square(path[moved]) / lasts[moved])) if moved.any() else 0.0
+    rates = float(np.sum(np.square(path[moved]) / lasts[moved]))
+    return float(np.ptp(test.corner_stretch)) * float(np.sum(path)) / rates if rates > 0 else 0.0
 
 
 def _turns(values: Floats, least: float) -> Cases:
@@ -133,7 +134,7 @@ def _turns(values: Floats, least: float) -> Cases:
     return np.unique([*turns, extreme, len(values) - 1])
 
 
-def _runs(flags: Flags) -> list[tuple[int, int]]:
+def runs(flags: Flags) -> list[tuple[int, int]]:
     """First and end of each run of flags (n,) that are True."""
     edges = np.flatnonzero(np.diff(np.concatenate(([False], flags, [False])).astype(int)))
     return list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))
