@@ -1,4 +1,4 @@
-"""Raw files of a tensile machine, made here: grips that overshoot, a load cell that rings, specimens that differ, an offset of the force.
+"""Raw files of a tensile machine, made here: grips that overshoot, a force that rings, specimens that differ, an offset.
 
 A grip is an oscillator that is carried along by the crosshead: each change of the crosshead's speed lets it swing about its place.
 The load cell shows the force of the specimen and, at the same frequency, that of the swinging mass.
@@ -18,8 +18,8 @@ GAUGE, AREA = 0.08, 22e-6  # m and m^2
 
 @dataclass(frozen=True)
 class Machine:
-    """`frequency` in Hz and `damping` of the grip, the first force swing in N at a change of speed of 0.02 m/s, its phase, the swing
-    of the extension over that of an ideal oscillator, noise of the force over its mean, `offset` in N, and force at rest in N.
+    """`frequency` in Hz and `damping` of the grip, the first swing of the `force` in N at a change of speed of 0.02 m/s, its phase,
+    the swing of the extension over that of an ideal oscillator, noise of the force over its level, `offset` and force at rest in N.
     """
 
     frequency: float = 3.0

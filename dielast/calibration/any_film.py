@@ -71,7 +71,7 @@ def any_film(test: MeasuredTest, time: Floats, stress: Floats, used: Flags) -> A
     weight, factors = np.ones(wanted.size), np.zeros(size.size)
     for _ in range(ROUNDS):
         # the same least squares with as many rows as columns
-        triangle = np.linalg.qr(weight[:, None] * np.column_stack((scaled, wanted)), mode="r")
+        triangle: Floats = np.asarray(np.linalg.qr(weight[:, None] * np.column_stack((scaled, wanted)), mode="r"), dtype=float)
         factors, _ = nnls(triangle[:, :-1], triangle[:, -1])
         miss = np.abs(scaled @ factors - wanted)
         weight = 1 / np.sqrt(np.maximum(miss, max(float(np.median(miss)), 1e-9) * 0.1))

@@ -87,8 +87,8 @@ class MeasuredTest(Result):
         if used.size != time.size:
             raise InputError("left_out needs one value for each point", argument=self.name)
         if np.count_nonzero(used) < 3:
-            kept = f"{np.count_nonzero(used)} of {used.size} points are not left out of the misfit: at least 3 are needed"
-            raise InputError(kept, argument=self.name)
+            left = f"{np.count_nonzero(used)} of {used.size} points are not left out of the misfit: at least 3 are needed"
+            raise InputError(left, argument=self.name)
         unused = np.stack((time, stretch, stress))[:, ~used]
         time, stretch, stress = time[used], stretch[used], stress[used]
         values = {

@@ -110,7 +110,7 @@ def _noise(stress: Floats, difference: Floats, level: Floats) -> float:
     ]
     values = np.unique(stress)
     digit = float(np.min(np.diff(values))) / float(np.median(level)) / np.sqrt(12) if values.size > 1 else 0.0
-    return max(*scatter, digit, LEAST_NOISE)
+    return float(max(*scatter, digit, LEAST_NOISE))
 
 
 def _ramp_time(test: MeasuredTest) -> float:

@@ -6,8 +6,9 @@ The difference between a measured and a modelled curve is assumed to be the sum 
 - the error of the model, a share of the level, correlated along the curve by one of Matern's functions of the distance d
   (`path_length`) with a length l, of which exp(-d/l) is the roughest; ten thousand points of a curve then carry no more information
   than its shape (Kennedy and O'Hagan 2001, DOI 10.1111/1467-9868.00294; Rasmussen and Williams 2006, Eqs. 4.16 and 4.17);
-- a factor on all values measured on one specimen, log-normal, a random effect, which the fit takes to first order: further points of a specimen do
-  not carry more information about the material than the specimen itself (Laird and Ware 1982, DOI 10.2307/2529876).
+- a factor on all values measured on one specimen, log-normal, a random effect that the fit takes to first order: further points
+  of a specimen do not carry more information about the material than the specimen itself (Laird and Ware 1982,
+  DOI 10.2307/2529876).
 
 The level of a curve at a point lies between the value there and the root mean square of the curve: errors are partly relative and
 partly absolute.

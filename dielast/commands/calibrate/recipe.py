@@ -51,13 +51,13 @@ class TestData(TextTable):
     discard_before: Time = Field(0.0, description="Leave the points before this time of the test out of the misfit.")
     discard: list[tuple[Time, Time]] = Field(
         [],
-        description='Leave the points from one time to another out of the misfit, as in [["4.0 s", "4.6 s"]]; the history still goes '
-        "through them.",
+        description='Leave the points from one time to another out of the misfit, as in [["4.0 s", "4.6 s"]]; the history goes '
+        "through them nevertheless.",
     )
     ignore: Literal["ringing", "none"] = Field(
         "ringing",
-        description="Which points are left out of the misfit without being stated: ringing are those of a force that swings as that "
-        "of no film does, and of a force at rest, both of which a warning states; none: none.",
+        description="Points that are left out of the misfit without being stated, with a warning; ringing: where the force swings "
+        "as that of no film does, and where a specimen at rest bears a force; none: none.",
     )
     specimen_id: str | None = Field(
         None,

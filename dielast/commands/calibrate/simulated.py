@@ -62,8 +62,11 @@ class SimulatedTest(SimulatedExperiment):
         return np.interp(self.time, time, values, left=np.nan, right=np.nan) - self.rest
 
 
-def recipe_tests(name: str, inputs: Inputs, called: str, specimen: str) -> list[SimulatedTest]:
-    """The tests that a recipe holds, one for each `[[compare]]`; raises `InputError` for a recipe that holds none."""
+def recipe_tests(name: str, inputs: Inputs, called: str, specimen: str, temperature: float) -> list[SimulatedTest]:
+    """The tests that a recipe holds, one for each `[[compare]]`; `temperature` in degC is that of a recipe that states none.
+
+    Raises `InputError` for a recipe without measured points.
+    """
     content, path = inputs.read(name), resolve(inputs.folder, name)
     cases = read_cases(path, content=content)
     kind = cases[0].recipe.kind
@@ -87,15 +90,15 @@ def recipe_tests(name: str, inputs: Inputs, called: str, specimen: str) -> list[
         values = values[order][first]
         if time.size < 3:
             raise InputError(f"{time.size} points: at least 3 are needed", key=f"compare[{index}].file", file=name)
+        at = temperature if recipe.temperature is None else float(recipe.temperature)
         header, (column, unit) = comparison.y, split_header(comparison.y)
         output = recipe.output.model_copy(update={"times": time[time >= 0].tolist()})
         stop = {"stop": recipe.stop.model_copy(update={"at": "end"})} if kind == "actuate" else {}
-        simulated = recipe.model_copy(update={"output": output, **stop})
+        simulated = recipe.model_copy(update={"output": output, "temperature": at, **stop})
         with located(file=name):
             steps = solver_steps(recipe, beside)
         rest = 1.0 if "stretch" in column else 0.0
         label = called if len(comparisons) == 1 else f"{called}, {comparison.label or os.path.basename(comparison.file)}"
-        at = 20.0 if recipe.temperature is None else float(recipe.temperature)
         tests.append(
             SimulatedTest(
                 label, specimen, time, values - rest, rest, unit or "1", at, header, simulated, steps, _simulation(recipe)

@@ -56,7 +56,7 @@ def _read(test: TestData, inputs: Inputs, temperature: float, name: str, key: st
             check_temperature(test, made.temperature, fixed)
         return [made]
     with placed(lambda problem: problem.within(key=f"{key}.recipe")):
-        return list(recipe_tests(test.recipe, inputs, name, test.specimen_id or name))
+        return list(recipe_tests(test.recipe, inputs, name, test.specimen_id or name, temperature))
 
 
 def check_temperature(test: TestData, temperature: float, fixed: Sequence[Material]) -> None:
