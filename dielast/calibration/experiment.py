@@ -86,7 +86,7 @@ class MeasuredTest(Result):
         used = np.ones(time.size, dtype=bool) if self.left_out is None else ~np.asarray(self.left_out, dtype=bool)[-time.size :]
         if used.size != time.size:
             raise InputError("left_out needs one value for each point", argument=self.name)
-        if np.count_nonzero(used) < 3:
+        if not used.all() and np.count_nonzero(used) < 3:
             left = f"{np.count_nonzero(used)} of {used.size} points are not left out of the misfit: at least 3 are needed"
             raise InputError(left, argument=self.name)
         unused = np.stack((time, stretch, stress))[:, ~used]

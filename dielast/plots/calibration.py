@@ -87,8 +87,9 @@ def _draw_test(axes: Axes, comparison: Comparison) -> None:
         over_time = bool(np.mean(still) > LEFT_TO_TIME)
         x = test.time if over_time else test.stretch
     called, factor = axis_of(test.header, [test.measured + test.rest])
-    order = np.arange(x.size)
-    shade(axes, x, factor * (comparison.lower + test.rest), factor * (comparison.upper + test.rest), COLOURS[2])
+    order = np.flatnonzero(x > 0) if over_time else np.arange(x.size)  # 0 s is nowhere on a logarithmic axis
+    ends = [factor * (bound + test.rest)[order] for bound in (comparison.lower, comparison.upper)]
+    shade(axes, x[order], ends[0], ends[1], COLOURS[2])
     chosen = spread(test.place, 30) if x.size > 30 else order
     look = ("0.35", "o") if comparison.fitted else (COLOURS[1], "s")
     axes.plot(
@@ -102,7 +103,7 @@ def _draw_test(axes: Axes, comparison: Comparison) -> None:
     )
     time, stretch, values = test.unused
     axes.plot(time if over_time else stretch, factor * values, "x", color=LEFT_OUT, markersize=2.4, mew=0.6)
-    axes.plot(x, factor * (comparison.model + test.rest), "-", color=COLOURS[0], linewidth=1.0)
+    axes.plot(x[order], factor * (comparison.model + test.rest)[order], "-", color=COLOURS[0], linewidth=1.0)
     axes.set_xlabel("time [s]" if over_time else "stretch")
     axes.set_ylabel(called if " [" in called else f"{called} [1]")
     if over_time:

@@ -123,7 +123,7 @@ def _left_out(test: TestData, whole: MeasuredTest, time: Floats) -> Flags:
     for k, (begin, end) in enumerate(test.discard):
         inside = (time >= begin) & (time <= end)
         if not inside.any():
-            warn(f"{test.file}: discard[{k}]: there is no point from {begin:g} to {end:g} s")
+            warn(f"discard[{k}]: there is no point from {begin:g} to {end:g} s")
         stated |= inside
     if test.ignore == "none":
         return stated
@@ -142,7 +142,7 @@ def _left_out(test: TestData, whole: MeasuredTest, time: Floats) -> Flags:
             spans = [f"{time[begin]:.4g} to {time[end - 1]:.4g} s" for begin, end in runs(found)]
             where = f"{', '.join(spans[:MOST_SPANS])}{and_more(len(spans) - MOST_SPANS) if len(spans) > MOST_SPANS else ''}"
             points = f"{np.count_nonzero(found)} of {time.size} points are left out of the misfit"
-            warn(f'{test.file}: {points}, at {where}: {what}; ignore = "none" keeps them')
+            warn(f'{points}, at {where}: {what}; ignore = "none" keeps them')
     return np.asarray(stated | swinging | resting)
 
 
