@@ -49,7 +49,7 @@ class TestData(TextTable):
         None, description="Constant voltage between electrodes on both faces of the specimen; needs specimen.thickness."
     )
     discard_before: Time = Field(0.0, description="Leave the points before this time of the test out of the misfit.")
-    discard: list[tuple[Time, Time]] = Field(
+    discard: list[Annotated[list[Time], Field(min_length=2, max_length=2)]] = Field(
         [],
         description='Leave the points from one time to another out of the misfit, as in [["4.0 s", "4.6 s"]]; the history goes '
         "through them nevertheless.",
