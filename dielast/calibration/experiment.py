@@ -11,7 +11,7 @@ from dielast.io.result import Result
 from dielast.material.argument_types import checked
 from dielast.material.material import Material
 from dielast.mechanics.load import Mode
-from dielast.numerics.arrays import Cases, Floats
+from dielast.numerics.arrays import Cases, Flags, Floats
 
 TOLERANCE = 1e-3  # of the range of the values: lets straight lines remove the noise of a machine
 
@@ -41,6 +41,12 @@ class MeasuredTest(Result):
     """Rate in 1/s of the ramp from rest to the first stretch, which is held until the time of the first point; None: a ramp that
     ends at this time.
     """
+    left_out: Flags | None = None
+    """Points (n,) that the misfit leaves out, although the history goes through them; None: no point. Once they are in
+    `unused`, this is None.
+    """
+    unused: Floats = field(init=False)
+    """Time in s, stretch and stress in Pa of the points left out, (3, m)."""
     corner_time: Floats = field(init=False)
     corner_stretch: Floats = field(init=False)
     header: ClassVar = "nominal_stress_1 [Pa]"
@@ -77,7 +83,17 @@ class MeasuredTest(Result):
             corner_time, corner_stretch = np.append(before[0], time), np.append(before[1], stretch)
             kept = corners(corner_time, corner_stretch)
             corner_time, corner_stretch = corner_time[kept], corner_stretch[kept]
+        used = np.ones(time.size, dtype=bool) if self.left_out is None else ~np.asarray(self.left_out, dtype=bool)[-time.size :]
+        if used.size != time.size:
+            raise InputError("left_out needs one value for each point", argument=self.name)
+        if not used.all() and np.count_nonzero(used) < 3:
+            left = f"{np.count_nonzero(used)} of {used.size} points are not left out of the misfit: at least 3 are needed"
+            raise InputError(left, argument=self.name)
+        unused = np.stack((time, stretch, stress))[:, ~used]
+        time, stretch, stress = time[used], stretch[used], stress[used]
         values = {
+            "left_out": None,
+            "unused": unused,
             "time": time,
             "stretch": stretch,
             "stress": stress,
@@ -140,6 +156,7 @@ class SimulatedExperiment:
     temperature: float
     header: str
     stretch: ClassVar = None  # not prescribed
+    unused: ClassVar = np.zeros((3, 0))
 
     @property
     def place(self) -> Floats:

@@ -63,7 +63,7 @@ class Calibration(TabularResult):
         """The stress of each specimen over that of the material, by specimen."""
         names = list(dict.fromkeys(test.specimen for test in self.fit.problem.laboratory.tests))
         factors = specimen_factors(self.fit.curves, self.fit.scatter, self.fit.curves.differences)
-        return dict(zip(names, (1 + factors).tolist(), strict=True))
+        return dict(zip(names, np.exp(factors).tolist(), strict=True))
 
     def total(self, fitted: bool) -> tuple[float, float]:
         """Relative rms error (`relative_error`) and share of explained variance, over all points of the fitted or of the predicted
@@ -120,6 +120,7 @@ class Calibration(TabularResult):
             Column("specimen", None, [comparison.test.specimen for comparison in every]),
             Column("unit", None, [comparison.test.unit for comparison in every]),
             Column("specimen_factor", "1", np.array([factors.get(comparison.test.specimen, np.nan) for comparison in every])),
+            Column("left_out_points", "1", np.array([comparison.test.unused.shape[1] for comparison in every])),
         ]
 
     def correlation_columns(self) -> Table:

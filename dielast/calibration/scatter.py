@@ -6,8 +6,9 @@ The difference between a measured and a modelled curve is assumed to be the sum 
 - the error of the model, a share of the level, correlated along the curve by one of Matern's functions of the distance d
   (`path_length`) with a length l, of which exp(-d/l) is the roughest; ten thousand points of a curve then carry no more information
   than its shape (Kennedy and O'Hagan 2001, DOI 10.1111/1467-9868.00294; Rasmussen and Williams 2006, Eqs. 4.16 and 4.17);
-- a factor on all values measured on one specimen, log-normal, a random effect: further points of a specimen do not carry more
-  information about the material than the specimen itself (Laird and Ware 1982, DOI 10.2307/2529876).
+- a factor on all values measured on one specimen, log-normal, a random effect that the fit takes to first order: further points
+  of a specimen do not carry more information about the material than the specimen itself (Laird and Ware 1982,
+  DOI 10.2307/2529876).
 
 The level of a curve at a point lies between the value there and the root mean square of the curve: errors are partly relative and
 partly absolute.
@@ -17,6 +18,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Self
 
 import numpy as np
@@ -26,6 +28,7 @@ from dielast.numerics.robust import robust_deviation
 
 LEAST_NOISE = 1e-3  # of the level: no machine measures better
 USUAL_SCATTER = 0.05  # of the stress of specimens
+FARTHEST = 5.0  # logarithm of a factor
 FIRST_SHARE, FIRST_LENGTH = 0.05, 0.3
 CORRELATIONS: tuple[Callable[[Floats], Floats], ...] = (
     lambda d: np.exp(-d),
@@ -196,12 +199,27 @@ class Whitening:
         return made
 
 
+def _slope(logarithm: float, size: float, ratio: float) -> float:
+    factor = float(np.exp(logarithm))
+    return size * factor * (factor - ratio) + logarithm
+
+
 def specimen_factors(curves: Curves, scatter: Scatter, differences: Floats) -> Floats:
-    """Each specimen's factor less 1, the best prediction from differences (n,) from the model."""
+    """The logarithm of each specimen's factor, the most likely one for differences (n,) from the model.
+
+    With the whitened modelled values m and measured values y, exp(2b) m.m - exp(b) m.y + b/s^2 = 0 at the least of
+    |y - exp(b) m|^2 + b^2/s^2.
+    """
+    from scipy.optimize import brentq
+
     alone, parts = replace(scatter, specimen=0.0), curves.split(differences)
     factors = []
     for members, chosen in curves.by_specimen():
         whiten = Whitening(chosen, replace(alone, noise=scatter.noise[members]))
         shape, miss = whiten(np.concatenate(chosen.model)), whiten(np.concatenate([parts[k] for k in members]))
-        factors.append(float(shape @ miss / (shape @ shape + 1 / max(scatter.specimen, 1e-12) ** 2)))
+        size, ratio = float(shape @ shape) * max(scatter.specimen, 1e-12) ** 2, 1 + float(shape @ miss) / float(shape @ shape)
+        # the ends: no deviation at all, and that of the data alone; of the other sign, the prior alone ends it
+        far = float(np.log(ratio)) if ratio > np.exp(-FARTHEST) else -min(size * (1 - ratio), FARTHEST)
+        slope = partial(_slope, size=size, ratio=ratio)
+        factors.append(float(brentq(slope, min(far, 0.0), max(far, 0.0))) if slope(0.0) * slope(far) < 0 else far)
     return np.array(factors)

@@ -22,6 +22,7 @@ KILO = 1e-3  # from Pa
 HIGHEST = 1.2  # height of a profile, as a multiple of the rise at which an end of the range is ruled out
 MOST_TESTS, MOST_PROFILES = 12, 12
 LONGEST = 20  # name of a test in the title of its panel
+LEFT_OUT = "0.6"  # colour of points left out of the misfit
 LEFT_TO_TIME = 0.2  # share of points at a held stretch above which a test is drawn over time
 SYMBOLS = {
     "equilibrium.shear_modulus": r"$\mu_\mathrm{eq}$",
@@ -72,6 +73,8 @@ def _draw_tests(part: Figure | SubFigure, calibration: Calibration, tests: Seque
     used = {comparison.fitted for comparison in tests}
     if len(used) == 1:
         handles.pop(1 if True in used else 0)
+    if any(comparison.test.unused.size for comparison in tests):
+        handles.append(Line2D([], [], color=LEFT_OUT, marker="x", linestyle="none", label="measured, left out"))
     if len(tests) < len(calibration.comparisons):
         handles.append(Line2D([], [], linestyle="none", label=f"{len(tests)} of {len(calibration.comparisons)} tests"))
     part.legend(handles=handles, loc="outside upper center", ncols=len(handles), fontsize=6.5)
@@ -86,8 +89,9 @@ def _draw_test(axes: Axes, comparison: Comparison) -> None:
         over_time = bool(np.mean(still) > LEFT_TO_TIME)
         x = test.time if over_time else test.stretch
     called, factor = axis_of(test.header, [test.measured + test.rest])
-    order = np.arange(x.size)
-    shade(axes, x, factor * (comparison.lower + test.rest), factor * (comparison.upper + test.rest), COLOURS[2])
+    order = np.flatnonzero(x > 0) if over_time else np.arange(x.size)  # 0 s is nowhere on a logarithmic axis
+    ends = [factor * (bound + test.rest)[order] for bound in (comparison.lower, comparison.upper)]
+    shade(axes, x[order], ends[0], ends[1], COLOURS[2])
     chosen = spread(test.place, 30) if x.size > 30 else order
     look = ("0.35", "o") if comparison.fitted else (COLOURS[1], "s")
     axes.plot(
@@ -99,7 +103,9 @@ def _draw_test(axes: Axes, comparison: Comparison) -> None:
         markersize=2.6,
         mew=0.6,
     )
-    axes.plot(x, factor * (comparison.model + test.rest), "-", color=COLOURS[0], linewidth=1.0)
+    time, stretch, values = test.unused
+    axes.plot(time if over_time else stretch, factor * values, "x", color=LEFT_OUT, markersize=2.4, mew=0.6)
+    axes.plot(x[order], factor * (comparison.model + test.rest)[order], "-", color=COLOURS[0], linewidth=1.0)
     axes.set_xlabel("time [s]" if over_time else "stretch")
     axes.set_ylabel(called if " [" in called else f"{called} [1]")
     if over_time:

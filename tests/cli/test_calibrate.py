@@ -10,9 +10,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from machines import Machine, hold
 
-from dielast import read_draws, read_material
+from dielast import Gent, Material, NoShift, Spectrum, read_draws, read_material
 from dielast.commands.inspect import warnings_of
+from dielast.errors import InputError
 from dielast.io.files import Inputs
 from dielast.io.table import parse_csv
 
@@ -211,6 +213,65 @@ def test_what_does_not_fit_to_the_rest_to_the_times_and_to_other_tests_is_warned
     assert "loose.csv: the specimen is slack up to a stretch of 1.100 at least" in late
     assert "at 60 degC it relaxes as at 20 degC: state [shift]" in cold
     assert copy == "test loose under [[validate]] has the points of test loose (2): it validates nothing"
+
+
+def test_ringing_is_left_out_and_shown_and_a_time_to_leave_out_may_be_stated(dielast: Run, tmp_path: Path) -> None:
+    truth = Material("t", 22e3, Spectrum([300.0, 8.0], [16e3, 35e3]), NoShift(20.0), Gent(110.0), Gent(55.0))
+    made = hold(truth, Machine(force=0.5, noise=0.003), np.random.default_rng(2), rate=10.0)
+    (tmp_path / "ring.csv").write_text(made.table())
+    ring = f'[[test]]\nfile = "ring.csv"\n{SPECIMEN}\n'
+    stated = ring + 'ignore = "none"\ndiscard_before = "0.75 s"\ndiscard = [["4.05 s", "5.05 s"], ["1e6 s", "2e6 s"]]\n'
+    (tmp_path / "r.toml").write_text(HEAD + ring + stated + FREE + QUICK)
+    done = dielast("calibrate", "r.toml", "--plot", "svg", "-q")
+    assert done.returncode == 0, done.stderr
+    said = r"ring\.csv: (\d+) of 140 points are left out of the misfit, at 0\.\d+ to .* s, 4\.1 to .* s: a force that swings"
+    assert re.search(said, done.stderr), done.stderr
+    assert "ring.csv: discard[1]: there is no point from 1e+06 to 2e+06 s" in done.stderr
+    tests = parse_csv((tmp_path / "r/tests.csv").read_bytes(), "tests")
+    found, asked = (int(count) for count in tests["left_out_points [1]"])
+    assert 10 < found < 40
+    assert asked == 8 + 10
+    assert [int(points) + count for points, count in zip(tests["points"], (found, asked), strict=True)] == [140, 140]
+    wrong = [('discard = [["5 s", "4 s"]]', "the first time must be the earlier one"), ('ignore = "all"', "ignore")]
+    wrong.append(('discard_before = "1 d"', "0 of 140 points are not left out of the misfit"))
+    for key, message in wrong:
+        (tmp_path / "r.toml").write_text(HEAD + ring + key + "\n" + FREE + QUICK)
+        with pytest.raises(InputError, match=re.escape(message)):
+            warnings_of(tmp_path / "r.toml")
+
+
+def test_a_fit_that_determines_nothing_exits_3_with_what_to_do(dielast: Run, tmp_path: Path) -> None:
+    free = '[free]\n"equilibrium.J_lim" = { min = 1e3, max = 1e5 }\n'
+    (tmp_path / "r.toml").write_text(HEAD + TEST + free + QUICK)
+    done = dielast("calibrate", "r.toml", "--plot", "none", "-q")
+    assert done.returncode == 3, done.stderr
+    assert "these tests determine no free constant: free fewer of them, state priors" in done.stderr
+    assert (tmp_path / "r/material.toml").exists()
+
+
+def test_points_over_voltage_and_over_a_stretch_are_those_over_time(dielast: Run, tmp_path: Path) -> None:
+    film = 'kind = "actuate"\nmaterial = "m.toml"\n[film]\nthickness = "0.5 mm"\nprestretch = 2.0\n'
+    film += '[[step]]\nvoltage = "2 kV"\nrate = "50 V/s"\n[output]\ntimes = ["5 s", "10 s", "15 s", "20 s", "30 s"]\n'
+    material = 'name = "m"\nreference_temperature = "35 degC"\n[equilibrium]\nshear_modulus = "26 kPa"\n'
+    material += '[nonequilibrium]\nrelaxation_time_s = [20.0]\nshear_modulus_Pa = [2e4]\n[shift]\nlaw = "none"\n'
+    (tmp_path / "m.toml").write_text(material + '[dielectric]\npermittivity = "4e-11 F/m"\n')
+    (tmp_path / "film.toml").write_text(film)
+    assert dielast("actuate", "film.toml", "--plot", "none", "-q").returncode == 0
+    free = '[free]\n"dielectric.permittivity" = { start = "5e-11 F/m" }\n'
+    stretch, volt = "relative_stretch_1 [1]", "voltage [V]"
+    for k, (x, y) in enumerate((("time [s]", stretch), (volt, stretch), (stretch, volt))):
+        (tmp_path / f"f{k}.toml").write_text(film + f'[[compare]]\nfile = "film/actuate.csv"\nx = "{x}"\ny = "{y}"\n')
+        head = f'kind = "calibrate"\nmaterial = "m.toml"\n[[test]]\nrecipe = "f{k}.toml"\n'
+        (tmp_path / "r.toml").write_text(head + free + QUICK)
+        done = dielast("calibrate", "r.toml", "--plot", "none", "-q")
+        assert done.returncode == 0, done.stderr
+        found = parse_csv((tmp_path / "r/parameters.csv").read_bytes(), "parameters")
+        assert float(found["value"][0]) == pytest.approx(4e-11, rel=0.01)
+        points = parse_csv((tmp_path / "r/residuals.csv").read_bytes(), "residuals")
+        assert np.allclose(np.array(points["time [s]"], dtype=float), [5, 10, 15, 20, 30], rtol=0.01)
+    known = read_material(tmp_path / "r/material.toml").calibrated
+    assert known is not None
+    assert known.temperature == (35.0, 35.0)  # the recipe states none: the reference temperature
 
 
 @pytest.mark.parametrize(("at", "lacks"), [("profiles_of", "intervals and draws"), ("draw", "draws")])

@@ -46,9 +46,9 @@ def readings(cases: Sequence[Case[CalibrateRecipe]], inputs: Inputs) -> Iterator
     def fitted_or_predicted(key: str, index: int) -> list[Experiment]:
         tests = recipe.test if key == "test" else recipe.validate_
         test, name = tests[index], named(tests)[index]
-        if test.recipe is not None:
-            return list(recipe_tests(test.recipe, inputs, name, test.specimen_id or name))
         at = next((known.reference_temperature for known in (materials() or {}).values()), ROOM)
+        if test.recipe is not None:
+            return list(recipe_tests(test.recipe, inputs, name, test.specimen_id or name, at))
         return [read_test(test, inputs, at, name)]
 
     for name in recipe.started_from:

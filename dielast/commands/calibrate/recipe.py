@@ -8,7 +8,7 @@ from dielast.commands.simulation.recipe import Cell, LoadingMode
 from dielast.errors import InputError, shown
 from dielast.readings.specimen_recipe import MachineColumns, Specimen
 from dielast.recipe.base import RecipeBase, TextTable, units_of
-from dielast.recipe.fields import RelativeDeviation, Section, StrainRate, Temperature, Voltage
+from dielast.recipe.fields import RelativeDeviation, Section, StrainRate, Temperature, Time, Voltage
 from dielast.recipe.file_fields import NAMES_FILES, PATH, InputFile, existing_file
 from dielast.units import FORCE, LENGTH, NUMBER, STRAIN, STRESS, TIME
 
@@ -48,6 +48,17 @@ class TestData(TextTable):
     voltage: Voltage | None = Field(
         None, description="Constant voltage between electrodes on both faces of the specimen; needs specimen.thickness."
     )
+    discard_before: Time = Field(0.0, description="Leave the points before this time of the test out of the misfit.")
+    discard: list[Annotated[list[Time], Field(min_length=2, max_length=2)]] = Field(
+        [],
+        description='Leave the points from one time to another out of the misfit, as in [["4.0 s", "4.6 s"]]; the history goes '
+        "through them nevertheless.",
+    )
+    ignore: Literal["ringing", "none"] = Field(
+        "ringing",
+        description="Points that are left out of the misfit without being stated, with a warning; ringing: where the force swings "
+        "as that of no film does, and where a specimen at rest bears a force; none: none.",
+    )
     specimen_id: str | None = Field(
         None,
         min_length=1,
@@ -73,6 +84,9 @@ class TestData(TextTable):
             raise InputError(
                 "a rate above 0 is needed: it holds for loading and, with the opposite sign, for unloading", key="rate"
             )
+        for k, (begin, end) in enumerate(self.discard):
+            if begin >= end:
+                raise InputError(f"from {begin:g} s to {end:g} s: the first time must be the earlier one", key=f"discard[{k}]")
         if self.voltage is not None and (self.specimen is None or self.specimen.thickness is None):
             raise InputError('a field needs the undeformed thickness: specimen = { thickness = "0.5 mm" }', key="voltage")
 

@@ -10,6 +10,7 @@ import numpy as np
 from dielast.calibration.experiment import MeasuredTest
 from dielast.calibration.fit import Watch
 from dielast.calibration.laws import StableRange, cross_validation_error, stabilities
+from dielast.calibration.profiles import Verdict
 from dielast.calibration.result import Calibration, calibrate
 from dielast.commands.calibrate.checks import warn_of_fit, warn_of_springs
 from dielast.commands.calibrate.recipe import CalibrateRecipe
@@ -26,6 +27,10 @@ from dielast.report.report import Report
 from dielast.sharing.execution import Execution
 
 DRAWS = "draws.csv"
+NOTHING = (
+    "these tests determine no free constant: free fewer of them, state priors or narrower bounds, add tests at other rates and "
+    "stretches, and look in calibrate.png at what the model misses (unit, mode, slack, ringing: see discard and ignore of a test)"
+)
 STRETCHED = 2.0  # default of fit.stable_up_to if no test prescribes the stretch
 
 
@@ -69,6 +74,9 @@ def run(cases: Sequence[Case[CalibrateRecipe]], inputs: Inputs, execution: Execu
     failures += [f"test {name}: left out, the material cannot follow it" for name in dict.fromkeys(best.not_followed)]
     if interrupted:
         failures.append("interrupted: the best fit so far is written" + _lacking(recipe, candidates, len(task.materials), best))
+    words = set(best.verdicts.values())
+    if Verdict.UNDETERMINED in words and Verdict.DETERMINED not in words:
+        failures.append(NOTHING)
     warn_of_fit(best)
     warn_of_springs(ranked[0].stability)
     members = best.materials

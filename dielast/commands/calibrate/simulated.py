@@ -9,17 +9,22 @@ import numpy as np
 
 from dielast.calibration.experiment import SimulatedExperiment, answers_of
 from dielast.commands.registry import read_cases
-from dielast.commands.simulation.compare import read_points
+from dielast.commands.simulation.cases import material_of
+from dielast.commands.simulation.compare import interpolated, read_points
+from dielast.commands.simulation.recipe import CompareSection
 from dielast.commands.simulation.result import CaseResult, StatedCase
 from dielast.commands.simulation.run import Simulation
 from dielast.commands.simulation.solver_steps import TimedStep, solver_steps
-from dielast.errors import InputError, located
+from dielast.errors import InputError, located, warn
 from dielast.io.files import Inputs, resolve
 from dielast.io.table import split_header
 from dielast.material.material import Material
+from dielast.mechanics.load import Waveform
 from dielast.numerics.arrays import Floats
+from dielast.recipe.cases import Case
 from dielast.sharing.batches import solve_batches
 
+FINE = 400  # times of a history for points over a quantity that the material determines
 KINDS = ("relax", "creep", "actuate")
 
 
@@ -30,6 +35,9 @@ class SimulatedTest(SimulatedExperiment):
     recipe: Any
     steps: Sequence[TimedStep]
     simulation: Simulation
+    comparison: CompareSection
+    x: Floats | None
+    """The measured values (n,) of another quantity than time or a prescribed voltage; None: points are compared at their times."""
 
     def answers(self, materials: Sequence[Material | None]) -> Floats:
         """The simulated values (materials, n) less `rest`, NaN if the simulation of a material ends earlier."""
@@ -47,7 +55,10 @@ class SimulatedTest(SimulatedExperiment):
     def _solve(self, materials: Sequence[Material]) -> list[Floats]:
         """The simulated values (n,) of each material less `rest`, NaN after the end of its simulation."""
         tables = [result.columns for result in self._results(materials)]
-        return [self._at_times(table["time [s]"], table[self.header]) for table in tables]
+        if self.x is None:
+            return [self._at_times(table["time [s]"], table[self.header]) for table in tables]
+        over = self.comparison.x
+        return [interpolated(self.comparison, self.x, table[over], table[self.header]) - self.rest for table in tables]
 
     def _results(self, materials: Sequence[Material]) -> list[CaseResult]:
         """The result of the simulation of each material."""
@@ -62,8 +73,11 @@ class SimulatedTest(SimulatedExperiment):
         return np.interp(self.time, time, values, left=np.nan, right=np.nan) - self.rest
 
 
-def recipe_tests(name: str, inputs: Inputs, called: str, specimen: str) -> list[SimulatedTest]:
-    """The tests that a recipe holds, one for each `[[compare]]`; raises `InputError` for a recipe that holds none."""
+def recipe_tests(name: str, inputs: Inputs, called: str, specimen: str, temperature: float) -> list[SimulatedTest]:
+    """The tests that a recipe holds, one for each `[[compare]]`; `temperature` in degC is that of a recipe that states none.
+
+    Raises `InputError` for a recipe without measured points.
+    """
     content, path = inputs.read(name), resolve(inputs.folder, name)
     cases = read_cases(path, content=content)
     kind = cases[0].recipe.kind
@@ -78,30 +92,86 @@ def recipe_tests(name: str, inputs: Inputs, called: str, specimen: str) -> list[
             raise InputError(
                 f"{comparison.case}: cases are numbered from 0 to {len(cases) - 1}", key=f"compare[{index}].case", file=name
             )
-        if comparison.x != "time [s]":
-            raise InputError(f'"{comparison.x}": a calibration needs x = "time [s]"', key=f"compare[{index}].x", file=name)
         recipe = cases[comparison.case].recipe
-        time, values = read_points(comparison, beside, getattr(recipe, "specimen", None))
-        order = np.argsort(time, kind="stable")
-        time, first = np.unique(time[order], return_index=True)
-        values = values[order][first]
+        at = temperature if recipe.temperature is None else float(recipe.temperature)
+        with located(file=name):
+            steps = solver_steps(recipe, beside)
+            over, values = read_points(comparison, beside, getattr(recipe, "specimen", None))
+            time, x = over, None
+            if comparison.x != "time [s]":
+                history = prescribed(recipe, steps, comparison.x)
+                if history is None:
+                    x, history = (
+                        over,
+                        _of_its_material(cases[comparison.case], comparison, steps, beside, at, f"compare[{index}].x"),
+                    )
+                time = interpolated(comparison, over, history[1], history[0])
+        reached = np.isfinite(time)
+        if lost := int(np.count_nonzero(~reached)):
+            warn(f"{comparison.file}: {lost} of {time.size} points are beyond the {comparison.x} of the simulation: left out")
+        time, values, x = time[reached], values[reached], None if x is None else x[reached]
+        if x is None:
+            order = np.argsort(time, kind="stable")
+            time, first = np.unique(time[order], return_index=True)
+            values = values[order][first]
         if time.size < 3:
             raise InputError(f"{time.size} points: at least 3 are needed", key=f"compare[{index}].file", file=name)
         header, (column, unit) = comparison.y, split_header(comparison.y)
-        output = recipe.output.model_copy(update={"times": time[time >= 0].tolist()})
+        wanted = time[time >= 0] if x is None else np.linspace(0.0, steps[-1].end, FINE + 1)[1:]
+        output = recipe.output.model_copy(update={"times": wanted.tolist()})
         stop = {"stop": recipe.stop.model_copy(update={"at": "end"})} if kind == "actuate" else {}
-        simulated = recipe.model_copy(update={"output": output, **stop})
-        with located(file=name):
-            steps = solver_steps(recipe, beside)
+        simulated = recipe.model_copy(update={"output": output, "temperature": at, **stop})
         rest = 1.0 if "stretch" in column else 0.0
         label = called if len(comparisons) == 1 else f"{called}, {comparison.label or os.path.basename(comparison.file)}"
-        at = 20.0 if recipe.temperature is None else float(recipe.temperature)
         tests.append(
             SimulatedTest(
-                label, specimen, time, values - rest, rest, unit or "1", at, header, simulated, steps, _simulation(recipe)
+                label,
+                specimen,
+                time,
+                values - rest,
+                rest,
+                unit or "1",
+                at,
+                header,
+                simulated,
+                steps,
+                _simulation(recipe),
+                comparison,
+                x,
             )
         )
     return tests
+
+
+def prescribed(recipe: Any, steps: Sequence[TimedStep], header: str) -> tuple[Floats, Floats] | None:
+    """Times in s and values at the corners of a quantity that the steps prescribe along straight lines; None for others."""
+    source = getattr(recipe, "source", None)
+    if header != "voltage [V]" or getattr(recipe, "control", "") != "voltage" or (source is not None and source.resistance > 0):
+        return None
+    time, value = [0.0], [0.0]
+    for timed in steps:
+        if isinstance(timed.step.target, Waveform):
+            return None
+        for reached, lasts in timed.corners:
+            time.append(time[-1] + lasts)
+            value.append(reached)
+    return np.array(time), np.array(value)
+
+
+def _of_its_material(
+    case: Case[Any], comparison: CompareSection, steps: Sequence[TimedStep], beside: Inputs, temperature: float, key: str
+) -> tuple[Floats, Floats]:
+    """Times in s and values of the quantity x of a comparison, for the material that its recipe names."""
+    recipe = case.recipe
+    output = recipe.output.model_copy(update={"times": np.linspace(0.0, steps[-1].end, FINE + 1)[1:].tolist()})
+    stop = {"stop": recipe.stop.model_copy(update={"at": "end"})} if recipe.kind == "actuate" else {}
+    stated = recipe.model_copy(update={"output": output, "temperature": temperature, **stop})
+    batches = _simulation(recipe).batches([StatedCase(stated, material_of(case, beside), steps, None)])
+    table = with_axes(solve_batches(batches)[0].columns, recipe)
+    for header in (comparison.x, comparison.y):
+        if header not in table:
+            raise InputError(f'"{header}" is no column of the result; there are {", ".join(table)}', key=key)
+    return table["time [s]"], table[comparison.x]
 
 
 def _simulation(recipe: Any) -> Simulation:

@@ -1,6 +1,7 @@
 """Read the tests of a recipe."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -9,10 +10,11 @@ import numpy as np
 from dielast.calibration.estimate import USUAL_ERROR
 from dielast.calibration.experiment import Experiment, MeasuredTest, corners, path_length
 from dielast.calibration.rest import gives_work, slack_of, stress_at_rest
+from dielast.calibration.ringing import loaded_at_rest, ringing, runs
 from dielast.commands.calibrate.recipe import TestData
 from dielast.commands.calibrate.simulated import recipe_tests
 from dielast.commands.simulation.compare import rows_where
-from dielast.errors import InputError, Mistakes, located, placed, warn
+from dielast.errors import InputError, Mistakes, and_more, located, placed, warn
 from dielast.io.files import Inputs
 from dielast.io.text_table import MeasuredTable, read_measured
 from dielast.material.checks import SQUEEZED
@@ -21,6 +23,7 @@ from dielast.numerics.arrays import Flags, Floats
 from dielast.readings.specimen import mistaken, read_as, role_in
 from dielast.units import TIME
 
+MOST_SEARCHED, MOST_SPANS = 3000, 3  # points that are searched for ringing, and times that a warning names
 MOST_POINTS = 400  # of a test that are compared: more points carry no more information
 FAR_FROM_REST, SLACK = 1.5, 0.1  # stretch, and stress over the largest of the test, that do not go together
 ACCURACY = 0.01  # of the largest extension: that of an extensometer of class 1 (ISO 9513)
@@ -53,7 +56,7 @@ def _read(test: TestData, inputs: Inputs, temperature: float, name: str, key: st
             check_temperature(test, made.temperature, fixed)
         return [made]
     with placed(lambda problem: problem.within(key=f"{key}.recipe")):
-        return list(recipe_tests(test.recipe, inputs, name, test.specimen_id or name))
+        return list(recipe_tests(test.recipe, inputs, name, test.specimen_id or name, temperature))
 
 
 def check_temperature(test: TestData, temperature: float, fixed: Sequence[Material]) -> None:
@@ -99,18 +102,48 @@ def read_test(test: TestData, inputs: Inputs, temperature: float, name: str) -> 
             if time[row] == 0 and row == 0:
                 continue
             raise InputError(f"{late}; choose one test (where)", file=test.file, line=int(lines[row]))
-    kept = _thinned(time, stretch)
     at = temperature if test.temperature is None else test.temperature
     with located(file=test.file):
         specimen = test.specimen_id or name
-        made = MeasuredTest(
-            name, time[kept], stretch[kept], stress[kept], at, test.mode, specimen, test.nominal_field, test.ramp_rate
-        )
+        whole = MeasuredTest(name, time, stretch, stress, at, test.mode, specimen, test.nominal_field, test.ramp_rate)
+        left_out = _left_out(test, whole, time)
+        # every point left out stays, to be counted and shown
+        kept = np.union1d(_thinned(time, stretch), np.flatnonzero(left_out))
+        made = replace(whole, time=time[kept], stretch=stretch[kept], stress=stress[kept], left_out=left_out[kept])
     if gives_work(made):
         signs = "the stress has the other sign than the stretch has, so that the specimen gives more work than it takes"
         raise InputError(f"{signs}: tension is positive, change the sign of the column", file=test.file)
     _warn_of_beginning(test, made, float(stretch[0]), float(stress[0]))
     return made
+
+
+def _left_out(test: TestData, whole: MeasuredTest, time: Floats) -> Flags:
+    """The points (n,) at these times of a test that the misfit leaves out; warns of those that the recipe does not state."""
+    stated = time < test.discard_before
+    for k, (begin, end) in enumerate(test.discard):
+        inside = (time >= begin) & (time <= end)
+        if not inside.any():
+            warn(f"discard[{k}]: there is no point from {begin:g} to {end:g} s")
+        stated |= inside
+    if test.ignore == "none":
+        return stated
+    resting, swinging = (np.zeros(time.size, dtype=bool) for _ in range(2))
+    rows = _thinned(whole.time, whole.stretch, MOST_SEARCHED)
+    offset = time.size - whole.time.size  # a point of a stretch reached at once
+    part = replace(whole, time=whole.time[rows], stretch=whole.stretch[rows], stress=whole.stress[rows]) if offset == 0 else whole
+    for begin, end in runs(ringing(part)):
+        swinging |= (time >= part.time[begin]) & (time <= part.time[end - 1])
+    resting[offset:] = loaded_at_rest(whole)
+    for found, what in (
+        (swinging & ~stated, "a force that swings as that of no film does which follows the measured extension"),
+        (resting & ~stated & ~swinging, "a force at rest"),
+    ):
+        if found.any():
+            spans = [f"{time[begin]:.4g} to {time[end - 1]:.4g} s" for begin, end in runs(found)]
+            where = f"{', '.join(spans[:MOST_SPANS])}{and_more(len(spans) - MOST_SPANS) if len(spans) > MOST_SPANS else ''}"
+            points = f"{np.count_nonzero(found)} of {time.size} points are left out of the misfit"
+            warn(f'{points}, at {where}: {what}; ignore = "none" keeps them')
+    return np.asarray(stated | swinging | resting)
 
 
 def _warn_of_beginning(test: TestData, made: MeasuredTest, stretch: float, stress: float) -> None:
@@ -165,12 +198,12 @@ def _quantity(table: MeasuredTable, test: TestData, quantity: str, rows: Flags) 
     return read_as(table, role, column, test.specimen, rows)
 
 
-def _thinned(time: Floats, stretch: Floats) -> np.ndarray[tuple[int], np.dtype[np.intp]]:
+def _thinned(time: Floats, stretch: Floats, most: int = MOST_POINTS) -> np.ndarray[tuple[int], np.dtype[np.intp]]:
     """Rows of at most so many points, evenly spread along the curve, including the first and the last."""
-    if time.size <= MOST_POINTS:
+    if time.size <= most:
         return np.arange(time.size)
     place = path_length(time, stretch)
-    wanted = np.linspace(0.0, place[-1], MOST_POINTS)
+    wanted = np.linspace(0.0, place[-1], most)
     chosen = np.searchsorted(place, wanted).clip(0, time.size - 1)
     # keep the turning points of the history
     return np.unique(np.concatenate(([0, time.size - 1], chosen, corners(time, stretch))))

@@ -149,7 +149,7 @@ def match(
             raise InputError(f'"{header}" is no column of the result; there are {", ".join(columns)}', key=f"{key}.{axis}")
     x, y = read_points(comparison, inputs, specimen)
     simulated = fine(np.unique(x[x >= 0]) if comparison.x == "time [s]" else None)
-    model = _interpolate(comparison, x, simulated[comparison.x], simulated[comparison.y])
+    model = interpolated(comparison, x, simulated[comparison.x], simulated[comparison.y])
     missed = int(np.count_nonzero(np.isnan(model)))
     if missed == x.size:
         raise InputError(
@@ -228,7 +228,7 @@ def rows_where(table: MeasuredTable, values: Mapping[str, str | float]) -> Flags
     return keep
 
 
-def _interpolate(comparison: CompareSection, x: Floats, model_x: Floats, model_y: Floats) -> Floats:
+def interpolated(comparison: CompareSection, x: Floats, model_x: Floats, model_y: Floats) -> Floats:
     """`model_y` at `x`, NaN outside; a model that reverses once, as in loading and unloading, is matched branch by branch."""
     if not model_x.size:
         return np.full(x.size, np.nan)

@@ -1,0 +1,114 @@
+"""Transients of a testing machine are left out of the misfit, and nothing that a film can do is."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from machines import QUIET, Machine, Record, cycles, hold
+
+from dielast import Free, Gent, Material, MeasuredTest, NeoHookean, NoShift, Spectrum, Yeoh
+from dielast.calibration.fit import fit_material
+from dielast.calibration.likelihood import likelihood_of
+from dielast.calibration.ringing import loaded_at_rest, ringing
+from dielast.calibration.scatter import Curves, Scatter, specimen_factors
+
+SOFT = Material("soft", 20e3, Spectrum([100.0, 3.0], [18e3, 40e3]), NoShift(20.0), Gent(110.0), Gent(55.0))
+FAST = Material("fast", 30e3, Spectrum([50.0, 1.0, 0.05], [20e3, 60e3, 300e3]), NoShift(20.0), Gent(60.0), Gent(15.0))
+STIFF = Material(
+    "stiff", 25e3, Spectrum([20.0, 0.3, 0.02], [20e3, 1e5, 1e6]), NoShift(20.0), Yeoh(12.5e3, -100.0, 3.0), NeoHookean()
+)
+VHB = Path(__file__).parents[3] / "shared/data/vhb4905/4-loading.csv"
+
+
+@pytest.mark.parametrize("material", [SOFT, FAST, STIFF], ids=lambda material: material.name)
+@pytest.mark.parametrize("noise", [0.0, 0.001, 0.01, 0.03])
+def test_clean_tests_and_fast_relaxation_ring_nowhere(material: Material, noise: float) -> None:
+    random = np.random.default_rng(17)
+    machine = replace(QUIET, noise=noise)
+    for top, ramp in ((2.0, 4.0), (3.0, 1.0), (1.5, 0.2)):
+        for made in (hold(material, machine, random, top=top, ramp=ramp), cycles(material, machine, random, top=top, ramp=ramp)):
+            test = made.test()
+            assert not ringing(test).any()
+            assert not loaded_at_rest(test).any()
+
+
+@pytest.mark.parametrize("material", [SOFT, FAST, STIFF], ids=lambda material: material.name)
+def test_ringing_is_left_out_where_it_is(material: Material) -> None:
+    for rate, noise, left in ((10.0, 0.001, 0.02), (50.0, 0.001, 0.02), (20.0, 0.01, 0.07)):
+        machine = Machine(force=0.5 * material.equilibrium_modulus / 20e3, noise=noise)
+        made = hold(material, machine, np.random.default_rng(4), rate=rate)
+        found = ringing(made.test())
+        off = np.abs(made.force - made.clean)[-found.size :] / np.max(made.clean)
+        assert np.max(off[~found]) < left < np.max(off)
+        # the ramp between start and stop, and the hold, stay
+        assert not found[(made.time[-found.size :] > 2.5) & (made.time[-found.size :] < 3.9)].any()
+        assert not found[made.time[-found.size :] > 7.0].any()
+
+
+def test_a_force_at_rest_is_left_out() -> None:
+    made = hold(SOFT, Machine(force=0.0, overshoot=0.0, at_rest=0.2), np.random.default_rng(1), wait=1.0)
+    found = loaded_at_rest(made.test())
+    assert found[made.time <= 1.0].all()
+    assert not found[made.time > 1.1].any()
+
+
+def test_measured_loops_of_vhb_4905_ring_nowhere() -> None:
+    if not VHB.exists():
+        pytest.skip("measured data are not at hand")
+    table = pd.read_csv(VHB, sep=";", decimal=",", encoding="latin-1")
+    for _, rows in table.groupby("id"):
+        stretch = rows.stretch.to_numpy()
+        time = np.cumsum(np.abs(np.diff(stretch, prepend=1.0))) / float(rows.vel.iloc[0])
+        moved = np.diff(time, prepend=0.0) > 0
+        test = MeasuredTest("loop", time[moved], stretch[moved], rows.stress.to_numpy()[moved], 20.0)
+        assert not ringing(test).any()
+        assert not loaded_at_rest(test).any()
+
+
+def _laboratory(machine: Machine, seed: int) -> list[Record]:
+    random = np.random.default_rng(seed)
+    scattered = np.exp(0.05 * random.standard_normal(4)).tolist()
+    first = [
+        hold(SOFT, machine, random, top=top, ramp=ramp, factor=factor, rate=10.0)
+        for top, ramp, factor in zip((2.0, 1.5, 3.0), (4.0, 2.0, 6.0), scattered[:3], strict=True)
+    ]
+    return [*first, cycles(SOFT, machine, random, ramp=10.0, count=1, factor=scattered[3])]
+
+
+def test_constants_are_within_their_intervals_although_the_machine_rings() -> None:
+    machine = Machine(noise=0.003, force=0.5, offset=0.004)
+    free = {f"{path}.shear_modulus": Free() for path in ("equilibrium", "nonequilibrium")} | {
+        "nonequilibrium.relaxation_time": Free()
+    }
+    errors = []
+    for ignore in (False, True):
+        tests = []
+        for k, made in enumerate(_laboratory(machine, 3)):
+            test = made.test(f"{k}")
+            tests.append(replace(test, left_out=ringing(test)) if ignore else test)
+        fit = fit_material(SOFT, tests, free, starts=1)
+        likelihood = likelihood_of(fit)
+        off = (fit.coordinates - fit.space.coordinates([20e3, 18e3, 40e3, 100.0, 3.0])) / likelihood.standard_error
+        assert np.all(np.abs(off) < 2.5)
+        errors.append((fit.scatter.model_error, float(np.max(likelihood.standard_error))))
+        # the measured history is followed, whatever is left out
+        assert tests[0].corner_time.size > 5
+    assert errors[1][0] < 0.5 * errors[0][0]
+    assert errors[1][1] < errors[0][1]
+    assert all(test.unused.shape[1] > 5 for test in tests)
+
+
+def test_factors_of_specimens_are_positive_whatever_was_measured() -> None:
+    place = np.linspace(0.0, 2.0, 20)
+    model = 1e5 * (1 + place)
+    curves = Curves((model,) * 3, (model,) * 3, (place,) * 3, np.array([0, 1, 2]))
+    scatter = Scatter(np.full(3, 0.01), 0.03, 0.3, 1.0)
+    logarithm = specimen_factors(curves, scatter, np.concatenate([-3 * model, 0 * model, 6 * model]))
+    assert np.all(np.isfinite(logarithm))
+    assert logarithm[0] < -0.5
+    assert logarithm[1] == pytest.approx(0.0, abs=1e-9)
+    assert np.exp(logarithm[2]) == pytest.approx(7.0, rel=0.01)
