@@ -10,6 +10,7 @@ from dielast.numerics.robust import robust_deviation
 
 CUT = 3.5  # standard deviations beyond which a point is no part of the edge: one in two thousand of normal ones
 HARMONICS = range(3, 17)  # around the outline: an ellipse takes those below, shorter ones are noise of single points
+MOST_WAVES = 3
 ROUNDS = 30
 
 
@@ -120,23 +121,31 @@ def fit_ellipse(points: Floats, usable: Flags, start: Ellipse, least_deviation: 
     return ellipse, kept
 
 
-def with_errors(ellipse: Ellipse, points: Floats, kept: Flags) -> tuple[Ellipse, float]:
-    """The ellipse with its covariance, from the residuals of the `points` (n, 2) that it `kept`; and the deviation of the outline
-    from the ellipse at long wavelengths, as the standard deviation per mode of the shape, in pixels.
+def settle(ellipse: Ellipse, points: Floats, kept: Flags) -> tuple[Ellipse, float]:
+    """The ellipse with its covariance, from the residuals of the `points` (n, 2), evenly around it, that it `kept`; and the deviation
+    of the outline from it at long wavelengths, as a standard deviation in pixels.
 
-    Neighbouring residuals are correlated: blur, wrinkles and the grid of pixels act on many points at once. The five parameters
-    are the harmonics 0 to 2 of the outline, so what counts is the power of the residuals at the wavelengths next to these, the
-    average S of their periodogram over `HARMONICS`, which stands for the sum of their autocovariance (Priestley, Spectral Analysis
-    and Time Series, 1981, Sec. 6.2). White residuals have S equal to their variance; else n var/S points are independent.
+    Neighbouring residuals are correlated: blur, wrinkles and the grid of pixels act on many points at once. The five parameters are
+    the harmonics 0 to 2 of the outline, so what counts is the power of the residuals at the wavelengths next to these, the average S
+    of their periodogram over `HARMONICS`, which stands for the sum of their autocovariance (Priestley, Spectral Analysis and Time
+    Series, 1981, Sec. 6.2). White residuals have S equal to their variance; else n var/S points are independent.
+
+    On a whole outline waves do not move the ellipse, on one with gaps they do. A regular wave, which holds more than half of the
+    power at `HARMONICS`, is therefore fitted together with the ellipse.
     """
     away, slopes = ellipse.residuals(points)
-    count = away.size
-    used = int(np.count_nonzero(kept))
-    turn = 2 * np.pi * np.arange(count) / count
-    waves = np.exp(-1j * np.outer([k for k in HARMONICS if 4 * k < count], turn))
-    power = float(np.mean(np.abs(waves @ np.where(kept, away, 0.0)) ** 2)) / used
-    # quantised pictures can have no residuals at all: rounding of the last digit remains
-    power = max(power, 1e-12)
-    of_kept = slopes[kept]
-    covariance = np.linalg.inv(of_kept.T @ of_kept) * power
-    return replace(ellipse, covariance=covariance), float(np.sqrt(2 * power / used))
+    used, turn = int(np.count_nonzero(kept)), 2 * np.pi * np.arange(away.size) / away.size
+    numbers = np.array([k for k in HARMONICS if 4 * k < away.size])
+    fourier = np.exp(-1j * np.outer(numbers, turn))
+    design, total = slopes.T, 0.0
+    for _ in range(MOST_WAVES + 1):
+        change = np.linalg.lstsq(design[:, kept].T, away[kept], rcond=None)[0]
+        power = np.abs(fourier[:, kept] @ (away - change @ design)[kept]) ** 2 / used
+        total = max(total, float(power.mean()))
+        strongest = int(np.argmax(power))
+        if power[strongest] < 0.5 * power.sum() or len(design) == 5 + 2 * MOST_WAVES:
+            break
+        design = np.concatenate([design, fourier[[strongest]].real, fourier[[strongest]].imag])
+    # pictures without noise have the rounding of their last digit
+    covariance = np.linalg.inv(slopes[kept].T @ slopes[kept]) * max(total, 1e-12)
+    return replace(ellipse.moved(change[:5]), covariance=covariance), float(np.sqrt(2 * total * len(numbers) / used))

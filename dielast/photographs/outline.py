@@ -7,7 +7,7 @@ import numpy as np
 from dielast.errors import InputError
 from dielast.numerics.arrays import Floats
 from dielast.photographs.camera import Camera
-from dielast.photographs.ellipse import Ellipse, fit_ellipse, with_errors
+from dielast.photographs.ellipse import Ellipse, fit_ellipse, settle
 from dielast.photographs.find import Blob, blobs, reduced
 from dielast.photographs.rim import locate, sampled, search
 
@@ -123,11 +123,11 @@ def _refined(grey: Floats, blob: Blob, factor: int, sign: float, corner: Floats,
     if seen < LEAST_SEEN:
         return Outline(reason=f"an electrode is seen on only {seen:.0%} of its edge")
     points = edge.points + low + corner
-    ellipse, roughness = with_errors(Ellipse(ellipse.centre + low + corner, ellipse.shape), points, kept)
+    ellipse, roughness = settle(Ellipse(ellipse.centre + low + corner, ellipse.shape), points, kept)
     flat = ellipse
     if camera is not None:
         flat, kept = fit_ellipse(camera.flattened(points), kept, camera.flattened_ellipse(ellipse), least_deviation=0.01)
-        flat, roughness = with_errors(flat, camera.flattened(points), kept)
+        flat, roughness = settle(flat, camera.flattened(points), kept)
     inner, holes, around = _inside(part, Ellipse(ellipse.centre - low - corner, ellipse.shape))
     spread = np.sqrt(np.diag(ellipse.shape @ ellipse.shape))
     inside = bool(np.all(ellipse.centre - spread >= corner) and np.all(ellipse.centre + spread <= corner + [width - 1, height - 1]))
