@@ -27,6 +27,8 @@ class Camera:
     middle: Floats
     lens: float = 0.0
     scale: float = 1.0
+    side: float = 0.0
+    """The side of the square, or the diameter of the circle, in pixels of the plane."""
 
     @classmethod
     def of_square(cls, corners: Sequence[Sequence[float]], picture: tuple[int, int] | None = None) -> Self:
@@ -38,7 +40,8 @@ class Camera:
         points = np.array(corners, dtype=float)
         middle = points[:4].mean(axis=0) if picture is None else (np.array(picture) - 1) / 2
         scale = float(np.hypot(*(points - middle).T).max())
-        sides, turns = np.roll(points[:4], -1, axis=0) - points[:4], np.roll(points[:4], -2, axis=0) - np.roll(points[:4], -1, axis=0)
+        sides = np.roll(points[:4], -1, axis=0) - points[:4]
+        turns = np.roll(sides, -1, axis=0)
         cross = sides[:, 0] * turns[:, 1] - sides[:, 1] * turns[:, 0]
         if not (np.all(cross > 0) or np.all(cross < 0)):
             raise InputError("the corners of a square are needed, in order around it", argument="square")
@@ -54,7 +57,8 @@ class Camera:
 
         lens = 0.0
         if len(points) > 4:
-            lens = float(minimize_scalar(crooked, bounds=(-LARGEST_LENS, LARGEST_LENS), method="bounded", options={"xatol": 1e-7}).x)
+            bounds = (-LARGEST_LENS, LARGEST_LENS)
+            lens = float(minimize_scalar(crooked, bounds=bounds, method="bounded", options={"xatol": 1e-7}).x)
         straight = _without_lens(points[:4], middle, lens, scale)
         unit = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]) - 0.5
         # the direct linear transform (Hartley & Zisserman, Multiple View Geometry, 2004, Sec. 4.1) from the unit square
@@ -70,7 +74,7 @@ class Camera:
         to_pixels = np.eye(3)
         to_pixels[:2, :2] = stretch[0] * left @ right
         to_pixels[:2, 2] = [u / w, v / w]
-        return cls(to_pixels @ np.linalg.inv(from_square), middle, lens, scale)
+        return cls(to_pixels @ np.linalg.inv(from_square), middle, lens, scale, float(stretch[0]))
 
     @classmethod
     def of_circle(cls, points: Sequence[Sequence[float]]) -> Self:
@@ -79,7 +83,7 @@ class Camera:
         Raises `InputError` if the points do not determine an ellipse.
         """
         rim = np.array(points, dtype=float)
-        start = Ellipse.of_moments(rim.mean(axis=0), np.cov(rim.T) * 2 / 4 * 1.0)
+        start = Ellipse.of_moments(rim.mean(axis=0), np.cov(rim.T) / 2)
         try:
             ellipse = _through(rim, start)
         except np.linalg.LinAlgError:
@@ -88,7 +92,7 @@ class Camera:
         # the major axis is not shortened
         to_plane[:2, :2] = ellipse.semi_axes[1] * np.linalg.inv(ellipse.shape)
         to_plane[:2, 2] = ellipse.centre - to_plane[:2, :2] @ ellipse.centre
-        return cls(to_plane, ellipse.centre)
+        return cls(to_plane, ellipse.centre, side=2 * float(ellipse.semi_axes[1]))
 
     def flattened(self, points: Floats) -> Floats:
         """Points (n, 2) of the photograph in the plane of the film."""

@@ -1,9 +1,10 @@
 """The ellipse through points of an edge: orthogonal least squares, outliers cut, standard errors of correlated residuals."""
 
 from dataclasses import dataclass, replace
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
+from numpy.typing import NDArray
 
 from dielast.numerics.arrays import Flags, Floats
 from dielast.numerics.robust import robust_deviation
@@ -81,10 +82,9 @@ class Ellipse:
         (nx, ny), (ux, uy) = normal.T, unit.T
         return away, np.stack([nx, ny, nx * ux, nx * uy + ny * ux, ny * uy], axis=1)
 
-    def moved(self, change: Floats) -> Self:
+    def moved(self, change: NDArray[Any]) -> Self:
         """The ellipse with its five parameters changed."""
-        x, y, xx, xy, yy = change
-        return replace(self, centre=self.centre + [x, y], shape=self.shape + [[xx, xy], [xy, yy]])
+        return replace(self, centre=self.centre + change[:2], shape=self.shape + change[[[2, 3], [3, 4]]])
 
 
 def fit_ellipse(points: Floats, usable: Flags, start: Ellipse, least_deviation: float = 0.0) -> tuple[Ellipse, Flags]:
@@ -122,12 +122,12 @@ def fit_ellipse(points: Floats, usable: Flags, start: Ellipse, least_deviation: 
 
 
 def settle(ellipse: Ellipse, points: Floats, kept: Flags) -> tuple[Ellipse, float]:
-    """The ellipse with its covariance, from the residuals of the `points` (n, 2), evenly around it, that it `kept`; and the deviation
-    of the outline from it at long wavelengths, as a standard deviation in pixels.
+    """The ellipse with its covariance, from the residuals of the `points` (n, 2), evenly around it, that it `kept`; and the
+    deviation of the outline from it at long wavelengths, as a standard deviation in pixels.
 
     Neighbouring residuals are correlated: blur, wrinkles and the grid of pixels act on many points at once. The five parameters are
-    the harmonics 0 to 2 of the outline, so what counts is the power of the residuals at the wavelengths next to these, the average S
-    of their periodogram over `HARMONICS`, which stands for the sum of their autocovariance (Priestley, Spectral Analysis and Time
+    the harmonics 0 to 2 of the outline, so what counts is the power of the residuals at the wavelengths next to these, the average
+    S of their periodogram over `HARMONICS`, which stands for the sum of their autocovariance (Priestley, Spectral Analysis and Time
     Series, 1981, Sec. 6.2). White residuals have S equal to their variance; else n var/S points are independent.
 
     On a whole outline waves do not move the ellipse, on one with gaps they do. A regular wave, which holds more than half of the
@@ -147,5 +147,5 @@ def settle(ellipse: Ellipse, points: Floats, kept: Flags) -> tuple[Ellipse, floa
             break
         design = np.concatenate([design, fourier[[strongest]].real, fourier[[strongest]].imag])
     # pictures without noise have the rounding of their last digit
-    covariance = np.linalg.inv(slopes[kept].T @ slopes[kept]) * max(total, 1e-12)
+    covariance: Floats = np.linalg.inv(slopes[kept].T @ slopes[kept]) * max(total, 1e-12)
     return replace(ellipse.moved(change[:5]), covariance=covariance), float(np.sqrt(2 * total * len(numbers) / used))

@@ -2,8 +2,10 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy import ndimage
 
 from dielast.numerics.arrays import Flags, Floats
@@ -55,7 +57,7 @@ def separability(grey: Floats) -> float:
     return float(share * (1 - share) * (grey[light].mean() - grey[~light].mean()) ** 2 / variance)
 
 
-def reduced(grey: Floats) -> tuple[Floats, int]:
+def reduced(grey: NDArray[Any]) -> tuple[Floats, int]:
     """The picture with blocks of pixels averaged, and the length of a block in pixels."""
     factor = max(1, max(grey.shape) // COARSE)
     if factor == 1:

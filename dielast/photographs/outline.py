@@ -1,8 +1,10 @@
 """The outline of the electrode in one photograph."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from dielast.errors import InputError
 from dielast.numerics.arrays import Floats
@@ -50,7 +52,7 @@ class Outline:
 
 
 def find_outline(
-    grey: Floats,
+    grey: NDArray[Any],
     *,
     dark: bool = True,
     region: tuple[int, int, int, int] | None = None,
@@ -90,7 +92,7 @@ def _another(found: list[Blob], blob: Blob) -> bool:
     return any(other is not blob and other.score > SECOND * blob.score and other.support > WELL_SEEN for other in found)
 
 
-def _refined(grey: Floats, blob: Blob, factor: int, sign: float, corner: Floats, camera: Camera | None) -> Outline:
+def _refined(grey: NDArray[Any], blob: Blob, factor: int, sign: float, corner: Floats, camera: Camera | None) -> Outline:
     """The outline near a blob, to a fraction of a pixel."""
     ellipse, (height, width) = blob.ellipse, grey.shape
     # the part of the picture with the outline, as grey values that rise outwards
@@ -130,12 +132,13 @@ def _refined(grey: Floats, blob: Blob, factor: int, sign: float, corner: Floats,
         flat, roughness = settle(flat, camera.flattened(points), kept)
     inner, holes, around = _inside(part, Ellipse(ellipse.centre - low - corner, ellipse.shape))
     spread = np.sqrt(np.diag(ellipse.shape @ ellipse.shape))
-    inside = bool(np.all(ellipse.centre - spread >= corner) and np.all(ellipse.centre + spread <= corner + [width - 1, height - 1]))
+    last = corner + np.array([width - 1, height - 1])
+    inside = bool(np.all(ellipse.centre - spread >= corner) and np.all(ellipse.centre + spread <= last))
     radius = float(np.sqrt(np.prod(flat.semi_axes)))
     return Outline(ellipse, flat, seen, edge.width, roughness / radius, inner / around if around else 0.0, holes, inside)
 
 
-def _inside(part: Floats, ellipse: Ellipse) -> tuple[float, float, float]:
+def _inside(part: NDArray[Any], ellipse: Ellipse) -> tuple[float, float, float]:
     """The median grey value inside, the share of the inside that is nearer to the film's, and the film's median grey value."""
     radius = np.linspace(0.05, 0.95, 24)
     turn = np.linspace(0.0, 2 * np.pi, 96, endpoint=False)

@@ -1,8 +1,10 @@
 """The edge of an electrode along a line around it, at a fraction of a pixel, from the grey values across that line."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy import ndimage
 from scipy.special import ndtr
 
@@ -30,7 +32,7 @@ class Edge:
     width: float
 
 
-def sampled(grey: Floats, points: Floats) -> Floats:
+def sampled(grey: NDArray[Any], points: Floats) -> Floats:
     """Grey values at `points` (..., 2), smoothed by the cubic B-spline; NaN outside of the picture.
 
     The spline is the smoothing kernel itself (variance 1/3 px^2), not the interpolant: no filter has to run over the whole picture,
@@ -42,7 +44,7 @@ def sampled(grey: Floats, points: Floats) -> Floats:
     return np.where(inside, values, np.nan)
 
 
-def search(grey: Floats, ellipse: Ellipse, reach: float, count: int) -> tuple[Floats, Floats]:
+def search(grey: NDArray[Any], ellipse: Ellipse, reach: float, count: int) -> tuple[Floats, Floats]:
     """Where across the outline, within `reach` px, the grey value rises most (outwards): `offset` (n,) and `strength` (n,)."""
     start, normal, _ = ellipse.around(count)
     step = max(STEP, reach / 40)
@@ -60,17 +62,17 @@ def _step(t: Floats, width: float) -> Floats:
     return np.stack([np.ones(t.size), ndtr(t / width), -bell, -(t / width) * bell], axis=1)
 
 
-def locate(grey: Floats, ellipse: Ellipse, offset: Floats) -> Edge:
+def locate(grey: NDArray[Any], ellipse: Ellipse, offset: Floats) -> Edge:
     """The edge near the `offset` (n,) from the outline of the ellipse, by least squares.
 
     Across the edge the grey value is a + c Phi((t - t0)/s), a step between two levels that is blurred by a Gauss function; a, c and
     t0 are fitted to each line, the width s to all together. Because the step is odd about t0, another symmetric blur, or a slope of
-    the light, leaves t0 in place. A blur of standard deviation s moves a curved edge by s^2/2 times its curvature inwards (Verbeek &
-    van Vliet, IEEE Trans. PAMI 15 (1993) 726), which is added back.
+    the light, leaves t0 in place. A blur of standard deviation s moves a curved edge by s^2/2 times its curvature inwards (Verbeek
+    & van Vliet, IEEE Trans. PAMI 15 (1993) 726), which is added back.
     """
     start, normal, curvature = ellipse.around(offset.size)
     place, width, blur = offset.copy(), 1.5, 1.5
-    seen = np.ones(offset.size, dtype=bool)
+    seen: Flags = np.ones(offset.size, dtype=bool)
     for _ in range(ROUNDS):
         reach = REACH * width
         t = np.arange(-np.ceil(reach / STEP), np.ceil(reach / STEP) + 1) * STEP
