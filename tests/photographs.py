@@ -142,7 +142,9 @@ def render(scene: Scene) -> Array:
     return np.clip(picture, 0.0, 1.0)
 
 
-def saved(picture: Array, form: str = "png", *, depth: int = 8, cast: tuple[float, float, float] | None = None, **options: Any) -> bytes:
+def saved(
+    picture: Array, form: str = "png", *, depth: int = 8, cast: tuple[float, float, float] | None = None, **options: Any
+) -> bytes:
     """The picture as the bytes of a file: grey or with a colour cast, 8 or 16 bit."""
     full = 65535 if depth == 16 else 255
     levels = np.round(picture * full).astype(np.uint16 if depth == 16 else np.uint8)

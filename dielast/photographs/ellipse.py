@@ -36,7 +36,8 @@ class Ellipse:
     @property
     def semi_axes(self) -> Floats:
         """The minor and the major semi-axis (2,)."""
-        return np.linalg.eigvalsh(self.shape)
+        axes: Floats = np.linalg.eigvalsh(self.shape)
+        return axes
 
     @property
     def angle(self) -> float:
@@ -137,7 +138,8 @@ def settle(ellipse: Ellipse, points: Floats, kept: Flags) -> tuple[Ellipse, floa
     used, turn = int(np.count_nonzero(kept)), 2 * np.pi * np.arange(away.size) / away.size
     numbers = np.array([k for k in HARMONICS if 4 * k < away.size])
     fourier = np.exp(-1j * np.outer(numbers, turn))
-    design, total = slopes.T, 0.0
+    design: NDArray[Any] = slopes.T
+    total = 0.0
     for _ in range(MOST_WAVES + 1):
         change = np.linalg.lstsq(design[:, kept].T, away[kept], rcond=None)[0]
         power = np.abs(fourier[:, kept] @ (away - change @ design)[kept]) ** 2 / used

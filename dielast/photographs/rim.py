@@ -72,7 +72,7 @@ def locate(grey: NDArray[Any], ellipse: Ellipse, offset: Floats) -> Edge:
     """
     start, normal, curvature = ellipse.around(offset.size)
     place, width, blur = offset.copy(), 1.5, 1.5
-    seen: Flags = np.ones(offset.size, dtype=bool)
+    seen: Any = np.ones(offset.size, dtype=bool)
     for _ in range(ROUNDS):
         reach = REACH * width
         t = np.arange(-np.ceil(reach / STEP), np.ceil(reach / STEP) + 1) * STEP
@@ -89,7 +89,7 @@ def locate(grey: NDArray[Any], ellipse: Ellipse, offset: Floats) -> Edge:
             # a narrower step than that of the model moves the fit by more than itself
             shift = fitted[2] / contrast * np.sqrt(0.5 + 0.5 * (blur / width) ** 2)
         seen = complete & (contrast > LEAST_CONTRAST * level) & (contrast < MOST_CONTRAST * level) & (np.abs(shift) < reach / 2)
-        if not seen.any():
+        if not np.any(seen):
             break
         place = place + np.where(seen, np.clip(shift, -reach / 2, reach / 2), 0.0)
         of_blur = np.linalg.pinv(_step(t, blur)) @ values.T[:, seen]

@@ -82,12 +82,12 @@ def _pictures(names: str, info: ValidationInfo, endings: Sequence[str]) -> tuple
     mark, names = (EXAMPLE, names.removeprefix(EXAMPLE)) if names.startswith(EXAMPLE) else ("", names)
     base = EXAMPLES if mark else folder
     whole = os.path.isdir(base / names)
-    found = _files(f"{names}/*" if whole else names, SimpleNamespace(context={"folder": base}))  # type: ignore[arg-type]
+    found = _files(f"{names}/*" if whole else names, SimpleNamespace(context={"folder": base}))
     chosen = [name for name in found if not whole or name.lower().endswith(tuple(endings))]
     if not chosen:
         raise InputError(f"{shown(names)}: no file in this folder ends with {', '.join(endings)}")
-    by_number = [(re.split(r"(\d+)", name), name) for name in chosen]
-    return tuple(mark + name for _, name in sorted(by_number, key=lambda pair: [(len(part) if part.isdecimal() else 0, part) for part in pair[0]]))
+    chosen.sort(key=lambda name: [int(part) if part.isdecimal() else part for part in re.split(r"(\d+)", name)])
+    return tuple(mark + name for name in chosen)
 
 
 def _name_or_number(noun: str, description: str) -> tuple[PlainValidator, WithJsonSchema]:
