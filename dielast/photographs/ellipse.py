@@ -122,9 +122,10 @@ def fit_ellipse(points: Floats, usable: Flags, start: Ellipse, least_deviation: 
     return ellipse, kept
 
 
-def settle(ellipse: Ellipse, points: Floats, kept: Flags) -> tuple[Ellipse, float]:
-    """The ellipse with its covariance, from the residuals of the `points` (n, 2), evenly around it, that it `kept`; and the
-    deviation of the outline from it at long wavelengths, as a standard deviation in pixels.
+def settle(ellipse: Ellipse, points: Floats, usable: Flags, kept: Flags) -> tuple[Ellipse, float, Flags]:
+    """The ellipse with its covariance, from the residuals of those of the `points` (n, 2), evenly around it, that it `kept`; the
+    deviation of the outline from it at long wavelengths, as a standard deviation in pixels; and which of the `usable` points (n,)
+    are kept at last.
 
     Neighbouring residuals are correlated: blur, wrinkles and the grid of pixels act on many points at once. The five parameters are
     the harmonics 0 to 2 of the outline, so what counts is the power of the residuals at the wavelengths next to these, the average
@@ -132,22 +133,30 @@ def settle(ellipse: Ellipse, points: Floats, kept: Flags) -> tuple[Ellipse, floa
     Series, 1981, Sec. 6.2). White residuals have S equal to their variance; else n var/S points are independent.
 
     On a whole outline waves do not move the ellipse, on one with gaps they do. A regular wave, which holds more than half of the
-    power at `HARMONICS`, is therefore fitted together with the ellipse.
+    power at `HARMONICS`, is therefore fitted together with the ellipse, and points are cut that lie off both.
     """
     away, slopes = ellipse.residuals(points)
-    used, turn = int(np.count_nonzero(kept)), 2 * np.pi * np.arange(away.size) / away.size
+    turn = 2 * np.pi * np.arange(away.size) / away.size
     numbers = np.array([k for k in HARMONICS if 4 * k < away.size])
     fourier = np.exp(-1j * np.outer(numbers, turn))
-    design: NDArray[Any] = slopes.T
+    design: Any = slopes.T
     total = 0.0
-    for _ in range(MOST_WAVES + 1):
+    for _ in range(ROUNDS):
         change = np.linalg.lstsq(design[:, kept].T, away[kept], rcond=None)[0]
-        power = np.abs(fourier[:, kept] @ (away - change @ design)[kept]) ** 2 / used
+        rest = away - change @ design
+        power = np.abs(fourier[:, kept] @ rest[kept]) ** 2 / np.count_nonzero(kept)
         total = max(total, float(power.mean()))
         strongest = int(np.argmax(power))
-        if power[strongest] < 0.5 * power.sum() or len(design) == 5 + 2 * MOST_WAVES:
+        if power[strongest] >= 0.5 * power.sum() and len(design) < 5 + 2 * MOST_WAVES:
+            design = np.concatenate([design, fourier[[strongest]].real, fourier[[strongest]].imag])
+        elif len(design) > 5:
+            fresh = usable & (np.abs(rest) <= CUT * robust_deviation(rest[kept]))
+            if np.array_equal(fresh, kept):
+                break
+            kept = fresh
+        else:
             break
-        design = np.concatenate([design, fourier[[strongest]].real, fourier[[strongest]].imag])
+    used = int(np.count_nonzero(kept))
     # pictures without noise have the rounding of their last digit
     covariance: Floats = np.linalg.inv(slopes[kept].T @ slopes[kept]) * max(total, 1e-12)
-    return replace(ellipse.moved(change[:5]), covariance=covariance), float(np.sqrt(2 * total * len(numbers) / used))
+    return replace(ellipse.moved(change[:5]), covariance=covariance), float(np.sqrt(2 * total * len(numbers) / used)), kept

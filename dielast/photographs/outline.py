@@ -119,17 +119,17 @@ def _refined(grey: NDArray[Any], blob: Blob, factor: int, sign: float, corner: F
         return Outline(reason="no electrode is found: its edge is no ellipse")
     if ellipse.semi_axes[0] < SMALLEST / 2:
         return Outline(reason=f"no electrode is found that is {SMALLEST:g} pixels across")
-    seen = float(np.mean(kept))
     if edge.width > WIDEST * ellipse.semi_axes[0]:
         return Outline(reason="no electrode is found: nothing has a clear edge")
+    points = edge.points + low + corner
+    ellipse, roughness, kept = settle(Ellipse(ellipse.centre + low + corner, ellipse.shape), points, clear, kept)
+    seen = float(np.mean(kept))
     if seen < LEAST_SEEN:
         return Outline(reason=f"an electrode is seen on only {seen:.0%} of its edge")
-    points = edge.points + low + corner
-    ellipse, roughness = settle(Ellipse(ellipse.centre + low + corner, ellipse.shape), points, kept)
     flat = ellipse
     if camera is not None:
         flat, kept = fit_ellipse(camera.flattened(points), kept, camera.flattened_ellipse(ellipse), least_deviation=0.01)
-        flat, roughness = settle(flat, camera.flattened(points), kept)
+        flat, roughness, _ = settle(flat, camera.flattened(points), kept, kept)
     inner, holes, around = _inside(part, Ellipse(ellipse.centre - low - corner, ellipse.shape))
     spread = np.sqrt(np.diag(ellipse.shape @ ellipse.shape))
     last = corner + np.array([width - 1, height - 1])
