@@ -50,11 +50,16 @@ def otsu(grey: Floats) -> float:
 
 def separability(grey: Floats) -> float:
     """The share of the variance that lies between Otsu's two classes."""
-    light = grey > otsu(grey)
-    share, variance = light.mean(), grey.var()
-    if variance == 0 or share in (0, 1):
+    if _is_blank(grey):
         return 0.0
-    return float(share * (1 - share) * (grey[light].mean() - grey[~light].mean()) ** 2 / variance)
+    light = grey > otsu(grey)
+    share = light.mean()
+    return float(share * (1 - share) * (grey[light].mean() - grey[~light].mean()) ** 2 / grey.var())
+
+
+def _is_blank(grey: Floats) -> bool:
+    """Whether the grey values differ by no more than rounding."""
+    return bool(np.ptp(grey) <= 1e-6 * np.abs(grey).max())
 
 
 def reduced(grey: NDArray[Any]) -> tuple[Floats, int]:
@@ -98,6 +103,8 @@ def _flattened(grey: Floats) -> Iterator[Floats]:
     lightest = float(np.percentile(grey, 99))
     for film in (rim, None):
         if film is None:
+            if _is_blank(flat):
+                return
             film = flat > otsu(flat)
         if np.count_nonzero(film) < 50:
             continue
@@ -163,7 +170,7 @@ def blobs(grey: Floats, factor: int) -> list[Blob]:
     found: list[Blob] = []
     for flat in _flattened(grey):
         # what has an edge all around needs no flatter background
-        if np.ptp(flat) == 0 or any(blob.support > CLEAR for blob in found):
+        if _is_blank(flat) or any(blob.support > CLEAR for blob in found):
             continue
         labels, count = ndimage.label(flat <= otsu(flat))
         if count == 0:

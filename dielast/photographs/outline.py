@@ -17,6 +17,7 @@ FEWEST, MOST = 96, 2400  # points of an outline
 SMALLEST = 8.0  # px: the shortest axis that is measured
 LEAST_SEEN = 0.55  # of the outline: with less, strips or the picture's edge decide on the axes
 WELL_SEEN = 0.7
+NOT_SEEN = 0.35
 SECOND = 0.5  # of the best region's contrast along its outline: another electrode
 CLEAR = 4.0  # standard errors of the contrast of a line
 WIDEST = 0.25  # of the minor semi-axis: a wider transition is no edge
@@ -125,7 +126,8 @@ def _refined(grey: NDArray[Any], blob: Blob, factor: int, sign: float, corner: F
     ellipse, roughness, kept = settle(Ellipse(ellipse.centre + low + corner, ellipse.shape), points, clear, kept)
     seen = float(np.mean(kept))
     if seen < LEAST_SEEN:
-        return Outline(reason=f"an electrode is seen on only {seen:.0%} of its edge")
+        few = "no electrode is found" if seen < NOT_SEEN else f"an electrode is seen on only {seen:.0%} of its edge"
+        return Outline(reason=few)
     flat = ellipse
     if camera is not None:
         flat, kept = fit_ellipse(camera.flattened(points), kept, camera.flattened_ellipse(ellipse), least_deviation=0.01)
