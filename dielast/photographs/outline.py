@@ -13,7 +13,7 @@ from dielast.photographs.ellipse import Ellipse, fit_ellipse, settle
 from dielast.photographs.find import Blob, blobs, reduced
 from dielast.photographs.rim import locate, sampled, search
 
-FEWEST, MOST = 96, 2400  # points of an outline
+FEWEST, MOST = 96, 2000  # points of an outline
 SMALLEST = 8.0  # px: the shortest axis that is measured
 LEAST_SEEN = 0.55  # of the outline: with less, strips or the picture's edge decide on the axes
 WELL_SEEN = 0.7

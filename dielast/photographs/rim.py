@@ -32,13 +32,13 @@ class Edge:
     width: float
 
 
-def sampled(grey: NDArray[Any], points: Floats) -> Floats:
-    """Grey values at `points` (..., 2), smoothed by the cubic B-spline; NaN outside of the picture.
+def sampled(grey: NDArray[Any], points: Floats, order: int = 3) -> Floats:
+    """Grey values at `points` (..., 2), smoothed by the B-spline of this order; NaN outside of the picture.
 
-    The spline is the smoothing kernel itself (variance 1/3 px^2), not the interpolant: no filter has to run over the whole picture,
+    The spline is the smoothing kernel itself (of order 3: variance 1/3 px^2), not the interpolant: no filter has to run over the whole picture,
     and a straight edge keeps its place.
     """
-    values = ndimage.map_coordinates(grey, (points[..., 1], points[..., 0]), order=3, prefilter=False, mode="nearest")
+    values = ndimage.map_coordinates(grey, (points[..., 1], points[..., 0]), order=order, prefilter=False, mode="nearest")
     height, width = grey.shape
     inside = (points[..., 0] >= 0) & (points[..., 0] <= width - 1) & (points[..., 1] >= 0) & (points[..., 1] <= height - 1)
     return np.where(inside, values, np.nan)
@@ -49,7 +49,7 @@ def search(grey: NDArray[Any], ellipse: Ellipse, reach: float, count: int) -> tu
     start, normal, _ = ellipse.around(count)
     step = max(STEP, reach / 40)
     offsets = np.arange(-reach, reach + step / 2, step)
-    across = sampled(grey, start[:, None] + offsets[:, None] * normal[:, None])
+    across = sampled(grey, start[:, None] + offsets[:, None] * normal[:, None], order=1)
     rise = ndimage.gaussian_filter1d(across, max(1.5, 1.5 / step) if step < 1 else 1.5, axis=1, order=1, mode="nearest")
     rise = np.where(np.isfinite(rise), rise, -np.inf)
     best = np.argmax(rise, axis=1)

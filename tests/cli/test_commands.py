@@ -278,15 +278,15 @@ def test_bad_input_is_one_line_and_writes_nothing(
         (
             ["nothing"],
             2,
-            'dielast: no command "nothing": one of mastercurve, spectrum, calibrate, relax, creep, actuate, failure-map, design, ',
+            'dielast: no command "nothing": one of mastercurve, measure, spectrum, calibrate, relax, creep, actuate, failure-map, design, ',
         ),
-        (["new", "nothing"], 2, '"nothing" is no kind of recipe: one of mastercurve, spectrum, calibrate, relax, creep, '),
+        (["new", "nothing"], 2, '"nothing" is no kind of recipe: one of mastercurve, measure, spectrum, calibrate, relax, creep, '),
         (["new", "actuator"], 2, '"actuator" is no kind of recipe: did you mean "actuate"?\n'),
         (["new", "Failure_Map"], 2, '"Failure_Map" is no kind of recipe: did you mean "failure-map"?\n'),
         (
             ["new"],
             2,
-            "dielast new: a kind is needed: mastercurve, spectrum, calibrate, relax, creep, actuate, failure-map, design (see",
+            "dielast new: a kind is needed: mastercurve, measure, spectrum, calibrate, relax, creep, actuate, failure-map, design (see",
         ),
         (["--plot"], 2, "dielast: no such option: --plot"),
         (["relax", "--bogus"], 2, "dielast relax: no such option: --bogus"),

@@ -3,7 +3,7 @@
 import io
 import os
 import time
-from contextlib import closing
+from contextlib import closing, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -64,7 +64,8 @@ def _measured(plan: PhotographPlan, name: str, number: int) -> Photograph:
         digest = sha256(content)
         grey = read_picture(content, name, number, plan.colour)
         if plan.dated:
-            moment = taken(content, name)
+            with suppress(InputError):  # whoever needs the time says what is missing
+                moment = taken(content, name)
         outline = find_outline(grey, dark=plan.dark, region=plan.region, camera=plan.camera)
         return Photograph(outline, *_small(grey), digest, moment)
     except InputError as error:
