@@ -36,8 +36,7 @@ class Ellipse:
     @property
     def semi_axes(self) -> Floats:
         """The minor and the major semi-axis (2,)."""
-        axes: Floats = np.linalg.eigvalsh(self.shape)
-        return axes
+        return np.asarray(np.linalg.eigvalsh(self.shape), dtype=float)
 
     @property
     def angle(self) -> float:
@@ -158,5 +157,5 @@ def settle(ellipse: Ellipse, points: Floats, usable: Flags, kept: Flags) -> tupl
             break
     used = int(np.count_nonzero(kept))
     # pictures without noise have the rounding of their last digit
-    covariance: Floats = np.linalg.inv(slopes[kept].T @ slopes[kept]) * max(total, 1e-12)
+    covariance = np.asarray(np.linalg.inv(slopes[kept].T @ slopes[kept]) * max(total, 1e-12), dtype=float)
     return replace(ellipse.moved(change[:5]), covariance=covariance), float(np.sqrt(2 * total * len(numbers) / used)), kept

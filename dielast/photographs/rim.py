@@ -1,7 +1,7 @@
 """The edge of an electrode along a line around it, at a fraction of a pixel, from the grey values across that line."""
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,11 +32,11 @@ class Edge:
     width: float
 
 
-def sampled(grey: NDArray[Any], points: Floats, order: int = 3) -> Floats:
+def sampled(grey: NDArray[Any], points: Floats, order: Literal[1, 3] = 3) -> Floats:
     """Grey values at `points` (..., 2), smoothed by the B-spline of this order; NaN outside of the picture.
 
-    The spline is the smoothing kernel itself (of order 3: variance 1/3 px^2), not the interpolant: no filter has to run over the whole picture,
-    and a straight edge keeps its place.
+    The spline is the smoothing kernel itself (of order 3: variance 1/3 px^2), not the interpolant: no filter has to run over the
+    whole picture, and a straight edge keeps its place.
     """
     values = ndimage.map_coordinates(grey, (points[..., 1], points[..., 0]), order=order, prefilter=False, mode="nearest")
     height, width = grey.shape
@@ -77,7 +77,7 @@ def locate(grey: NDArray[Any], ellipse: Ellipse, offset: Floats) -> Edge:
         reach = REACH * width
         t = np.arange(-np.ceil(reach / STEP), np.ceil(reach / STEP) + 1) * STEP
         values = sampled(grey, start[:, None] + (place[:, None] + t)[..., None] * normal[:, None])
-        complete = np.isfinite(values).all(axis=1)
+        complete: Any = np.isfinite(values).all(axis=1)
         values = np.where(complete[:, None], values, 0.0)
         model = _step(t, width)[:, :3]
         fitted = np.linalg.pinv(model) @ values.T
