@@ -37,7 +37,7 @@ def plot_stretches(result: Stretches, title: str | None = None) -> Figure:
         lost = time[state == LOST]
         if lost.size:
             low, high = axes.get_ylim()
-            axes.vlines(lost, low, low + 0.04 * (high - low), color="0.4", linewidth=0.8)
+            axes.vlines(lost, low, low + 0.07 * (high - low), color="0.4", linewidth=0.8)
             axes.set_ylim(low, high)
             handles.append(Line2D([], [], marker="|", linestyle="", color="0.4", label="lost (at the lower edge)"))
         for kind, number in result.events.items():
