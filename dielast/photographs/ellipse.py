@@ -144,7 +144,8 @@ def settle(ellipse: Ellipse, points: Floats, usable: Flags, kept: Flags) -> tupl
         change = np.linalg.lstsq(design[:, kept].T, away[kept], rcond=None)[0]
         rest = away - change @ design
         power = np.abs(fourier[:, kept] @ rest[kept]) ** 2 / np.count_nonzero(kept)
-        total = max(total, float(power.mean()))
+        # 2n powers determine S: their scatter makes Student's t of a normal error, whose variance is larger
+        total = max(total, float(power.sum()) / max(1, len(numbers) - 1))
         strongest = int(np.argmax(power))
         if power[strongest] >= 0.5 * power.sum() and len(design) < 5 + 2 * MOST_WAVES:
             design = np.concatenate([design, fourier[[strongest]].real, fourier[[strongest]].imag])
