@@ -86,6 +86,9 @@ if TYPE_CHECKING:  # the public names, of which this is the only list: type chec
         Waveform as Waveform,
     )
     from dielast.mechanics.stability import TimeScale as TimeScale
+    from dielast.photographs.camera import Camera as Camera
+    from dielast.photographs.outline import Outline as Outline, find_outline as find_outline
+    from dielast.photographs.series import Stretches as Stretches, measure_electrode as measure_electrode
     from dielast.plots.mastercurve import plot_master_curve as plot_master_curve
     from dielast.plots.sensitivity import plot_sensitivity as plot_sensitivity
     from dielast.plots.spectrum import plot_spectrum as plot_spectrum

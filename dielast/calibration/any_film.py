@@ -15,6 +15,7 @@ from dielast.calibration.experiment import MeasuredTest
 from dielast.calibration.laboratory import SYMMETRIES
 from dielast.calibration.scatter import level_of
 from dielast.material.springs import Gent, MooneyRivlin, NeoHookean, SpringLaw, gathered
+from dielast.mechanics.flow import Flow
 from dielast.mechanics.load import Mode
 from dielast.mechanics.stretched import Histories, carried
 from dielast.numerics.arrays import Flags, Floats
@@ -51,7 +52,7 @@ def answers_of_parts(test: MeasuredTest, time: Floats) -> Floats:
     corners = (np.broadcast_to(values, (count, values.size)).copy() for values in (test.corner_time, test.corner_stretch))
     place = np.broadcast_to(time, (count, time.size)).copy()
     stretch = np.interp(place, test.corner_time, test.corner_stretch)
-    return carried(joined.take(law), rate, SYMMETRIES[Mode(test.mode)], Histories(*corners), place, stretch, RTOL).T
+    return carried(joined.take(law), Flow(rate[None]), SYMMETRIES[Mode(test.mode)], Histories(*corners), place, stretch, RTOL).T
 
 
 def any_film(test: MeasuredTest, time: Floats, stress: Floats, used: Flags) -> AnyFilm:

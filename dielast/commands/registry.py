@@ -40,6 +40,7 @@ class Commands(Mapping[str, Command]):
 
 COMMANDS = Commands()
 COMMANDS.register("mastercurve", "dielast.commands.mastercurve:MASTERCURVE")
+COMMANDS.register("measure", "dielast.commands.measure:MEASURE")
 COMMANDS.register("spectrum", "dielast.commands.spectrum:SPECTRUM")
 COMMANDS.register("calibrate", "dielast.commands.calibrate:CALIBRATE")
 COMMANDS.register("relax", "dielast.commands.membrane:RELAX")

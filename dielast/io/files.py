@@ -12,6 +12,7 @@ from dielast.errors import InputError
 
 LARGEST = 256 << 20  # bytes of an input file: more than ten million rows
 EXAMPLE = "example:"
+EXAMPLES = Path(__file__).parents[1] / "examples"
 STORE = ".unfinished"
 """The file in which a long run keeps its cells until its result is written."""
 KEPT = "what is solved is kept, and the same command goes on from there"
@@ -41,14 +42,17 @@ class Inputs:
         """
         path = resolve(self.folder, name)
         content = read_file(path, str(name))
+        self.record(name, path, sha256(content))
+        return content
+
+    def record(self, name: str | Path, path: Path, digest: str) -> None:
+        """Record a file that was read elsewhere, such as in another process, by its name in the recipe, path and SHA-256."""
         # an absolute path belongs to this machine and has no place in a result
         shown = Path(name).name if Path(name).is_absolute() else str(name)
-        digest = as_text(shown), sha256(content)
-        if digest not in self.digests:
-            self.digests.append(digest)
+        if (entry := (as_text(shown), digest)) not in self.digests:
+            self.digests.append(entry)
         if path not in self.paths:
             self.paths.append(path)
-        return content
 
 
 def sha256(content: bytes) -> str:
@@ -60,8 +64,7 @@ def resolve(folder: Path, name: str | Path) -> Path:
     """The path of the file `name` that a recipe in `folder` names; raises `InputError` for an unknown example."""
     text = str(name)
     if text.startswith(EXAMPLE):
-        root = Path(__file__).parents[1] / "examples"
-        name, entries = text.removeprefix(EXAMPLE), sorted(root.iterdir())
+        root, name, entries = EXAMPLES, text.removeprefix(EXAMPLE), sorted(EXAMPLES.iterdir())
         path = next((entry for entry in entries if entry.stem == name), root / name)  # "example:vhb4905" means vhb4905.toml
         if not path.resolve().is_relative_to(root.resolve()) or not exists(path):
             known = ", ".join(f"{EXAMPLE}{entry.name}" for entry in entries)

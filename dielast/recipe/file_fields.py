@@ -1,16 +1,18 @@
 """The field types that name what lies outside of a recipe: files and folders, and within a file its columns, sheets and steps."""
 
 import os
-from collections.abc import Callable
+import re
+from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Annotated, Any, get_args
 
 from pydantic import PlainValidator, ValidationInfo, WithJsonSchema
 from pydantic.fields import FieldInfo
 
 from dielast.errors import InputError, shown
-from dielast.io.files import exists, of_backslashes, resolve
+from dielast.io.files import EXAMPLE, EXAMPLES, exists, of_backslashes, resolve
 
 
 def is_path(field: FieldInfo) -> bool:
@@ -42,10 +44,15 @@ existing_file = partial(_existing, kind="file", test=Path.is_file)
 _folder = partial(_existing, kind="folder", test=Path.is_dir)
 
 
-def _files(names: Any, info: ValidationInfo) -> tuple[str, ...]:
-    """The files of a list in its order, or those that a glob pattern matches, sorted by name."""
+def _files(names: Any, info: ValidationInfo, endings: Sequence[str] = ()) -> tuple[str, ...]:
+    """The files of a list in its order, or those that a glob pattern matches, sorted by name.
+
+    With `endings`, a folder stands for its files with these endings, and numbers in names are sorted by their value.
+    """
     if isinstance(names, list) and names:
         return tuple(existing_file(name, info) for name in names)
+    if endings and isinstance(names, str) and names:
+        return _pictures(names, info, endings)
     if not isinstance(names, str) or not Path(names).name:  # "." and "/" have no file name
         raise InputError("a list of files or a glob pattern is needed")
     folder = (info.context or {}).get("folder")
@@ -65,6 +72,22 @@ def _files(names: Any, info: ValidationInfo) -> tuple[str, ...]:
         raise InputError(f"{shown(names)}: no file matches{of_backslashes(names)}")
     # with slashes, so that results are the same on every system
     return tuple(Path(path if base else os.path.relpath(path, folder)).as_posix() for path in matches)
+
+
+def _pictures(names: str, info: ValidationInfo, endings: Sequence[str]) -> tuple[str, ...]:
+    """The files of a folder or of a glob pattern, also among the examples."""
+    folder = (info.context or {}).get("folder")
+    if folder is None:
+        return (names,)
+    mark, names = (EXAMPLE, names.removeprefix(EXAMPLE)) if names.startswith(EXAMPLE) else ("", names)
+    base = EXAMPLES if mark else folder
+    whole = os.path.isdir(base / names)
+    found = _files(f"{names}/*" if whole else names, SimpleNamespace(context={"folder": base}))
+    chosen = [name for name in found if not whole or name.lower().endswith(tuple(endings))]
+    if not chosen:
+        raise InputError(f"{shown(names)}: no file in this folder ends with {', '.join(endings)}")
+    chosen.sort(key=lambda name: [int(part) if part.isdecimal() else part for part in re.split(r"(\d+)", name)])
+    return tuple(mark + name for name in chosen)
 
 
 def _name_or_number(noun: str, description: str) -> tuple[PlainValidator, WithJsonSchema]:
@@ -90,6 +113,12 @@ InputFolder = Annotated[str, PlainValidator(_folder), WithJsonSchema(PATH), NAME
 InputFiles = Annotated[
     tuple[str, ...],
     PlainValidator(_files),
+    WithJsonSchema({"anyOf": [{"type": "array", "items": PATH}, {"type": "string", "format": "glob pattern"}]}),
+    NAMES_FILES,
+]
+PhotographFiles = Annotated[
+    tuple[str, ...],
+    PlainValidator(partial(_files, endings=(".png", ".jpg", ".jpeg", ".tif", ".tiff", ".gif"))),
     WithJsonSchema({"anyOf": [{"type": "array", "items": PATH}, {"type": "string", "format": "glob pattern"}]}),
     NAMES_FILES,
 ]

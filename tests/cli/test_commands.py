@@ -76,6 +76,11 @@ HEADERS = {
 }
 FITTED = ["equilibrium.shear_modulus", "nonequilibrium.scale"]
 HEADERS |= {
+    "electrode.csv": [
+        *("file", "time [s]", "centre_x [px]", "centre_y [px]", "major_axis [px]", "minor_axis [px]", "angle [deg]"),
+        *("relative_stretch_1 [1]", "relative_stretch_1_stderr [1]", "relative_stretch_2 [1]", "relative_stretch_2_stderr [1]"),
+        *("area_strain [1]", "state"),
+    ],
     "design.csv": [
         *("temperature [degC]", "prestretch_1 [1]", "prestretch_2 [1]", "electrode_share [1]", "area_strain [1]", "voltage [V]"),
         *("time_to_failure [s]", "failure_mode", "reached"),
@@ -102,10 +107,11 @@ FILMS = ["temperature [degC]", "prestretch_1 [1]", "prestretch_2 [1]", "electrod
 POWER = [f"power_{name} [1]" for name in ("exponent", "intercept", "rms_residual", "r_squared")]
 LIFETIME = [*FILMS, "slope [1/V]", "intercept [1]", "rms_residual [1]", "r_squared [1]", "points", *POWER, "aic_difference [1]"]
 TEXT = {"failure_mode", "reached", "event", "parameter", "verdict", "unit", "test", "used", "specimen", "material"}
-TEXT |= {"equilibrium_law", "nonequilibrium_law"}
+TEXT |= {"equilibrium_law", "nonequilibrium_law", "file", "state"}
 TEXT |= {"cross_validation_error [1]", "specimen_factor [1]"}  # empty where one law is fitted, and of a test that is predicted
 FILES = {
     "mastercurve": {"mastercurve.csv", "shift-factors.csv", "mastercurve.png", "summary.toml"},
+    "measure": {"electrode.csv", "measure.png", "photographs.png", "summary.toml"},
     "spectrum": {"spectrum.csv", "fit.csv", "material.toml", "spectrum.png", "summary.toml"},
     "calibrate": {
         *("parameters.csv", "tests.csv", "correlations.csv", "residuals.csv", "profiles.csv", "laws.csv", "draws.csv"),
@@ -286,15 +292,15 @@ def test_bad_input_is_one_line_and_writes_nothing(
         (
             ["nothing"],
             2,
-            'dielast: no command "nothing": one of mastercurve, spectrum, calibrate, relax, creep, actuate, failure-map, design, ',
+            'dielast: no command "nothing": one of mastercurve, measure, spectrum, calibrate, relax, creep, actuate, failure-map, ',
         ),
-        (["new", "nothing"], 2, '"nothing" is no kind of recipe: one of mastercurve, spectrum, calibrate, relax, creep, '),
+        (["new", "nothing"], 2, '"nothing" is no kind of recipe: one of mastercurve, measure, spectrum, calibrate, relax, creep, '),
         (["new", "actuator"], 2, '"actuator" is no kind of recipe: did you mean "actuate"?\n'),
         (["new", "Failure_Map"], 2, '"Failure_Map" is no kind of recipe: did you mean "failure-map"?\n'),
         (
             ["new"],
             2,
-            "dielast new: a kind is needed: mastercurve, spectrum, calibrate, relax, creep, actuate, failure-map, design (see",
+            "dielast new: a kind is needed: mastercurve, measure, spectrum, calibrate, relax, creep, actuate, failure-map, design",
         ),
         (["--plot"], 2, "dielast: no such option: --plot"),
         (["relax", "--bogus"], 2, "dielast relax: no such option: --bogus"),

@@ -21,7 +21,7 @@ LONGEST = 200  # lines of the front page
 WITHOUT_RECIPE = {"README.md", "commands.md", "glossary.md", "install.md", "limits.md", "notebook.md", "what-it-computes.md"}
 # pages of more than two seconds, of commands that other tests run, too: `make -C tests trust`
 LONG = {
-    *("cards.md", "cycles.md", "intervals.md", "own-material.md", "prestretch-and-frame.md"),
+    *("cards.md", "cycles.md", "intervals.md", "own-material.md", "photographs.md", "prestretch-and-frame.md"),
     *("voltage-for-a-strain.md", "what-drives-the-life.md"),
 }
 NUMBER = re.compile(r"-?\d+(?:\.(\d+))?(?:e([+-]?\d+))?")

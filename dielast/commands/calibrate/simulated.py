@@ -167,7 +167,7 @@ def _of_its_material(
     stop = {"stop": recipe.stop.model_copy(update={"at": "end"})} if recipe.kind == "actuate" else {}
     stated = recipe.model_copy(update={"output": output, "temperature": temperature, **stop})
     batches = _simulation(recipe).batches([StatedCase(stated, material_of(case, beside), steps, None)])
-    table = with_axes(solve_batches(batches)[0].columns, recipe)
+    table = solve_batches(batches)[0].columns
     for header in (comparison.x, comparison.y):
         if header not in table:
             raise InputError(f'"{header}" is no column of the result; there are {", ".join(table)}', key=key)
