@@ -13,7 +13,7 @@ from typing import Protocol, Self
 import numpy as np
 
 from dielast.failures.ageing import Ageing
-from dielast.failures.histories import Histories
+from dielast.failures.histories import POWERS, Histories
 from dielast.numerics.arrays import Cases, Floats
 
 STEPS = 60  # nodes of a table over the log of a slope
@@ -88,7 +88,7 @@ class Envelope:
     @property
     def slopes(self) -> tuple[tuple[str, float, float], ...]:
         """The exponents of stretch and thickness."""
-        return (("stretch_exponent", -8.0, 8.0), ("thickness_exponent", 0.0, 4.0))
+        return (("stretch_exponent", POWERS[0], 0.5 * POWERS[1]), ("thickness_exponent", 0.0, 0.25 * POWERS[1]))
 
     def at(self, slope: Floats) -> Exposed:
         """The exposures at pairs of exponents (k, 2)."""

@@ -14,6 +14,7 @@ from dielast.numerics.arrays import Cases, Floats
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(8)
 PARTS, PART_WEIGHTS = 0.5 * (1 + NODES), 0.5 * WEIGHTS
 """Places within an interval, as shares of it, and their weights: Gauss and Legendre's."""
+POWERS = (-8.0, 16.0)  # of the stretch, over which a field is largest
 STRAIGHT = 1e-7
 """Points of an envelope that exceed the line between others by less, in ln field, are left out."""
 
@@ -171,5 +172,8 @@ def _upper_hull(x: Floats, y: Floats) -> tuple[Floats, Floats]:
             hull.pop()
         if not hull or point[0] > hull[-1][0]:
             hull.append(point)
-    first, second = zip(*hull, strict=True)
-    return np.array(first), np.array(second)
+    first, second = (np.array(part) for part in zip(*hull, strict=True))
+    slope = np.diff(second) / np.diff(first)
+    # corners at which no power in the range is the slope are never largest
+    kept = np.append(slope <= POWERS[1], True) & np.append(True, slope >= POWERS[0])
+    return first[kept], second[kept]
