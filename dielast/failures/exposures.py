@@ -141,6 +141,19 @@ class Aged:
             log_field = np.log(histories.at(films, time)[0])
         return cls(ageing, float(low), float(u[1] - u[0]), y, once, twice, log_field)
 
+    @classmethod
+    def at_rows(cls, histories: Histories, ageing: Ageing) -> Self:
+        """Up to every row of all films, one film after another."""
+        u = np.linspace(*np.log(ageing.slopes), STEPS)
+        slope = np.exp(u)
+        zeroth, first, second = histories.integrated(ageing, slope).reshape(3, STEPS, -1)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            y, mean = np.log(zeroth), np.where(zeroth > 0, first / zeroth, 0.0)
+            bend = np.where(zeroth > 0, second / zeroth - mean**2, 0.0)
+            log_field = np.log(histories.field.ravel())
+        once = mean * slope[:, None]
+        return cls(ageing, float(u[0]), float(u[1] - u[0]), y, once, bend * slope[:, None] ** 2 + once, log_field)
+
     @property
     def slopes(self) -> tuple[tuple[str, float, float], ...]:
         """The slope of the law."""

@@ -97,6 +97,7 @@ class ScatterLaw:
 
     def place(self, v: Floats, k: Floats, log_area: Floats) -> tuple[Floats, ...]:
         """w, and its derivatives w_v, w_k, w_vv, w_vk, w_kk."""
+        v = np.clip(v, -1e5, 1e5)  # an exposure of 0 has the log -inf
         if self.linear:
             slope, w = np.exp(np.minimum(v - k, 700.0)), np.expm1(np.minimum(v, 700.0)) * np.exp(-k)
             return w, slope, -w, slope, -slope, w
