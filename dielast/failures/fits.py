@@ -6,13 +6,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import pdtr, pdtrc
+from scipy.special import logsumexp, pdtr, pdtrc
 
 from dielast.calibration.profiles import Verdict
-from dielast.failures.estimate import Estimate, ProfileInterval, draw, estimate, profile_intervals, without_each
+from dielast.failures.bounds import events_of
+from dielast.failures.estimate import Estimate, ProfileInterval, draw, estimate, profile_intervals, starts_of, without_each
 from dielast.failures.histories import Histories
 from dielast.failures.laws import LawModel
-from dielast.failures.likelihood import Seen
+from dielast.failures.likelihood import Anchored, Seen
+from dielast.failures.specimens import Specimens
 from dielast.io.result import Result, TabularResult
 from dielast.io.table import Column, Table
 from dielast.material.material import Material
@@ -69,8 +71,8 @@ class FittedLaw(TabularResult):
                 ends = ends[::-1]
                 verdict = {Verdict.LOWER: Verdict.UPPER, Verdict.UPPER: Verdict.LOWER}.get(verdict, verdict)
             error = float(self.fit.standard_error[k]) * parameter.slope(at)
-            undetermined = verdict is Verdict.UNDETERMINED
-            value = np.nan if undetermined else float(parameter.value(at))
+            only_bound = not self.law.model.observations.failures and verdict is not Verdict.DETERMINED
+            value = np.nan if verdict is Verdict.UNDETERMINED or only_bound else float(parameter.value(at))
             rows.append((value, error if verdict is Verdict.DETERMINED else np.nan, *ends))
             verdicts.append("known" if self.fit.fixed[k] else str(verdict))
         numbers = np.array(rows).reshape(-1, 4).T
@@ -95,11 +97,30 @@ class FittedLaw(TabularResult):
 
     def standing(self) -> Floats:
         """v (n,) of each specimen: its log exposure over that typical of the material, of the reference area."""
-        model = self.law.model
-        v, later = model.places(self.fit.at[None])
-        at = np.where(model.observations.seen == Seen.BETWEEN, 0.5 * (v + later), v)[0]
+        model, at = self.law.model, self.plain_standing()
         area = np.exp(self.fit.at[-1]) * model.observations.log_area if model.scatter.scales_with_area else 0.0
         return np.asarray(at + area)
+
+    def plain_standing(self) -> Floats:
+        """v (n,) of each specimen with its own area."""
+        model = self.law.model
+        v, later = model.places(self.fit.at[None])
+        return np.asarray(np.where(model.observations.seen == Seen.BETWEEN, 0.5 * (v + later), v)[0])
+
+    def hazard_along(self, histories: Histories, films: Specimens) -> Floats:
+        """The cumulative hazard (rows,) of the first of further films along its history."""
+        square, at = films.equibiaxial[:1], self.fit.at[None]
+        v = self.law.along(histories.of(np.array([0])), square, films.thickness[:1], films.temperature[:1], at)[:, 0]
+        return np.asarray(-self.law.model.scatter.log_survival(v, at[:, -1:], np.zeros(1)).value[0])
+
+    def line_life(self, voltage: float, share: float) -> tuple[float, float, float]:
+        """The time in s within which a share fails at a constant voltage in V, by a law of the time over the voltage, with bounds."""
+        ageing = self.law.model.exposure.ageing  # type: ignore[attr-defined]
+        at = np.concatenate((self.fit.at[None], self.draws))
+        g = ageing.at(np.log(voltage), at[:, 1])[0]
+        life = np.exp(at[:, 0] - g + self.law.model.scatter.quantile(np.array(share), at[:, 2]))
+        low, high = interval(life[1:], self.level)
+        return float(life[0]), float(low), float(high)
 
     def ranks(self) -> Floats:
         """Plotting positions (n,) of the failures by exposure, NaN for survivors: Johnson's adjusted ranks i (The Statistical
@@ -139,6 +160,26 @@ def fit_law(law: LawModel, *, level: float = 0.9, draws: int = 200, seed: int = 
     fit = estimate(law.model, known=dict(law.known))
     intervals = tuple(profile_intervals(fit, level))
     return FittedLaw(law, fit, intervals, draw(fit, max(draws, LIVES), seed), level, mode)
+
+
+def bounded_law(law: LawModel, level: float = 0.9) -> FittedLaw:
+    """The lower bound of the location that survivors alone give at a one-sided confidence `level`, with all other coordinates known
+    (Weibayes): the location L at which the cumulative hazards of all specimens add up to -ln(1 - level).
+    """
+    at, fixed = starts_of(law.model)[0], np.ones(len(law.model.names), dtype=bool)
+    fixed[0] = False
+    for name, value in law.known.items():
+        at[law.model.names.index(name)] = value
+    own, slope, scatter = law.model.parts(at[None])
+    y = law.model.exposure.at(slope).y[0, : law.rows.size]
+    sigma = float(np.exp(scatter[0, 0]))
+    place = sigma * (logsumexp(y / sigma + law.model.observations.log_area) - np.log(events_of(0, level)))
+    location = law.model.location
+    anchored = isinstance(location, Anchored)
+    at[0] = float(location.ageing.field_of(place - np.log(location.time), slope[0, 0])) if anchored else place  # type: ignore[union-attr]
+    fit = Estimate(law.model, at, float(law.model.total(at[None])[0]), np.zeros((at.size, at.size)), fixed)
+    found = ProfileInterval(float(at[0]), np.nan, Verdict.LOWER)
+    return FittedLaw(law, fit, (found,), np.tile(at, (LIVES, 1)), level)
 
 
 def left_out_score(fitted: FittedLaw) -> float:
@@ -184,7 +225,7 @@ def lives_of(
     temperature: Floats,
     voltage: Floats,
     pulled_in: Floats,
-    shares: Sequence[float] = (0.01, 0.1, 0.5),
+    shares: Sequence[float] = (0.01, 0.1, 0.5, 0.9),
     area: float | None = None,
 ) -> Lives:
     """The lives of films along their `histories` (films, rows), which end at the horizon or at pull-in, at `pulled_in` (films,) in s.
@@ -210,6 +251,8 @@ def lives_of(
         found.append(np.stack(parts, axis=2))
     level = fitted[0].level
     lower, upper = interval(found[1], level)
+    if not all(law.law.model.observations.failures for law in fitted):  # lower bounds alone
+        found[0][:], upper = np.inf, np.full_like(upper, np.inf)
     return Lives(voltage, prestretch, tuple(shares), found[0][0], lower, upper, np.isfinite(pulled_in))
 
 

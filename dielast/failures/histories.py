@@ -41,6 +41,10 @@ class Histories(Result):
         index = np.take_along_axis(order, rows, axis=1)
         return cls(*(np.take_along_axis(values, index, axis=1) for values in (time, np.abs(field), stretch)))
 
+    def of(self, films: Cases) -> Self:
+        """Those of some films (k,)."""
+        return type(self)(self.time[films], self.field[films], self.stretch[films])
+
     @property
     def end(self) -> Floats:
         """The last time (films,) in s."""

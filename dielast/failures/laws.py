@@ -12,6 +12,7 @@ from dielast.errors import InputError, warn
 from dielast.failures.ageing import Ageing
 from dielast.failures.exposures import Aged, Envelope, Exposure, Plain
 from dielast.failures.histories import Histories
+from dielast.failures.law_names import DAMAGE_LAWS, LINES
 from dielast.failures.likelihood import Anchored, FailureModel, Location, Mixed, Observations, Seen
 from dielast.failures.scatter_laws import WEIBULL, ScatterLaw, scatter_law
 from dielast.failures.specimens import Tested
@@ -22,10 +23,6 @@ from dielast.material.material import Material
 from dielast.numerics.arrays import Cases, Floats
 from dielast.units import GAS_CONSTANT, ZERO_CELSIUS
 
-BREAKDOWN_LAWS, DAMAGE_LAWS = ("table", "power"), ("inverse-power", "eyring")
-LAWS = (*BREAKDOWN_LAWS, *DAMAGE_LAWS)
-LINES = {"exponential": "exponential", "inverse-power": "power"}
-"""Laws of the time over the voltage, and the law of ageing by the voltage that each is."""
 BARRIER = 1e4  # J/mol, in which activation energies are coordinates
 HOUR = 3600.0
 
@@ -249,9 +246,9 @@ def law_model(name: str, tested: Tested, options: LawOptions) -> LawModel:
     return LawModel(name, model, rows, (*own, *parameters), known, options, nodes, thick, "activation_energy" in names, left_out)
 
 
-def line_model(law: str, tested: Tested, voltages: Histories, rows: Cases, scatter: str = "weibull") -> LawModel:
+def line_model(law: str, tested: Tested, rows: Cases, scatter: str = "weibull") -> LawModel:
     """The likelihood of a law of the time over the voltage (one of `LINES`) for the specimens `rows`, without physics: ageing by the
-    voltage, whose histories are `voltages`.
+    voltage instead of the field.
 
     For constant voltages it is ln t = c - s V or c - s ln V with Weibull or lognormal scatter; ramps count by the same exposure.
     """
@@ -262,12 +259,18 @@ def line_model(law: str, tested: Tested, voltages: Histories, rows: Cases, scatt
     ends = np.concatenate((np.where(seen == Seen.BETWEEN, tested.specimens.intact[rows], times), times[between]))
     centre = float(np.exp(np.mean(np.log(tested.voltage[rows]))))
     ageing = Ageing(LINES[law], centre)
-    exposure = Aged.along(voltages, ageing, np.concatenate((films, films[between])), ends)
+    assert tested.voltages is not None
+    exposure = Aged.along(tested.voltages, ageing, np.concatenate((films, films[between])), ends)
     model = FailureModel(
         Observations.of(seen, None, later), exposure, Mixed(np.ones((rows.size, 1)), np.zeros((rows.size, 0)), ("log_time",)),
         scatter_law("lognormal" if scatter == "normal" else scatter),
     )  # fmt: skip
-    return LawModel(law, model, rows, (), {}, LawOptions(scatter))
+    slope = Parameter("exponent", "1", 1, linear=True)
+    if law == "exponential":
+        slope = Parameter("volts_per_decade", "V", 1, factor=centre * float(np.log(10)), sign=-1, linear=True)
+    at = 0.0 if law == "exponential" else centre
+    parameters = Parameter(f"time_at_{at:.4g}_V", "s", 0), slope, Parameter("shape", "1", 2, sign=-1)
+    return LawModel(law, model, rows, parameters, {}, LawOptions(scatter))
 
 
 def _areas(area: Floats, scatter: ScatterLaw, options: LawOptions) -> tuple[Floats, LawOptions]:

@@ -180,12 +180,11 @@ class FailureModel:
         return at[:, :m], at[:, m:-1], at[:, -1:]
 
     def log_prior(self, at: Floats) -> Floats:
-        """The log (k,) of the prior density of coordinates (k, p) for which intervals hold in repeated tests: flat in the location
-        and the slopes that act on it linearly and in the log of the scatter, the right invariant prior of a location and scale
-        (Lawless, Statistical Models and Methods for Lifetime Data (2003), App. E; Datta and Mukerjee 2004, Ch. 5).
+        """The log (k,) of Jeffreys' prior of a location and scale at coordinates (k, p): flat in what acts linearly on the location,
+        and sigma^-m for its m coordinates and slopes, with which draws agree with profile likelihoods.
         """
-        own, slope, _ = self.parts(at)
-        return self.location.log_prior(own, slope)
+        own, slope, scatter = self.parts(at)
+        return self.location.log_prior(own, slope) - (own.shape[1] + slope.shape[1]) * scatter[:, 0]
 
     def places(self, at: Floats) -> tuple[Floats, Floats]:
         """v (k, n) of all specimens, and that of the later look of those that failed between two."""

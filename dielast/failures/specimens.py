@@ -87,6 +87,8 @@ class Tested(Result):
     voltage: Floats
     pulled_in: Floats
     seen: Cases
+    voltages: Histories | None = None
+    """The voltages in V, in the place of fields."""
 
     @property
     def state(self) -> tuple[Floats, Floats]:
@@ -153,7 +155,7 @@ def simulate_specimens(
     volts = Histories.padded(time, volt, np.ones_like(volt))
     pulled_in = np.array([ended[k][1] for k in which])
     tested = _checked(specimens, histories, which, ended, pulled_in)
-    return replace(tested, voltage=volts.at(which, tested.end)[0])
+    return replace(tested, voltage=volts.at(which, tested.end)[0], voltages=volts)
 
 
 def _key(specimens: Specimens, row: int) -> tuple[Any, ...]:

@@ -69,7 +69,11 @@ class Laboratory:
         self.rows = self._standing(self.tested.histories)
         shape = SHAPE if law == "inverse-power" else FIELD_SHAPE
         b10 = np.log(-np.log(0.9)) / shape
-        self.b10 = float(np.exp(np.interp(b10, self._standing(self.elsewhere.histories)[0], np.log(self.elsewhere.histories.time[0].clip(1e-30)))))
+        self.b10 = float(
+            np.exp(
+                np.interp(b10, self._standing(self.elsewhere.histories)[0], np.log(self.elsewhere.histories.time[0].clip(1e-30)))
+            )
+        )
 
     def _standing(self, histories: Histories) -> Any:
         """The log exposure of the truth at every row."""
@@ -81,7 +85,11 @@ class Laboratory:
             values = np.log(histories.field) - exponent * np.log(histories.stretch) - np.log(LIMIT)
         if self.law == "table":
             squares = np.sqrt(np.prod(self.tested.specimens.prestretch, axis=1))
-            first = [int(np.flatnonzero(self.tested.film == k)[0]) for k in range(len(histories.time))] if len(histories.time) > 1 else None
+            first = (
+                [int(np.flatnonzero(self.tested.film == k)[0]) for k in range(len(histories.time))]
+                if len(histories.time) > 1
+                else None
+            )
             at = squares[first] if first is not None else np.array([1.9])
             values = values - np.log(np.interp(at, [1.8, 2.0], [1.5, 1.8]))[:, None]
         return np.maximum.accumulate(values, axis=1)
@@ -173,7 +181,10 @@ def main() -> None:
                 begun = time.perf_counter()
                 share, closed, out = coverage(laboratory, suspended, stated.repeats, 1)
                 text = ", ".join(f"{name} {100 * value:.1f} ({100 * closed[name]:.0f})" for name, value in share.items())
-                print(f"{law}, {count} specimens, {100 * out:.0f} % suspended: {text}   [{time.perf_counter() - begun:.0f} s]", flush=True)
+                print(
+                    f"{law}, {count} specimens, {100 * out:.0f} % suspended: {text}   [{time.perf_counter() - begun:.0f} s]",
+                    flush=True,
+                )
 
 
 if __name__ == "__main__":
