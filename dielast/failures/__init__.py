@@ -1,1 +1,3 @@
-"""Failures of specimens as statistics: scatter laws, exposures along simulated histories, likelihoods with suspensions, intervals."""
+"""Failures of specimens as statistics: scatter laws, exposures along simulated histories, likelihoods with suspensions,
+intervals.
+"""

@@ -46,8 +46,8 @@ def events_of(failures: int, confidence: float) -> float:
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class TestPlan(TabularResult):
-    """Tests that would show a goal without a further failure: for each `duration` (k,) in s of a test of one specimen, the number of
-    `specimens` (k,) and the `total` (k,) time in s of all of them.
+    """Tests that would show a goal without a further failure: for each `duration` (k,) in s of a test of one specimen, the
+    number of `specimens` (k,) and the `total` (k,) time in s of all of them.
     """
 
     __test__ = False
@@ -78,9 +78,9 @@ def plan_test(
 ) -> TestPlan:
     """The specimens still needed to show, at the `confidence`, that at most a `share` of films fails before the exposure `goal`.
 
-    `exposure` (k,) is that of a test of this `duration` (k,) in s, in the unit of the goal (the damage, or the time itself). `shown` is
-    the sum of the exposures to the power of the shape of the tests so far, with their `failures`; none of the further specimens may
-    fail.
+    `exposure` (k,) is that of a test of this `duration` (k,) in s, in the unit of the goal (the damage, or the time itself).
+    `shown` is the sum of the exposures to the power of the shape of the tests so far, with their `failures`; none of the further
+    specimens may fail.
     """
     _check(shape, confidence)
     per_event = goal**shape / -np.log1p(-share)

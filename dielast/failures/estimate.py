@@ -1,8 +1,8 @@
 """Fits of failure models: the most likely coordinates from many starts at once, Wald's and profile-likelihood intervals, draws.
 
-For few specimens the likelihood ratio W of one coordinate is larger than chi-squared. As in a regression with normal errors, where
-W is n ln(1 + t^2/(n - p)), its excess is n/(n - p) to first order, for n specimens, failed or not, and p coordinates: intervals take
-W (n - p)/n, and so do draws. `tests/bench/bench_lifetime.py` shows how often the intervals then hold the truth.
+For few specimens the likelihood ratio W of one coordinate is larger than chi-squared. As in a regression with normal errors,
+where W is n ln(1 + t^2/(n - p)), its excess is n/(n - p) to first order, for n specimens, failed or not, and p coordinates:
+intervals take W (n - p)/n, and so do draws. `tests/bench/bench_lifetime.py` shows how often the intervals then hold the truth.
 """
 
 from __future__ import annotations
@@ -30,8 +30,8 @@ HEAVY = 5.0  # degrees of freedom of the proposals
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Estimate(Result):
-    """The maximum of a likelihood: coordinates `at` (p,), the log likelihood `value`, `hessian` (p, p); `fixed` (p,) coordinates are
-    known. `weight` (n,) are those of the specimens, if not one.
+    """The maximum of a likelihood: coordinates `at` (p,), the log likelihood `value`, `hessian` (p, p); `fixed` (p,) coordinates
+    are known. `weight` (n,) are those of the specimens, if not one.
     """
 
     model: FailureModel
@@ -134,8 +134,8 @@ def estimate(model: FailureModel, *, known: dict[str, float] | None = None, weig
 
 
 def without_each(fit: Estimate) -> tuple[Maxima, Floats]:
-    """The fits without each specimen in turn, from the fit of all, and the log likelihood (n,) of each specimen under the fit of the
-    others.
+    """The fits without each specimen in turn, from the fit of all, and the log likelihood (n,) of each specimen under the fit of
+    the others.
     """
     n = fit.model.observations.seen.size
     weight = 1.0 - np.eye(n)
@@ -242,8 +242,8 @@ class _Profile:
 
 
 def draw(fit: Estimate, draws: int, seed: int = 1) -> Floats:
-    """Draws (draws, p) of the posterior with Jeffreys' prior, by importance sampling from distributions with heavy tails that adapt in a few rounds
-    (Cappé et al. 2004, DOI 10.1198/106186004X12803), within the bounds of the coordinates.
+    """Draws (draws, p) of the posterior with Jeffreys' prior, by importance sampling from distributions with heavy tails that
+    adapt in a few rounds (Cappé et al. 2004, DOI 10.1198/106186004X12803), within the bounds of the coordinates.
     """
     random, free, p = stream(seed, "failures"), fit.free, fit.free.size
     if not p or not draws:

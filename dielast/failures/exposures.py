@@ -144,7 +144,8 @@ class Aged:
     @classmethod
     def at_rows(cls, histories: Histories, ageing: Ageing) -> Self:
         """Up to every row of all films, one film after another."""
-        u = np.linspace(*np.log(ageing.slopes), STEPS)
+        low, high = np.log(ageing.slopes).tolist()
+        u = np.linspace(low, high, STEPS)
         slope = np.exp(u)
         zeroth, first, second = histories.integrated(ageing, slope).reshape(3, STEPS, -1)
         with np.errstate(divide="ignore", invalid="ignore"):

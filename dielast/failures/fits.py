@@ -15,7 +15,7 @@ from dielast.failures.histories import Histories
 from dielast.failures.laws import LawModel
 from dielast.failures.likelihood import Anchored, Seen
 from dielast.failures.specimens import Specimens
-from dielast.io.result import Result, TabularResult
+from dielast.io.result import TabularResult
 from dielast.io.table import Column, Table
 from dielast.material.material import Material
 from dielast.material.scatter import interval
@@ -87,7 +87,9 @@ class FittedLaw(TabularResult):
 
     @property
     def hazard(self) -> Floats:
-        """The cumulative hazard (n,) of each specimen of the law at its end; its mean is 1 for specimens that fail as the law says."""
+        """The cumulative hazard (n,) of each specimen of the law at its end; its mean is 1 for specimens that fail as the law
+        says.
+        """
         model = self.law.model
         v, later = model.places(self.fit.at[None])
         seen = model.observations.seen
@@ -114,7 +116,9 @@ class FittedLaw(TabularResult):
         return np.asarray(-self.law.model.scatter.log_survival(v, at[:, -1:], np.zeros(1)).value[0])
 
     def line_life(self, voltage: float, share: float) -> tuple[float, float, float]:
-        """The time in s within which a share fails at a constant voltage in V, by a law of the time over the voltage, with bounds."""
+        """The time in s within which a share fails at a constant voltage in V, by a law of the time over the voltage, with
+        bounds.
+        """
         ageing = self.law.model.exposure.ageing  # type: ignore[attr-defined]
         at = np.concatenate((self.fit.at[None], self.draws))
         g = ageing.at(np.log(voltage), at[:, 1])[0]
@@ -170,13 +174,14 @@ def bounded_law(law: LawModel, level: float = 0.9) -> FittedLaw:
     fixed[0] = False
     for name, value in law.known.items():
         at[law.model.names.index(name)] = value
-    own, slope, scatter = law.model.parts(at[None])
+    _, slope, scatter = law.model.parts(at[None])
     y = law.model.exposure.at(slope).y[0, : law.rows.size]
     sigma = float(np.exp(scatter[0, 0]))
     place = sigma * (logsumexp(y / sigma + law.model.observations.log_area) - np.log(events_of(0, level)))
     location = law.model.location
-    anchored = isinstance(location, Anchored)
-    at[0] = float(location.ageing.field_of(place - np.log(location.time), slope[0, 0])) if anchored else place  # type: ignore[union-attr]
+    if isinstance(location, Anchored):
+        place = float(location.ageing.field_of(place - np.log(location.time), slope[0, 0]))
+    at[0] = place
     fit = Estimate(law.model, at, float(law.model.total(at[None])[0]), np.zeros((at.size, at.size)), fixed)
     found = ProfileInterval(float(at[0]), np.nan, Verdict.LOWER)
     return FittedLaw(law, fit, (found,), np.tile(at, (LIVES, 1)), level)
@@ -228,10 +233,11 @@ def lives_of(
     shares: Sequence[float] = (0.01, 0.1, 0.5, 0.9),
     area: float | None = None,
 ) -> Lives:
-    """The lives of films along their `histories` (films, rows), which end at the horizon or at pull-in, at `pulled_in` (films,) in s.
+    """The lives of films along their `histories` (films, rows), which end at the horizon or at pull-in, at `pulled_in` (films,)
+    in s.
 
-    Films fail by the first of several competing kinds of failure, one for each of the fitted laws, or by pull-in. `area` in m^2 is
-    that of their electrodes, by default the reference area.
+    Films fail by the first of several competing kinds of failure, one for each of the fitted laws, or by pull-in. `area` in m^2
+    is that of their electrodes, by default the reference area.
     """
     square = np.sqrt(prestretch[:, 0] * prestretch[:, 1])
     found = []

@@ -67,7 +67,7 @@ class Histories(Result):
     def interval_of(self, films: Cases, time: Floats) -> Cases:
         """The row (k,) that begins the interval of the films (k,) that contains `time` (k,) in s, or ends there."""
         rows = np.sum(self.time[films] < time[:, None], axis=1) - 1
-        return np.clip(rows, 0, self.time.shape[1] - 2)
+        return np.asarray(np.clip(rows, 0, self.time.shape[1] - 2))
 
     def at(self, films: Cases, time: Floats) -> tuple[Floats, Floats, Floats, Floats]:
         """Field and stretch (k,) of the films (k,) at a `time` (k,) in s, and the rates of their logarithms in 1/s before it; the
@@ -88,8 +88,8 @@ class Histories(Result):
         return np.clip(share, 0.0, 1.0), start, width
 
     def integrated(self, ageing: Ageing, slope: Floats) -> Floats:
-        """Cumulative moments (3, slopes, films, rows) of exp(g) dt: 1, g_s and g_s^2 + g_ss, with g = ln of the rate of ageing at the
-        `slope` (slopes,).
+        """Cumulative moments (3, slopes, films, rows) of exp(g) dt: 1, g_s and g_s^2 + g_ss, with g = ln of the rate of ageing
+        at the `slope` (slopes,).
         """
         a, b = self.field[:, :-1, None], self.field[:, 1:, None]
         start, width = self.time[:, :-1, None], np.diff(self.time, axis=1)[..., None]
@@ -100,8 +100,8 @@ class Histories(Result):
         return whole
 
     def exposure(self, ageing: Ageing, slope: Floats, films: Cases, time: Floats) -> tuple[Floats, Floats, Floats]:
-        """ln of the integral of exp(g) dt up to `time` (k,) in s of the films (k,), and its first and second derivative by the slope,
-        all (slopes, k); -inf where there was no field.
+        """ln of the integral of exp(g) dt up to `time` (k,) in s of the films (k,), and its first and second derivative by the
+        slope, all (slopes, k); -inf where there was no field.
         """
         whole, row = self.integrated(ageing, slope), self.interval_of(films, time)
         share, start, width = self._share(films, row, time)
@@ -116,8 +116,9 @@ class Histories(Result):
             return np.log(zeroth), mean, np.where(zeroth > 0, second / zeroth - mean**2, 0.0)
 
     def largest(self, films: Cases, time: Floats) -> tuple[Floats, Floats]:
-        """Fields and stretches (k, points) of the films (k,) up to `time` (k,) in s, among which a field over any power of the stretch
-        is largest: the corners of the upper envelope of ln field over ln stretch; a place without a corner repeats the last.
+        """Fields and stretches (k, points) of the films (k,) up to `time` (k,) in s, among which a field over any power of the
+        stretch is largest: the corners of the upper envelope of ln field over ln stretch; a place without a corner repeats
+        the last.
         """
         found = []
         end_field, end_stretch, *_ = self.at(films, time)

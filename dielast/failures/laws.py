@@ -1,4 +1,6 @@
-"""The laws that failures are fitted to: the likelihood of each for specimens that have been simulated, its parameters, its material."""
+"""The laws that failures are fitted to: the likelihood of each for specimens that have been simulated, its parameters, its
+material.
+"""
 
 from __future__ import annotations
 
@@ -29,9 +31,10 @@ HOUR = 3600.0
 
 @dataclass(frozen=True, slots=True)
 class LawOptions(Result):
-    """What a fit is told: the `scatter` by name, the `time` in s for which `damage.field` holds, the `nodes` of a table of breakdown
-    fields over prestretch (by default all prestretches with failures), and the area in m^2, temperature in degC and relative humidity
-    for which constants hold, None for the median of the specimens. `known` are values of coordinates that are not fitted.
+    """What a fit is told: the `scatter` by name, the `time` in s for which `damage.field` holds, the `nodes` of a table of
+    breakdown fields over prestretch (by default all prestretches with failures), and the area in m^2, temperature in degC and
+    relative humidity for which constants hold, None for the median of the specimens. `known` are values of coordinates that
+    are not fitted.
     """
 
     scatter: str = "weibull"
@@ -45,8 +48,8 @@ class LawOptions(Result):
 
 @dataclass(frozen=True, slots=True)
 class Parameter:
-    """A parameter by its path in a material file, with the `coordinate` that it is a function of: factor e^(sign x), or factor x^sign
-    if it is `linear`.
+    """A parameter by its path in a material file, with the `coordinate` that it is a function of: factor e^(sign x), or factor
+    x^sign if it is `linear`.
     """
 
     name: str
@@ -104,9 +107,8 @@ class LawModel(Result):
             exponents = {key: numbers.get(f"breakdown.{key}", 0.0) for key in ("stretch_exponent", "thickness_exponent")}
             known = {f"{key}": self.known[key] for key in exponents if key in self.known}
             thick = self.reference_thickness if (exponents | known)["thickness_exponent"] else None
-            law = PowerBreakdown(
-                numbers["breakdown.field"], **(exponents | known), reference_thickness=thick, **scatter, reference_area=area
-            )
+            more_of: Any = scatter | exponents | known
+            law = PowerBreakdown(numbers["breakdown.field"], **more_of, reference_thickness=thick, reference_area=area)
         else:
             energy = numbers.get("damage.activation_energy") if self.has_energy else None
             more = {"shape": scatter["shape"], "reference_area": area, "activation_energy": energy}
@@ -117,7 +119,8 @@ class LawModel(Result):
         return replace(material, breakdown=None if self.is_damage else law, damage=law if self.is_damage else None)
 
     def along(self, histories: Histories, prestretch: Floats, thickness: Floats, temperature: Floats, at: Floats) -> Floats:
-        """v (k, films, rows) along the histories of further films, of a mean batch and the reference humidity, at coordinates (k, p).
+        """v (k, films, rows) along the histories of further films, of a mean batch and the reference humidity, at coordinates
+        (k, p).
 
         `prestretch` sqrt(l1 l2), undeformed `thickness` in m and `temperature` in degC are (films,).
         """
@@ -155,8 +158,9 @@ class LawModel(Result):
 def law_model(name: str, tested: Tested, options: LawOptions) -> LawModel:
     """The likelihood of the law `name` (one of `LAWS`) for the specimens.
 
-    Raises `InputError` for scatter that the law does not take, specimens whose areas differ under a scatter without weakest link, and
-    specimens that fail under a field that has been higher before, or does not rise, which no breakdown field describes.
+    Raises `InputError` for scatter that the law does not take, specimens whose areas differ under a scatter without weakest
+    link, and specimens that fail under a field that has been higher before, or does not rise, which no breakdown field
+    describes.
     """
     specimens, is_damage = tested.specimens, name in DAMAGE_LAWS
     scatter = scatter_law(options.scatter)
@@ -167,9 +171,7 @@ def law_model(name: str, tested: Tested, options: LawOptions) -> LawModel:
     left_out: tuple[str, ...] = ()
     if is_damage and np.any(once := (tested.seen == Seen.DEAD) & (tested.end == 0)):
         left_out = tuple(specimens.name[row] for row in np.flatnonzero(once))
-        warn(
-            f"law {name}: {len(left_out)} specimens that are dead at once ({left_out[0]} first) have no damage yet: they are left out"
-        )
+        warn(f"law {name}: {len(left_out)} specimens are dead at once, {left_out[0]} first, without damage: they are left out")
         rows = np.flatnonzero(~once)
     films, times, seen = tested.film[rows], tested.end[rows], tested.seen[rows]
     between = np.flatnonzero(seen == Seen.BETWEEN)
@@ -247,8 +249,8 @@ def law_model(name: str, tested: Tested, options: LawOptions) -> LawModel:
 
 
 def line_model(law: str, tested: Tested, rows: Cases, scatter: str = "weibull") -> LawModel:
-    """The likelihood of a law of the time over the voltage (one of `LINES`) for the specimens `rows`, without physics: ageing by the
-    voltage instead of the field.
+    """The likelihood of a law of the time over the voltage (one of `LINES`) for the specimens `rows`, without physics: ageing by
+    the voltage instead of the field.
 
     For constant voltages it is ln t = c - s V or c - s ln V with Weibull or lognormal scatter; ramps count by the same exposure.
     """
@@ -330,7 +332,7 @@ def _check_rising(tested: Tested, rows: Cases, seen: Cases, rises: Any) -> None:
     """`InputError` with a line for each specimen that failed under a field that did not rise to a new maximum."""
     steady = np.flatnonzero((seen == Seen.FAILED) & ~rises)
     if steady.size:
-        text = "it fails under a field that does not rise, or was higher before, which no breakdown field describes: fit a law of damage"
+        text = "it fails under a field that does not rise, or was higher before: fit a law of damage"
         raise InputError(*(tested.specimens.problem(int(rows[k]), text) for k in steady))
 
 

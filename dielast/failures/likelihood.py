@@ -7,8 +7,8 @@ A specimen fails when its exposure reaches that of its own strength, so that wit
     dead at once, or at t    F(v)
     failed between t and t'  F(v') - F(v)
 
-(Meeker and Escobar 1998, Ch. 7 and 17). The coordinates are those of the location, of the slopes of the exposure, and the log of the
-scatter, in this order.
+(Meeker and Escobar 1998, Ch. 7 and 17). The coordinates are those of the location, of the slopes of the exposure, and the log of
+the scatter, in this order.
 """
 
 from __future__ import annotations
@@ -64,8 +64,8 @@ class Location(Protocol):
         """The names of its coordinates."""
 
     def at(self, own: Floats, slope: Floats) -> tuple[Floats, Floats, Floats]:
-        """L (k, n), and its first (k, n, m + q) and second derivatives (k, n, m + q, m + q) by its m coordinates `own` (k, m) and by
-        the slopes (k, q).
+        """L (k, n), and its first (k, n, m + q) and second derivatives (k, n, m + q, m + q) by its m coordinates `own` (k, m)
+        and by the slopes (k, q).
         """
 
     def log_prior(self, own: Floats, slope: Floats) -> Floats:
@@ -116,8 +116,8 @@ class Mixed:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Anchored:
-    """L = ln t_0 + g(e_0; s) + Z b: the log exposure of a film that is under the field e^e_0 for t_0 = `time` in s; `factors` Z (n, m)
-    act on the log of the time. The coordinates are e_0 and b.
+    """L = ln t_0 + g(e_0; s) + Z b: the log exposure of a film that is under the field e^e_0 for t_0 = `time` in s; `factors` Z
+    (n, m) act on the log of the time. The coordinates are e_0 and b.
     """
 
     ageing: Ageing
@@ -180,11 +180,11 @@ class FailureModel:
         return at[:, :m], at[:, m:-1], at[:, -1:]
 
     def log_prior(self, at: Floats) -> Floats:
-        """The log (k,) of Jeffreys' prior of a location and scale at coordinates (k, p): flat in what acts linearly on the location,
-        and sigma^-m for its m coordinates and slopes, with which draws agree with profile likelihoods.
+        """The log (k,) of Jeffreys' prior of a location and scale at coordinates (k, p): flat in what acts linearly on the
+        location, and sigma^-m for its m coordinates and slopes, with which draws agree with profile likelihoods.
         """
         own, slope, scatter = self.parts(at)
-        return self.location.log_prior(own, slope) - (own.shape[1] + slope.shape[1]) * scatter[:, 0]
+        return np.asarray(self.location.log_prior(own, slope) - (own.shape[1] + slope.shape[1]) * scatter[:, 0])
 
     def places(self, at: Floats) -> tuple[Floats, Floats]:
         """v (k, n) of all specimens, and that of the later look of those that failed between two."""

@@ -23,7 +23,9 @@ finite is one that cannot be reached.
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Maxima:
-    """The maxima: `at` (fits, p), `value` (fits,), `gradient` (fits, p), `hessian` (fits, p, p) and which have `settled` (fits,)."""
+    """The maxima: `at` (fits, p), `value` (fits,), `gradient` (fits, p), `hessian` (fits, p, p) and which have `settled`
+    (fits,).
+    """
 
     at: Floats
     value: Floats

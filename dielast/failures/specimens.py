@@ -26,11 +26,12 @@ PULL_IN = "pull-in"
 class Specimens(Result):
     """Specimens, arrays (n,): `name`, what was `seen` of each (`Seen`), and the `time` in s of its end since the voltage began.
 
-    The voltage rises at a `ramp` in V/s (infinite: at once) to `voltage` in V and stays; a specimen that fails on the way has its
-    voltage at failure. `programme` (n,) is the index of its steps in `programmes`, -1 for a ramp and hold. `intact` is the time in s
-    at which a specimen that failed between two looks was last seen intact, else NaN. `prestretch` (n, 2), `thickness` in m of the
-    undeformed film, `temperature` in degC, `area` in m^2 of the electrode on the undeformed film (NaN if unknown), relative
-    `humidity` (NaN if unknown), `batch` and `mode` ("" if not stated). `share` is that of the electrode, None without a passive part.
+    The voltage rises at a `ramp` in V/s (infinite: at once) to `voltage` in V and stays; a specimen that fails on the way has
+    its voltage at failure. `programme` (n,) is the index of its steps in `programmes`, -1 for a ramp and hold. `intact` is the
+    time in s at which a specimen that failed between two looks was last seen intact, else NaN. `prestretch` (n, 2), `thickness`
+    in m of the undeformed film, `temperature` in degC, `area` in m^2 of the electrode on the undeformed film (NaN if unknown),
+    relative `humidity` (NaN if unknown), `batch` and `mode` ("" if not stated). `share` is that of the electrode, None without a
+    passive part.
     """
 
     name: tuple[str, ...]
@@ -59,13 +60,6 @@ class Specimens(Result):
         """sqrt(l1 l2) (n,) of the prestretch."""
         return np.asarray(np.sqrt(self.prestretch[:, 0] * self.prestretch[:, 1]))
 
-    @property
-    def end_voltage(self) -> Floats:
-        """The voltage (n,) at the end of a ramp and hold, in V."""
-        return np.minimum(
-            self.voltage, np.where(np.isfinite(self.ramp), self.ramp, np.inf) * np.where(np.isfinite(self.ramp), self.time, 1.0)
-        )
-
     def problem(self, row: int, text: str) -> Problem:
         """A problem of one specimen."""
         return Problem(f"specimen {self.name[row]}: {text}", **(self.places[row] if self.places else {}))
@@ -73,8 +67,8 @@ class Specimens(Result):
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Tested(Result):
-    """Specimens that have been simulated: their `histories`, the number `film` (n,) of that of each, and the `end` (n,) in s to which
-    it can be followed, that of a film that pulls in before.
+    """Specimens that have been simulated: their `histories`, the number `film` (n,) of that of each, and the `end` (n,) in s to
+    which it can be followed, that of a film that pulls in before.
 
     `stretch`, `field` in V/m and `voltage` in V (n,) are the states at the end; `pulled_in` (n,) is the time in s of pull-in,
     infinite where there is none.
@@ -205,7 +199,7 @@ def _checked(
                 problems.append(
                     specimens.problem(
                         row,
-                        f"its film pulls in after {pulled:.4g} s, before it is said to break down after {specimens.time[row]:.4g} s: "
+                        f"its film pulls in after {pulled:.4g} s, before its stated failure after {specimens.time[row]:.4g} s: "
                         "state it as suspended, or check voltage, prestretch and material",
                     )
                 )
@@ -223,7 +217,7 @@ def _checked(
         raise NumericsError(*lost)
     if outlived:
         warn(
-            f"the films of {len(outlived)} survivors pull in before their end, specimen {outlived[0]} first in the table: they count up "
-            "to their pull-in alone"
+            f"the films of {len(outlived)} survivors pull in before their end, specimen {outlived[0]} first: they count up to "
+            "their pull-in alone"
         )
     return Tested(specimens, histories, which, np.minimum(end, histories.end[which]), np.zeros(end.size), pulled_in, seen)

@@ -172,8 +172,8 @@ OF_DAMAGE = (
     REFERENCE_AREA,
     Constant(
         "activation_energy",
-        "Activation energy of the life; the constants hold at the reference temperature of the material. Default: lives do not depend "
-        "on temperature, but by the stretch of the film.",
+        "Activation energy of the life; the constants hold at the reference temperature of the material. Default: lives do not "
+        "depend on temperature, but by the stretch of the film.",
         MOLAR_ENERGY,
         needed=False,
     ),
@@ -277,8 +277,8 @@ class BreakdownLaw(Law):
 class DamageLaw(Law):
     """Base of the damage laws; a law defines `rate`, `lasting` and `scaled`.
 
-    Its constants are numbers, and it must also take arrays of them. Its fields `shape` and `reference_area`, None if not stated, are
-    the scatter of the damage at failure; with an `activation_energy` in J/mol, lives follow Arrhenius' law.
+    Its constants are numbers, and it must also take arrays of them. Its fields `shape` and `reference_area`, None if not stated,
+    are the scatter of the damage at failure; with an `activation_energy` in J/mol, lives follow Arrhenius' law.
     """
 
     __slots__ = ()

@@ -164,7 +164,8 @@ def draw_sample(
     The first draws are the members in their order; further draws repeat members at random. Draw k depends only on `seed` and k.
     Scatter of the breakdown field or of the damage that is not stated is that of the materials, if their laws state one. With a
     `share`, every film is one that this share of the films of its material fails before, instead of a film at random: intervals
-    are then those of a quantile. The members hold for electrodes of this `area` in m^2 (see `of_area`). Arrays of the sample are (draws,). Raises `InputError` if there is nothing to draw.
+    are then those of a quantile. The members hold for electrodes of this `area` in m^2 (see `of_area`). Arrays of the sample are
+    (draws,). Raises `InputError` if there is nothing to draw.
     """
     if draws < 1 or not members:
         raise InputError(f"{draws} draws of {len(members)} materials: at least one of each is needed")
@@ -214,8 +215,9 @@ def damage_scatter(material: Material) -> DamageScatter | None:
 
 
 def of_area(material: Material, area: float) -> Material:
-    """The material whose constants hold for films with electrodes of an `area` in m^2: for Weibull scatter about constants that hold
-    for a reference area, the weakest of so many more spots. Raises `InputError` if it has no scatter with a reference area.
+    """The material whose constants hold for films with electrodes of an `area` in m^2: for Weibull scatter about constants that
+    hold for a reference area, the weakest of so many more spots. Raises `InputError` if it has no scatter with a reference
+    area.
     """
     changed: dict[str, Any] = {}
     for name in ("breakdown", "damage"):

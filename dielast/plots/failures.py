@@ -1,6 +1,7 @@
 """The figure of measured failures: a probability plot with band and survivors, and times to failure over voltage."""
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -13,9 +14,10 @@ from dielast.failures.likelihood import Seen
 from dielast.failures.specimens import Tested
 from dielast.material.scatter import interval
 from dielast.numerics.arrays import Floats
-from dielast.plots.style import COLOURS, LINES, MARKERS, SHADE, legend_below, letter, panels, shade, style
+from dielast.plots.style import COLOURS, MARKERS, SHADE, legend_below, letter, panels, shade, style
 from dielast.plots.ticks import log_axis
 
+DASHES: Any = ("-", "--", "-.", ":")
 PERCENT = (0.1, 1, 5, 10, 25, 50, 75, 90, 99, 99.9)
 
 
@@ -70,8 +72,8 @@ def _probability(axes: Axes, fitted: Sequence[FittedLaw]) -> list[Line2D | Patch
         share = np.linspace(-6.5 if scatter.scales_with_area else -3.2, 2.0 if scatter.scales_with_area else 3.2, 60)
         k = law.fit.at[-1]
         v = np.log1p(np.maximum(np.exp(k) * share, -0.999)) if scatter.linear else np.exp(k) * share
-        axes.plot(np.exp(v), share, color=colour, linestyle=LINES[number % len(LINES)], zorder=2)
-        handles.append(Line2D([], [], color=colour, linestyle=LINES[number % len(LINES)], label=f"{law.name}{called}"))
+        axes.plot(np.exp(v), share, color=colour, linestyle=DASHES[number % len(DASHES)], zorder=2)
+        handles.append(Line2D([], [], color=colour, linestyle=DASHES[number % len(DASHES)], label=f"{law.name}{called}"))
         if law.fit.free.size:
             # the same films under the laws of the draws, by the mean shift of all specimens
             drawn = law.draws[:200]
@@ -114,7 +116,7 @@ def _lives(axes: Axes, tested: Tested, lives: Lives) -> list[Line2D | Patch]:
         order = np.argsort(volt)
         line = lives.time[middle, here][order]
         known = np.isfinite(line) & (line > 0)
-        axes.plot(volt[order][known], line[known], color=colour, linestyle=LINES[number % len(LINES)])
+        axes.plot(volt[order][known], line[known], color=colour, linestyle=DASHES[number % len(DASHES)])
         first, last = (lives.time[k, here][order] for k in (low, -1))
         filled = np.isfinite(first) & np.isfinite(last) & (first > 0)
         if filled.any():
@@ -139,7 +141,7 @@ def _lives(axes: Axes, tested: Tested, lives: Lives) -> list[Line2D | Patch]:
                 color=colour,
                 marker=marker,
                 markerfacecolor="white",
-                linestyle=LINES[number % len(LINES)],
+                linestyle=DASHES[number % len(DASHES)],
                 label=f"{name}: measured, B50",
             )
         )

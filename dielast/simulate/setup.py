@@ -194,7 +194,7 @@ def _damage(materials: Sequence[Material], temperature: Floats) -> list[DamageLa
     laws = [entry.damage for entry in materials]
     if all(law is None or law.activation_energy is None for law in laws):
         return laws
-    each = materials if len(materials) > 1 else materials * temperature.size
+    each = list(materials) if len(materials) > 1 else [materials[0]] * temperature.size
     return [
         None if one.damage is None else one.damage.at(at, one.reference_temperature)
         for one, at in zip(each, temperature.tolist(), strict=True)

@@ -183,9 +183,7 @@ def _warn_of_fit(rank: Ranked, specimens: Specimens) -> None:
             f"the {of} are not of one kind: {count} come too early for the others ({named}): state a column mode to fit them apart"
         )
     elif kind:
-        warn(
-            f"the {of} are not of one kind: fewer than expected up to number {count} by exposure: state a column mode to fit them apart"
-        )
+        warn(f"the {of} are not of one kind: fewer than expected up to the {count}. by exposure; a column mode fits them apart")
     open_ones = [
         parameter.name
         for parameter in best.law.parameters
@@ -225,7 +223,7 @@ def _lines(recipe: LifetimeRecipe, tested: Tested) -> tuple[Table, Any]:
             except (InputError, NumericsError):
                 continue
             pair = tuple(specimens.prestretch[members[0]].tolist())
-            fitted[(*pair, name)] = fit  # type: ignore[index]
+            fitted[(*pair, name)] = fit
             table = fit.columns()
             for k, parameter in enumerate(table[0].values):
                 rows.append(
@@ -271,7 +269,7 @@ def _lines(recipe: LifetimeRecipe, tested: Tested) -> tuple[Table, Any]:
         for name in LINES:
             values = np.full((3, lives.voltage.size), np.nan)
             for k in range(lives.voltage.size):
-                law = fitted.get((*lives.prestretch[k].tolist(), name))  # type: ignore[call-overload]
+                law = fitted.get((*lives.prestretch[k].tolist(), name))
                 if law is not None:
                     values[:, k] = law.line_life(float(lives.voltage[k]), 0.1)
             for k, end in enumerate(("", "_lower", "_upper")):

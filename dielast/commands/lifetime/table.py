@@ -55,21 +55,21 @@ def read_specimens(recipe: LifetimeRecipe, material: Material, inputs: Inputs) -
     ramp = np.full(n, np.inf) if ramp is None else np.where(np.isnan(ramp), np.inf, ramp)
     time = np.full(n, np.nan) if time is None else time
     given = of_recipe >= 0
-    for row in np.flatnonzero(~given & ~(voltage > 0)):
+    for row in np.flatnonzero(~given & ~(voltage > 0)).tolist():
         refuse(row, "a voltage above 0 is needed")
-    for row in np.flatnonzero(~(ramp > 0)):
+    for row in np.flatnonzero(~(ramp > 0)).tolist():
         refuse(row, "a ramp above 0 is needed, or an empty cell for a voltage that comes at once")
     at_end = np.isnan(time) & np.isfinite(ramp) & ~given
     time = np.where(at_end, voltage / np.where(ramp > 0, ramp, 1.0), time)
-    for row in np.flatnonzero(np.isnan(time)):
+    for row in np.flatnonzero(np.isnan(time)).tolist():
         refuse(row, "a time is needed (only a ramp to failure has none)")
-    for row in np.flatnonzero(time < 0):
+    for row in np.flatnonzero(time < 0).tolist():
         refuse(row, f"{time[row]:g} s: a time must not be negative")
-    for row in np.flatnonzero(suspended & (time == 0)):
+    for row in np.flatnonzero(suspended & (time == 0)).tolist():
         refuse(row, "it is suspended at 0 s, so that nothing is known of it: delete the row")
     intact = numbers["intact"]
     intact = np.full(n, np.nan) if intact is None else np.where(suspended, np.nan, intact)
-    for row in np.flatnonzero(intact >= time):
+    for row in np.flatnonzero(intact >= time).tolist():
         refuse(row, f"it was last seen intact at {intact[row]:g} s, not before it was found failed at {time[row]:g} s")
     seen = np.where(suspended, Seen.SUSPENDED, np.where(np.isfinite(intact) & (intact > 0), Seen.BETWEEN, Seen.FAILED))
     seen = np.where((seen == Seen.FAILED) & ((time == 0) | (intact == 0)), Seen.DEAD, seen)
@@ -82,7 +82,7 @@ def read_specimens(recipe: LifetimeRecipe, material: Material, inputs: Inputs) -
         prestretch[given_here] = np.stack((first, first), axis=1)[given_here]
         if second is not None:
             prestretch[np.isfinite(second), 1] = second[np.isfinite(second)]
-    for row in np.flatnonzero(~np.all(prestretch >= 1, axis=1)):
+    for row in np.flatnonzero(~np.all(prestretch >= 1, axis=1)).tolist():
         refuse(row, f"prestretch {prestretch[row, 0]:g}: at least 1 is needed (1 is undeformed)")
 
     def filled(role: str, default: float) -> Floats:
@@ -92,10 +92,10 @@ def read_specimens(recipe: LifetimeRecipe, material: Material, inputs: Inputs) -
     thickness, area = filled("thickness", film.thickness), filled("area", np.nan)
     humidity = filled("humidity", np.nan)
     for role, values in (("thickness", thickness), ("area", area), ("humidity", humidity)):
-        for row in np.flatnonzero(values <= 0):
+        for row in np.flatnonzero(values <= 0).tolist():
             refuse(row, f"{role} {values[row]:g}: a positive number is needed")
     if np.any(np.isfinite(area)):
-        for row in np.flatnonzero(np.isnan(area)):
+        for row in np.flatnonzero(np.isnan(area)).tolist():
             refuse(row, "its area is not stated, but that of others is")
     for name in dict.fromkeys(name for name in names if names.count(name) > 1):
         refuse(names.index(name), f"{names.count(name)} rows have this name: each row is a specimen of its own")

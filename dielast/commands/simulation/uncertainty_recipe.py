@@ -126,8 +126,8 @@ class FilmUncertainty(Uncertainty):
     )
     failure_share: RelativeDeviation | None = Field(
         None,
-        description='Share of films, such as "10 %": instead of films at random, every draw is the film before which this share of the '
-        "films of its material fails. The intervals are then those of the life that this share does not reach, with level as their "
+        description='Share of films, such as "10 %": instead of films at random, every draw is the film before which this share of '
+        "the films of its material fails. The intervals are then those of the life that this share does not reach, with level as "
         "confidence.",
     )
 

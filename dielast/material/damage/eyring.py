@@ -17,9 +17,9 @@ from dielast.units import FIELD, TIME
 class EyringDamage(DamageLaw):
     """dD/dt = sinh(|E|/E_a) / (t_0 sinh(E_0/E_a)). The life at E_0 is t_0, and falls e-fold for each E_a above.
 
-    E_0 = `field` and E_a = `activation_field` in V/m, t_0 = `time` in s. Rates of jumps over a barrier that the field tilts: Eyring,
-    J. Chem. Phys. 4 (1936) 283; Dissado and Fothergill, Electrical Degradation and Breakdown in Polymers (1992), Ch. 14. Raises
-    `InputError` for constants that are not positive.
+    E_0 = `field` and E_a = `activation_field` in V/m, t_0 = `time` in s. Rates of jumps over a barrier that the field tilts:
+    Eyring, J. Chem. Phys. 4 (1936) 283; Dissado and Fothergill, Electrical Degradation and Breakdown in Polymers (1992), Ch. 14.
+    Raises `InputError` for constants that are not positive.
     """
 
     field: float | Floats

@@ -11,7 +11,7 @@ from dielast.material.argument_types import checked
 from dielast.material.law import Constant
 from dielast.material.shift.law import FittedLaw, MovedLaw, ShiftLaw, fit_factor, slower_when_hot
 from dielast.numerics.arrays import Floats
-from dielast.units import GAS_CONSTANT, MOLAR_ENERGY, ZERO_CELSIUS
+from dielast.units import GAS_CONSTANT as GAS_CONSTANT, MOLAR_ENERGY, ZERO_CELSIUS
 
 BARRIERS = 5e3, 2e6  # J/mol, plausible activation energies: from the rotation of a methyl group to a glass transition
 
