@@ -12,7 +12,7 @@ import numpy as np
 from dielast.numerics.arrays import Cases, Flags, Floats
 
 MOST_ITERATIONS = 200
-SETTLED = 1e-11  # of the expected gain of the log likelihood
+SETTLED, ROUNDING = 1e-16, 1e-8  # of the log likelihood: an expected gain at which a fit ends, and what sums may lose
 FIRST, FALL, RISE, LEAST, MOST = 1e-3, 0.1, 6.0, 1e-14, 1e12  # damping
 
 Function = Callable[[Floats, Cases], tuple[Floats, Floats, Floats]]
@@ -59,9 +59,10 @@ def maximise(function: Function, start: Floats, bounds: tuple[Floats, Floats], f
         step = np.einsum("kij,kj->ki", axes, np.einsum("kji,kj->ki", axes, right) / stiff) / scale
         trial = np.where(free, np.clip(x + np.clip(step, -3.0, 3.0), *bounds), x)
         new_value, new_gradient, new_hessian = function(trial, run)
-        with np.errstate(invalid="ignore"):
-            better = new_value > value[run]
         expected = np.sum(np.where(free, slope, 0.0) * (trial - x), axis=1)
+        with np.errstate(invalid="ignore"):
+            # gains below the rounding of the sums are those of the slope
+            better = (new_value > value[run]) | ((np.abs(expected) < ROUNDING) & (new_value > value[run] - ROUNDING))
         ended = (np.abs(expected) <= SETTLED) & (np.all(roots > -1e-7, axis=1) | (damping[run] >= 1.0))
         taken = run[better]
         at[taken], value[taken] = trial[better], new_value[better]

@@ -1,9 +1,9 @@
-"""Write `failures.json`, fits of lifelines and surpyval to censored sets, against which dielast's are tested.
+"""Write `failures.json`, fits of lifelines to censored sets, against which dielast's are tested.
 
-    pip install lifelines surpyval   # in an environment of their own: they need older pandas
+    pip install lifelines   # in an environment of its own: it needs an older pandas
     python tests/references/failures.py
 
-lifelines 0.30.3, Weibull and lognormal accelerated failure time models with one covariate: parameters, log likelihood and 90 % bounds.
+lifelines 0.30.3, Weibull and lognormal accelerated failure time models with one covariate: parameters, log likelihood, 90 % bounds.
 """
 
 import json
@@ -39,7 +39,9 @@ def main() -> None:
             model.fit_interval_censoring(table, "low", "high", fit_options={"ftol": 1e-10})
             for _ in range(3):
                 begin = model.params_.to_numpy()
-                model.fit_interval_censoring(table, "low", "high", initial_point=begin, fit_options={"ftol": 1e-16, "maxiter": 2000})
+                model.fit_interval_censoring(
+                    table, "low", "high", initial_point=begin, fit_options={"ftol": 1e-16, "maxiter": 2000}
+                )
             summary = model.summary
             found[f"{law} {kind}"] = {
                 "low": table["low"].tolist(),
