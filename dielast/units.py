@@ -13,6 +13,7 @@ from typing import Any
 from dielast.errors import InputError, shown
 
 ZERO_CELSIUS = 273.15  # K
+GAS_CONSTANT = 8.314462618  # J/(mol K), CODATA 2018
 GRAVITY = 9.80665  # m/s^2, standard acceleration
 TIMES = (1e-15, 1e15)  # s: from less than a bond's vibration to 30 million years, where no test and no service begins or ends
 

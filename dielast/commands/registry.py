@@ -47,6 +47,7 @@ COMMANDS.register("relax", "dielast.commands.membrane:RELAX")
 COMMANDS.register("creep", "dielast.commands.membrane:CREEP")
 COMMANDS.register("actuate", "dielast.commands.actuate:ACTUATE")
 COMMANDS.register("failure-map", "dielast.commands.failure_map:FAILURE_MAP")
+COMMANDS.register("lifetime", "dielast.commands.lifetime:LIFETIME")
 COMMANDS.register("design", "dielast.commands.design:DESIGN")
 
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from dielast.errors import InputError, located
 from dielast.handover.material_file import parse_file
-from dielast.io.files import EXAMPLE, read_file, resolve
+from dielast.io.files import EXAMPLE, Inputs, read_file, resolve
 from dielast.io.table import Column, Table, finite_columns
 from dielast.material.material import Material, constants_of, material_of, numbers_of
 from dielast.material.spectrum import Spectrum
@@ -127,6 +127,15 @@ def beside(source: str, name: str) -> str:
     if source.startswith(EXAMPLE):
         return EXAMPLE + str(PurePosixPath(source.removeprefix(EXAMPLE)).parent / name)
     return (Path(source).parent / name).as_posix()
+
+
+def read_draws_beside(inputs: Inputs, name: str, material: Material) -> tuple[Material, ...]:
+    """The draws of the material in the file `name` among the inputs; empty if it names no table of draws."""
+    stated = parse_file(inputs.read(name), name)
+    if stated.draws is None:
+        return ()
+    table = beside(name, stated.draws)
+    return parse_draws(inputs.read(table), table, material)
 
 
 def read_draws(path: str | Path) -> tuple[Material, ...]:

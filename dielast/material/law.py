@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 
 from dielast.errors import InputError, nearest, shown
 from dielast.numerics.arrays import Floats
-from dielast.units import Dimension
+from dielast.units import AREA, GAS_CONSTANT, MOLAR_ENERGY, ZERO_CELSIUS, Dimension
 
 
 @dataclass(frozen=True, slots=True)
@@ -147,6 +147,40 @@ class Law:
         return {constant.name: constant.value(stated.get(constant.file_key)) for constant in cls.constants}
 
 
+SHAPE = Constant(
+    "shape", "Shape of the Weibull distribution from film to film. Default: no scatter is stated.", above=0.0, needed=False
+)
+RELATIVE = Constant(
+    "relative",
+    "Standard deviation of the breakdown field from film to film over its mean, of a normal distribution; instead of shape.",
+    above=0.0,
+    needed=False,
+)
+REFERENCE_AREA = Constant(
+    "reference_area",
+    "With shape: area of the electrodes, on the undeformed film, for which the constants hold. The weakest spot of a larger one is "
+    "weaker.",
+    AREA,
+    above=0.0,
+    needed=False,
+)
+FIELD_SCATTER = (SHAPE, RELATIVE, REFERENCE_AREA)
+"""Constants of the scatter of a breakdown field, whose stated value is the scale, or the mean."""
+
+OF_DAMAGE = (
+    SHAPE,
+    REFERENCE_AREA,
+    Constant(
+        "activation_energy",
+        "Activation energy of the life; the constants hold at the reference temperature of the material. Default: lives do not "
+        "depend on temperature, but by the stretch of the film.",
+        MOLAR_ENERGY,
+        needed=False,
+    ),
+)
+"""Constants that all damage laws have."""
+
+
 class ModulusLaw(Law):
     """Base of the laws of moduli over temperature; a law defines `factor`."""
 
@@ -195,9 +229,22 @@ class DielectricLaw(Law):
 
 
 class BreakdownLaw(Law):
-    """Base of the breakdown laws; a law defines `at` and `scaled`, and with `follows_film` also `of_film`."""
+    """Base of the breakdown laws; a law defines `at` and `scaled`, and with `follows_film` also `of_film`.
+
+    Its fields `shape`, `relative` and `reference_area`, None if not stated, are its scatter from film to film.
+    """
 
     __slots__ = ()
+    shape: float | Floats | None = None
+    relative: float | Floats | None = None
+    reference_area: float | Floats | None = None
+
+    def check_scatter(self) -> None:
+        """`InputError` for two laws of scatter, or a standard deviation of 100 %."""
+        if self.shape is not None and self.relative is not None:
+            raise InputError("shape (of a Weibull distribution) and relative (of a normal one) are both stated: remove one of them")
+        if self.relative is not None and np.any(np.asarray(self.relative) >= 1):
+            raise InputError(f"{self.relative:g}: a relative standard deviation below 1 is needed", argument="relative")
 
     follows_film: ClassVar[bool] = False
     """Whether the field depends on the present stretch and thickness: the law is then evaluated at all times, else once, at the
@@ -230,10 +277,21 @@ class BreakdownLaw(Law):
 class DamageLaw(Law):
     """Base of the damage laws; a law defines `rate`, `lasting` and `scaled`.
 
-    Its constants are numbers, and it must also take arrays of them.
+    Its constants are numbers, and it must also take arrays of them. Its fields `shape` and `reference_area`, None if not stated,
+    are the scatter of the damage at failure; with an `activation_energy` in J/mol, lives follow Arrhenius' law.
     """
 
     __slots__ = ()
+    shape: float | Floats | None = None
+    reference_area: float | Floats | None = None
+    activation_energy: float | Floats | None = None
+
+    def at(self, temperature: float, reference_temperature: float) -> Self:
+        """The law at a temperature in degC; its constants hold at the reference temperature."""
+        if self.activation_energy is None:
+            return self
+        inverse = 1 / (temperature + ZERO_CELSIUS) - 1 / (reference_temperature + ZERO_CELSIUS)
+        return self.lasting(float(np.exp(self.activation_energy / GAS_CONSTANT * inverse)))
 
     def rate(self, field: ArrayLike) -> Floats:
         """dD/dt in 1/s at the magnitude of the true field in V/m, of any shape; the film fails where the integral D reaches 1."""

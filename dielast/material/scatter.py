@@ -1,7 +1,8 @@
 """The uncertainty of a material, as draws that scatter like measurements, and the scatter from film to film."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -104,9 +105,13 @@ class Sample(TabularResult):
     thickness_factor: Floats
     damage_factor: Floats | None = None
     typical_damage: float = 1.0
+    area: float | None = None
+    """Area in m^2 of the electrodes on the undeformed films, for which the materials hold; None if it is their reference area."""
 
     def typical(self, material: Material) -> Material:
         """The material of the film without scatter, with a damage law whose integral reaches 1 at the `typical_damage`."""
+        if self.area is not None:
+            material = of_area(material, self.area)
         if self.typical_damage == 1 or material.damage is None:
             return material
         return replace(material, damage=material.damage.lasting(self.typical_damage))
@@ -151,24 +156,82 @@ def draw_sample(
     breakdown_field: Scatter | None = None,
     thickness: Scatter | None = None,
     damage: DamageScatter | None = None,
+    share: float | None = None,
+    area: float | None = None,
 ) -> Sample:
     """A sample of `draws` films: materials from `members` (a single member is a material known exactly), with scatter.
 
     The first draws are the members in their order; further draws repeat members at random. Draw k depends only on `seed` and k.
-    Arrays of the sample are (draws,). Raises `InputError` if there is nothing to draw.
+    Scatter of the breakdown field or of the damage that is not stated is that of the materials, if their laws state one. With a
+    `share`, every film is one that this share of the films of its material fails before, instead of a film at random: intervals
+    are then those of a quantile. The members hold for electrodes of this `area` in m^2 (see `of_area`). Arrays of the sample are
+    (draws,). Raises `InputError` if there is nothing to draw.
     """
     if draws < 1 or not members:
         raise InputError(f"{draws} draws of {len(members)} materials: at least one of each is needed")
     again = (stream(seed, "material").random(draws) * len(members)).astype(int)
     which = np.where(np.arange(draws) < len(members), np.arange(draws), again)
     ones = np.ones(draws)
+    if share is not None and not 0 < share < 1:
+        raise InputError(f"{share:g}: a share between 0 and 1 is needed", argument="share")
+    materials = tuple(members[k] for k in which)
+
+    def factors(
+        stated: Scatter | DamageScatter | None, of: Callable[[Material], Scatter | DamageScatter | None], name: str
+    ) -> Floats | None:
+        """The factors (draws,) by the stated scatter, or else by that of each material; None for neither."""
+        laws = [of(material) for material in materials] if stated is None else [stated]
+        if all(law is None for law in laws):
+            return None
+        quantile = stream(seed, name).random(draws) if share is None else np.full(draws, share)
+        if len(set(laws)) == 1 and laws[0] is not None:
+            return laws[0].factors(quantile)
+        parts = [1.0 if law is None else float(law.factors(quantile[k : k + 1])[0]) for k, law in enumerate(laws)]
+        return np.array(parts)
+
+    fields, ones = factors(breakdown_field, field_scatter, "breakdown field"), np.ones(draws)
     return Sample(
-        tuple(members[k] for k in which),
-        ones if breakdown_field is None else breakdown_field.factors(stream(seed, "breakdown field").random(draws)),
+        materials,
+        ones if fields is None else fields,
         ones if thickness is None else thickness.factors(stream(seed, "thickness").random(draws)),
-        None if damage is None else damage.factors(stream(seed, "damage").random(draws)),
+        factors(damage, damage_scatter, "damage"),
         1.0 if damage is None else damage.typical,
+        area,
     )
+
+
+def field_scatter(material: Material) -> Scatter | None:
+    """The scatter of the breakdown field that the law of a material states."""
+    law = material.breakdown
+    if law is None or (law.shape is None and law.relative is None):
+        return None
+    return NormalScatter(float(law.relative)) if law.shape is None else WeibullScatter(float(law.shape))  # type: ignore[arg-type]
+
+
+def damage_scatter(material: Material) -> DamageScatter | None:
+    """The scatter of the damage at failure that the law of a material states."""
+    law = material.damage
+    return None if law is None or law.shape is None else DamageScatter(float(law.shape))
+
+
+def of_area(material: Material, area: float) -> Material:
+    """The material whose constants hold for films with electrodes of an `area` in m^2: for Weibull scatter about constants that
+    hold for a reference area, the weakest of so many more spots. Raises `InputError` if it has no scatter with a reference
+    area.
+    """
+    changed: dict[str, Any] = {}
+    for name in ("breakdown", "damage"):
+        law = getattr(material, name)
+        if law is None or law.shape is None or law.reference_area is None:
+            continue
+        factor = float((area / law.reference_area) ** (-1 / law.shape))
+        scaled = law.scaled(factor) if name == "breakdown" else law.lasting(factor)
+        changed[name] = replace(scaled, reference_area=area)
+    if not changed:
+        raise InputError(
+            "the material states no shape with a reference_area, by which its strength depends on the area", argument="area"
+        )
+    return replace(material, **changed)
 
 
 def fewest_draws(level: float) -> int:

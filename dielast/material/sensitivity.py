@@ -40,7 +40,8 @@ CLOSE = np.array([0.0, -1.0, 1.0, 0.0]) / (2 * STEP)
 """Weights of the results at `STEPS` in the central difference of second order."""
 FIELD, THICKNESS = "breakdown field", "thickness"
 ELSEWHERE = (("nonequilibrium", "shear_modulus"), ("breakdown", "field"))  # varied by SCALE and FIELD instead
-ABSCISSAE = ("prestretch", "temperature", "temperature_degC")  # keys of the abscissae of tables, which are not varied
+# keys of the abscissae of tables, and of the scatter from film to film, which are not varied
+ABSCISSAE = ("prestretch", "temperature", "temperature_degC", "shape", "relative", "reference_area")
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike
 
 from dielast.errors import InputError, NumericsError
 from dielast.material.breakdown import Breakdown, BreakdownLaw
+from dielast.material.law import DamageLaw
 from dielast.material.laws_of_cases import Endurance, FollowingField, LawsOfCases
 from dielast.material.material import Material, materials_of
 from dielast.material.springs import EQUIBIAXIAL
@@ -183,13 +184,25 @@ def set_up(
     if any(load is not None for load in hung) and any(isinstance(law, Breakdown) and len(law.prestretch) > 1 for law in laws):
         needed_number = "the prestretch under a weight is not known beforehand: state one number, not a table"
         raise InputError(needed_number, argument="breakdown_field")
-    damage = LawsOfCases.of([entry.damage for entry in materials], cases) or None
+    damage = LawsOfCases.of(_damage(materials, temperatures), cases) or None
     endurance = Endurance(*_breakdown(laws, np.sqrt(area), thickness), damage)
     mesh = np.zeros(cases, dtype=np.intp)
     if share is not None and film.surrounded == "frame":
         mesh = _mesh(points, share, held[0], solver.mesh_rtol)
     ends = controls, endurance, hung, share, mesh
     return Setup(points, temperatures, thickness, prestretch, ramp, film.relax, *ends)
+
+
+def _damage(materials: Sequence[Material], temperature: Floats) -> list[DamageLaw | None]:
+    """The damage laws of cases at their temperatures (cases,) in degC: one for all, or one for each."""
+    laws = [entry.damage for entry in materials]
+    if all(law is None or law.activation_energy is None for law in laws):
+        return laws
+    each = list(materials) if len(materials) > 1 else [materials[0]] * temperature.size
+    return [
+        None if one.damage is None else one.damage.at(at, one.reference_temperature)
+        for one, at in zip(each, temperature.tolist(), strict=True)
+    ]
 
 
 def _mesh(points: Points, share: Floats, prestretch: Floats, mesh_rtol: float) -> Cases:

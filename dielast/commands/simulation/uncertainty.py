@@ -1,18 +1,20 @@
 """The draws for `[uncertainty]`, and their texts in summaries and legends."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from dielast.commands.simulation.cases import material_key, one_or_list
 from dielast.commands.simulation.uncertainty_recipe import FilmUncertainty, Uncertainty
-from dielast.errors import InputError, warn
+from dielast.errors import InputError, in_keys, warn
+from dielast.handover.law_section import breakdown
 from dielast.handover.material_draws import beside, further_constants, parse_draws
 from dielast.handover.material_file import parse_file
 from dielast.io.files import Inputs
 from dielast.material.material import Material
-from dielast.material.scatter import Sample, draw_sample, fewest_draws
+from dielast.material.scatter import Sample, damage_scatter, draw_sample, fewest_draws, field_scatter, of_area
 from dielast.material.spectrum import Spectrum
 from dielast.recipe.cases import Case
 
@@ -39,20 +41,36 @@ def sample_of(case: Case[Any], material: Material, inputs: Inputs) -> Sample:
     if "breakdown_field" in scatter and field is None:
         missing = "no breakdown field is known that could scatter: [breakdown] field in the recipe or the material file"
         raise InputError(missing, key="uncertainty.breakdown_field")
-    if not members and not scatter:
+    limit = breakdown(getattr(case.recipe, "breakdown", None))
+    if limit is not None:  # whose scatter is that of the recipe's law
+        members, material = tuple(replace(member, breakdown=limit) for member in members), replace(material, breakdown=limit)
+    films = isinstance(uncertainty, FilmUncertainty)
+    area = uncertainty.area if films else None
+    if area is not None:
+        if limit is not None:
+            raise InputError(
+                "is for the material's own breakdown: the recipe's [breakdown] states that of its films", key="uncertainty.area"
+            )
+        with in_keys({"area": "uncertainty.area"}):
+            members, material = tuple(of_area(member, area) for member in members), of_area(material, area)
+    stated = films and (field_scatter(material) is not None or damage_scatter(material) is not None)
+    if films and uncertainty.failure_share is not None and not (scatter or stated):
+        raise InputError("nothing scatters from film to film, of which this could be a share", key="uncertainty.failure_share")
+    if not members and not scatter and not stated:
         raise InputError(
             f"{name} names no draws, and no scatter is stated: mastercurve with [uncertainty] and then spectrum write a "
             "material with draws",
             key="uncertainty",
         )
     draws = uncertainty.draws
-    if not scatter and draws > len(members):
+    share = uncertainty.failure_share if films else None
+    if members and not (scatter and share is None) and not (stated and share is None) and draws > len(members):
         # a draw that is used again adds no information
         if "draws" in uncertainty.model_fields_set:
             less = f"{name} has {len(members)} draws, and nothing else scatters: {len(members)} draws are used instead of {draws}"
             warn(less, key="uncertainty.draws")
         draws = len(members)
-    return draw_sample(members or (material,), draws, seed=uncertainty.seed, **scatter)
+    return draw_sample(members or (material,), draws, seed=uncertainty.seed, share=share, area=area, **scatter)
 
 
 def read_members(name: str, inputs: Inputs, material: Material, changes: Mapping[str, Any]) -> tuple[Material, ...]:

@@ -119,6 +119,18 @@ class FilmUncertainty(Uncertainty):
         "breakdown field.",
     )
 
+    area: Area | None = Field(
+        None,
+        description="Area of the electrode on the undeformed film, for a material whose [breakdown] or [damage] states shape and "
+        "reference_area. Default: the reference area.",
+    )
+    failure_share: RelativeDeviation | None = Field(
+        None,
+        description='Share of films, such as "10 %": instead of films at random, every draw is the film before which this share of '
+        "the films of its material fails. The intervals are then those of the life that this share does not reach, with level as "
+        "confidence.",
+    )
+
     def scatter(self) -> dict[str, Scatter | DamageScatter]:
         """The distributions by the quantity that scatters."""
         stated = {"breakdown_field": self.breakdown_field, "damage": self.damage}

@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 
 from dielast.errors import InputError
 from dielast.material.argument_types import checked
-from dielast.material.law import BreakdownLaw, Constant
+from dielast.material.law import FIELD_SCATTER, BreakdownLaw, Constant
 from dielast.numerics.arrays import Floats
 from dielast.units import FIELD, LENGTH
 
@@ -28,6 +28,9 @@ class PowerBreakdown(BreakdownLaw):
     stretch_exponent: float | Floats = 0.0
     thickness_exponent: float | Floats = 0.0
     reference_thickness: float | Floats | None = None
+    shape: float | Floats | None = None
+    relative: float | Floats | None = None
+    reference_area: float | Floats | None = None
 
     name: ClassVar = "power"
     title: ClassVar = "power law of breakdown"
@@ -48,12 +51,14 @@ class PowerBreakdown(BreakdownLaw):
             above=0.0,
             needed=False,
         ),
+        *FIELD_SCATTER,
     )
 
     def __post_init__(self) -> None:
         if self.reference_thickness is None and np.any(self.thickness_exponent):
             raise InputError("thickness_exponent needs reference_thickness, the present thickness of films with the stated field")
         self.check_constants()
+        self.check_scatter()
 
     def at(self, prestretch: ArrayLike) -> Floats:
         """The field of films with the reference thickness at this stretch."""

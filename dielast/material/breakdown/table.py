@@ -1,6 +1,6 @@
 """A table of breakdown fields over prestretch."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar, Self
 
 import numpy as np
@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 from dielast.errors import InputError
 from dielast.io.result import Result
 from dielast.material.argument_types import checked
-from dielast.material.law import BreakdownLaw, Constant, check_table
+from dielast.material.law import FIELD_SCATTER, BreakdownLaw, Constant, check_table
 from dielast.numerics.arrays import Floats
 from dielast.units import FIELD
 
@@ -25,6 +25,9 @@ class Breakdown(Result, BreakdownLaw):
 
     prestretch: tuple[float, ...]
     field: tuple[float, ...]
+    shape: float | None = None
+    relative: float | None = None
+    reference_area: float | None = None
 
     name: ClassVar = "table"
     title: ClassVar = "breakdown table"
@@ -43,6 +46,7 @@ class Breakdown(Result, BreakdownLaw):
             above=0.0,
             many=True,
         ),
+        *FIELD_SCATTER,
     )
 
     def __post_init__(self) -> None:
@@ -52,6 +56,11 @@ class Breakdown(Result, BreakdownLaw):
             check_table(self.title, ("prestretches", self.prestretch), ("fields", self.field))
         if any(value <= 0 for value in self.field):
             raise InputError("a breakdown field must be positive")
+        for name in ("shape", "relative", "reference_area"):
+            value = getattr(self, name)
+            if value is not None and not (np.isfinite(value) and value > 0):
+                raise InputError(f"{value:g}: a positive number is needed", argument=name)
+        self.check_scatter()
 
     def at(self, prestretch: ArrayLike) -> Floats:
         """The field in V/m at equibiaxial prestretches of any shape; for unequal ones, pass the square root of their product."""
@@ -60,7 +69,7 @@ class Breakdown(Result, BreakdownLaw):
 
     def scaled(self, factor: float) -> Self:
         """The table with every field times `factor`."""
-        return type(self)(self.prestretch, tuple(factor * value for value in self.field))
+        return replace(self, field=tuple(factor * value for value in self.field))
 
     def outside(self, prestretch: float) -> str:
         """The nearest entry, and the table with a further entry; a field without a prestretch holds at all prestretches."""

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from dielast.material.argument_types import checked
-from dielast.material.law import Constant, DamageLaw
+from dielast.material.law import OF_DAMAGE, Constant, DamageLaw
 from dielast.numerics.arrays import Floats
 from dielast.units import FIELD, TIME
 
@@ -25,6 +25,9 @@ class InversePower(DamageLaw):
     field: float | Floats
     time: float | Floats
     exponent: float | Floats
+    shape: float | Floats | None = None
+    reference_area: float | Floats | None = None
+    activation_energy: float | Floats | None = None
 
     name: ClassVar = "inverse-power"
     title: ClassVar = "inverse power law of damage"
@@ -32,6 +35,7 @@ class InversePower(DamageLaw):
         Constant("field", "inverse-power: true field that a film withstands for time.", FIELD, above=0.0),
         Constant("time", "inverse-power: time for which a film withstands field.", TIME, above=0.0),
         Constant("exponent", "inverse-power: exponent; the life falls with this power of the field.", above=0.0),
+        *OF_DAMAGE,
     )
 
     def __post_init__(self) -> None:

@@ -11,9 +11,8 @@ from dielast.material.argument_types import checked
 from dielast.material.law import Constant
 from dielast.material.shift.law import FittedLaw, MovedLaw, ShiftLaw, fit_factor, slower_when_hot
 from dielast.numerics.arrays import Floats
-from dielast.units import MOLAR_ENERGY, ZERO_CELSIUS
+from dielast.units import GAS_CONSTANT as GAS_CONSTANT, MOLAR_ENERGY, ZERO_CELSIUS
 
-GAS_CONSTANT = 8.314462618  # J/(mol K), CODATA 2018
 BARRIERS = 5e3, 2e6  # J/mol, plausible activation energies: from the rotation of a methyl group to a glass transition
 
 Celsius = TypeVar("Celsius", float, Floats)

@@ -1,0 +1,3 @@
+"""Failures of specimens as statistics: scatter laws, exposures along simulated histories, likelihoods with suspensions,
+intervals.
+"""

@@ -1,0 +1,197 @@
+"""Statistics of failures: against an independent package, closed forms, derivatives, exposures along histories, bounds."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from dielast import InputError
+from dielast.failures.ageing import Ageing
+from dielast.failures.bounds import events_of, likely_scale, lower_life, lower_scale, plan_test
+from dielast.failures.estimate import draw, estimate, profile_intervals, without_each
+from dielast.failures.exposures import Aged, Envelope, Plain
+from dielast.failures.histories import Histories
+from dielast.failures.likelihood import Anchored, FailureModel, Mixed, Observations, Seen
+from dielast.failures.scatter_laws import NORMAL_FIELD, SCATTER_LAWS, WEIBULL
+
+REFERENCES = json.loads((Path(__file__).parents[1] / "references" / "failures.json").read_text())
+
+
+def times_of(reference: dict[str, list[float]], law: str) -> FailureModel:
+    """Times with one covariate: exact, after a time, between two times, or before one."""
+    low = np.array(reference["low"])
+    high = np.array([np.inf if value is None else value for value in reference["high"]])
+    seen = np.where(low == high, Seen.FAILED, np.where(np.isinf(high), Seen.SUSPENDED, np.where(low == 0, Seen.DEAD, Seen.BETWEEN)))
+    first = np.log(np.where(seen == Seen.DEAD, high, np.where(low > 0, low, 1.0)))
+    between = np.flatnonzero(seen == Seen.BETWEEN)
+    later = np.arange(seen.size)
+    later[between] = seen.size + np.arange(between.size)
+    y = np.concatenate((first, np.log(high[between])))
+    location = Mixed(np.ones((seen.size, 1)), np.array(reference["x"])[:, None], ("intercept",), ("x",))
+    return FailureModel(Observations.of(seen, None, later), Plain(y, -y), location, SCATTER_LAWS[law])
+
+
+@pytest.mark.parametrize("name", sorted(REFERENCES))
+def test_censored_fits_agree_with_an_independent_package(name: str) -> None:
+    reference, law = REFERENCES[name], name.split()[0]
+    fit = estimate(times_of(reference, law))
+    values = dict(zip(reference["index"], reference["value"], strict=True))
+    places = {entry: k for k, entry in enumerate(reference["index"])}
+    sign = -1 if law == "weibull" else 1
+    start = "lambda" if law == "weibull" else "mu"
+    order = [f"{start}_ Intercept", f"{start}_ x", "rho_ Intercept" if law == "weibull" else "sigma_ Intercept"]
+    expected = [values[order[0]], values[order[1]], sign * values[order[2]]]
+    assert fit.at == pytest.approx(expected, abs=1e-6)
+    assert fit.value == pytest.approx(reference["log_likelihood"], abs=1e-8)
+    lower, upper = fit.wald(0.9)
+    for k, key in enumerate(order):
+        ends = sorted(sign ** (k == 2) * reference[end][places[key]] for end in ("lower", "upper"))
+        assert (lower[k], upper[k]) == pytest.approx(ends, abs=1e-5)
+
+
+@pytest.mark.parametrize("law", sorted(SCATTER_LAWS))
+def test_derivatives_are_those_of_the_likelihood(law: str) -> None:
+    n = 8
+    y = np.concatenate((np.linspace(-0.3, 0.4, n), [0.5, 0.6]))
+    seen = np.array([0, 1, 2, 3, 3, 0, 1, 2])
+    later = np.arange(n)
+    later[[3, 4]] = [8, 9]
+    location = Mixed(np.array([[1.0, 0.0], [0.3, 0.7]] * 4), np.arange(n)[:, None] / 10, ("a", "b"), ("c",))
+    model = FailureModel(Observations(seen, np.linspace(-1, 1, n), later), Plain(y, -y), location, SCATTER_LAWS[law])
+    at = np.array([[0.1, -0.2, 0.3, -1.0]])
+    _, gradient, hessian = model.function(at)
+    for k in range(4):
+        step = np.zeros((1, 4))
+        step[0, k] = 1e-5
+        assert (model.total(at + step) - model.total(at - step))[0] / 2e-5 == pytest.approx(gradient[0, k], rel=1e-6, abs=1e-6)
+        change = (model.function(at + step)[1] - model.function(at - step)[1])[0] / 2e-5
+        assert change == pytest.approx(hessian[0, k], rel=1e-6, abs=1e-6)
+
+
+def constant_and_ramp() -> Histories:
+    time = np.tile(np.concatenate(([0.0], np.geomspace(1e-3, 1e4, 400))), (2, 1))
+    field = np.stack((np.full(401, 50e6), 1e4 * time[1]))
+    return Histories(time, field, np.ones_like(time))
+
+
+def test_exposures_to_constant_fields_and_ramps_are_exact() -> None:
+    histories, end = constant_and_ramp(), np.array([1234.5, 5678.9])
+    aged = Aged.along(histories, Ageing("power", 50e6), np.array([0, 1]), end)
+    for n in (0.7, 3.0, 18.5, 120.0):
+        y = aged.at(np.array([[n]]))
+        ramp = n * np.log(1e4 * end[1] / 50e6) + np.log(end[1] / (n + 1))
+        assert y.y[0] == pytest.approx([np.log(end[0]), ramp], abs=1e-6)
+        assert y.y1[0, 1, 0] == pytest.approx(np.log(1e4 * end[1] / 50e6) - 1 / (n + 1), abs=1e-5)
+        assert y.rate[0] == pytest.approx([-np.log(end[0]), np.log((n + 1) / end[1])], abs=1e-6)
+
+
+def test_the_field_over_a_power_of_the_stretch_counts_at_its_largest() -> None:
+    time = np.array([[0.0, 1.0, 2.0, 3.0]])
+    histories = Histories(time, np.array([[1.0, 4.0, 4.4, 4.8]]) * 1e6, np.array([[1.0, 1.0, 1.5, 1.8]]))
+    field, stretch = histories.largest(np.array([0]), np.array([3.0]))
+    for power in (-2.0, 0.0, 0.2, 1.0, 3.0):
+        expected = np.max(np.log(histories.field[0]) - power * np.log(histories.stretch[0]))
+        assert np.max(np.log(field) - power * np.log(stretch)) == pytest.approx(expected, abs=2e-7)
+
+
+def exponential_tests(seen: np.ndarray, time: np.ndarray, area: np.ndarray | None = None) -> FailureModel:
+    y = np.log(time)
+    location = Mixed(np.ones((y.size, 1)), np.zeros((y.size, 0)), ("scale",))
+    return FailureModel(Observations.of(seen, None if area is None else np.log(area)), Plain(y, -y), location, WEIBULL)
+
+
+def test_closed_forms_of_a_known_shape() -> None:
+    random = np.random.default_rng(2)
+    time, shape = random.weibull(2.3, 20) * 100, 2.3
+    seen = np.where(np.arange(20) % 3 == 0, Seen.SUSPENDED, Seen.FAILED)
+    fit = estimate(exponential_tests(seen, time), known={"log_scatter": -np.log(shape)})
+    failures = int(np.count_nonzero(seen == Seen.FAILED))
+    assert np.exp(fit.at[0]) == pytest.approx(likely_scale(time, shape, failures), rel=1e-10)
+    # no failure: exp(-sum (t/eta)^b) = 1 - C
+    bound = lower_scale(time, shape, 0, 0.9)
+    assert np.exp(-np.sum((time / bound) ** shape)) == pytest.approx(0.1, rel=1e-10)
+    assert lower_life(time, shape, 0, 0.1, 0.9) == pytest.approx(bound * (-np.log(0.9)) ** (1 / shape), rel=1e-10)
+    # r failures or fewer have the probability 1 - C at the bound (a Poisson distribution)
+    expected = events_of(3, 0.9)
+    assert np.exp(-expected) * (1 + expected + expected**2 / 2 + expected**3 / 6) == pytest.approx(0.1, rel=1e-10)
+    with pytest.raises(InputError, match="no failure"):
+        likely_scale(time, shape, 0)
+
+
+def test_a_test_plan_shows_its_goal() -> None:
+    plan = plan_test([500.0, 1000.0, 2000.0], [500.0, 1000.0, 2000.0], 1000.0, 2.0, 0.1, 0.9)
+    survive = 0.9 ** (plan.specimens * (plan.duration / 1000.0) ** 2)
+    assert np.all(survive <= 0.1 * (1 + 1e-9))
+    assert plan.specimens[1] == 22  # ln 0.1 / ln 0.9
+    shown = plan_test([1000.0], [1000.0], 1000.0, 2.0, 0.1, 0.9, shown=10 * 1000.0**2)
+    assert shown.specimens[0] == 12
+
+
+def test_fewer_failures_than_parameters_are_refused() -> None:
+    with pytest.raises(InputError, match="1 failures are too few for 2 parameters"):
+        estimate(exponential_tests(np.array([0, 1, 1]), np.array([1.0, 2.0, 3.0])))
+
+
+def test_a_profile_ends_where_the_likelihood_has_fallen() -> None:
+    random = np.random.default_rng(5)
+    fit = estimate(exponential_tests(np.zeros(15, dtype=int), random.weibull(1.5, 15)))
+    for k, found in enumerate(profile_intervals(fit, 0.9, corrected=False)):
+        for end in (found.lower, found.upper):
+            other = estimate(fit.model, known={fit.model.names[k]: end})
+            assert 2 * (fit.value - other.value) == pytest.approx(2.705543, abs=1e-4)
+    draws = draw(fit, 1000)
+    for k, found in enumerate(profile_intervals(fit, 0.9)):
+        assert np.mean((draws[:, k] > found.lower) & (draws[:, k] < found.upper)) == pytest.approx(0.9, abs=0.04)
+
+
+def test_area_scales_strength_by_the_weakest_link() -> None:
+    """Specimens of 0.1 and 10 cm^2 in one fit: the shape that scales them is that of their scatter."""
+    shape, held = 8.0, []
+    for seed in range(10):
+        area = np.where(np.arange(30) % 2, 0.1, 10.0)
+        field = 50.0 * (np.random.default_rng(seed).exponential(size=30) / area) ** (1 / shape)
+        fit = estimate(exponential_tests(np.zeros(30, dtype=int), field, area))
+        scale, scatter = profile_intervals(fit, 0.9)
+        held.append((scale.lower < np.log(50.0) < scale.upper, scatter.lower < -np.log(shape) < scatter.upper))
+        for reference in (0.1, 10.0):  # from the small to the large ones, and back
+            other = estimate(exponential_tests(np.zeros(30, dtype=int), field, area / reference))
+            assert other.at[1] == pytest.approx(fit.at[1], abs=1e-7)
+            assert other.at[0] == pytest.approx(fit.at[0] - np.exp(fit.at[1]) * np.log(reference), abs=1e-7)
+    assert np.all(np.mean(held, axis=0) >= 0.8)
+
+
+def test_left_out_fits_are_those_without_the_specimen() -> None:
+    time = np.random.default_rng(6).weibull(2.0, 9)
+    fit = estimate(exponential_tests(np.zeros(9, dtype=int), time))
+    found, score = without_each(fit)
+    alone = estimate(exponential_tests(np.zeros(8, dtype=int), time[1:]))
+    assert found.at[0] == pytest.approx(alone.at, abs=1e-6)
+    assert score[0] == pytest.approx(fit.model.values(alone.at[None])[0, 0], abs=1e-5)
+
+
+def test_a_film_that_withstood_more_before_cannot_break_down_now() -> None:
+    ends = np.zeros(1)
+    end = (np.log(np.array([4.0])), np.array([0.0]))
+    envelope = Envelope(np.log(np.array([[5.0, 4.0]])), np.zeros((1, 2)), end, ends, np.ones(1), ends)
+    assert envelope.at(np.zeros((1, 2))).rate[0, 0] == -np.inf
+
+
+def test_normal_scatter_is_that_of_the_field() -> None:
+    field = np.random.default_rng(8).normal(50.0, 2.5, 200)
+    y = np.log(field)
+    model = FailureModel(
+        Observations.of(np.zeros(200, dtype=int)), Plain(y, -y), Mixed(np.ones((200, 1)), np.zeros((200, 0)), ("f",)), NORMAL_FIELD
+    )
+    fit = estimate(model)
+    assert np.exp(fit.at[0]) == pytest.approx(field.mean(), rel=1e-9)
+    assert np.exp(fit.at[1]) * np.exp(fit.at[0]) == pytest.approx(field.std(), rel=1e-7)
+
+
+def test_the_anchored_location_is_the_exposure_of_its_field() -> None:
+    ageing = Ageing("eyring", 40e6)
+    location = Anchored(ageing, 100.0, np.zeros((1, 0)))
+    at, slope = np.array([[np.log(45e6)]]), np.array([[6.0]])
+    exact = np.log(100.0) + np.log(np.sinh(6.0 * 45 / 40))
+    assert location.at(at, slope)[0][0, 0] == pytest.approx(exact, rel=1e-12)
+    assert ageing.field_of(np.array(exact - np.log(100.0)), np.array(6.0)) == pytest.approx(np.log(45e6), rel=1e-12)
