@@ -17,6 +17,9 @@ from dielast.mechanics.load import VoltageStep
 from dielast.mechanics.stability import ONE_PERCENT, TimeScale
 from dielast.numerics.arrays import Cases, Floats
 from dielast.simulate.actuate import prepare
+from dielast.simulate.film_setup import Film
+from dielast.simulate.options import MESH_RTOL, Failure, Solver
+from dielast.simulate.output import Output
 
 POINTS_PER_DECADE = 50
 PULL_IN = "pull-in"
@@ -100,7 +103,7 @@ def simulate_specimens(
     rtol: float = 1e-6,
     points_per_decade: int = POINTS_PER_DECADE,
 ) -> Tested:
-    """Simulate every specimen up to its end; `film` are the arguments of `FilmSetup` that all share (relax, boundary and so on).
+    """Simulate every specimen up to its end; `film` are the arguments of `Film` that all share (relax, boundary and so on).
 
     Specimens of one programme, film and temperature share a history. Raises `InputError` with a line for each specimen that is said
     to fail after the end of its programme or whose film pulls in before it is said to break down; warns of survivors that pull in.
@@ -120,17 +123,20 @@ def simulate_specimens(
         first = [members[key][0] for key in alike]
         longest = np.array([specimens.time[members[key]].max() for key in alike])
         steps = _steps(specimens, programme, np.array(first), longest)
+        geometry = dict(film)
+        solver = Solver(rtol, geometry.pop("mesh_rtol", MESH_RTOL))
         run = prepare(
             plain,
+            Film(
+                thickness=specimens.thickness[first],
+                prestretch=(_axis(specimens, first, 0, film), _axis(specimens, first, 1, film)),
+                temperature=specimens.temperature[first],
+                **geometry,
+            ),
             steps,
-            thickness=specimens.thickness[first],
-            prestretch=(_axis(specimens, first, 0, film), _axis(specimens, first, 1, film)),
-            temperature=specimens.temperature[first],
-            pull_in_timescale=pull_in_timescale,
-            stop_at=PULL_IN,
-            points_per_decade=points_per_decade,
-            rtol=rtol,
-            **film,
+            failure=Failure(pull_in_timescale=pull_in_timescale, stop_at=PULL_IN),
+            output=Output(points_per_decade=points_per_decade),
+            solver=solver,
         )
         history = run()
         for row, key in enumerate(alike):

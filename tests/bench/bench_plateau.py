@@ -20,6 +20,7 @@ import numpy as np
 from laboratories import LONGEST, SHORTEST, Laboratory, Truth, measure, truth_of
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+from flat import failure_map, plan_failure_map
 from synthetic import TRUTH
 
 from dielast.errors import DielastError, DielastWarning
@@ -31,7 +32,7 @@ from dielast.relaxation.beyond import end_of
 from dielast.relaxation.fit import fit_spectrum
 from dielast.relaxation.result import SpectrumFit
 from dielast.relaxation.spectrum_draws import CurveDraws, draw_spectra
-from dielast.simulate.failure_map import failure_map, plan_failure_map, solve_map
+from dielast.simulate.failure_map import solve_map
 from dielast.superposition.bootstrap import bootstrap_master_curve
 from dielast.superposition.mastercurve import build_master_curve
 

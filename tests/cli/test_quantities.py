@@ -9,8 +9,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from flat import failure_map
 
-from dielast import failure_map, read_material
+from dielast import read_material
 from dielast.commands.simulation.bounds import bounded_map_columns
 from dielast.io.table import number_columns
 from dielast.simulate import quantities
