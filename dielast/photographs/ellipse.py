@@ -12,6 +12,7 @@ from dielast.numerics.robust import robust_deviation
 CUT = 3.5  # standard deviations beyond which a point is no part of the edge: one in two thousand of normal ones
 HARMONICS = range(3, 17)  # around the outline: an ellipse takes those below, shorter ones are noise of single points
 MOST_WAVES = 3
+REGULAR = 0.25  # of the power: of noise, the strongest of 14 harmonics has as much in one outline of three, and then does no harm
 ROUNDS = 30
 
 
@@ -131,8 +132,8 @@ def settle(ellipse: Ellipse, points: Floats, usable: Flags, kept: Flags) -> tupl
     S of their periodogram over `HARMONICS`, which stands for the sum of their autocovariance (Priestley, Spectral Analysis and Time
     Series, 1981, Sec. 6.2). White residuals have S equal to their variance; else n var/S points are independent.
 
-    On a whole outline waves do not move the ellipse, on one with gaps they do. A regular wave, which holds more than half of the
-    power at `HARMONICS`, is therefore fitted together with the ellipse, and points are cut that lie off both.
+    On a whole outline waves do not move the ellipse, on one with gaps they do. A regular wave, which holds more than a share
+    `REGULAR` of the power at `HARMONICS`, is therefore fitted together with the ellipse, and points are cut that lie off both.
     """
     away, slopes = ellipse.residuals(points)
     turn = 2 * np.pi * np.arange(away.size) / away.size
@@ -147,13 +148,12 @@ def settle(ellipse: Ellipse, points: Floats, usable: Flags, kept: Flags) -> tupl
         # 2n powers determine S: their scatter makes Student's t of a normal error, whose variance is larger
         total = max(total, float(power.sum()) / max(1, len(numbers) - 1))
         strongest = int(np.argmax(power))
-        if power[strongest] >= 0.5 * power.sum() and len(design) < 5 + 2 * MOST_WAVES:
-            design = np.concatenate([design, fourier[[strongest]].real, fourier[[strongest]].imag])
-        elif len(design) > 5:
-            fresh = usable & (np.abs(rest) <= CUT * robust_deviation(rest[kept]))
-            if np.array_equal(fresh, kept):
-                break
+        # what lies off the wave is cut before another wave is looked for
+        fresh = usable & (np.abs(rest) <= CUT * robust_deviation(rest[kept])) if len(design) > 5 else kept
+        if not np.array_equal(fresh, kept):
             kept = fresh
+        elif power[strongest] >= REGULAR * power.sum() and len(design) < 5 + 2 * MOST_WAVES:
+            design = np.concatenate([design, fourier[[strongest]].real, fourier[[strongest]].imag])
         else:
             break
     used = int(np.count_nonzero(kept))
