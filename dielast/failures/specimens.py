@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from dielast.errors import InputError, NumericsError, Problem, warn
+from dielast.errors import InputError, NumericsError, Problem, and_more, warn
 from dielast.failures.histories import Histories
 from dielast.failures.likelihood import Seen
 from dielast.io.result import Result
@@ -217,7 +217,7 @@ def _checked(
         raise NumericsError(*lost)
     if outlived:
         warn(
-            f"the films of {len(outlived)} survivors pull in before their end, specimen {outlived[0]} first: they count up to "
-            "their pull-in alone"
+            f"specimen {outlived[0]}{and_more(len(outlived) - 1)}: the film pulls in before the end of the test, and counts as a "
+            "survivor up to its pull-in alone"
         )
     return Tested(specimens, histories, which, np.minimum(end, histories.end[which]), np.zeros(end.size), pulled_in, seen)
