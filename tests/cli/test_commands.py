@@ -110,7 +110,6 @@ TEXT = {
     "unit",
     "test",
     "used",
-    "specimen",
     "material",
 }
 TEXT |= {"equilibrium_law", "nonequilibrium_law"}

@@ -144,7 +144,7 @@ def test_films_that_do_not_reach_their_failure_are_refused(dielast: Run, tmp_pat
     assert done.returncode == 2
     assert "specimen late: its end after 100 s lies after the end of its programme at 70 s" in done.stderr
     (tmp_path / "failures.csv").write_text("specimen,voltage [kV],time [s]\nthin,4.3,600\nother,3,60\n")
-    (tmp_path / "l.toml").write_text(text.replace('boundary = "clamped"', 'boundary = "dead-load"'))
+    (tmp_path / "l.toml").write_text(text.replace('boundary = "clamped"', 'relax = "1.5 h"\nboundary = "dead-load"'))
     done = dielast("lifetime", "l.toml")
     assert done.returncode == 2
     assert "line 2: specimen thin: its film pulls in after" in done.stderr
