@@ -184,6 +184,14 @@ def _warn_of_fit(rank: Ranked, specimens: Specimens) -> None:
         )
     elif kind:
         warn(f"the {of} are not of one kind: fewer than expected up to the {count}. by exposure; a column mode fits them apart")
+    lowest, highest = best.law.model.bounds
+    ends = [
+        parameter.name
+        for parameter in best.law.parameters
+        if best.fit.at[parameter.coordinate] in (lowest[parameter.coordinate], highest[parameter.coordinate])
+    ]
+    if ends:
+        warn(f"{', '.join(ends)}: at the end of the range that is looked at: the law {best.name} does not describe these failures")
     open_ones = [
         parameter.name
         for parameter in best.law.parameters
