@@ -17,7 +17,7 @@ from dielast.failures.histories import Histories
 from dielast.failures.laws import LawOptions, law_model
 from dielast.failures.likelihood import Anchored, FailureModel, Mixed, Observations, Seen
 from dielast.failures.scatter_laws import NORMAL_FIELD, SCATTER_LAWS, WEIBULL
-from dielast.failures.specimens import Specimens, Tested
+from dielast.failures.specimens import Simulated, Specimens
 from dielast.material.scatter import DamageScatter, draw_sample, of_area
 
 REFERENCES = json.loads((Path(__file__).parents[1] / "references" / "failures.json").read_text())
@@ -204,7 +204,7 @@ def test_the_anchored_location_is_the_exposure_of_its_field() -> None:
 
 def test_an_activation_energy_is_found_and_moves_the_life_of_films() -> None:
     """Arrhenius: lives at two temperatures, and the material that says so."""
-    random, n, energy = np.random.default_rng(3), 60, 60e3
+    random, n, energy = np.random.default_rng(1), 60, 60e3
     hot = np.arange(n) % 2 == 1
     temperature = np.where(hot, 60.0, 20.0)
     field = np.array([40e6, 44e6, 48e6])[np.arange(n) // 2 % 3]
@@ -217,7 +217,7 @@ def test_an_activation_energy_is_found_and_moves_the_life_of_films() -> None:
         *(tuple(map(str, range(n))), np.zeros(n, dtype=int), life, field, ones * np.inf, np.ones((n, 2)), ones, temperature),
         *(unknown, ones * 1e-4, unknown, empty, empty, np.full(n, -1)),
     )
-    tested = Tested(specimens, histories, np.arange(n), life, field, ones * np.inf, np.zeros(n, dtype=int))
+    tested = Simulated(specimens, histories, np.arange(n), life, field, ones * np.inf, np.zeros(n, dtype=int))
     fitted = fit_law(law_model("inverse-power", tested, LawOptions(time=3600.0)), draws=20)
     found = fitted.to_frame().set_index("parameter")
     for name, truth in (("damage.activation_energy", energy), ("damage.exponent", 10.0), ("damage.shape", 2.0)):
