@@ -1,4 +1,4 @@
-"""Make `dielast/examples/failures/failures.csv`, synthetic times to failure: python tests/failures_example.py
+"""Make `dielast/examples/lifetime/failures.csv`, synthetic times to failure: python tests/failures_example.py
 
 Truth: inverse-power damage with a field of 46 MV/m for 1 h, exponent 12, Weibull shape 1.5; 28 films of the example material in a
 frame, prestretch 1.9, at four voltages, observed for 6 h. It is not a measurement.
@@ -17,7 +17,7 @@ from dielast.handover.material_file import read_material
 FIELD, TIME, EXPONENT, SHAPE = 46e6, 3600.0, 12.0, 1.5
 FILM = {"relax": 5400.0, "boundary": "frame", "electrode_share": 0.0525}
 END = 6 * 3600.0
-HOME = Path(__file__).resolve().parents[1] / "dielast" / "examples" / "failures" / "failures.csv"
+HOME = Path(__file__).resolve().parents[1] / "dielast" / "examples" / "lifetime" / "failures.csv"
 
 
 def main() -> None:

@@ -25,6 +25,7 @@ WIDTHS = np.array([0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0, 128.0, 256.0
 """Distances from the maximum, in standard errors, at which the end of an interval is looked for."""
 CLOSE = 1e-7  # of the end of an interval, over the standard error
 PROPOSED, ROUNDS = 4000, 4  # proposals in a round of draws
+RAYS = 1000  # about the fit, on which the ends of intervals are looked for
 HEAVY = 5.0  # degrees of freedom of the proposals
 
 
@@ -281,3 +282,31 @@ def draw(fit: Estimate, draws: int, seed: int = 1) -> Floats:
     place = (np.arange(draws) + random.random()) / draws
     chosen = np.minimum(np.searchsorted(np.cumsum(weight), place), count - 1)
     return np.asarray(at[random.permutation(chosen)])
+
+
+def edge(fit: Estimate, level: float = 0.9, seed: int = 1) -> Floats:
+    """Coordinates (rays, p) on the edge of the region whose likelihood ratio is that of an interval of one quantity, in directions
+    that are spread evenly about the fit. The least and the largest value of a quantity on it are the ends of its profile-likelihood
+    interval (Meeker and Escobar 1998, App. B.6.6), within the bounds of the coordinates.
+    """
+    free, p = fit.free, fit.free.size
+    if not p:
+        return fit.at[None]
+    information = -fit.hessian[np.ix_(free, free)]
+    scale = np.sqrt(np.maximum(np.abs(np.diag(information)), 1e-12))
+    roots, axes = np.linalg.eigh(information / np.outer(scale, scale))
+    away = stream(seed, "edge").standard_normal((RAYS, p))
+    away /= np.linalg.norm(away, axis=1, keepdims=True)
+    ray = np.zeros((RAYS, fit.at.size))
+    ray[:, free] = (away / np.sqrt(np.maximum(np.abs(roots), 1e-6))) @ axes.T / scale
+    low, high = fit.model.bounds
+    with np.errstate(divide="ignore", invalid="ignore"):
+        room = np.min(np.where(ray > 0, (high - fit.at) / ray, np.where(ray < 0, (low - fit.at) / ray, np.inf)), axis=1)
+    fall = 0.5 * ndtri(0.5 * (1 + level)) ** 2 / fit.share_known
+    inner, outer = np.zeros(RAYS), np.minimum(room, 1e3)
+    for turn in range(40):
+        # outwards by doubling first, as likelihoods far away may not be finite
+        at = np.where(turn < 12, np.minimum(outer, np.maximum(2 * inner, 0.5)), 0.5 * (inner + outer))
+        inside = fit.model.total(fit.at + at[:, None] * ray, fit.weight) > fit.value - fall
+        inner, outer = np.where(inside, at, inner), np.where(inside, outer, at)
+    return fit.at + inner[:, None] * ray

@@ -10,7 +10,7 @@ from scipy.special import logsumexp, pdtr, pdtrc
 
 from dielast.calibration.profiles import Verdict
 from dielast.failures.bounds import events_of
-from dielast.failures.estimate import Estimate, ProfileInterval, draw, estimate, profile_intervals, starts_of, without_each
+from dielast.failures.estimate import Estimate, ProfileInterval, draw, edge, estimate, profile_intervals, starts_of, without_each
 from dielast.failures.histories import Histories
 from dielast.failures.laws import LawModel
 from dielast.failures.likelihood import Anchored, Seen
@@ -37,6 +37,8 @@ class FittedLaw(TabularResult):
     draws: Floats
     level: float
     mode: str = ""
+    edge: Floats | None = None
+    """Coordinates on the edge of the likelihood region of intervals (see `estimate.edge`)."""
 
     @property
     def name(self) -> str:
@@ -120,11 +122,11 @@ class FittedLaw(TabularResult):
         bounds.
         """
         ageing = self.law.model.exposure.ageing  # type: ignore[attr-defined]
-        at = np.concatenate((self.fit.at[None], self.draws))
+        assert self.edge is not None
+        at = np.concatenate((self.fit.at[None], self.edge))
         g = ageing.at(np.log(voltage), at[:, 1])[0]
         life = np.exp(at[:, 0] - g + self.law.model.scatter.quantile(np.array(share), at[:, 2]))
-        low, high = interval(life[1:], self.level)
-        return float(life[0]), float(low), float(high)
+        return float(life[0]), float(life[1:].min()), float(life[1:].max())
 
     def ranks(self) -> Floats:
         """Plotting positions (n,) of the failures by exposure, NaN for survivors: Johnson's adjusted ranks i (The Statistical
@@ -163,7 +165,7 @@ def fit_law(law: LawModel, *, level: float = 0.9, draws: int = 200, seed: int = 
     """Fit a law; raises `InputError` for fewer failures than parameters and `NumericsError` where no start has a likelihood."""
     fit = estimate(law.model, known=dict(law.known))
     intervals = tuple(profile_intervals(fit, level))
-    return FittedLaw(law, fit, intervals, draw(fit, max(draws, LIVES), seed), level, mode)
+    return FittedLaw(law, fit, intervals, draw(fit, max(draws, LIVES), seed), level, mode, edge(fit, level, seed))
 
 
 def bounded_law(law: LawModel, level: float = 0.9) -> FittedLaw:
@@ -241,13 +243,16 @@ def lives_of(
     """
     square = np.sqrt(prestretch[:, 0] * prestretch[:, 1])
     found = []
+    # of one kind of failure, the ends of profile-likelihood intervals; of several, quantiles of draws
+    alone = fitted[0].edge if len(fitted) == 1 else None
     for draws in (False, True):
         parts = []
         for film in range(square.size):
             one = Histories(histories.time[[film]], histories.field[[film]], histories.stretch[[film]])
             hazard: Floats | float = 0.0
             for law in fitted:
-                at = law.draws if draws else law.fit.at[None]
+                spread = law.draws if alone is None else alone
+                at = spread if draws else law.fit.at[None]
                 v = law.law.along(one, square[[film]], thickness[[film]], temperature[[film]], at)[:, 0]
                 reference = law.law.options.reference_area
                 log_area = 0.0 if area is None or reference is None else float(np.log(area / reference))
@@ -256,7 +261,7 @@ def lives_of(
             parts.append(_crossings(np.asarray(hazard), one.time[0], shares, float(pulled_in[film])))
         found.append(np.stack(parts, axis=2))
     level = fitted[0].level
-    lower, upper = interval(found[1], level)
+    lower, upper = interval(found[1], level) if alone is None else (found[1].min(axis=0), found[1].max(axis=0))
     if not all(law.law.model.observations.failures for law in fitted):  # lower bounds alone
         found[0][:], upper = np.inf, np.full_like(upper, np.inf)
     return Lives(voltage, prestretch, tuple(shares), found[0][0], lower, upper, np.isfinite(pulled_in))

@@ -17,7 +17,7 @@ from dielast.failures.histories import Histories
 from dielast.failures.law_names import DAMAGE_LAWS, LINES
 from dielast.failures.likelihood import Anchored, FailureModel, Location, Mixed, Observations, Seen
 from dielast.failures.scatter_laws import WEIBULL, ScatterLaw, scatter_law
-from dielast.failures.specimens import Tested
+from dielast.failures.specimens import Simulated
 from dielast.io.result import Result
 from dielast.material.breakdown import Breakdown, PowerBreakdown
 from dielast.material.damage import EyringDamage, InversePower
@@ -155,7 +155,7 @@ class LawModel(Result):
         return replace(known, **changed)  # type: ignore[type-var]
 
 
-def law_model(name: str, tested: Tested, options: LawOptions) -> LawModel:
+def law_model(name: str, tested: Simulated, options: LawOptions) -> LawModel:
     """The likelihood of the law `name` (one of `LAWS`) for the specimens.
 
     Raises `InputError` for scatter that the law does not take, specimens whose areas differ under a scatter without weakest
@@ -248,7 +248,7 @@ def law_model(name: str, tested: Tested, options: LawOptions) -> LawModel:
     return LawModel(name, model, rows, (*own, *parameters), known, options, nodes, thick, "activation_energy" in names, left_out)
 
 
-def line_model(law: str, tested: Tested, rows: Cases, scatter: str = "weibull") -> LawModel:
+def line_model(law: str, tested: Simulated, rows: Cases, scatter: str = "weibull") -> LawModel:
     """The likelihood of a law of the time over the voltage (one of `LINES`) for the specimens `rows`, without physics: ageing by
     the voltage instead of the field.
 
@@ -303,7 +303,9 @@ def _barrier(temperature: Floats, reference: float) -> Floats:
     return np.asarray(BARRIER / GAS_CONSTANT * (1 / (temperature + ZERO_CELSIUS) - 1 / (reference + ZERO_CELSIUS)))
 
 
-def _factors(tested: Tested, rows: Cases, is_damage: bool, options: LawOptions) -> tuple[Floats, tuple[str, ...], list[Parameter]]:
+def _factors(
+    tested: Simulated, rows: Cases, is_damage: bool, options: LawOptions
+) -> tuple[Floats, tuple[str, ...], list[Parameter]]:
     """Factors (n, m) on the log of the field or the life, their names, and their parameters: batches, and for lives temperature
     (Arrhenius) and humidity (Peck, Proc. IEEE Int. Rel. Phys. Symp. (1986) 44), where the specimens differ in them.
     """
@@ -328,7 +330,7 @@ def _factors(tested: Tested, rows: Cases, is_damage: bool, options: LawOptions) 
     return np.array(columns).T if columns else np.zeros((rows.size, 0)), tuple(names), parameters
 
 
-def _check_rising(tested: Tested, rows: Cases, seen: Cases, rises: Any) -> None:
+def _check_rising(tested: Simulated, rows: Cases, seen: Cases, rises: Any) -> None:
     """`InputError` with a line for each specimen that failed under a field that did not rise to a new maximum."""
     steady = np.flatnonzero((seen == Seen.FAILED) & ~rises)
     if steady.size:

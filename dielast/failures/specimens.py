@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from dielast.errors import InputError, NumericsError, Problem, warn
+from dielast.errors import InputError, NumericsError, Problem, and_more, warn
 from dielast.failures.histories import Histories
 from dielast.failures.likelihood import Seen
 from dielast.io.result import Result
@@ -69,7 +69,7 @@ class Specimens(Result):
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class Tested(Result):
+class Simulated(Result):
     """Specimens that have been simulated: their `histories`, the number `film` (n,) of that of each, and the `end` (n,) in s to
     which it can be followed, that of a film that pulls in before.
 
@@ -102,7 +102,7 @@ def simulate_specimens(
     pull_in_timescale: TimeScale = ONE_PERCENT,
     rtol: float = 1e-6,
     points_per_decade: int = POINTS_PER_DECADE,
-) -> Tested:
+) -> Simulated:
     """Simulate every specimen up to its end; `film` are the arguments of `Film` that all share (relax, boundary and so on).
 
     Specimens of one programme, film and temperature share a history. Raises `InputError` with a line for each specimen that is said
@@ -190,7 +190,7 @@ def _axis(specimens: Specimens, rows: Sequence[int], axis: int, film: dict[str, 
 
 def _checked(
     specimens: Specimens, histories: Histories, which: Cases, ended: Sequence[tuple[float, float, str]], pulled_in: Floats
-) -> Tested:
+) -> Simulated:
     """The specimens with their ends; raises `InputError` for each that its film does not reach."""
     problems, lost, end, seen = list[Problem](), list[str](), specimens.time.copy(), specimens.seen.copy()
     outlived = list[str]()
@@ -223,7 +223,7 @@ def _checked(
         raise NumericsError(*lost)
     if outlived:
         warn(
-            f"the films of {len(outlived)} survivors pull in before their end, specimen {outlived[0]} first: they count up to "
-            "their pull-in alone"
+            f"specimen {outlived[0]}{and_more(len(outlived) - 1)}: the film pulls in before the end of the test, and counts as a "
+            "survivor up to its pull-in alone"
         )
-    return Tested(specimens, histories, which, np.minimum(end, histories.end[which]), np.zeros(end.size), pulled_in, seen)
+    return Simulated(specimens, histories, which, np.minimum(end, histories.end[which]), np.zeros(end.size), pulled_in, seen)

@@ -180,25 +180,30 @@ class MeasuredTable:
 
 
 def read_measured(
-    content: bytes, source: str, form: TextFormat = RECOGNISED, units: Mapping[str, str] | None = None
+    content: bytes,
+    source: str,
+    form: TextFormat = RECOGNISED,
+    units: Mapping[str, str] | None = None,
+    *,
+    with_texts: bool = False,
 ) -> MeasuredTable:
     """The table in the bytes `content` of the file `source`; `units` are those that the recipe states, by role, None if it has no
-    key for them.
+    key for them. A table `with_texts` may have more cells of text than of numbers in its rows.
 
     Raises `InputError` if the text cannot be decoded, or if no table of numbers can be found in it.
     """
     text = decode(content, source, form)
     if not is_workbook(content):
-        return _table(text, source, form, units)
+        return _table(text, source, form, units, with_texts)
     try:
-        return _table(text, source, replace(form, separator="\t", decimal="."), units)
+        return _table(text, source, replace(form, separator="\t", decimal="."), units, with_texts)
     except InputError as error:
         if form.sheet is not None:
             raise
         raise error.adding(' (in the first sheet; for another sheet write sheet = "NAME")') from None
 
 
-def _table(text: str, source: str, form: TextFormat, units: Mapping[str, str] | None) -> MeasuredTable:
+def _table(text: str, source: str, form: TextFormat, units: Mapping[str, str] | None, with_texts: bool) -> MeasuredTable:
     numbered = list(enumerate(split_lines(text), start=1))[form.skip_rows :]
     filled = [(number, line) for number, line in numbered if line.strip(" \t;,")]
     if not filled:
@@ -206,7 +211,7 @@ def _table(text: str, source: str, form: TextFormat, units: Mapping[str, str] | 
     separator, decimal = sniff(source, [line for _, line in filled], form)
     rows = [split_cells(line, separator) for _, line in filled]
     width = modal_width(rows, decimal)
-    first = _first_data_row(rows, width, decimal)
+    first = _first_data_row(rows, width, decimal, with_texts)
     if first is None:
         refuse_header_alone(source, [line for _, line in filled], separator)
         between = SEPARATORS.get(separator, separator)
@@ -229,12 +234,14 @@ def _table(text: str, source: str, form: TextFormat, units: Mapping[str, str] | 
     return MeasuredTable(source, headers, cells, np.array(lines), decimal, units)
 
 
-def _first_data_row(rows: Sequence[Sequence[str]], width: int, decimal: str) -> int | None:
+def _first_data_row(rows: Sequence[Sequence[str]], width: int, decimal: str, with_texts: bool = False) -> int | None:
     for index, row in enumerate(rows):
         numeric = sum(is_number(cell, decimal) for cell in row)
         wide = filled_width(row)
         is_data = 2 * numeric >= width
-        if wide != width:  # columns of different length make the first rows the widest, and a row may end in empty cells
+        if with_texts:
+            is_data = index > 0 and numeric > 0
+        elif wide != width:  # columns of different length make the first rows the widest, and a row may end in empty cells
             is_data = is_data and len(row) >= width and numeric == sum(map(bool, row))
         # a name with a unit, such as `time [s]` before temperatures, and a row of temperatures belong to the header
         is_header = any(is_unit(unit) for cell in row if (unit := split_header(cell)[1]) is not None)

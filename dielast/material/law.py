@@ -243,8 +243,8 @@ class BreakdownLaw(Law):
         """`InputError` for two laws of scatter, or a standard deviation of 100 %."""
         if self.shape is not None and self.relative is not None:
             raise InputError("shape (of a Weibull distribution) and relative (of a normal one) are both stated: remove one of them")
-        if self.relative is not None and np.any(np.asarray(self.relative) >= 1):
-            raise InputError(f"{self.relative:g}: a relative standard deviation below 1 is needed", argument="relative")
+        if self.relative is not None and np.ndim(self.relative) == 0 and self.relative >= 1:
+            raise InputError("a relative standard deviation below 1 is needed", argument="relative")
 
     follows_film: ClassVar[bool] = False
     """Whether the field depends on the present stretch and thickness: the law is then evaluated at all times, else once, at the

@@ -11,7 +11,7 @@ from matplotlib.patches import Patch
 
 from dielast.failures.fits import FittedLaw, Lives
 from dielast.failures.likelihood import Seen
-from dielast.failures.specimens import Tested
+from dielast.failures.specimens import Simulated
 from dielast.material.scatter import interval
 from dielast.numerics.arrays import Floats
 from dielast.plots.style import COLOURS, MARKERS, SHADE, legend_below, letter, panels, shade, style
@@ -21,7 +21,7 @@ DASHES: Any = ("-", "--", "-.", ":")
 PERCENT = (0.1, 1, 5, 10, 25, 50, 75, 90, 99, 99.9)
 
 
-def plot_failures(tested: Tested, fitted: Sequence[FittedLaw], lives: Lives, title: str | None = None) -> Figure:
+def plot_failures(tested: Simulated, fitted: Sequence[FittedLaw], lives: Lives, title: str | None = None) -> Figure:
     """The share of failed specimens over their exposure, and their times over the voltage with the predicted lives."""
     with style():
         figure, (left, right) = panels(2, title)
@@ -101,7 +101,7 @@ def _probability(axes: Axes, fitted: Sequence[FittedLaw]) -> list[Line2D | Patch
     return handles
 
 
-def _lives(axes: Axes, tested: Tested, lives: Lives) -> list[Line2D | Patch]:
+def _lives(axes: Axes, tested: Simulated, lives: Lives) -> list[Line2D | Patch]:
     """Times to failure over voltage: measured, and the band between the first and the last share of films that fail."""
     specimens = tested.specimens
     pairs = sorted(set(map(tuple, lives.prestretch.tolist())))

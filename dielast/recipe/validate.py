@@ -75,11 +75,11 @@ def examine(
 
 
 def _maker_of(kinds: Kinds, file: str, key: str | None) -> str | None:
-    """The one or two commands that write a file of this name; for a folder, its `key` is the name of the command."""
+    """The up to three commands that write a file of this name; for a folder, its `key` is the name of the command."""
     if key is not None:
         return key if key in kinds else None
     makers = [name for name, kind in kinds.items() if file in kind.files]
-    return " or dielast ".join(makers) if len(makers) in (1, 2) else None
+    return " or dielast ".join(makers) if 0 < len(makers) < 4 else None
 
 
 def in_order(mistakes: Iterable[Mistake], values: Mapping[str, Any]) -> list[Problem]:

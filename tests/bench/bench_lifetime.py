@@ -21,7 +21,7 @@ from dielast.failures.fits import fit_law, lives_of
 from dielast.failures.histories import Histories
 from dielast.failures.laws import LawOptions, law_model
 from dielast.failures.likelihood import Seen
-from dielast.failures.specimens import Specimens, Tested, simulate_specimens
+from dielast.failures.specimens import Simulated, Specimens, simulate_specimens
 from dielast.handover.material_file import read_material
 
 FILM = {"relax": 5400.0, "boundary": "frame", "electrode_share": 0.05}
@@ -96,7 +96,7 @@ class Laboratory:
             values = values - np.log(np.interp(at, [1.8, 2.0], [1.5, 1.8]))[:, None]
         return np.maximum.accumulate(values, axis=1)
 
-    def tests(self, random: Any, suspended: float) -> Tested:
+    def tests(self, random: Any, suspended: float) -> Simulated:
         """A draw of all specimens; of each programme, a share is suspended at one time."""
         tested, shape = self.tested, SHAPE if self.law == "inverse-power" else FIELD_SHAPE
         strength = np.log(random.exponential(size=len(tested.specimens))) / shape
@@ -123,7 +123,7 @@ class Laboratory:
         specimens = specimens_of(films.voltage, films.ramp, films.prestretch[:, 0], end, seen)
         volt = np.minimum(films.voltage, np.where(np.isfinite(films.ramp), films.ramp, 0.0) * end)
         volt = np.where(np.isfinite(films.ramp), volt, films.voltage)
-        return Tested(specimens, tested.histories, tested.film, end, volt, tested.pulled_in, seen.astype(np.intp))
+        return Simulated(specimens, tested.histories, tested.film, end, volt, tested.pulled_in, seen.astype(np.intp))
 
     def truth(self) -> dict[str, float]:
         if self.law == "inverse-power":

@@ -253,7 +253,7 @@ def test_options_that_exclude_each_other(dielast: Run, tmp_path: Path) -> None:
     assert (done.returncode, done.stderr.count("\n")) == (2, 1)
     assert done.stderr.startswith("--jobs and --scheduler exclude each other")
     done = dielast("spectrum", "m.toml", "--scheduler", "tcp://127.0.0.1:8786")
-    expected = "--scheduler: only relax, creep, actuate, failure-map and design can run on a cluster: "
+    expected = "--scheduler: only measure, relax, creep, actuate, failure-map and design can run on a cluster: "
     assert (done.returncode, done.stderr) == (2, f"{expected}leave the option out for spectrum\n")
 
 

@@ -106,8 +106,27 @@ HEADERS |= {
 FILMS = ["temperature [degC]", "prestretch_1 [1]", "prestretch_2 [1]", "electrode_share [1]"]
 POWER = [f"power_{name} [1]" for name in ("exponent", "intercept", "rms_residual", "r_squared")]
 LIFETIME = [*FILMS, "slope [1/V]", "intercept [1]", "rms_residual [1]", "r_squared [1]", "points", *POWER, "aic_difference [1]"]
+<<<<<<< HEAD
 TEXT = {"failure_mode", "reached", "event", "parameter", "verdict", "unit", "test", "used", "specimen", "material"}
 TEXT |= {"equilibrium_law", "nonequilibrium_law", "file", "state"}
+=======
+TEXT = {
+    "law",
+    "scatter",
+    "suspended",
+    "specimen",
+    "failure_mode",
+    "reached",
+    "event",
+    "parameter",
+    "verdict",
+    "unit",
+    "test",
+    "used",
+    "material",
+}
+TEXT |= {"equilibrium_law", "nonequilibrium_law"}
+>>>>>>> lifetime
 TEXT |= {"cross_validation_error [1]", "specimen_factor [1]"}  # empty where one law is fitted, and of a test that is predicted
 FILES = {
     "mastercurve": {"mastercurve.csv", "shift-factors.csv", "mastercurve.png", "summary.toml"},
@@ -121,6 +140,10 @@ FILES = {
     "creep": {"creep.csv", "cases.csv", "creep.png", "summary.toml"},
     "actuate": {"actuate.csv", "events.csv", "cases.csv", "actuate.png", "summary.toml"},
     "failure-map": {"failure-map.csv", "fit.csv", "failure-map.png", "summary.toml"},
+    "lifetime": {
+        *("parameters.csv", "specimens.csv", "life.csv", "laws.csv", "lines.csv", "material.toml", "draws.csv", "lifetime.png"),
+        "summary.toml",
+    },
     "design": {"design.csv", "design.png", "summary.toml"},
 }
 
@@ -151,13 +174,18 @@ def test_the_starter_runs_as_it_is(kind: str, dielast: Run, starter: Starter, tm
         assert str(tmp_path).encode() not in content
         if name.endswith(".csv"):
             cells = parse_csv(content, name)
-            wanted = LIFETIME if (kind, name) == ("failure-map", "fit.csv") else HEADERS[name]
-            assert list(cells) == wanted
+            wanted = LIFETIME if (kind, name) == ("failure-map", "fit.csv") else HEADERS.get(name)
+            if kind != "lifetime":  # whose columns depend on its laws: test_lifetime
+                assert list(cells) == wanted
             assert set(cells.get("reached", [])) <= {"yes"}  # the goal of a design
             assert b"\r" not in content
             # a film that outlives the horizon has no time
             numbers = [
-                cell for header, column in cells.items() if header not in TEXT for cell in column if cell or "time_to" not in header
+                cell
+                for header, column in cells.items()
+                if header not in TEXT
+                for cell in column
+                if cell or ("time_to" not in header and kind != "lifetime")
             ]
             assert all(NUMBER.fullmatch(cell) for cell in numbers)
     if kind == "mastercurve":  # dielast ships what its starter makes, for the starter of spectrum
@@ -292,7 +320,11 @@ def test_bad_input_is_one_line_and_writes_nothing(
         (
             ["nothing"],
             2,
+<<<<<<< HEAD
             'dielast: no command "nothing": one of mastercurve, measure, spectrum, calibrate, relax, creep, actuate, failure-map, ',
+=======
+            'dielast: no command "nothing": one of mastercurve, spectrum, calibrate, relax, creep, actuate, failure-map, ',
+>>>>>>> lifetime
         ),
         (["new", "nothing"], 2, '"nothing" is no kind of recipe: one of mastercurve, measure, spectrum, calibrate, relax, creep, '),
         (["new", "actuator"], 2, '"actuator" is no kind of recipe: did you mean "actuate"?\n'),
@@ -300,7 +332,11 @@ def test_bad_input_is_one_line_and_writes_nothing(
         (
             ["new"],
             2,
-            "dielast new: a kind is needed: mastercurve, measure, spectrum, calibrate, relax, creep, actuate, failure-map, design",
+<<<<<<< HEAD
+            "dielast new: a kind is needed: mastercurve, measure, spectrum, calibrate, relax, creep, actuate, failure-map, lifetime, design",
+=======
+            "dielast new: a kind is needed: mastercurve, spectrum, calibrate, relax, creep, actuate, failure-map, life",
+>>>>>>> lifetime
         ),
         (["--plot"], 2, "dielast: no such option: --plot"),
         (["relax", "--bogus"], 2, "dielast relax: no such option: --bogus"),

@@ -28,7 +28,7 @@ def errors(done: subprocess.CompletedProcess[str]) -> list[str]:
             RELAX.replace("example:vhb4905.toml", "out/spectrum/material.toml") + HOLD,
             {},
             'material: "out/spectrum/material.toml" does not exist; run the recipe that makes it (dielast spectrum or dielast '
-            "calibrate)",
+            "calibrate or dielast lifetime)",
         ),
         (RELAX.replace("example:vhb4905.toml", "vhb.toml") + HOLD, {}, 'material: "vhb.toml": no such file'),
         (

@@ -1,19 +1,24 @@
 """Statistics of failures: against an independent package, closed forms, derivatives, exposures along histories, bounds."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from dielast import InputError
+from dielast import InputError, read_material
 from dielast.failures.ageing import Ageing
 from dielast.failures.bounds import events_of, likely_scale, lower_life, lower_scale, plan_test
 from dielast.failures.estimate import draw, estimate, profile_intervals, without_each
 from dielast.failures.exposures import Aged, Envelope, Plain
+from dielast.failures.fits import fit_law
 from dielast.failures.histories import Histories
+from dielast.failures.laws import LawOptions, law_model
 from dielast.failures.likelihood import Anchored, FailureModel, Mixed, Observations, Seen
 from dielast.failures.scatter_laws import NORMAL_FIELD, SCATTER_LAWS, WEIBULL
+from dielast.failures.specimens import Simulated, Specimens
+from dielast.material.scatter import DamageScatter, draw_sample, of_area
 
 REFERENCES = json.loads((Path(__file__).parents[1] / "references" / "failures.json").read_text())
 
@@ -195,3 +200,42 @@ def test_the_anchored_location_is_the_exposure_of_its_field() -> None:
     exact = np.log(100.0) + np.log(np.sinh(6.0 * 45 / 40))
     assert location.at(at, slope)[0][0, 0] == pytest.approx(exact, rel=1e-12)
     assert ageing.field_of(np.array(exact - np.log(100.0)), np.array(6.0)) == pytest.approx(np.log(45e6), rel=1e-12)
+
+
+def test_an_activation_energy_is_found_and_moves_the_life_of_films() -> None:
+    """Arrhenius: lives at two temperatures, and the material that says so."""
+    random, n, energy = np.random.default_rng(1), 60, 60e3
+    hot = np.arange(n) % 2 == 1
+    temperature = np.where(hot, 60.0, 20.0)
+    field = np.array([40e6, 44e6, 48e6])[np.arange(n) // 2 % 3]
+    faster = energy / 8.314462618 * (1 / 333.15 - 1 / 293.15)
+    life = 3600 * (44e6 / field) ** 10 * np.exp(np.where(hot, faster, 0.0)) * random.weibull(2.0, n)
+    rows = np.concatenate(([0.0], np.geomspace(1e-3, 1e7, 200)))
+    histories = Histories(np.tile(rows, (n, 1)), np.tile(field[:, None], (1, 201)), np.ones((n, 201)))
+    unknown, empty, ones = np.full(n, np.nan), ("",) * n, np.ones(n)
+    specimens = Specimens(
+        *(tuple(map(str, range(n))), np.zeros(n, dtype=int), life, field, ones * np.inf, np.ones((n, 2)), ones, temperature),
+        *(unknown, ones * 1e-4, unknown, empty, empty, np.full(n, -1)),
+    )
+    tested = Simulated(specimens, histories, np.arange(n), life, field, ones * np.inf, np.zeros(n, dtype=int))
+    fitted = fit_law(law_model("inverse-power", tested, LawOptions(time=3600.0)), draws=20)
+    found = fitted.to_frame().set_index("parameter")
+    for name, truth in (("damage.activation_energy", energy), ("damage.exponent", 10.0), ("damage.shape", 2.0)):
+        assert found.loc[name, "lower"] < truth < found.loc[name, "upper"]
+    material = fitted.material(read_material("example:vhb4905.toml"))
+    assert material.damage is not None
+    assert material.damage.at(60.0, 20.0).rate(44e6) / material.damage.rate(44e6) == pytest.approx(
+        np.exp(-found.loc["damage.activation_energy", "value"] / energy * faster)
+    )
+    # scatter of the material reaches samples without further words, a share of films as one quantile
+    drawn = draw_sample([material], 400)
+    assert drawn.damage_factor is not None
+    shape = float(material.damage.shape or 0.0)
+    assert np.mean(drawn.damage_factor < 1) == pytest.approx(1 - np.exp(-1), abs=0.05)
+    share = draw_sample([material], 3, share=0.1).damage_factor
+    assert share == pytest.approx([DamageScatter(shape).factors(np.array([0.1]))[0]] * 3)
+    larger = of_area(material, 1e-3).damage
+    assert larger is not None
+    assert larger.rate(44e6) / material.damage.rate(44e6) == pytest.approx(10 ** (1 / shape))
+    with pytest.raises(InputError, match="no shape with a reference_area"):
+        of_area(replace(material, damage=None), 1e-3)

@@ -104,14 +104,14 @@ def test_every_key_of_a_sweep_is_told(tmp_path: Path) -> None:
     assert rat == 'step[0].rat: unknown key; did you mean "rate"? (from sweep."step.0.rat")'
     assert rate == 'step[0].rate: "4 kg": a strain rate is needed, such as "12.5 %/s" (from sweep."step.0.rate")'
     assert seven == 'sweep."step.7.rate": step has one entry, step.0'
-    assert film == 'film: unknown key; film belongs to actuate, failure-map, design (from sweep."film.thickness")'
+    assert film == 'film: unknown key; film belongs to actuate, failure-map, lifetime, design (from sweep."film.thickness")'
 
 
 def test_only_what_a_sweep_brings_is_said_to_be_of_it(tmp_path: Path) -> None:
     sweep = '[sweep]\n"film.thickness" = ["1 mm"]\n"solver.rtol" = [1e-5]\n"step[0].stretch" = [2, "3"]\n'
     film = 'film = { thickness = "1 kg" }\n'
     assert mistakes(tmp_path, HEAD.replace("relax", "creep") + film + '[solver]\nrtl = 1\n[[step]]\nforce = "1 N"\n' + sweep) == [
-        "film: unknown key; film belongs to actuate, failure-map, design",
+        "film: unknown key; film belongs to actuate, failure-map, lifetime, design",
         'solver.rtl: unknown key; did you mean "rtol"?',
         'step[0].stretch: unknown key; stretch belongs to relax (from sweep."step.0.stretch")',
     ]

@@ -135,13 +135,14 @@ def test_a_case_that_ended_early_has_no_empty_rows() -> None:
     assert film.to_frame()["case"].unique().tolist() == [0]
     frame = results()["history"].to_frame()
     assert frame["temperature [degC]"].unique().tolist() == [0.0, 20.0]
-    assert MODULUS not in frame
 
 
 def test_materials_that_ship_are_read_by_their_names() -> None:
     vhb = dielast.read_material("example:vhb4905")
     assert vhb.name == dielast.read_material("example:vhb4905.toml").name == "VHB 4905 (reconstruction)"
-    with pytest.raises(dielast.InputError, match=r"^example:vhb: no such example; there are example:frequency-sweeps\.csv"):
+    with pytest.raises(
+        dielast.InputError, match=r"^example:vhb: no such example; there are example:.*example:frequency-sweeps\.csv"
+    ):
         dielast.read_material("example:vhb")
     with pytest.raises(dielast.InputError, match="the material has no draws"):
         dielast.read_draws("example:vhb4905")

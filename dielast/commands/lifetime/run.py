@@ -16,7 +16,7 @@ from dielast.failures.fits import FittedLaw, Lives, bounded_law, fit_law, left_o
 from dielast.failures.law_names import LINES
 from dielast.failures.laws import LawModel, LawOptions, law_model, line_model
 from dielast.failures.likelihood import Seen
-from dielast.failures.specimens import Specimens, Tested, simulate_specimens
+from dielast.failures.specimens import Simulated, Specimens, simulate_specimens
 from dielast.handover.material_draws import draw_columns, read_draws_beside
 from dielast.handover.material_file import parse_material, write_material
 from dielast.io.files import Inputs
@@ -121,7 +121,7 @@ def _chosen(recipe: LifetimeRecipe, ranks: Sequence[Ranked]) -> Ranked:
     raise InputError(f'no specimen failed by "{wanted}"; there are {", ".join(rank.mode for rank in ranks)}', key="fit.mode")
 
 
-def _ranked(recipe: LifetimeRecipe, material: Material, tested: Tested, mode: str) -> Ranked:
+def _ranked(recipe: LifetimeRecipe, material: Material, tested: Simulated, mode: str) -> Ranked:
     """All laws of the recipe for one kind of failure; those of other kinds are suspended."""
     other = np.array([stated != mode for stated in tested.specimens.mode])
     tested = replace(tested, seen=np.where(other, Seen.SUSPENDED, tested.seen).astype(np.intp))
@@ -184,6 +184,14 @@ def _warn_of_fit(rank: Ranked, specimens: Specimens) -> None:
         )
     elif kind:
         warn(f"the {of} are not of one kind: fewer than expected up to the {count}. by exposure; a column mode fits them apart")
+    lowest, highest = best.law.model.bounds
+    ends = [
+        parameter.name
+        for parameter in best.law.parameters
+        if best.fit.at[parameter.coordinate] in (lowest[parameter.coordinate], highest[parameter.coordinate])
+    ]
+    if ends:
+        warn(f"{', '.join(ends)}: at the end of the range that is looked at: the law {best.name} does not describe these failures")
     open_ones = [
         parameter.name
         for parameter in best.law.parameters
@@ -193,7 +201,7 @@ def _warn_of_fit(rank: Ranked, specimens: Specimens) -> None:
         warn(f"{', '.join(open_ones)}: not determined by these specimens; state known values in [fit]")
 
 
-def _groups(tested: Tested) -> list[np.ndarray[Any, Any]]:
+def _groups(tested: Simulated) -> list[np.ndarray[Any, Any]]:
     """Specimens of one prestretch, thickness and temperature."""
     specimens = tested.specimens
     keys = [
@@ -203,7 +211,7 @@ def _groups(tested: Tested) -> list[np.ndarray[Any, Any]]:
     return [np.array([k for k, key in enumerate(keys) if key == one]) for one in sorted(set(keys))]
 
 
-def _lines(recipe: LifetimeRecipe, tested: Tested) -> tuple[Table, Any]:
+def _lines(recipe: LifetimeRecipe, tested: Simulated) -> tuple[Table, Any]:
     """Laws of the time over the voltage without physics, for each film that failed at several voltages, and a function for further
     columns of lives.
     """
@@ -279,7 +287,7 @@ def _lines(recipe: LifetimeRecipe, tested: Tested) -> tuple[Table, Any]:
     return table, of_lives
 
 
-def _films(recipe: LifetimeRecipe, tested: Tested, voltage: Floats, prestretch: Floats, end: float, material: Material) -> Tested:
+def _films(recipe: LifetimeRecipe, voltage: Floats, prestretch: Floats, end: float, material: Material) -> Simulated:
     """Films of the recipe under constant voltages (films,) up to a time in s."""
     n, usual = voltage.size, recipe.film.thickness
     unknown, empty = np.full(n, np.nan), ("",) * n
@@ -312,7 +320,7 @@ def _films(recipe: LifetimeRecipe, tested: Tested, voltage: Floats, prestretch: 
 
 
 def _lives(
-    recipe: LifetimeRecipe, material: Material, tested: Tested, fitted: Sequence[FittedLaw], film: Mapping[str, Any]
+    recipe: LifetimeRecipe, material: Material, tested: Simulated, fitted: Sequence[FittedLaw], film: Mapping[str, Any]
 ) -> Lives:
     """The lives under the voltages of the recipe, or those of the tests."""
     axis, specimens = recipe.life, tested.specimens
@@ -328,7 +336,7 @@ def _lives(
     pairs = [recipe.film.prestretch] if recipe.film.prestretch else sorted(set(map(tuple, specimens.prestretch.tolist())))
     volts, prestretch = np.tile(voltage, len(pairs)), np.repeat(np.array(pairs, dtype=float), voltage.size, axis=0)
     horizon = axis.horizon or LONGER * float(tested.end.max())
-    films = _films(recipe, tested, volts, prestretch, horizon, material)
+    films = _films(recipe, volts, prestretch, horizon, material)
     with without_warnings():
         return lives_of(
             fitted,
@@ -341,7 +349,7 @@ def _lives(
         )
 
 
-def _plan(recipe: LifetimeRecipe, material: Material, tested: Tested, best: FittedLaw, film: Mapping[str, Any]) -> TestPlan:
+def _plan(recipe: LifetimeRecipe, material: Material, tested: Simulated, best: FittedLaw, film: Mapping[str, Any]) -> TestPlan:
     """The test that would show the goal of the recipe."""
     goal = recipe.plan
     assert goal is not None
@@ -349,7 +357,7 @@ def _plan(recipe: LifetimeRecipe, material: Material, tested: Tested, best: Fitt
         raise InputError("a test plan is for Weibull scatter", key="plan")
     pair = goal.prestretch or recipe.film.prestretch or tuple(tested.specimens.prestretch[0].tolist())
     durations = goal.life * np.array([0.25, 0.5, 1.0, 2.0, 4.0])
-    films = _films(recipe, tested, np.array([goal.voltage]), np.array([pair]), float(durations[-1]), material)
+    films = _films(recipe, np.array([goal.voltage]), np.array([pair]), float(durations[-1]), material)
     if films.pulled_in[0] < goal.life:
         raise InputError(f"the film pulls in after {films.pulled_in[0]:.4g} s", key="plan.life")
     with np.errstate(divide="ignore"):
@@ -369,7 +377,7 @@ def _plan(recipe: LifetimeRecipe, material: Material, tested: Tested, best: Fitt
     )
 
 
-def specimen_columns(tested: Tested, fitted: Sequence[FittedLaw]) -> Table:
+def specimen_columns(tested: Simulated, fitted: Sequence[FittedLaw]) -> Table:
     """A row for each specimen: its state at its end, and its rank among the failures of its kind."""
     specimens, n = tested.specimens, len(tested.specimens)
     field, stretch = tested.state
@@ -428,7 +436,7 @@ def joined(tables: Sequence[Table]) -> Table:
     return result
 
 
-def headline(tested: Tested, best: FittedLaw, chosen: Ranked) -> dict[str, dict[str, Any]]:
+def headline(tested: Simulated, best: FittedLaw, chosen: Ranked) -> dict[str, dict[str, Any]]:
     """The numbers of specimens, and the fitted law."""
     table = {column.name: list(column.values) for column in best.columns()}
     return {

@@ -27,7 +27,7 @@ NO = ("no", "n", "false", "0", "failed", "")
 def read_specimens(recipe: LifetimeRecipe, material: Material, inputs: Inputs) -> Specimens:
     """The specimens of a recipe; raises `InputError` with a line for every mistake, naming the specimen."""
     data, film = recipe.data, recipe.film
-    table = read_measured(inputs.read(data.file), data.file, data.text_format(), data.units)
+    table = read_measured(inputs.read(data.file), data.file, data.text_format(), data.units, with_texts=True)
     rows = rows_where(table, data.where)
     table = table.only(rows)
     n = table.lines.size
