@@ -106,27 +106,9 @@ HEADERS |= {
 FILMS = ["temperature [degC]", "prestretch_1 [1]", "prestretch_2 [1]", "electrode_share [1]"]
 POWER = [f"power_{name} [1]" for name in ("exponent", "intercept", "rms_residual", "r_squared")]
 LIFETIME = [*FILMS, "slope [1/V]", "intercept [1]", "rms_residual [1]", "r_squared [1]", "points", *POWER, "aic_difference [1]"]
-<<<<<<< HEAD
 TEXT = {"failure_mode", "reached", "event", "parameter", "verdict", "unit", "test", "used", "specimen", "material"}
 TEXT |= {"equilibrium_law", "nonequilibrium_law", "file", "state"}
-=======
-TEXT = {
-    "law",
-    "scatter",
-    "suspended",
-    "specimen",
-    "failure_mode",
-    "reached",
-    "event",
-    "parameter",
-    "verdict",
-    "unit",
-    "test",
-    "used",
-    "material",
-}
-TEXT |= {"equilibrium_law", "nonequilibrium_law"}
->>>>>>> lifetime
+TEXT |= {"law", "scatter", "suspended"}
 TEXT |= {"cross_validation_error [1]", "specimen_factor [1]"}  # empty where one law is fitted, and of a test that is predicted
 FILES = {
     "mastercurve": {"mastercurve.csv", "shift-factors.csv", "mastercurve.png", "summary.toml"},
@@ -320,11 +302,7 @@ def test_bad_input_is_one_line_and_writes_nothing(
         (
             ["nothing"],
             2,
-<<<<<<< HEAD
             'dielast: no command "nothing": one of mastercurve, measure, spectrum, calibrate, relax, creep, actuate, failure-map, ',
-=======
-            'dielast: no command "nothing": one of mastercurve, spectrum, calibrate, relax, creep, actuate, failure-map, ',
->>>>>>> lifetime
         ),
         (["new", "nothing"], 2, '"nothing" is no kind of recipe: one of mastercurve, measure, spectrum, calibrate, relax, creep, '),
         (["new", "actuator"], 2, '"actuator" is no kind of recipe: did you mean "actuate"?\n'),
@@ -332,11 +310,7 @@ def test_bad_input_is_one_line_and_writes_nothing(
         (
             ["new"],
             2,
-<<<<<<< HEAD
-            "dielast new: a kind is needed: mastercurve, measure, spectrum, calibrate, relax, creep, actuate, failure-map, lifetime, design",
-=======
-            "dielast new: a kind is needed: mastercurve, spectrum, calibrate, relax, creep, actuate, failure-map, life",
->>>>>>> lifetime
+            "dielast new: a kind is needed: mastercurve, measure, spectrum, calibrate, relax, creep, actuate, failure-map, life",
         ),
         (["--plot"], 2, "dielast: no such option: --plot"),
         (["relax", "--bogus"], 2, "dielast relax: no such option: --bogus"),

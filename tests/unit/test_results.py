@@ -16,7 +16,6 @@ from dielast.io.result import Result, TabularResult
 from dielast.io.table import parse_csv, to_csv
 
 GOLDEN = Path(__file__).parents[1] / "golden"
-MODULUS = "relaxation_modulus [Pa]"
 
 
 @cache
@@ -86,7 +85,7 @@ def test_a_result_is_described_in_three_lines() -> None:
         ("fit", "spectrum-nnls/expected/fit.csv"),
         ("spectrum", "spectrum-nnls/expected/spectrum.csv"),
         ("reduction", "spectrum-reduced/expected/reduction.csv"),
-        ("history", "creep-stress/expected/creep.csv"),
+        ("history", "relax-uniaxial/expected/relax.csv"),
         ("film", "actuate-pull-in/expected/actuate.csv"),
         ("map", "failure-map-grid/expected/failure-map.csv"),
         ("lines", "failure-map-grid/expected/fit.csv"),
@@ -140,9 +139,7 @@ def test_a_case_that_ended_early_has_no_empty_rows() -> None:
 def test_materials_that_ship_are_read_by_their_names() -> None:
     vhb = dielast.read_material("example:vhb4905")
     assert vhb.name == dielast.read_material("example:vhb4905.toml").name == "VHB 4905 (reconstruction)"
-    with pytest.raises(
-        dielast.InputError, match=r"^example:vhb: no such example; there are example:.*example:frequency-sweeps\.csv"
-    ):
+    with pytest.raises(dielast.InputError, match=r"^example:vhb: no such example; there are example:failures, example:freq"):
         dielast.read_material("example:vhb")
     with pytest.raises(dielast.InputError, match="the material has no draws"):
         dielast.read_draws("example:vhb4905")

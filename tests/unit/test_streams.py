@@ -11,7 +11,20 @@ import numpy as np
 from dielast.numerics.random_streams import stream
 
 PACKAGE = Path(__file__).parents[2] / "dielast"
-NAMES = ("noise", "measurements", "model error", "material", "breakdown field", "thickness", "damage", "posterior", "sensitivity")
+NAMES = (
+    "noise",
+    "measurements",
+    "model error",
+    "material",
+    "edge",
+    "failures",
+    "law",
+    "beyond the curve",
+    "spectra beyond the curve",
+    "thickness",
+    "posterior",
+    "sensitivity",
+)
 
 
 def test_no_two_streams_coincide() -> None:
