@@ -83,7 +83,7 @@ class MeasuredTest(Result):
             corner_time, corner_stretch = np.append(before[0], time), np.append(before[1], stretch)
             kept = corners(corner_time, corner_stretch)
             corner_time, corner_stretch = corner_time[kept], corner_stretch[kept]
-        used = np.ones(time.size, dtype=bool) if self.left_out is None else ~np.asarray(self.left_out, dtype=bool)[-time.size :]
+        used = np.ones(time.size, dtype=bool) if self.left_out is None else ~np.ravel(self.left_out).astype(bool)[-time.size :]
         if used.size != time.size:
             raise InputError("left_out needs one value for each point", argument=self.name)
         if not used.all() and np.count_nonzero(used) < 3:

@@ -84,7 +84,7 @@ GIBIBYTE = 1 << 30
         (
             "actuate",
             ["output.points_per_decade=10000", f"sweep={{ temperature = {MANY} }}"],
-            r"40 cases of 360400 rows need about 6.23 GB of memory, and \d+ MB are free: state fewer rows .* or cases",
+            r"40 cases of 360400 rows need about 8.82 GB of memory, and \d+ MB are free: state fewer rows .* or cases",
         ),
         (
             "failure-map",

@@ -137,7 +137,10 @@ def test_warnings_come_below_the_summary(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("words", "offered"),
     [
-        ("dielast new ", {"mastercurve", "spectrum", "calibrate", "relax", "creep", "actuate", "failure-map", "design"}),
+        (
+            "dielast new ",
+            {"mastercurve", "spectrum", "calibrate", "relax", "creep", "actuate", "failure-map", "design", "measure", "lifetime"},
+        ),
         ("dielast new fa", {"failure-map"}),
         ("dielast fai", {"failure-map"}),
     ],

@@ -21,6 +21,9 @@ from dielast.io.table import to_csv
 
 # made by functions of dielast: a user who makes one of them is alone with its types
 RESULTS = {
+    "Camera",
+    "Outline",
+    "Stretches",
     "ActuationHistory",
     "Calibration",
     "Comparison",
@@ -73,6 +76,12 @@ def master() -> dielast.MasterCurve:
 @cache
 def fitted() -> dielast.SpectrumFit:
     return dielast.fit_spectrum(TIME, curves()[1].modulus, branches=5, polynomial_degree=3)
+
+
+@cache
+def disc() -> np.ndarray:
+    y, x = np.mgrid[:64, :64]
+    return 0.8 - 0.6 / (1 + np.exp(np.hypot(x - 31.3, y - 32.1) - 20.2))
 
 
 @cache
@@ -193,6 +202,7 @@ def arguments_of(name: str, folder: Path) -> dict[str, Any]:
         "draw_sample": lambda: {"members": [vhb()], "draws": 2},
         "export_card": lambda: {"material": simple(), "form": "abaqus"},
         "failure_map": lambda: {"material": simple(), "film": FILM, "voltages": HELD},
+        "find_outline": lambda: {"grey": disc()},
         "fit_creep": lambda: {"reduced_time": TIME, "creep_compliance": 1e-6 * (2 - np.exp(-TIME / 50)), "branches": 5},
         "fit_lifetime": lambda: {"result": mapped()},
         "fit_oscillation": lambda: {
@@ -204,6 +214,7 @@ def arguments_of(name: str, folder: Path) -> dict[str, Any]:
         "fit_spectrum": lambda: {"reduced_time": TIME, "modulus": curves()[1].modulus, "branches": 5, "polynomial_degree": 3},
         "interval": lambda: {"values": np.arange(30.0), "level": 0.9},
         "life_sensitivity": lambda: {"material": simple(), "film": FILM, "voltages": HELD},
+        "measure_electrode": lambda: {"pictures": [disc()], "time": [0.0]},
         "plan_failure_map": lambda: {"material": simple(), "film": FILM, "voltages": HELD},
         "plot_master_curve": lambda: {"result": master(), "curves": curves()},
         "plot_sensitivity": lambda: {"results": sensitive(), "labels": ()},

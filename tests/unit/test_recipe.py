@@ -98,7 +98,7 @@ law = "wfl"
         ("", "kind: is needed: one of"),
         ('kind = "mastercurv"', 'kind: "mastercurv": did you mean "mastercurve"?'),
         ("kind = 3", "kind: 3: one of"),
-        ('kind = "spectrum"', "either mastercurve (a folder) or [data] (a file) is needed"),
+        ('kind = "spectrum"', "either mastercurve (a folder), [data] (a file) or prony (a card) is needed"),
         ("kind = ", "line 1: not TOML: "),
         ('kind = "spectrum"\nkind = "spectrum"', "line 2: not TOML: "),
         (SPECTRUM + "[fit]\nbranches = 0", "fit.branches: 0: at least 1 is needed"),
