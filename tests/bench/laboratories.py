@@ -47,8 +47,9 @@ class Laboratory:
     degC; standard deviations of the temperatures (`thermometer`, K), of the modulus from one test to the next (`drift`, relative),
     and of the tilt of a curve from end to end (`tilt`, relative). The drift is stated to dielast unless `drift_stated` is False.
 
-    A relaxation test may start with a `ramp` of a duration in s that is left in, as stress over the strain of the moment or over the
-    last strain (`over_last`), and is recorded from `first` s on. log10 a of the slow processes is larger by the factor 1 + `slow`.
+    A relaxation test may start with a `ramp` of a duration in s that is left in, as stress over the strain of the moment or over
+    the last strain (`over_last`), and is recorded from `first` s on. log10 a of the slow processes is larger by the factor
+    1 + `slow`.
     """
 
     kind: Literal["relaxation", "creep", "sweep"] = "relaxation"
