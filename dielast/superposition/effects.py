@@ -53,8 +53,8 @@ class RandomEffect:
 
     def precision(self, curves: int) -> Floats:
         """Inverse of the covariance (m, m) of the effects on so many `curves`."""
-        independent = np.eye(curves) * max(self.spread, LEAST) ** 2
-        return np.asarray(np.linalg.inv(independent if self.known is None else independent + self.known))
+        spread = max(self.spread, LEAST)
+        return np.eye(curves) / spread**2 if self.known is None else np.linalg.inv(np.eye(curves) * spread**2 + self.known)
 
 
 @dataclass(frozen=True, slots=True)

@@ -136,4 +136,5 @@ def _predicted_variance(points: FitPoints, prior: Prior, state: State) -> Floats
         column = place[number * m + points.curve]
         selected = np.flatnonzero(column >= 0)
         sensitive[selected, column[selected]] += side[selected]
-    return np.asarray(curves.leverage(parts.inverse) + np.einsum("nk,kl,nl->n", sensitive, np.linalg.inv(state.normal), sensitive))
+    of_parameters = np.sum(sensitive @ np.linalg.inv(state.normal) * sensitive, axis=1)
+    return np.asarray(curves.leverage(parts.inverse) + of_parameters)

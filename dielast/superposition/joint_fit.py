@@ -65,8 +65,10 @@ class MasterFit:
     left_out: tuple[float, ...]
 
 
-def fit_master(points: FitPoints, starts: Sequence[Floats], anchor: int, vertical: bool, drift: Floats | None = None) -> MasterFit:
-    """The best of the fits of the smooth curve and all shifts from each of the starting values (m,).
+def best_fit(
+    points: FitPoints, starts: Sequence[Floats], anchor: int, vertical: bool, drift: Floats | None = None
+) -> tuple[float, State, Prior, Misfit]:
+    """The best of the fits of the smooth curve and all shifts from each of the starting values (m,), after Akaike's criterion.
 
     The curve numbered `anchor` is not shifted. With `vertical`, the curves are also shifted along the modulus. A stated `drift` is
     the expected covariance (m, m) of the vertical offsets. Knots are refined until Akaike's criterion no longer improves.
@@ -81,15 +83,29 @@ def fit_master(points: FitPoints, starts: Sequence[Floats], anchor: int, vertica
         if best is None or score < best[0]:
             best = score, state, prior
     assert best is not None
-    score, state, prior = best
-    misfit = find_misfit(points.series, points.curve, points.log_time, state.residual)
+    return *best, find_misfit(points.series, points.curve, points.log_time, best[1].residual)
+
+
+def fit_master(
+    points: FitPoints,
+    starts: Sequence[Floats],
+    anchor: int,
+    vertical: bool,
+    drift: Floats | None = None,
+    compared: bool = True,
+) -> MasterFit:
+    """The `best_fit`, with the covariance of its shifts. A fit that is not `compared` with those to other points has no `left_out`
+    where its curves superpose.
+    """
+    m = points.curves
+    score, state, prior, misfit = best_fit(points, starts, anchor, vertical, drift)
     covariance = smoothing_errors(points, prior, state)
     scatter = shift_covariance(points, *_smoothest(points, prior, state, score))
     free = prior.free[prior.free < 2 * m]
     covariance[np.ix_(free, free)] += scatter[: free.size, : free.size]
     noise_stderr = np.sqrt(np.diag(covariance)[:m])
-    ambiguity, left_out = leave_out(points, prior, state, misfit)
-    if misfit.sure:
+    ambiguity, left_out = leave_out(points, prior, state, misfit) if compared or misfit.sure else (None, ())
+    if misfit.sure and ambiguity is not None:
         covariance += ambiguity
         misfit = replace(misfit, matters=misfit.matters or bool(np.max(np.diag(ambiguity)[:m]) > AMBIGUOUS**2))
     shift, level = state.theta[:m], state.theta[m : 2 * m]

@@ -6,6 +6,7 @@ For given shifts, the coefficients are a linear problem, so they are projected o
 """
 
 from dataclasses import dataclass, replace
+from itertools import combinations_with_replacement
 
 import numpy as np
 
@@ -129,14 +130,14 @@ def assemble(points: FitPoints, theta: Floats, prior: Prior, weights: Weights, s
     """The best smooth curves at `theta` (3m,), with cost, gradient and normal matrix of the free parameters."""
     m, curve, weight, free = points.curves, points.curve, weights.weight, prior.free
     parts = linear_parts(points, theta, free, weights, spacing)
-    normal = np.zeros((len(parts.sides) * m,) * 2)
-    for i, one in enumerate(parts.sides):
-        for j, other in enumerate(parts.sides):
-            block = normal[i * m : (i + 1) * m, j * m : (j + 1) * m]
-            np.fill_diagonal(block, np.bincount(curve, weight * one * other, minlength=m))
+    each, count = np.arange(m), len(parts.sides)
+    blocks = np.zeros((count, m, count, m))
+    for i, j in combinations_with_replacement(range(count), 2):
+        sums = np.bincount(curve, weight * parts.sides[i] * parts.sides[j], minlength=m)
+        blocks[i, each, j, each] = blocks[j, each, i, each] = sums
     pull = np.hstack([np.bincount(curve, weight * parts.residual * side, minlength=m) for side in parts.sides])
     deviation = theta - prior.mean
-    normal = normal - parts.cross.T @ parts.inverse @ parts.cross
+    normal = blocks.reshape(count * m, count * m) - parts.cross.T @ parts.inverse @ parts.cross
     normal = normal[free[:, None], free] + prior.precision[free[:, None], free]
     gradient = np.asarray(pull[free] + prior.precision[free] @ deviation, dtype=float)
     cost = float(np.sum(weight * parts.residual**2) + deviation @ prior.precision @ deviation)

@@ -101,7 +101,7 @@ def build_master_curve(
         basis_fit = fit_sweeps(binned, start, anchor, free, on, drifts)
     else:
         points = points_of(binned)
-        fit = fit_master(points, [start], anchor, free, drifts)
+        fit = fit_master(points, [start], anchor, free, drifts, compared=False)
         basis_fit = BasisFit(fit, "moduli", points, fit.splines)
     outlying = warn_of_outliers(data, imposed, basis_fit.fit, 1 if basis_fit.on == "storage" else len(data.ordinates))
     warn_if_misfit(temperature, basis_fit.fit.misfit, free, data.kind)

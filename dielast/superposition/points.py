@@ -4,6 +4,7 @@ Weights allow for measured noise, for the misfit of the model, and for outliers.
 """
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -15,7 +16,7 @@ SMALLEST = 1e-9  # decades squared; no test is accurate to 0.01 %, and larger we
 BEND, ZERO = 3.0, 6.0  # standard deviations at which the trust in a point begins to fall, and reaches 0
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class FitPoints:
     """Points (n,) of `curves` curves, sorted by channel, curve and time; `variance` is the measured variance of `log_modulus`.
 
@@ -36,7 +37,7 @@ class FitPoints:
         """The index (n,) of the curve and channel of each point."""
         return self.channel * self.curves + self.curve if self.channels > 1 else self.curve
 
-    @property
+    @cached_property
     def lean(self) -> Floats:
         """The change (n,) of each point if its curve is tilted by one decade from end to end."""
         along = along_curve(self.curve, self.log_time)

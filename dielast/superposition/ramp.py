@@ -15,7 +15,7 @@ from dielast.numerics.arrays import Floats
 from dielast.numerics.robust import robust_deviation
 from dielast.superposition.binning import Binned
 from dielast.superposition.gather import MIN_BINS, Gathered
-from dielast.superposition.joint_fit import MasterFit, fit_master
+from dielast.superposition.joint_fit import MasterFit, best_fit
 from dielast.superposition.points import FitPoints
 
 SIGNIFICANT = 4.0  # standard errors of a significant rise
@@ -45,7 +45,7 @@ def warn_if_modulus_rises(data: Gathered, binned: Binned) -> bool:
 
 def warn_if_ramp(data: Gathered, points: FitPoints, fit: MasterFit, anchor: int, vertical: bool, drift: Floats | None) -> None:
     """Warn if curves that do not superpose would, if their times counted from the middle of a ramp; `anchor` and what follows are
-    arguments of `fit_master`.
+    arguments of `best_fit`.
     """
     if data.kind.over_frequency or np.any(data.offset > 0) or not fit.misfit.matters:
         return
@@ -62,10 +62,10 @@ def warn_if_ramp(data: Gathered, points: FitPoints, fit: MasterFit, anchor: int,
         moved = replace(left, log_time=np.log10(time[kept] - duration / 2))
         try:
             with without_warnings():
-                plain, ramped = (fit_master(each, [fit.shift], anchor, vertical, drift).misfit for each in (left, moved))
+                plain, ramped = (best_fit(each, [fit.shift], anchor, vertical, drift)[-1] for each in (left, moved))
         except (InputError, NumericsError, np.linalg.LinAlgError):
             break
-        if plain.matters and ramped.rms**2 < best * plain.rms**2:
+        if plain.sure and ramped.rms**2 < best * plain.rms**2:
             best, found = ramped.rms**2 / plain.rms**2, duration
         duration *= DURATIONS
     if found:

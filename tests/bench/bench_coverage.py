@@ -1,12 +1,16 @@
-"""How often 90 % intervals hold the truth, over regimes of synthetic laboratories; see `laboratories`.
+"""How often 90 % intervals of shift factors, C1 and C2 hold the truth, over regimes of synthetic laboratories; see `laboratories`.
 
-    python tests/bench/bench_coverage.py [--experiments N] [--first SEED] [--only WORDS] [--draws N] [--by-temperature]
+    python tests/bench/bench_coverage.py [--experiments N] [--first SEED] [--only WORDS] [--draws N] [--details]
 
 Shift factors: accepted ones whose interval holds the truth; the lowest share of one temperature (of those accepted in at least a
 sixth of the experiments); stated over actual error (root mean squares of each temperature: geometric mean, least and most; and one
 over the root mean square of the errors in standard errors); refused temperatures of an experiment; the share of sets with a
-warning, and with one that is not about a temperature refused or a plateau that was not reached. With `--draws`, the scatter of the
-draws over the standard error (geometric mean over temperatures), in every third experiment.
+warning, with one that is not about a temperature refused or a plateau that was not reached, and with the key of the ramp.
+
+C1 and C2: intervals that hold the truth, that of the process that relaxes in the middle of the test at most of the temperatures;
+`either`: both hold the constants of either process, or a value between; stated over actual error (root mean squares); the actual
+error of C1; and the share of experiments with a law whose C2 is determined. With `--draws`, the scatter of the draws of shift
+factors (geometric mean over temperatures), C1 and C2 over the standard error, in every third experiment.
 """
 
 from __future__ import annotations
@@ -18,7 +22,7 @@ from collections import Counter
 from dataclasses import dataclass
 
 import numpy as np
-from laboratories import CLEAN, REGIMES, Array, Laboratory, measure, true_shift
+from laboratories import CLEAN, REGIMES, Array, Laboratory, measure, true_laws, true_shift
 
 from dielast.errors import DielastError, DielastWarning
 from dielast.superposition.bootstrap import bootstrap_master_curve
@@ -26,14 +30,21 @@ from dielast.superposition.mastercurve import build_master_curve
 
 WIDTH = 1.645  # standard errors of a 90 % interval
 LEGITIMATE = ("is not determined", "no plateau", "extrapolated")
+HEADS = ("held", "worst", "ratio", "least", "most", "1/rms", "refuse", "warn", "other", "ramp", "rms", "ms")
+HEADS += ("C1", "C2", "either", "C1", "C2", "error", "known")
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """Errors (m,) of the shift factors and their standard errors, NaN if refused or reference; warnings; scatter of draws (m,)."""
+    """Errors (m,) of the shift factors and their standard errors, NaN if refused or reference; relative errors of C1 and C2, those
+    that the other process would give, and their standard errors, NaN without a law; scatter of draws over standard error (m + 2,).
+    """
 
     error: Array
     stderr: Array
+    constants: Array
+    other: Array
+    constants_stderr: Array
     warned: tuple[str, ...]
     drawn: Array | None
     seconds: float
@@ -41,30 +52,34 @@ class Outcome:
 
 def outcome(laboratory: Laboratory, seed: int, draws: int) -> Outcome:
     """One experiment, shifted."""
-    curves, truth = measure(laboratory, seed), true_shift(laboratory, seed)
-    none = np.full(truth.size, np.nan)
+    curves, truth, laws = measure(laboratory, seed), true_shift(laboratory, seed), true_laws(laboratory, seed)
+    none, nothing = np.full(truth.size, np.nan), np.full(2, np.nan)
     begin = time.perf_counter()
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", DielastWarning)
         try:
             master = build_master_curve(curves, reference_temperature=laboratory.reference, **laboratory.stated)
         except DielastError as refused:
-            return Outcome(none, none, (f"refused: {refused}",), None, time.perf_counter() - begin)
+            said = (f"refused: {refused}", *(str(each.message) for each in caught))
+            return Outcome(none, none, nothing, nothing, nothing, said, None, time.perf_counter() - begin)
     seconds = time.perf_counter() - begin
     at = np.searchsorted(laboratory.temperature[::-1], master.temperature)
     error, stderr = none.copy(), none.copy()
     moved = (master.temperature != laboratory.reference) & np.isfinite(master.log10_shift_factor)
     error[at[moved]] = master.log10_shift_factor[moved] - truth[at[moved]]
     stderr[at[moved]] = master.log10_shift_factor_stderr[moved]
+    fitted, width = (np.array([each[key] for key in ("C1", "C2")]) for each in (master.law_parameters, master.law_stderr))
+    constants, other = ((fitted - [law.C1, law.C2]) / [laws[0].C1, laws[0].C2] for law in laws)
     drawn = None
     if draws and seed % 3 == 0:
         ensemble = bootstrap_master_curve(curves, master, draws=draws)
-        drawn = none.copy()
-        drawn[at] = np.std(ensemble.log10_shift_factor, axis=0, ddof=1)
-    return Outcome(error, stderr, tuple(str(each.message) for each in caught), drawn, seconds)
+        drawn = np.append(none, np.std(ensemble.law_parameters, axis=0, ddof=1) / width)
+        drawn[at[moved]] = np.std(ensemble.log10_shift_factor, axis=0, ddof=1)[moved] / stderr[at[moved]]
+    said = tuple(str(each.message) for each in caught)
+    return Outcome(error, stderr, constants, other, width / [laws[0].C1, laws[0].C2], said, drawn, seconds)
 
 
-def row(name: str, outcomes: list[Outcome], laboratory: Laboratory, by_temperature: bool) -> None:
+def row(name: str, outcomes: list[Outcome], laboratory: Laboratory, details: bool) -> None:
     """Print the figures of one regime."""
     error, stderr = (np.array([getattr(each, key) for each in outcomes]) for key in ("error", "stderr"))
     known = np.isfinite(error) & np.isfinite(stderr)
@@ -76,18 +91,29 @@ def row(name: str, outcomes: list[Outcome], laboratory: Laboratory, by_temperatu
     ratio = rms[0] / np.maximum(rms[1], 1e-12)
     score = np.where(known, error / np.where(known, stderr, 1), 0)
     unusual = [[w for w in each.warned if not any(word in w for word in LEGITIMATE)] for each in outcomes]
+    of_ramp = [any("ramp =" in words for words in each.warned) for each in outcomes]
     line = (
-        f"{name:<29}{held.sum() / known.sum():7.1%}{share[often].min():7.0%}{np.exp(np.mean(np.log(ratio))):7.2f}"
-        f"{ratio.min():6.2f}{ratio.max():6.2f}{np.sqrt(known.sum() / np.sum(score**2)):7.2f}"
-        f"{np.mean(np.sum(~known, axis=1) - 1):7.2f}{np.mean([bool(e.warned) for e in outcomes]):7.0%}"
-        f"{np.mean([bool(u) for u in unusual]):7.0%}{np.median(rms[1]):9.4f}{np.median([e.seconds for e in outcomes]) * 1e3:7.0f}"
+        f"{name:<28}{held.sum() / known.sum():6.0%}{share[often].min():6.0%}{np.exp(np.mean(np.log(ratio))):6.2f}"
+        f"{ratio.min():6.2f}{ratio.max():6.2f}{np.sqrt(known.sum() / np.sum(score**2)):6.2f}"
+        f"{np.mean(np.sum(~known, axis=1) - 1):6.2f}{np.mean([bool(e.warned) for e in outcomes]):6.0%}"
+        f"{np.mean([bool(u) for u in unusual]):6.0%}{np.mean(of_ramp):6.0%}{np.median(rms[1]):6.3f}"
+        f"{np.median([e.seconds for e in outcomes]) * 1e3:6.0f}  "
     )
-    scatter = [each.drawn / each.stderr for each in outcomes if each.drawn is not None]
-    if scatter:
-        logs = np.log(np.array(scatter)[np.isfinite(scatter)])
-        line += f"{np.exp(np.mean(logs)):7.2f}"
+    off, other, width = (np.array([getattr(each, key) for each in outcomes]) for key in ("constants", "other", "constants_stderr"))
+    certain = np.all(np.isfinite(off) & np.isfinite(width), axis=1)
+    off, other, width = off[certain], other[certain], width[certain]
+    inside = np.abs(off) <= WIDTH * width
+    either = np.all(inside | (np.abs(other) <= WIDTH * width) | (off * other < 0), axis=1)
+    actual = np.sqrt(np.mean(off**2, axis=0))
+    line += "".join(f"{value:6.0%}" for value in (*np.mean(inside, axis=0), np.mean(either)))
+    line += "".join(f"{value:6.2f}" for value in np.sqrt(np.mean(width**2, axis=0)) / actual)
+    line += f"{actual[0]:6.1%}{np.mean(certain):6.0%}"
+    scatter = np.array([each.drawn for each in outcomes if each.drawn is not None])
+    if scatter.size:
+        scatter = np.where(np.isfinite(scatter), scatter, np.nan)
+        line += "  " + "".join(f"{np.exp(np.nanmean(np.log(part))):6.2f}" for part in (scatter[:, :-2], *scatter.T[-2:]))
     print(line, flush=True)
-    if by_temperature:
+    if details:
         for k in np.flatnonzero(often):
             one = [np.sqrt(np.sum(np.where(known[:, k], x[:, k], 0) ** 2) / count[k]) for x in (stderr, error)]
             place = f"{laboratory.temperature[::-1][k]:>12g} degC {share[k]:7.0%} of {count[k]:<4d}"
@@ -103,18 +129,16 @@ def main() -> None:
     parser.add_argument("--first", type=int, default=0)
     parser.add_argument("--only", default="")
     parser.add_argument("--draws", type=int, default=0)
-    parser.add_argument("--by-temperature", action="store_true")
+    parser.add_argument("--details", action="store_true")
     options = parser.parse_args()
     print(f"{options.experiments} experiments of each regime; the first {len(CLEAN)} regimes have noise alone")
-    print(
-        f"{'regime':<29}{'held':>7}{'worst':>7}{'ratio':>7}{'least':>6}{'most':>6}{'1/rms':>7}{'refuse':>7}{'warn':>7}{'other':>7}"
-        f"{'rms':>9}{'ms':>7}" + (f"{'draws':>7}" if options.draws else "")
-    )
+    print(f"{'':<28}{'shift factors':<74}{'held:':<18}{'ratio:':<24}" + ("draws: log a, C1, C2" if options.draws else ""))
+    print(f"{'regime':<28}" + "".join(f"{head:>6}" for head in HEADS[:12]) + "  " + "".join(f"{head:>6}" for head in HEADS[12:]))
     for name, laboratory in REGIMES.items():
         if options.only and not any(word in name for word in options.only.split(",")):
             continue
         seeds = range(options.first, options.first + options.experiments)
-        row(name, [outcome(laboratory, seed, options.draws) for seed in seeds], laboratory, options.by_temperature)
+        row(name, [outcome(laboratory, seed, options.draws) for seed in seeds], laboratory, options.details)
 
 
 if __name__ == "__main__":

@@ -46,6 +46,10 @@ class Laboratory:
     """What is measured and how well: relative `noise` of each point, `points` of a curve, number of `temperatures` up to `hottest`
     degC; standard deviations of the temperatures (`thermometer`, K), of the modulus from one test to the next (`drift`, relative),
     and of the tilt of a curve from end to end (`tilt`, relative). The drift is stated to dielast unless `drift_stated` is False.
+
+    A relaxation test may start with a `ramp` of a duration in s that is left in, as stress over the strain of the moment or over
+    the last strain (`over_last`), and is recorded from `first` s on. log10 a of the slow processes is larger by the factor
+    1 + `slow`.
     """
 
     kind: Literal["relaxation", "creep", "sweep"] = "relaxation"
@@ -57,6 +61,10 @@ class Laboratory:
     drift: float = 0.0
     drift_stated: bool = True
     tilt: float = 0.0
+    ramp: float = 0.0
+    over_last: bool = False
+    first: float = SHORTEST
+    slow: float = 0.0
 
     @property
     def temperature(self) -> Array:
@@ -94,7 +102,17 @@ FLAWED: dict[str, Laboratory] = {
     "plateau not reached by 20 K": Laboratory(hottest=HOTTEST - 20),
     "plateau not reached by 40 K": Laboratory(hottest=HOTTEST - 40),
 }
-REGIMES = CLEAN | FLAWED
+OF_LAW: dict[str, Laboratory] = {
+    "ramp 1 s, from its end on": Laboratory(ramp=1.0, first=1.0),
+    "ramp 1 s, over the strain": Laboratory(ramp=1.0),
+    "ramp 1 s, over last strain": Laboratory(ramp=1.0, over_last=True),
+    "ramp 0.2 s, over the strain": Laboratory(ramp=0.2),
+    "two processes, +3 %": Laboratory(slow=0.03),
+    "two processes, +10 %": Laboratory(slow=0.10),
+    "two processes, -10 %": Laboratory(slow=-0.10),
+    "two processes, +20 %": Laboratory(slow=0.20),
+}
+REGIMES = CLEAN | FLAWED | OF_LAW
 
 
 def truth_of(seed: int) -> Truth:
@@ -136,7 +154,7 @@ def _retardation(shape: Shape) -> RetardationSpectrum:
 def measure(laboratory: Laboratory, seed: int) -> list[Measurement]:
     """The tests of one experiment, in the order in which they are made; equal seeds have equal noise and flaws in all regimes."""
     truth, noise, flaws = truth_of(seed), np.random.default_rng([41, seed]), np.random.default_rng([42, seed])
-    temperature, time = laboratory.temperature, np.geomspace(SHORTEST, LONGEST, laboratory.points)
+    temperature, time = laboratory.temperature, np.geomspace(laboratory.first, LONGEST, laboratory.points)
     m = temperature.size
     off, step, lean = flaws.standard_normal((3, 100))[:, :m]
     shift = 10 ** np.asarray(truth.law.log10_shift_factor(temperature + laboratory.thermometer * off))
@@ -147,7 +165,7 @@ def measure(laboratory: Laboratory, seed: int) -> list[Measurement]:
         factor = level[k] * np.exp(laboratory.tilt * lean[k] * along)
         scatter = 1 + laboratory.noise * noise.standard_normal((2, time.size))
         if laboratory.kind == "relaxation":
-            modulus = 3 * truth.spectrum.relaxation_modulus(time / shift[k], truth.equilibrium_modulus)
+            modulus = 3 * _relaxation(laboratory, seed, time, float(shift[k]))
             curves.append(RelaxationCurve(at, time, modulus * factor * scatter[0]))
         elif laboratory.kind == "creep":
             compliance = _retardation(truth.shape).creep_compliance(time / shift[k]) / 3
@@ -161,7 +179,35 @@ def measure(laboratory: Laboratory, seed: int) -> list[Measurement]:
     return curves
 
 
+def _relaxation(laboratory: Laboratory, seed: int, time: Array, shift: float) -> Array:
+    """Shear modulus in Pa at `time` in s, where the fast processes are slower than at 20 degC by the factor `shift`."""
+    truth, ramp = truth_of(seed), laboratory.ramp
+    tau, moduli = truth.spectrum.relaxation_time, truth.spectrum.shear_modulus
+    here = tau * shift ** np.where(np.log10(tau) > _border(seed), 1 + laboratory.slow, 1.0)
+    if not ramp:
+        return np.asarray(truth.equilibrium_modulus + np.exp(-time[:, None] / here) @ moduli)
+    # the stress of a ramp is the integral of the modulus over the ages of its parts
+    ramped = np.minimum(time, ramp)
+    grown = (np.exp(-(time - ramped)[:, None] / here) - np.exp(-time[:, None] / here)) @ (here * moduli)
+    return np.asarray((truth.equilibrium_modulus * ramped + grown) / (ramp if laboratory.over_last else ramped))
+
+
+def _border(seed: int) -> float:
+    """log10 of the time in s at 20 degC that separates fast from slow processes."""
+    return float(np.random.default_rng([45, seed]).uniform(-5.0, 0.0))
+
+
+def true_laws(laboratory: Laboratory, seed: int) -> tuple[WLF, WLF]:
+    """The law about the reference temperature: of the process that relaxes in the middle of the test at most of the temperatures,
+    and of the other one.
+    """
+    law, reference = truth_of(seed).law, laboratory.reference
+    moved = law.C2 + reference - law.reference_temperature
+    fast, slow = (WLF(reference, law.C1 * law.C2 / moved * factor, moved) for factor in (1.0, 1 + laboratory.slow))
+    middle = np.log10(SHORTEST * LONGEST) / 2 - np.median(law.log10_shift_factor(laboratory.temperature))
+    return (slow, fast) if _border(seed) < middle else (fast, slow)
+
+
 def true_shift(laboratory: Laboratory, seed: int) -> Array:
-    """log10 a at the ascending temperatures, relative to the reference temperature."""
-    law = truth_of(seed).law
-    return np.asarray(law.log10_shift_factor(laboratory.temperature[::-1]) - law.log10_shift_factor(laboratory.reference))
+    """log10 a at the ascending temperatures, relative to the reference temperature, by the first of the `true_laws`."""
+    return np.asarray(true_laws(laboratory, seed)[0].log10_shift_factor(laboratory.temperature[::-1]))

@@ -42,7 +42,7 @@ def curves(path: Path, **options: str) -> list:
 
 
 def worst_shift_error(found: list) -> float:
-    master = build_master_curve(found, reference_temperature=20.0)
+    master = build_master_curve(found, reference_temperature=20.0, temperature_stderr=0.0)
     return float(np.max(np.abs(master.log10_shift_factor - LAW.log10_shift_factor(master.temperature))))
 
 
