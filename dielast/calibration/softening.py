@@ -1,8 +1,8 @@
 """Softening from cycle to cycle (Mullins): a film that is weaker than at its first loading up to the largest stretch it has had.
 
 Viscoelastic films are softer in the second cycle, too, as slow branches have flowed. Softening is what remains beyond that: the
-nearest film of any springs and branches is compared with the nearest film that also has springs which break at the first loading.
-Such a spring bears stress at the largest stretch so far, and below it only a share 1 - g, with
+nearest film of any springs and branches is compared with the nearest one that also has parts which break at the first loading:
+springs, and a share of the whole film. They bear stress at the largest stretch so far, and below it only a share 1 - g of it, with
 
     g = erf((1 - W/W_max) / q),
 
@@ -35,14 +35,12 @@ def softening(test: MeasuredTest) -> float:
 
     energy = first_invariant(test.followed, Mode(test.mode)) - 3
     largest = np.maximum.accumulate(energy)
-    again = (np.gradient(energy) > 0) & (energy < (1 - TOLERANCE) * largest) & (test.stress > TAUT * np.max(test.stress))
+    taut = test.stress > TAUT * np.max(test.stress)
+    again = taut & (np.gradient(energy) > 0) & (energy < (1 - TOLERANCE) * largest)
     if test.nominal_field or not again.any():
         return 0.0
     parts, level = answers_of_parts(test, test.time), level_of(test.stress, 0.5)
     lost = np.stack([erf((1 - energy / np.maximum(largest, 1e-12)) / sharpness) for sharpness in SHARPNESS], axis=-1)
-    springs = parts[:, :SPRINGS, None]
-    breaking = (springs * (1 - lost[:, None])).reshape(test.time.size, -1)
-    taut = test.stress > TAUT * np.max(test.stress)
 
     def nearest(parts: Floats) -> tuple[Floats, Floats]:
         """The moduli (parts,) of the nearest film, and its differences (taut,) over the level."""
@@ -52,12 +50,16 @@ def softening(test: MeasuredTest) -> float:
         factors, _ = nnls(scaled / size, wanted)
         return factors / size, scaled @ (factors / size) - wanted
 
+    unbroken, without = nearest(parts)
+    # springs alone, and all of the film alike
+    virgin = np.column_stack((parts[:, :SPRINGS], parts @ unbroken))[:, :, None]
+    breaking = (virgin * (1 - lost[:, None])).reshape(test.time.size, -1)
     whole = np.concatenate((parts, breaking), axis=1)
-    (_, without), (moduli, with_it) = nearest(parts), nearest(whole)
+    moduli, with_it = nearest(whole)
     # correlated differences count as fewer points (Bartlett 1946, DOI 10.2307/2983611)
     like = float(np.clip(np.corrcoef(with_it[1:], with_it[:-1])[0, 1], 0.0, 1.0))
     free = max((1 - like) / (1 + like) * with_it.size - 1, 1.0)
     gain = float(without @ without / max(with_it @ with_it, 1e-300)) - 1
-    broken = (springs * lost[:, None]).reshape(test.time.size, -1) @ moduli[parts.shape[1] :]
+    broken = (virgin * lost[:, None]).reshape(test.time.size, -1) @ moduli[parts.shape[1] :]
     share = float(np.sum(broken[again]) / np.sum((whole @ moduli + broken)[again]))
-    return share if share > USUAL_ERROR and gain * free > fdtri(1.0, free, 1 - ALARM) else 0.0
+    return share if share > USUAL_ERROR and gain * free > fdtri(1.0, free, 1 - ALARM / breaking.shape[1]) else 0.0
