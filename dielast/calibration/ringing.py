@@ -94,9 +94,9 @@ def _swinging(time: Floats, stress: Floats, film: Floats, level: Floats, lasts: 
     for begin, end in runs(alike):
         if np.any(against[begin : end - 1] & against[begin + 1 : end]):
             found[first[begin] + 1 : last[end - 1]] = True
-            found |= (time >= time[last[end - 1]]) & (
-                time <= time[last[end - 1]] + _fading(swing[begin:end], time[last[begin:end]], noise)
-            )
+            end_time, spacing_there = time[last[end - 1]], spacing[last[end - 1]]
+            faded = _fading(swing[begin:end], time[last[begin:end]], spacing_there, noise)
+            found |= (time >= end_time) & (time <= end_time + faded)
             for place, way in ((first[begin], -1), (last[end - 1], 1)):
                 # with the rest of the first and of the last lobe, as far as it exceeds noise
                 sign, begun = np.sign(difference[place]), time[place]
@@ -106,15 +106,20 @@ def _swinging(time: Floats, stress: Floats, film: Floats, level: Floats, lasts: 
     return found
 
 
-def _fading(swing: Floats, time: Floats, least: float) -> float:
-    """The time in s after the last of the swings (n,), which end at times (n,), until a damped one has an amplitude of `least`; 0
-    for swings that do not become smaller.
+def _fading(swing: Floats, time: Floats, spacing: float, noise: float) -> float:
+    """The time in s after the last of the swings (n,), which end at times (n,), until points of this spacing in s do not show the
+    rest of a damped one; 0 for swings that do not become smaller.
 
-    The rest that no single point shows is in one place of the curve, and moves relaxation times there by several standard errors.
+    With an amplitude a that falls at the rate c, the squares of all further points have the sum a^2/(4 c spacing). The rest is not
+    seen, and moves no parameter by more than noise does, where this is less than the variance of one point.
     """
     largest = int(np.argmax(swing))
     fall = float(np.log(swing[largest] / swing[-1]))
-    return float(time[-1] - time[largest]) / fall * max(float(np.log(0.5 * swing[-1] / least)), 0.0) if fall > 0 else 0.0
+    if not fall > 0:
+        return 0.0
+    rate = fall / float(time[-1] - time[largest])
+    unseen = 2 * noise * float(min(np.sqrt(rate * spacing), 0.5))
+    return max(float(np.log(0.5 * swing[-1] / unseen)), 0.0) / rate
 
 
 def _noise(stress: Floats, difference: Floats, level: Floats) -> float:
