@@ -8,8 +8,9 @@ differences from it, swings from one extreme to the next are left out where at l
 - is larger by as much than all motion of this film in this time: the force moves against the film,
 - takes no longer than a quarter of a ramp: a grip that swings more slowly could not have followed it,
 
-with those next to them that are larger than noise and as fast, and until the swings have faded into noise, as damped ones do. Fast relaxation after a ramp, kinks at turning points and the error
-of laws at large strain are no such swings: they are single, or slow, or smaller than the motion of the film itself.
+with those next to them that are larger than noise and as fast, and until the swings have faded into noise, as damped ones do. Fast
+relaxation after a ramp, kinks at turning points and the error of laws at large strain are no such swings: they are single, or slow,
+or smaller than the motion of the film itself.
 """
 
 import numpy as np
