@@ -225,8 +225,9 @@ def corners(time: Floats, value: Floats) -> Cases:
 def first_invariant(stretch: Floats, mode: Mode) -> Floats:
     """I1 (n,) of an incompressible film at stretches (n,)."""
     squared = np.square(stretch)
-    second = {Mode.UNIAXIAL: 1 / stretch, Mode.EQUIBIAXIAL: squared, Mode.PURE_SHEAR: np.ones_like(squared)}[mode]
-    return squared + second + 1 / (squared * second)
+    second: Floats = {Mode.UNIAXIAL: 1 / stretch, Mode.EQUIBIAXIAL: squared, Mode.PURE_SHEAR: np.ones_like(squared)}[mode]
+    total: Floats = squared + second + 1 / (squared * second)
+    return total
 
 
 def path_length(time: Floats, value: Floats) -> Floats:

@@ -40,14 +40,15 @@ def softening(test: MeasuredTest) -> float:
     if test.nominal_field or not again.any():
         return 0.0
     parts, level = answers_of_parts(test, test.time), level_of(test.stress, 0.5)
+    parts = np.where(np.isfinite(parts).all(axis=0), parts, 0.0)
     lost = np.stack([erf((1 - energy / np.maximum(largest, 1e-12)) / sharpness) for sharpness in SHARPNESS], axis=-1)
 
     def nearest(parts: Floats) -> tuple[Floats, Floats]:
         """The moduli (parts,) of the nearest film, and its differences (taut,) over the level."""
         scaled = (parts / level[:, None])[taut]
-        size = np.linalg.norm(scaled, axis=0)
+        size = np.maximum(np.linalg.norm(scaled, axis=0), 1e-300)
         wanted = (test.stress / level)[taut]
-        factors, _ = nnls(scaled / size, wanted)
+        factors, _ = nnls(scaled / size, wanted, maxiter=30 * size.size)
         return factors / size, scaled @ (factors / size) - wanted
 
     unbroken, without = nearest(parts)
@@ -59,7 +60,7 @@ def softening(test: MeasuredTest) -> float:
     # correlated differences count as fewer points (Bartlett 1946, DOI 10.2307/2983611)
     like = float(np.clip(np.corrcoef(with_it[1:], with_it[:-1])[0, 1], 0.0, 1.0))
     free = max((1 - like) / (1 + like) * with_it.size - 1, 1.0)
-    gain = float(without @ without / max(with_it @ with_it, 1e-300)) - 1
+    gain = float(without @ without) / max(float(with_it @ with_it), 1e-300) - 1
     broken = (virgin * lost[:, None]).reshape(test.time.size, -1) @ moduli[parts.shape[1] :]
     share = float(np.sum(broken[again]) / np.sum((whole @ moduli + broken)[again]))
     return share if share > USUAL_ERROR and gain * free > fdtri(1.0, free, 1 - ALARM / breaking.shape[1]) else 0.0
