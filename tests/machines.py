@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.special import erf
 
 from dielast import Material, MeasuredTest
 from dielast.calibration.laboratory import Laboratory
@@ -122,3 +123,14 @@ def cycles(
 def quiet(machine: Machine) -> Machine:
     """The same machine without transients."""
     return replace(machine, force=0.0, overshoot=0.0, at_rest=0.0)
+
+
+def softened(made: Record, share: float, sharpness: float = 0.3) -> Record:
+    """The same specimen if it loses this share of its stress below its largest stretch (Ogden and Roxburgh 1999,
+    DOI 10.1098/rspa.1999.0431).
+    """
+    stretch = 1 + made.extension / GAUGE
+    energy = stretch**2 + 2 / stretch - 3
+    largest = np.maximum.accumulate(energy)
+    factor = 1 - share * erf((largest - energy) / (sharpness * np.max(energy) + 0.1 * largest))
+    return replace(made, clean=factor * made.clean, force=factor * made.force)

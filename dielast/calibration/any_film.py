@@ -22,7 +22,8 @@ from dielast.numerics.arrays import Flags, Floats
 
 FACTOR = 3.0  # between neighbouring relaxation times: of a closer spacing, sums hardly differ
 FASTER, SLOWER = 0.1, 10.0  # times beyond the spacing of the points and beyond the end of the test
-STIFFENING = (1.3, 3.0)  # J_lim of springs, over the largest I1 - 3 of the test
+STIFFENING = (1.05, 1.2, 1.4, 1.7, 2.2, 4.0)  # J_lim of springs, over the largest I1 - 3 of the test: closer near the limit
+SPRINGS = 2 + len(STIFFENING)  # parts that are springs: the first ones
 LIMITED = 0.4  # and of further branches, which flow before they lock
 ROUNDS = 5  # of weights for the least sum of magnitudes
 RTOL = 1e-4  # of the answers

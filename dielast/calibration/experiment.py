@@ -135,10 +135,7 @@ class MeasuredTest(Result):
     @property
     def largest_invariant(self) -> float:
         """The largest I1 of the test."""
-        squared = np.square(self.corner_stretch)
-        second = {Mode.UNIAXIAL: 1 / np.sqrt(squared), Mode.EQUIBIAXIAL: squared, Mode.PURE_SHEAR: np.ones_like(squared)}
-        other = second[Mode(self.mode)]
-        return float(np.max(squared + other + 1 / (squared * other)))
+        return float(np.max(first_invariant(self.corner_stretch, Mode(self.mode))))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -223,6 +220,14 @@ def corners(time: Floats, value: Floats) -> Cases:
             kept[middle] = True
             waiting += [(first, middle), (middle, last)]
     return np.flatnonzero(kept)
+
+
+def first_invariant(stretch: Floats, mode: Mode) -> Floats:
+    """I1 (n,) of an incompressible film at stretches (n,)."""
+    squared = np.square(stretch)
+    second: Floats = {Mode.UNIAXIAL: 1 / stretch, Mode.EQUIBIAXIAL: squared, Mode.PURE_SHEAR: np.ones_like(squared)}[mode]
+    total: Floats = squared + second + 1 / (squared * second)
+    return total
 
 
 def path_length(time: Floats, value: Floats) -> Floats:

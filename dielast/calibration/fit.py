@@ -11,7 +11,7 @@ from dielast.calibration.laboratory import Laboratory
 from dielast.calibration.levenberg import MOST_ITERATIONS, Watcher, minimise
 from dielast.calibration.parameters import Free, ParameterSpace, parameter_space
 from dielast.calibration.problem import FitProblem, Weighting, smooth_branches
-from dielast.calibration.scatter import FIRST_LENGTH, FIRST_SHARE, USUAL_SCATTER, Curves, Scatter
+from dielast.calibration.scatter import FIRST_LENGTH, FIRST_SHARE, USUAL_SCATTER, Curves, Scatter, about_factors
 from dielast.errors import InputError, NumericsError
 from dielast.io.result import Result
 from dielast.material.material import Material
@@ -176,7 +176,7 @@ def _fit(problem: FitProblem, start: Floats, specimen_scatter: float | None, wat
             slopes = problem.slopes(best)
             scatter = estimated(slopes)
             problem = replace(problem, smoothness=smooth_branches(problem, curves, scatter, slopes, best))
-            refined = problem.weighted(curves, scatter)
+            refined = problem.weighted(about_factors(curves, scatter), scatter)
             best = minimise(refined, best[None], bounds, watch=watcher("refined")).coordinates[0]
     except KeyboardInterrupt:
         finished = False

@@ -8,8 +8,9 @@ differences from it, swings from one extreme to the next are left out where at l
 - is larger by as much than all motion of this film in this time: the force moves against the film,
 - takes no longer than a quarter of a ramp: a grip that swings more slowly could not have followed it,
 
-with those next to them that are larger than noise and as fast. Fast relaxation after a ramp, kinks at turning points and the error
-of laws at large strain are no such swings: they are single, or slow, or smaller than the motion of the film itself.
+with those next to them that are larger than noise and as fast, and until the swings have faded into noise, as damped ones do. Fast
+relaxation after a ramp, kinks at turning points and the error of laws at large strain are no such swings: they are single, or slow,
+or smaller than the motion of the film itself.
 """
 
 import numpy as np
@@ -77,7 +78,8 @@ def _swinging(time: Floats, stress: Floats, film: Floats, level: Floats, lasts: 
     ramp in s.
     """
     found, difference = np.zeros(time.size, dtype=bool), (stress - film) / level
-    extreme = float(-ndtri(ALARM / (2 * len(BLOCKS) * time.size))) * _noise(stress, difference, level)
+    noise = _noise(stress, difference, level)
+    extreme = float(-ndtri(ALARM / (2 * len(BLOCKS) * time.size))) * noise
     turns = _turns(difference, 2 * extreme)
     motion = np.concatenate(([0.0], np.cumsum(np.abs(np.diff(film)) / level[1:])))
     first, last = turns[:-1], turns[1:]
@@ -93,6 +95,9 @@ def _swinging(time: Floats, stress: Floats, film: Floats, level: Floats, lasts: 
     for begin, end in runs(alike):
         if np.any(against[begin : end - 1] & against[begin + 1 : end]):
             found[first[begin] + 1 : last[end - 1]] = True
+            end_time, spacing_there = time[last[end - 1]], spacing[last[end - 1]]
+            faded = _fading(swing[begin:end], time[last[begin:end]], spacing_there, noise)
+            found |= (time >= end_time) & (time <= end_time + faded)
             for place, way in ((first[begin], -1), (last[end - 1], 1)):
                 # with the rest of the first and of the last lobe, as far as it exceeds noise
                 sign, begun = np.sign(difference[place]), time[place]
@@ -100,6 +105,22 @@ def _swinging(time: Floats, stress: Floats, film: Floats, level: Floats, lasts: 
                     found[place] = True
                     place += way
     return found
+
+
+def _fading(swing: Floats, time: Floats, spacing: float, noise: float) -> float:
+    """The time in s after the last of the swings (n,), which end at times (n,), until points of this spacing in s do not show the
+    rest of a damped one; 0 for swings that do not become smaller.
+
+    With an amplitude a that falls at the rate c, the squares of all further points have the sum a^2/(4 c spacing). The rest is not
+    seen, and moves no parameter by more than noise does, where this is less than the variance of one point.
+    """
+    largest = int(np.argmax(swing))
+    fall = float(np.log(swing[largest] / swing[-1]))
+    if not fall > 0:
+        return 0.0
+    rate = fall / float(time[-1] - time[largest])
+    unseen = 2 * noise * float(min(np.sqrt(rate * spacing), 0.5))
+    return max(float(np.log(0.5 * swing[-1] / unseen)), 0.0) / rate
 
 
 def _noise(stress: Floats, difference: Floats, level: Floats) -> float:

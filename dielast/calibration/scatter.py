@@ -223,3 +223,14 @@ def specimen_factors(curves: Curves, scatter: Scatter, differences: Floats) -> F
         slope = partial(_slope, size=size, ratio=ratio)
         factors.append(float(brentq(slope, min(far, 0.0), max(far, 0.0))) if slope(0.0) * slope(far) < 0 else far)
     return np.array(factors)
+
+
+def about_factors(curves: Curves, scatter: Scatter) -> Curves:
+    """Curves with the measured values that make the fit, of first order in the factors, one about the most likely factors.
+
+    With the most likely logarithm b of a factor and a further part c, y = exp(b + c) m is to first order y exp(-b) (1 - c) = m. As
+    b + c has the mean 0 and the scatter of specimens, y exp(-b) (1 + b) differs from m by (b + c) y exp(-b).
+    """
+    logarithm = specimen_factors(curves, scatter, curves.differences)[curves.specimen]
+    parts = zip(curves.values, logarithm.tolist(), strict=True)
+    return replace(curves, values=tuple(values * np.exp(-b) * (1 + b) for values, b in parts))

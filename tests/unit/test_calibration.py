@@ -353,10 +353,11 @@ def test_tests_that_contradict_each_other_are_warned_of(recwarn: pytest.Warnings
         said = " ".join(str(each.message) for each in recwarn)
         if factor == 1.0:
             assert not said
-    factor = re.search(r"stress over that of the material, by specimen: a (.*), b .*, c (.*): check unit, cross-section", said)
+    # the two like specimens are those of the material
+    factor = re.search(r"stress over that of the material, by specimen: c (.*): check unit, cross-section", said)
     assert factor is not None
-    assert float(factor[2]) / float(factor[1]) == pytest.approx(4.0, rel=0.03)
-    assert "the material misses fitted tests, 2 at 0.1 /s c by 75 %: they contradict each other" in said
+    assert float(factor[1]) == pytest.approx(4.0, rel=0.03)
+    assert re.search(r"the material misses fitted tests, 2 at 0.1 /s c by 7[45] %: they contradict each other", said)
 
 
 @pytest.mark.trust

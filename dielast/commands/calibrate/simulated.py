@@ -2,12 +2,13 @@
 
 import os
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from dielast.calibration.experiment import SimulatedExperiment, answers_of
+from dielast.calibration.laboratory import RTOL
 from dielast.commands.registry import read_cases
 from dielast.commands.simulation.cases import material_of
 from dielast.commands.simulation.compare import interpolated, read_points
@@ -19,7 +20,7 @@ from dielast.errors import InputError, located, warn
 from dielast.io.files import Inputs, resolve
 from dielast.io.table import split_header
 from dielast.material.material import Material
-from dielast.mechanics.load import Waveform
+from dielast.mechanics.load import ChargeStep, Track, VoltageStep, Waveform
 from dielast.numerics.arrays import Floats
 from dielast.recipe.cases import Case
 from dielast.sharing.batches import solve_batches
@@ -120,7 +121,12 @@ def recipe_tests(name: str, inputs: Inputs, called: str, specimen: str, temperat
         wanted = time[time >= 0] if x is None else np.linspace(0.0, steps[-1].end, FINE + 1)[1:]
         output = recipe.output.model_copy(update={"times": wanted.tolist()})
         stop = {"stop": recipe.stop.model_copy(update={"at": "end"})} if kind == "actuate" else {}
-        simulated = recipe.model_copy(update={"output": output, "temperature": at, **stop})
+        if x is None:
+            steps = _until(float(time[-1]), steps)
+        # as accurate as tests with a prescribed stretch
+        coarse = {} if "rtol" in recipe.solver.model_fields_set else {"rtol": max(RTOL, recipe.solver.rtol)}
+        solver = recipe.solver.model_copy(update=coarse)
+        simulated = recipe.model_copy(update={"output": output, "solver": solver, "temperature": at, **stop})
         rest = 1.0 if "stretch" in column else 0.0
         label = called if len(comparisons) == 1 else f"{called}, {comparison.label or os.path.basename(comparison.file)}"
         tests.append(
@@ -156,6 +162,19 @@ def prescribed(recipe: Any, steps: Sequence[TimedStep], header: str) -> tuple[Fl
             time.append(time[-1] + lasts)
             value.append(reached)
     return np.array(time), np.array(value)
+
+
+def _until(end: float, steps: Sequence[TimedStep]) -> list[TimedStep]:
+    """The steps up to the time `end` in s: a film that pulls in later would be followed in ever smaller steps."""
+    begun = [timed for timed in steps if timed.begin < end or timed is steps[0]]
+    last = begun[-1]
+    if last.begin < end < last.end and isinstance(last.step, VoltageStep | ChargeStep):
+        target, lasts = last.step.target, end - last.begin
+        if target is None or not isinstance(target, Waveform | Track):
+            reached = None if target is None else last.before + (last.after - last.before) * lasts / last.lasts
+            stated: dict[str, Any] = {last.step.QUANTITY: reached}
+            begun[-1] = replace(last, step=type(last.step)(**stated, duration=lasts))
+    return begun
 
 
 def _of_its_material(

@@ -11,6 +11,7 @@ from dielast.calibration.estimate import USUAL_ERROR
 from dielast.calibration.experiment import Experiment, MeasuredTest, corners, path_length
 from dielast.calibration.rest import gives_work, slack_of, stress_at_rest
 from dielast.calibration.ringing import loaded_at_rest, ringing, runs
+from dielast.calibration.softening import softening
 from dielast.commands.calibrate.recipe import TestData
 from dielast.commands.calibrate.simulated import recipe_tests
 from dielast.commands.simulation.compare import rows_where
@@ -163,6 +164,10 @@ def _warn_of_beginning(test: TestData, made: MeasuredTest, stretch: float, stres
         warn(f"{test.file}: {loose}: later points are on a steeper line from rest; stretches count from where the specimen is taut")
     if abs(offset) > USUAL_ERROR:
         warn(f"{test.file}: the stress at rest is {100 * offset:.2g} % of the largest: was the force zeroed?")
+    if lost := softening(made):
+        weaker = f"later loadings are softer than the first by {100 * lost:.0f} % beyond what relaxation in any film explains"
+        advice = "no law here describes it: condition the specimens, or leave the first cycle out (discard)"
+        warn(f"{test.file}: {weaker}: the specimen softens from cycle to cycle (Mullins); {advice}")
 
 
 def _without_repetitions(
