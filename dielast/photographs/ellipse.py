@@ -133,11 +133,11 @@ def settle(ellipse: Ellipse, points: Floats, usable: Flags, kept: Flags) -> tupl
     S of their periodogram over `HARMONICS`, which stands for the sum of their autocovariance (Priestley, Spectral Analysis and Time
     Series, 1981, Sec. 6.2). White residuals have S equal to their variance; else n var/S points are independent.
 
-    The grid of pixels moves most those points where the outline runs along it, at the ends of the axes of the picture, on which the
-    widths along these depend most: the covariance is therefore that of residuals whose variance differs from point to point (White,
-    Econometrica 48 (1980) 817), times S over their variance. And where the centre lies on the grid, or halfway, the four quarters of
-    the outline meet it alike: their errors add up instead of averaging out, and are seen in the cosines of `ON_GRID` alone. The
-    power of these stands for S where it is larger; without such a symmetry both estimate the same.
+    The grid of pixels moves most those points where the outline runs along it, at the ends of the axes of the picture, on which
+    the widths along these depend most: the covariance is therefore that of residuals whose variance differs from point to point
+    (White, Econometrica 48 (1980) 817), times S over their variance. And where the centre lies on the grid, or halfway, the four
+    quarters of the outline meet it alike: their errors add up instead of averaging out, and are seen in the cosines of `ON_GRID`
+    alone. The power of these stands for S where it is larger; without such a symmetry both estimate the same.
 
     On a whole outline waves do not move the ellipse, on one with gaps they do. A regular wave, which holds more than a share
     `REGULAR` of the power at `HARMONICS`, is therefore fitted together with the ellipse, and points are cut that lie off both.
