@@ -11,6 +11,7 @@ from dielast.numerics.robust import robust_deviation
 
 CUT = 3.5  # standard deviations beyond which a point is no part of the edge: one in two thousand of normal ones
 HARMONICS = range(3, 17)  # around the outline: an ellipse takes those below, shorter ones are noise of single points
+ON_GRID = range(4, 49, 2)  # harmonics that are alike on the four quarters of the outline
 MOST_WAVES = 3
 REGULAR = 0.25  # of the power: of noise, the strongest of 14 harmonics has as much in one outline of three, and then does no harm
 ROUNDS = 30
@@ -132,21 +133,28 @@ def settle(ellipse: Ellipse, points: Floats, usable: Flags, kept: Flags) -> tupl
     S of their periodogram over `HARMONICS`, which stands for the sum of their autocovariance (Priestley, Spectral Analysis and Time
     Series, 1981, Sec. 6.2). White residuals have S equal to their variance; else n var/S points are independent.
 
+    The grid of pixels moves most those points where the outline runs along it, at the ends of the axes of the picture, on which
+    the widths along these depend most: the covariance is therefore that of residuals whose variance differs from point to point
+    (White, Econometrica 48 (1980) 817), times S over their variance. And where the centre lies on the grid, or halfway, the four
+    quarters of the outline meet it alike: their errors add up instead of averaging out, and are seen in the cosines of `ON_GRID`
+    alone. The power of these stands for S where it is larger; without such a symmetry both estimate the same.
+
     On a whole outline waves do not move the ellipse, on one with gaps they do. A regular wave, which holds more than a share
     `REGULAR` of the power at `HARMONICS`, is therefore fitted together with the ellipse, and points are cut that lie off both.
     """
     away, slopes = ellipse.residuals(points)
     turn = 2 * np.pi * np.arange(away.size) / away.size
-    numbers = np.array([k for k in HARMONICS if 4 * k < away.size])
-    fourier = np.exp(-1j * np.outer(numbers, turn))
+    numbers, even = (np.array([k for k in range_ if 4 * k < away.size]) for range_ in (HARMONICS, ON_GRID))
+    fourier, alike = np.exp(-1j * np.outer(numbers, turn)), np.cos(np.outer(even, turn))
     design: Any = slopes.T
-    total = 0.0
+    total = on_grid = 0.0
     for _ in range(ROUNDS):
         change = np.linalg.lstsq(design[:, kept].T, away[kept], rcond=None)[0]
         rest = away - change @ design
         power = np.abs(fourier[:, kept] @ rest[kept]) ** 2 / np.count_nonzero(kept)
         # 2n powers determine S: their scatter makes Student's t of a normal error, whose variance is larger
         total = max(total, float(power.sum()) / max(1, len(numbers) - 1))
+        on_grid = float(np.mean((alike[:, kept] @ rest[kept]) ** 2 / np.sum(alike[:, kept] ** 2, axis=1)))
         strongest = int(np.argmax(power))
         # what lies off the wave is cut before another wave is looked for
         fresh = usable & (np.abs(rest) <= CUT * robust_deviation(rest[kept])) if len(design) > 5 else kept
@@ -158,5 +166,8 @@ def settle(ellipse: Ellipse, points: Floats, usable: Flags, kept: Flags) -> tupl
             break
     used = int(np.count_nonzero(kept))
     # pictures without noise have the rounding of their last digit
-    covariance = np.asarray(np.linalg.inv(slopes[kept].T @ slopes[kept]) * max(total, 1e-12), dtype=float)
+    square = rest[kept] ** 2 + 1e-12
+    inverse = np.linalg.inv(slopes[kept].T @ slopes[kept])
+    middle = (slopes[kept].T * square) @ slopes[kept] / square.mean() * max(total, on_grid, 1e-12)
+    covariance = np.asarray(inverse @ middle @ inverse, dtype=float)
     return replace(ellipse.moved(change[:5]), covariance=covariance), float(np.sqrt(2 * total * len(numbers) / used)), kept

@@ -73,7 +73,8 @@ def find_outline(
         grey = grey[max(0, top) : bottom, max(0, left) : right]
         left, top = max(0, left), max(0, top)
     if min(grey.shape, default=0) < SMALLEST:
-        return Outline(reason=f"the picture has only {' x '.join(map(str, grey.shape[::-1]))} pixels")
+        what = "picture has" if region is None else "region holds"
+        return Outline(reason=f"the {what} only {' x '.join(map(str, grey.shape[::-1]))} pixels")
     small, factor = reduced(grey)
     small = small if dark else small.max() + small.min() - small
     found = blobs(small, factor)
