@@ -210,10 +210,9 @@ def _draws(curve: WeightedCurve, end: float, ratio: Floats, count: int, generato
     level = positive(given, sigma_level[k] * np.sqrt(1 - rho[k] ** 2), second)
     likely = 1 / ((size + LEAST_SIZE) * (level + LEAST_MODULUS))
     chosen = generator.choice(many, size=count, p=likely / likely.sum())
-    # the evidence for a curve that falls by no path, and for one that falls
-    exponent = prior + power * likelihood
-    falls = float(np.mean(np.exp(exponent))) * 2 * np.pi * noise**2 * float(np.mean(1 / (size + LEAST_SIZE))) / -np.log(LEAST_SIZE)
-    stays = (max(n - d**2 / a, least) / least) ** (-0.5 * power * freedom) * np.sqrt(2 * np.pi / a) * noise
+    # the evidence for a curve that falls by no path, and for one that falls, by the curve as measured
+    falls = float(np.mean(np.exp(prior + likelihood))) * 2 * np.pi * noise**2 * float(np.mean(1 / (size + LEAST_SIZE))) / -np.log(LEAST_SIZE)
+    stays = (max(n - d**2 / a, least) / least) ** (-0.5 * freedom) * np.sqrt(2 * np.pi / a) * noise
     level, size = level[chosen], size[chosen]
     constant = generator.random(count) < stays / (stays + falls)
     level[constant] = np.maximum(d / a + noise / np.sqrt(a) * generator.standard_normal(int(constant.sum())), 0.0)
