@@ -76,12 +76,10 @@ class Continuations:
         measured = equilibrium[:, None] + moduli @ np.exp(-np.append(time[curve], joint) / spectrum.relaxation_time[:, None])
         scale = measured[:, -1:] / self.modulus(np.array([joint]))
         wanted = np.hstack([measured[:, :-1], scale * self.modulus(time[~curve])])
-        level, decay, before = (
-            scale[:, 0] * self.equilibrium_modulus,
-            np.exp(-time[:, None] / tau),
-            np.zeros((len(moduli), tau.size)),
-        )
-        before[:, -moduli.shape[1] :] = moduli
+        level, decay = scale[:, 0] * self.equilibrium_modulus, np.exp(-time[:, None] / tau)
+        slower = tau.size - moduli.shape[1]  # these begin with the moduli of the continuations, shared among neighbours in ln tau
+        shares = [np.interp(np.log(self.relaxation_time), np.log(tau[::-1]), one) for one in np.eye(tau.size)[:slower, ::-1]]
+        before = np.hstack([scale * self.shear_modulus @ np.transpose(shares), moduli])
         after = []
         for modulus, constant, old in zip(wanted, level, before, strict=True):
             # the smallest relative changes of the moduli that nearly suffice, as in the draws of a spectrum
