@@ -24,7 +24,7 @@ from dielast.material.scatter import interval
 from dielast.material.spectrum import Spectrum
 from dielast.numerics.arrays import Floats
 from dielast.numerics.random_streams import stream
-from dielast.relaxation.ends import long_time_end, votes
+from dielast.relaxation.ends import long_time_end
 from dielast.relaxation.nnls import WeightedCurve, non_negative
 from dielast.relaxation.result import SpectrumFit
 from dielast.relaxation.task import LEVEL_SLOPE
@@ -143,7 +143,9 @@ def continuations(fit: SpectrumFit, ratios: Floats, count: int) -> Continuations
     modulus = fit.spectrum.relaxation_modulus(time, fit.equilibrium_shear_modulus)
     off = np.atleast_2d(fit.measured)[0] / np.atleast_2d(fit.model)[0]
     near = np.log10(time) >= np.log10(time[-1]) - LOOKED_AT
-    curve = WeightedCurve(time[near], (modulus * off**kind.stiffness_power)[None, near], votes(np.log10(time[near])), RELAXATION)
+    curve = WeightedCurve(
+        time[near], (modulus * off**kind.stiffness_power)[None, near], np.ones(np.count_nonzero(near)), RELAXATION
+    )
     end, generator = float(time[-1]), stream(SEED, "beyond the curve")
     guided = _guided(curve.averaged(), end, generator)
     cells = (replace(curve, values=curve.values * ratio[near]).averaged() for ratio in np.asarray(ratios))
@@ -204,7 +206,8 @@ class _Following:
 
     @classmethod
     def of(cls, cells: WeightedCurve, end: float, u: Floats, paths: Floats) -> Self:
-        time, values, weight = cells.time, cells.values[0], cells.weight
+        # the average of k points is k times as certain; how certain that is, their scatter about the paths decides, cell by cell
+        time, values, weight = cells.time, cells.values[0], cells.weight / cells.weight.mean()
         level, falling = values[-1] / values, (paths @ np.exp(-np.exp(np.log(time / end)[:, None] - u)).T) * values[-1] / values
         a, b, c = float(weight @ level**2), falling @ (weight * level), falling**2 @ weight
         d, e, n = float(weight @ level), falling @ weight, float(weight.sum())
