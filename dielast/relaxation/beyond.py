@@ -156,7 +156,7 @@ def continuations(fit: SpectrumFit, ratios: Floats, count: int) -> Continuations
     return Continuations(end, end * np.exp(u[::-1]), level, path[:, ::-1])
 
 
-Steps = tuple[Floats, Floats, Floats, Floats]  # of paths: first slope, mean fall, wandering and falls, each (paths, ...)
+Steps = tuple[Floats, ...]  # of paths: first slope, mean fall, wandering and falls, each (paths, ...)
 
 
 def _steps(count: int, generator: np.random.Generator) -> Steps:
