@@ -14,6 +14,7 @@ nothing shows it.
 
 from dataclasses import dataclass, replace
 from functools import cache
+from typing import Self
 
 import numpy as np
 
@@ -23,7 +24,7 @@ from dielast.material.scatter import interval
 from dielast.material.spectrum import Spectrum
 from dielast.numerics.arrays import Floats
 from dielast.numerics.random_streams import stream
-from dielast.relaxation.ends import long_time_end, votes
+from dielast.relaxation.ends import long_time_end
 from dielast.relaxation.nnls import WeightedCurve, non_negative
 from dielast.relaxation.result import SpectrumFit
 from dielast.relaxation.task import LEVEL_SLOPE
@@ -39,6 +40,8 @@ FALLS, DROP = 0.3, (0.1, 10.0)  # falls of the slope per unit of ln tau, and the
 WANDERS = 0.2  # standard deviation of the change of the slope per square root of a unit of ln tau
 LEAST_SIZE, LEAST_MODULUS = 1e-4, 0.3  # of the modulus at the end: below, H and the equilibrium modulus may as well be 0
 ENOUGH = 200.0  # paths that must count; a curve more exact than the paths are dense is taken as less exact
+GUIDES, GUIDED, LEAST_POWER = 2**11, 0.5, 0.01  # paths led to a curve, and by which power of the likelihood; the least such power
+CHANGES, ROUNDS = (0.1, 0.2, 0.4), 3  # shares by which the steps of a path change at random, and how often
 DRAWS, LEVEL = 400, 0.9
 NEGLIGIBLE = 0.02  # of the modulus at the end: a plateau is reached if the modulus falls by no more, at the lower end of the range
 MATCHED_PER_DECADE, RELUCTANCE, SMALL = 8, 1e-6, 0.01  # as in the draws of a spectrum
@@ -73,12 +76,10 @@ class Continuations:
         measured = equilibrium[:, None] + moduli @ np.exp(-np.append(time[curve], joint) / spectrum.relaxation_time[:, None])
         scale = measured[:, -1:] / self.modulus(np.array([joint]))
         wanted = np.hstack([measured[:, :-1], scale * self.modulus(time[~curve])])
-        level, decay, before = (
-            scale[:, 0] * self.equilibrium_modulus,
-            np.exp(-time[:, None] / tau),
-            np.zeros((len(moduli), tau.size)),
-        )
-        before[:, -moduli.shape[1] :] = moduli
+        level, decay = scale[:, 0] * self.equilibrium_modulus, np.exp(-time[:, None] / tau)
+        slower = tau.size - moduli.shape[1]  # these begin with the moduli of the continuations, shared among neighbours in ln tau
+        shares = [np.interp(np.log(self.relaxation_time), np.log(tau[::-1]), one) for one in np.eye(tau.size)[:slower, ::-1]]
+        before = np.hstack([scale * self.shear_modulus @ np.transpose(shares), moduli])
         after = []
         for modulus, constant, old in zip(wanted, level, before, strict=True):
             # the smallest relative changes of the moduli that nearly suffice, as in the draws of a spectrum
@@ -131,8 +132,8 @@ def end_of(fit: SpectrumFit, stated: bool = False) -> OpenEnd:
     return OpenEnd(fit, (low, high), False, Continuations(after.end, after.relaxation_time, *means))
 
 
-def continuations(fit: SpectrumFit, ratios: Floats, each: int) -> Continuations:
-    """`each` draws of what may follow each of the curves that are `ratios` (curves, n) times the relaxation modulus at the reduced
+def continuations(fit: SpectrumFit, ratios: Floats, count: int) -> Continuations:
+    """`count` draws of what may follow each of the curves that are `ratios` (curves, n) times the relaxation modulus at the reduced
     times of the `fit`.
 
     The relaxation modulus is that measured; of creep and oscillation, it is that of the fit, with the scatter of the measured
@@ -142,62 +143,172 @@ def continuations(fit: SpectrumFit, ratios: Floats, each: int) -> Continuations:
     modulus = fit.spectrum.relaxation_modulus(time, fit.equilibrium_shear_modulus)
     off = np.atleast_2d(fit.measured)[0] / np.atleast_2d(fit.model)[0]
     near = np.log10(time) >= np.log10(time[-1]) - LOOKED_AT
-    curve = WeightedCurve(time[near], (modulus * off**kind.stiffness_power)[None, near], votes(np.log10(time[near])), RELAXATION)
+    curve = WeightedCurve(
+        time[near], (modulus * off**kind.stiffness_power)[None, near], np.ones(np.count_nonzero(near)), RELAXATION
+    )
     end, generator = float(time[-1]), stream(SEED, "beyond the curve")
-    rows = [_draws(curve, end, ratio[near], each, generator) for ratio in np.asarray(ratios)]
-    level, path = (np.concatenate(columns) for columns in zip(*rows, strict=True))
-    u, _ = _paths()
+    guided = _guided(curve.averaged(), end, generator)
+    cells = (replace(curve, values=curve.values * ratio[near]).averaged() for ratio in np.asarray(ratios))
+    level, path = (
+        np.concatenate(each) for each in zip(*(_draws(one, end, guided, count, generator) for one in cells), strict=True)
+    )
+    _, u, _ = _unguided()
     return Continuations(end, end * np.exp(u[::-1]), level, path[:, ::-1])
 
 
-@cache
-def _paths() -> tuple[Floats, Floats]:
-    """ln tau over the end of the curve (m,), and H times its spacing on each path (PATHS, m), 1 per unit of ln tau at the end."""
-    step, count = np.log(10) / PER_DECADE, round((FASTER + SLOWER) * PER_DECADE) + 1
-    at_end = round(FASTER * PER_DECADE)
-    generator = stream(SEED, "spectra beyond the curve")
-    slope = np.empty((PATHS, count - 1))
-    slope[:, 0] = FIRST_SLOPE[0] + FIRST_SLOPE[1] * generator.standard_normal(PATHS)
-    drop = np.exp(generator.uniform(np.log(DROP[0]), np.log(DROP[1]), (PATHS, 1)))
-    change = WANDERS * np.sqrt(step) * generator.standard_normal((PATHS, count - 2))
-    slope[:, 1:] = change - drop * generator.standard_gamma(FALLS * step, (PATHS, count - 2))
-    height = np.concatenate([np.zeros((PATHS, 1)), np.cumsum(np.cumsum(slope, axis=1) * step, axis=1)], axis=1)
+Steps = tuple[Floats, ...]  # of paths: first slope, mean fall, wandering and falls, each (paths, ...)
+
+
+def _steps(count: int, generator: np.random.Generator) -> Steps:
+    """Random steps of `count` paths, in standard form."""
+    later = (count, round((FASTER + SLOWER) * PER_DECADE) - 1)
+    first, drop = generator.standard_normal((count, 1)), generator.uniform(size=(count, 1))
+    return first, drop, generator.standard_normal(later), generator.standard_gamma(FALLS * np.log(10) / PER_DECADE, later)
+
+
+def _paths(steps: Steps) -> tuple[Floats, Floats]:
+    """ln tau over the end of the curve (m,), and H times its spacing on each path (paths, m), 1 per unit of ln tau at the end."""
+    first, drop, wander, fall = steps
+    step, at_end = np.log(10) / PER_DECADE, round(FASTER * PER_DECADE)
+    mean_fall = np.exp(np.log(DROP[0]) + drop * np.log(DROP[1] / DROP[0]))
+    change = WANDERS * np.sqrt(step) * wander - mean_fall * fall
+    slope = np.cumsum(np.hstack([FIRST_SLOPE[0] + FIRST_SLOPE[1] * first, change]), axis=1)
+    height = np.hstack([np.zeros_like(first), np.cumsum(slope * step, axis=1)])
     height -= height[:, [at_end]]
-    return step * (np.arange(count) - at_end), step * np.exp(np.clip(height, -60.0, 40.0))
+    return step * (np.arange(height.shape[1]) - at_end), step * np.exp(np.clip(height, -60.0, 40.0))
 
 
-def _draws(curve: WeightedCurve, end: float, ratio: Floats, count: int, generator: np.random.Generator) -> tuple[Floats, Floats]:
-    """Equilibrium moduli (count,) and moduli along paths (count, m) that go with the `curve` times `ratio`.
+@cache
+def _unguided() -> tuple[Steps, Floats, Floats]:
+    """The steps of paths that no curve has guided, and what `_paths` makes of them."""
+    steps = _steps(PATHS, stream(SEED, "spectra beyond the curve"))
+    return steps, *_paths(steps)
 
-    For each path, size and equilibrium modulus have a normal likelihood, cut off at 0.
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Following:
+    """How well paths follow the end of a curve: for each path, the normal likelihood of size and equilibrium modulus, cut off at 0.
+
+    Means in terms of the modulus at the end; `square` is the sum of squares at the means and `allowed` that where neither is below
+    0; a, b, c, d, e are the sums of the normal equations and n that of the weights.
     """
-    from scipy.special import log_ndtr, ndtr, ndtri
 
-    cells = replace(curve, values=curve.values * ratio).averaged()
-    time, values, weight = cells.time, cells.values[0], cells.weight
-    u, paths = _paths()
-    scale = values[-1]
-    level, falling = scale / values, (paths @ np.exp(-np.exp(np.log(time / end)[:, None] - u)).T) * scale / values
-    a, b, c = float(weight @ level**2), falling @ (weight * level), falling**2 @ weight
-    d, e, n = float(weight @ level), falling @ weight, float(weight.sum())
-    c = np.maximum(c, 1e-300)
-    det = a * c * np.maximum(1 - b**2 / (a * c), 1e-12)
-    mean_level, mean_size = (c * d - b * e) / det, (a * e - b * d) / det
-    square = n - mean_level * d - mean_size * e
-    allowed = np.where((mean_level >= 0) & (mean_size >= 0), square, np.minimum(n - np.maximum(e, 0) ** 2 / c, n - d**2 / a))
-    least, freedom = max(float(allowed.min()), 1e-12), max(n - 3, 1.0)
-    noise = np.sqrt(least / freedom)
-    sigma_level, sigma_size, rho = noise * np.sqrt(c / det), noise * np.sqrt(a / det), -b / np.sqrt(a * c)
-    prior = log_ndtr(mean_level / sigma_level) + log_ndtr(mean_size / sigma_size) - 0.5 * np.log(det)
-    likelihood = -0.5 * freedom * np.log(np.maximum(square, least) / least)
-    power = 1.0
+    mean_level: Floats
+    mean_size: Floats
+    square: Floats
+    allowed: Floats
+    a: float
+    b: Floats
+    c: Floats
+    d: float
+    det: Floats
+    n: float
+
+    @classmethod
+    def of(cls, cells: WeightedCurve, end: float, u: Floats, paths: Floats) -> Self:
+        # the average of k points is k times as certain; how certain that is, their scatter about the paths decides, cell by cell
+        time, values, weight = cells.time, cells.values[0], cells.weight / cells.weight.mean()
+        level, falling = values[-1] / values, (paths @ np.exp(-np.exp(np.log(time / end)[:, None] - u)).T) * values[-1] / values
+        a, b, c = float(weight @ level**2), falling @ (weight * level), falling**2 @ weight
+        d, e, n = float(weight @ level), falling @ weight, float(weight.sum())
+        c = np.maximum(c, 1e-300)
+        det = a * c * np.maximum(1 - b**2 / (a * c), 1e-12)
+        mean_level, mean_size = (c * d - b * e) / det, (a * e - b * d) / det
+        square = n - mean_level * d - mean_size * e
+        bounded = np.minimum(n - np.maximum(e, 0) ** 2 / c, n - d**2 / a)
+        allowed = np.where((mean_level >= 0) & (mean_size >= 0), square, bounded)
+        return cls(mean_level, mean_size, square, allowed, a, b, c, d, det, n)
+
+    @property
+    def freedom(self) -> float:
+        return max(self.n - 3, 1.0)
+
+    @property
+    def least(self) -> float:
+        return max(float(self.allowed.min()), 1e-12)
+
+    def spread(self, least: float) -> tuple[Floats, Floats]:
+        """Standard deviations of equilibrium modulus and size where the least sum of squares is all noise."""
+        noise = np.sqrt(least / self.freedom)
+        return noise * np.sqrt(self.c / self.det), noise * np.sqrt(self.a / self.det)
+
+    def evidence(self, least: float, power: float = 1.0) -> Floats:
+        """ln of the likelihood to a `power`, integrated over size and equilibrium modulus, up to a constant, and over the noise."""
+        from scipy.special import log_ndtr
+
+        sigma_level, sigma_size = self.spread(least)
+        inside = log_ndtr(self.mean_level / sigma_level) + log_ndtr(self.mean_size / sigma_size) - 0.5 * np.log(self.det)
+        return np.asarray(inside - power * 0.5 * self.freedom * np.log(np.maximum(self.square, least) / least))
+
+
+def _effective(logarithm: Floats) -> float:
+    """Number of paths that count where these are the logarithms of their weights."""
+    share = np.exp(logarithm - np.max(logarithm))
+    return float(share.sum() ** 2 / (share @ share))
+
+
+def _guided(cells: WeightedCurve, end: float, generator: np.random.Generator) -> tuple[Floats, Floats]:
+    """Paths (paths, m) and the logarithms (paths,) of the weights that make them paths that no curve has guided.
+
+    Where few of those follow the curve, they are led to it by sequential Monte Carlo (P. Del Moral, A. Doucet, A. Jasra, J. R.
+    Stat. Soc. B 68 (2006) 411): the likelihood comes in by and by, and paths move by random changes of their steps that leave their
+    distribution as it is (preconditioned Crank-Nicolson, S. L. Cotter et al., Stat. Sci. 28 (2013) 424).
+    """
+    steps, u, paths = _unguided()
+    follow = _Following.of(cells, end, u, paths)
+    least, power = follow.least, 0.0
+    if _effective(follow.evidence(least, GUIDED)) >= ENOUGH:
+        return paths, np.zeros(len(paths))
+    target, constant = np.zeros(len(paths)), 0.0
+    while power < GUIDED:
+        least, before = min(least, follow.least), power
+        power = GUIDED
+        while power - before > LEAST_POWER and _effective(follow.evidence(least, power) - target) < min(len(target), GUIDES) / 4:
+            power = before + (power - before) / 1.5
+        gain = follow.evidence(least, power) - target
+        share = np.exp(gain - gain.max())
+        constant += float(gain.max() + np.log(share.mean()))
+        kept = generator.choice(share.size, size=GUIDES, p=share / share.sum())
+        steps = tuple(each[kept] for each in steps)
+        follow = _Following.of(cells, end, u, _paths(steps)[1])
+        target = follow.evidence(least, power)
+        for change in np.tile(CHANGES, ROUNDS):
+            fresh, old = _steps(GUIDES, generator), np.sqrt(1 - change**2)
+            other = [generator.random(each.shape) < change / 2 for each in steps]
+            trial = (
+                old * steps[0] + change * fresh[0],
+                np.where(other[1], fresh[1], steps[1]),
+                old * steps[2] + change * fresh[2],
+                np.where(other[3], fresh[3], steps[3]),
+            )
+            moved = _Following.of(cells, end, u, _paths(trial)[1])
+            reached = moved.evidence(least, power)
+            accepted = np.log(generator.random(GUIDES)) < reached - target
+            target = np.where(accepted, reached, target)
+            steps = tuple(np.where(accepted[:, None], new, each) for new, each in zip(trial, steps, strict=True))
+        paths = _paths(steps)[1]
+        follow = _Following.of(cells, end, u, paths)
+    return paths, constant - target
+
+
+def _draws(
+    cells: WeightedCurve, end: float, guided: tuple[Floats, Floats], count: int, generator: np.random.Generator
+) -> tuple[Floats, Floats]:
+    """Equilibrium moduli (count,) and moduli along paths (count, m) that go with the curve of `cells`."""
+    from scipy.special import ndtr, ndtri
+
+    u, (paths, unguided), scale = _unguided()[1], guided, cells.values[0, -1]
+    follow = _Following.of(cells, end, u, paths)
+    least = follow.least
+    (sigma_level, sigma_size), rho = follow.spread(least), -follow.b / np.sqrt(follow.a * follow.c)
+    mean_level, mean_size, power = follow.mean_level, follow.mean_size, 1.0
     while True:
-        share = np.exp(prior + power * likelihood - np.max(prior + power * likelihood))
-        share /= share.sum()
-        if power < 0.01 or share @ share < 1 / ENOUGH:
+        weight = unguided + follow.evidence(least, power)
+        if power < LEAST_POWER or _effective(weight) >= ENOUGH:
             break
         power *= 0.8
-    many = 10 * count + 200
+    many, share = 10 * count + 200, np.exp(weight - weight.max())
+    share /= share.sum()
     k = generator.choice(share.size, size=many, p=share)
     first, second = generator.random((2, many))
 
@@ -210,12 +321,13 @@ def _draws(curve: WeightedCurve, end: float, ratio: Floats, count: int, generato
     level = positive(given, sigma_level[k] * np.sqrt(1 - rho[k] ** 2), second)
     likely = 1 / ((size + LEAST_SIZE) * (level + LEAST_MODULUS))
     chosen = generator.choice(many, size=count, p=likely / likely.sum())
-    # the evidence for a curve that falls by no path, and for one that falls
-    exponent = prior + power * likelihood
-    falls = float(np.mean(np.exp(exponent))) * 2 * np.pi * noise**2 * float(np.mean(1 / (size + LEAST_SIZE))) / -np.log(LEAST_SIZE)
-    stays = (max(n - d**2 / a, least) / least) ** (-0.5 * power * freedom) * np.sqrt(2 * np.pi / a) * noise
+    # the evidence for a curve that falls by no path, and for one that falls, by the curve as measured
+    noise, drops = np.sqrt(least / follow.freedom), float(np.mean(1 / (size + LEAST_SIZE))) / -np.log(LEAST_SIZE)
+    falls = float(np.mean(np.exp(unguided + follow.evidence(least)))) * 2 * np.pi * noise**2 * drops
+    a, square = follow.a, follow.n - follow.d**2 / follow.a
+    stays = (max(square, least) / least) ** (-0.5 * follow.freedom) * np.sqrt(2 * np.pi / a) * noise
     level, size = level[chosen], size[chosen]
     constant = generator.random(count) < stays / (stays + falls)
-    level[constant] = np.maximum(d / a + noise / np.sqrt(a) * generator.standard_normal(int(constant.sum())), 0.0)
+    level[constant] = np.maximum(follow.d / a + noise / np.sqrt(a) * generator.standard_normal(int(constant.sum())), 0.0)
     size[constant] = 0.0
     return level * scale, size[:, None] * paths[k[chosen]] * scale

@@ -1,6 +1,6 @@
 """How often 90 % intervals of the equilibrium modulus and of lives at constant voltage hold the truth, plateau reached or not.
 
-    python tests/bench/bench_plateau.py [--experiments N] [--draws N] [--chain] [--noise SHARE]
+    python tests/bench/bench_plateau.py [--experiments N] [--first SEED] [--draws N] [--chain] [--noise SHARE]
 
 By default the master curve is made with the true shift factors, so that its noise is its only error; with `--chain`, shift factors
 are fitted and drawn, and the shapes of the laboratories take turns. The ratio is that of stated half widths over 1.645 to actual
@@ -120,6 +120,7 @@ def main() -> None:
     """Print coverage, ratios and widths for each regime."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--experiments", type=int, default=12)
+    parser.add_argument("--first", type=int, default=0, help="seed of the first experiment")
     parser.add_argument("--draws", type=int, default=40)
     parser.add_argument("--noise", type=float, default=0.005)
     parser.add_argument("--chain", action="store_true")
@@ -129,7 +130,7 @@ def main() -> None:
     print(f"{'regime':22}{'of':>10}{'held':>7}{'ratio':>7}{'found/truth':>13}{'lower/truth':>13}{'upper/truth':>13}{'open':>6}")
     for regime, hottest in HOTTEST.items():
         results = []
-        for seed in range(options.experiments):
+        for seed in range(options.first, options.first + options.experiments):
             try:
                 results.append(experiment(seed, hottest, options.noise, options.draws, options.chain))
             except DielastError as reason:

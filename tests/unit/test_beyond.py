@@ -14,7 +14,7 @@ from dielast.material.material import CalibratedRange, Material, Window
 from dielast.material.shift import WLF
 from dielast.material.spectrum import Spectrum
 from dielast.material.use_checks import warn_of_lasting
-from dielast.relaxation.beyond import end_of
+from dielast.relaxation.beyond import continuations, end_of
 from dielast.relaxation.fit import fit_spectrum
 from dielast.relaxation.result import SpectrumFit
 from dielast.relaxation.spectrum_draws import CurveDraws, draw_spectra
@@ -69,6 +69,29 @@ def test_draws_of_an_open_end_agree_within_the_curve_and_fall_beyond_it() -> Non
     np.testing.assert_allclose(members[:, :3] / TRUTH.relaxation_modulus(at[:3], LEVEL), 1, atol=0.02)
     assert members[:, 3].min() < LEVEL < members[:, 3].max()
     assert drawn.equilibrium_modulus.std() > 0.1 * LEVEL
+
+
+def test_draws_go_on_after_the_end_as_their_continuations_do() -> None:
+    _, _, fit = fitted(30.0)
+    after = continuations(fit, np.ones((10, fit.reduced_time.size)), 1)
+    level, own = np.full(10, fit.equilibrium_shear_modulus), np.tile(fit.spectrum.shear_modulus, (10, 1))
+    tau, equilibrium, moduli = after.joined(fit.spectrum, level, own)
+    at = after.end * np.logspace(0, 3, 13)
+    joined = equilibrium[:, None] + moduli @ np.exp(-at / tau[:, None])
+    np.testing.assert_allclose(joined / after.modulus(at), 1, atol=0.01)
+
+
+def test_a_steep_end_is_open_and_its_paths_follow_the_curve() -> None:
+    time = np.geomspace(1e-6, 30.0, 200)
+    steep = Spectrum(TAU, 1e6 * TAU**0.1 * np.exp(-np.sqrt(TAU / 10)))  # falls by a sixth per tenth of a decade at the end
+    modulus = steep.relaxation_modulus(time, 1e3)
+    noise = 1 + 0.005 * np.random.default_rng(3).standard_normal(time.size)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DielastWarning)
+        fit = fit_spectrum(time, 3 * modulus * noise)
+        assert not end_of(fit).reached
+    after = continuations(fit, np.ones((1, time.size)), 100).modulus(time[time > 10.0])
+    np.testing.assert_allclose(np.mean(after, axis=0) / modulus[time > 10.0], 1, atol=0.01)
 
 
 def test_window_and_range_are_in_the_material_file() -> None:
