@@ -33,7 +33,11 @@ def test_glassy_curves_are_not_placed_by_a_law_that_does_not_reach_them(
     dielast: Run, tmp_path: Path, shared_data: Callable[[str], Path]
 ) -> None:
     (tmp_path / "r.toml").write_text(SWEEPS.format(file=shared_data("ansys_prony/freq_user_raw.csv")))
-    done = dielast("mastercurve", "r.toml", "--plot", "none")
+    refused = dielast("mastercurve", "r.toml", "--plot", "none")
+    assert refused.returncode == 2
+    assert "-5 degC lies among temperatures whose shift factors are not determined" in refused.stderr
+    assert "take 39.969 degC, the nearest temperature with a shift factor" in refused.stderr
+    done = dielast("mastercurve", "r.toml", "--plot", "none", "--set", "shift.reference_temperature='39.969 degC'")
     assert done.returncode == 0, done.stderr
     assert "the shift law is extrapolated and does not know log10 a within half a decade: their points are left out" in done.stderr
     decades = next(float(line.split(" = ")[1]) for line in done.stdout.splitlines() if line.startswith("data.decades"))
