@@ -24,6 +24,8 @@ from dielast.superposition.sweepfit import BasisFit
 
 SMOOTH_POINTS = 400
 
+SAME = 0.5  # K; temperatures that are closer are one, as data.temperature_tolerance has it by default
+
 
 def place_at_reference(
     data: Gathered,
@@ -128,7 +130,7 @@ def _nothing_determined(undetermined: Sequence[Undetermined]) -> InputError:
 def _check_reference(reference: float, temperature: Floats, determined: Flags) -> None:
     """Raise `InputError` if temperatures without a shift factor lie between the `reference` and all temperatures with one."""
     low, high = temperature[determined][[0, -1]].tolist()
-    if (reference < low and temperature[0] < low) or (reference > high and temperature[-1] > high):
+    if (reference < low - SAME and temperature[0] < low) or (reference > high + SAME and temperature[-1] > high):
         nearest = low if reference < low else high
         raise InputError(
             f"{reference:g} degC lies among temperatures whose shift factors are not determined, and the law would be extrapolated "
