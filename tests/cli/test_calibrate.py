@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from machines import Machine, hold
+from machines import Machine, cycles, hold, softened
 
 from dielast import Gent, Material, NoShift, Spectrum, read_draws, read_material
 from dielast.commands.inspect import warnings_of
@@ -238,6 +238,16 @@ def test_ringing_is_left_out_and_shown_and_a_time_to_leave_out_may_be_stated(die
         (tmp_path / "r.toml").write_text(HEAD + ring + key + "\n" + FREE + QUICK)
         with pytest.raises(InputError, match=re.escape(message)):
             warnings_of(tmp_path / "r.toml")
+
+
+def test_softening_from_cycle_to_cycle_is_named(dielast: Run, tmp_path: Path) -> None:
+    truth = Material("t", 22e3, Spectrum([300.0, 8.0], [16e3, 35e3]), NoShift(20.0), Gent(110.0), Gent(55.0))
+    made = softened(cycles(truth, Machine(force=0.0, overshoot=0.0), np.random.default_rng(2)), 0.2)
+    (tmp_path / "again.csv").write_text(made.table())
+    (tmp_path / "r.toml").write_text(HEAD + f'[[test]]\nfile = "again.csv"\n{SPECIMEN}\n' + FREE + QUICK)
+    done = dielast("calibrate", "r.toml", "--plot", "none", "-q")
+    assert done.returncode == 0, done.stderr
+    assert re.search(r"again\.csv: later loadings are softer than the first by 1\d % .*\(Mullins\).*discard", done.stderr)
 
 
 def test_a_fit_that_determines_nothing_exits_3_with_what_to_do(dielast: Run, tmp_path: Path) -> None:
