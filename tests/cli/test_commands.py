@@ -88,7 +88,7 @@ HEADERS |= {
     "parameters.csv": ["parameter", "start", "value", "standard_error", "lower", "upper", "verdict", "unit"],
     "tests.csv": [
         *("test", "used", "points", "rms_error", "rms_relative_error [1]", "r_squared [1]", "coverage [1]", "specimen", "unit"),
-        "specimen_factor [1]",
+        *("specimen_factor [1]", "left_out_points [1]"),
     ],
     "correlations.csv": ["parameter", *(f"{name} [1]" for name in FITTED)],
     "residuals.csv": ["test", "time [s]", "measured", "model", "lower", "upper", "unit"],
