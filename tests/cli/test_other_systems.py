@@ -60,7 +60,10 @@ RECIPES = {
     "mastercurve": 'kind = "mastercurve"\n[data]\nfile = "Messung bei 20 °C/größe.csv"\n'
     'columns = { temperature = "temperature", modulus = "relaxation_modulus" }\nramp = "1 s"\n'
     '[shift]\nreference_temperature = "20 °C"\n',
-    "spectrum": 'kind = "spectrum"\nmastercurve = "Ergebnisse/mastercurve"\n[fit]\nequilibrium_modulus = "0.078 MPa"\n[material]\npermittivity = "3.98e-11 F/m"\n',
+    "spectrum": (
+        'kind = "spectrum"\nmastercurve = "Ergebnisse/mastercurve"\n[fit]\nequilibrium_modulus = "0.078 MPa"\n'
+        '[material]\npermittivity = "3.98e-11 F/m"\n'
+    ),
     "relax": MATERIAL.format("relax") + '[[step]]\ntable = "Messung bei 20 °C/history.csv"\n',
     "creep": MATERIAL.format("creep") + '[[step]]\nstress = "20 kPa"\nrate = "10 kPa/s"\n[[step]]\nhold = "1 min"\n',
     "actuate": MATERIAL.format("actuate") + FILM + '[[step]]\nvoltage = "4 kV"\nduration = "10 s"\n',
