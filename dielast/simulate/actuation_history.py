@@ -17,8 +17,9 @@ from dielast.numerics.arrays import Cases, Floats
 from dielast.numerics.integrate import Status
 from dielast.simulate.cycles import CycleMeter, CycleTable
 from dielast.simulate.electrical import ElectricMeter, nominal
+from dielast.simulate.events import Event, event_columns, events_of, first_of
 from dielast.simulate.follow import follow
-from dielast.simulate.history import Event, History, Outcome, event_columns, events_of, first_of
+from dielast.simulate.history import History, Outcome
 from dielast.simulate.output import Output
 from dielast.simulate.profile import ProfileRecorder, Profiles
 from dielast.simulate.quantities import FILMS, SolvedFilms, values_of

@@ -17,8 +17,8 @@ from dielast.mechanics.span import Control, Controls
 from dielast.numerics.arrays import ByCase, Cases, Flags, Floats, paired
 from dielast.numerics.edged_roots import EDGE, ENDED, FAR, FOUND, OPEN, PASSED, SHORT, EdgedRoots
 from dielast.numerics.integrate import Status
+from dielast.simulate.events import NONE, Names, first_of, name_of_first
 from dielast.simulate.film_grid import FilmGrid, Group, axis_of
-from dielast.simulate.history import NONE, Names, first_of, name_of_first
 from dielast.simulate.options import Options
 
 ROUNDS = 100  # of trials, at most: a bracket is halved every other round

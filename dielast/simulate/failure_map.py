@@ -21,9 +21,10 @@ from dielast.mechanics.criteria.loss_of_tension import LossOfTension
 from dielast.numerics.arrays import Cases, Floats, Texts
 from dielast.numerics.integrate import Status
 from dielast.simulate.durations import lasting
+from dielast.simulate.events import NONE
 from dielast.simulate.film_grid import axis_of, lay_out
 from dielast.simulate.film_setup import Film
-from dielast.simulate.history import NONE, REASONS
+from dielast.simulate.history import REASONS
 from dielast.simulate.map_plan import MapPlan, SolvedCells, column_of, solve_cells
 from dielast.simulate.options import Failure, Options, Solver
 from dielast.simulate.quantities import CELLS

@@ -10,8 +10,8 @@ from dielast.io.result import Result
 from dielast.mechanics.criteria.loss_of_tension import LossOfTension
 from dielast.mechanics.span import Control
 from dielast.numerics.arrays import Cases, Floats, Texts
+from dielast.simulate.events import first_of, name_of_first
 from dielast.simulate.film_grid import FilmGrid
-from dielast.simulate.history import first_of, name_of_first
 
 CHUNK = 2048  # cells
 

@@ -15,7 +15,7 @@ from dielast.numerics.arrays import Floats
 from dielast.simulate.record import Record
 
 if TYPE_CHECKING:
-    from dielast.simulate.history import Event
+    from dielast.simulate.events import Event
     from dielast.simulate.wiring import Wiring
 
 ELECTRICAL = "output.electrical = true"

@@ -33,8 +33,8 @@ from dielast.material.sensitivity import Exchange
 from dielast.material.shift import NoShift
 from dielast.numerics.quadrature import FINE, _by_rule, integrals
 from dielast.simulate.actuation_history import ActuationHistory
+from dielast.simulate.events import Event
 from dielast.simulate.failure_map import solve_map
-from dielast.simulate.history import Event
 
 MU, EPS, THICKNESS, HOUR = 26e3, 4e-11, 0.5e-3, 3600.0
 MODULUS, TIME = np.array([3e4, 1e5, 3e6]), np.array([30.0, 1.0, 0.01])

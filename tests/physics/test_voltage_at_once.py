@@ -15,7 +15,7 @@ from dielast.material.springs import Gent
 from dielast.mechanics import jump
 from dielast.mechanics.load import VoltageStep
 from dielast.mechanics.stability import TimeScale
-from dielast.simulate.history import Event
+from dielast.simulate.events import Event
 from reconstruction import spectrum
 
 FULL = spectrum()

@@ -21,7 +21,7 @@ from dielast.material.spectrum import Spectrum
 from dielast.material.springs import Gent
 from dielast.mechanics.load import VoltageStep
 from dielast.mechanics.stability import TimeScale
-from dielast.simulate.history import Event
+from dielast.simulate.events import Event
 
 MODULUS, PERMITTIVITY, THICKNESS = 26e3, 3.98e-11, 0.5e-3
 LITERAL = TimeScale.fixed(0.0)

@@ -19,7 +19,7 @@ from dielast.mechanics.load import VoltageStep
 from dielast.mechanics.watch import EventArrays
 from dielast.numerics.roots import fall, samples
 from dielast.simulate.actuation_history import ActuationHistory
-from dielast.simulate.history import events_of, first_of
+from dielast.simulate.events import events_of, first_of
 
 Array = NDArray[np.float64]
 

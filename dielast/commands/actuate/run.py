@@ -24,8 +24,8 @@ from dielast.report.report import Report
 from dielast.sharing.execution import Execution
 from dielast.simulate.actuate import prepare
 from dielast.simulate.actuation_history import ActuationHistory
+from dielast.simulate.events import event_columns
 from dielast.simulate.film_setup import Film
-from dielast.simulate.history import event_columns
 from dielast.simulate.options import MESH_RTOL, Circuit, Failure, Solver
 from dielast.simulate.output import Output
 

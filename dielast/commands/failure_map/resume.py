@@ -19,7 +19,7 @@ from dielast.recipe.cases import Case
 from dielast.sharing.batches import share_out
 from dielast.sharing.execution import NOTHING_KEPT, Execution
 from dielast.sharing.versions import VERSIONS
-from dielast.simulate.history import NONE
+from dielast.simulate.events import NONE
 from dielast.simulate.map_plan import MapPlan, SolvedCells, column_of, solve_cells
 
 CHUNK = 1024  # cells, about a second of work: little is lost by an interrupt, and the shares of processes are even

@@ -17,8 +17,8 @@ from dielast.mechanics.criteria import named
 from dielast.numerics.arrays import Flags, Floats
 from dielast.sharing.batches import Batch, solve_batches
 from dielast.sharing.execution import Execution
+from dielast.simulate.events import EVENT_UNITS, Event, event_columns
 from dielast.simulate.failure_map import FailureMap
-from dielast.simulate.history import EVENT_UNITS, Event, event_columns
 from dielast.simulate.lifetime import POWER, UNITS as LINE_UNITS, LifetimeLine
 from dielast.simulate.map_plan import column_of
 from dielast.simulate.quantities import CELLS, quantity_of

@@ -20,7 +20,8 @@ from dielast.material.checks import warn_of_material
 from dielast.material.material import Material
 from dielast.numerics.arrays import Floats
 from dielast.recipe.cases import Case
-from dielast.simulate.history import Event, History
+from dielast.simulate.events import Event
+from dielast.simulate.history import History
 from dielast.simulate.output import KEPT_WHOLE
 from dielast.simulate.quantities import FILMS, TESTS
 

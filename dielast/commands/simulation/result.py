@@ -16,7 +16,8 @@ from dielast.simulate.quantities import quantity_of
 if TYPE_CHECKING:
     from dielast.material.material import Material
     from dielast.material.scatter import Sample
-    from dielast.simulate.history import Event, Outcome
+    from dielast.simulate.events import Event
+    from dielast.simulate.history import Outcome
 
 
 @dataclass(frozen=True, slots=True)
