@@ -54,7 +54,9 @@ class RandomEffect:
     def precision(self, curves: int) -> Floats:
         """Inverse of the covariance (m, m) of the effects on so many `curves`."""
         spread = max(self.spread, LEAST)
-        return np.eye(curves) / spread**2 if self.known is None else np.linalg.inv(np.eye(curves) * spread**2 + self.known)
+        return np.asarray(
+            np.eye(curves) / spread**2 if self.known is None else np.linalg.inv(np.eye(curves) * spread**2 + self.known)
+        )
 
 
 @dataclass(frozen=True, slots=True)

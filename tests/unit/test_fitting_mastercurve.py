@@ -121,8 +121,8 @@ def test_vertical_errors_are_those_of_the_distance_from_the_reference(
     """Which is that of one temperature, or what lies between two; in proportion to b, that is ln 10 times those of log10 b."""
     fits = []
 
-    def watched(*arguments: Any) -> MasterFit:
-        fits.append(fit_master(*arguments))
+    def watched(*arguments: Any, **named: Any) -> MasterFit:
+        fits.append(fit_master(*arguments, **named))
         return fits[-1]
 
     monkeypatch.setattr(mastercurve, "fit_master", watched)
