@@ -84,6 +84,18 @@ def test_shift_factors_that_follow_the_law_keep_its_errors(count: int) -> None:
     assert np.all((ratio > 0.85) & (ratio < 1.6))
 
 
+@pytest.mark.parametrize("error", [0.0005, 0.005])
+def test_a_law_without_misfit_is_hardly_less_certain_than_least_squares(error: float) -> None:
+    """Nine tenths are held at 1.2 standard errors of least squares if a misfit has the probability 0.04."""
+    temperature = np.linspace(-40.0, 60.0, 14)
+    exact = relative(WLF(20.0, 13.7, 187.1).log10_shift_factor(temperature), 7)
+    covariance = pinned(np.eye(14) * error**2, 7)
+    fit = fit_shift_law("wlf", temperature, exact, covariance, 7, 20.0)
+    assert fit.doubt is not None
+    least_squares = fit.covariance - fit.doubt * np.outer(fit.values, fit.values)
+    assert np.all(np.diag(fit.covariance) < 1.2**2 * np.diag(least_squares))
+
+
 @pytest.mark.parametrize("change", [0.1, -0.1])
 def test_two_processes_are_in_the_errors_of_the_constants(change: float) -> None:
     """The slope of log10 a changes by a tenth over three decades: the law fits nearly, and its constants are far off."""
