@@ -84,16 +84,16 @@ def test_shift_factors_that_follow_the_law_keep_its_errors(count: int) -> None:
     assert np.all((ratio > 0.85) & (ratio < 1.6))
 
 
-@pytest.mark.parametrize("error", [0.0005, 0.005])
-def test_a_law_without_misfit_is_hardly_less_certain_than_least_squares(error: float) -> None:
-    """Nine tenths are held at 1.2 standard errors of least squares if a misfit has the probability 0.04."""
+@pytest.mark.parametrize("error", [0.001, 0.002])
+def test_a_law_without_misfit_is_as_certain_as_by_least_squares(error: float) -> None:
+    """Though a misfit keeps a probability: it widens the tails of the distribution, not nine tenths of it."""
     temperature = np.linspace(-40.0, 60.0, 14)
     exact = relative(WLF(20.0, 13.7, 187.1).log10_shift_factor(temperature), 7)
     covariance = pinned(np.eye(14) * error**2, 7)
     fit = fit_shift_law("wlf", temperature, exact, covariance, 7, 20.0)
     assert fit.doubt is not None
     least_squares = fit.covariance - fit.doubt * np.outer(fit.values, fit.values)
-    assert np.all(np.diag(fit.covariance) < 1.2**2 * np.diag(least_squares))
+    assert np.all(np.diag(fit.covariance) < 1.03**2 * np.diag(least_squares))
 
 
 @pytest.mark.parametrize("change", [0.1, -0.1])
