@@ -20,6 +20,7 @@ from dielast.numerics.arrays import Floats, rms
 NEGLIGIBLE = 1e-3  # decades
 SPREADS = np.geomspace(0.003, 0.3, 16)  # relative errors of the slope: a law is never better known, nor a worse one called a law
 PROBABLE = 0.1  # prior probability that the law misses; the spreads are even in the logarithm then
+WIDTHS = 400  # number of widths among which that of the level is sought
 LEVEL = 0.9  # level of the intervals that a single spread reproduces
 
 
@@ -218,8 +219,10 @@ def _likely_spread(
     moments = response @ (measured + spreads[:, None, None] ** 2 * of_slope) @ response.T * scale[:, None, None]
     root = np.linalg.inv(np.linalg.cholesky(moments[0]))
     width = np.sqrt(np.maximum.accumulate(np.linalg.eigvalsh(root @ moments @ root.T)[:, -1]))
-    inside = (2 * ndtr(ndtri((1 + LEVEL) / 2) * width[:, None] / width) - 1) @ probability / np.sum(probability)
-    return float(np.interp(LEVEL, inside, spreads)), float(np.interp(LEVEL, inside, scale))
+    tried = np.geomspace(1.0, width[-1], WIDTHS)
+    inside = (2 * ndtr(ndtri((1 + LEVEL) / 2) * tried[:, None] / width) - 1) @ probability / np.sum(probability)
+    square = np.interp(LEVEL, inside, tried) ** 2  # between two spreads, it is linear in their squares
+    return float(np.sqrt(np.interp(square, width**2, spreads**2))), float(np.interp(square, width**2, scale))
 
 
 def _spread(differences: Floats) -> float:

@@ -110,7 +110,7 @@ def row(name: str, outcomes: list[Outcome], laboratory: Laboratory, details: boo
     line += f"{actual[0]:6.1%}{np.mean(certain):6.0%}"
     scatter = np.array([each.drawn for each in outcomes if each.drawn is not None])
     if scatter.size:
-        scatter = np.where(np.isfinite(scatter), scatter, np.nan)
+        scatter = np.where(np.isfinite(scatter) & (scatter > 0), scatter, np.nan)  # 0 over an infinite error
         line += "  " + "".join(f"{np.exp(np.nanmean(np.log(part))):6.2f}" for part in (scatter[:, :-2], *scatter.T[-2:]))
     print(line, flush=True)
     if details:

@@ -84,6 +84,18 @@ def test_shift_factors_that_follow_the_law_keep_its_errors(count: int) -> None:
     assert np.all((ratio > 0.85) & (ratio < 1.6))
 
 
+@pytest.mark.parametrize("error", [0.001, 0.002])
+def test_a_law_without_misfit_is_as_certain_as_by_least_squares(error: float) -> None:
+    """Though a misfit keeps a probability: it widens the tails of the distribution, not nine tenths of it."""
+    temperature = np.linspace(-40.0, 60.0, 14)
+    exact = relative(WLF(20.0, 13.7, 187.1).log10_shift_factor(temperature), 7)
+    covariance = pinned(np.eye(14) * error**2, 7)
+    fit = fit_shift_law("wlf", temperature, exact, covariance, 7, 20.0)
+    assert fit.doubt is not None
+    least_squares = fit.covariance - fit.doubt * np.outer(fit.values, fit.values)
+    assert np.all(np.diag(fit.covariance) < 1.03**2 * np.diag(least_squares))
+
+
 @pytest.mark.parametrize("change", [0.1, -0.1])
 def test_two_processes_are_in_the_errors_of_the_constants(change: float) -> None:
     """The slope of log10 a changes by a tenth over three decades: the law fits nearly, and its constants are far off."""
