@@ -29,10 +29,10 @@ def prepare(
     film: Film,
     steps: Sequence[VoltageStep | ChargeStep],
     *,
-    circuit: Circuit = Circuit(),  # noqa: B008, frozen
-    failure: Failure = Failure(),  # noqa: B008
-    output: Output = Output(),  # noqa: B008
-    solver: Solver = Solver(),  # noqa: B008
+    circuit: Circuit = Circuit(),
+    failure: Failure = Failure(),
+    output: Output = Output(),
+    solver: Solver = Solver(),
 ) -> Callable[[], ActuationHistory]:
     """Prestretch films, let them relax, and then drive them through the `steps`, from 0 V or from a charge of 0.
 

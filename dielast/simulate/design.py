@@ -130,8 +130,8 @@ def design(
     film: Film,
     goal: Goal,
     *,
-    failure: Failure = Failure(),  # noqa: B008, frozen
-    solver: Solver = Solver(),  # noqa: B008
+    failure: Failure = Failure(),
+    solver: Solver = Solver(),
     sample: Sample | None = None,
     level: float = 0.9,
 ) -> Design:
@@ -166,8 +166,8 @@ def plan_design(
     film: Film,
     goal: Goal,
     *,
-    failure: Failure = Failure(),  # noqa: B008, frozen
-    solver: Solver = Solver(),  # noqa: B008
+    failure: Failure = Failure(),
+    solver: Solver = Solver(),
     sample: Sample | None = None,
 ) -> DesignPlan:
     """Check the arguments of `design`, and lay out its films and those of all draws of a `sample`; `DesignPlan.relaxed`

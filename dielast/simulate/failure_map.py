@@ -126,8 +126,8 @@ def failure_map(
     film: Film,
     voltages: HeldVoltages,
     *,
-    failure: Failure = Failure(),  # noqa: B008, frozen
-    solver: Solver = Solver(),  # noqa: B008
+    failure: Failure = Failure(),
+    solver: Solver = Solver(),
 ) -> FailureMap:
     """Times to breakdown and to pull-in of films under constant voltages.
 
@@ -157,8 +157,8 @@ def plan_failure_map(
     film: Film,
     voltages: HeldVoltages,
     *,
-    failure: Failure = Failure(),  # noqa: B008, frozen
-    solver: Solver = Solver(),  # noqa: B008
+    failure: Failure = Failure(),
+    solver: Solver = Solver(),
     sample: Sample | None = None,
 ) -> MapPlan:
     """Check the arguments of `failure_map`, and lay out its films; with a `sample`, also those of its draws.

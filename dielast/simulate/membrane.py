@@ -88,8 +88,8 @@ def prepare(
     mode: Mode | str = Mode.UNIAXIAL,
     temperature: ArrayLike | None = None,
     nominal_field: ArrayLike | None = None,
-    output: Output = Output(),  # noqa: B008, frozen
-    solver: Solver = Solver(),  # noqa: B008
+    output: Output = Output(),
+    solver: Solver = Solver(),
 ) -> Callable[[], MembraneHistory]:
     """Simulate specimens, initially undeformed and relaxed, under `steps` of stretch (`relax`), nominal stress (`creep`), or both.
 
@@ -106,10 +106,9 @@ def prepare(
     The equations are those of Sec. 3 of DOI 10.1115/1.4030850. Raises `InputError` for invalid arguments; a case in which the
     numerics give up is an `Outcome`, not an error.
     """
-    if (
-        other := next((name for name in ("with_end", "electrical", "profile") if getattr(output, name) is not None), None)
-    ) is not None:
-        raise InputError("only a film under voltage has it", argument=other)
+    others = [name for name in ("with_end", "electrical", "profile") if getattr(output, name) is not None]
+    if others:
+        raise InputError("only a film under voltage has it", argument=others[0])
     rtol = solver.rtol
     materials = materials_of(material)
     if not materials:

@@ -128,8 +128,8 @@ def life_sensitivity(
     sample: Sample | None = None,
     *,
     seed: int = 1,
-    failure: Failure = Failure(),  # noqa: B008, frozen
-    solver: Solver = Solver(),  # noqa: B008
+    failure: Failure = Failure(),
+    solver: Solver = Solver(),
 ) -> Sensitivity:
     """The sensitivity of the life of the films of a `failure_map`, which has the same arguments.
 
