@@ -11,6 +11,7 @@ from scipy.special import logsumexp, pdtr, pdtrc
 from dielast.calibration.profiles import Verdict
 from dielast.failures.bounds import events_of
 from dielast.failures.estimate import Estimate, ProfileInterval, draw, edge, estimate, profile_intervals, starts_of, without_each
+from dielast.failures.exposures import Aged
 from dielast.failures.histories import Histories
 from dielast.failures.laws import LawModel
 from dielast.failures.likelihood import Anchored, Seen
@@ -121,10 +122,11 @@ class FittedLaw(TabularResult):
         """The time in s within which a share fails at a constant voltage in V, by a law of the time over the voltage, with
         bounds.
         """
-        ageing = self.law.model.exposure.ageing  # type: ignore[attr-defined]
+        exposure = self.law.model.exposure
+        assert isinstance(exposure, Aged)
         assert self.edge is not None
         at = np.concatenate((self.fit.at[None], self.edge))
-        g = ageing.at(np.log(voltage), at[:, 1])[0]
+        g = exposure.ageing.at(np.log(voltage), at[:, 1])[0]
         life = np.exp(at[:, 0] - g + self.law.model.scatter.quantile(np.array(share), at[:, 2]))
         return float(life[0]), float(life[1:].min()), float(life[1:].max())
 

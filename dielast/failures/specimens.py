@@ -18,7 +18,7 @@ from dielast.mechanics.stability import ONE_PERCENT, TimeScale
 from dielast.numerics.arrays import Cases, Floats
 from dielast.simulate.actuate import prepare
 from dielast.simulate.film_setup import Film
-from dielast.simulate.options import MESH_RTOL, Failure, Solver
+from dielast.simulate.options import Failure, Solver
 from dielast.simulate.output import Output
 
 POINTS_PER_DECADE = 50
@@ -98,12 +98,12 @@ def simulate_specimens(
     material: Material,
     specimens: Specimens,
     *,
-    film: dict[str, Any],
+    film: Film,
     pull_in_timescale: TimeScale = ONE_PERCENT,
-    rtol: float = 1e-6,
+    solver: Solver | None = None,
     points_per_decade: int = POINTS_PER_DECADE,
 ) -> Simulated:
-    """Simulate every specimen up to its end; `film` are the arguments of `Film` that all share (relax, boundary and so on).
+    """Simulate every specimen up to its end, as a `film` with the thickness, the prestretch and the temperature of the specimen.
 
     Specimens of one programme, film and temperature share a history. Raises `InputError` with a line for each specimen that is said
     to fail after the end of its programme or whose film pulls in before it is said to break down; warns of survivors that pull in.
@@ -123,20 +123,21 @@ def simulate_specimens(
         first = [members[key][0] for key in alike]
         longest = np.array([specimens.time[members[key]].max() for key in alike])
         steps = _steps(specimens, programme, np.array(first), longest)
-        geometry = dict(film)
-        solver = Solver(rtol, geometry.pop("mesh_rtol", MESH_RTOL))
+        # an axis on which a weight hangs has no prestretch of its own
+        pair = specimens.prestretch[first].T
+        first_axis, second_axis = (None if force is not None else axis for force, axis in zip(film.forces, pair, strict=True))
         run = prepare(
             plain,
-            Film(
+            replace(
+                film,
                 thickness=specimens.thickness[first],
-                prestretch=(_axis(specimens, first, 0, film), _axis(specimens, first, 1, film)),
+                prestretch=(first_axis, second_axis),
                 temperature=specimens.temperature[first],
-                **geometry,
             ),
             steps,
             failure=Failure(pull_in_timescale=pull_in_timescale, stop_at=PULL_IN),
             output=Output(points_per_decade=points_per_decade),
-            solver=solver,
+            solver=solver or Solver(),
         )
         history = run()
         for row, key in enumerate(alike):
@@ -179,13 +180,6 @@ def _steps(specimens: Specimens, programme: int, first: Cases, longest: Floats) 
     rise = np.where(np.isfinite(ramp), voltage / ramp, 0.0)
     # a film that is dead at once still needs a moment under voltage
     return [VoltageStep(voltage=voltage, duration=rise), VoltageStep.hold(np.maximum(longest - rise, 1e-6))]
-
-
-def _axis(specimens: Specimens, rows: Sequence[int], axis: int, film: dict[str, Any]) -> Floats | None:
-    """The prestretch of an axis, None if a weight hangs on it."""
-    force = film.get("force")
-    hung = force is not None and force[axis] is not None
-    return None if hung else specimens.prestretch[rows, axis]
 
 
 def _checked(

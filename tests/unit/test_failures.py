@@ -15,7 +15,8 @@ from dielast.failures.estimate import draw, estimate, profile_intervals, without
 from dielast.failures.exposures import Aged, Envelope, Plain
 from dielast.failures.fits import fit_law
 from dielast.failures.histories import Histories
-from dielast.failures.laws import LawModel, LawOptions, law_model
+from dielast.failures.law_models import law_model
+from dielast.failures.laws import LawModel, LawOptions
 from dielast.failures.likelihood import Anchored, FailureModel, Mixed, Observations, Seen
 from dielast.failures.scatter_laws import NORMAL_FIELD, SCATTER_LAWS, WEIBULL
 from dielast.failures.specimens import Simulated, Specimens
