@@ -86,6 +86,8 @@ class Simulated(Result):
     seen: Cases
     voltages: Histories | None = None
     """The voltages in V, in the place of fields."""
+    points_per_decade: int = POINTS_PER_DECADE
+    """The rows of the histories, from the beginning of each step."""
 
     @property
     def state(self) -> tuple[Floats, Floats]:
@@ -156,7 +158,7 @@ def simulate_specimens(
     volts = Histories.padded(time, volt, np.ones_like(volt))
     pulled_in = np.array([ended[k][1] for k in which])
     tested = _checked(specimens, histories, which, ended, pulled_in)
-    return replace(tested, voltage=volts.at(which, tested.end)[0], voltages=volts)
+    return replace(tested, voltage=volts.at(which, tested.end)[0], voltages=volts, points_per_decade=points_per_decade)
 
 
 def _key(specimens: Specimens, row: int) -> tuple[Any, ...]:

@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import replace
+from importlib.resources import files
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +10,9 @@ import pytest
 from scipy.stats import binom
 
 from dielast import InputError, read_material
+from dielast.commands.lifetime.ranking import EXACT, simulated_and_ranked
+from dielast.commands.lifetime.table import read_specimens
+from dielast.commands.registry import read_cases
 from dielast.failures.ageing import Ageing
 from dielast.failures.bounds import events_of, likely_scale, lower_life, lower_scale, plan_test
 from dielast.failures.estimate import draw, estimate, profile_intervals, without_each
@@ -19,7 +23,8 @@ from dielast.failures.law_models import law_model
 from dielast.failures.laws import LawModel, LawOptions
 from dielast.failures.likelihood import Anchored, FailureModel, Mixed, Observations, Seen
 from dielast.failures.scatter_laws import NORMAL_FIELD, SCATTER_LAWS, WEIBULL
-from dielast.failures.specimens import Simulated, Specimens
+from dielast.failures.specimens import POINTS_PER_DECADE, Simulated, Specimens
+from dielast.io.files import Inputs
 from dielast.material.scatter import DamageScatter, draw_sample, of_area
 
 REFERENCES = json.loads((Path(__file__).parents[1] / "references" / "failures.json").read_text())
@@ -266,3 +271,31 @@ def test_a_fitted_activation_energy_and_scatter_reach_samples_of_films() -> None
     assert larger.rate(44e6) / material.damage.rate(44e6) == pytest.approx(10 ** (1 / shape))
     with pytest.raises(InputError, match="no shape with a reference_area"):
         of_area(replace(material, damage=None), 1e-3)
+
+
+def test_half_the_rows_show_the_error_of_damage() -> None:
+    """A field that rises by ln(1 + t): the exposure to E^40 against a sum over far more rows."""
+
+    def exposure(rows: int) -> tuple[float, float]:
+        time = np.concatenate(([0.0], np.geomspace(1e-2, 1e4, rows)))[None]
+        whole = Histories(time, 4e7 * (1 + 0.05 * np.log1p(time)), np.ones_like(time))
+        ageing, slope, film = Ageing("power", 4e7), np.array([40.0]), np.zeros(1, dtype=int)
+        first, second = (each.exposure(ageing, slope, film, time[:, -1])[0][0, 0] for each in (whole, whole.coarser()))
+        return float(first), float(second)
+
+    exact = exposure(200_001)[0]
+    for rows in (101, 201):
+        whole, half = exposure(rows)
+        assert (whole - half) / 3 == pytest.approx(exact - whole, rel=0.1)
+
+
+def test_rows_are_closer_where_a_law_needs_them() -> None:
+    path = Path(str(files("dielast"))) / "commands" / "lifetime" / "starters" / "lifetime.short.toml"
+    case = read_cases(path)[0]
+    sharp = case.recipe.fit.model_copy(update={"exponent": 40.0, "shape": 5.0})
+    recipe = case.recipe.model_copy(update={"fit": sharp})
+    inputs = Inputs(path.parent)
+    material = read_material(recipe.material)
+    tested, ranks = simulated_and_ranked(recipe, material, read_specimens(recipe, material, inputs))
+    assert tested.points_per_decade > POINTS_PER_DECADE
+    assert ranks[0].error <= EXACT

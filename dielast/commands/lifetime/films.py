@@ -40,8 +40,10 @@ def solver_of(recipe: LifetimeRecipe) -> Solver:
     return Solver(recipe.solver.rtol, recipe.solver.mesh_rtol if recipe.film.boundary[0] == "frame" else MESH_RTOL)
 
 
-def films_under(recipe: LifetimeRecipe, voltage: Floats, prestretch: Floats, end: float, material: Material) -> Simulated:
-    """Films of the recipe under constant voltages (films,) up to a time in s."""
+def films_under(
+    recipe: LifetimeRecipe, tested: Simulated, material: Material, *, voltage: Floats, prestretch: Floats, end: float
+) -> Simulated:
+    """Films of the recipe under constant voltages (films,) in V up to the `end` in s, with rows as close as those of the tests."""
     n, usual = voltage.size, recipe.film.thickness
     unknown, empty = np.full(n, np.nan), ("",) * n
     at = material.reference_temperature if recipe.temperature is None else recipe.temperature
@@ -68,7 +70,7 @@ def films_under(recipe: LifetimeRecipe, voltage: Floats, prestretch: Floats, end
             film=film_of(recipe),
             pull_in_timescale=recipe.pull_in.criterion,
             solver=solver_of(recipe),
-            points_per_decade=30,
+            points_per_decade=tested.points_per_decade,
         )
 
 
@@ -87,7 +89,7 @@ def lives_under(recipe: LifetimeRecipe, material: Material, tested: Simulated, f
     pairs = [recipe.film.prestretch] if recipe.film.prestretch else sorted(set(map(tuple, specimens.prestretch.tolist())))
     volts, prestretch = np.tile(voltage, len(pairs)), np.repeat(np.array(pairs, dtype=float), voltage.size, axis=0)
     horizon = axis.horizon or LONGER * float(tested.end.max())
-    films = films_under(recipe, volts, prestretch, horizon, material)
+    films = films_under(recipe, tested, material, voltage=volts, prestretch=prestretch, end=horizon)
     with without_warnings():
         return lives_of(
             fitted,
@@ -106,7 +108,9 @@ def planned(goal: PlanSection, recipe: LifetimeRecipe, material: Material, teste
         raise InputError("a test plan is for Weibull scatter", key="plan")
     pair = goal.prestretch or recipe.film.prestretch or tuple(tested.specimens.prestretch[0].tolist())
     durations = goal.life * np.array([0.25, 0.5, 1.0, 2.0, 4.0])
-    films = films_under(recipe, np.array([goal.voltage]), np.array([pair]), float(durations[-1]), material)
+    films = films_under(
+        recipe, tested, material, voltage=np.array([goal.voltage]), prestretch=np.array([pair]), end=float(durations[-1])
+    )
     if films.pulled_in[0] < goal.life:
         raise InputError(f"the film pulls in after {films.pulled_in[0]:.4g} s", key="plan.life")
     with np.errstate(divide="ignore"):

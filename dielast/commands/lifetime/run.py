@@ -8,14 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from dielast.commands.lifetime.films import film_of, lives_under, planned, solver_of
+from dielast.commands.lifetime.films import lives_under, planned
 from dielast.commands.lifetime.lines import lines_of
-from dielast.commands.lifetime.ranking import chosen_of, modes_of, ranked, warn_of_fit
+from dielast.commands.lifetime.ranking import chosen_of, simulated_and_ranked, warn_of_fit
 from dielast.commands.lifetime.recipe import LifetimeRecipe
 from dielast.commands.lifetime.table import read_specimens
 from dielast.commands.lifetime.tables import headline, joined, law_columns, specimen_columns
-from dielast.errors import in_keys
-from dielast.failures.specimens import simulate_specimens
 from dielast.handover.material_draws import draw_columns, read_draws_beside
 from dielast.handover.material_file import parse_material, write_material
 from dielast.io.files import Inputs
@@ -26,7 +24,6 @@ from dielast.report.report import Report
 from dielast.sharing.execution import Execution
 
 DRAWS = "draws.csv"
-KEYS = {"scatter": "fit.scatter", "thickness": "film.thickness", "relax": "film.relax", "boundary": "film.boundary"}
 
 
 def run(cases: Sequence[Case[LifetimeRecipe]], inputs: Inputs, execution: Execution) -> Report:
@@ -35,15 +32,7 @@ def run(cases: Sequence[Case[LifetimeRecipe]], inputs: Inputs, execution: Execut
     material = parse_material(inputs.read(recipe.material), recipe.material)
     warn_of_material(material)
     specimens = read_specimens(recipe, material, inputs)
-    with in_keys(KEYS):
-        tested = simulate_specimens(
-            material,
-            specimens,
-            film=film_of(recipe),
-            pull_in_timescale=recipe.pull_in.criterion,
-            solver=solver_of(recipe),
-        )
-    ranks = [ranked(recipe, material, tested, mode) for mode in modes_of(specimens)]
+    tested, ranks = simulated_and_ranked(recipe, material, specimens)
     chosen = chosen_of(recipe, ranks)
     best = chosen.fitted[0]
     for rank in ranks:
