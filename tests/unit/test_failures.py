@@ -4,6 +4,7 @@ import json
 from dataclasses import replace
 from importlib.resources import files
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -23,9 +24,11 @@ from dielast.failures.law_models import law_model
 from dielast.failures.laws import LawModel, LawOptions
 from dielast.failures.likelihood import Anchored, FailureModel, Mixed, Observations, Seen
 from dielast.failures.scatter_laws import NORMAL_FIELD, SCATTER_LAWS, WEIBULL
-from dielast.failures.specimens import POINTS_PER_DECADE, Simulated, Specimens
+from dielast.failures.specimens import POINTS_PER_DECADE, Simulated, Specimens, simulate_specimens
 from dielast.io.files import Inputs
 from dielast.material.scatter import DamageScatter, draw_sample, of_area
+from dielast.mechanics.load import VoltageStep, Waveform
+from dielast.simulate.film_setup import Film
 
 REFERENCES = json.loads((Path(__file__).parents[1] / "references" / "failures.json").read_text())
 
@@ -299,3 +302,38 @@ def test_rows_are_closer_where_a_law_needs_them() -> None:
     tested, ranks = simulated_and_ranked(recipe, material, read_specimens(recipe, material, inputs))
     assert tested.points_per_decade > POINTS_PER_DECADE
     assert ranks[0].error <= EXACT
+
+
+def under(steps: list[VoltageStep], end: float, **film: Any) -> Simulated:
+    """One survivor of the example material under a programme of voltages."""
+    unknown, one = np.full(1, np.nan), np.ones(1)
+    specimen = Specimens(
+        *(("a",), np.array([Seen.SUSPENDED]), end * one, unknown, np.inf * one, np.full((1, 2), 1.9), 5e-4 * one, 20.0 * one),
+        *(unknown, unknown, unknown, ("",), ("",), np.zeros(1, dtype=int), (steps,)),
+    )
+    return simulate_specimens(read_material("example:vhb4905.toml"), specimen, film=Film(5e-4, **film))
+
+
+def test_cycles_that_are_not_kept_age_a_film() -> None:
+    tested = under([VoltageStep(voltage=Waveform(0.0, 4e3, 10.0, 300, "triangle"))], 3000.0, boundary="clamped")
+    largest = 4e3 * 1.9**2 / 5e-4
+    films, time = np.zeros(3, dtype=int), np.array([3000.0, 2750.0, 1705.0])
+    y = tested.histories.exposure(Ageing("power", largest), np.array([5.0]), films, time)[0][0]
+    assert np.exp(y) == pytest.approx(time / 6, rel=1e-4)  # of field over its largest to the power of 5: a sixth of the time
+    assert tested.histories.at(films[:2], np.array([2753.0, 2755.0]))[0] == pytest.approx([0.6 * largest, largest], rel=1e-4)
+
+
+def test_cycles_of_creeping_films_may_be_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    steps = [VoltageStep(voltage=1e3, duration=7.0), VoltageStep(voltage=Waveform(1e3, 3e3, 10.0, 60)), VoltageStep.hold(400.0)]
+
+    def exposures() -> tuple[int, Any]:
+        histories = under(steps, 1007.0, relax=5400.0).histories
+        time = np.array([300.0, 607.0, 1007.0])
+        return histories.time.size, histories.exposure(Ageing("power", 3e7), np.array([12.0]), np.zeros(3, dtype=int), time)[0][0]
+
+    rows, whole = exposures()
+    monkeypatch.setattr("dielast.failures.specimens.KEPT_WHOLE", 10)
+    fewer, thinned = exposures()
+    assert fewer < 0.7 * rows
+    assert thinned[1:] == pytest.approx(whole[1:], abs=2e-3)
+    assert thinned[0] == pytest.approx(whole[0], abs=0.02)  # within a cycle
