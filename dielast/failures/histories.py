@@ -144,9 +144,9 @@ class Histories(Result):
         slope, all (slopes, k); -inf where there was no field.
         """
         if slope.size > 1 and slope.size * self.time.size > MANY:
-            parts = [self.exposure(ageing, half, films, time) for half in np.array_split(slope, 2)]
-            first, second, third = (np.concatenate(part) for part in zip(*parts, strict=True))
-            return first, second, third
+            halves = [self.exposure(ageing, half, films, time) for half in np.array_split(slope, 2)]
+            log, mean, spread = (np.concatenate(part) for part in zip(*halves, strict=True))
+            return log, mean, spread
         whole, row = self.integrated(ageing, slope), self.interval_of(films, time)
         share, start, width = self._share(films, row, time)
         parts = share[:, None] * PARTS

@@ -37,12 +37,8 @@ def law_model(name: str, tested: Simulated, options: LawOptions) -> LawModel:
         left_out = tuple(specimens.name[row] for row in np.flatnonzero(once))
         warn(f"law {name}: {len(left_out)} specimens are dead at once, {left_out[0]} first, without damage: they are left out")
         rows = np.flatnonzero(~once)
-    films, times, seen = tested.film[rows], tested.end[rows], tested.seen[rows]
-    between = np.flatnonzero(seen == Seen.BETWEEN)
-    later = np.arange(rows.size)
-    later[between] = rows.size + np.arange(between.size)
-    ends = np.concatenate((np.where(seen == Seen.BETWEEN, specimens.intact[rows], times), times[between]))
-    of_ends = np.concatenate((films, films[between]))
+    seen, between = tested.seen[rows], np.flatnonzero(tested.seen[rows] == Seen.BETWEEN)
+    of_ends, ends, later = _ends(tested, rows)
     observations = Observations(seen, area[rows], later)
     factors, names, parameters = _factors(tested, rows, is_damage, options)
     known = dict(options.known)
@@ -118,25 +114,35 @@ def line_model(law: str, tested: Simulated, rows: Cases, scatter: str = "weibull
 
     For constant voltages it is ln t = c - s V or c - s ln V with Weibull or lognormal scatter; ramps count by the same exposure.
     """
-    seen, films, times = tested.seen[rows], tested.film[rows], tested.end[rows]
-    between = np.flatnonzero(seen == Seen.BETWEEN)
-    later = np.arange(rows.size)
-    later[between] = rows.size + np.arange(between.size)
-    ends = np.concatenate((np.where(seen == Seen.BETWEEN, tested.specimens.intact[rows], times), times[between]))
+    films, ends, later = _ends(tested, rows)
     centre = float(np.exp(np.mean(np.log(tested.voltage[rows]))))
     ageing = Ageing(LINES[law], centre)
     assert tested.voltages is not None
-    exposure = Aged.along(tested.voltages, ageing, np.concatenate((films, films[between])), ends)
+    exposure = Aged.along(tested.voltages, ageing, films, ends)
     model = FailureModel(
-        Observations.of(seen, None, later), exposure, Mixed(np.ones((rows.size, 1)), np.zeros((rows.size, 0)), ("log_time",)),
+        Observations.of(tested.seen[rows], None, later),
+        exposure,
+        Mixed(np.ones((rows.size, 1)), np.zeros((rows.size, 0)), ("log_time",)),
         scatter_law("lognormal" if scatter == "normal" else scatter),
-    )  # fmt: skip
+    )
     slope = Parameter("exponent", "1", 1, linear=True)
     if law == "exponential":
         slope = Parameter("volts_per_decade", "V", 1, factor=centre * float(np.log(10)), sign=-1, linear=True)
     at = 0.0 if law == "exponential" else centre
     parameters = Parameter(f"time_at_{at:.4g}_V", "s", 0), slope, Parameter("shape", "1", 2, sign=-1)
     return LawModel(law, model, rows, parameters, {}, LawOptions(scatter))
+
+
+def _ends(tested: Simulated, rows: Cases) -> tuple[Cases, Floats, Cases]:
+    """The films and the times in s of the ends of the specimens `rows` (n,), then of the later looks of those that failed between
+    two, and the number (n,) of the end at which each was found failed.
+    """
+    seen, films, times = tested.seen[rows], tested.film[rows], tested.end[rows]
+    between = np.flatnonzero(seen == Seen.BETWEEN)
+    later = np.arange(rows.size)
+    later[between] = rows.size + np.arange(between.size)
+    ends = np.where(seen == Seen.BETWEEN, tested.specimens.intact[rows], times)
+    return np.concatenate((films, films[between])), np.concatenate((ends, times[between])), later
 
 
 def _areas(area: Floats, scatter: ScatterLaw, options: LawOptions) -> tuple[Floats, LawOptions]:
