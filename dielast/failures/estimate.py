@@ -114,7 +114,7 @@ def starts_of(model: FailureModel) -> Floats:
 def estimate(model: FailureModel, *, known: dict[str, float] | None = None, weight: Floats | None = None) -> Estimate:
     """The most likely coordinates; those `known` by name are not fitted. `weight` (n,) counts the specimens, one each by default.
 
-    Raises `InputError` for fewer failures than coordinates, and `NumericsError` if no start leads to a maximum.
+    Raises `InputError` for fewer failures than coordinates, and `NumericsError` if no start has a likelihood.
     """
     start, fixed = starts_of(model), np.zeros(len(model.names), dtype=bool)
     for name, value in (known or {}).items():

@@ -32,10 +32,11 @@ def law_model(name: str, tested: Simulated, options: LawOptions) -> LawModel:
         raise InputError(f"{name}: the damage at failure scatters by Weibull's law: state scatter = weibull", argument="scatter")
     area, options = _areas(specimens.area, scatter, options)
     rows = np.arange(len(specimens))
-    left_out: tuple[str, ...] = ()
     if is_damage and np.any(once := (tested.seen == Seen.DEAD) & (tested.end == 0)):
-        left_out = tuple(specimens.name[row] for row in np.flatnonzero(once))
-        warn(f"law {name}: {len(left_out)} specimens are dead at once, {left_out[0]} first, without damage: they are left out")
+        first_one = specimens.name[int(np.argmax(once))]
+        warn(
+            f"law {name}: {np.count_nonzero(once)} specimens are dead at once, {first_one} first, without damage: they are left out"
+        )
         rows = np.flatnonzero(~once)
     seen, between = tested.seen[rows], np.flatnonzero(tested.seen[rows] == Seen.BETWEEN)
     of_ends, ends, later = _ends(tested, rows)
@@ -105,7 +106,7 @@ def law_model(name: str, tested: Simulated, options: LawOptions) -> LawModel:
     parameters = [replace(parameter, coordinate=parameter.coordinate + shifted) for parameter in parameters]
     model = FailureModel(observations, exposure, location, scatter)
     known = _in_coordinates(known, model.names)
-    return LawModel(name, model, rows, (*own, *parameters), known, options, nodes, thick, "activation_energy" in names, left_out)
+    return LawModel(name, model, rows, (*own, *parameters), known, options, nodes, thick, "activation_energy" in names)
 
 
 def line_model(law: str, tested: Simulated, rows: Cases, scatter: str = "weibull") -> LawModel:

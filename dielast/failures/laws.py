@@ -79,8 +79,6 @@ class LawModel(Result):
     nodes: tuple[float, ...] = ()
     reference_thickness: float | None = None
     has_energy: bool = False
-    left_out: tuple[str, ...] = ()
-    """Specimens that the law cannot describe."""
 
     @property
     def is_damage(self) -> bool:

@@ -15,7 +15,7 @@ from dielast.commands.lifetime.ranking import EXACT, simulated_and_ranked
 from dielast.commands.lifetime.table import read_specimens
 from dielast.commands.registry import read_cases
 from dielast.failures.ageing import Ageing
-from dielast.failures.bounds import events_of, likely_scale, lower_life, lower_scale, plan_test
+from dielast.failures.bounds import events_of, plan_test
 from dielast.failures.estimate import draw, estimate, profile_intervals, without_each
 from dielast.failures.exposures import Aged, Envelope, Plain
 from dielast.failures.fits import fit_law
@@ -122,16 +122,11 @@ def test_closed_forms_of_a_known_shape() -> None:
     seen = np.where(np.arange(20) % 3 == 0, Seen.SUSPENDED, Seen.FAILED)
     fit = estimate(exponential_tests(seen, time), known={"log_scatter": -np.log(shape)})
     failures = int(np.count_nonzero(seen == Seen.FAILED))
-    assert np.exp(fit.at[0]) == pytest.approx(likely_scale(time, shape, failures), rel=1e-10)
-    # no failure: exp(-sum (t/eta)^b) = 1 - C
-    bound = lower_scale(time, shape, 0, 0.9)
-    assert np.exp(-np.sum((time / bound) ** shape)) == pytest.approx(0.1, rel=1e-10)
-    assert lower_life(time, shape, 0, 0.1, 0.9) == pytest.approx(bound * (-np.log(0.9)) ** (1 / shape), rel=1e-10)
+    assert np.exp(fit.at[0]) == pytest.approx((np.sum(time**shape) / failures) ** (1 / shape), rel=1e-10)
+    assert events_of(0, 0.9) == pytest.approx(-np.log(0.1), rel=1e-12)  # no failure: exp(-sum (t/eta)^b) = 1 - C
     # r failures or fewer have the probability 1 - C at the bound (a Poisson distribution)
     expected = events_of(3, 0.9)
     assert np.exp(-expected) * (1 + expected + expected**2 / 2 + expected**3 / 6) == pytest.approx(0.1, rel=1e-10)
-    with pytest.raises(InputError, match="no failure"):
-        likely_scale(time, shape, 0)
 
 
 def test_a_test_plan_shows_its_goal() -> None:

@@ -33,8 +33,7 @@ def run(cases: Sequence[Case[LifetimeRecipe]], inputs: Inputs, execution: Execut
     warn_of_material(material)
     specimens = read_specimens(recipe, material, inputs)
     tested, ranks = simulated_and_ranked(recipe, material, specimens)
-    chosen = chosen_of(recipe, ranks)
-    best = chosen.fitted[0]
+    best = chosen_of(recipe, ranks).fitted[0]
     for rank in ranks:
         warn_of_fit(rank, specimens)
     fitted = [rank.fitted[0] for rank in ranks]
@@ -47,7 +46,7 @@ def run(cases: Sequence[Case[LifetimeRecipe]], inputs: Inputs, execution: Execut
         "laws.csv": law_columns(ranks),
         "lines.csv": lines.columns(),
     }
-    sections = headline(tested, best, chosen)
+    sections = headline(tested, best)
     if recipe.plan is not None:
         tables["plan.csv"] = planned(recipe.plan, recipe, material, tested, best).columns()
     made = replace(best.material(material), name=material.name)

@@ -73,7 +73,7 @@ def joined(tables: Sequence[Table]) -> Table:
     return result
 
 
-def headline(tested: Simulated, best: FittedLaw, chosen: Ranked) -> dict[str, dict[str, Any]]:
+def headline(tested: Simulated, best: FittedLaw) -> dict[str, dict[str, Any]]:
     """The numbers of specimens, and the fitted law."""
     table = {column.name: list(column.values) for column in best.columns()}
     return {
