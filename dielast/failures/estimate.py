@@ -43,6 +43,8 @@ class Estimate(Result):
     hessian: Floats
     fixed: Flags
     weight: Floats | None = field(default=None)
+    settled: bool = True
+    """Whether it is a maximum; False where the likelihood rises or stays equal without end."""
 
     @property
     def free(self) -> Cases:
@@ -133,7 +135,7 @@ def estimate(model: FailureModel, *, known: dict[str, float] | None = None, weig
     if not np.isfinite(found.value).any():
         raise NumericsError("no start of the fit has a likelihood: do the specimens fail under rising exposures?")
     best = int(np.argmax(np.where(np.isfinite(found.value), found.value, -np.inf)))
-    return Estimate(model, found.at[best], float(found.value[best]), found.hessian[best], fixed, weight)
+    return Estimate(model, found.at[best], float(found.value[best]), found.hessian[best], fixed, weight, bool(found.settled[best]))
 
 
 def without_each(fit: Estimate) -> tuple[Maxima, Floats]:

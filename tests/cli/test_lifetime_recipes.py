@@ -92,6 +92,9 @@ def test_ramps_looks_and_kinds_of_failure_are_fitted_together(dielast: Run, tmp_
     (tmp_path / "l.toml").write_text(text)
     done = dielast("lifetime", "l.toml", "--plot", "none")
     assert done.returncode == 0, done.stderr
+    # all failures by edge are of batch A
+    assert "the likelihood of the failures by edge has no maximum" in done.stderr
+    assert "failures by bulk has no maximum" not in done.stderr
     found = pd.read_csv(tmp_path / "l" / "parameters.csv")
     assert set(found["mode"]) == {"edge", "bulk"}
     bulk = found[found["mode"] == "bulk"].set_index("parameter")

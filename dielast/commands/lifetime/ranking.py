@@ -131,6 +131,8 @@ def warn_of_fit(rank: Ranked, specimens: Specimens) -> None:
     """Warn of failures that are not of one kind, of parameters at the end of their range, and of those not determined."""
     best = rank.fitted[0]
     of = f"failures by {rank.mode}" if rank.mode else "failures"
+    if not best.fit.settled:
+        warn(f"the likelihood of the {of} has no maximum: some parameters of {best.name} are bounds at most, whatever their value")
     kind, count = best.unlike()
     if kind == "early":
         order = np.argsort(np.where(best.law.model.observations.seen == Seen.SUSPENDED, np.inf, best.standing()))
