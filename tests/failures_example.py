@@ -13,9 +13,10 @@ from dielast.failures.exposures import Aged
 from dielast.failures.likelihood import Seen
 from dielast.failures.specimens import Specimens, simulate_specimens
 from dielast.handover.material_file import read_material
+from dielast.simulate.film_setup import Film
 
 FIELD, TIME, EXPONENT, SHAPE = 46e6, 3600.0, 12.0, 1.5
-FILM = {"relax": 5400.0, "boundary": "frame", "electrode_share": 0.0525}
+FILM = Film(5e-4, relax=5400.0, boundary="frame", electrode_share=0.0525)
 END = 6 * 3600.0
 HOME = Path(__file__).resolve().parents[1] / "dielast" / "examples" / "lifetime" / "failures.csv"
 

@@ -1,4 +1,4 @@
-"""Bounds of a Weibull life whose shape is known, from failures and survivors or survivors alone (Weibayes), and test plans.
+"""How many failures tests contradict where the shape of a Weibull life is known (Weibayes), and test plans.
 
 With the shape b, the sum of t^b over all specimens, failed or not, is that of an exponential test: twice the sum over eta^b is
 chi-squared distributed with 2 r + 2 degrees of freedom for a lower bound of the scale eta after r failures (Nelson, IEEE Trans.
@@ -17,26 +17,6 @@ from dielast.errors import InputError
 from dielast.io.result import TabularResult
 from dielast.io.table import Column, Table
 from dielast.numerics.arrays import Floats
-
-
-def likely_scale(time: ArrayLike, shape: float, failures: int) -> float:
-    """The most likely scale, (sum t^b / r)^(1/b), from the `time` (n,) of all specimens of which r = `failures` failed."""
-    if failures < 1:
-        raise InputError("no failure: there is a lower bound of the scale alone", argument="failures")
-    return float((np.sum(np.asarray(time, dtype=float) ** shape) / failures) ** (1 / shape))
-
-
-def lower_scale(time: ArrayLike, shape: float, failures: int, confidence: float) -> float:
-    """The lower bound of the scale at a one-sided `confidence`, of tests that ended at a time; without a failure it is
-    (sum t^b / -ln(1 - C))^(1/b).
-    """
-    _check(shape, confidence)
-    return float((np.sum(np.asarray(time, dtype=float) ** shape) / events_of(failures, confidence)) ** (1 / shape))
-
-
-def lower_life(time: ArrayLike, shape: float, failures: int, share: float, confidence: float) -> float:
-    """The lower bound of the time within which a `share` of films fails."""
-    return lower_scale(time, shape, failures, confidence) * float((-np.log1p(-share)) ** (1 / shape))
 
 
 def events_of(failures: int, confidence: float) -> float:

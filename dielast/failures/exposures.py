@@ -7,7 +7,7 @@ over the log of the slope, between which polynomials of fifth degree interpolate
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Protocol, Self
 
 import numpy as np
@@ -41,9 +41,6 @@ class Exposure(Protocol):
     def at(self, slope: Floats) -> Exposed:
         """The exposures at slopes (k, q)."""
 
-    def take(self, ends: Cases) -> Self:
-        """Those of some ends."""
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Plain:
@@ -63,10 +60,6 @@ class Plain:
         y, rate = np.broadcast_to(self.y, (k, n)), np.broadcast_to(self.rate, (k, n))
         none, neither = np.zeros((k, n, 0)), np.zeros((k, n, 0, 0))
         return Exposed(y, none, neither, rate, none, neither)
-
-    def take(self, ends: Cases) -> Self:
-        """Those of some ends."""
-        return replace(self, y=self.y[ends], rate=self.rate[ends])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -107,11 +100,6 @@ class Envelope:
         rate1 = np.stack((once, 2 * once), axis=2)
         rate2 = -(once**2)[:, :, None, None] * np.array([[1.0, 2.0], [2.0, 4.0]])
         return Exposed(y - b * self.thinner, y1, np.zeros((*y.shape, 2, 2)), rate, rate1, rate2)
-
-    def take(self, ends: Cases) -> Self:
-        """Those of some ends."""
-        parts = {name: getattr(self, name)[ends] for name in ("log_field", "log_stretch", "thinner", "growth", "widening")}
-        return replace(self, end=(self.end[0][ends], self.end[1][ends]), **parts)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -189,8 +177,3 @@ class Aged:
         second = a0 + t * (6 * c3 + t * (12 * c4 + t * 20 * c5))
         never = ~np.isfinite(p0)
         return np.where(never, -np.inf, value), np.where(never, 0.0, first / h), np.where(never, 0.0, second / h**2)
-
-    def take(self, ends: Cases) -> Self:
-        """Those of some ends."""
-        parts = {name: getattr(self, name)[:, ends] for name in ("y", "once", "twice")}
-        return replace(self, log_field=self.log_field[ends], **parts)

@@ -15,6 +15,7 @@ NODES, WEIGHTS = np.polynomial.legendre.leggauss(8)
 PARTS, PART_WEIGHTS = 0.5 * (1 + NODES), 0.5 * WEIGHTS
 """Places within an interval, as shares of it, and their weights: Gauss and Legendre's."""
 POWERS = (-8.0, 16.0)  # of the stretch, over which a field is largest
+MANY = 2_000_000  # moments over slopes and rows that are in memory at a time
 STRAIGHT = 1e-7
 """Points of an envelope that exceed the line between others by less, in ln field, are left out."""
 
@@ -25,25 +26,42 @@ class Histories(Result):
 
     Rows after the end of a history repeat its last row. Two rows at one time are the states before and after a jump. Between rows,
     field and stretch are powers of time, and the field is linear where it begins or ends at 0.
+
+    `skipped` (films, rows) is the period in s of cycles that are left out between a row and the next, 0 elsewhere; None for none.
+    Their exposure per time is the mean of that of the whole cycles before and after them, and their state at a phase is that of the
+    cycle before.
     """
 
     time: Floats
     field: Floats
     stretch: Floats
+    skipped: Floats | None = None
 
     @classmethod
-    def padded(cls, time: Floats, field: Floats, stretch: Floats) -> Self:
+    def padded(cls, time: Floats, field: Floats, stretch: Floats, skipped: Floats | None = None) -> Self:
         """From arrays (films, rows) with NaN in rows that a film does not have; every film has a row."""
         known = np.isfinite(field) & np.isfinite(stretch) & np.isfinite(time)
         order = np.argsort(~known, axis=1, kind="stable")
         last = known.sum(axis=1) - 1
         rows = np.minimum(np.arange(time.shape[1]), last[:, None])
         index = np.take_along_axis(order, rows, axis=1)
-        return cls(*(np.take_along_axis(values, index, axis=1) for values in (time, np.abs(field), stretch)))
+        columns = (time, np.abs(field), stretch, *(() if skipped is None else (skipped,)))
+        return cls(*(np.take_along_axis(values, index, axis=1) for values in columns))
 
     def of(self, films: Cases) -> Self:
         """Those of some films (k,)."""
-        return type(self)(self.time[films], self.field[films], self.stretch[films])
+        skipped = None if self.skipped is None else self.skipped[films]
+        return type(self)(self.time[films], self.field[films], self.stretch[films], skipped)
+
+    def _gaps(self) -> tuple[Cases, Cases, Cases, Cases]:
+        """The films and the rows (k,) after which cycles are left out, the row that begins the cycle before, and the one that ends
+        the cycle after.
+        """
+        film, row = (np.zeros(0, dtype=np.intp),) * 2 if self.skipped is None else np.nonzero(self.skipped)
+        period = np.zeros(0) if self.skipped is None else self.skipped[film, row]
+        ends = self.time[film, row] - period, self.time[film, row + 1] + period
+        before, after = (np.argmin(np.abs(self.time[film] - end[:, None]), axis=1) for end in ends)
+        return film, row, before, after
 
     @property
     def end(self) -> Floats:
@@ -51,8 +69,8 @@ class Histories(Result):
         return np.asarray(self.time[:, -1])
 
     def coarser(self) -> Self:
-        """The same with every second row of the inside left out, except those beside jumps, to see the error of what is integrated
-        along them.
+        """The same with every second row between jumps left out, the last first, to see the error of what is integrated along
+        them.
         """
         time = self.time.copy()
         jump = np.diff(time, axis=1) == 0
@@ -61,8 +79,13 @@ class Histories(Result):
         near[:, :-1] |= jump
         near |= self.field == 0
         near[:, [0, -1]] = True
-        gone = ~near & (np.arange(time.shape[1]) % 2 == 1)
-        return self.padded(np.where(gone, np.nan, time), self.field, self.stretch)
+        film, row, before, after = self._gaps()
+        for kept in (row, row + 1, before, after):
+            near[film, kept] = True
+        index = np.arange(time.shape[1])
+        stays = np.minimum.accumulate(np.where(near, index, index.size)[:, ::-1], axis=1)[:, ::-1]
+        gone = (stays - index) % 2 == 1
+        return self.padded(np.where(gone, np.nan, time), self.field, self.stretch, self.skipped)
 
     def interval_of(self, films: Cases, time: Floats) -> Cases:
         """The row (k,) that begins the interval of the films (k,) that contains `time` (k,) in s, or ends there."""
@@ -74,6 +97,11 @@ class Histories(Result):
         rates are NaN at a time of 0.
         """
         row = self.interval_of(films, time)
+        if self.skipped is not None:
+            period, end = self.skipped[films, row], self.time[films, row]
+            early = np.mod(end - time, np.where(period > 0, period, 1.0))
+            time = np.where(period > 0, end - early, time)
+            row = self.interval_of(films, time)
         share, start, width = self._share(films, row, time)
         (field, growth), (stretch, widening) = (
             _between(column[films, row], column[films, row + 1], share, start, time, width) for column in (self.field, self.stretch)
@@ -96,6 +124,18 @@ class Histories(Result):
         field = _between(a, b, PARTS, start, start + PARTS * width, width)[0]
         pieces = _moments(ageing, slope, field, width * PART_WEIGHTS)
         whole = np.zeros((3, slope.size, *self.time.shape))
+        film, row, before, after = self._gaps()
+        if film.size:
+            lasts = np.diff(self.time, axis=1)[film, row]
+            pieces[..., film, row] = 0
+            np.cumsum(pieces, axis=-1, out=whole[..., 1:])
+            parts, times = np.zeros(whole.shape[:2] + film.shape), np.zeros(film.size)
+            for first, last in ((before, row), (row + 1, after)):
+                span = self.time[film, last] - self.time[film, first]
+                complete = span > 0.999 * self.skipped[film, row] if self.skipped is not None else span > 0
+                parts += np.where(complete, whole[..., film, last] - whole[..., film, first], 0.0)
+                times += np.where(complete, span, 0.0)
+            pieces[..., film, row] = parts / times * lasts
         np.cumsum(pieces, axis=-1, out=whole[..., 1:])
         return whole
 
@@ -103,6 +143,10 @@ class Histories(Result):
         """ln of the integral of exp(g) dt up to `time` (k,) in s of the films (k,), and its first and second derivative by the
         slope, all (slopes, k); -inf where there was no field.
         """
+        if slope.size > 1 and slope.size * self.time.size > MANY:
+            halves = [self.exposure(ageing, half, films, time) for half in np.array_split(slope, 2)]
+            log, mean, spread = (np.concatenate(part) for part in zip(*halves, strict=True))
+            return log, mean, spread
         whole, row = self.integrated(ageing, slope), self.interval_of(films, time)
         share, start, width = self._share(films, row, time)
         parts = share[:, None] * PARTS
@@ -110,6 +154,8 @@ class Histories(Result):
         at = start[:, None] + parts * width[:, None]
         field = _between(a, b, parts, start[:, None], at, width[:, None])[0]
         rest = _moments(ageing, slope, field, (share * width)[:, None] * PART_WEIGHTS)
+        if self.skipped is not None:
+            rest = np.where(self.skipped[films, row] > 0, share * (whole[:, :, films, row + 1] - whole[:, :, films, row]), rest)
         zeroth, first, second = whole[:, :, films, row] + rest
         with np.errstate(divide="ignore", invalid="ignore"):
             mean = np.where(zeroth > 0, first / zeroth, 0.0)

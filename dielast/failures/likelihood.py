@@ -57,7 +57,17 @@ class Observations:
 
 
 class Location(Protocol):
-    """The location L of the log exposure, as a function of its coordinates and of the slopes."""
+    """The location L of the log exposure, as a function of its coordinates and of the slopes; `factors` (n, m) act on it by the
+    last m of its coordinates, `of_factors`.
+    """
+
+    @property
+    def factors(self) -> Floats:
+        """(n, m)."""
+
+    @property
+    def of_factors(self) -> tuple[str, ...]:
+        """The names (m) of their coordinates."""
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -71,8 +81,8 @@ class Location(Protocol):
     def log_prior(self, own: Floats, slope: Floats) -> Floats:
         """The log (k,) of a density of coordinates that is flat in those in which the location is linear."""
 
-    def take(self, rows: Cases) -> Self:
-        """That of some specimens."""
+    def elsewhere(self, factors: Floats, weight: Floats) -> Self:
+        """That of other films, with `factors` (films, m) and the `weight` (films, nodes) of values at nodes, if it has any."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -109,9 +119,9 @@ class Mixed:
         """Flat."""
         return np.zeros(own.shape[0])
 
-    def take(self, rows: Cases) -> Self:
-        """That of some specimens."""
-        return replace(self, weight=self.weight[rows], factors=self.factors[rows])
+    def elsewhere(self, factors: Floats, weight: Floats) -> Self:
+        """That of other films."""
+        return replace(self, weight=weight, factors=factors)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -144,9 +154,9 @@ class Anchored:
         """Flat in ln t_0 + g, in which the location is linear: the derivative by e_0."""
         return np.asarray(np.log(self.ageing.at(own[:, 0], slope[:, 0])[1]))
 
-    def take(self, rows: Cases) -> Self:
-        """That of some specimens."""
-        return replace(self, factors=self.factors[rows])
+    def elsewhere(self, factors: Floats, weight: Floats) -> Self:
+        """That of other films."""
+        return replace(self, factors=factors)
 
 
 SCATTERS = {"weibull": (-7.0, 3.0), "lognormal": (-7.0, 3.0), "normal": (-7.0, -0.7)}
@@ -277,13 +287,3 @@ class FailureModel:
                     )
         values = np.where(np.isnan(values), -np.inf, values)
         return values, np.where(np.isfinite(first), first, 0.0), np.where(np.isfinite(second), second, 0.0)
-
-    def take(self, rows: Cases) -> Self:
-        """The likelihood of some specimens."""
-        each, n = self.observations, rows.size
-        later = np.arange(n)
-        between = np.flatnonzero(each.seen[rows] == Seen.BETWEEN)
-        later[between] = n + np.arange(between.size)
-        ends = np.concatenate((rows, each.later[rows[between]]))
-        chosen = Observations(each.seen[rows], each.log_area[rows], later)
-        return replace(self, observations=chosen, exposure=self.exposure.take(ends), location=self.location.take(rows))

@@ -13,15 +13,16 @@ from dielast.failures.histories import Histories
 from dielast.failures.likelihood import Seen
 from dielast.io.result import Result
 from dielast.material.material import Material
-from dielast.mechanics.load import VoltageStep
+from dielast.mechanics.load import Track, VoltageStep, Waveform
 from dielast.mechanics.stability import ONE_PERCENT, TimeScale
 from dielast.numerics.arrays import Cases, Floats
 from dielast.simulate.actuate import prepare
 from dielast.simulate.film_setup import Film
-from dielast.simulate.options import MESH_RTOL, Failure, Solver
-from dielast.simulate.output import Output
+from dielast.simulate.options import Failure, Solver
+from dielast.simulate.output import KEPT_WHOLE, Output
 
 POINTS_PER_DECADE = 50
+CYCLES_PER_DECADE = 20  # by number, of more than `KEPT_WHOLE`
 PULL_IN = "pull-in"
 
 
@@ -86,6 +87,8 @@ class Simulated(Result):
     seen: Cases
     voltages: Histories | None = None
     """The voltages in V, in the place of fields."""
+    points_per_decade: int = POINTS_PER_DECADE
+    """The rows of the histories, from the beginning of each step."""
 
     @property
     def state(self) -> tuple[Floats, Floats]:
@@ -98,12 +101,12 @@ def simulate_specimens(
     material: Material,
     specimens: Specimens,
     *,
-    film: dict[str, Any],
+    film: Film,
     pull_in_timescale: TimeScale = ONE_PERCENT,
-    rtol: float = 1e-6,
+    solver: Solver | None = None,
     points_per_decade: int = POINTS_PER_DECADE,
 ) -> Simulated:
-    """Simulate every specimen up to its end; `film` are the arguments of `Film` that all share (relax, boundary and so on).
+    """Simulate every specimen up to its end, as a `film` with the thickness, the prestretch and the temperature of the specimen.
 
     Specimens of one programme, film and temperature share a history. Raises `InputError` with a line for each specimen that is said
     to fail after the end of its programme or whose film pulls in before it is said to break down; warns of survivors that pull in.
@@ -116,46 +119,51 @@ def simulate_specimens(
     groups: dict[int, list[tuple[Any, ...]]] = {}
     for key in members:
         groups.setdefault(key[0], []).append(key)
-    columns: list[tuple[Floats, Floats, Floats, Floats]] = []
+    columns: list[tuple[Floats, ...]] = []
     number: dict[tuple[Any, ...], int] = {}
     ended: list[tuple[float, float, str]] = []
     for programme, alike in groups.items():
         first = [members[key][0] for key in alike]
         longest = np.array([specimens.time[members[key]].max() for key in alike])
         steps = _steps(specimens, programme, np.array(first), longest)
-        geometry = dict(film)
-        solver = Solver(rtol, geometry.pop("mesh_rtol", MESH_RTOL))
+        waves = _waves(steps)
+        # an axis on which a weight hangs has no prestretch of its own
+        pair = specimens.prestretch[first].T
+        first_axis, second_axis = (None if force is not None else axis for force, axis in zip(film.forces, pair, strict=True))
         run = prepare(
             plain,
-            Film(
+            replace(
+                film,
                 thickness=specimens.thickness[first],
-                prestretch=(_axis(specimens, first, 0, film), _axis(specimens, first, 1, film)),
+                prestretch=(first_axis, second_axis),
                 temperature=specimens.temperature[first],
-                **geometry,
             ),
             steps,
             failure=Failure(pull_in_timescale=pull_in_timescale, stop_at=PULL_IN),
-            output=Output(points_per_decade=points_per_decade),
-            solver=solver,
+            output=Output(points_per_decade=points_per_decade, cycles=_kept(waves)),
+            solver=solver or Solver(),
         )
         history = run()
         for row, key in enumerate(alike):
             number[key] = len(columns)
             stretch = np.sqrt(history.stretch_1[row] * history.stretch_2[row])
-            columns.append((history.time[row], history.true_field[row], stretch, history.voltage[row]))
+            columns.append(
+                (history.time[row], history.true_field[row], stretch, history.voltage[row], _skipped(history.time[row], waves))
+            )
             outcome = history.outcome[row]
             pulled = next((event.time for event in history.events[row] if event.name == PULL_IN), np.inf)
             ended.append((outcome.time, pulled, "" if outcome.completed else outcome.reason))
     most = max(part[0].size for part in columns)
-    time, true_field, stretch, volt = (
-        np.array([np.pad(part[k], (0, most - part[k].size), constant_values=np.nan) for part in columns]) for k in range(4)
+    time, true_field, stretch, volt, skipped = (
+        np.array([np.pad(part[k], (0, most - part[k].size), constant_values=np.nan) for part in columns]) for k in range(5)
     )
     which = np.array([number[key] for key in keys])
-    histories = Histories.padded(time, true_field, stretch)
-    volts = Histories.padded(time, volt, np.ones_like(volt))
+    gaps = skipped if np.any(skipped > 0) else None
+    histories = Histories.padded(time, true_field, stretch, gaps)
+    volts = Histories.padded(time, volt, np.ones_like(volt), gaps)
     pulled_in = np.array([ended[k][1] for k in which])
     tested = _checked(specimens, histories, which, ended, pulled_in)
-    return replace(tested, voltage=volts.at(which, tested.end)[0], voltages=volts)
+    return replace(tested, voltage=volts.at(which, tested.end)[0], voltages=volts, points_per_decade=points_per_decade)
 
 
 def _key(specimens: Specimens, row: int) -> tuple[Any, ...]:
@@ -181,11 +189,42 @@ def _steps(specimens: Specimens, programme: int, first: Cases, longest: Floats) 
     return [VoltageStep(voltage=voltage, duration=rise), VoltageStep.hold(np.maximum(longest - rise, 1e-6))]
 
 
-def _axis(specimens: Specimens, rows: Sequence[int], axis: int, film: dict[str, Any]) -> Floats | None:
-    """The prestretch of an axis, None if a weight hangs on it."""
-    force = film.get("force")
-    hung = force is not None and force[axis] is not None
-    return None if hung else specimens.prestretch[rows, axis]
+def _waves(steps: Sequence[VoltageStep]) -> list[tuple[float, float, int]]:
+    """When each waveform of a programme of all films begins in s, its period in s and its number of cycles."""
+    begin, voltage, waves = 0.0, 0.0, list[tuple[float, float, int]]()
+    for step in steps:
+        target = step.target
+        if isinstance(target, Waveform):
+            waves.append((begin, float(np.max(target.period)), int(target.cycles)))
+        if isinstance(target, Waveform | Track):
+            begin, voltage = begin + target.duration, float(np.max(target.last))
+            continue
+        goal = voltage if target is None else float(np.max(target))
+        if step.duration is not None:
+            begin += float(np.max(step.duration))
+        elif step.rate is not None:
+            begin += abs((goal - voltage) / float(np.max(np.abs(step.rate))))
+        voltage = goal
+    return waves
+
+
+def _kept(waves: Sequence[tuple[float, float, int]]) -> list[int] | None:
+    """The numbers of the cycles whose course is kept, None for all: of more than `KEPT_WHOLE`, those evenly spaced by log."""
+    counts = [count for *_, count in waves]
+    if max(counts, default=0) <= KEPT_WHOLE:
+        return None
+    kept = [np.geomspace(1, count, 1 + int(np.ceil(CYCLES_PER_DECADE * np.log10(count)))) for count in counts]
+    return [int(number) for number in np.unique(np.round(np.concatenate(kept)))]
+
+
+def _skipped(time: Floats, waves: Sequence[tuple[float, float, int]]) -> Floats:
+    """The period (rows,) in s of the cycles that are left out after each row, 0 elsewhere."""
+    result, width = np.zeros(time.size), np.diff(time, append=np.nan)
+    for begin, period, count in waves:
+        end = begin + count * period
+        inside = (time >= begin + 0.999 * period) & (time + width <= end * (1 + 1e-9))
+        result[inside & (width > 0.999 * period)] = period
+    return result
 
 
 def _checked(

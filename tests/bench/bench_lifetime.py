@@ -19,12 +19,14 @@ from dielast.failures.ageing import Ageing
 from dielast.failures.exposures import Aged
 from dielast.failures.fits import fit_law, lives_of
 from dielast.failures.histories import Histories
-from dielast.failures.laws import LawOptions, law_model
+from dielast.failures.law_models import law_model
+from dielast.failures.laws import LawOptions
 from dielast.failures.likelihood import Seen
 from dielast.failures.specimens import Simulated, Specimens, simulate_specimens
 from dielast.handover.material_file import read_material
+from dielast.simulate.film_setup import Film
 
-FILM = {"relax": 5400.0, "boundary": "frame", "electrode_share": 0.05}
+FILM = Film(5e-4, relax=5400.0, boundary="frame", electrode_share=0.05)
 VOLTAGES, RAMPS = (3600.0, 3800.0, 4000.0), (20.0, 100.0)
 FIELD, EXPONENT, SHAPE = 46e6, 12.0, 1.5  # of damage, for 1 h
 LIMIT, STRETCHES, FIELD_SHAPE = 25e6, 0.6, 20.0  # of breakdown
@@ -61,7 +63,6 @@ class Laboratory:
                 read_material("example:vhb4905.toml"),
                 specimens_of(self.voltage, self.ramp, self.prestretch, end, seen),
                 film=FILM,
-                rtol=1e-6,
             )
             self.elsewhere = simulate_specimens(
                 read_material("example:vhb4905.toml"),
