@@ -24,8 +24,7 @@ FIRST_SLOPE = (-0.3, 1.0)  # mean and standard deviation of d ln H/d ln tau wher
 # falls by ten decades in one; the logarithm of this size is even.
 FALLS, DROP = 0.3, (0.1, 10.0)
 WANDERS = 0.2  # standard deviation of the change of the slope per square root of a unit of ln tau
-# Paths that must count: a choice, for the Monte Carlo error of a bound. A curve more exact than the paths are dense is taken as less
-# exact.
+# Paths that must count, a choice: for the Monte Carlo error of a bound. A curve more exact than the paths are dense counts less.
 ENOUGH = 200.0
 GUIDES, GUIDED, LEAST_POWER = 2**11, 0.5, 0.01  # paths led to a curve, and by which power of the likelihood; the least such power
 CHANGES, ROUNDS = (0.1, 0.2, 0.4), 3  # shares by which the steps of a path change at random, and how often

@@ -3,6 +3,11 @@
 The stress of a ramp of duration T is T times the mean modulus over the ages of its parts: it rises up to T, and later is that of a
 step at T/2, to second order in T/t (L. J. Zapas and J. C. Phillips, J. Res. Natl. Bur. Stand. A 75 (1971) 33). Divided by the
 strain of the moment it does not rise, but all curves bend at T, so that they do not superpose unless time counts from T/2.
+
+Two processes with different laws do not superpose either, and a shift of the times may explain some of this. A ramp differs from
+them in two ways. All curves bend at one time, and less and less after it, as T/t, so that the misfit is largest at the beginning of
+the curves; two processes take turns at a reduced time, anywhere on the curves. And a ramp explains all of the misfit: what remains
+is within noise, or no more than by a duration that is a step of `DURATIONS` off.
 """
 
 from dataclasses import replace
@@ -21,7 +26,9 @@ from dielast.superposition.points import FitPoints
 SIGNIFICANT = 4.0  # standard errors of a significant rise
 DURATIONS = 2.0  # ratio of successive durations that are tried
 DROPPED = 2.0  # durations before which no step stands for a ramp
-EXPLAINED = 0.5  # share of the square of the misfit that a ramp must explain to be named
+EXPLAINED = 0.5  # share of the square of the misfit that a ramp must explain to be named: a choice
+# Share that a ramp may leave beyond noise: of T = 4/3 d, which is between two durations d and 2 d, d leaves the quarter T - d.
+LEFT = ((DURATIONS - 1) / (2 * DURATIONS)) ** 2
 
 
 def warn_if_modulus_rises(data: Gathered, binned: Binned) -> bool:
@@ -49,7 +56,7 @@ def warn_if_ramp(data: Gathered, points: FitPoints, fit: MasterFit, anchor: int,
     """
     if data.kind.over_frequency or np.any(data.offset > 0) or not fit.misfit.matters:
         return
-    time, best, found = 10**points.log_time, EXPLAINED, 0.0
+    time, best, found, alone = 10**points.log_time, EXPLAINED, 0.0, False
     duration = float(np.min(time))
     while duration * DROPPED < np.max(time):
         kept = time >= DROPPED * duration
@@ -67,8 +74,9 @@ def warn_if_ramp(data: Gathered, points: FitPoints, fit: MasterFit, anchor: int,
             break
         if plain.sure and ramped.rms**2 < best * plain.rms**2:
             best, found = ramped.rms**2 / plain.rms**2, duration
+            alone = bool((not ramped.sure or best < LEFT) and np.argmax(plain.by_part) == 0)
         duration *= DURATIONS
-    if found:
+    if alone:
         warn(f"all curves bend as after a ramp of about {found:.1g} s, counted from its beginning: {_advice(found, data)}")
 
 
