@@ -239,6 +239,21 @@ def test_a_modulus_that_rises_is_a_ramp() -> None:
         build_master_curve(curves, reference_temperature=20.0)
 
 
+@pytest.mark.parametrize("border", [1e-3, 1e-2, 1e-1])
+def test_two_processes_are_no_ramp(border: float) -> None:
+    """log10 a of the processes that are slower than the `border` in s at 20 degC is larger by a fifth."""
+    time, random, curves = np.geomspace(0.1, 1200, 60), np.random.default_rng(0), []
+    for at in TEMPERATURES[::2].tolist():
+        shift, tau = float(LAW.log10_shift_factor(at)), SPECTRUM.relaxation_time
+        here = SPECTRUM.shear_modulus @ np.exp(-time / (tau * 10 ** (shift * np.where(tau > border, 1.2, 1.0)))[:, None])
+        curves.append(RelaxationCurve(at, time, 3 * (EQUILIBRIUM + here) * (1 + 0.005 * random.standard_normal(time.size))))
+    with pytest.warns(DielastWarning) as caught:
+        build_master_curve(curves, reference_temperature=20.0, temperature_stderr=0.0)
+    said = " ".join(str(each.message) for each in caught)
+    assert "the curves do not superpose" in said
+    assert "ramp of about" not in said
+
+
 @pytest.mark.parametrize(("temperatures", "reference"), [((-20.0, 0.0), 20.0), ((0.0, 20.0), -20.0), ((0.0, 20.0), 10.0)])
 def test_an_assumed_constant_is_in_the_standard_errors(temperatures: tuple[float, float], reference: float) -> None:
     with pytest.warns(DielastWarning) as caught:
