@@ -7,7 +7,7 @@ strain of the moment it does not rise, but all curves bend at T, so that they do
 Two processes with different laws do not superpose either, and a shift of the times may explain some of this. A ramp differs from
 them in two ways. All curves bend at one time, and less and less after it, as T/t, so that the misfit is largest at the beginning of
 the curves; two processes take turns at a reduced time, anywhere on the curves. And a ramp explains all of the misfit: what remains
-is within noise, or no more than by a duration that is a step of `DURATIONS` off.
+is within noise, or no more than by the nearest duration that was tried.
 """
 
 from dataclasses import replace
@@ -24,11 +24,12 @@ from dielast.superposition.joint_fit import MasterFit, best_fit
 from dielast.superposition.points import FitPoints
 
 SIGNIFICANT = 4.0  # standard errors of a significant rise
-DURATIONS = 2.0  # ratio of successive durations that are tried
+DURATIONS = 2**0.5  # ratio of successive durations that are tried
 DROPPED = 2.0  # durations before which no step stands for a ramp
 EXPLAINED = 0.5  # share of the square of the misfit that a ramp must explain to be named: a choice
-# Share that a ramp may leave beyond noise: of T = 4/3 d, which is between two durations d and 2 d, d leaves the quarter T - d.
-LEFT = ((DURATIONS - 1) / (2 * DURATIONS)) ** 2
+# Share that a ramp may leave beyond noise: a quarter of its effect, squared. The closest duration leaves up to 0.15 T, and the
+# step at T/2 terms of second order, about a tenth of the effect at 2 T.
+LEFT = 0.25**2
 
 
 def warn_if_modulus_rises(data: Gathered, binned: Binned) -> bool:
