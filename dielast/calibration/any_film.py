@@ -3,8 +3,8 @@
 A film whose springs and branches all have moduli that are not negative answers by a sum, with factors that are not negative, of the
 answers of single springs and branches. The sum that comes nearest to a measured curve is a problem of least squares (Lawson and
 Hanson 1995, DOI 10.1137/1.9781611971217, Ch. 23). It has relaxation times from below the spacing of the points to beyond the end of
-the test, and springs with and without strain stiffening, so that it has less error than any law that is fitted later, and needs no
-start. What is left is what no such film does; the factors are no material, as nothing else determines them.
+the test, and springs with and without strain stiffening, so that it is meant to have less error than the laws that are fitted
+later, and it needs no start. What is left is what no such film does; the factors are no material, as nothing else determines them.
 """
 
 from dataclasses import dataclass
@@ -20,11 +20,12 @@ from dielast.mechanics.load import Mode
 from dielast.mechanics.stretched import Histories, carried
 from dielast.numerics.arrays import Flags, Floats
 
+# These numbers are choices, not derived: how many parts the sum has.
 FACTOR = 3.0  # between neighbouring relaxation times: of a closer spacing, sums hardly differ
 FASTER, SLOWER = 0.1, 10.0  # times beyond the spacing of the points and beyond the end of the test
 STIFFENING = (1.05, 1.2, 1.4, 1.7, 2.2, 4.0)  # J_lim of springs, over the largest I1 - 3 of the test: closer near the limit
 SPRINGS = 2 + len(STIFFENING)  # parts that are springs: the first ones
-LIMITED = 0.4  # and of further branches, which flow before they lock
+LIMITED = 0.4  # J_lim of further branches, over the same: below 1, as branches flow before they lock
 ROUNDS = 5  # of weights for the least sum of magnitudes
 RTOL = 1e-4  # of the answers
 

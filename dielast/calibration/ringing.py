@@ -6,7 +6,7 @@ differences from it, swings from one extreme to the next are left out where at l
 
 - is larger than noise alone would make it in one test of a hundred,
 - is larger by as much than all motion of this film in this time: the force moves against the film,
-- takes no longer than a quarter of a ramp: a grip that swings more slowly could not have followed it,
+- takes no longer than a quarter of a ramp (a choice: a grip that swings more slowly could hardly have followed it),
 
 with those next to them that are larger than noise and as fast, and until the swings have faded into noise, as damped ones do. Fast
 relaxation after a ramp, kinks at turning points and the error of laws at large strain are no such swings: they are single, or slow,
@@ -26,9 +26,10 @@ from dielast.numerics.robust import robust_deviation
 ALARM = 0.01  # probability that noise alone makes a swing in a test
 LAGS = (1, 2, 4)  # distances between points over which noise is estimated, as it may be correlated
 BLOCKS = (1, 2, 4, 8)  # points that are averaged, each in turn: the mean of many points has less noise
+# The next four numbers are choices, not derived.
 SETTLING = 0.25  # longest swing over the time of a ramp
 SHY = 0.25  # of the ramp time after a change of speed: these points do not choose the film
-UNLIKE = 2.0  # longest swing over the usual one
+UNLIKE = 2.0  # swings that take longer than so many times the usual one are not of the same ringing
 KINK = 0.3  # change of speed over that of the ramps: smaller ones are those of a crosshead that swings
 FEWEST = 12  # points of a test that shows ringing
 

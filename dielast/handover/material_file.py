@@ -10,7 +10,7 @@ from typing import Annotated, Any, ClassVar
 import numpy as np
 from pydantic import Field, PlainValidator, WithJsonSchema, create_model
 
-from dielast.errors import InputError, and_more, shown, warn
+from dielast.errors import InputError, shown
 from dielast.handover.law_section import (
     SCALING_KEYS,
     BreakdownSection,
@@ -22,6 +22,7 @@ from dielast.handover.law_section import (
     stated_law,
     stated_scaling,
 )
+from dielast.handover.provenance import CalibratedSection, WindowSection, origins, stated_provenance, warn_of_origin
 from dielast.io.files import read_file, resolve
 from dielast.io.table import rounded
 from dielast.io.toml import parse_toml
@@ -29,12 +30,12 @@ from dielast.material.breakdown import BREAKDOWNS
 from dielast.material.damage import DAMAGES
 from dielast.material.dielectric import DIELECTRICS, DielectricLaw
 from dielast.material.flow import FLOWS, LINEAR_FLOW
-from dielast.material.material import NEO_HOOKEAN, CalibratedRange, Material, Window, constants_of
+from dielast.material.material import NEO_HOOKEAN, Material
 from dielast.material.modulus import CONSTANT_MODULUS, MODULI
 from dielast.material.shift import SHIFTS, NoShift, ShiftLaw
 from dielast.material.spectrum import Spectrum
 from dielast.material.springs import SPRINGS, NeoHookean, SpringLaw
-from dielast.recipe.fields import Modulus, Section, Temperature, Time
+from dielast.recipe.fields import Modulus, Section, Temperature
 from dielast.recipe.validate import check
 
 NO_TABLE = "a material file is needed, which spectrum writes: material.toml"
@@ -150,52 +151,6 @@ class DamageSection(LawSection):
     """Damage that accumulates over the time under voltage: a film fails when it reaches 1, even below the breakdown field."""
 
 
-class CalibratedSection(Section):
-    """The range of the tests that the material was fitted to; a simulation outside this range warns."""
-
-    modes: list[str] = Field(min_length=1, description="Modes in which the specimens were stretched.")
-    largest_I1: float = Field(ge=3, description="Largest first invariant of the stretches, l1^2 + l2^2 + l3^2.")
-    time: Annotated[list[Time], Field(min_length=2, max_length=2)] = Field(description="Shortest and longest time.")
-    temperature: Annotated[list[Temperature], Field(min_length=2, max_length=2)] = Field(
-        description="Lowest and highest temperature."
-    )
-
-    def stated(self) -> CalibratedRange:
-        """The range of the tests."""
-        (first, last), (coldest, hottest) = self.time, self.temperature
-        return CalibratedRange(tuple(self.modes), self.largest_I1, (first, last), (coldest, hottest))
-
-
-class WindowSection(Section):
-    """The part of the relaxation that was measured; a simulation that is slower warns."""
-
-    reduced_time_s: Annotated[list[Annotated[float, Field(gt=0, allow_inf_nan=False)]], Field(min_length=2, max_length=2)] = Field(
-        description="Shortest and longest reduced time of the measured curve in s, at the reference temperature."
-    )
-    plateau_reached: bool = Field(description="Whether the curve had reached the plateau of the equilibrium modulus.")
-
-    def _check(self) -> None:
-        if self.reduced_time_s[0] > self.reduced_time_s[1]:
-            raise InputError("the shortest time must come first", key="reduced_time_s")
-
-
-ORIGINS = "stated", "measured", "fitted"
-
-
-def _origins(value: Any) -> dict[str, str]:
-    """The origins by path, of paths in quotes or as tables."""
-    if not isinstance(value, dict):
-        raise InputError(f"{shown(value)}: a table of constants by path is needed")
-    flat = {}
-    for path, origin in value.items():
-        inner = {f"{path}.{key}": each for key, each in origin.items()} if isinstance(origin, dict) else {path: origin}
-        for key, each in inner.items():
-            if not isinstance(each, str):
-                raise InputError(f'{key}: {shown(each)}: "stated", "measured" or "fitted: " with the tests is needed')
-            flat[key] = each
-    return flat
-
-
 class MaterialFile(Section):
     """A dielectric elastomer: springs, relaxation processes, shift law, dielectric."""
 
@@ -215,7 +170,7 @@ class MaterialFile(Section):
     damage: DamageSection | None = Field(None, description="Damage by the field over time. Default: none.")
     temperature: ScalingSection | None = Field(None, description="How moduli change with temperature. Default: they are constant.")
     calibrated: CalibratedSection | None = Field(None, description="The range of the tests that the material was fitted to.")
-    origin: Annotated[dict[str, str], PlainValidator(_origins), WithJsonSchema({"type": "object"})] = Field(
+    origin: Annotated[dict[str, str], PlainValidator(origins), WithJsonSchema({"type": "object"})] = Field(
         {},
         description='Where constants are from, by path, such as "equilibrium.shear_modulus" = "measured": stated, measured, or '
         "fitted, with the tests. Written by spectrum and calibrate.",
@@ -271,22 +226,11 @@ class MaterialFile(Section):
             calibrated=None if self.calibrated is None else self.calibrated.stated(),
             flow=LINEAR_FLOW if self.flow is None else self.flow.stated(),
             origin=self.origin,
-            window=None if self.window is None else Window(tuple(self.window.reduced_time_s), self.window.plateau_reached),  # type: ignore[arg-type]
+            window=None if self.window is None else self.window.stated(),
             equilibrium_range=None if bounds is None else (bounds[0], bounds[1]),
         )
-        self._warn_of_origin(material)
+        warn_of_origin(material)
         return material
-
-    def _warn_of_origin(self, material: Material) -> None:
-        """Warn of origins of constants that the material does not have, and of other origins."""
-        known = {f"{section}.{key}" for section, group in constants_of(material).items() for key in group}
-        known |= {"nonequilibrium.relaxation_time_s", "nonequilibrium.shear_modulus_Pa"}
-        unknown = [path for path in self.origin if path.partition("[")[0] not in known]
-        if unknown:
-            warn(f"origin: the material has no {', '.join(map(shown, unknown[:3]))}{and_more(len(unknown) - 3)}")
-        for path, origin in self.origin.items():
-            if origin.partition(":")[0] not in ORIGINS:
-                warn(f"origin: {shown(path)} = {shown(origin)}: stated, measured or fitted is expected")
 
 
 def material_file() -> type[MaterialFile]:
@@ -357,7 +301,7 @@ def write_material(material: Material, draws: str | None = None) -> bytes:
     """The material as a material file (TOML, UTF-8), numbers with 9 significant digits; `draws` names the table of its draws."""
     import tomli_w
 
-    measured, bounds, window = material.measured_temperature, material.equilibrium_range, material.window
+    measured, bounds = material.measured_temperature, material.equilibrium_range
     document: dict[str, Any] = {
         "name": material.name,
         "reference_temperature": f"{material.reference_temperature:.9g} degC",
@@ -380,16 +324,7 @@ def write_material(material: Material, draws: str | None = None) -> bytes:
     ):
         document |= {} if law is None else {section: stated_law(law, default)}
     document |= stated_scaling(material)
-    if (calibrated := material.calibrated) is not None:
-        document["calibrated"] = {
-            "modes": list(calibrated.modes),
-            "largest_I1": rounded(calibrated.largest_invariant),
-            "time": [f"{value:.9g} s" for value in calibrated.time],
-            "temperature": [f"{value:.9g} degC" for value in calibrated.temperature],
-        }
-    document |= {"origin": dict(material.origin)} if material.origin else {}
-    if window is not None:
-        document["window"] = {"reduced_time_s": rounded(list(window.time)), "plateau_reached": window.plateau_reached}
+    document |= stated_provenance(material)
     return tomli_w.dumps(document).encode()
 
 

@@ -17,11 +17,11 @@ import numpy as np
 
 from dielast.numerics.arrays import Floats, Index
 
-AVOID = 0.25  # exponent with which the prior rises from zero
+AVOID = 0.25  # exponent with which the prior rises from zero: a choice
 LEAST = 1e-5  # decades; lower bound of a spread
 SPREAD_RATIO = 500.0  # ratio of the largest to the smallest spread of its distribution
 SETTLED = 0.02  # relative change of a spread at which the iteration ends
-NONE = 0.5  # probability, before any data, that there are no effects
+NONE = 0.5  # probability, before any data, that there are no effects: a choice
 REMOTE = 1e-3  # probability of the least probable spreads that are left out together
 
 
@@ -38,7 +38,8 @@ class Effect:
     nodes: int
 
 
-# Offsets of 12 % and more are not scatter of specimens, and curves tilted by more than 2 % from end to end do not superpose.
+# Choices: usual spreads of offsets (2.3 %) and tilts (1.2 %), and the largest. A scatter of offsets of more than 12 % is not one of
+# specimens, and curves whose tilts scatter by more than 2.3 % from end to end do not superpose.
 OFFSET = Effect(1, 0.01, 0.01, 0.05, 12)
 TILT = Effect(2, 0.005, 0.002, 0.01, 6)
 

@@ -3,6 +3,11 @@
 The stress of a ramp of duration T is T times the mean modulus over the ages of its parts: it rises up to T, and later is that of a
 step at T/2, to second order in T/t (L. J. Zapas and J. C. Phillips, J. Res. Natl. Bur. Stand. A 75 (1971) 33). Divided by the
 strain of the moment it does not rise, but all curves bend at T, so that they do not superpose unless time counts from T/2.
+
+Two processes with different laws do not superpose either, and a shift of the times may explain some of this. A ramp differs from
+them in two ways. All curves bend at one time, and less and less after it, as T/t, so that the misfit is largest at the beginning of
+the curves; two processes take turns at a reduced time, anywhere on the curves. And a ramp explains all of the misfit: what remains
+is within noise, or no more than by the nearest duration that was tried.
 """
 
 from dataclasses import replace
@@ -19,9 +24,12 @@ from dielast.superposition.joint_fit import MasterFit, best_fit
 from dielast.superposition.points import FitPoints
 
 SIGNIFICANT = 4.0  # standard errors of a significant rise
-DURATIONS = 2.0  # ratio of successive durations that are tried
+DURATIONS = 2**0.5  # ratio of successive durations that are tried
 DROPPED = 2.0  # durations before which no step stands for a ramp
-EXPLAINED = 0.5  # share of the square of the misfit that a ramp must explain to be named
+EXPLAINED = 0.5  # share of the square of the misfit that a ramp must explain to be named: a choice
+# Share that a ramp may leave beyond noise: a quarter of its effect, squared. The closest duration leaves up to 0.15 T, and the
+# step at T/2 terms of second order, about a tenth of the effect at 2 T.
+LEFT = 0.25**2
 
 
 def warn_if_modulus_rises(data: Gathered, binned: Binned) -> bool:
@@ -49,7 +57,7 @@ def warn_if_ramp(data: Gathered, points: FitPoints, fit: MasterFit, anchor: int,
     """
     if data.kind.over_frequency or np.any(data.offset > 0) or not fit.misfit.matters:
         return
-    time, best, found = 10**points.log_time, EXPLAINED, 0.0
+    time, best, found, alone = 10**points.log_time, EXPLAINED, 0.0, False
     duration = float(np.min(time))
     while duration * DROPPED < np.max(time):
         kept = time >= DROPPED * duration
@@ -67,8 +75,9 @@ def warn_if_ramp(data: Gathered, points: FitPoints, fit: MasterFit, anchor: int,
             break
         if plain.sure and ramped.rms**2 < best * plain.rms**2:
             best, found = ramped.rms**2 / plain.rms**2, duration
+            alone = bool((not ramped.sure or best < LEFT) and np.argmax(plain.by_part) == 0)
         duration *= DURATIONS
-    if found:
+    if alone:
         warn(f"all curves bend as after a ramp of about {found:.1g} s, counted from its beginning: {_advice(found, data)}")
 
 

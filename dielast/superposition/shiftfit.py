@@ -18,8 +18,11 @@ from dielast.material.shift.law import FittedLaw, MovedLaw
 from dielast.numerics.arrays import Floats, rms
 
 NEGLIGIBLE = 1e-3  # decades
-SPREADS = np.geomspace(0.003, 0.3, 16)  # relative errors of the slope: a law is never better known, nor a worse one called a law
-PROBABLE = 0.1  # prior probability that the law misses; the spreads are even in the logarithm then
+# Relative errors of the slope of a law that misses, a choice: smaller ones do not show, and with larger ones there is no law.
+SPREADS = np.geomspace(0.003, 0.3, 16)
+# Prior probability that the law misses, in a spread that is even in the logarithm. A choice: one law in ten. A larger one widens
+# the errors of a law that fits, a smaller one makes them too narrow where the law misses by less than shows.
+PROBABLE = 0.1
 WIDTHS = 400  # number of widths among which that of the level is sought
 LEVEL = 0.9  # level of the intervals that a single spread reproduces
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import warnings
 from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -61,9 +62,9 @@ def test_paper_constants_from_noisy_curves() -> None:
     assert np.ptp(np.log10(master.reduced_time)) > 12.9
 
 
-@pytest.mark.parametrize("setting", [pytest.param("none", marks=pytest.mark.trust), "free"])
-def test_standard_errors_cover_the_truth(setting: Vertical) -> None:
-    """95 % intervals hold the truth in 92-98 % of cases, with specimens that differ by 2 %; shift factors and constants alike."""
+@cache
+def covered(setting: Vertical) -> tuple[float, float]:
+    """How many 95 % intervals hold the truth, with specimens that differ by 2 %: of shift factors, and of constants."""
     inside, constants = [], []
     for seed in range(40 if setting == "none" else 20):
         level = 1 + 0.02 * np.random.default_rng(2000 + seed).standard_normal(TEMPERATURES.size)
@@ -76,11 +77,28 @@ def test_standard_errors_cover_the_truth(setting: Vertical) -> None:
         inside.append(np.abs(error(master))[moved] < 1.96 * master.log10_shift_factor_stderr[moved])
         truth = {"C1": 13.7, "C2": 187.1}
         constants.append([abs(master.law_parameters[name] - truth[name]) < 1.96 * master.law_stderr[name] for name in truth])
-    low, high = (0.92, 0.98) if setting == "none" else (0.90, 1.0)  # fewer repeats; tilts, of which there are none, are allowed for
-    assert low <= np.mean(inside) <= high
-    assert np.mean(constants) >= low
+    return float(np.mean(inside)), float(np.mean(constants))
 
 
+@pytest.mark.parametrize(("setting", "low"), [pytest.param("none", 0.92, marks=pytest.mark.trust), ("free", 0.90)])
+def test_standard_errors_cover_the_truth(setting: Vertical, low: float) -> None:
+    """Fewer repeats of free shifts have a wider band."""
+    assert min(covered(setting)) >= low
+
+
+too_wide = pytest.mark.xfail(strict=True, reason="errors allow for tilts that are not there: 1.7 times the actual ones")
+
+
+@pytest.mark.parametrize(
+    ("setting", "high"), [pytest.param("none", 0.98, marks=pytest.mark.trust), pytest.param("free", 0.99, marks=too_wide)]
+)
+def test_standard_errors_are_not_too_wide(setting: Vertical, high: float) -> None:
+    assert covered(setting)[0] <= high
+
+
+@pytest.mark.xfail(
+    strict=True, reason="0.83 of the intervals hold, of 24 more sets 0.85: errors of nearly level curves are too small"
+)
 def test_nearly_level_curves_do_not_feign_shift_factors() -> None:
     """A power law of 5 % a decade from specimens that differ by 2 %: shift factors are undetermined, or mostly within errors."""
     temperatures, time, held = np.arange(-10.0, 31.0, 5.0), np.geomspace(1, 2000, 40), []
@@ -98,7 +116,7 @@ def test_nearly_level_curves_do_not_feign_shift_factors() -> None:
                 held.append(np.ones(temperatures.size, dtype=bool))
                 continue
         held.append(~(np.abs(error(master)) > 1.96 * master.log10_shift_factor_stderr))
-    assert np.mean(held) > 0.8
+    assert np.mean(held) > 0.85
 
 
 def test_vertical_shifts_are_recovered() -> None:
@@ -221,6 +239,21 @@ def test_a_modulus_that_rises_is_a_ramp() -> None:
         build_master_curve(curves, reference_temperature=20.0)
 
 
+@pytest.mark.parametrize("border", [1e-3, 1e-1])
+def test_two_processes_are_no_ramp(border: float) -> None:
+    """log10 a of the processes that are slower than the `border` in s at 20 degC is larger by a fifth."""
+    time, random, curves = np.geomspace(0.1, 1200, 60), np.random.default_rng(0), []
+    for at in TEMPERATURES[::2].tolist():
+        shift, tau = float(LAW.log10_shift_factor(at)), SPECTRUM.relaxation_time
+        here = SPECTRUM.shear_modulus @ np.exp(-time / (tau * 10 ** (shift * np.where(tau > border, 1.2, 1.0)))[:, None])
+        curves.append(RelaxationCurve(at, time, 3 * (EQUILIBRIUM + here) * (1 + 0.005 * random.standard_normal(time.size))))
+    with pytest.warns(DielastWarning) as caught:
+        build_master_curve(curves, reference_temperature=20.0, temperature_stderr=0.0)
+    said = " ".join(str(each.message) for each in caught)
+    assert "the curves do not superpose" in said
+    assert "ramp of about" not in said
+
+
 @pytest.mark.parametrize(("temperatures", "reference"), [((-20.0, 0.0), 20.0), ((0.0, 20.0), -20.0), ((0.0, 20.0), 10.0)])
 def test_an_assumed_constant_is_in_the_standard_errors(temperatures: tuple[float, float], reference: float) -> None:
     with pytest.warns(DielastWarning) as caught:
@@ -256,7 +289,7 @@ def test_errors_of_clean_data_are_neither_too_wide_nor_too_narrow() -> None:
             away = master.temperature != 10.0
             stated.append(np.median(master.log10_shift_factor_stderr[away]))
             actual.append(np.median(np.abs(error(master)[away])) / 0.6745)
-    assert 0.8 < np.exp(np.mean(np.log(np.array(stated) / np.array(actual)))) < 2.2
+    assert 0.85 < np.exp(np.mean(np.log(np.array(stated) / np.array(actual)))) < 1.6  # what errors are to reach
 
 
 def test_a_reference_temperature_without_a_shift_factor_is_refused_and_another_one_is_named() -> None:
@@ -285,4 +318,4 @@ def test_a_tilt_is_measured_and_does_not_move_the_shift_factors() -> None:
         away.append(error(master)[moved])
         score.append(away[-1] / master.log10_shift_factor_stderr[moved])
     assert np.sqrt(np.mean(np.square(away))) < 0.015
-    assert 0.3 < np.sqrt(np.mean(np.square(score))) < 1.5
+    assert 1.6**-2 < np.mean(np.square(score)) < 0.85**-2  # stated errors over actual ones are to be 0.85 to 1.6

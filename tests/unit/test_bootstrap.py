@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import warnings
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from dielast.commands.mastercurve.run import draws_headline
 from dielast.errors import InputError
 from dielast.material.measurement import CreepCurve, FrequencySweep, Measurement, RelaxationCurve
 from dielast.material.shift import WLF
@@ -154,3 +156,17 @@ def test_an_error_of_a_temperature_moves_its_shift_factor_and_not_its_curve() ->
     np.testing.assert_allclose(
         np.std(moduli, axis=0)[20:70], np.abs(slope)[20:70] * master.placing.thermometer[reference], rtol=0.35
     )
+
+
+def test_what_is_not_determined_has_no_finite_error_in_the_summary() -> None:
+    """Two temperatures: the draws keep to the C2 that the fit assumes, and their scatter is no error of it."""
+    curves = list(measure(50, noise=0.002))[:2]
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        master = build_master_curve(curves, reference_temperature=curves[0].temperature, temperature_stderr=0.0)
+        draws = bootstrap_master_curve(curves, master, draws=4)
+    numbers = draws_headline(draws, master, 4, 1)
+    assert numbers["C2_K_stderr"] == np.inf
+    assert np.all(np.isfinite(numbers["log10_shift_factor_stderr"]))
+    lost = replace(draws, log10_shift_factor=np.full_like(draws.log10_shift_factor, np.nan))
+    assert draws_headline(lost, master, 4, 1)["log10_shift_factor_stderr"] == [np.inf, np.inf]

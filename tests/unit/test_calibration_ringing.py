@@ -38,15 +38,19 @@ def test_clean_tests_and_fast_relaxation_ring_nowhere(material: Material, noise:
 
 @pytest.mark.parametrize("material", [SOFT, FAST, STIFF], ids=lambda material: material.name)
 def test_ringing_is_left_out_where_it_is(material: Material) -> None:
-    for rate, noise, left in ((10.0, 0.001, 0.02), (50.0, 0.001, 0.02), (20.0, 0.01, 0.07)):
+    for rate, noise, left in ((10.0, 0.001, 0.01), (50.0, 0.001, 0.01), (20.0, 0.01, 0.07)):
         machine = Machine(force=0.5 * material.equilibrium_modulus / 20e3, noise=noise)
         made = hold(material, machine, np.random.default_rng(4), rate=rate)
         found = ringing(made.test())
         off = np.abs(made.force - made.clean)[-found.size :] / np.max(made.clean)
         assert np.max(off[~found]) < left < np.max(off)
-        # the ramp stays from where a swing has faded into noise of 0.1 %, after 2.7 s, to its stop, and so does the hold
-        assert not found[(made.time[-found.size :] > 3.0) & (made.time[-found.size :] < 3.9)].any()
-        assert not found[made.time[-found.size :] > 7.0].any()
+        # the ramp stays to its stop, from 2.5 s on, or from where all further points of a swing do not show: with the amplitude a
+        # and the rate c, a^2/(4 c spacing) is the variance of one point
+        time, damping = made.time[-found.size :], machine.damping * 2 * np.pi * machine.frequency
+        level = np.sqrt(0.5 * made.clean**2 + 0.5 * np.mean(made.clean**2))[-found.size :]
+        faded = machine.force * np.exp(-damping * time) / level < 2 * noise * np.sqrt(damping / rate)
+        assert not found[(time > max(2.5, time[faded][0])) & (time < 3.9)].any()
+        assert not found[time > 7.0].any()
 
 
 def test_a_force_at_rest_is_left_out() -> None:
@@ -84,20 +88,20 @@ def test_constants_are_within_their_intervals_although_the_machine_rings() -> No
     free = {f"{path}.shear_modulus": Free() for path in ("equilibrium", "nonequilibrium")} | {
         "nonequilibrium.relaxation_time": Free()
     }
-    errors = []
-    for ignore in (False, True):
+    errors, score = [], []
+    for seed, ignore in ((3, False), (3, True), (100, True), (101, True)):
         tests = []
-        for k, made in enumerate(_laboratory(machine, 3)):
+        for k, made in enumerate(_laboratory(machine, seed)):
             test = made.test(f"{k}")
             tests.append(replace(test, left_out=ringing(test)) if ignore else test)
         fit = fit_material(SOFT, tests, free, starts=1)
         likelihood = likelihood_of(fit)
         off = (fit.coordinates - fit.space.coordinates([20e3, 18e3, 40e3, 100.0, 3.0])) / likelihood.standard_error
-        # a tail that no single point shows, if it is fitted, moves the shorter relaxation time by four standard errors
-        assert np.all(np.square(off) < likelihood.thresholds(0.99))
+        score += off.tolist() if ignore else []
         errors.append((fit.scatter.model_error, float(np.max(likelihood.standard_error))))
         # the measured history is followed, whatever is left out
         assert tests[0].corner_time.size > 5
+    assert np.mean(np.square(score)) < 0.85**-2  # errors may be stated by the factor 0.85 too small
     assert errors[1][0] < 0.5 * errors[0][0]
     assert errors[1][1] < errors[0][1]
     assert all(test.unused.shape[1] > 5 for test in tests)

@@ -65,7 +65,7 @@ def test_misfit_widens_the_errors() -> None:
     narrow = fit_shift_law("arrhenius", TEMPERATURE, exact, pinned(INDEPENDENT, 6), 6, 20.0)
     assert fit.misfit > 10
     widened = fit.stderr["activation_energy"] / narrow.stderr["activation_energy"]
-    assert 0.9 * fit.misfit**0.5 < widened < 2 * fit.misfit**0.5
+    assert 0.9 < widened / fit.misfit**0.5 < 1.6  # as far as errors may be stated too large
 
 
 @pytest.mark.parametrize("count", [5, 14, 28])
@@ -115,7 +115,7 @@ def test_two_processes_are_in_the_errors_of_the_constants(change: float) -> None
         turned = law.about(20.0 - float(temperature[7])).to_constants
         without = np.diag(turned @ law.moments @ turned.T) * max(law.misfit, 1.0)
         plain.append(np.abs(fit.values - truth) < 1.645 * np.sqrt(without))
-    assert np.mean(held) > 0.7
+    assert np.mean(held) > 0.838  # of 90 % intervals, if errors are stated by the factor 0.85 too small: 2 Phi(0.85 x 1.645) - 1
     assert np.mean(held) > np.mean(plain) + 0.4
 
 

@@ -1,5 +1,6 @@
 """`mastercurve`: relaxation tests, creep tests or frequency sweeps at several temperatures -> master curve and shift factors."""
 
+import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -54,7 +55,7 @@ def run(cases: Sequence[Case[MasterCurveRecipe]], inputs: Inputs, execution: Exe
             progress=None if (hears := execution.progress) is None else lambda done, of: hears(done, of, "draws"),
         )
         written |= curve_tables(drawn, result.kind)
-        numbers["uncertainty"] = draws_headline(drawn, uncertainty.draws, uncertainty.seed)
+        numbers["uncertainty"] = draws_headline(drawn, result, uncertainty.draws, uncertainty.seed)
 
     def figure() -> Any:
         from dielast.plots.mastercurve import plot_master_curve
@@ -116,13 +117,18 @@ def curve_tables(draws: MasterCurveDraws, kind: MeasurementKind) -> dict[str, Ta
     }
 
 
-def draws_headline(draws: MasterCurveDraws, requested: int, seed: int) -> dict[str, Any]:
-    """The section of a summary that compares the scatter of the draws with the standard errors of the fit."""
-    stderr = draws.stderr()
+def draws_headline(draws: MasterCurveDraws, result: MasterCurve, requested: int, seed: int) -> dict[str, Any]:
+    """The section of a summary that compares the scatter of the draws with the standard errors of the fit.
+
+    What the fit does not determine has an infinite standard error, which a summary leaves out where it is alone: draws keep to the
+    C2 that the fit assumes.
+    """
+    stderr = {name: value if np.isfinite(result.law_stderr[name]) else math.inf for name, value in draws.stderr().items()}
+    shifts = np.std(draws.log10_shift_factor, axis=0, ddof=1)
     return {
         "draws": requested,
         "seed": seed,
         "without_master_curve": requested - len(draws.number),
         **{f"{name}_stderr": stderr[constant.name] for name, constant in draws.law.summary_names().items()},
-        "log10_shift_factor_stderr": np.std(draws.log10_shift_factor, axis=0, ddof=1).tolist(),
+        "log10_shift_factor_stderr": np.where(np.isfinite(shifts), shifts, np.inf).tolist(),
     }

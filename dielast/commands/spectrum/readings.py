@@ -2,8 +2,9 @@
 
 from collections.abc import Iterator, Sequence
 
+from dielast.commands.spectrum.cards import card_of
 from dielast.commands.spectrum.recipe import SpectrumRecipe
-from dielast.commands.spectrum.run import card_of, characterise, curve_of
+from dielast.commands.spectrum.run import characterise, curve_of
 from dielast.handover.mastercurve_folder import ReducedCurve, read_curve_draws
 from dielast.io.files import Inputs
 from dielast.recipe.base import Reading

@@ -7,11 +7,10 @@ from typing import Any
 
 import numpy as np
 
+from dielast.commands.spectrum.cards import exported, run_card
 from dielast.commands.spectrum.recipe import (
-    EXPORT_KEYS,
     FIT_KEYS,
     REDUCE_KEYS,
-    ExportSection,
     FitSection,
     MaterialConstants,
     Reduce,
@@ -19,8 +18,6 @@ from dielast.commands.spectrum.recipe import (
     SpectrumRecipe,
 )
 from dielast.errors import InputError, Mistakes, Problem, in_keys, located, warn, without_warnings
-from dielast.export.card import export_cards
-from dielast.export.code import CardOptions
 from dielast.handover.law_section import breakdown
 from dielast.handover.mastercurve_folder import DRAWS, ReducedCurve, read_curve_draws, read_master_curve
 from dielast.handover.material_draws import draw_columns
@@ -53,7 +50,7 @@ def run(cases: Sequence[Case[SpectrumRecipe]], inputs: Inputs, execution: Execut
     """Read the master curve, fit the spectrum, and make the report."""
     recipe = cases[0].recipe
     if recipe.prony is not None:
-        return _of_card(recipe, inputs)
+        return run_card(recipe, inputs)
     curve = curve_of(recipe, inputs)
     result, reduction, material, cards = characterise(recipe, curve)
     continuous = continuous_spectrum(result) if recipe.fit.continuous else None
@@ -78,58 +75,6 @@ def run(cases: Sequence[Case[SpectrumRecipe]], inputs: Inputs, execution: Execut
     if drawn is not None:
         written[DRAWS], numbers["uncertainty"] = drawn
     return Report(written, numbers, figure, files)
-
-
-def card_of(recipe: SpectrumRecipe, inputs: Inputs) -> tuple[Material, dict[str, str]]:
-    """The material of a Prony series that exists, and the cards (name -> text) that the recipe requests."""
-    from dielast.handover.prony_card import read_prony
-
-    assert recipe.prony is not None
-    card, constants, fit = read_prony(inputs.read(recipe.prony), recipe.prony, recipe.prony_units), recipe.material, recipe.fit
-    with located(file=recipe.prony):
-        instantaneous, at_rest = (None if young is None else young / 3 for young in (fit.glassy_modulus, fit.equilibrium_modulus))
-        material = card.material(instantaneous, at_rest)
-    limits = constants.J_lim
-    material = replace(
-        material,
-        name=constants.name if "name" in constants.model_fields_set else material.name,
-        equilibrium_law=material.equilibrium_law if limits.equilibrium is None else Gent(limits.equilibrium),
-        nonequilibrium_law=material.nonequilibrium_law if limits.nonequilibrium is None else Gent(limits.nonequilibrium),
-        permittivity=constants.dielectric(),
-        breakdown=breakdown(constants.breakdown),
-    )
-    material = replace(material, origin=dict.fromkeys(paths_of(material), "stated"))
-    warn_of_material(material)
-    export = recipe.export
-    return material, {} if export is None else _exported(material, export, export.options())
-
-
-def _of_card(recipe: SpectrumRecipe, inputs: Inputs) -> Report:
-    """The report on a Prony series that exists."""
-    material, cards = card_of(recipe, inputs)
-    spectrum, equilibrium = material.spectrum, material.equilibrium_modulus
-    tau = spectrum.relaxation_time
-    time = np.geomspace(tau.min(initial=1.0) / 30, 30 * tau.max(initial=1.0), 200)
-    model = 3 * spectrum.relaxation_modulus(time, equilibrium)
-    shown = SpectrumFit("nnls", spectrum, equilibrium, 0.0, 0.0, time, np.full(time.size, np.nan), model)
-
-    def figure() -> Any:
-        from dielast.commands.simulation.naming import headed
-        from dielast.plots.spectrum import plot_spectrum
-
-        return plot_spectrum(shown, headed(recipe.title, [material.name]), measured="")
-
-    numbers: dict[str, dict[str, Any]] = {
-        "prony": {"branches": len(spectrum)},
-        "moduli": {
-            "equilibrium_shear_Pa": equilibrium,
-            "nonequilibrium_shear_Pa": float(np.sum(spectrum.shear_modulus)),
-            "relaxation_time_min_s": float(tau.min(initial=np.inf)),
-            "relaxation_time_max_s": float(tau.max(initial=0.0)),
-        },
-    }
-    files = {"material.toml": write_material(material)} | {name: text.encode() for name, text in cards.items()}
-    return Report({"spectrum.csv": spectrum.columns()}, numbers, figure, files)
 
 
 def curve_of(recipe: SpectrumRecipe, inputs: Inputs) -> ReducedCurve:
@@ -158,16 +103,11 @@ def characterise(recipe: SpectrumRecipe, curve: ReducedCurve) -> tuple[SpectrumF
     warn_of_material(material)
     if export is not None:
         options = replace(export.options(), notes=_validity(result, recipe, reduction))
-        cards = wrong.tried(lambda: _exported(material, export, options))
+        cards = wrong.tried(lambda: exported(material, export, options))
     if reduce is not None and reduction is None:  # the branches are too many because the reduction failed
         wrong = Mistakes(problem for problem in wrong if problem.key != "export.formats")
     wrong.refuse()
     return result, reduction, material, cards or {}
-
-
-def _exported(material: Material, export: ExportSection, options: CardOptions) -> dict[str, str]:
-    with located(key="export"), in_keys(EXPORT_KEYS):
-        return export_cards(material, tuple(export.formats), options)
 
 
 def fit_curve(curve: ReducedCurve, fit: FitSection, keep: int | None = None, flows: bool | None = None) -> SpectrumFit:

@@ -1,0 +1,89 @@
+"""What a material file says of where its constants are from: their origins, the range of the tests, the measured window."""
+
+from typing import Annotated, Any
+
+from pydantic import Field
+
+from dielast.errors import InputError, and_more, shown, warn
+from dielast.io.table import rounded
+from dielast.material.material import CalibratedRange, Material, Window, constants_of
+from dielast.recipe.fields import Section, Temperature, Time
+
+
+class CalibratedSection(Section):
+    """The range of the tests that the material was fitted to; a simulation outside this range warns."""
+
+    modes: list[str] = Field(min_length=1, description="Modes in which the specimens were stretched.")
+    largest_I1: float = Field(ge=3, description="Largest first invariant of the stretches, l1^2 + l2^2 + l3^2.")
+    time: Annotated[list[Time], Field(min_length=2, max_length=2)] = Field(description="Shortest and longest time.")
+    temperature: Annotated[list[Temperature], Field(min_length=2, max_length=2)] = Field(
+        description="Lowest and highest temperature."
+    )
+
+    def stated(self) -> CalibratedRange:
+        """The range of the tests."""
+        (first, last), (coldest, hottest) = self.time, self.temperature
+        return CalibratedRange(tuple(self.modes), self.largest_I1, (first, last), (coldest, hottest))
+
+
+class WindowSection(Section):
+    """The part of the relaxation that was measured; a simulation that is slower warns."""
+
+    reduced_time_s: Annotated[list[Annotated[float, Field(gt=0, allow_inf_nan=False)]], Field(min_length=2, max_length=2)] = Field(
+        description="Shortest and longest reduced time of the measured curve in s, at the reference temperature."
+    )
+    plateau_reached: bool = Field(description="Whether the curve had reached the plateau of the equilibrium modulus.")
+
+    def _check(self) -> None:
+        if self.reduced_time_s[0] > self.reduced_time_s[1]:
+            raise InputError("the shortest time must come first", key="reduced_time_s")
+
+    def stated(self) -> Window:
+        """The part of the relaxation that was measured."""
+        first, last = self.reduced_time_s
+        return Window((first, last), self.plateau_reached)
+
+
+ORIGINS = "stated", "measured", "fitted"
+
+
+def origins(value: Any) -> dict[str, str]:
+    """The origins by path, of paths in quotes or as tables."""
+    if not isinstance(value, dict):
+        raise InputError(f"{shown(value)}: a table of constants by path is needed")
+    flat = {}
+    for path, origin in value.items():
+        inner = {f"{path}.{key}": each for key, each in origin.items()} if isinstance(origin, dict) else {path: origin}
+        for key, each in inner.items():
+            if not isinstance(each, str):
+                raise InputError(f'{key}: {shown(each)}: "stated", "measured" or "fitted: " with the tests is needed')
+            flat[key] = each
+    return flat
+
+
+def warn_of_origin(material: Material) -> None:
+    """Warn of origins (path -> origin) of constants that the material does not have, and of other origins."""
+    known = {f"{section}.{key}" for section, group in constants_of(material).items() for key in group}
+    known |= {"nonequilibrium.relaxation_time_s", "nonequilibrium.shear_modulus_Pa"}
+    unknown = [path for path in material.origin if path.partition("[")[0] not in known]
+    if unknown:
+        warn(f"origin: the material has no {', '.join(map(shown, unknown[:3]))}{and_more(len(unknown) - 3)}")
+    for path, origin in material.origin.items():
+        if origin.partition(":")[0] not in ORIGINS:
+            warn(f"origin: {shown(path)} = {shown(origin)}: stated, measured or fitted is expected")
+
+
+def stated_provenance(material: Material) -> dict[str, Any]:
+    """The sections of a material file that say where the constants of a material are from."""
+    document: dict[str, Any] = {}
+    if (calibrated := material.calibrated) is not None:
+        document["calibrated"] = {
+            "modes": list(calibrated.modes),
+            "largest_I1": rounded(calibrated.largest_invariant),
+            "time": [f"{value:.9g} s" for value in calibrated.time],
+            "temperature": [f"{value:.9g} degC" for value in calibrated.temperature],
+        }
+    document |= {"origin": dict(material.origin)} if material.origin else {}
+    if (window := material.window) is not None:
+        document["window"] = {"reduced_time_s": rounded(list(window.time)), "plateau_reached": window.plateau_reached}
+    return document
