@@ -178,8 +178,8 @@ def settle(ellipse: Ellipse, points: Floats, usable: Flags, kept: Flags) -> tupl
 
 
 def _chance(power: Floats, waves: int) -> float:
-    """The probability, at most, that the strongest of the powers (n,) of noise has so large a share of them, beside the `waves` that
-    are fitted already (Fisher, Proc. R. Soc. Lond. A 125 (1929) 54, first term).
+    """The probability, at most, that the strongest of the powers (n,) of noise has so large a share of them, apart from the `waves`
+    that are fitted already (Fisher, Proc. R. Soc. Lond. A 125 (1929) 54, first term).
     """
     others = power.size - waves
     return others * (1 - float(power.max() / power.sum())) ** (others - 1)

@@ -165,6 +165,7 @@ def test_pipes_and_links_into_nowhere_are_no_photographs(dielast: Run, folder: P
 
 
 def test_an_interrupted_run_goes_on(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from dielast.commands import unfinished
     from dielast.commands.measure import photographs as module
     from dielast.commands.measure.photographs import PhotographPlan, measure_all
     from dielast.sharing.execution import Execution
@@ -172,7 +173,7 @@ def test_an_interrupted_run_goes_on(folder: Path, monkeypatch: pytest.MonkeyPatc
     names = tuple((f"photo-{number}.png", 0) for number in (8, 9, 10))
     plan = PhotographPlan(folder, names, True, None, None, "mean", False)
     monkeypatch.setattr(module, "CHUNK", 1)
-    monkeypatch.setattr(module, "PAUSE", 0.0)
+    monkeypatch.setattr(unfinished, "PAUSE", 0.0)
 
     def stop(done: int, of: int, what: str) -> None:
         if done == 2:

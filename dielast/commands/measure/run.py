@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from dielast import units
-from dielast.commands.failure_map.resume import fingerprint
 from dielast.commands.measure.photographs import Photograph, PhotographPlan, measure_all
 from dielast.commands.measure.recipe import MeasureRecipe
+from dielast.commands.unfinished import fingerprint
 from dielast.errors import InputError, Problem, located, warn
 from dielast.io.files import Inputs, resolve
 from dielast.io.text_table import read_measured
