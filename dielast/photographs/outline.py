@@ -86,7 +86,7 @@ def find_outline(
         if outline.flat is not None:
             return outline
         reason = outline.reason
-    return Outline(reason=reason)
+    return Outline(reason=reason if region is not None else f"{reason}; a region around it may help")
 
 
 def _another(found: list[Blob], blob: Blob) -> bool:

@@ -130,7 +130,7 @@ def test_damaged_and_empty_photographs_are_lost_and_the_run_goes_on(dielast: Run
             {"RECIPE": "[electrode]\nregion = [200, 0, 230, 30]\n"},
             "photo-8.png: the reference: the region holds only 0 x 30",
         ),
-        ({"RECIPE": "[electrode]\ndark = false\n"}, "photo-8.png: the reference: no electrode is found: "),
+        ({"RECIPE": "[electrode]\ndark = false\n"}, "photo-8.png: the reference: no electrode is found"),
         (
             {"RECIPE": "[camera]\nsquare = [[0, 0], [9, 9], [9, 0], [0, 9]]\n"},
             "camera: the corners of a square are needed, in order",
