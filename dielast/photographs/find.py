@@ -22,8 +22,9 @@ STRIPS = (0.3, 0.15, 0.07)
 LARGEST_HOLE = 0.3  # of an electrode's area: glare and marks
 ENOUGH = 2000  # pixels for a surface of six constants
 BORDER = 0.12  # of the sides: the rim of the picture, where the film is expected
-CLEAR = 0.9
-SUPPORT = 0.5  # of an outline that must have an edge
+CLEAR = 0.9  # of an outline with an edge: no flatter background makes it clearer
+SUPPORT = 0.5  # of an outline that must have an edge: less than the least on which an electrode is measured
+RISING = 0.5  # of the rise across an outline where it is clear: what rises as much has an edge
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -66,16 +67,19 @@ def _is_blank(grey: Floats) -> bool:
 
 
 def reduced(grey: NDArray[Any]) -> tuple[Floats, int]:
-    """The picture with blocks of pixels averaged, and the length of a block in pixels."""
+    """The picture with blocks of pixels averaged, so that its longer side is near `COARSE`, and the length of a block in pixels."""
     factor = max(1, max(grey.shape) // COARSE)
-    if factor == 1:
-        return grey.astype(float), 1
+    return averaged(grey, factor), factor
+
+
+def averaged(grey: NDArray[Any], factor: int) -> Floats:
+    """The picture with blocks of `factor` by `factor` pixels averaged; what is left over on the right and below is cut off."""
     height, width = (size // factor for size in grey.shape)
     total = np.zeros((height, width))
     for row in range(factor):
         for column in range(factor):
             total += grey[row : height * factor : factor, column : width * factor : factor]
-    return total / factor**2, factor
+    return total / factor**2
 
 
 def _surface(grey: Floats, film: Flags) -> Floats:
@@ -153,7 +157,7 @@ def _rated(grey: Floats, ellipse: Ellipse) -> Blob:
     outside, inside = (sampled(grey, start + side * normal) for side in (gap, -gap))
     rise = np.where(np.isfinite(outside) & np.isfinite(inside), outside - inside, 0.0)
     typical = float(np.percentile(rise, 75))
-    support = float(np.mean(rise > 0.5 * typical)) if typical > 0 else 0.0
+    support = float(np.mean(rise > RISING * typical)) if typical > 0 else 0.0
     return Blob(ellipse, support, float(np.clip(rise, 0.0, None).sum()))
 
 

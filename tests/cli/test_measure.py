@@ -195,11 +195,14 @@ def test_an_interrupted_run_goes_on(folder: Path, monkeypatch: pytest.MonkeyPatc
 
 
 def test_colour_is_read_where_electrode_and_film_differ(dielast: Run, folder: Path) -> None:
+    random = np.random.default_rng(3)
     for number, frame in enumerate(FRAMES):
         levels = np.round(frame * 255).astype(np.uint8)
         buffer = io.BytesIO()
-        # as light as the film, but of another colour
-        Image.fromarray(np.stack([255 - levels, np.full_like(levels, 128), levels], axis=-1)).save(buffer, "png")
+        # the electrode is blue's alone, and the mean has the noise of red
+        noise = random.integers(0, 256, levels.shape, dtype=np.uint8)
+        Image.fromarray(np.stack([noise, np.full_like(levels, 128), levels], axis=-1)).save(buffer, "png")
         (folder / f"photo-{number + 8}.png").write_bytes(buffer.getvalue())
-    done = dielast("measure", "r.toml", "-o", "out", "--plot", "none", "--set", "electrode.colour=blue")
+    done = dielast("measure", "r.toml", "-o", "out", "--plot", "none")
     assert "photographs.ok = 3\n" in done.stdout
+    assert "photographs.colour = blue\n" in done.stdout

@@ -16,7 +16,7 @@ from dielast.io.files import read_file, resolve, sha256
 from dielast.photographs.camera import Camera
 from dielast.photographs.decode import read_picture, taken
 from dielast.photographs.ellipse import Ellipse
-from dielast.photographs.find import reduced
+from dielast.photographs.find import averaged, reduced
 from dielast.photographs.outline import Outline, find_outline
 from dielast.sharing.execution import Chunk, Execution
 
@@ -86,7 +86,7 @@ def _small(grey: NDArray[Any]) -> tuple[NDArray[np.uint8], int]:
     """The picture between its darkest and its lightest grey value, and how many times smaller it is."""
     small, factor = reduced(grey)
     further = max(1, -(-max(small.shape) // THUMBNAIL))
-    small = small[::further, ::further]
+    small = averaged(small, further)
     low, high = np.percentile(small, [1, 99])
     return np.clip((small - low) / max(high - low, 1e-9) * 255, 0, 255).astype(np.uint8), factor * further
 
