@@ -13,7 +13,9 @@ CUT = 3.5  # standard deviations beyond which a point is no part of the edge: on
 HARMONICS = range(3, 17)  # around the outline: an ellipse takes those below, shorter ones are noise of single points
 ON_GRID = range(4, 49, 2)  # harmonics that are alike on the four quarters of the outline
 MOST_WAVES = 6
-BY_CHANCE = 0.05  # probability: noise has one wave too many in one outline of twenty
+# probability that the strongest of noise stands out as much: one wave too many makes the errors a tenth too small, but one that
+# is left out keeps outliers in the outline, and moves the ellipse where it has gaps
+BY_CHANCE = 1 / 3
 ROUNDS = 30
 
 
@@ -167,7 +169,7 @@ def settle(ellipse: Ellipse, points: Floats, usable: Flags, kept: Flags) -> tupl
             break
     on_grid = float(np.mean((alike[:, kept] @ rest[kept]) ** 2 / np.sum(alike[:, kept] ** 2, axis=1)))
     # 2n powers determine S: their scatter makes Student's t of a normal error, whose variance is larger
-    level = max(float(power.sum()) / max(1, len(numbers) - waves - 1), on_grid, 1e-12)
+    level = max(float(power.sum()) / max(1, power.size - waves - 1), on_grid, 1e-12)
     # pictures without noise have the rounding of their last digit
     square = rest[kept] ** 2 + 1e-12
     inverse = np.linalg.inv(design[:, kept] @ design[:, kept].T)
