@@ -51,12 +51,13 @@ def read_picture(content: bytes, name: str, number: int = 0, channel: str = MEAN
         values = _values(image, channel)
     if low is None:
         return values
-    values = np.left_shift(values, 8, dtype=np.uint32)
     with _opened(content, name) as image:
         if number:
             image.seek(number)
         image.tile = low
-        values += _values(image, channel)
+        low_values = _values(image, channel)
+    values = np.left_shift(values, 8, dtype=np.uint32)
+    values += low_values
     return values
 
 
@@ -90,17 +91,14 @@ def _values(image: Any, channel: str) -> Picture:
         picture = picture.getchannel(0)
     elif picture.mode not in ("L", "I", "F", "RGB", "RGBA", "RGBX") and not picture.mode.startswith("I;16"):
         picture = picture.convert("RGB")
-    values: Picture = np.asarray(picture)
-    if values.ndim == 3:
-        values = values[..., CHANNELS.index(channel)] if channel in CHANNELS else _summed(values)
-    return values
-
-
-def _summed(colours: Picture) -> Picture:
-    """The sum of red, green and blue (height, width), which is as good as their mean."""
-    total = colours[..., 0].astype(np.uint16)
-    total += colours[..., 1]
-    total += colours[..., 2]
+    if not picture.mode.startswith("RGB"):
+        return np.asarray(picture)
+    if channel in CHANNELS:
+        return np.asarray(picture.getchannel(CHANNELS.index(channel)))
+    # the sum is as good as the mean; one colour after the other, because all at once would take twice the memory
+    total = np.zeros((picture.height, picture.width), dtype=np.uint16)
+    for number in range(len(CHANNELS)):
+        total += np.asarray(picture.getchannel(number))
     return total
 
 

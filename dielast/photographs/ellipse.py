@@ -13,9 +13,8 @@ CUT = 3.5  # standard deviations beyond which a point is no part of the edge: on
 HARMONICS = range(3, 17)  # around the outline: an ellipse takes those below, shorter ones are noise of single points
 ON_GRID = range(4, 49, 2)  # harmonics that are alike on the four quarters of the outline
 MOST_WAVES = 6
-# probability that the strongest of noise stands out as much: one wave too many makes the errors a tenth too small, but one that
-# is left out keeps outliers in the outline, and moves the ellipse where it has gaps
-BY_CHANCE = 1 / 3
+BY_CHANCE = 1 / 3  # probability for noise: a wave that is left out keeps outliers in the outline, and moves the ellipse
+SURELY = 0.05  # probability for noise below which a wave is one
 ROUNDS = 30
 
 
@@ -151,7 +150,7 @@ def settle(ellipse: Ellipse, points: Floats, usable: Flags, kept: Flags) -> tupl
     numbers, even = (np.array([k for k in range_ if 4 * k < away.size]) for range_ in (HARMONICS, ON_GRID))
     fourier, alike = np.exp(-1j * np.outer(numbers, turn)), np.cos(np.outer(even, turn))
     design: Any = slopes.T
-    waves, largest = 0, 0.0
+    waves, sure, largest = 0, 0, 0.0
     for _ in range(ROUNDS):
         change = np.linalg.lstsq(design[:, kept].T, away[kept], rcond=None)[0]
         rest = away - change @ design
@@ -162,14 +161,18 @@ def settle(ellipse: Ellipse, points: Floats, usable: Flags, kept: Flags) -> tupl
         fresh = usable & (np.abs(rest) <= CUT * robust_deviation(rest[kept])) if len(design) > 5 else kept
         if not np.array_equal(fresh, kept):
             kept = fresh
-        elif waves < MOST_WAVES and _chance(power, waves) < BY_CHANCE:
-            waves += 1
+        elif waves < MOST_WAVES and (chance := _chance(power, waves)) < BY_CHANCE:
+            waves, sure = waves + 1, sure + (chance < SURELY)
             design = np.concatenate([design, fourier[[strongest]].real, fourier[[strongest]].imag])
         else:
             break
     on_grid = float(np.mean((alike[:, kept] @ rest[kept]) ** 2 / np.sum(alike[:, kept] ** 2, axis=1)))
+    # the unsure waves may be the strongest of noise: of n powers, S times exponential variates, the others then add up to this many
+    # S on average (Renyi, Acta Math. Acad. Sci. Hung. 4 (1953) 191)
+    unsure, noise = waves - sure, power.size - sure
+    others = noise - unsure * (1 + float(np.sum(1.0 / np.arange(unsure + 1, noise + 1))))
     # 2n powers determine S: their scatter makes Student's t of a normal error, whose variance is larger
-    level = max(float(power.sum()) / max(1, power.size - waves - 1), on_grid, 1e-12)
+    level = max(float(power.sum()) / max(1, others - 1), on_grid, 1e-12)
     # pictures without noise have the rounding of their last digit
     square = rest[kept] ** 2 + 1e-12
     inverse = np.linalg.inv(design[:, kept] @ design[:, kept].T)
