@@ -6,6 +6,8 @@ Every pixel is the mean of the scene over its area, from a fine grid of points i
 from __future__ import annotations
 
 import io
+import struct
+import zlib
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -147,12 +149,39 @@ def saved(
 ) -> bytes:
     """The picture as the bytes of a file: grey or with a colour cast, 8 or 16 bit."""
     full = 65535 if depth == 16 else 255
-    levels = np.round(picture * full).astype(np.uint16 if depth == 16 else np.uint8)
-    if cast is not None:
-        levels = np.stack([np.round(np.clip(picture * factor, 0, 1) * 255) for factor in cast], axis=-1).astype(np.uint8)
+    colours = picture if cast is None else np.clip(picture[..., None] * np.array(cast), 0, 1)
+    levels = np.round(colours * full).astype(np.uint16 if depth == 16 else np.uint8)
+    if cast is not None and depth == 16:
+        return png_of_16_bit(levels)
     buffer = io.BytesIO()
     Image.fromarray(levels).save(buffer, {"jpg": "jpeg", "tif": "tiff"}.get(form, form), **options)
     return buffer.getvalue()
+
+
+def png_of_16_bit(levels: NDArray[np.uint16]) -> bytes:
+    """The colours (height, width, 3) as a PNG, which Pillow does not write."""
+
+    def chunk(kind: bytes, data: bytes) -> bytes:
+        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+
+    height, width, _ = levels.shape
+    rows = b"".join(b"\0" + row.astype(">u2").tobytes() for row in levels)
+    head = struct.pack(">IIBBBBB", width, height, 16, 2, 0, 0, 0)
+    return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", head) + chunk(b"IDAT", zlib.compress(rows)) + chunk(b"IEND", b"")
+
+
+def tiff_of_16_bit(levels: NDArray[np.uint16], order: str, deflated: bool) -> bytes:
+    """The colours (height, width, 3) as a TIFF, with the bytes in the `order` < or >."""
+    height, width, _ = levels.shape
+    data = levels.astype(f"{order}u2").tobytes()
+    data = zlib.compress(data) if deflated else data
+    start = 8 + 2 + 12 * 9 + 4
+    bits = struct.pack(f"{order}3H", 16, 16, 16)
+    values = {256: width, 257: height, 258: start, 259: 8 if deflated else 1, 262: 2, 273: start + 6, 277: 3, 278: height}
+    entries = [struct.pack(f"{order}HHII", tag, 4, 1, value) for tag, value in (values | {279: len(data)}).items()]
+    entries[2] = struct.pack(f"{order}HHII", 258, 3, 3, start)
+    magic = (b"II" if order == "<" else b"MM") + struct.pack(f"{order}HIH", 42, 8, 9)
+    return magic + b"".join(entries) + bytes(4) + bits + data
 
 
 def shaken(scene: Scene, seed: int) -> Scene:

@@ -16,6 +16,7 @@ PYTHON = (sys.executable, "-W", "error::SyntaxWarning")
 DIELAST = (sys.executable, "-c", "from dielast.cli import main; main()")
 # many chunks, though few cells: a map that is left to itself for a while is not at its end
 SMALL_CHUNKS = """
+from dielast.commands import unfinished
 from dielast.commands.failure_map import resume
 resume.CHUNK = 128
 """
@@ -24,13 +25,13 @@ HELD = f"""
 import time
 from pathlib import Path
 {SMALL_CHUNKS}
-save = resume._save
+save = unfinished.save
 def save_and_wait(*given):
-    resume._save = save
+    unfinished.save = save
     save(*given)
     while not Path("go").exists():
         time.sleep(0.01)
-resume._save = save_and_wait
+unfinished.save = save_and_wait
 from dielast.cli import main; main()
 """
 ENDS = 600.0  # s in which whatever is started ends, however busy the machine

@@ -1,6 +1,8 @@
 """The pictures of a file: grey values, and when they were taken. Pillow decodes them, within limits."""
 
 import io
+import re
+import sys
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -18,6 +20,7 @@ MOST = 100_000  # pictures in a file
 CHANNELS = ("red", "green", "blue")
 MEAN = "mean"
 _DIRECTORY, _TAKEN, _FRACTION, _CHANGED = 0x8769, 0x9003, 0x9291, 0x0132  # tags of EXIF
+_DEEP = re.compile(r"((?:RGB|RGBA|RGBX);16)([BLN])")  # Pillow's names of colour with 16 bit, and of the order of its bytes
 
 Picture = NDArray[Any]
 
@@ -37,8 +40,6 @@ def read_picture(content: bytes, name: str, number: int = 0, channel: str = MEAN
     `channel` says which colour is read: red, green, blue or their mean. Values are those of the file: neither a gamma curve nor a
     colour profile is undone. Raises `InputError` for a file that is no picture, is cut off, or has more than `LARGEST` pixels.
     """
-    from PIL import ImageOps
-
     with _opened(content, name) as image:
         if number:
             image.seek(number)
@@ -46,25 +47,58 @@ def read_picture(content: bytes, name: str, number: int = 0, channel: str = MEAN
         if width * height > LARGEST:
             limit = f"at most {LARGEST // 10**6} million are read: reduce the picture, or cut out the electrode"
             raise InputError(f"{width} x {height} pixels: {limit}", file=name)
-        ImageOps.exif_transpose(image, in_place=True)
-        picture = image
-        if picture.mode == "1":
-            picture = picture.convert("L")
-        elif picture.mode == "LA":
-            picture = picture.getchannel(0)
-        elif picture.mode not in ("L", "I", "F", "RGB", "RGBA", "RGBX") and not picture.mode.startswith("I;16"):
-            picture = picture.convert("RGB")
-        values: Picture = np.asarray(picture)
-    if values.ndim == 3:
-        values = values[..., CHANNELS.index(channel)] if channel in CHANNELS else _summed(values)
+        low = _of_low_bytes(image)
+        values = _values(image, channel)
+    if low is None:
+        return values
+    with _opened(content, name) as image:
+        if number:
+            image.seek(number)
+        image.tile = low
+        low_values = _values(image, channel)
+    values = np.left_shift(values, 8, dtype=np.uint32)
+    values += low_values
     return values
 
 
-def _summed(colours: Picture) -> Picture:
-    """The sum of red, green and blue (height, width), which is as good as their mean."""
-    total = colours[..., 0].astype(np.uint16)
-    total += colours[..., 1]
-    total += colours[..., 2]
+def _of_low_bytes(image: Any) -> list[Any] | None:
+    """The tiles of a picture of 16 bit in colour, such that Pillow decodes the low bytes of its values; None for other pictures.
+
+    Pillow keeps 8 bit of each colour, the high bytes; in the other byte order it takes the low ones for them.
+    """
+    native = "L" if sys.byteorder == "little" else "B"
+    tiles = []
+    for tile in image.tile:
+        rawmode, *more = (tile.args,) if isinstance(tile.args, str) else tile.args or ("",)
+        match = _DEEP.fullmatch(str(rawmode))
+        if match is None:
+            return None
+        order = native if match[2] == "N" else match[2]
+        other = f"{match[1]}{'B' if order == 'L' else 'L'}"
+        tiles.append(tile._replace(args=other if isinstance(tile.args, str) else (other, *more)))
+    return tiles or None
+
+
+def _values(image: Any, channel: str) -> Picture:
+    """The grey values of a picture that Pillow has opened, or those of one colour."""
+    from PIL import ImageOps
+
+    ImageOps.exif_transpose(image, in_place=True)
+    picture = image
+    if picture.mode == "1":
+        picture = picture.convert("L")
+    elif picture.mode == "LA":
+        picture = picture.getchannel(0)
+    elif picture.mode not in ("L", "I", "F", "RGB", "RGBA", "RGBX") and not picture.mode.startswith("I;16"):
+        picture = picture.convert("RGB")
+    if not picture.mode.startswith("RGB"):
+        return np.asarray(picture)
+    if channel in CHANNELS:
+        return np.asarray(picture.getchannel(CHANNELS.index(channel)))
+    # the sum is as good as the mean; one colour after the other, because all at once would take twice the memory
+    total = np.zeros((picture.height, picture.width), dtype=np.uint16)
+    for number in range(len(CHANNELS)):
+        total += np.asarray(picture.getchannel(number))
     return total
 
 

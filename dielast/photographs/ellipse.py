@@ -12,8 +12,9 @@ from dielast.numerics.robust import robust_deviation
 CUT = 3.5  # standard deviations beyond which a point is no part of the edge: one in two thousand of normal ones
 HARMONICS = range(3, 17)  # around the outline: an ellipse takes those below, shorter ones are noise of single points
 ON_GRID = range(4, 49, 2)  # harmonics that are alike on the four quarters of the outline
-MOST_WAVES = 3
-REGULAR = 0.25  # of the power: of noise, the strongest of 14 harmonics has as much in one outline of three, and then does no harm
+MOST_WAVES = 6
+BY_CHANCE = 1 / 3  # probability for noise: a wave that is left out keeps outliers in the outline, and moves the ellipse
+SURELY = 0.05  # probability for noise below which a wave is one
 ROUNDS = 30
 
 
@@ -139,35 +140,51 @@ def settle(ellipse: Ellipse, points: Floats, usable: Flags, kept: Flags) -> tupl
     quarters of the outline meet it alike: their errors add up instead of averaging out, and are seen in the cosines of `ON_GRID`
     alone. The power of these stands for S where it is larger; without such a symmetry both estimate the same.
 
-    On a whole outline waves do not move the ellipse, on one with gaps they do. A regular wave, which holds more than a share
-    `REGULAR` of the power at `HARMONICS`, is therefore fitted together with the ellipse, and points are cut that lie off both.
+    On a whole outline waves do not move the ellipse, on one with gaps they do. A wave that stands out from the power at
+    `HARMONICS` is therefore fitted together with the ellipse, and points are cut that lie off both. S is
+    then that of the residuals from both, and the covariance that of the ellipse beside the waves; the returned deviation has the
+    waves in it.
     """
     away, slopes = ellipse.residuals(points)
     turn = 2 * np.pi * np.arange(away.size) / away.size
     numbers, even = (np.array([k for k in range_ if 4 * k < away.size]) for range_ in (HARMONICS, ON_GRID))
     fourier, alike = np.exp(-1j * np.outer(numbers, turn)), np.cos(np.outer(even, turn))
     design: Any = slopes.T
-    total = on_grid = 0.0
+    waves, sure, largest = 0, 0, 0.0
     for _ in range(ROUNDS):
         change = np.linalg.lstsq(design[:, kept].T, away[kept], rcond=None)[0]
         rest = away - change @ design
         power = np.abs(fourier[:, kept] @ rest[kept]) ** 2 / np.count_nonzero(kept)
-        # 2n powers determine S: their scatter makes Student's t of a normal error, whose variance is larger
-        total = max(total, float(power.sum()) / max(1, len(numbers) - 1))
-        on_grid = float(np.mean((alike[:, kept] @ rest[kept]) ** 2 / np.sum(alike[:, kept] ** 2, axis=1)))
+        largest = max(largest, float(power.sum()))
         strongest = int(np.argmax(power))
         # what lies off the wave is cut before another wave is looked for
         fresh = usable & (np.abs(rest) <= CUT * robust_deviation(rest[kept])) if len(design) > 5 else kept
         if not np.array_equal(fresh, kept):
             kept = fresh
-        elif power[strongest] >= REGULAR * power.sum() and len(design) < 5 + 2 * MOST_WAVES:
+        elif waves < MOST_WAVES and (chance := _chance(power, waves)) < BY_CHANCE:
+            waves, sure = waves + 1, sure + (chance < SURELY)
             design = np.concatenate([design, fourier[[strongest]].real, fourier[[strongest]].imag])
         else:
             break
-    used = int(np.count_nonzero(kept))
+    on_grid = float(np.mean((alike[:, kept] @ rest[kept]) ** 2 / np.sum(alike[:, kept] ** 2, axis=1)))
+    # the unsure waves may be the strongest of noise: of n powers, S times exponential variates, the others then add up to this many
+    # S on average (Renyi, Acta Math. Acad. Sci. Hung. 4 (1953) 191)
+    unsure, noise = waves - sure, power.size - sure
+    others = noise - unsure * (1 + float(np.sum(1.0 / np.arange(unsure + 1, noise + 1))))
+    # 2n powers determine S: their scatter makes Student's t of a normal error, whose variance is larger
+    level = max(float(power.sum()) / max(1, others - 1), on_grid, 1e-12)
     # pictures without noise have the rounding of their last digit
     square = rest[kept] ** 2 + 1e-12
-    inverse = np.linalg.inv(slopes[kept].T @ slopes[kept])
-    middle = (slopes[kept].T * square) @ slopes[kept] / square.mean() * max(total, on_grid, 1e-12)
-    covariance = np.asarray(inverse @ middle @ inverse, dtype=float)
-    return replace(ellipse.moved(change[:5]), covariance=covariance), float(np.sqrt(2 * total * len(numbers) / used)), kept
+    inverse = np.linalg.inv(design[:, kept] @ design[:, kept].T)
+    middle = (design[:, kept] * square) @ design[:, kept].T / square.mean() * level
+    covariance = np.asarray(inverse @ middle @ inverse, dtype=float)[:5, :5]
+    roughness = float(np.sqrt(2 * largest / np.count_nonzero(kept)))
+    return replace(ellipse.moved(change[:5]), covariance=covariance), roughness, kept
+
+
+def _chance(power: Floats, waves: int) -> float:
+    """The probability, at most, that the strongest of the powers (n,) of noise has so large a share of them, apart from the `waves`
+    that are fitted already (Fisher, Proc. R. Soc. Lond. A 125 (1929) 54, first term).
+    """
+    others = power.size - waves
+    return others * (1 - float(power.max() / power.sum())) ** (others - 1)

@@ -14,13 +14,17 @@ from dielast.photographs.rim import sampled
 
 COARSE = 256  # px: longer sides are reduced to between this and its double
 LEVELS = 256
+MOST = 8  # regions that are looked at, the largest: each takes some milliseconds
 SMALLEST = 30  # px of the reduced picture that an electrode covers at least
-STRIP = 0.3  # of an electrode's mean radius: half the width of strips and hairs that are cut off
+# of a region's mean radius: half the width of strips and hairs that are cut off; a frame that a wire joins to the electrode makes
+# the region larger, so that less is cut off where the first share leaves nothing with an edge
+STRIPS = (0.3, 0.15, 0.07)
 LARGEST_HOLE = 0.3  # of an electrode's area: glare and marks
 ENOUGH = 2000  # pixels for a surface of six constants
 BORDER = 0.12  # of the sides: the rim of the picture, where the film is expected
-CLEAR = 0.9
-SUPPORT = 0.5  # of an outline that must have an edge
+CLEAR = 0.9  # of an outline with an edge: no flatter background makes it clearer
+SUPPORT = 0.5  # of an outline that must have an edge: less than the least on which an electrode is measured
+RISING = 0.5  # of the rise across an outline where it is clear: what rises as much has an edge
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -63,16 +67,19 @@ def _is_blank(grey: Floats) -> bool:
 
 
 def reduced(grey: NDArray[Any]) -> tuple[Floats, int]:
-    """The picture with blocks of pixels averaged, and the length of a block in pixels."""
+    """The picture with blocks of pixels averaged, so that its longer side is near `COARSE`, and the length of a block in pixels."""
     factor = max(1, max(grey.shape) // COARSE)
-    if factor == 1:
-        return grey.astype(float), 1
+    return averaged(grey, factor), factor
+
+
+def averaged(grey: NDArray[Any], factor: int) -> Floats:
+    """The picture with blocks of `factor` by `factor` pixels averaged; what is left over on the right and below is cut off."""
     height, width = (size // factor for size in grey.shape)
     total = np.zeros((height, width))
     for row in range(factor):
         for column in range(factor):
             total += grey[row : height * factor : factor, column : width * factor : factor]
-    return total / factor**2, factor
+    return total / factor**2
 
 
 def _surface(grey: Floats, film: Flags) -> Floats:
@@ -114,19 +121,32 @@ def _flattened(grey: Floats) -> Iterator[Floats]:
         yield flat
 
 
-def _mask_without_strips(mask: Flags) -> Flags:
-    """A region without what is narrower than a share of its radius (opening by a disc), and with its smaller holes filled."""
-    area = np.count_nonzero(mask)
-    filled = ndimage.binary_fill_holes(mask)
+def _parts(region: Flags, strip: float) -> Iterator[Flags]:
+    """The parts into which a region falls without what is narrower than a share `strip` of its radius (opening by a disc), with
+    smaller holes filled.
+    """
+    area = np.count_nonzero(region)
+    filled = ndimage.binary_fill_holes(region)
     if np.count_nonzero(filled) <= (1 + LARGEST_HOLE) * area:
-        mask = filled
-    radius = STRIP * np.sqrt(area / np.pi)
-    padded = np.pad(mask, 1, mode="edge")
-    core = ndimage.distance_transform_edt(padded) > radius
-    if not core.any():
-        return mask
-    opened: Flags = (ndimage.distance_transform_edt(~core) <= radius)[1:-1, 1:-1]
-    return opened
+        region = filled
+    radius = strip * np.sqrt(area / np.pi)
+    padded = np.pad(region, 1, mode="edge")
+    cores, count = ndimage.label(ndimage.distance_transform_edt(padded) > radius)
+    if count == 0:
+        yield region
+        return
+    away, nearest = ndimage.distance_transform_edt(cores == 0, return_indices=True)
+    opened = np.where(away <= radius, cores[tuple(nearest)], 0)[1:-1, 1:-1]
+    for label in _largest(opened):
+        yield opened == label
+
+
+def _largest(labels: NDArray[Any]) -> list[int]:
+    """The labels of the largest regions that are large enough, the largest first; 0 is none."""
+    areas = np.bincount(labels.ravel())
+    areas[0] = 0
+    order = np.argsort(-areas, kind="stable")[:MOST]
+    return [int(label) for label in order if areas[label] >= SMALLEST]
 
 
 def _rated(grey: Floats, ellipse: Ellipse) -> Blob:
@@ -137,7 +157,7 @@ def _rated(grey: Floats, ellipse: Ellipse) -> Blob:
     outside, inside = (sampled(grey, start + side * normal) for side in (gap, -gap))
     rise = np.where(np.isfinite(outside) & np.isfinite(inside), outside - inside, 0.0)
     typical = float(np.percentile(rise, 75))
-    support = float(np.mean(rise > 0.5 * typical)) if typical > 0 else 0.0
+    support = float(np.mean(rise > RISING * typical)) if typical > 0 else 0.0
     return Blob(ellipse, support, float(np.clip(rise, 0.0, None).sum()))
 
 
@@ -163,10 +183,8 @@ def _ellipse_of(region: Flags, corner: Sequence[int], picture: tuple[int, ...]) 
     return Ellipse(fitted.centre + corner, fitted.shape + 0.5 * np.eye(2))
 
 
-def blobs(grey: Floats, factor: int) -> list[Blob]:
-    """The regions of a reduced picture that may be the electrode, darker than the film, the best first; without those that overlap
-    a better one. Their ellipses are those of the full picture, whose blocks of `factor` pixels the reduced one averages.
-    """
+def _candidates(grey: Floats, strip: float) -> list[Blob]:
+    """The blobs with an edge along enough of their outline, in the reduced picture."""
     found: list[Blob] = []
     for flat in _flattened(grey):
         # what has an edge all around needs no flatter background
@@ -175,15 +193,24 @@ def blobs(grey: Floats, factor: int) -> list[Blob]:
         labels, count = ndimage.label(flat <= otsu(flat))
         if count == 0:
             continue
-        areas, windows = np.bincount(labels.ravel())[1:], ndimage.find_objects(labels)
-        for label in np.argsort(-areas, kind="stable")[:8] + 1:
+        windows = ndimage.find_objects(labels)
+        for label in _largest(labels):
             window = windows[label - 1]
-            if areas[label - 1] < SMALLEST:
-                break
-            ellipse = _ellipse_of(_mask_without_strips(labels[window] == label), [window[1].start, window[0].start], grey.shape)
-            if ellipse is not None:
-                found.append(_rated(flat / (np.percentile(flat, 95) or 1.0), ellipse))
-    found = sorted((blob for blob in found if blob.support >= SUPPORT), key=lambda blob: -blob.score * blob.support)
+            for part in _parts(labels[window] == label, strip):
+                ellipse = _ellipse_of(part, [window[1].start, window[0].start], grey.shape)
+                if ellipse is not None:
+                    found.append(_rated(flat / (np.percentile(flat, 95) or 1.0), ellipse))
+    return [blob for blob in found if blob.support >= SUPPORT]
+
+
+def blobs(grey: Floats, factor: int) -> list[Blob]:
+    """The regions of a reduced picture that may be the electrode, darker than the film, the best first; without those that overlap
+    a better one. Their ellipses are those of the full picture, whose blocks of `factor` pixels the reduced one averages.
+    """
+    found: list[Blob] = []
+    for strip in STRIPS:
+        found = found or _candidates(grey, strip)
+    found.sort(key=lambda blob: -blob.score * blob.support)
     distinct: list[Blob] = []
     for blob in found:
         apart = [np.hypot(*(blob.ellipse.centre - other.ellipse.centre)) / other.ellipse.semi_axes[1] for other in distinct]

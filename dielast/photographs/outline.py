@@ -13,13 +13,16 @@ from dielast.photographs.ellipse import Ellipse, fit_ellipse, settle
 from dielast.photographs.find import Blob, blobs, reduced
 from dielast.photographs.rim import locate, sampled, search
 
-FEWEST, MOST = 96, 2000  # points of an outline
+FEWEST, MOST = 96, 2000  # points of an outline: one a pixel between these
+# of the minor semi-axis: how far off a rough outline the edge is looked for, less in each round, to leave out other objects
+REACHES = (0.15, 0.08, 0.06)
+STRONG = 0.4  # of the median rise across the edge: less is no edge of the rough outline
 SMALLEST = 8.0  # px: the shortest axis that is measured
 LEAST_SEEN = 0.55  # of the outline: with less, strips or the picture's edge decide on the axes
-WELL_SEEN = 0.7
-NOT_SEEN = 0.35
+WELL_SEEN = 0.7  # with less, an electrode is doubtful
+NOT_SEEN = 0.35  # with less, a message does not call it an electrode
 SECOND = 0.5  # of the best region's contrast along its outline: another electrode
-CLEAR = 4.0  # standard errors of the contrast of a line
+CLEAR = 4.0  # standard errors of the contrast of a line: noise has it on one line of thirty thousand
 WIDEST = 0.25  # of the minor semi-axis: a wider transition is no edge
 
 
@@ -78,15 +81,16 @@ def find_outline(
     small, factor = reduced(grey)
     small = small if dark else small.max() + small.min() - small
     found = blobs(small, factor)
-    reason = "no electrode is found"
-    for blob in found[:2]:
+    reason = ""
+    for blob in found:
         outline = _refined(grey, blob, factor, 1.0 if dark else -1.0, np.array([left, top]), camera)
         if outline.flat is not None and _another(found, blob):
             return Outline(reason="two electrodes are found: state a region that holds one")
         if outline.flat is not None:
             return outline
-        reason = outline.reason
-    return Outline(reason=reason)
+        reason = reason or outline.reason  # that of the likeliest region
+    reason = reason or "no electrode is found"
+    return Outline(reason=reason if region is not None else f"{reason}; a region around it may help")
 
 
 def _another(found: list[Blob], blob: Blob) -> bool:
@@ -106,14 +110,14 @@ def _refined(grey: NDArray[Any], blob: Blob, factor: int, sign: float, corner: F
         return Outline(reason="no electrode is found")
     ellipse = Ellipse(ellipse.centre - low, ellipse.shape)
     try:
-        for reach in (max(2.5 * factor + 2, 0.15 * ellipse.semi_axes[0]), max(4.0, 0.08 * ellipse.semi_axes[0])):
+        for share, least in zip(REACHES[:2], (2.5 * factor + 2, 4.0), strict=True):
             count = int(np.clip(ellipse.perimeter, FEWEST, MOST))
-            offset, strength = search(part, ellipse, float(reach), count)
+            offset, strength = search(part, ellipse, max(least, share * float(ellipse.semi_axes[0])), count)
             start, normal, _ = ellipse.around(count)
-            usable = strength > 0.4 * np.median(strength[np.isfinite(strength)])
+            usable = strength > STRONG * np.median(strength[np.isfinite(strength)])
             ellipse, _ = fit_ellipse(start + offset[:, None] * normal, usable, ellipse, least_deviation=0.2)
         count = int(np.clip(ellipse.perimeter, FEWEST, MOST))
-        offset, _ = search(part, ellipse, max(4.0, 0.06 * float(ellipse.semi_axes[0])), count)
+        offset, _ = search(part, ellipse, max(4.0, REACHES[2] * float(ellipse.semi_axes[0])), count)
         edge = locate(part, ellipse, offset)
         clear = edge.seen & (edge.contrast > CLEAR * edge.noise)
         ellipse, kept = fit_ellipse(edge.points, clear, ellipse, least_deviation=0.01)

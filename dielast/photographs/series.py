@@ -19,7 +19,10 @@ WRINKLES, BREAKDOWN = "wrinkles", "breakdown"
 RISE = 3.0  # times the roughness of the reference: a ratio of variances of 9 has a probability of 1e-7 by chance
 LEAST_ROUGHNESS = 0.003  # of the radius: less is not visible
 ALONE = 4.0  # times the difference between the neighbours of a photograph
-CHANGE = 0.02  # of the electrode's area, or of its grey value over the film's times 10, from one photograph to the next
+FAR = 10.0  # standard errors of a stretch off the line between its neighbours
+JUMP = 0.012  # of a stretch: what is nearer to its neighbours is no other object
+HOLES = 0.02  # of the electrode's area that becomes as light as the film and stays so
+LIGHTER = 0.2  # by which the electrode's grey value over the film's changes and stays so
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -172,7 +175,7 @@ def _events(outlines: Sequence[Outline], reference: Outline | float) -> dict[str
         later = [outlines[n] for n in there if n >= after]
         holes = min(outline.holes for outline in later) - outlines[before].holes
         level = min(abs(outline.level - outlines[before].level) for outline in later)
-        if holes > CHANGE or level > 10 * CHANGE:
+        if holes > HOLES or level > LIGHTER:
             events[BREAKDOWN] = after
             break
     else:
@@ -201,7 +204,7 @@ def _doubts(outlines: Sequence[Outline], values: Floats, errors: Floats, events:
         course = np.log(values[[before, number, after]])
         off = np.abs(course[1] - 0.5 * (course[0] + course[2]))
         between = np.abs(course[2] - course[0])
-        if np.any((off > ALONE * between) & (off > 10 * errors[number]) & (off > LEAST_ROUGHNESS * ALONE)):
+        if np.any((off > ALONE * between) & (off > FAR * errors[number]) & (off > JUMP)):
             doubts.setdefault(number, "the stretches differ from those before and after")
     for before, number in pairwise(there):
         was, now = outlines[before].ellipse, outlines[number].ellipse

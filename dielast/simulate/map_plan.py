@@ -72,6 +72,11 @@ class SolvedCells:
     status: Cases
     stretched: Floats = field(default_factory=lambda: np.zeros((2, 0, 0)))
 
+    @property
+    def size(self) -> int:
+        """The number of cells."""
+        return self.status.size
+
 
 def column_of(name: str) -> str:
     """The name of the column with the time of this event."""

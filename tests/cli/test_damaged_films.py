@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from flat import plan_failure_map
 
+from dielast.commands import unfinished
 from dielast.commands.failure_map import resume
 from dielast.handover.material_file import parse_material, write_material
 from dielast.material.damage import InversePower
@@ -175,8 +176,8 @@ def test_a_map_with_damage_goes_on_where_it_stopped(tmp_path: Path) -> None:
     cells = solve_cells(plan, *chunk)
     assert set(cells.status.tolist()) <= {Status.COMPLETED, Status.STOPPED}
     store = tmp_path / "store"
-    resume._save(store, "key", [cells])
-    known, discarded = resume._load(store, "key", plan)
+    unfinished.save(resume.CELLS, store, "key", [cells])
+    known, discarded = unfinished.load(resume.CELLS, store, "key", plan, [chunk])
     assert (discarded, list(known)) == ("", [0])
     for name, times in cells.times.items():
         np.testing.assert_array_equal(known[0].times[name], times)

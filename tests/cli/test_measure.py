@@ -130,7 +130,7 @@ def test_damaged_and_empty_photographs_are_lost_and_the_run_goes_on(dielast: Run
             {"RECIPE": "[electrode]\nregion = [200, 0, 230, 30]\n"},
             "photo-8.png: the reference: the region holds only 0 x 30",
         ),
-        ({"RECIPE": "[electrode]\ndark = false\n"}, "photo-8.png: the reference: no electrode is found: "),
+        ({"RECIPE": "[electrode]\ndark = false\n"}, "photo-8.png: the reference: no electrode is found"),
         (
             {"RECIPE": "[camera]\nsquare = [[0, 0], [9, 9], [9, 0], [0, 9]]\n"},
             "camera: the corners of a square are needed, in order",
@@ -165,6 +165,7 @@ def test_pipes_and_links_into_nowhere_are_no_photographs(dielast: Run, folder: P
 
 
 def test_an_interrupted_run_goes_on(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from dielast.commands import unfinished
     from dielast.commands.measure import photographs as module
     from dielast.commands.measure.photographs import PhotographPlan, measure_all
     from dielast.sharing.execution import Execution
@@ -172,7 +173,7 @@ def test_an_interrupted_run_goes_on(folder: Path, monkeypatch: pytest.MonkeyPatc
     names = tuple((f"photo-{number}.png", 0) for number in (8, 9, 10))
     plan = PhotographPlan(folder, names, True, None, None, "mean", False)
     monkeypatch.setattr(module, "CHUNK", 1)
-    monkeypatch.setattr(module, "PAUSE", 0.0)
+    monkeypatch.setattr(unfinished, "PAUSE", 0.0)
 
     def stop(done: int, of: int, what: str) -> None:
         if done == 2:
@@ -194,11 +195,14 @@ def test_an_interrupted_run_goes_on(folder: Path, monkeypatch: pytest.MonkeyPatc
 
 
 def test_colour_is_read_where_electrode_and_film_differ(dielast: Run, folder: Path) -> None:
+    random = np.random.default_rng(3)
     for number, frame in enumerate(FRAMES):
         levels = np.round(frame * 255).astype(np.uint8)
         buffer = io.BytesIO()
-        # as light as the film, but of another colour
-        Image.fromarray(np.stack([255 - levels, np.full_like(levels, 128), levels], axis=-1)).save(buffer, "png")
+        # the electrode is blue's alone, and the mean has the noise of red
+        noise = random.integers(0, 256, levels.shape, dtype=np.uint8)
+        Image.fromarray(np.stack([noise, np.full_like(levels, 128), levels], axis=-1)).save(buffer, "png")
         (folder / f"photo-{number + 8}.png").write_bytes(buffer.getvalue())
-    done = dielast("measure", "r.toml", "-o", "out", "--plot", "none", "--set", "electrode.colour=blue")
+    done = dielast("measure", "r.toml", "-o", "out", "--plot", "none")
     assert "photographs.ok = 3\n" in done.stdout
+    assert "photographs.colour = blue\n" in done.stdout

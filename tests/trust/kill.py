@@ -36,6 +36,7 @@ CHANGES = {  # what tells the new result from the older one
     "relax": ["--set", "temperature='10 degC'"],
     "creep": ["--set", "temperature='10 degC'"],
     "actuate": ["--set", "temperature='10 degC'"],
+    "measure": ["--set", "interval='9 s'"],
     "failure-map": ["--set", "voltage.points=3000", "--set", "horizon='2 h'"],
     "failure-map --jobs 2": ["--set", "voltage.points=3000", "--set", "horizon='2 h'"],
 }

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from photographs import Scene, into_plane, render, saved, shaken, square_in_picture
+from photographs import Scene, into_plane, png_of_16_bit, render, saved, shaken, square_in_picture, tiff_of_16_bit
 from PIL import Image
 
 import dielast
@@ -42,6 +42,21 @@ def test_clean_axes_and_the_coverage_of_their_errors() -> None:
     assert 0.8 <= np.mean(np.abs(scaled) < 1.645) <= 0.97
 
 
+@pytest.mark.parametrize("disturbed", [{"waves": (8, 0.01)}, {"waves": (11, 0.006), "strips": (20.0, 200.0), "blur": 1.0}])
+def test_the_coverage_of_the_errors_of_a_wrinkled_edge(disturbed: dict) -> None:
+    scaled = []
+    for seed in range(24):
+        scene = shaken(replace(SMALL, axes=(88.0, 80.0), **disturbed), seed)
+        outline = find_outline(render(scene))
+        assert outline.roughness > 0.003
+        scaled += [
+            (half - length / 2) / stderr
+            for axis, length in zip(np.eye(2), scene.axes, strict=True)
+            for half, stderr in [outline.flat.extent(axis)]
+        ]
+    assert 0.8 <= np.mean(np.abs(scaled) < 1.645) <= 0.97
+
+
 def test_errors_hold_for_an_electrode_centred_on_the_grid_of_coarsely_sampled_pixels(monkeypatch: pytest.MonkeyPatch) -> None:
     """Its four quarters meet the grid alike: their errors add up."""
     monkeypatch.setattr("photographs.FINE", 4)
@@ -72,11 +87,28 @@ def test_strips_light_blur_wrinkles_and_glare_do_not_pull_the_outline(scene: Sce
         assert outline.inside
 
 
-@pytest.mark.parametrize("form", [{"cast": (1.0, 0.7, 0.5)}, {"depth": 16}, {"form": "tif", "depth": 16}, {"form": "gif"}])
+@pytest.mark.parametrize(
+    "form",
+    [
+        {"cast": (1.0, 0.7, 0.5)},
+        {"depth": 16},
+        {"cast": (1.0, 0.7, 0.5), "depth": 16},
+        {"form": "tif", "depth": 16},
+        {"form": "gif"},
+    ],
+)
 def test_a_light_electrode_in_every_kind_of_file(form: dict) -> None:
     scene = shaken(Scene((150, 140), (74.0, 69.0), (60.0, 66.0), electrode=0.8, film=0.3, noise=0.02), 3)
     outline = find_outline(read_picture(saved(render(scene), **form), "photo"), dark=False)
     assert extents(outline) == pytest.approx(scene.axes, rel=0.005)
+
+
+def test_colour_of_16_bit_is_read_to_the_last_bit() -> None:
+    levels = np.random.default_rng(5).integers(0, 1 << 16, (9, 14, 3), dtype=np.uint16)
+    tiffs = [tiff_of_16_bit(levels, order, deflated) for order in "<>" for deflated in (False, True)]
+    for content in (png_of_16_bit(levels), *tiffs):
+        assert np.array_equal(read_picture(content, "photo", channel="blue"), levels[..., 2])
+        assert np.array_equal(read_picture(content, "photo"), levels.sum(axis=-1))
 
 
 def test_a_square_corrects_tilt_and_lens() -> None:
@@ -190,6 +222,18 @@ def test_a_picture_without_a_clear_electrode_says_why(picture: np.ndarray, reaso
     outline = find_outline(picture)
     assert outline.flat is None
     assert outline.reason.startswith(reason)
+
+
+@pytest.mark.parametrize("frame", [15, 40])
+def test_a_dark_frame_that_a_wire_joins_to_the_electrode_is_none(frame: int) -> None:
+    scene = replace(SMALL, size=(240, 210), centre=(121.3, 104.7), axes=(90.0, 84.0))
+    picture = render(scene)
+    height, width = picture.shape
+    y, x = np.mgrid[:height, :width]
+    dark = (np.minimum(x, width - 1 - x) < frame) | (np.minimum(y, height - 1 - y) < frame) | ((np.abs(y - 104) < 4) & (x < 121))
+    outline = find_outline(np.where(dark, np.minimum(picture, 0.2), picture))
+    assert extents(outline) == pytest.approx(scene.axes, rel=1e-3)
+    assert find_outline(np.where(dark, 0.2, 0.8)).reason.endswith("a region around it may help")
 
 
 def test_a_region_holds_one_of_two_electrodes() -> None:

@@ -1,31 +1,28 @@
-"""The photographs of a recipe, measured one by one, and what an interrupted run keeps of them."""
+"""The photographs of a recipe, measured one by one, and the arrays in which an interrupted run keeps them."""
 
-import io
-import os
-import time
-from contextlib import closing, suppress
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from dielast.commands.unfinished import Arrays, Work, finish
 from dielast.errors import InputError
-from dielast.io.files import STORE, read_file, resolve, sha256, write_files
+from dielast.io.files import read_file, resolve, sha256
 from dielast.photographs.camera import Camera
 from dielast.photographs.decode import read_picture, taken
 from dielast.photographs.ellipse import Ellipse
-from dielast.photographs.find import reduced
+from dielast.photographs.find import averaged, reduced
 from dielast.photographs.outline import Outline, find_outline
-from dielast.sharing.batches import share_out
-from dielast.sharing.execution import NOTHING_KEPT, Execution
+from dielast.sharing.execution import Chunk, Execution
 
 CHUNK = 4  # photographs, about half a second
-PAUSE = 1.0  # s between two saves
 THUMBNAIL = 200  # px: the longer side of a photograph in the contact sheet is at most this
 NUMBERS = ("seen", "width", "roughness", "level", "holes", "inside")
-_GOES_ON = "{} of {} photographs are kept: the same command goes on from there, a changed recipe begins anew"
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,9 +49,22 @@ class Photograph:
     moment: float
 
 
-def measure_pictures(plan: PhotographPlan, first: int, end: int) -> tuple[int, list[Photograph]]:
+@dataclass(frozen=True, slots=True, eq=False)
+class Measured:
+    """The photographs of a chunk, from the number `first` on."""
+
+    first: int
+    photographs: list[Photograph]
+
+    @property
+    def size(self) -> int:
+        """Their number."""
+        return len(self.photographs)
+
+
+def measure_pictures(plan: PhotographPlan, first: int, end: int) -> Measured:
     """The photographs from the number `first` to before `end`; a file that cannot be read is a photograph without an electrode."""
-    return first, [_measured(plan, *picture) for picture in plan.pictures[first:end]]
+    return Measured(first, [_measured(plan, *picture) for picture in plan.pictures[first:end]])
 
 
 def _measured(plan: PhotographPlan, name: str, number: int) -> Photograph:
@@ -76,57 +86,26 @@ def _small(grey: NDArray[Any]) -> tuple[NDArray[np.uint8], int]:
     """The picture between its darkest and its lightest grey value, and how many times smaller it is."""
     small, factor = reduced(grey)
     further = max(1, -(-max(small.shape) // THUMBNAIL))
-    small = small[::further, ::further]
+    small = averaged(small, further)
     low, high = np.percentile(small, [1, 99])
     return np.clip((small - low) / max(high - low, 1e-9) * 255, 0, 255).astype(np.uint8), factor * further
 
 
 def measure_all(plan: PhotographPlan, key: str, execution: Execution) -> list[Photograph]:
-    """Every photograph of the plan, which are kept in the folder of the execution until all are measured."""
-    store = None if execution.folder is None else execution.folder / STORE
-    note, keep = (tell or (lambda line: None) for tell in (execution.note, execution.keep))
+    """Every photograph of the plan; they are kept in the folder of the execution until all are measured."""
     count = len(plan.pictures)
-    kept = {} if store is None or not os.path.isfile(store) else _load(store, key, plan)
-    if kept:
-        note(f"goes on from an interrupted run, which measured {len(kept)} of {count} photographs")
     chunks = [(first, min(first + CHUNK, count)) for first in range(0, count, CHUNK)]
-    waiting = [chunk for chunk in chunks if not all(number in kept for number in range(*chunk))]
-    saved, due = len(kept), time.monotonic() + PAUSE
-
-    def save() -> None:
-        nonlocal saved
-        if store is not None and saved < len(kept) < count:
-            write_files(store.parent, {store.name: _stored(key, kept)})
-            saved = len(kept)
-            keep(_GOES_ON.format(saved, count))
-
-    keep(_GOES_ON.format(saved, count) if saved else NOTHING_KEPT)
-    try:
-        with closing(share_out(measure_pictures, plan, waiting, execution)) as done:
-            for first, photographs in done:
-                kept.update(enumerate(photographs, start=first))
-                if time.monotonic() >= due:
-                    save()
-                    due = time.monotonic() + PAUSE
-                if execution.progress is not None:
-                    execution.progress(len(kept), count, "photographs")
-    finally:
-        save()
-    return [kept[number] for number in range(count)]
+    return [entry for measured in finish(PHOTOGRAPHS, plan, chunks, key, execution) for entry in measured.photographs]
 
 
-def _stored(key: str, kept: dict[int, Photograph]) -> bytes:
-    """The photographs as the bytes of an archive of arrays."""
-    numbers = sorted(kept)
-    entries = [kept[number] for number in numbers]
+def _arrays(results: Sequence[Measured]) -> dict[str, Any]:
+    entries = [entry for measured in results for entry in measured.photographs]
     outlines = np.full((len(entries), 2, 31), np.nan)
     for row, entry in zip(outlines, entries, strict=True):
         for place, ellipse in zip(row, (entry.outline.ellipse, entry.outline.flat), strict=True):
             if ellipse is not None and ellipse.covariance is not None:
                 place[:] = np.concatenate([ellipse.centre, ellipse.shape.ravel(), ellipse.covariance.ravel()])
-    arrays: dict[str, Any] = {
-        "key": np.array(key),
-        "number": np.array(numbers),
+    return {
         "outline": outlines,
         "numbers": np.array([[float(getattr(entry.outline, name)) for name in NUMBERS] for entry in entries]),
         "reason": np.array([entry.outline.reason for entry in entries]),
@@ -136,37 +115,40 @@ def _stored(key: str, kept: dict[int, Photograph]) -> bytes:
         "shape": np.array([entry.thumbnail.shape for entry in entries]),
         "thumbnail": np.concatenate([entry.thumbnail.ravel() for entry in entries]),
     }
-    buffer = io.BytesIO()
-    np.savez(buffer, **arrays)
-    return buffer.getvalue()
 
 
-def _load(store: Path, key: str, plan: PhotographPlan) -> dict[int, Photograph]:
-    """The photographs of an interrupted run of the same recipe whose files have not changed since, by number."""
-    kept = {}
-    digests: dict[str, str] = {}
-    try:
-        with store.open("rb") as file, np.load(file) as saved:
-            if str(saved["key"]) != key:
-                return {}
-            arrays = {name: saved[name] for name in saved.files}
-        ends = np.cumsum(np.prod(arrays["shape"], axis=1))
-        for row, number in enumerate(arrays["number"].tolist()):
-            name = plan.pictures[number][0]
-            if name not in digests:
-                digests[name] = sha256(read_file(resolve(plan.folder, name), name))
-            if digests[name] != str(arrays["digest"][row]):
+def _results(arrays: Arrays, chunks: Sequence[Chunk], plan: PhotographPlan) -> Iterator[Measured]:
+    """The chunks whose files have not changed since."""
+    digest = cache(lambda name: _digest(plan, name))
+    ends = np.cumsum(np.prod(arrays["shape"], axis=1))
+    row = 0
+    for first, end in chunks:
+        photographs = []
+        for name, _ in plan.pictures[first:end]:
+            place, row = row, row + 1
+            kept = str(arrays["digest"][place])
+            if kept != digest(name):
                 continue
             ellipse, flat = (
                 None if np.isnan(values[0]) else Ellipse(values[:2], values[2:6].reshape(2, 2), values[6:].reshape(5, 5))
-                for values in arrays["outline"][row]
+                for values in arrays["outline"][place]
             )
-            state: dict[str, Any] = dict(zip(NUMBERS, arrays["numbers"][row].tolist(), strict=True))
-            state |= {"inside": bool(state["inside"]), "reason": str(arrays["reason"][row])}
-            outline = Outline(ellipse, flat, **state)
-            shape = arrays["shape"][row]
-            small = arrays["thumbnail"][ends[row] - np.prod(shape) : ends[row]].reshape(shape)
-            kept[number] = Photograph(outline, small, int(arrays["factor"][row]), digests[name], float(arrays["moment"][row]))
-    except Exception:  # zipfile and numpy raise many kinds of errors for a damaged file
-        return {}
-    return kept
+            state: dict[str, Any] = dict(zip(NUMBERS, arrays["numbers"][place].tolist(), strict=True))
+            state |= {"inside": bool(state["inside"]), "reason": str(arrays["reason"][place])}
+            shape = arrays["shape"][place]
+            small = arrays["thumbnail"][ends[place] - np.prod(shape) : ends[place]].reshape(shape)
+            factor, moment = int(arrays["factor"][place]), float(arrays["moment"][place])
+            photographs.append(Photograph(Outline(ellipse, flat, **state), small, factor, kept, moment))
+        if len(photographs) == end - first:
+            yield Measured(first, photographs)
+
+
+def _digest(plan: PhotographPlan, name: str) -> str | None:
+    """The SHA-256 of a file; None if it cannot be read."""
+    try:
+        return sha256(read_file(resolve(plan.folder, name), name))
+    except InputError:
+        return None
+
+
+PHOTOGRAPHS = Work(measure_pictures, "photograph", "photographs", "measured", _arrays, _results)

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from dielast import units
-from dielast.commands.failure_map.resume import fingerprint
 from dielast.commands.measure.photographs import Photograph, PhotographPlan, measure_all
 from dielast.commands.measure.recipe import MeasureRecipe
+from dielast.commands.unfinished import fingerprint
 from dielast.errors import InputError, Problem, located, warn
 from dielast.io.files import Inputs, resolve
 from dielast.io.text_table import read_measured
@@ -65,9 +65,7 @@ class Prepared:
             self.reference = find_outline(grey, dark=electrode.dark, region=region, camera=self.camera)
             if self.reference.flat is None:
                 key = "electrode.reference" if electrode.reference else None
-                # a frame or a dark background may hold the electrode's own region
-                help_ = "" if region else ": state a region around it" if self.reference.reason.startswith("no electrode") else ""
-                raise InputError(Problem(f"the reference: {self.reference.reason}{help_}", file=name, key=key))
+                raise InputError(Problem(f"the reference: {self.reference.reason}", file=name, key=key))
 
 
 def _pictures(recipe: MeasureRecipe, inputs: Inputs) -> tuple[tuple[tuple[str, int], ...], tuple[str, ...]]:
