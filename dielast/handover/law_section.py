@@ -11,7 +11,7 @@ from dielast.material.breakdown import BREAKDOWNS, BreakdownLaw
 from dielast.material.law import Constant, Law, ModulusLaw, Registry
 from dielast.material.material import Material
 from dielast.material.modulus import CONSTANT_MODULUS
-from dielast.recipe.fields import Numbers, OneOf, Quantity, Section
+from dielast.recipe.fields import Numbers, OneOf, Section, WithUnit
 
 Kind = TypeVar("Kind", bound="FamilySection")
 
@@ -106,7 +106,7 @@ def _annotation(constants: Sequence[Constant]) -> Any:
             return Annotated[tuple[float, ...], Numbers(constant.at_least, constant.above)]
         number = Annotated[float, Field(gt=constant.above, ge=constant.at_least)]
         return list[number] if constant.many else number
-    quantity = Quantity(constant.dimension, constant.at_least, constant.above, many=constant.many)
+    quantity = WithUnit(constant.dimension, constant.at_least, constant.above, many=constant.many)
     return Annotated[tuple[float, ...] if constant.many else float, quantity]
 
 

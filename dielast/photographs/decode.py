@@ -16,6 +16,7 @@ from dielast.errors import InputError
 
 FORMATS = ("PNG", "JPEG", "TIFF", "GIF")
 LARGEST = 50_000_000  # pixels: decoded and as grey values a picture takes up to 15 bytes each
+LARGEST_DEEP = 40_000_000  # pixels of colour with 16 bit, which take up to 24 bytes each beside the file
 MOST = 100_000  # pictures in a file
 CHANNELS = ("red", "green", "blue")
 MEAN = "mean"
@@ -38,16 +39,18 @@ def read_picture(content: bytes, name: str, number: int = 0, channel: str = MEAN
     """The grey values (height, width) of the picture with this `number` (from 0), turned as EXIF says.
 
     `channel` says which colour is read: red, green, blue or their mean. Values are those of the file: neither a gamma curve nor a
-    colour profile is undone. Raises `InputError` for a file that is no picture, is cut off, or has more than `LARGEST` pixels.
+    colour profile is undone. Raises `InputError` for a file that is no picture, is cut off, or has more than `LARGEST` pixels, or
+    `LARGEST_DEEP` in colour with 16 bit.
     """
     with _opened(content, name) as image:
         if number:
             image.seek(number)
         width, height = image.size
-        if width * height > LARGEST:
-            limit = f"at most {LARGEST // 10**6} million are read: reduce the picture, or cut out the electrode"
-            raise InputError(f"{width} x {height} pixels: {limit}", file=name)
         low = _of_low_bytes(image)
+        most = LARGEST if low is None else LARGEST_DEEP
+        if width * height > most:
+            limit = f"at most {most // 10**6} million are read: reduce the picture, or cut out the electrode"
+            raise InputError(f"{width} x {height} pixels: {limit}", file=name)
         values = _values(image, channel)
     if low is None:
         return values

@@ -56,7 +56,7 @@ QUANTITY, UNIT = "x-quantity", "x-unit"
 
 
 @dataclass(frozen=True, slots=True)
-class Quantity:
+class WithUnit:
     """Marks a number in `dimension.unit` that is stated as text with a unit, optionally bounded.
 
     `within` bounds the magnitude of all numbers but 0; `many` allows a number or a list, read as a tuple.
@@ -97,7 +97,7 @@ class Quantity:
 
 
 @dataclass(frozen=True, slots=True)
-class NamedQuantity(Quantity):
+class NamedQuantity(WithUnit):
     """Marks quantities that keep their text as a name, such as "1 h": a list is read as pairs of text and number."""
 
     def read_many(self, value: Any) -> tuple[tuple[str, float], ...]:  # type: ignore[override]
@@ -160,25 +160,25 @@ class OneOf:
         return {"type": "string", "enum": list(self.names())}
 
 
-Time = Annotated[float, Quantity(units.TIME, at_least=0.0, within=units.TIMES)]
-PositiveTime = Annotated[float, Quantity(units.TIME, above=0.0, within=units.TIMES)]
+Time = Annotated[float, WithUnit(units.TIME, at_least=0.0, within=units.TIMES)]
+PositiveTime = Annotated[float, WithUnit(units.TIME, above=0.0, within=units.TIMES)]
 NamedTimes = Annotated[tuple[tuple[str, float], ...], NamedQuantity(units.TIME, above=0.0, within=units.TIMES, many=True)]
-RelaxationTime = Annotated[float, Quantity(units.TIME, above=0.0)]
-Temperature = Annotated[float, Quantity(units.TEMPERATURE, above=-units.ZERO_CELSIUS)]
-TemperatureDifference = Annotated[float, Quantity(units.TEMPERATURE_DIFFERENCE, above=0.0)]
-TemperatureError = Annotated[float, Quantity(units.TEMPERATURE_DIFFERENCE, at_least=0.0)]
-ThermalExpansion = Annotated[float, Quantity(units.THERMAL_EXPANSION)]
-Modulus = Annotated[float, Quantity(units.STRESS, at_least=0.0)]
-PositiveModulus = Annotated[float, Quantity(units.STRESS, above=0.0)]
-Permittivity = Annotated[float, Quantity(units.PERMITTIVITY, above=0.0)]
-StrainRate = Annotated[float, Quantity(units.STRAIN_RATE, within=units.TIMES)]
-Voltage = Annotated[float, Quantity(units.VOLTAGE)]
-Voltages = Annotated[tuple[float, ...], Quantity(units.VOLTAGE, at_least=0.0, many=True)]
-Temperatures = Annotated[tuple[float, ...], Quantity(units.TEMPERATURE, above=-units.ZERO_CELSIUS, many=True)]
-Force = Annotated[float, Quantity(units.FORCE)]
-Stress = Annotated[float, Quantity(units.STRESS)]
-Length = Annotated[float, Quantity(units.LENGTH, above=0.0)]
-Area = Annotated[float, Quantity(units.AREA, above=0.0)]
+RelaxationTime = Annotated[float, WithUnit(units.TIME, above=0.0)]
+Temperature = Annotated[float, WithUnit(units.TEMPERATURE, above=-units.ZERO_CELSIUS)]
+TemperatureDifference = Annotated[float, WithUnit(units.TEMPERATURE_DIFFERENCE, above=0.0)]
+TemperatureError = Annotated[float, WithUnit(units.TEMPERATURE_DIFFERENCE, at_least=0.0)]
+ThermalExpansion = Annotated[float, WithUnit(units.THERMAL_EXPANSION)]
+Modulus = Annotated[float, WithUnit(units.STRESS, at_least=0.0)]
+PositiveModulus = Annotated[float, WithUnit(units.STRESS, above=0.0)]
+Permittivity = Annotated[float, WithUnit(units.PERMITTIVITY, above=0.0)]
+StrainRate = Annotated[float, WithUnit(units.STRAIN_RATE, within=units.TIMES)]
+Voltage = Annotated[float, WithUnit(units.VOLTAGE)]
+Voltages = Annotated[tuple[float, ...], WithUnit(units.VOLTAGE, at_least=0.0, many=True)]
+Temperatures = Annotated[tuple[float, ...], WithUnit(units.TEMPERATURE, above=-units.ZERO_CELSIUS, many=True)]
+Force = Annotated[float, WithUnit(units.FORCE)]
+Stress = Annotated[float, WithUnit(units.STRESS)]
+Length = Annotated[float, WithUnit(units.LENGTH, above=0.0)]
+Area = Annotated[float, WithUnit(units.AREA, above=0.0)]
 
 
 def _relative_deviation(value: Any) -> float:
@@ -200,11 +200,11 @@ def dimension_of(field: FieldInfo | None) -> Dimension | None:
 
     def within(annotation: Any) -> Iterator[Dimension]:
         for inner in get_args(annotation):
-            yield from [inner.dimension] if isinstance(inner, Quantity) else within(inner)
+            yield from [inner.dimension] if isinstance(inner, WithUnit) else within(inner)
 
     if field is None:
         return None
-    stated = [mark.dimension for mark in field.metadata if isinstance(mark, Quantity)]
+    stated = [mark.dimension for mark in field.metadata if isinstance(mark, WithUnit)]
     return next(iter([*stated, *within(field.annotation)]), None)
 
 

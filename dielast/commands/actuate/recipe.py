@@ -13,9 +13,9 @@ from dielast.commands.simulation.uncertainty_recipe import SENSITIVITY_TEXT, Fil
 from dielast.errors import InputError, Mistakes, Problem
 from dielast.handover.law_section import BreakdownField
 from dielast.mechanics.criteria import END, names
-from dielast.recipe.fields import OneOf, Quantity, Section, Time, Voltage
+from dielast.recipe.fields import OneOf, Section, Time, Voltage, WithUnit
 from dielast.recipe.file_fields import ColumnName
-from dielast.simulate.quantities import ELECTRICAL, ELECTRODE, FILMS, LEAKAGE, SOURCE, Quantity as Column
+from dielast.simulate.quantities import ELECTRICAL, ELECTRODE, FILMS, LEAKAGE, SOURCE, Quantity
 from dielast.units import (
     CHARGE,
     CHARGE_DENSITY,
@@ -33,9 +33,9 @@ RATES = {VOLTAGE.unit: VOLTAGE_RATE, CHARGE.unit: CHARGE_RATE, CHARGE_DENSITY.un
 Charge = Annotated[tuple[float, str], AnyOf((CHARGE, CHARGE_DENSITY))]
 Electric = Annotated[tuple[float, str], AnyOf((VOLTAGE, CHARGE, CHARGE_DENSITY))]
 ElectricRate = Annotated[tuple[float, str], AnyOf((VOLTAGE_RATE, CHARGE_RATE, CHARGE_DENSITY_RATE))]
-Resistance = Annotated[float, Quantity(RESISTANCE, at_least=0.0)]
-Conductivity = Annotated[float, Quantity(CONDUCTIVITY, at_least=0.0)]
-LeakageField = Annotated[float, Quantity(FIELD, above=0.0)]
+Resistance = Annotated[float, WithUnit(RESISTANCE, at_least=0.0)]
+Conductivity = Annotated[float, WithUnit(CONDUCTIVITY, at_least=0.0)]
+LeakageField = Annotated[float, WithUnit(FIELD, above=0.0)]
 
 
 class Stop(Section):
@@ -201,7 +201,7 @@ class ActuateRecipe(SimulationRecipe):
         if self.output.noise is not None:
             raise InputError("only relax and creep make test data with noise", key="output.noise")
 
-    def lacking(self, quantity: Column) -> list[str]:
+    def lacking(self, quantity: Quantity) -> list[str]:
         """What the quantity needs that the recipe does not state."""
         stated = {
             SOURCE: self.source is not None,

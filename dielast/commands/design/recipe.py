@@ -7,13 +7,13 @@ from pydantic import Field
 from dielast.commands.simulation.grid_recipe import GridFilm, GridRecipe, distinct
 from dielast.errors import InputError
 from dielast.material.scatter import fewest_draws
-from dielast.recipe.fields import Numbers, PositiveTime, Quantity, Section
+from dielast.recipe.fields import Numbers, PositiveTime, Section, WithUnit
 from dielast.simulate.design_plan import AREA_STRAIN, RELATIVE_STRETCH
 from dielast.units import LENGTH, STRAIN
 
-Thicknesses = Annotated[tuple[float, ...], Quantity(LENGTH, above=0.0, many=True), distinct("{:.9g} m".format)]
+Thicknesses = Annotated[tuple[float, ...], WithUnit(LENGTH, above=0.0, many=True), distinct("{:.9g} m".format)]
 Stretches = Annotated[tuple[float, ...], Numbers(above=1.0), distinct("{:.9g}".format)]
-Strains = Annotated[tuple[float, ...], Quantity(STRAIN, above=0.0, many=True), distinct("{:.9g}".format)]
+Strains = Annotated[tuple[float, ...], WithUnit(STRAIN, above=0.0, many=True), distinct("{:.9g}".format)]
 
 
 class DesignFilm(GridFilm):

@@ -11,7 +11,7 @@ from dielast.errors import InputError
 from dielast.failures.law_names import DAMAGE_LAWS, LAWS
 from dielast.readings.specimen_recipe import NamedColumns
 from dielast.recipe.base import RecipeBase, TextTable, units_of
-from dielast.recipe.fields import Area, Numbers, OneOf, PositiveTime, Quantity, RelativeDeviation, Section, Temperature, Voltage
+from dielast.recipe.fields import Area, Numbers, OneOf, PositiveTime, RelativeDeviation, Section, Temperature, Voltage, WithUnit
 from dielast.recipe.file_fields import ColumnName, InputFile
 from dielast.units import AREA, LENGTH, MOLAR_ENERGY, NUMBER, STRAIN, TEMPERATURE, TIME, VOLTAGE, VOLTAGE_RATE
 
@@ -104,7 +104,7 @@ class FitOptions(Section):
     thickness_exponent: float | None = Field(
         None, ge=0, description="Exponent of the thickness of power, if known. Default: 0 if all films have one thickness."
     )
-    activation_energy: Annotated[float, Quantity(MOLAR_ENERGY)] | None = Field(
+    activation_energy: Annotated[float, WithUnit(MOLAR_ENERGY)] | None = Field(
         None, description="Activation energy of the life, if known. Default: fitted if temperatures differ."
     )
     reference_area: Area | None = Field(

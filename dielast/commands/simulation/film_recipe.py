@@ -11,7 +11,7 @@ from pydantic import Field, PlainValidator, WithJsonSchema
 
 from dielast.commands.simulation.recipe import Solver
 from dielast.errors import InputError, nearest, shown
-from dielast.recipe.fields import Length, Quantity, Section, StrainRate, Time, one_or_more, schema_of_one_or_more
+from dielast.recipe.fields import Length, Section, StrainRate, Time, WithUnit, one_or_more, schema_of_one_or_more
 from dielast.simulate.options import MESH_RTOL
 from dielast.units import FORCE, LENGTH, STRAIN, TIME, parse
 
@@ -126,8 +126,8 @@ Shares = Annotated[
 ]
 
 
-Forces = Annotated[tuple[float, ...], Quantity(FORCE, at_least=0.0, many=True)]
-Widths = Annotated[tuple[float, ...], Quantity(LENGTH, above=0.0, many=True)]
+Forces = Annotated[tuple[float, ...], WithUnit(FORCE, at_least=0.0, many=True)]
+Widths = Annotated[tuple[float, ...], WithUnit(LENGTH, above=0.0, many=True)]
 
 
 class FilmSolver(Solver):

@@ -18,11 +18,11 @@ from dielast.recipe.fields import (
     Permittivity,
     PositiveModulus,
     PositiveTime,
-    Quantity,
     RelaxationTime,
     Section,
     Temperature,
     Temperatures,
+    WithUnit,
 )
 from dielast.recipe.file_fields import InputFile, InputFolder
 from dielast.relaxation.result import Method
@@ -160,7 +160,7 @@ class ExportSection(Section):
         lt=0.5,
         description="Poisson's ratio at time zero. Default: 0.495 for codes that need a bulk modulus (FEBio, MFront).",
     )
-    density: Annotated[float, Quantity(DENSITY, above=0.0)] | None = Field(None, description="Density. Default: none in the cards.")
+    density: Annotated[float, WithUnit(DENSITY, above=0.0)] | None = Field(None, description="Density. Default: none in the cards.")
     temperature: Temperature | None = Field(None, description="Temperature of the cards for codes that cannot carry the shift law.")
 
     def _check(self) -> None:
