@@ -111,7 +111,7 @@ def test_interrupts_change_no_byte(kind: str, tmp_path: Path, monkeypatch: pytes
 
     for run in range(1, 100):
         monkeypatch.setattr(designs, "CHUNK", 5 + run % 3)
-        moments = iter([*[False] * (9 if kind == "sweep" else 1), True, *[False] * 1000])
+        moments = iter([*[False] * (5 if kind == "sweep" else 1), True, *[False] * 1000])
         try:
             resumed = files(Execution(folder=tmp_path / "out", progress=interrupt, note=notes.append))
             break
