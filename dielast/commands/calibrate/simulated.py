@@ -127,7 +127,7 @@ def recipe_tests(name: str, inputs: Inputs, called: str, specimen: str, temperat
         coarse = {} if "rtol" in recipe.solver.model_fields_set else {"rtol": max(RTOL, recipe.solver.rtol)}
         solver = recipe.solver.model_copy(update=coarse)
         simulated = recipe.model_copy(update={"output": output, "solver": solver, "temperature": at, **stop})
-        rest = 1.0 if "stretch" in column else 0.0
+        rest = _rest(recipe, column)
         label = called if len(comparisons) == 1 else f"{called}, {comparison.label or os.path.basename(comparison.file)}"
         tests.append(
             SimulatedTest(
@@ -147,6 +147,15 @@ def recipe_tests(name: str, inputs: Inputs, called: str, specimen: str, temperat
             )
         )
     return tests
+
+
+def _rest(recipe: Any, column: str) -> float:
+    """The value of a column before the load: of a film, at its prestretch."""
+    if "stretch" not in column:
+        return 0.0
+    first, second = recipe.film.prestretch if recipe.kind == "actuate" else (1.0, 1.0)
+    at_prestretch = {"stretch_1": first, "stretch_2": second, "thickness_stretch": 1 / (first * second)}
+    return float(at_prestretch.get(column, 1.0))
 
 
 def prescribed(recipe: Any, steps: Sequence[TimedStep], header: str) -> tuple[Floats, Floats] | None:
