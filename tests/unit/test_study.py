@@ -122,6 +122,34 @@ def test_interrupts_change_no_byte(kind: str, tmp_path: Path, monkeypatch: pytes
     assert resumed == whole
 
 
+@pytest.mark.parametrize("name", ["actuate-sine", "actuate-frame", "creep-force"])
+def test_a_simulation_goes_on_within_a_step_of_its_load(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    recipe = Path(__file__).parents[1] / "golden" / name / "recipe.toml"
+    read = read_cases(recipe)
+
+    def files(execution: Execution) -> dict[str, bytes]:
+        return compute(read[0].recipe.kind, read, recipe, (), execution)[0]
+
+    whole = files(Execution())
+    monkeypatch.setattr(study, "STATE", 0.0)
+    monkeypatch.setattr(study, "SAVING", np.inf)
+    said: list[str] = []
+
+    def interrupt(line: str) -> None:
+        said.append(line)
+        if len(said) % 23 == 22:
+            raise KeyboardInterrupt
+
+    for run in range(1, 100):
+        try:
+            resumed = files(Execution(folder=tmp_path, keep=interrupt))
+            break
+        except KeyboardInterrupt:
+            assert "under way" in said[-1]
+    assert run > 2
+    assert resumed == whole
+
+
 def test_draws_in_parts_are_those_of_one_case() -> None:
     parts = [Squares([2, 0]), Squares([1])]
     of_two = [Draws(1, parts, sum), Draws(0, [Squares([0])], max)]
@@ -165,17 +193,17 @@ def test_what_is_kept_is_taken_only_if_it_is_whole_and_of_this_run(tmp_path: Pat
     store.write_bytes(whole := packed("key", kept))
     (cells,) = load(store, "key")[0]["cells"].values()
     np.testing.assert_array_equal(cells.times["pull-in"], kept["cells"][0, 4].times["pull-in"])
-    assert load(store, "other") == ({}, study.CHANGED.format(4, "cells"))
+    assert load(store, "other") == ({}, {}, study.CHANGED.format(4, "cells"))
     for cut in (0, 31, 40, len(whole) - 1):
         store.write_bytes(whole[:cut])
-        assert load(store, "key") == ({}, study.UNREADABLE)
+        assert load(store, "key") == ({}, {}, study.UNREADABLE)
     store.write_bytes(whole[:100] + bytes([whole[100] ^ 1]) + whole[101:])
-    assert load(store, "key") == ({}, study.UNREADABLE)
+    assert load(store, "key") == ({}, {}, study.UNREADABLE)
     # whatever a stranger writes, nothing but arrays and results is made of it
     for harm in (os.system, partial(os.system, "true"), Path("x"), SolvedCells.__init__, np.load):
-        content = pickle.dumps(("key", {}, {"cells": {(0, 4): harm}}))
+        content = pickle.dumps(("key", {}, {"cells": {(0, 4): harm}}, {}))
         store.write_bytes(hashlib.sha256(content).digest() + content)
-        assert load(store, "key") == ({}, study.UNREADABLE)
+        assert load(store, "key") == ({}, {}, study.UNREADABLE)
 
 
 def test_a_change_of_recipe_material_or_version_begins_anew(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
