@@ -131,10 +131,37 @@ def _kinds(incomplete: str) -> list[str]:
 
 
 @_exits
-def _new(kind: Annotated[str, typer.Argument(metavar="KIND", autocompletion=_kinds, hidden=True)]) -> int:
-    if kind not in COMMANDS:
-        raise InputError(f"{shown(kind)} is no kind of recipe: {nearest(kind, COMMANDS)}")
-    sys.stdout.write(COMMANDS[kind].starter())
+def _new(
+    words: Annotated[list[str] | None, typer.Argument(metavar="KIND", autocompletion=_kinds, hidden=True)] = None,
+    data: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--data",
+            metavar="FILE...",
+            help="The recipe for these files: tables, exports of instruments, photographs; without KIND, what they hold.",
+        ),
+    ] = None,
+) -> int:
+    first, *others = words or [""]
+    kind, names = (first, others) if first in COMMANDS else ("", words or [])
+    if data is None:
+        if not first:
+            raise InputError(f"dielast new: a kind is needed: {', '.join(COMMANDS)}; or --data FILE (see dielast new --help)")
+        if not kind or others:
+            wrong = others[0] if kind else first
+            if wrong in COMMANDS:
+                raise InputError(f"{' and '.join(words or [])} are stated: one kind is needed")
+            raise InputError(f"{shown(wrong)} is no kind of recipe: {nearest(wrong, COMMANDS)}")
+        sys.stdout.write(COMMANDS[kind].starter())
+        return 0
+    from dielast.commands.new import described, given, started
+
+    files = given([*data, *names])
+    text, doubts = started(kind, files) if kind else described(files)
+    sys.stdout.write(text)
+    sys.stdout.flush()
+    for doubt in doubts:
+        print(f"warning: {doubt}", file=sys.stderr)
     return 0
 
 
@@ -231,6 +258,7 @@ def application(only: str | None = None) -> typer.Typer:
     )
     app.callback()(_main)
     starters = f"Print a commented starter recipe that runs as it is.\n\nKIND is {listed(COMMANDS, 'or')}."
+    starters += "\nWith --data it is the recipe for measured files, with what they do not say marked FILL IN."
     helpers: dict[str, tuple[Callable[..., None], str | None]] = {
         "new": (_new, starters),
         "validate": (_validate, None),
