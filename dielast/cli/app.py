@@ -65,6 +65,7 @@ Scheduler = Annotated[
     ),
 ]
 Json = Annotated[bool, typer.Option("--json", help="Print the summary as JSON.")]
+Plan = Annotated[bool, typer.Option("--plan", help="Print how much there is to do and how long it takes here; write nothing.")]
 Quiet = Annotated[bool, typer.Option("-q", "--quiet", help="No summary, no progress.")]
 
 
@@ -115,10 +116,14 @@ def _run(
     depfile: Depfile = None,
     jobs: Jobs = 1,
     scheduler: Scheduler = None,
+    plan: Plan = False,
     json: Json = False,
     quiet: Quiet = False,
 ) -> int:
-    from dielast.cli.run import Options, run
+    from dielast.cli.run import Options, foretell, run
+
+    if plan:
+        return foretell(str(context.info_name), recipe, set_ or (), jobs)
 
     formats = tuple(dict.fromkeys(form.value for form in plot or [PlotFormat.PNG] if form is not PlotFormat.NONE))
     options = Options(out, formats, tuple(set_ or ()), golden, rtol, depfile, jobs, json, quiet, scheduler)
@@ -166,13 +171,16 @@ def _new(
 
 
 @_exits
-def _validate(files: Annotated[list[Path], typer.Argument(metavar="FILE...", hidden=True)]) -> int:
-    """Check recipes and the files they name.
+def _validate(
+    files: Annotated[list[Path], typer.Argument(metavar="FILE...", hidden=True)],
+    plan: Annotated[bool, typer.Option("--plan", help="Say as well how long each recipe takes here, by its first cells.")] = False,
+) -> int:
+    """Check recipes and the files they name, and say what they amount to.
 
     Nothing is simulated or written; spectrum recipes are fitted to check them.
     Load files and material files can be checked by themselves.
     """
-    from dielast.commands.inspect import warnings_of
+    from dielast.commands.inspect import amount_of, warnings_of
 
     mistakes: list[Problem] = []
     for path in files:
@@ -181,7 +189,8 @@ def _validate(files: Annotated[list[Path], typer.Argument(metavar="FILE...", hid
         except InputError as error:
             mistakes += error.problems
             continue
-        print(f"{path}: ok", flush=True)
+        amount = amount_of(path, plan)
+        print(f"{path}: ok{f': {amount}' if amount else ''}", flush=True)
         for message in caught:
             print(f"warning: {path}: {message}", file=sys.stderr)
     if mistakes:

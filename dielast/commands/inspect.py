@@ -24,6 +24,17 @@ def warnings_of(path: Path, content: bytes | None = None) -> list[str]:
     return messages_of(record)
 
 
+def amount_of(path: Path, measured: bool = False) -> str:
+    """What a recipe amounts to, and if it is to be `measured`, how long it takes here; empty for what is no recipe, or one case."""
+    if os.path.isfile(path) and "kind" not in parse_toml(read_file(path, str(path)), str(path)):
+        return ""
+    from dielast.commands import plan
+
+    cases = read_cases(path)
+    parts = [plan.extent(cases), plan.measured(cases[0].recipe.kind, cases, path) if measured else ""]
+    return "; ".join(filter(None, parts))
+
+
 def _inspect(path: Path, content: bytes | None) -> None:
     keys = parse_toml(read_file(path, str(path)), str(path)).keys() if content is None and os.path.isfile(path) else set()
     if "kind" not in keys and {"equilibrium", "nonequilibrium"} & keys:
