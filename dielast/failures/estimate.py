@@ -185,13 +185,13 @@ def profile_intervals(fit: Estimate, level: float = 0.9, *, corrected: bool = Tr
         if not run.size:
             break
         reach = np.minimum(width, room[run])
-        root = profile.roots(run, fit.at[free][column[run]] + side[run] * reach * error[column[run]])
+        root, cornered = profile.roots(run, fit.at[free][column[run]] + side[run] * reach * error[column[run]])
         past = (root >= sought) & np.isnan(outer[run])
         outer[run[past]], outer_root[run[past]] = reach[past], root[past]
         before = (root < sought) & np.isnan(outer[run])
         inner[run[before]], inner_root[run[before]] = reach[before], root[before]
-        closed[run] |= root >= decisive
-        waiting[run] = ~(closed[run] | (reach >= room[run]))
+        closed[run] |= (root >= decisive) & ~cornered
+        waiting[run] = ~((root >= decisive) | (reach >= room[run]))
     run = np.flatnonzero(np.isfinite(outer))
     for _ in range(60):
         if not run.size:
@@ -199,7 +199,7 @@ def profile_intervals(fit: Estimate, level: float = 0.9, *, corrected: bool = Tr
         a, b, fa, fb = inner[run], outer[run], inner_root[run] - sought, outer_root[run] - sought
         middle = np.where(fb > fa, b - fb * (b - a) / np.where(fb > fa, fb - fa, 1.0), 0.5 * (a + b))
         middle = np.clip(middle, a + 0.02 * (b - a), b - 0.02 * (b - a))
-        root = profile.roots(run, fit.at[free][column[run]] + side[run] * middle * error[column[run]])
+        root = profile.roots(run, fit.at[free][column[run]] + side[run] * middle * error[column[run]])[0]
         high = root >= sought
         outer[run], outer_root[run] = np.where(high, middle, b), np.where(high, root, outer_root[run])
         inner[run], inner_root[run] = np.where(high, a, middle), np.where(high, inner_root[run], root)
@@ -227,16 +227,33 @@ class _Profile:
     side: Floats
     corrected: bool
     last: Floats = field(init=False)
+    ridge: Floats = field(init=False)
+    """How all coordinates move with that of the profile (k, p), if the likelihood is Gaussian."""
 
     def __post_init__(self) -> None:
-        self.last = np.tile(self.fit.at, (self.column.size, 1))
+        fit = self.fit
+        self.last = np.tile(fit.at, (self.column.size, 1))
+        self.ridge = np.zeros_like(self.last)
+        for row, column in enumerate(self.column.tolist()):
+            others = fit.free[fit.free != column]
+            inner = fit.hessian[np.ix_(others, others)]
+            self.ridge[row, others] = -np.linalg.lstsq(inner, fit.hessian[others, column], rcond=1e-12)[0]
+            self.ridge[row, column] = 1.0
 
-    def roots(self, run: Cases, place: Floats) -> Floats:
-        """The roots of the likelihood ratios (m,) at places (m,) of the profiles `run` (m,), positive away from the fit."""
+    def roots(self, run: Cases, place: Floats) -> tuple[Floats, Flags]:
+        """The roots of the likelihood ratios (m,) at places (m,) of the profiles `run` (m,), positive away from the fit, and
+        whether another coordinate is at the end of its range there, so that the ratio is due to this range.
+        """
         fit, column, rows = self.fit, self.column[run], np.arange(run.size)
-        start, fixed = self.last[run].copy(), np.tile(fit.fixed, (run.size, 1))
-        start[rows, column], fixed[rows, column] = place, True
-        weight = fit.weight
+        fixed = np.tile(fit.fixed, (run.size, 1))
+        fixed[rows, column] = True
+        weight, (low, high) = fit.weight, fit.model.bounds
+        moved = place - self.last[run, column]
+        plain = self.last[run].copy()
+        plain[rows, column] = place
+        along = np.clip(self.last[run] + moved[:, None] * self.ridge[run], low, high)
+        totals = [fit.model.total(start, None if weight is None else weight[None]) for start in (plain, along)]
+        start = np.where((np.nan_to_num(totals[1], nan=-np.inf) > np.nan_to_num(totals[0], nan=-np.inf))[:, None], along, plain)
 
         def function(at: Floats, fits: Cases) -> tuple[Floats, Floats, Floats]:
             return fit.model.function(at, None if weight is None else np.broadcast_to(weight, (at.shape[0], weight.size)))
@@ -244,7 +261,10 @@ class _Profile:
         found = maximise(function, start, fit.model.bounds, fixed)
         self.last[run] = np.where(np.isfinite(found.value)[:, None], found.at, self.last[run])
         root = np.sqrt(np.maximum(2 * (fit.value - found.value), 0.0))
-        return np.asarray(root * np.sqrt(fit.share_known) if self.corrected else root)
+        # a least value of 0 is that of physics
+        reached = np.where(np.isfinite(found.value)[:, None], found.at, along)
+        cornered = np.any(~fixed & (((reached <= low) & (low != 0)) | (reached >= high)), axis=1)
+        return np.asarray(root * np.sqrt(fit.share_known) if self.corrected else root), np.asarray(cornered)
 
 
 def draw(fit: Estimate, draws: int, seed: int = 1) -> Floats:

@@ -183,6 +183,8 @@ def fit_law(law: LawModel, *, level: float = 0.9, draws: int = 200, seed: int = 
     Raises `InputError` for fewer failures than parameters and `NumericsError` where no start has a likelihood.
     """
     fit = estimate(law.model, known=dict(law.known))
+    if not fit.fixed[-1] and fit.at[-1] <= law.model.bounds[0][-1]:
+        raise InputError("the failures do not scatter about the law: state the scatter, or voltages and times with more digits")
     intervals = tuple(profile_intervals(fit, level))
     drawn = draw(fit, max(draws, LIVES) if draws else 0, seed)
     return FittedLaw(law, fit, intervals, drawn, level, mode, edge(fit, level, seed))
