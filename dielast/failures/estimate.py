@@ -251,7 +251,8 @@ class _Profile:
         moved = place - self.last[run, column]
         plain = self.last[run].copy()
         plain[rows, column] = place
-        along = np.clip(self.last[run] + moved[:, None] * self.ridge[run], low, high)
+        straight = self.last[run] + moved[:, None] * self.ridge[run]
+        along = np.clip(straight, low, high)
         totals = [fit.model.total(start, None if weight is None else weight[None]) for start in (plain, along)]
         start = np.where((np.nan_to_num(totals[1], nan=-np.inf) > np.nan_to_num(totals[0], nan=-np.inf))[:, None], along, plain)
 
@@ -262,7 +263,8 @@ class _Profile:
         self.last[run] = np.where(np.isfinite(found.value)[:, None], found.at, self.last[run])
         root = np.sqrt(np.maximum(2 * (fit.value - found.value), 0.0))
         # a least value of 0 is that of physics
-        reached = np.where(np.isfinite(found.value)[:, None], found.at, along)
+        reached, places = found.at.copy(), len(fit.model.location.names)  # whose ranges are wider than any specimens tell
+        reached[:, :places] = np.where(straight == along, reached, straight)[:, :places]
         cornered = np.any(~fixed & (((reached <= low) & (low != 0)) | (reached >= high)), axis=1)
         return np.asarray(root * np.sqrt(fit.share_known) if self.corrected else root), np.asarray(cornered)
 
