@@ -47,6 +47,7 @@ def test_a_curve_that_ends_before_its_plateau_states_a_range_that_holds_the_trut
     assert end.range[0] < LEVEL < end.range[1]
 
 
+@pytest.mark.filterwarnings("ignore:the curve has not levelled off")
 def test_a_spectrum_that_ends_with_its_curve_is_within_the_range() -> None:
     """At the border of what a curve allows: it still falls, and there is nothing slower."""
     time, held, faster = np.geomspace(1e-6, 1e2, 200), [], TAU <= 1e2
