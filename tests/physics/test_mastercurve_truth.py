@@ -100,14 +100,14 @@ def test_standard_errors_are_not_too_wide(setting: Vertical, high: float) -> Non
     assert covered(setting)[0] <= high
 
 
-@pytest.mark.xfail(
-    strict=True, reason="0.83 of the intervals hold, of 24 more sets 0.85: errors of nearly level curves are too small"
-)
 def test_nearly_level_curves_do_not_feign_shift_factors() -> None:
-    """A power law of 5 % a decade from specimens that differ by 2 %: shift factors are undetermined, or mostly within errors."""
+    """A power law of 5 % a decade from specimens that differ by 2 %: shift factors are undetermined, or mostly within errors.
+
+    Errors in one set are alike, as all are relative to one curve: eight sets would leave the share uncertain by 0.08.
+    """
     temperatures, time, held = np.arange(-10.0, 31.0, 5.0), np.geomspace(1, 2000, 40), []
     shift = np.asarray(LAW.log10_shift_factor(temperatures))
-    for seed in range(8):
+    for seed in range(16):
         random = np.random.default_rng([5, seed])
         factor = random.normal(1, 0.005, (temperatures.size, time.size)) * random.normal(1, 0.02, (temperatures.size, 1))
         moduli = 1e9 * (time / 10 ** shift[:, None]) ** -0.02 * factor
