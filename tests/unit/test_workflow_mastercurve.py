@@ -152,6 +152,18 @@ def test_a_stated_drift_widens_the_standard_errors(tmp_path: Path) -> None:
     assert np.all(np.median(widened, axis=0) > 1.2)
 
 
+def test_a_reference_temperature_in_kelvin_with_the_unit_of_celsius_is_noticed(tmp_path: Path) -> None:
+    (tmp_path / "dma.csv").write_text("\n".join(["T [degC],t [s],E [Pa]", *bent(0), *bent(20), *bent(40)]) + "\n")
+    data = {"file": "dma.csv", "columns": COLUMNS, "test": "tension"}
+    for stated, noticed in (("298 degC", True), ("298 K", False)):
+        recipe = {"kind": "mastercurve", "data": data, "shift": {"reference_temperature": stated, "law": "arrhenius"}}
+        case = Case(MasterCurveRecipe.model_validate(recipe, context={"folder": tmp_path}), {})
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always", DielastWarning)
+            run([case], Inputs(tmp_path), Execution())
+        assert any("298 degC: was the value in kelvin" in str(one.message) for one in caught) == noticed
+
+
 def test_a_drift_follows_the_order_of_the_file(tmp_path: Path) -> None:
     """As the specimen was measured, not as its temperatures are sorted."""
     (tmp_path / "dma.csv").write_text("\n".join(["T [degC],t [s],E [Pa]", *bent(40), *bent(0), *bent(20)]) + "\n")
