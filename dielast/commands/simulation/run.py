@@ -80,7 +80,7 @@ class Simulation(ABC):
         """The headline numbers by section of the summary."""
 
     def extras(
-        self, cases: Sequence[Case[Any]], materials: Sequence[Material], results: Sequence[CaseResult]
+        self, cases: Sequence[Case[Any]], stated: Sequence[StatedCase], results: Sequence[CaseResult]
     ) -> tuple[dict[str, Table], Figures]:
         """Further tables by file name, and further figures by name."""
         return {}, {}
@@ -216,7 +216,7 @@ def report_of(simulation: Simulation, cases: Sequence[Case[Any]], inputs: Inputs
             return picture_of_cycles(cases, materials, results, simulation.measured, [case.steps for case in solved])
         return picture(cases, materials, results, columns, matched, axes, [case.steps for case in solved])
 
-    more_tables, more_figures = simulation.extras(cases, materials, results)
+    more_tables, more_figures = simulation.extras(cases, prepared.stated, results)
     tables = {f"{kind}.csv": result_columns(results), **more_tables, **tables, "cases.csv": case_columns(cases)}
     if cycling:
         tables["cycles.csv"] = case_table(cycling)
