@@ -74,6 +74,7 @@ if TYPE_CHECKING:  # the public names, of which this is the only list: type chec
     from dielast.material.springs import (
         ArrudaBoyce as ArrudaBoyce,
         Gent as Gent,
+        GentI2 as GentI2,
         MooneyRivlin as MooneyRivlin,
         NeoHookean as NeoHookean,
         Ogden as Ogden,

@@ -289,6 +289,8 @@ def _parameter(
             raise InputError("the material states no value to start from: state start, or min and max", key=path)
         start = float(np.sqrt(known.min * known.max)) if kind.is_positive and known.min > 0 else 0.5 * (known.min + known.max)
     scale = None if kind.is_positive else max(abs(start), size)
+    if kind.at_least is not None and kind.at_most is not None:
+        usual = (kind.at_least, "the least possible"), (kind.at_most, "the largest possible")
     bounds = [
         default if stated is None else (stated, "")
         for stated, default in zip((known.min, known.max), usual or bounds_about(start, scale), strict=True)
@@ -298,6 +300,9 @@ def _parameter(
     def shown(number: float) -> str:
         return f"{number:g}" + ("" if kind.unit == "1" else f" {kind.unit}")
 
+    for name, bound in (("min", lower), ("max", upper)):
+        if kind.at_most is not None and not kind.is_allowed(bound):
+            raise InputError(f"{name} = {shown(bound)}: a number {kind.bounds} is needed", key=path)
     if scale is None and lower <= 0:
         raise InputError(f"min = {shown(lower)}: a number above 0 is needed, as the constant must be positive", key=path)
     if lower >= upper:

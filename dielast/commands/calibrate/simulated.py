@@ -23,7 +23,7 @@ from dielast.material.material import Material
 from dielast.mechanics.load import ChargeStep, Track, VoltageStep, Waveform
 from dielast.numerics.arrays import Floats
 from dielast.recipe.cases import Case
-from dielast.sharing.batches import solve_batches
+from dielast.sharing.study import Study
 
 FINE = 400  # times of a history for points over a quantity that the material determines
 KINDS = ("relax", "creep", "actuate")
@@ -63,7 +63,7 @@ class SimulatedTest(SimulatedExperiment):
 
     def _results(self, materials: Sequence[Material]) -> list[CaseResult]:
         """The result of the simulation of each material."""
-        return solve_batches(
+        return Study().batches(
             self.simulation.batches([StatedCase(self.recipe, material, self.steps, None) for material in materials])
         )
 
@@ -195,7 +195,7 @@ def _of_its_material(
     stop = {"stop": recipe.stop.model_copy(update={"at": "end"})} if recipe.kind == "actuate" else {}
     stated = recipe.model_copy(update={"output": output, "temperature": temperature, **stop})
     batches = _simulation(recipe).batches([StatedCase(stated, material_of(case, beside), steps, None)])
-    table = solve_batches(batches)[0].columns
+    table = Study().batches(batches)[0].columns
     for header in (comparison.x, comparison.y):
         if header not in table:
             raise InputError(f'"{header}" is no column of the result; there are {", ".join(table)}', key=key)
