@@ -20,7 +20,7 @@ from dielast.io.files import STORE, Inputs, as_text, check_folder, check_targets
 from dielast.recipe.cases import Case, settings
 from dielast.report.report import RecipeSource, contents, drawn, left_over, summarise
 from dielast.report.summary import print_summary
-from dielast.sharing.execution import NOTHING_KEPT, Execution
+from dielast.sharing.execution import EARLIER, NOTHING_KEPT, Execution
 
 UNFINISHED = 3
 GOLDEN_MISMATCH = 4
@@ -61,7 +61,7 @@ def run(kind: str, path: Path, options: Options) -> int:
     bar = Bar(options.quiet, options.jobs)
     execution = Execution(options.jobs, out, bar, options.scheduler, None if options.quiet else _print_note, leave.keep)
     source = RecipeSource(as_text(path.name), content, settings(options.overrides, type(cases[0].recipe)))
-    leave.keep(NOTHING_KEPT)
+    leave.keep(EARLIER if (out / STORE).is_file() else NOTHING_KEPT)
     try:
         files, summary, inputs, caught = compute(kind, cases, path, options.plots, execution, source)
     finally:
