@@ -19,6 +19,7 @@ from dielast.material.leakage import Leakage
 from dielast.mechanics.equations import Films, films_of
 from dielast.mechanics.passive.framed import FramedFilms
 from dielast.mechanics.piece import Cycles, Piece
+from dielast.mechanics.point import LoadedPoints
 from dielast.mechanics.point_material import Points
 from dielast.mechanics.span import Control
 from dielast.numerics.arrays import Cases, Flags, Floats, paired
@@ -85,8 +86,10 @@ class CycleMeter:
     leakage: Leakage | None = None
     _tables: list[Floats] = field(default_factory=list)
     _waveform: Cycles | None = None
-    _buffer: list[tuple[DenseSteps, Cases, Floats, Flags]] = field(default_factory=list)
-    """Steps (k,) to evaluate together: their dense output, the spans, when these begin, and whether the step ends its span."""
+    _buffer: list[tuple[DenseSteps, Cases, Floats, Flags, Flags]] = field(default_factory=list)
+    """Steps (k,) to evaluate together: their dense output, the spans, when these begin, whether the step ends its span, and whether
+    the film is slack.
+    """
     _size: int = 0
     _system: Films | None = None
     _sums: Floats = field(default_factory=lambda: np.zeros((8, 0, 0)))
@@ -114,7 +117,11 @@ class CycleMeter:
             columns = columns[:1]  # a single case occupies two columns
         self._system = system = films_of(stride)
         steps = DenseSteps.of(stride, slice(system.border, None), columns)
-        self._buffer.append((steps, stride.span[columns], stride.begin[columns], (stride.until == stride.duration)[columns]))
+        slack = (
+            system.slack[columns] if isinstance(system, LoadedPoints) and system.slack is not None else np.zeros(columns.size, bool)
+        )
+        ends_span = (stride.until == stride.duration)[columns]
+        self._buffer.append((steps, stride.span[columns], stride.begin[columns], ends_span, slack))
         self._size += columns.size
         if self._size >= MANY:
             self._add()
@@ -151,7 +158,7 @@ class CycleMeter:
         assert waveform is not None
         assert system is not None
         steps = DenseSteps.joined([kept[0] for kept in self._buffer])
-        span, begin, ends_span = (np.concatenate([kept[index] for kept in self._buffer]) for index in (1, 2, 3))
+        span, begin, ends_span, slack = (np.concatenate([kept[index] for kept in self._buffer]) for index in (1, 2, 3, 4))
         self._buffer, self._size = [], 0
         load, cycle = waveform.span(steps.cases, span)[0], span // waveform.spans_of_cycle
         # the part of the cycle is the last one that lasts for some time
@@ -163,6 +170,8 @@ class CycleMeter:
         wide, driving = steps.take(many), load.take(many)
         local = wide.time + share * wide.step
         films, state = replace(system, load=driving), wide.state(share)
+        if isinstance(films, LoadedPoints) and films.slack is not None:
+            films = replace(films, slack=slack[many])
         value, slope = films.driven(local, state), driving.slope(local)
         log_squared, nominal = films.membrane(state, value)
         stretch = np.exp(0.5 * log_squared)

@@ -8,6 +8,7 @@ import numpy as np
 from dielast.mechanics.at_once import apply_at_once
 from dielast.mechanics.film import Film
 from dielast.mechanics.piece import Piece
+from dielast.mechanics.slack import Contact
 from dielast.mechanics.watch import Watch
 from dielast.numerics.arrays import Cases, Flags, Floats
 from dielast.numerics.integrate import Status, integrate
@@ -38,11 +39,12 @@ def follow(
     watch: Watch | None = None,
     recorders: Sequence[Recorder] = (),
     meter: CycleMeter | None = None,
+    contact: Contact | None = None,
 ) -> Followed:
     """Follow films through `pieces`, to the end or until the `watch` stops a case.
 
-    Films with a watch have a damper as their last spring. Loads applied at once are treated by `apply_at_once`. Raises `InputError`
-    for a rate of the wrong sign.
+    Films with a watch have a damper as their last spring; specimens with a `contact` bear no pressure along axis 1. Loads applied
+    at once are treated by `apply_at_once`. Raises `InputError` for a rate of the wrong sign.
     """
     cases = film.time.size
     status, steps, every = np.zeros(cases, dtype=np.intp), np.zeros(cases, dtype=np.intp), np.arange(cases)
@@ -71,6 +73,8 @@ def follow(
                     recorder.electric.leap(piece.controls, before, film)
             if film.points.circuit is not None:
                 film = replace(film, source=np.where(jumps, piece.start[2], present[2]))
+        if contact is not None:
+            film = contact.begin(film, piece.controls, piece.start, jumps, status)
         system = film.equations(piece.span(every, np.zeros_like(every))[0])
         state = film.state(system)
         alive = status == Status.COMPLETED
@@ -97,9 +101,13 @@ def follow(
             first_step=film.next_step,
             longest_step=piece.longest_step,
             spans=piece if piece.spans > 1 else None,
+            turns=contact if film.slack is not None else None,
         )
         if meter is not None:
             meter.finish()
+        if contact is not None and film.slack is not None:
+            film = replace(film, slack=contact.slack)
+            system = film.equations(system.load)
         driven = piece.end if piece.spans > 1 else system.load.value(result.time)
         film = film.reached(system, result.state, driven, film.time + result.time, result.next_step)
         status = np.where(alive, result.status, status)

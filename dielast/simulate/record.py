@@ -7,6 +7,7 @@ import numpy as np
 from dielast.mechanics.criteria.criterion import Moment
 from dielast.mechanics.equations import Films, films_of
 from dielast.mechanics.piece import Chain, Piece
+from dielast.mechanics.point import LoadedPoints
 from dielast.mechanics.watch import Watch
 from dielast.numerics.arrays import Cases, Flags, Floats, paired
 from dielast.numerics.stride import Stride
@@ -245,6 +246,7 @@ class Recorder:
         """
         if self.watch is None:
             driven = system.driven(moment, state, pooled)
+            system = system.take(pooled) if isinstance(system, LoadedPoints) and system.slack is not None else system
             return np.concatenate((*system.membrane(state, driven), driven[2:], np.full((1, case.size), np.nan)))
         films = Moment.of(system.take(pooled), case, age, moment, state)
         determinant = self.watch.stability(films).determinant
