@@ -11,6 +11,8 @@ from functools import partial
 import numpy as np
 
 from dielast.calibration.bounds import Bound, bounds_about, bounds_apart, bounds_between
+from dielast.calibration.experiment import Experiment
+from dielast.calibration.voltage import UNITS, Conditions, VoltageTest
 from dielast.errors import InputError, Mistakes, Problem
 from dielast.io.result import Result
 from dielast.material.argument_types import checked
@@ -57,10 +59,14 @@ class Parameter(Result):
     relative: float | None = None
     default_bounds: tuple[str, str] = ("", "")
     """What the lower and the upper bound are by default, in words; "" for a bound that was stated."""
+    of_test: bool = False
+    """Whether this is no constant of the material, but an unknown condition `key` of the test called `section`."""
 
     @property
     def name(self) -> str:
-        """The path in a material file."""
+        """The path in a material file, or the test with its condition."""
+        if self.of_test:
+            return f"{self.section}: {self.key}"
         return f"{self.section}.{self.key}" + ("" if self.index is None else f"[{self.index}]")
 
     def coordinate(self, value: Floats | float) -> Floats:
@@ -109,6 +115,14 @@ class ParameterSpace(Result):
             [parameter.upper for parameter in self.parameters]
         )
 
+    def conditions(self, coordinates: Floats) -> Conditions:
+        """The unknown conditions of tests at coordinates (k, p)."""
+        return {
+            (parameter.section, parameter.key): parameter.value(coordinates[:, k])
+            for k, parameter in enumerate(self.parameters)
+            if parameter.of_test
+        }
+
     def materials(self, coordinates: Floats) -> list[Material | None]:
         """The materials at coordinates (k, p); None if a law refuses its constants."""
         base = numbers_of(self.material)
@@ -120,6 +134,8 @@ class ParameterSpace(Result):
             for section, constants in base.items()
         }
         for parameter, value in zip(self.parameters, values, strict=True):
+            if parameter.of_test:
+                continue
             if parameter.index is None:
                 numbers[parameter.section][parameter.key] = value
             else:
@@ -155,6 +171,20 @@ def parameter_space(material: Material, free: Mapping[str, Free]) -> ParameterSp
         members = next(known.draws for known in free.values() if known.draws)
         centre[drawn], whole[np.ix_(drawn, drawn)] = _moments(members, [parameters[k] for k in drawn])
     return ParameterSpace(material, tuple(parameters), centre, whole)
+
+
+def with_conditions(space: ParameterSpace, tests: Sequence[Experiment]) -> ParameterSpace:
+    """The space with the conditions of tests that are not known, each with a uniform prior in its logarithm."""
+    more = tuple(
+        Parameter(test.name, key, None, UNITS[key], float(np.sqrt(low * high)), low, high, None, of_test=True)
+        for test in tests
+        if isinstance(test, VoltageTest)
+        for key, (low, high) in test.unknown.items()
+    )
+    size = len(space) + len(more)
+    precision, centre = np.zeros((size, size)), np.zeros(size)
+    precision[: len(space), : len(space)], centre[: len(space)] = space.precision, space.centre
+    return ParameterSpace(space.material, (*space.parameters, *more), centre, precision)
 
 
 def _parameters(material: Material, path: str, free: Mapping[str, Free]) -> list[Parameter]:

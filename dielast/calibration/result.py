@@ -5,8 +5,8 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from dielast.calibration.comparison import Comparison, compare_tests, explained, relative_error
-from dielast.calibration.experiment import Experiment, MeasuredTest
+from dielast.calibration.comparison import Comparison, compare_tests, explained
+from dielast.calibration.experiment import Experiment, MeasuredTest, relative_error
 from dielast.calibration.fit import STARTS, Fit, Watch, fit_material
 from dielast.calibration.likelihood import Likelihood, likelihood_of
 from dielast.calibration.parameters import Free

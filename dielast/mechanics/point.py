@@ -26,8 +26,8 @@ import numpy as np
 from dielast.material.springs import UNIAXIAL, Symmetry
 from dielast.mechanics.electric import ELECTRIC
 from dielast.mechanics.elimination import Eliminated, stress_of, tangent_of
-from dielast.mechanics.point_material import Points
-from dielast.mechanics.span import Control, Load, UnderLoad
+from dielast.mechanics.point_material import Points, in_both_axes
+from dielast.mechanics.span import Control, Load, UnderLoad, stretched
 from dielast.numerics.arrays import Flags, Floats
 from dielast.numerics.stride import Inner
 
@@ -93,17 +93,26 @@ class LoadedPoints(UnderLoad):
         """Lambda and the nominal stress (axes, cases), of which the border holds one and the load prescribes the other."""
         axes = self.axes
         unknown, prescribed, held = state[-axes:], driven[:axes], self.held
+        if self.points.edges is not None:
+            prescribed = self._with_springs(unknown, prescribed)
         if all(axis is False for axis in held):
             return unknown, prescribed
         if all(axis is True for axis in held):
             return 2.0 * np.log(prescribed), unknown
         log_squared_stretch, nominal_stress = unknown.copy(), prescribed.copy()
-        for axis, stretched in enumerate(held):
-            if stretched is not False:
-                slack = 0.0 if stretched is True else unknown[axis]
-                log_squared_stretch[axis] = np.where(stretched, 2.0 * np.log(prescribed[axis]), slack)
-                nominal_stress[axis] = np.where(stretched, unknown[axis], 0.0)
+        for axis, fixed in enumerate(held):
+            if fixed is not False:
+                slack = 0.0 if fixed is True else unknown[axis]
+                log_squared_stretch[axis] = np.where(fixed, 2.0 * np.log(prescribed[axis]), slack)
+                nominal_stress[axis] = np.where(fixed, unknown[axis], 0.0)
         return log_squared_stretch, nominal_stress
+
+    def _with_springs(self, unknown: Floats, prescribed: Floats) -> Floats:
+        """The prescribed values (axes, cases), less what springs at the edges bear along axes of prescribed stress."""
+        assert self.points.edges is not None
+        free = ~stretched(self.load.controls)[: self.axes]
+        borne = self.points.edges.borne(in_both_axes(np.where(free, unknown, 0.0)))[: self.axes]
+        return np.where(free, prescribed - borne, prescribed)
 
     def error(self, state: Floats, increment: Floats, inner: Inner | None = None) -> Floats:
         """Largest relative error (cases,) of stretches, stresses and viscous stretches due to an `increment` of the `state`."""
@@ -159,7 +168,10 @@ class Arrowhead:
         """Lambda, the stretch and the nominal stress (axes, cases) in a stage."""
         if not self.free:
             return self.held_log_squared[stage], self.held_stretch[stage], state[-self.axes :]
-        log_squared, nominal = self.system.unknown(state, driven) if self.stretched else (state[-self.axes :], driven[: self.axes])
+        if self.stretched or self.system.points.edges is not None:
+            log_squared, nominal = self.system.unknown(state, driven)
+        else:
+            log_squared, nominal = state[-self.axes :], driven[: self.axes]
         stretch = np.exp(0.5 * log_squared)
         if self.system.slack is not None:  # rounded as if no other point were slack
             for axis, held in enumerate(self.held):
@@ -175,6 +187,10 @@ class Arrowhead:
         tangent *= self.hold
         for axis in range(axes):
             tangent[axis, axis] -= 0.5 * nominal[axis] * stretch[axis]
+        if (edges := self.system.points.edges) is not None:
+            held = edges.tangent(in_both_axes(log_squared))
+            for axis in self.free:
+                tangent[axis, axis] += held[axis]
         self.load_term = np.zeros(stretch.shape)
         if self.system.electric:
             _, by_stretch, by_load = self.system.points.maxwell_tangent(log_squared, driven[ELECTRIC])
@@ -183,17 +199,17 @@ class Arrowhead:
         matrix = tangent
         if self.stretched:
             matrix, self.prescribed_change = tangent.copy(), np.zeros(stretch.shape)
-        for axis, held in enumerate(self.held):
-            if held is False:
+        for axis, fixed in enumerate(self.held):
+            if fixed is False:
                 if change is not None:
                     self.load_term[axis] += stretch[axis] * change[axis]
             else:
                 if change is not None:
-                    self.prescribed_change[axis] = np.where(held, 2 * change[axis] / driven[axis], 0.0)
+                    self.prescribed_change[axis] = np.where(fixed, 2 * change[axis] / driven[axis], 0.0)
                     self.load_term -= tangent[:, axis] * self.prescribed_change[axis]
-                loose = 0.0 if held is True else np.where(held, 0.0, matrix[axis, axis])
-                matrix[:, axis] = np.where(held, 0.0, matrix[:, axis])
-                matrix[axis, axis] = np.where(held, -stretch[axis], loose)
+                loose = 0.0 if fixed is True else np.where(fixed, 0.0, matrix[axis, axis])
+                matrix[:, axis] = np.where(fixed, 0.0, matrix[:, axis])
+                matrix[axis, axis] = np.where(fixed, -stretch[axis], loose)
         if axes == 1:
             self.inverse = 1 / matrix
             return

@@ -48,13 +48,17 @@ def follow(
     """
     cases = film.time.size
     status, steps, every = np.zeros(cases, dtype=np.intp), np.zeros(cases, dtype=np.intp), np.arange(cases)
+    controls = pieces[0].controls if pieces else None
     observers = [observer for observer in (watch, *recorders, meter) if observer is not None]
 
     def observe(stride: Stride) -> Flags | None:
         return next((done for done in [observer(stride) for observer in observers] if done is not None), None)
 
     for index, ahead in enumerate(pieces):
-        present = film.prescribed(ahead.controls)
+        switched = film.under(ahead.drive)
+        changed = switched is not film or ahead.controls != controls
+        film, controls = switched, ahead.controls
+        present = film.prescribed(controls)
         piece = ahead.begin(present)
         # a load that differs from the present one only by rounding does not jump
         apart = np.abs(piece.start - present) > 4 * np.finfo(float).eps * np.abs(piece.start)
@@ -70,7 +74,7 @@ def follow(
             film = apply_at_once(film, piece.controls, acting, jumps, status, watch)
             for recorder in recorders:
                 if recorder.electric is not None:
-                    recorder.electric.leap(piece.controls, before, film)
+                    recorder.electric.leap(piece.controls, before, film, np.any(piece.start[:2] != present[:2], axis=0))
             if film.points.circuit is not None:
                 film = replace(film, source=np.where(jumps, piece.start[2], present[2]))
         if contact is not None:
@@ -79,7 +83,7 @@ def follow(
         state = film.state(system)
         alive = status == Status.COMPLETED
         if watch is not None:
-            watch.begin(system, state, film.time, alive & jumps)
+            watch.begin(system, state, film.time, alive & (jumps | changed), changed)
         for recorder in recorders:
             recorder.begin(piece, film.time, alive, jumps, system, state, last=index == len(pieces) - 1)
         if watch is not None:

@@ -2,11 +2,12 @@
 
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
-from dielast.commands.simulation.cases import Batches
+from dielast.commands.simulation.cases import Batches, SimulationBatch
 from dielast.commands.simulation.result import BoundedEvent, CaseResult, SolvedCase, StatedCase
 from dielast.errors import in_a_draw
 from dielast.handover.law_section import breakdown
@@ -15,8 +16,7 @@ from dielast.material.scatter import Sample, interval
 from dielast.mechanics.cases import of_case
 from dielast.mechanics.criteria import named
 from dielast.numerics.arrays import Flags, Floats
-from dielast.sharing.batches import Batch, solve_batches
-from dielast.sharing.execution import Execution
+from dielast.sharing.study import Draws, Study
 from dielast.simulate.events import EVENT_UNITS, Event, event_columns
 from dielast.simulate.failure_map import FailureMap
 from dielast.simulate.lifetime import POWER, UNITS as LINE_UNITS, LifetimeLine
@@ -27,39 +27,33 @@ SURVIVING = "surviving [1]"
 FAILURE = "failure"  # the first of all failures
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class CaseWithDraws:
-    """A case with draws, named `case` in errors: `batches` solve the draws, which give bounds of this `level` to the `result`."""
-
-    members: Sequence[int]
-    case: int | None
-    batches: Sequence[Batch[CaseResult]]
-    result: CaseResult
-    level: float
-
-    def solve(self) -> list[CaseResult]:
-        """The result of the case with bounds."""
-        with in_a_draw(key="uncertainty", case=self.case):
-            drawn = solve_batches(self.batches)
-        if self.result.events is None:
-            return [bounded(self.result, drawn, self.level)]
-        events = [draw.events or () for draw in drawn]
-        failed = [any(named(event.name).is_failure for event in draw) for draw in events]
-        result = bounded(self.result, drawn, self.level, failed)
-        return [replace(result, bounded_events=bounded_events(self.result.events, events, self.level))]
-
-
-def bounded_cases(batches: Batches, cases: Sequence[SolvedCase], execution: Execution) -> list[CaseResult]:
+def bounded_cases(batches: Batches, cases: Sequence[SolvedCase], study: Study) -> list[CaseResult]:
     """The results, with bounds in cases with draws, which are divided into `batches`."""
-    drawn: dict[int, CaseWithDraws] = {}
+    drawn: dict[int, Draws[CaseResult]] = {}
     for number, case in enumerate(cases):
-        if (sample := case.sample) is not None:
-            place = of_case(number, len(cases))
-            with in_a_draw(key="uncertainty", case=place):
-                parts = batches(drawn_case(case, sample, case.result), sample.thickness_factor)
-            drawn[number] = CaseWithDraws([len(drawn)], place, parts, case.result, case.recipe.uncertainty.level)
-    bounds = dict(zip(drawn, solve_batches(list(drawn.values()), execution, "cases with draws"), strict=True))
+        if case.sample is not None:
+            parts = draws_of(batches, case, case.sample, case.result, "uncertainty", of_case(number, len(cases)))
+            drawn[number] = Draws(len(drawn), parts, partial(_bounded, case.result, level=case.recipe.uncertainty.level))
+    bounds = dict(zip(drawn, study.batches(list(drawn.values()), "draws"), strict=True))
     return [bounds.get(number, case.result) for number, case in enumerate(cases)]
+
+
+def draws_of(
+    batches: Batches, case: StatedCase, sample: Sample, result: CaseResult, key: str, number: int | None
+) -> list[SimulationBatch]:
+    """The draws of a case in batches, whose errors name the `key` that states the draws, and the `number` of the case."""
+    with in_a_draw(key=key, case=number):
+        parts = batches(drawn_case(case, sample, result), sample.thickness_factor)
+    return [replace(part, place={"key": key, "case": number}) for part in parts]
+
+
+def _bounded(result: CaseResult, drawn: Sequence[CaseResult], level: float) -> CaseResult:
+    """The result of a case with bounds of this `level` from its draws, a film's events too."""
+    if result.events is None:
+        return bounded(result, drawn, level)
+    events = [draw.events or () for draw in drawn]
+    failed = [any(named(event.name).is_failure for event in draw) for draw in events]
+    return replace(bounded(result, drawn, level, failed), bounded_events=bounded_events(result.events, events, level))
 
 
 def drawn_case(case: StatedCase, sample: Sample, result: CaseResult) -> list[StatedCase]:

@@ -2,6 +2,7 @@
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -12,7 +13,7 @@ import numpy as np
 from dielast.commands.simulation.recipe import NO_WAVEFORM, SimulationRecipe
 from dielast.commands.simulation.result import CaseResult, StatedCase
 from dielast.commands.simulation.step_recipe import HistoryStep
-from dielast.errors import InputError, Mistakes, Problem, and_more, as_toml, placed
+from dielast.errors import InputError, Mistakes, Problem, Where, and_more, as_toml, in_a_draw, placed
 from dielast.handover.changed_material import parse_changed_material
 from dielast.io.files import Inputs
 from dielast.io.table import Column, Table, case_table, split_header
@@ -39,10 +40,12 @@ class SimulationBatch:
     prepare: partial[Callable[[], Any]]
     result: partial[CaseResult]
     in_recipe_terms: partial[Problem]
+    place: Where | None = None
+    """Where the draws are requested, if the cases are draws of one."""
 
     def solve(self) -> list[CaseResult]:
         """The result of each member."""
-        with placed(self.in_recipe_terms):
+        with nullcontext() if self.place is None else in_a_draw(**self.place), placed(self.in_recipe_terms):
             history = self.prepare()()
         return [self.result(history, row) for row in range(len(self.members))]
 
