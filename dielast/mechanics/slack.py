@@ -94,6 +94,10 @@ class Contact:
         share[falls] = np.where(root < START, 0.0, np.where((root > 1 - END) & np.isfinite(root), 1.0, root))
         return share
 
+    def present(self, system: LoadedPoints, cases: Cases) -> LoadedPoints:
+        """The specimens of these `cases` (k,), slack or taut as they are now; see `Turns`."""
+        return replace(system, slack=self.slack[cases])
+
     def turn(
         self, system: LoadedPoints, columns: Cases, cases: Cases, elapsed: Floats, time: Floats, state: Floats
     ) -> LoadedPoints:

@@ -140,7 +140,9 @@ class _Pool:
         new_columns = Whereabouts.start(starting, self.durations[starting], self.longest_steps[starting])
         at = Whereabouts.joined([self.at.take(keep), new_columns])
         state = np.concatenate((self.state[:, keep], self.result.state[:, starting]), axis=1)
-        system = self.system_of_all.take(at.cases)
+        system: Any = self.system_of_all.take(at.cases)
+        if self.turns is not None:
+            system = self.turns.present(system, at.cases)
         if self.spans is not None and at.cases.size:
             system, at.duration = self._entered(system, np.arange(at.cases.size), at.cases, at.span)
         if count:

@@ -53,6 +53,9 @@ class Turns(Protocol):
         they do not. `landing` (pool,) marks steps that were shortened to end there.
         """
 
+    def present(self, system: Any, cases: Cases) -> Any:
+        """The system of these `cases` (k,) with the equations that they have now, rather than at the beginning."""
+
     def turn(self, system: Any, columns: Cases, cases: Cases, elapsed: Floats, time: Floats, state: Floats) -> Any:
         """The system with changed equations in `columns` (k,), which integrate the `cases` (k,); it is `elapsed` (k,) s after the
         integration began and `time` (k,) s after the span began. The `state` (rows, pool) is made consistent in place.
