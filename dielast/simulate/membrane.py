@@ -164,7 +164,7 @@ def prepare(
         followed = follow(film, history, rtol=rtol, recorders=[recorder], meter=meter, contact=contact)
         # the duration of a step to a stress at a rate that begins at a stretch, or the reverse, is known only now
         check_end(stated.rows, np.where(followed.status == Status.COMPLETED, followed.time, np.inf), "history")
-        record = recorder.collect()
+        record = followed.recorders[0].collect()
         return MembraneHistory(
             temperature=temperature,
             values=values_of(TESTS, SolvedTests(record, relaxes)),
@@ -172,8 +172,8 @@ def prepare(
             steps=followed.steps,
             viscous_stretch=None if record.internal is None else np.exp(0.5 * record.internal[:, 1:]),
             points=points,
-            cycles=meter.collect(),
-            slack_events=_by_case(contact.events if contact is not None else (), cases),
+            cycles=(followed.meter or meter).collect(),
+            slack_events=_by_case(() if followed.contact is None else followed.contact.events, cases),
         )
 
     return simulated

@@ -67,7 +67,7 @@ class Membranes(Simulation):
         return recipe.mode, getattr(recipe, "slack", None)
 
     def extras(
-        self, cases: Sequence[Case[Any]], materials: Sequence[Material], results: Sequence[CaseResult]
+        self, cases: Sequence[Case[Any]], stated: Sequence[StatedCase], results: Sequence[CaseResult]
     ) -> tuple[dict[str, Table], Figures]:
         """The times at which specimens go slack and taut, where any does."""
         rows = [(case, event) for case, result in enumerate(results) for event in result.slack]
