@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 from dielast.errors import InputError, and_more
 from dielast.sharing.execution import Chunk, Plan, Solve, Solved
-from dielast.sharing.versions import VERSIONS
+from dielast.sharing.kept import VERSIONS
 
 if TYPE_CHECKING:
     from distributed import Client
