@@ -65,20 +65,18 @@ class WithUnit:
     dimension: Dimension
     at_least: float | None = None
     above: float | None = None
-    within: tuple[float, float] | None = None
+    within: tuple[float, float] = units.COMPUTABLE
     many: bool = False
 
     def read(self, value: Any) -> float:
         """The number; raises `InputError`."""
-        number = units.parse(value, self.dimension)
+        number = units.parse(value, self.dimension, self.within)
         name, unit = self.dimension.name, self.dimension.unit
         if self.above is not None and number <= self.above:
             above = f"{self.above:g}" if unit == "1" else f"{self.above:g} {unit}"
             raise InputError(f"{shown(value)}: {name} above {above} is needed")
         if self.at_least is not None and number < self.at_least:
             raise InputError(f"{shown(value)}: {name} of at least {self.at_least:g} {unit} is needed")
-        if self.within is not None and number != 0 and not self.within[0] <= abs(number) <= self.within[1]:
-            raise InputError(f"{shown(value)}: {name} from {self.within[0]:g} to {self.within[1]:g} {unit} is needed")
         return number
 
     def read_many(self, value: Any) -> tuple[float, ...]:
