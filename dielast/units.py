@@ -154,6 +154,7 @@ _TYPESET = str.maketrans(
 LONGEST_UNIT = 40  # characters
 
 
+TEMPERATURES = (1e-100, 1e6)  # degC: no test and no service is hotter
 COMPUTABLE = SMALLEST, LARGEST = 1e-100, 1e100
 """Magnitudes between which products of three numbers stay within the range of floating-point numbers."""
 

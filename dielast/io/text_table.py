@@ -32,7 +32,20 @@ from dielast.io.cells import (
 from dielast.io.header import ColumnHeader, filled_width, read_header, temperatures_in
 from dielast.io.table import as_number, split_header
 from dielast.io.workbook import is_workbook
-from dielast.units import FORCE, LARGEST, LENGTH, NUMBER, SMALLEST, TIME, Dimension, conversion, is_ambiguous, is_unit
+from dielast.units import (
+    FORCE,
+    LARGEST,
+    LENGTH,
+    NUMBER,
+    SMALLEST,
+    TEMPERATURE,
+    TEMPERATURES,
+    TIME,
+    Dimension,
+    conversion,
+    is_ambiguous,
+    is_unit,
+)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -129,7 +142,7 @@ class MeasuredTable:
         with np.errstate(over="ignore"):
             values = numbers * scale + offset
         # times and what a machine measures have limits of their own
-        largest = math.inf if dimension in (TIME, LENGTH, FORCE) else LARGEST
+        largest = {TIME: math.inf, LENGTH: math.inf, FORCE: math.inf, TEMPERATURE: TEMPERATURES[1]}.get(dimension, LARGEST)
         for row in np.flatnonzero(~np.isfinite(values) | (np.abs(values) > largest))[:1]:
             raise self.error(f"{here}: the number is too large", row)
         return np.where(np.abs(values) < SMALLEST, 0.0, values)
