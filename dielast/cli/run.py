@@ -89,6 +89,20 @@ def run(kind: str, path: Path, options: Options) -> int:
     return UNFINISHED if "unfinished" in summary else mismatch
 
 
+def foretell(kind: str, path: Path, overrides: Sequence[str], jobs: int) -> int:
+    """Print what the recipe in `path` amounts to and how long it takes here, measured without writing anything."""
+    from dielast.commands.plan import extent, measured
+
+    cases = read_cases(path, kind, overrides)
+    with working():
+        try:
+            parts = [extent(cases), measured(kind, cases, path, jobs)]
+        except DielastError as error:
+            raise error.at(file=path) from None
+    print(f"{path}: {'; '.join(filter(None, parts))}")
+    return 0
+
+
 def compute(
     kind: str,
     cases: Sequence[Case[Any]],

@@ -35,9 +35,11 @@ from dielast.material.modulus import CONSTANT_MODULUS, MODULI
 from dielast.material.shift import SHIFTS, NoShift, ShiftLaw
 from dielast.material.spectrum import Spectrum
 from dielast.material.springs import SPRINGS, NeoHookean, SpringLaw
-from dielast.recipe.fields import Modulus, Section, Temperature
+from dielast.recipe.fields import Modulus, Section, Temperature, WithUnit
 from dielast.recipe.validate import check
+from dielast.units import DENSITY
 
+Density = Annotated[float, WithUnit(DENSITY, above=0.0)]
 NO_TABLE = "a material file is needed, which spectrum writes: material.toml"
 
 
@@ -156,6 +158,7 @@ class MaterialFile(Section):
 
     name: str = Field("unnamed", description="Name of the material, for legends.")
     reference_temperature: Temperature = Field(description="Temperature at which the relaxation times hold.")
+    density: Density | None = Field(None, description="Density, for the energy per mass of a generator.")
     equilibrium: Equilibrium = Field(description="The spring that never relaxes.")
     nonequilibrium: Nonequilibrium | None = Field(
         None, description="The relaxation processes. Default: none, a purely elastic material."
@@ -228,6 +231,7 @@ class MaterialFile(Section):
             origin=self.origin,
             window=None if self.window is None else self.window.stated(),
             equilibrium_range=None if bounds is None else (bounds[0], bounds[1]),
+            density=self.density,
         )
         warn_of_origin(material)
         return material
@@ -305,6 +309,7 @@ def write_material(material: Material, draws: str | None = None) -> bytes:
     document: dict[str, Any] = {
         "name": material.name,
         "reference_temperature": f"{material.reference_temperature:.9g} degC",
+        **({} if material.density is None else {"density": f"{material.density:.9g} kg/m^3"}),
         **({} if draws is None else {"draws": draws}),
         **({} if measured is None else {"measured_temperature": [f"{value:.9g} degC" for value in measured]}),
         "equilibrium": _stated_spring(material.equilibrium_law, material.equilibrium_modulus)

@@ -76,7 +76,7 @@ class Material(Result):
     "equilibrium.shear_modulus", where they are from: "stated", "measured", or "fitted: " with the names of the tests.
     `flow` is the law by which branches flow under stress.
     `window` holds the times at which the relaxation was measured, None if unknown; where that was too short for the plateau,
-    `equilibrium_range` are the bounds of mu_eq in Pa.
+    `equilibrium_range` are the bounds of mu_eq in Pa. `density` is in kg/m^3, None if unknown.
     """
 
     name: str
@@ -96,6 +96,7 @@ class Material(Result):
     origin: Mapping[str, str] = field(default_factory=dict, compare=False, repr=False)
     window: Window | None = None
     equilibrium_range: tuple[float, float] | None = None
+    density: float | None = None
 
     @property
     def reference_temperature(self) -> float:

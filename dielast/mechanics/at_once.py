@@ -106,6 +106,7 @@ def _hold(present: Film, controls: Controls, target: Floats, columns: Cases, aft
     after.internal[:, -1, ..., columns[held]] = np.moveaxis(reached.internal[:, -1][..., held], -1, 0)
     # a film that snaps back when its voltage is lowered has not failed
     rising = np.abs(target[2, columns]) > np.abs(film.field)
+    rising |= np.any(np.abs(target[:2, columns] - film.acting(controls)[:2]) > 1e-12 * np.abs(target[:2, columns]), axis=0)
     for lookout in watch.lookouts:
         if lookout.criterion in events:
             event = events[lookout.criterion]

@@ -30,6 +30,7 @@ Derivatives in Lambda_i = 2 ln lambda_i, with g_i = d ln C/dLambda_i = 1 + d ln 
 """
 
 from dataclasses import dataclass
+from enum import Enum
 
 import numpy as np
 
@@ -86,6 +87,13 @@ class ChargeControl:
 
 FIELD, CHARGE = FieldControl(), ChargeControl()
 ElectricalLoad = FieldControl | ChargeControl
+
+
+class Drive(Enum):
+    """What drives the electrodes: a source of voltage, or a prescribed charge, of which an open circuit is a constant one."""
+
+    VOLTAGE = "voltage"
+    CHARGE = "charge"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -146,3 +154,23 @@ class FilmCircuit(ByCase):
         flows = by_charge < 0
         response = -np.expm1(by_charge * time) / np.where(flows, -by_charge, 1.0)
         return np.asarray(by_stretch * np.where(flows, response, time))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Wires(ByCase):
+    """What lies between films and a source, for any drive: the `leakage` through the films with constants (cases,), and the
+    `resistance` r (cases,) in ohm m of a source of voltage; None where there is none of it.
+    """
+
+    leakage: Leakage | None
+    resistance: Floats | None
+
+    def circuit(self, drive: Drive) -> FilmCircuit | None:
+        """The circuit of films under this drive, None where their charge is no unknown."""
+        if drive is Drive.VOLTAGE:
+            return None if self.resistance is None else FilmCircuit(self.leakage, self.resistance)
+        return None if self.leakage is None else FilmCircuit(self.leakage)
+
+    def electric(self, drive: Drive) -> ElectricalLoad:
+        """The electrical quantity that acts on films under this drive."""
+        return FIELD if drive is Drive.VOLTAGE and self.resistance is None else CHARGE

@@ -9,6 +9,7 @@ import numpy as np
 from dielast.material.springs import Symmetry
 from dielast.mechanics.charged import ChargedPoints
 from dielast.mechanics.criteria.criterion import Moment
+from dielast.mechanics.electric import FIELD, Drive, Wires
 from dielast.mechanics.equations import Films
 from dielast.mechanics.passive.framed import Assembly, FramedFilms, Surroundings
 from dielast.mechanics.passive.structure import Structure
@@ -25,9 +26,9 @@ class Film(ByCase):
     `symmetry`, or None.
 
     If the charge is prescribed or an unknown, `field` is the nominal charge density in C/m^2; in a circuit, `source` (cases,) is
-    the value of the source. For films with a passive part, these are quantities of the active part, except that `internal` is the
-    viscous stretches xi (2, n, P, cases) of all points; `border` (u + 2, cases) is the border of their state, and `assembly` holds
-    all points.
+    the value of the source; `wires` let the `drive` of the electrodes change. For films with a passive part, these are quantities
+    of the active part, except that `internal` is the viscous stretches xi (2, n, P, cases) of all points; `border` (u + 2, cases)
+    is the border of their state, and `assembly` holds all points.
     """
 
     points: Points
@@ -41,6 +42,8 @@ class Film(ByCase):
     source: Floats | None = None
     border: Floats | None = None
     assembly: Assembly | None = None
+    wires: Wires | None = None
+    drive: Drive = Drive.VOLTAGE
 
     @classmethod
     def at_rest(cls, points: Points, symmetry: Symmetry | None) -> Film:
@@ -54,6 +57,18 @@ class Film(ByCase):
         names = ("internal", "log_squared_stretch", "nominal_stress", "field", "border")
         arrays = {name: getattr(self, name) for name in names}
         return replace(self, **{name: array.copy() for name, array in arrays.items() if array is not None})
+
+    def under(self, drive: Drive | None) -> Film:
+        """The same films under another drive of their electrodes, with their charge; the source then has the voltage of the films.
+        None stands for the present drive.
+        """
+        if drive is None or self.wires is None or drive is self.drive:
+            return self
+        field, charge = self.points.nominal(self.log_squared_stretch, self.field)
+        points = replace(self.points, electric=self.wires.electric(drive), circuit=self.wires.circuit(drive))
+        acting = field if points.electric == FIELD else charge
+        source = None if points.circuit is None else field if drive is Drive.VOLTAGE else charge
+        return replace(self, points=points, drive=drive, field=acting, source=source)
 
     def framed(self, structure: Structure) -> Film:
         """These homogeneous films, divided into the active and the passive part of a structure."""
@@ -71,7 +86,10 @@ class Film(ByCase):
         return self._values(controls, self.field)
 
     def _values(self, controls: Controls, electrical: Floats) -> Floats:
-        values = np.where(stretched(controls), np.exp(0.5 * self.log_squared_stretch), self.nominal_stress)
+        stress = self.nominal_stress
+        if self.points.edges is not None:
+            stress = stress + self.points.edges.borne(self.log_squared_stretch)
+        values = np.where(stretched(controls), np.exp(0.5 * self.log_squared_stretch), stress)
         return np.concatenate((values, electrical[None]))
 
     def equations(self, load: Load) -> Films:
@@ -97,7 +115,7 @@ class Film(ByCase):
         acting, source = (driven[2], None) if self.points.circuit is None else (state[equations.border], driven[2])
         border = state[equations.border :] if isinstance(equations, FramedFilms) else None
         now = self.points, equations.internal(state), log_squared, nominal, acting, time, next_step
-        return Film(*now, self.symmetry, source, border, self.assembly)
+        return Film(*now, self.symmetry, source, border, self.assembly, self.wires, self.drive)
 
     def moment(self, controls: Controls, cases: Cases, age: Floats) -> Moment:
         """The films as a moment for criteria; they are the `cases` (k,), and the voltage has been on for `age` (k,) s."""

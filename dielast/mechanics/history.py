@@ -1,16 +1,18 @@
 """The steps of a history, or of a voltage programme, as pieces of load."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from itertools import pairwise
 from typing import TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from dielast.errors import InputError, located
+from dielast.errors import InputError, located, shown
 from dielast.mechanics.cases import numbers, one_set, spread
+from dielast.mechanics.electric import ELECTRIC, Drive
 from dielast.mechanics.line import Line, lasts_at
-from dielast.mechanics.load import ElectricalStep, Mode, Path, Step, Waveform
+from dielast.mechanics.load import ElectricalStep, FilmStep, Mode, Path, Repeat, Step, Track, Waveform
 from dielast.mechanics.piece import Chain, Cycles, Piece
 from dielast.mechanics.span import Control, Controls
 from dielast.numerics.arrays import Floats
@@ -35,15 +37,36 @@ def pieces(steps: Sequence[Step], mode: Mode | str, cases: int) -> list[Piece]:
     return _numbered(_pieces_of_steps(steps, mode, cases))
 
 
-def electrical_pieces(steps: Sequence[ElectricalStep], controls: Controls, unit: Floats) -> list[Piece]:
-    """The steps of an electrical programme, all of voltage or all of charge, as pieces of load that start from 0.
+def electrical_pieces(
+    steps: Sequence[ElectricalStep],
+    controls: Controls,
+    unit: Floats,
+    mode: Mode | str = Mode.EQUIBIAXIAL,
+    repeat: Repeat | None = None,
+    programme: bool = False,
+) -> list[Piece]:
+    """The steps of a programme of electrodes, or of edges and electrodes, as pieces of load that start from 0 at these controls.
 
-    Their values are divided by `unit` (cases,): the thickness of the films in m for voltages, 1 for charges per area. Raises
-    `InputError` with the step (counted from 0) that is wrong.
+    Their values are divided by `unit` (cases,): the thickness of the films in m for voltages, 1 for charges per area; in a
+    `programme` of edges and electrodes it is the thickness. The `mode` says what a single stretch or stress means for both axes;
+    under pure shear, the stretch of axis 2 stays. Raises `InputError` with the step (counted from 0) that is wrong.
     """
     if not steps:
         raise InputError("at least one step is needed", argument="steps")
+    if programme:
+        order = (repeat or Repeat(1)).expanded(len(steps))
+        if repeat is None:
+            order = [(step, 0) for step, _ in order]
+        elif any(step.cycles for step in steps):
+            raise InputError("a waveform repeats itself: leave repeat out, or state the cycle in steps", argument="repeat")
+        made = _pieces_of_films(((step, lap, steps[step]) for step, lap in order), Mode.of(mode), controls, unit)
+        return [piece for of_step in made for piece in of_step]
     return _numbered(_pieces_of_programme(steps, controls, unit))
+
+
+def is_programme(steps: Sequence[ElectricalStep]) -> bool:
+    """Whether steps drive edges and electrodes, and not the electrodes alone."""
+    return any(isinstance(step, FilmStep) for step in steps)
 
 
 def _step_by_step(made: Iterator[Made]) -> list[Made]:
@@ -67,13 +90,16 @@ def _sizes(step: Step | ElectricalStep) -> set[int]:
     sizes = set[int]()
     for name in step.__match_args__:
         value = getattr(step, name)
+        if isinstance(value, str):
+            continue
         pair = isinstance(value, tuple) and name in ("stretch", "stress")
         if pair and len(value) != 2:
             raise InputError(f"a {name} of {len(value)} values: a tuple is a pair, one value for each axis")
-        if isinstance(value, Path):
-            sizes |= {np.size(entry) for entry in value.varied()}
-        else:
-            sizes |= {numbers(entry, name).size for entry in (value if pair else (value,)) if entry is not None}
+        for entry in value if pair else (value,):
+            if isinstance(entry, Path):
+                sizes |= {np.size(varied) for varied in entry.varied()}
+            elif entry is not None:
+                sizes.add(numbers(entry, name).size)
     return sizes
 
 
@@ -88,8 +114,8 @@ def _pieces_of_steps(steps: Sequence[Step], mode: Mode, cases: int) -> Iterator[
                 raise InputError("a waveform or a track states its times itself: leave out rate, duration and the other quantity")
             _check_stretch(paced, path.values())
             lateral, value = LATERAL.get(mode, (paced, 0.0))
-            controls, follows = (paced, lateral), float(mode not in LATERAL)
-            yield _along(path, controls, base=(0.0, value, np.nan), scale=(1.0, follows, 0.0), cases=cases)
+            controls = paced, lateral
+            yield _along((path, value if mode in LATERAL else path, None), controls, cases)
             continue
         if step.target is None:
             yield _hold(step, controls, cases, "a stretch, a stress")
@@ -106,13 +132,15 @@ def _pieces_of_programme(steps: Sequence[ElectricalStep], controls: Controls, un
     """The pieces of each step of an electrical programme."""
     kind, present, cases = type(steps[0]), np.zeros_like(unit), unit.size
     for step in steps:
+        assert not isinstance(step, FilmStep)
         if type(step) is not kind:
+            assert not issubclass(kind, FilmStep)
             raise InputError(f"a {step.QUANTITY} does not go with a {kind.QUANTITY}: all steps prescribe one or the other")
         if isinstance(step.target, Path):
             if step.rate is not None or step.duration is not None:
                 raise InputError("a waveform or a track states its times itself: leave out rate and duration")
             present = spread(step.target.last, step.QUANTITY, cases)
-            yield _along(step.target, controls, base=(np.nan, np.nan, 0.0), scale=(0.0, 0.0, 1 / unit), cases=cases)
+            yield _along((None, None, step.target), controls, cases, unit)
             continue
         if step.target is None:
             yield _hold(step, controls, cases, f"a {step.QUANTITY}")
@@ -124,6 +152,123 @@ def _pieces_of_programme(steps: Sequence[ElectricalStep], controls: Controls, un
         yield [Line.to(controls, (None, None, present / unit), lasts)]
 
 
+def _pieces_of_films(
+    steps: Iterable[tuple[int, int, ElectricalStep]], mode: Mode, controls: Controls, unit: Floats
+) -> Iterator[list[Piece]]:
+    """The pieces of each of the `steps` of a programme of edges and electrodes, which have numbers and laps."""
+    source = np.zeros_like(unit)  # the voltage to which a circuit closes
+    for number, lap, step in steps:
+        with located(step=number):
+            of_step, controls, source = _pieces_of_film(_as_film_step(step), mode, controls, source, unit)
+        yield [replace(piece, step=number, lap=lap) for piece in of_step]
+
+
+def _as_film_step(step: ElectricalStep) -> FilmStep:
+    """A step of the electrodes alone as one of edges and electrodes."""
+    if isinstance(step, FilmStep):
+        return step
+    return FilmStep(**{step.QUANTITY: step.target}, rate=step.rate, duration=step.duration)  # type: ignore[arg-type]
+
+
+def _pieces_of_film(
+    step: FilmStep, mode: Mode, controls: Controls, source: Floats, unit: Floats
+) -> tuple[list[Piece], Controls, Floats]:
+    """The pieces of a step after edges under these `controls` and a last voltage `source` (cases,) in V, and both after it."""
+    cases = unit.size
+    drive, electrodes = _electrodes(step, source)
+    edges: list[ArrayLike | Path | None] = [None, None]
+    paced: Control | Drive = drive or Drive.VOLTAGE
+    if step.edges is not None:
+        if Control.NEITHER in controls:
+            raise InputError("a frame or the bars of a strip hold the film: its edges cannot be moved", argument=_stated(step)[0])
+        paced = Control.STRESS if step.stretch is None else Control.STRETCH
+        aims = _film_targets(step, paced, mode)
+        controls, edges = (aims[0][0], aims[1][0]), [aims[0][1], aims[1][1]]
+        for control, value in aims:
+            if value is not None:
+                _check_edge(control, value)
+    rows = *edges, electrodes
+    scale = np.ones_like(unit) if drive is Drive.CHARGE else unit
+    if drive is Drive.VOLTAGE and electrodes is not None:
+        source = spread(electrodes.last if isinstance(electrodes, Path) else electrodes, "voltage", cases)
+    if any(isinstance(row, Path) for row in rows):
+        _check_paths(step, rows)
+        along = _along(rows, controls, cases, scale, spread(step.phase, "phase", cases))
+        return [replace(piece, drive=drive) for piece in along], controls, source
+    if step.edges is None and step.electrodes is None and (step.rate is not None or step.duration is step.circuit is None):
+        raise InputError("a stretch, a stress, a voltage, a charge, a circuit, or the duration of a hold is needed")
+    lasts, rate = _pace(step, cases, "target")
+    if rate is not None and isinstance(paced, Drive):
+        rate = rate / scale
+    first, second, third = (None if row is None or isinstance(row, Path) else spread(row, "step", cases) for row in rows)
+    target = first, second, None if third is None else third / scale
+    return [Line.to(controls, target, lasts, rate, paced, drive)], controls, source
+
+
+def _stated(step: FilmStep) -> list[str]:
+    """What a step prescribes of edges and electrodes, by argument."""
+    return [name for name in ("stretch", "stress", "voltage", "charge", "circuit") if getattr(step, name) is not None]
+
+
+def _electrodes(step: FilmStep, source: Floats) -> tuple[Drive | None, ArrayLike | Path | None]:
+    """The drive of the electrodes in a step, None for the present one, and their target, None if it stays as it is; `source` is the
+    last voltage of the source.
+    """
+    if step.circuit not in (None, "open", "closed"):
+        raise InputError(f'{shown(step.circuit)}: "open" or "closed" is needed', argument="circuit")
+    if step.voltage is not None and step.charge is not None:
+        raise InputError("a voltage or a charge is needed, not both", argument="charge")
+    if step.circuit == "closed" and step.charge is not None:
+        raise InputError("a closed circuit has the voltage of its source: state a voltage, or leave circuit out", argument="charge")
+    if step.circuit == "open" and step.electrodes is not None:
+        quantity = "voltage" if step.charge is None else "charge"
+        raise InputError(f"an open circuit keeps its charge: leave out the {quantity}, or circuit", argument=quantity)
+    if step.voltage is not None:
+        return Drive.VOLTAGE, step.voltage
+    if step.charge is not None or step.circuit == "open":
+        return Drive.CHARGE, step.charge
+    return (Drive.VOLTAGE, source) if step.circuit == "closed" else (None, None)
+
+
+def _film_targets(step: FilmStep, paced: Control, mode: Mode) -> list[tuple[Control, ArrayLike | Path | None]]:
+    """Control and target of both axes in a step that moves the edges; None for an axis that stays as it is."""
+    if isinstance(step.edges, tuple) or (step.stretch is not None and step.stress is not None):
+        return list(_targets(Step(step.stretch, step.stress), paced, mode))
+    second: tuple[Control, ArrayLike | Path | None] = (paced, step.edges)
+    if mode is not Mode.EQUIBIAXIAL:
+        second = (Control.STRESS, 0.0) if mode is Mode.UNIAXIAL else (Control.STRETCH, None)
+    return [(paced, step.edges), second]
+
+
+def _check_edge(control: Control, value: ArrayLike | Path) -> None:
+    """`InputError` for a stretch that is not positive, and for a stress that a film cannot bear."""
+    values = value.values() if isinstance(value, Path) else numbers(value, control.value)
+    if isinstance(value, Track):
+        values = values * float(np.min(value.scale))
+    _check_stretch(control, values)
+    if control is Control.STRESS and np.any(values < 0):
+        raise InputError(f"{float(values.min()):g} Pa: a film bears no compression; at least 0 is needed", argument="stress")
+
+
+def _check_paths(step: FilmStep, rows: Sequence[ArrayLike | Path | None]) -> None:
+    """`InputError` for paths that do not run together."""
+    if step.rate is not None or step.duration is not None:
+        raise InputError("a waveform or a track states its times itself: leave out rate and duration")
+    paths = [row for row in rows if isinstance(row, Path)]
+    alone = step.electrodes if any(isinstance(row, Path) for row in rows[:ELECTRIC]) else step.edges
+    if alone is not None and not any(isinstance(row, Path) for row in (alone if isinstance(alone, tuple) else (alone,))):
+        raise InputError("a waveform goes with a waveform, and a track with a track: the other quantity needs one, or is left out")
+    for first, other in pairwise(paths):
+        if isinstance(first, Waveform) and isinstance(other, Waveform):
+            alike = (first.shape, first.cycles) == (other.shape, other.cycles) and np.array_equal(first.period, other.period)
+        else:
+            alike = isinstance(first, Track) and isinstance(other, Track) and np.array_equal(first.time, other.time)
+        if not alike:
+            raise InputError(
+                "edges and electrodes need waveforms of one shape, period and number of cycles, or tracks of equal times"
+            )
+
+
 def _hold(step: Step | ElectricalStep, controls: Controls, cases: int, needed: str) -> list[Piece]:
     """A step without a target, in which the load stays as it is; `needed` is what else a step may prescribe."""
     if step.duration is None or step.rate is not None:
@@ -131,17 +276,38 @@ def _hold(step: Step | ElectricalStep, controls: Controls, cases: int, needed: s
     return [Line.to(controls, (None, None, None), _lasts(step.duration, cases))]
 
 
-def _along(path: Path, controls: Controls, base: Sequence[ArrayLike], scale: Sequence[ArrayLike], cases: int) -> list[Piece]:
-    """A step that follows a path: each row of its load is `base` + `scale` times the value of the path, NaN where it stays.
+def _along(
+    rows: Sequence[ArrayLike | Path | None], controls: Controls, cases: int, unit: ArrayLike = 1.0, phase: Floats | None = None
+) -> list[Piece]:
+    """A step that follows paths: `rows` of its load follow a path, are constant, or stay as they are (None).
 
-    A ramp leads to the first point of a track whose time is later than the beginning of the step.
+    The electrical row is divided by `unit`; its waveform is ahead by the `phase` (cases,) in rad. A ramp leads to the first point
+    of a track whose time is later than the beginning of the step.
     """
-    start, factor = (np.stack([np.broadcast_to(row, cases) for row in rows]) for rows in (base, scale))
+    path = next(row for row in rows if isinstance(row, Path))
+    factors = [np.ones(cases), np.ones(cases), np.broadcast_to(1 / np.asarray(unit), cases)]
     if isinstance(path, Waveform):
-        return [Cycles.of(controls, start, factor, path)]
-    time, value = np.asarray(path.time, dtype=float), path.values()
-    chain = Chain.of(controls, start, factor * spread(path.scale, "scale", cases), time - time[0], value)
-    ramp = Line(controls, np.full_like(start, np.nan), chain.start, np.full(cases, time[0]))
+        low, high = np.full((2, 3, cases), np.nan)
+        for index, row in enumerate(rows):
+            if isinstance(row, Waveform):
+                low[index], high[index] = (spread(end, "waveform", cases) * factors[index] for end in (row.low, row.high))
+            elif row is not None:
+                low[index] = high[index] = spread(row, "step", cases) * factors[index]  # type: ignore[arg-type]
+        lead = None
+        if phase is not None and phase.any():
+            lead = np.zeros((3, cases))
+            lead[ELECTRIC] = phase / (2 * np.pi)
+        return [Cycles.of(controls, low, high, path, lead)]
+    time, value = np.asarray(path.time, dtype=float), np.tile(path.values()[:, None], 3)
+    base, scale = np.full((3, cases), np.nan), np.zeros((3, cases))
+    for index, row in enumerate(rows):
+        if isinstance(row, Track):
+            base[index], scale[index] = 0.0, factors[index] * spread(row.scale, "scale", cases)
+            value[:, index] = row.values()
+        elif row is not None:
+            base[index] = spread(row, "step", cases) * factors[index]  # type: ignore[arg-type]
+    chain = Chain.of(controls, base, scale, time - time[0], value)
+    ramp = Line(controls, np.full_like(base, np.nan), chain.start, np.full(cases, time[0]))
     if time.size == 1:
         return [ramp]
     return [ramp, chain] if time[0] > 0 else [chain]
@@ -194,14 +360,18 @@ def _check_stretch(control: Control, values: Floats) -> None:
         raise InputError(f"stretch {float(values.min()):g}: it must be positive (1 is undeformed)")
 
 
-def duration_of(pieces: Sequence[Piece], cases: int) -> Floats:
+def duration_of(pieces: Sequence[Piece], cases: int, begin: Sequence[Mapping[Control, Floats]] | None = None) -> Floats:
     """The duration (cases,) in s of a history that begins at rest; NaN where it depends on how the films respond, as for a rate of
     the stress after a prescribed stretch. Raises `InputError` for a rate of the wrong sign.
+
+    `begin` has what is known of both axes at the beginning, by default that they are at rest.
     """
-    at_rest: dict[Control, float] = {Control.STRETCH: 1.0, Control.STRESS: 0.0}
-    known, field, total = [{kind: np.full(cases, value) for kind, value in at_rest.items()}] * 2, np.zeros(cases), np.zeros(cases)
-    unknown = np.full(cases, np.nan)
+    at_rest = {Control.STRETCH: np.ones(cases), Control.STRESS: np.zeros(cases)}
+    known, field, total = list(begin or (at_rest, at_rest)), np.zeros(cases), np.zeros(cases)
+    unknown, drive = np.full(cases, np.nan), Drive.VOLTAGE
     for piece in pieces:
+        if piece.drive not in (None, drive):
+            field, drive = unknown, piece.drive or drive
         present = [axis.get(control, unknown) for axis, control in zip(known, piece.controls, strict=True)]
         begun = piece.begin(np.array([*present, field]))
         total = total + begun.duration

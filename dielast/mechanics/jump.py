@@ -61,7 +61,8 @@ def jump(
         # a larger Newton step means that the search stalled where there is no root
         settled &= np.all(np.abs(_solve(tangent, -imbalance)) <= BALANCED, axis=0)
         stable = settled & ~lost & (determinant > 0) & (tangent[0, 0] > 0) & np.all(np.isfinite(carried), axis=0)
-        nominal = np.where(driven, carried * np.exp(-0.5 * log_squared), target[:2])
+        free = target[:2] if points.edges is None else target[:2] - points.edges.borne(log_squared)
+        nominal = np.where(driven, carried * np.exp(-0.5 * log_squared), free)
     return log_squared, nominal, stable
 
 
@@ -74,6 +75,9 @@ def _equations(
     carried = np.einsum("nm,cnm->cm", points.modulus, stress) - maxwell
     tangent = np.einsum("nm,cnm->cm", points.modulus, spring_tangent)[SYMMETRIC] - by_stretch
     tangent[(0, 1), (0, 1)] -= 0.5 * carried
+    if points.edges is not None:
+        applied = applied - points.edges.borne(log_squared)
+        tangent[(0, 1), (0, 1)] += points.edges.tangent(log_squared)
     imbalance = np.where(driven, 0.0, carried - applied * np.exp(0.5 * log_squared))
     for axis in range(2):
         if driven[axis, 0]:

@@ -9,6 +9,7 @@ import numpy as np
 
 from dielast.errors import InputError, located
 from dielast.mechanics.cases import of_case
+from dielast.mechanics.electric import Drive
 from dielast.mechanics.span import Control, Controls, Load
 from dielast.numerics.arrays import ByCase, Cases, Flags, Floats
 
@@ -23,7 +24,8 @@ EVEN_ROWS = 100  # rows of a ramp or of half a cycle, evenly spaced in the presc
 @dataclass(frozen=True, slots=True, eq=False)
 class Line(ByCase):
     """A straight line from `start` to `end` (3, cases) within a `duration` (cases,) in s, 0 for a jump; or, if `rate` is not None,
-    at this signed rate (cases,) in 1/s or Pa/s of the `paced` quantity, along the axis with the largest change.
+    at this signed rate (cases,) in 1/s or Pa/s of the `paced` quantity, along the axis with the largest change, or of the
+    electrical quantity, in V/(m s) or A/m^2.
 
     A span ends where the voltage passes 0. The start is NaN until the line has begun.
     """
@@ -33,8 +35,10 @@ class Line(ByCase):
     end: Floats
     duration: Floats
     rate: Floats | None = None
-    paced: Control = Control.STRETCH
+    paced: Control | Drive = Control.STRETCH
     step: int = 0
+    drive: Drive | None = None
+    lap: int = 0
     cycles: ClassVar[int] = 0
     longest_step: ClassVar[None] = None
 
@@ -45,12 +49,13 @@ class Line(ByCase):
         targets: tuple[Floats | None, Floats | None, Floats | None],
         duration: Floats,
         rate: Floats | None = None,
-        paced: Control = Control.STRETCH,
+        paced: Control | Drive = Control.STRETCH,
+        drive: Drive | None = None,
     ) -> Line:
         """The line from the present values to `targets`, each (cases,), or None for a quantity that keeps its value."""
         present = np.full((3, duration.size), np.nan)
         end = np.array([keeps if target is None else target for keeps, target in zip(present, targets, strict=True)])
-        return cls(controls, present, end, duration, rate, paced)
+        return cls(controls, present, end, duration, rate, paced, drive=drive)
 
     @property
     def targets(self) -> tuple[Floats, ...]:
@@ -70,6 +75,10 @@ class Line(ByCase):
 
     def _lasts(self, rate: Floats, present: Floats, end: Floats) -> Floats:
         """The duration (cases,) in s at the `rate` (cases,)."""
+        if isinstance(self.paced, Drive):
+            move = np.where(np.abs(end[2] - present[2]) <= 1e-12 * np.abs(end[2]), 0.0, end[2] - present[2])
+            with located(step=self.step):
+                return lasts_at(rate, move, self.paced.value)
         paced = [control is self.paced and not np.isnan(self.end[axis]).any() for axis, control in enumerate(self.controls)]
         moves = (end - present)[:2][paced]
         move = np.take_along_axis(moves, np.argmax(np.abs(moves), axis=0)[None], axis=0)[0]

@@ -232,4 +232,68 @@ class ChargeStep(_SourceStep):
     UNIT: ClassVar = "C/m^2"
 
 
-ElectricalStep = VoltageStep | ChargeStep
+@checked
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class FilmStep(_AnyStep):
+    """One step of a programme of edges and electrodes, each of which goes to its target within the step's one `duration` (s), at a
+    `rate`, or at once; or both follow waveforms of one period, or tracks of equal times. What is left out stays as it was.
+
+    `stretch` or nominal `stress` (Pa) is what holds the edges from here on, as in `Step`. `voltage` (V), `charge` (C/m^2 of
+    undeformed area) or `circuit` is what drives the electrodes: a voltage begins at that of the film; a charge is that on the film,
+    less what leaks from here on; in an "open" circuit the charge stays, and "closed" is a source at its last voltage. A rate is
+    that of the stretch or stress, or else of the electrical quantity. The waveform of the electrodes is ahead of that of the edges
+    by the `phase` (rad).
+    """
+
+    stretch: ArrayLike | Path | tuple[ArrayLike | None, ArrayLike | None] | None = None
+    stress: ArrayLike | Path | tuple[ArrayLike | None, ArrayLike | None] | None = None
+    voltage: ArrayLike | Path | None = None
+    charge: ArrayLike | Path | None = None
+    circuit: str | None = None
+    rate: ArrayLike | None = None
+    duration: ArrayLike | None = None
+    phase: ArrayLike = 0.0
+
+    @property
+    def edges(self) -> Any:
+        """What the edges go to or follow, None if they stay as they are."""
+        return self.stress if self.stretch is None else self.stretch
+
+    @property
+    def electrodes(self) -> ArrayLike | Path | None:
+        """The voltage or charge to go to or to follow, None if it stays as it is."""
+        return self.charge if self.voltage is None else self.voltage
+
+    @property
+    def target(self) -> Any:
+        """What a rate is that of: the target of the edges, or else of the electrodes."""
+        return self.electrodes if self.edges is None else self.edges
+
+
+@checked
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class Repeat(Result):
+    """The steps from `first` to `last` of a programme, counted from 0, run `times` times, as a cycle.
+
+    Raises `InputError` for numbers that are no such steps or times.
+    """
+
+    times: int
+    first: int = 0
+    last: int | None = None
+
+    def __post_init__(self) -> None:
+        if self.times < 1:
+            raise InputError(f"{self.times}: a whole number of at least one is needed", argument="times")
+
+    def expanded(self, count: int) -> list[tuple[int, int]]:
+        """The number of each step and of its lap, from 1, or 0 outside of the cycle, of a programme of `count` steps."""
+        last = count - 1 if self.last is None else self.last
+        if not 0 <= self.first <= last < count:
+            raise InputError(f"steps {self.first} to {last}: there are steps 0 to {count - 1}", argument="steps")
+        cycle = range(self.first, last + 1)
+        laps = [(step, lap) for lap in range(1, self.times + 1) for step in cycle]
+        return [*((step, 0) for step in range(self.first)), *laps, *((step, 0) for step in range(last + 1, count))]
+
+
+ElectricalStep = VoltageStep | ChargeStep | FilmStep

@@ -6,7 +6,8 @@ gives the piece with this value. A new form of load is a further class in the un
 
 A piece has the number `step` (from 0) of the step of the history to which it belongs, its `controls`, its `targets` (values
 (3, cases) that bound all values after its start, the first one first), `at_once` (whether it may begin with a jump to the first
-target), and `take` to select cases.
+target), and `take` to select cases. Pieces of a programme also have the `drive` of the electrodes, None for the present one, and
+the number `lap` (from 1) of the repetition to which they belong, 0 outside of repetitions.
 
 Once it has begun, it has its `start`, `end` and `duration`, the number of its `spans` and of its `cycles`; `span` gives the load
 and the duration of the spans `index` of `cases` (k,), and `smooth` whether there is no kink at the beginning of a span. No step
@@ -22,6 +23,7 @@ from typing import ClassVar
 import numpy as np
 
 from dielast.mechanics.cases import spread
+from dielast.mechanics.electric import Drive
 from dielast.mechanics.line import EVEN_ROWS, JUMP_DECADES, RAMP_DECADES, Line, merged, whole
 from dielast.mechanics.load import Waveform
 from dielast.mechanics.span import Controls, Load, Wave
@@ -36,7 +38,8 @@ class Cycles(ByCase):
     """Cycles from `low` to `high` (3, cases) and back in a `period` (cases,) in s, of a sine or a triangle.
 
     `edges` (m + 1, cases) are the phases, from 0 to 1, at which the spans of a cycle begin and end: the kinks of a triangle, and,
-    if `electrical`, the phases at which the magnitude of the voltage begins to rise.
+    if `electrical`, the phases at which the magnitude of the voltage begins to rise, `rising` (2, cases). Each row is ahead of the
+    cycle by its `lead` (3, cases), a part of the period.
     """
 
     controls: Controls
@@ -47,14 +50,19 @@ class Cycles(ByCase):
     triangle: bool
     electrical: bool
     edges: Floats
+    rising: Floats
+    lead: Floats | None = None
     step: int = 0
+    drive: Drive | None = None
+    lap: int = 0
 
     @classmethod
-    def of(cls, controls: Controls, base: Floats, scale: Floats, wave: Waveform) -> Cycles:
-        """The cycles of a waveform, its values multiplied by `scale` and added to `base`, both (3, cases)."""
-        low, high, period = (spread(getattr(wave, name), name, base.shape[1]) for name in ("low", "high", "period"))
-        low, high, triangle, electrical = base + low * scale, base + high * scale, wave.shape == "triangle", bool(scale[2].any())
+    def of(cls, controls: Controls, low: Floats, high: Floats, wave: Waveform, lead: Floats | None = None) -> Cycles:
+        """Cycles between these values (3, cases), with the period, the number and the shape of a waveform."""
+        period = spread(wave.period, "period", low.shape[1])
+        triangle, electrical = wave.shape == "triangle", not np.isnan(low[2]).any()
         zero, one = np.zeros_like(period), np.ones_like(period)
+        rises = np.full_like(period, np.nan)
         edges = [zero, 0.5 * one, one] if triangle else [zero, one]
         if electrical:
             # fraction of the swing, and then of the period, after which the voltage is closest to 0
@@ -62,17 +70,23 @@ class Cycles(ByCase):
             share = whole(np.clip(np.where(swing == 0, 0.0, -low[2] / np.where(swing == 0, 1.0, swing)), 0.0, 1.0))
             rises = 0.5 * share if triangle else np.arccos(1 - 2 * share) / (2 * np.pi)
             edges = [zero, rises, 0.5 * one, 1 - rises, one] if triangle else [zero, rises, 1 - rises, one]
-        return cls(controls, low, high, period, wave.cycles, triangle, electrical, np.array(edges))
+        rising = np.array((rises, np.where((rises > 0) & (rises < 0.5), 1 - rises, np.nan)))
+        if lead is not None:
+            rising = (rising - lead[2]) % 1.0
+            kinks = [(part - row) % 1.0 for row in lead for part in (0.0, 0.5)] if triangle else []
+            inner = np.sort(np.array([np.where(np.isnan(phase), 1.0, phase) for phase in (*rising, *kinks)]), axis=0)
+            edges = [zero, *inner, one]
+        return cls(controls, low, high, period, wave.cycles, triangle, electrical, np.array(edges), rising, lead)
 
     def begin(self, present: Floats) -> Cycles:
         """The cycles of films with the `present` values (3, cases)."""
-        low, high = (np.where(np.isnan(values), present, values) for values in self.targets)
+        low, high = (np.where(np.isnan(values), present, values) for values in (self.low, self.high))
         return replace(self, low=low, high=high)
 
     @property
-    def targets(self) -> tuple[Floats, Floats]:
-        """The values at which it turns around."""
-        return self.low, self.high
+    def targets(self) -> tuple[Floats, ...]:
+        """The values at which it turns around, after the first ones."""
+        return (self.low, self.high) if self.lead is None else (self.start, self.low, self.high)
 
     @property
     def at_once(self) -> Flags:
@@ -91,13 +105,21 @@ class Cycles(ByCase):
 
     @property
     def start(self) -> Floats:
-        """The values (3, cases) at the beginning, which are the low ones."""
-        return self.low
+        """The values (3, cases) at the beginning, which are the low ones unless a row is ahead."""
+        if self.lead is None:
+            return self.low
+        up = self._up(self.lead) if self.triangle else 0.5 * (1 - np.cos(2 * np.pi * self.lead))
+        return np.asarray(self.low + (self.high - self.low) * up)
 
     @property
     def end(self) -> Floats:
         """The values (3, cases) at the end, which are those at the beginning."""
-        return self.low
+        return self.start
+
+    @staticmethod
+    def _up(phase: Floats) -> Floats:
+        """The height of a triangle at phases, from 0 to 1."""
+        return np.asarray(1 - np.abs(2 * (phase % 1.0) - 1))
 
     @property
     def duration(self) -> Floats:
@@ -113,17 +135,21 @@ class Cycles(ByCase):
         """The load and the durations (k,) in s of spans; all cycles are equal."""
         part, period = index % self.spans_of_cycle, self.period[cases]
         begin, end = self.edges[part, cases], self.edges[part + 1, cases]
-        low, high = (values.take(cases, axis=-1) for values in self.targets)
+        low, high = (values.take(cases, axis=-1) for values in (self.low, self.high))
         swing, lasts = 0.5 * (high - low), period * (end - begin)
         if self.triangle:
             up = 1 - np.abs(2 * np.array((begin, end)) - 1)
+            if self.lead is not None:
+                up = np.array([self._up(phase + self.lead[:, cases]) for phase in (begin, end)])
             return Load.between(self.controls, low + 2 * swing * up[0], low + 2 * swing * up[1], lasts), lasts
-        angle = 2 * np.pi * begin
+        angle = 2 * np.pi * (begin if self.lead is None else begin + self.lead[:, cases])
         start = low + swing * (1 - np.cos(angle))
         return Load(self.controls, start, np.zeros_like(start), Wave(swing, angle, 2 * np.pi / period)), lasts
 
     def smooth(self, index: Cases) -> Flags:
         """Whether (k,) there is no kink: a triangle has kinks where it turns around."""
+        if self.triangle and self.lead is not None:
+            return np.zeros(index.shape, dtype=bool)
         part = index % self.spans_of_cycle
         return (index > 0) & (~np.isin(part, (0, self.spans_of_cycle // 2)) if self.triangle else True)
 
@@ -131,9 +157,7 @@ class Cycles(ByCase):
         """The times (cases, k) in the cycles `kept` at which the voltage is closest to 0, on the way up and on the way down."""
         if not self.electrical:
             return np.full((self.period.size, 1), np.nan)
-        up = self.edges[1]
-        down = np.where((up > 0) & (up < 0.5), 1 - up, np.nan)
-        return np.asarray(self.period[:, None] * np.concatenate([kept + phase[:, None] for phase in (up, down)], axis=1))
+        return np.asarray(self.period[:, None] * np.concatenate([kept + phase[:, None] for phase in self.rising], axis=1))
 
     def rows(self, per_decade: int, kept: Cases, before: Floats) -> Floats:
         """Times (cases, k), evenly spaced in the cycles `kept`, log-spaced after each turn of a triangle and after the start."""
@@ -152,7 +176,8 @@ class Cycles(ByCase):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Chain(ByCase):
-    """Straight lines through points of `time` in s and `value`, both (points,), the first at time 0, with one span for each line.
+    """Straight lines through points of `time` in s (points,) and `value` (points, 3), the first at time 0, with one span for each
+    line.
 
     The load is `base` + `scale` times the value, both (3, cases).
     """
@@ -163,18 +188,24 @@ class Chain(ByCase):
     time: Floats
     value: Floats
     step: int = 0
+    drive: Drive | None = None
+    lap: int = 0
     cycles: ClassVar[int] = 0
     longest_step: ClassVar[None] = None
 
     @classmethod
     def of(cls, controls: Controls, base: Floats, scale: Floats, time: Floats, value: Floats) -> Chain:
         """The chain through these points, with a point inserted wherever a voltage changes its sign."""
-        sign_changes = np.flatnonzero(value[:-1] * value[1:] < 0) if scale[2].any() else np.zeros(0, dtype=np.intp)
+        voltage = value[:, 2]
+        sign_changes = np.flatnonzero(voltage[:-1] * voltage[1:] < 0) if scale[2].any() else np.zeros(0, dtype=np.intp)
         if sign_changes.size:
             before, after = value[sign_changes], value[sign_changes + 1]
             lasts = time[sign_changes + 1] - time[sign_changes]
-            time = np.insert(time, sign_changes + 1, time[sign_changes] + before / (before - after) * lasts)
-            value = np.insert(value, sign_changes + 1, 0.0)
+            share = before[:, 2] / (before[:, 2] - after[:, 2])
+            middle = before + share[:, None] * (after - before)
+            middle[:, 2] = 0.0
+            time = np.insert(time, sign_changes + 1, time[sign_changes] + share * lasts)
+            value = np.insert(value, sign_changes + 1, middle, axis=0)
         return cls(controls, base, scale, time, value)
 
     def take(self, cases: Cases) -> Chain:
@@ -188,7 +219,7 @@ class Chain(ByCase):
     @property
     def targets(self) -> tuple[Floats, Floats, Floats]:
         """The first values, the smallest and the largest."""
-        return self.start, self._at(self.value.min()), self._at(self.value.max())
+        return self.start, self._at(self.value.min(axis=0)), self._at(self.value.max(axis=0))
 
     @property
     def at_once(self) -> Flags:
@@ -196,8 +227,8 @@ class Chain(ByCase):
         return np.ones(self.base.shape[1], dtype=bool)
 
     def _at(self, value: Floats) -> Floats:
-        """The load (3, cases) at a `value` of the points, of shape () or (cases,)."""
-        return np.asarray(self.base + value * self.scale)
+        """The load (3, cases) at a `value` (3,) or (cases, 3) of the points."""
+        return np.asarray(self.base + (value[:, None] if value.ndim == 1 else value.T) * self.scale)
 
     @property
     def spans(self) -> int:
@@ -237,9 +268,9 @@ class Chain(ByCase):
         """The times (cases, k) of all points, and times between them so dense that neither value nor time advances by more than
         1/`EVEN_ROWS` of its range from one row to the next.
         """
-        change, lasts = np.abs(np.diff(self.value)), np.diff(self.time)
-        value_range, duration = float(np.ptp(self.value)), float(self.time[-1])
-        share = np.maximum(change / value_range if value_range > 0 else change, lasts / duration)
+        value, lasts, duration = self.value[:, self.scale.any(axis=1)], np.diff(self.time), float(self.time[-1])
+        change, value_range = np.abs(np.diff(value, axis=0)), np.ptp(value, axis=0)
+        share = np.maximum(np.max(change / np.where(value_range > 0, value_range, 1.0), axis=1, initial=0.0), lasts / duration)
         between = np.maximum(np.ceil(EVEN_ROWS * share * (1 - 1e-9)).astype(np.intp), 1)
         span = np.repeat(np.arange(between.size), between)
         part = (np.arange(span.size) - np.repeat(np.cumsum(between) - between, between)) / between[span]

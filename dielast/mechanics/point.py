@@ -26,7 +26,7 @@ import numpy as np
 from dielast.material.springs import UNIAXIAL, Symmetry
 from dielast.mechanics.electric import ELECTRIC
 from dielast.mechanics.elimination import Eliminated, stress_of, tangent_of
-from dielast.mechanics.point_material import Points
+from dielast.mechanics.point_material import Points, in_both_axes
 from dielast.mechanics.span import Control, Load, UnderLoad, stretched
 from dielast.numerics.arrays import Floats
 from dielast.numerics.stride import Inner
@@ -75,13 +75,15 @@ class LoadedPoints(UnderLoad):
         log_squared, nominal = self.unknown(state, driven)
         if self.symmetry is None:
             return log_squared, nominal
-        second = np.zeros_like(nominal) if self.symmetry is UNIAXIAL else nominal
+        second = np.zeros_like(nominal) if self.symmetry == UNIAXIAL else nominal
         return np.concatenate((log_squared, self.symmetry.second * log_squared)), np.concatenate((nominal, second))
 
     def unknown(self, state: Floats, driven: Floats) -> tuple[Floats, Floats]:
         """Lambda and the nominal stress (axes, cases), of which the border holds one and the load prescribes the other."""
         axes = self.axes
         unknown, prescribed, controls = state[-axes:], driven[:axes], self.load.controls[:axes]
+        if self.points.edges is not None:
+            prescribed = self._with_springs(unknown, prescribed)
         if Control.STRETCH not in controls:
             return unknown, prescribed
         if Control.STRESS not in controls:
@@ -92,6 +94,13 @@ class LoadedPoints(UnderLoad):
                 log_squared_stretch[axis] = 2.0 * np.log(prescribed[axis])
                 nominal_stress[axis] = unknown[axis]
         return log_squared_stretch, nominal_stress
+
+    def _with_springs(self, unknown: Floats, prescribed: Floats) -> Floats:
+        """The prescribed values (axes, cases), less what springs at the edges bear along axes of prescribed stress."""
+        assert self.points.edges is not None
+        free = ~stretched(self.load.controls)[: self.axes]
+        borne = self.points.edges.borne(in_both_axes(np.where(free, unknown, 0.0)))[: self.axes]
+        return np.where(free, prescribed - borne, prescribed)
 
     def error(self, state: Floats, increment: Floats, inner: Inner | None = None) -> Floats:
         """Largest relative error (cases,) of stretches, stresses and viscous stretches due to an `increment` of the `state`."""
@@ -150,7 +159,10 @@ class Arrowhead:
         """Lambda, the stretch and the nominal stress (axes, cases) in a stage."""
         if not self.free:
             return self.held_log_squared[stage], self.held_stretch[stage], state[-self.axes :]
-        log_squared, nominal = self.system.unknown(state, driven) if self.stretched else (state[-self.axes :], driven[: self.axes])
+        if self.stretched or self.system.points.edges is not None:
+            log_squared, nominal = self.system.unknown(state, driven)
+        else:
+            log_squared, nominal = state[-self.axes :], driven[: self.axes]
         return log_squared, np.exp(0.5 * log_squared), nominal
 
     def _condense(self, load: Load, change: Floats | None, driven: Floats, log_squared: Floats, nominal: Floats) -> None:
@@ -162,6 +174,10 @@ class Arrowhead:
         tangent *= self.hold
         for axis in range(axes):
             tangent[axis, axis] -= 0.5 * nominal[axis] * stretch[axis]
+        if (edges := self.system.points.edges) is not None:
+            held = edges.tangent(in_both_axes(log_squared))
+            for axis in self.free:
+                tangent[axis, axis] += held[axis]
         self.load_term = np.zeros(stretch.shape)
         if self.system.electric:
             _, by_stretch, by_load = self.system.points.maxwell_tangent(log_squared, driven[ELECTRIC])

@@ -22,7 +22,27 @@ from dielast.mechanics.electric import FIELD, ElectricalLoad, FilmCircuit
 from dielast.mechanics.flow import Flow, flow_laws
 from dielast.numerics.arrays import ByCase, Floats
 
+# of the modulus: the rounding error of the stiffest spring's stress bounds the accuracy of every stress
+ROUNDING = 20 * np.finfo(float).eps
 SYMMETRIC = np.array(((0, 1), (1, 2)))  # indices of the entries 11, 12, 22 in a symmetric 2x2 matrix
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class EdgeSprings(ByCase):
+    """Springs that hold the edges of films: the nominal stress along an axis is the prescribed one less `stiffness` (2, cases) in
+    Pa times the stretch beyond `home` (2, cases), at which the spring bears the prescribed stress; 0 along an axis without one.
+    """
+
+    stiffness: Floats
+    home: Floats
+
+    def borne(self, log_squared_stretch: Floats) -> Floats:
+        """The prescribed less the present nominal stress (2, cases) in Pa at Lambda (2, cases)."""
+        return np.asarray(self.stiffness * (np.exp(0.5 * log_squared_stretch) - self.home))
+
+    def tangent(self, log_squared_stretch: Floats) -> Floats:
+        """d(stiffness lambda) lambda/dLambda (2, cases) in Pa at Lambda (2, cases), which stabilises a film."""
+        return np.asarray(0.5 * self.stiffness * np.exp(log_squared_stretch))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -37,6 +57,7 @@ class Points(ByCase):
     - `electric`: the electrical quantity that the load prescribes, the charge if there is a `circuit`.
     - `stretching`: the dependence of the permittivity on stretch.
     - `circuit`: the circuit through which charge flows, None unless the charge is an unknown.
+    - `edges`: springs that hold the edges, if any.
     """
 
     modulus: Floats
@@ -47,6 +68,7 @@ class Points(ByCase):
     electric: ElectricalLoad = FIELD
     stretching: StretchedDielectrics = UNSTRETCHED
     circuit: FilmCircuit | None = None
+    edges: EdgeSprings | None = None
 
     @classmethod
     def of(cls, material: Material | Sequence[Material], temperature: Floats, rtol: float, with_dielectric: bool = True) -> Points:
@@ -76,8 +98,7 @@ class Points(ByCase):
                 permittivity[cases] = _at(dielectric.at, temperature, index, cases)
                 dielectrics.append(dielectric)
             laws.append((member.equilibrium_law, member.nonequilibrium_law))
-        # the rounding error of the stiffest spring's stress bounds the accuracy of every stress
-        floor = 1e-4 * modulus[0] + 20 * np.finfo(float).eps / rtol * modulus.sum(axis=0)
+        floor = 1e-4 * modulus[0] + ROUNDING / rtol * modulus.sum(axis=0)
         complete = len(dielectrics) == len(materials)
         stretching = StretchedDielectrics.of(dielectrics, width) if complete else UNSTRETCHED
         flow = Flow.of(flow_laws([member.flow for member in materials], width), fluidity, modulus)
@@ -86,6 +107,10 @@ class Points(ByCase):
     def undamped(self) -> Points:
         """The points without stress in the last spring, the damper (`stability.damped`)."""
         return replace(self, modulus=np.concatenate((self.modulus[:-1], np.zeros_like(self.modulus[-1:]))))
+
+    def with_damper_floor(self, rtol: float) -> Points:
+        """The points with a stress floor that counts the rounding of the last spring, the damper, for films whose edges move."""
+        return replace(self, stress_floor=self.stress_floor + ROUNDING / rtol * self.modulus[-1])
 
     def held(self, watched: Floats | float, stress: Callable[[], Floats]) -> Floats:
         """The modulus (n, cases) in Pa that springs under a `stress` (2, n, cases) retain after a time `watched` in s (cases,), 0
@@ -105,6 +130,25 @@ class Points(ByCase):
         if self.stretching.absent:
             return self.permittivity
         return np.asarray(self.permittivity * np.exp(self.stretching.log_ratio(log_squared_stretch)[0]))
+
+    def nominal(self, log_squared_stretch: Floats, acting: Floats) -> tuple[Floats, Floats]:
+        """The nominal field in V/m and the nominal charge density in C/m^2 (cases,) at Lambda (2, cases); `acting` (cases,) is that
+        of the two which the load prescribes or the state holds.
+        """
+        capacity = self.permittivity_at(log_squared_stretch) * np.exp(log_squared_stretch[0] + log_squared_stretch[1])
+        if self.electric == FIELD:
+            return acting, capacity * acting
+        return acting / capacity, acting
+
+    def stored(self, internal: Floats, log_squared_stretch: Floats, acting: Floats) -> Floats:
+        """The energy (cases,) in J/m^3 stored in springs and dielectric at x (2, n, cases), or (1, n, cases) if both axes are
+        equal, and Lambda (2, cases), with `acting` as in `nominal`.
+        """
+        field, charge = self.nominal(log_squared_stretch, acting)
+        with np.errstate(invalid="ignore"):
+            internal = np.broadcast_to(internal, (2, *internal.shape[1:]))
+            springs = self.modulus * self.law.energy(self.springs(internal, log_squared_stretch))
+            return np.asarray(np.sum(springs, axis=0) + 0.5 * field * charge)
 
     def maxwell_stress(self, log_squared_stretch: Floats, electrical: Floats) -> Floats:
         """The Maxwell stress m_1 and m_2 (axes, cases) in Pa at Lambda (axes, cases) and the prescribed electrical quantity

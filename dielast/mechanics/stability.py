@@ -6,7 +6,8 @@ lambda_2^2). A clamped axis drops out of the determinant. In logarithmic stretch
 
     T_ij = sum mu K_ij - 2 dm_i/dLambda_j - s_i lambda_i delta_ij,    ds_i/dlambda_j = T_ij / (lambda_i lambda_j),
 
-with m the Maxwell stress (`electric`); dm_i/dLambda_j = eps E^2 if the permittivity does not depend on stretch.
+to which a spring of stiffness k at an edge adds k lambda_i^2 delta_ij, with m the Maxwell stress (`electric`); dm_i/dLambda_j =
+eps E^2 if the permittivity does not depend on stretch.
 
 Eq. 9 takes every branch as frozen. If a disturbance is watched for a time theta, a branch retains exp(-theta/tau) of its stiffness
 (`flow`).
@@ -105,6 +106,9 @@ def stability(
     k11, k12, k22 = _spring_tangent(points, internal, log_squared_stretch, watched)
     maxwell = 2 * points.watched_maxwell_tangent(log_squared_stretch, electrical, watched)
     stretch = np.exp(0.5 * log_squared_stretch)
+    if points.edges is not None:
+        held = 2 * points.edges.tangent(log_squared_stretch)
+        k11, k22 = k11 + held[0], k22 + held[1]
     t11, t22 = k11 - maxwell[0, 0] - nominal_stress[0] * stretch[0], k22 - maxwell[1, 1] - nominal_stress[1] * stretch[1]
     free = [control is Control.STRESS for control in controls]
     if all(free):
@@ -221,4 +225,5 @@ class Fold:
         internal, driven = self.internal + rate * (time - self.time), self.driven(time)
         stress = self.points.law.stress(self.points.springs(internal, log_squared))
         carried = np.einsum("nm,cnm->cm", self.points.modulus, stress) - self.points.maxwell_stress(log_squared, driven[ELECTRIC])
-        return internal, driven, np.where(stretched(self.controls), carried * np.exp(-0.5 * log_squared), driven[:2]), carried
+        prescribed = driven[:2] if self.points.edges is None else driven[:2] - self.points.edges.borne(log_squared)
+        return internal, driven, np.where(stretched(self.controls), carried * np.exp(-0.5 * log_squared), prescribed), carried

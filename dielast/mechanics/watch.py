@@ -8,7 +8,8 @@ end of the piece.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
@@ -74,7 +75,8 @@ class EventArrays(ByCase):
     """The first event of one criterion: arrays (cases,), NaN for films without that event.
 
     `time` is in s since the voltage programme began, `field` the nominal field in V/m; Lambda and the mechanical nominal stress in
-    Pa are (2, cases); `determinant` is that of pull-in, `exposed` (exposures, cases) are the integrals of exposure.
+    Pa are (2, cases); `determinant` is that of pull-in, `exposed` (exposures, cases) are the integrals of exposure; `charge` is the
+    nominal charge density in C/m^2, `stored` the energy in J/m^3.
     """
 
     time: Floats
@@ -83,11 +85,13 @@ class EventArrays(ByCase):
     nominal_stress: Floats
     determinant: Floats
     exposed: Floats
+    charge: Floats
+    stored: Floats
 
     @classmethod
     def never(cls, cases: int, exposures: int) -> EventArrays:
         """No events yet, in films with this number of `exposures`."""
-        return cls(*(np.full((*axes, cases), np.nan) for axes in ((), (), (2,), (2,), (), (exposures,))))
+        return cls(*(np.full((*axes, cases), np.nan) for axes in ((), (), (2,), (2,), (), (exposures,), (), ())))
 
     @property
     def row(self) -> Floats:
@@ -107,7 +111,8 @@ class Lookout:
 
     `signal` is None if the criterion has a rate or cannot be met, `exposure` is None unless it has a rate. `seen` (cases,) marks
     the cases in which the event has happened, `last` (cases,) is the signal (or the exposure) at the last evaluation, `brackets`
-    contain the events of the present piece of load, and `happened` the events that have been located.
+    contain the events of the present piece of load, and `happened` the events that have been located. A signal with `least`
+    (cases,) counts in the cases that are `armed` (cases,): once it has been larger than that.
     """
 
     criterion: Criterion
@@ -116,6 +121,8 @@ class Lookout:
     seen: Flags
     last: Floats
     happened: EventArrays
+    least: Floats | None
+    armed: Flags
     brackets: list[Brackets] = field(default_factory=list)
 
 
@@ -143,12 +150,25 @@ class Watch:
                 np.zeros(cases, dtype=bool),
                 np.ones(cases),
                 EventArrays.never(cases, len(exposures)),
+                least := criterion.arming(films),
+                np.full(cases, least is None),
             )
             for criterion, _ in rates
         ]
         self.clock = VoltageClock.at_rest(cases)
         self._start = np.zeros(cases)
         self._begun = False
+
+    def __getstate__(self) -> dict[str, Any]:
+        # without what the criteria make of the films: such functions cannot be pickled
+        return {**vars(self), "lookouts": [replace(lookout, signal=None) for lookout in self.lookouts]}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        vars(self).update(state)
+        for lookout in self.lookouts:
+            lookout.signal = lookout.criterion.signal(self.films)
+            if lookout.exposure is not None and (rate := lookout.criterion.rate(self.films)) is not None:
+                lookout.exposure.rate = rate
 
     @property
     def happened(self) -> dict[Criterion, EventArrays]:
@@ -166,11 +186,11 @@ class Watch:
             ended.append(np.all([np.any(seen, axis=0) for seen in ways], axis=0))
         return np.any(ended, axis=0) if ended else np.zeros(self._start.shape, dtype=bool)
 
-    def begin(self, system: Films, state: Floats, start: Floats, jumped: Flags) -> None:
+    def begin(self, system: Films, state: Floats, start: Floats, jumped: Flags, changed: bool = False) -> None:
         """Begin a piece of load at `start` (cases,) in s since the programme began, with this state.
 
         Signals that are not positive are events at this time, in films that `jumped` (cases,) at the beginning of the piece, and in
-        all films at the beginning of the first piece.
+        all films at the beginning of the first piece. `changed` says that the load prescribes other quantities from here on.
         """
         self._start = start
         starting = jumped if self._begun else np.ones_like(jumped)
@@ -183,9 +203,11 @@ class Watch:
             if lookout.signal is None:
                 continue
             value = lookout.signal(moment)
-            fallen = where(starting & ~lookout.seen & ~(value > 0))
+            fallen = where(starting & lookout.armed & ~lookout.seen & ~(value > 0))
             self.note(lookout, start[fallen], moment.take(fallen))
             lookout.last = np.where(starting, value, lookout.last)
+            if lookout.least is not None:
+                lookout.armed = (lookout.armed & (not changed)) | (starting & (value > lookout.least))
 
     def __call__(self, stride: Stride) -> Flags | None:
         """Store the brackets of signals that fall within the step; returns the mask (pool,) of columns whose case ends with it."""
@@ -196,6 +218,12 @@ class Watch:
         opening = halfway = ending = None
         for lookout in self.lookouts:
             watched = stride.accepted & ~lookout.seen[cases]
+            if lookout.least is not None and lookout.signal is not None:
+                value = lookout.signal(ending := ending or self._moment(stride, stride.until, stride.after))
+                waking = watched & ~lookout.armed[cases]
+                lookout.armed[cases[waking]] = (value > lookout.least[cases])[waking]
+                lookout.last[cases[waking]] = value[waking]
+                watched = watched & ~waking
             if (lookout.signal is None and lookout.exposure is None) or not watched.any():
                 continue
             if lookout.exposure is not None:
@@ -255,7 +283,11 @@ class Watch:
         determinant = lookout.criterion.determinant(self.stability(moment))
         membrane = moment.log_squared_stretch, moment.nominal_stress
         added = self.exposed(moment.cases) if exposed is None else np.reshape(exposed, (len(self.exposures), time.size))
-        lookout.happened.put(moment.cases, EventArrays(time, moment.field, *membrane, determinant, added))
+        field, charge = moment.points.nominal(moment.log_squared_stretch, moment.field)
+        stored = np.full_like(time, np.nan)
+        if moment.surroundings is None:
+            stored = moment.points.stored(moment.internal, moment.log_squared_stretch, moment.field)
+        lookout.happened.put(moment.cases, EventArrays(time, field, *membrane, determinant, added, charge, stored))
 
     def exposed(self, cases: Cases) -> Floats:
         """The exposures (exposures, k) at the end of the last step."""

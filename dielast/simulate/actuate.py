@@ -12,10 +12,13 @@ from dielast.mechanics.criteria import CRITERIA, END, failures_of, names
 from dielast.mechanics.criteria.breakdown import ElectricalBreakdown
 from dielast.mechanics.criteria.loss_of_tension import LossOfTension
 from dielast.mechanics.criteria.pull_in import PullIn
-from dielast.mechanics.history import case_count, duration_of, electrical_pieces
-from dielast.mechanics.load import ChargeStep, VoltageStep
+from dielast.mechanics.history import case_count, duration_of, electrical_pieces, is_programme
+from dielast.mechanics.load import ChargeStep, FilmStep, Mode, Repeat, VoltageStep
+from dielast.mechanics.piece import Piece
+from dielast.mechanics.span import Control
+from dielast.numerics.arrays import Flags, Floats
 from dielast.simulate.actuation_history import ActuationHistory, run_films
-from dielast.simulate.film_setup import Film
+from dielast.simulate.film_setup import Film, check_reach
 from dielast.simulate.history import joined, simulating
 from dielast.simulate.options import Circuit, Failure, Solver
 from dielast.simulate.output import Output, check_end
@@ -27,14 +30,19 @@ from dielast.simulate.wiring import Wiring
 def prepare(
     material: Material | Sequence[Material],
     film: Film,
-    steps: Sequence[VoltageStep | ChargeStep],
+    steps: Sequence[VoltageStep | ChargeStep | FilmStep],
     *,
+    mode: Mode | str = Mode.EQUIBIAXIAL,
+    repeat: Repeat | None = None,
     circuit: Circuit = Circuit(),
     failure: Failure = Failure(),
     output: Output = Output(),
     solver: Solver = Solver(),
 ) -> Callable[[], ActuationHistory]:
     """Prestretch films, let them relax, and then drive them through the `steps`, from 0 V or from a charge of 0.
+
+    Film steps move the edges as well, which are at first as the boundary of the film holds them; the `mode` says what one stretch
+    or stress means for both axes. Some of the steps may `repeat`, as a cycle.
 
     The history begins with the programme, and `cycles` of waveforms are those of the relative stretch of axis 1. Charge, current
     and energies are computed with a resistance or a leakage of the `circuit`, with prescribed charges, or if the `output` asks for
@@ -52,24 +60,43 @@ def prepare(
     cases = case_count(steps, circuit.resistance, circuit.electrode_area, *leaks)
     setup = set_up(material, film, breakdown_field=failure.breakdown_field, solver=solver, cases=cases)
     cases = setup.temperature.size
-    charge = isinstance(next(iter(steps), None), ChargeStep)
-    wiring = Wiring.of(charge, circuit, setup.thickness, output.electrical)
-    stated = output.of_cases(cases, steps)
-    pieces = electrical_pieces(steps, setup.controls, np.ones(cases) if charge else setup.thickness)
+    programme = is_programme(steps) or repeat is not None or any(spring is not None for spring in setup.spring)
+    first = next(iter(steps), None)
+    charge = isinstance(first, ChargeStep) if not programme else any(getattr(step, "charge", None) is not None for step in steps)
+    wiring = Wiring.of(charge, circuit, setup.thickness, output.electrical, programme)
+    stated = output.of_cases(cases, steps, repeat)
+    unit = np.ones(cases) if charge and not programme else setup.thickness
+    pieces = electrical_pieces(steps, setup.controls, unit, mode, repeat, programme)
+    if programme:
+        _check_edges(setup, pieces)
     if setup.share is not None and wiring.stated:
         only = "a film with a passive part, boundary frame or strip, can only be driven by an ideal source of voltage"
         raise InputError(f"{only}; its charge and energies are not computed", argument=wiring.stated[0])
-    duration = duration_of(pieces, cases)
+    held = [{} if axis is None else {Control.STRETCH: axis} for axis in setup.prestretch]
+    duration = duration_of(pieces, cases, held if programme else None)
     check_end(stated.rows, duration, "programme")
     if stated.profile is not None and setup.share is None:
         raise InputError("a profile needs a film with a passive part, boundary frame or strip", argument="profile")
     check_end(stated.profile_rows, duration, "programme", "profile")
     stops = _stops(stop_at, materials_of(material), setup)
-    parts = setup.groups(wiring.has_circuit)
+    alike = _alike(pieces, cases) if programme else np.ones(cases, dtype=bool)
+    parts = setup.groups(wiring.kinds, alike)
+    density = _density(materials_of(material), cases)
 
     def simulated() -> ActuationHistory:
         histories = [
-            run_films(setup, part, wiring, pieces, stated, timescale=failure.pull_in_timescale, stops=stops, rtol=solver.rtol)
+            run_films(
+                setup,
+                part,
+                wiring,
+                pieces,
+                stated,
+                timescale=failure.pull_in_timescale,
+                stops=stops,
+                rtol=solver.rtol,
+                alike=bool(alike[part].all()) and all(spring is None for spring in setup.spring),
+                density=density,
+            )
             for part in parts
         ]
         place = np.empty(cases, dtype=np.intp)
@@ -81,6 +108,32 @@ def prepare(
 
 
 actuate = simulating(prepare, "actuate", ActuationHistory)
+
+
+def _check_edges(setup: Setup, pieces: Sequence[Piece]) -> None:
+    """`InputError` for stretches beyond the limit of a spring, and for edges that a spring holds."""
+    check_reach(setup.points, pieces, rest=False)
+    for piece in pieces:
+        for axis, (control, spring) in enumerate(zip(piece.controls, setup.spring, strict=True)):
+            if spring is not None and control is not Control.STRESS:
+                held = f"a spring holds the edges along axis {axis + 1}: state a stress or a force, which moves its other end"
+                raise InputError(held, step=piece.step, argument="stretch")
+
+
+def _alike(pieces: Sequence[Piece], cases: int) -> Flags:
+    """Cases (cases,) whose load is equal along both axes."""
+    equal = np.ones(cases, dtype=bool)
+    for piece in pieces:
+        equal &= piece.controls[0] is piece.controls[1]
+        for target in piece.targets:
+            equal &= (target[0] == target[1]) | np.isnan(target[:2]).all(axis=0)
+    return equal
+
+
+def _density(materials: Sequence[Material], cases: int) -> Floats | None:
+    """The density (cases,) in kg/m^3, NaN where a material has none, None if none has one."""
+    stated = [np.nan if material.density is None else material.density for material in materials]
+    return None if np.isnan(stated).all() else np.broadcast_to(stated, (cases,))
 
 
 def _stops(stop_at: str | None, materials: Sequence[Material], setup: Setup) -> tuple[str, ...]:

@@ -8,22 +8,20 @@ import numpy as np
 
 from dielast.io.table import Frame, to_frame
 from dielast.mechanics.criteria import CRITERIA
-from dielast.mechanics.electric import CHARGE
 from dielast.mechanics.piece import Piece
-from dielast.mechanics.point_material import Points
 from dielast.mechanics.stability import TimeScale
 from dielast.mechanics.watch import Watch
 from dielast.numerics.arrays import Cases, Floats
 from dielast.numerics.integrate import Status
 from dielast.simulate.cycles import CycleMeter, CycleTable
-from dielast.simulate.electrical import ElectricMeter, nominal
+from dielast.simulate.electrical import ElectricMeter
 from dielast.simulate.events import Event, event_columns, events_of, first_of
 from dielast.simulate.follow import follow
 from dielast.simulate.history import History, Outcome
 from dielast.simulate.output import Output
 from dielast.simulate.profile import ProfileRecorder, Profiles
 from dielast.simulate.quantities import FILMS, SolvedFilms, values_of
-from dielast.simulate.record import FIELD, Record, Recorder, ending
+from dielast.simulate.record import Recorder, ending
 from dielast.simulate.setup import Setup
 from dielast.simulate.wiring import Wiring
 
@@ -66,21 +64,32 @@ def run_films(
     timescale: TimeScale,
     stops: Sequence[str],
     rtol: float,
+    alike: bool = True,
+    density: Floats | None = None,
 ) -> ActuationHistory:
-    """Simulate the films `part` (k,), one of the groups of the setup, through their programme or until one of `stops` happens."""
-    film = setup.film(part, rtol)
-    film = replace(film, points=wiring.wired(film.points, part))
-    points, thickness = film.points, setup.thickness[part]
-    watch = Watch(setup.watched(film, part, timescale), CRITERIA, (), stops)
+    """Simulate the films `part` (k,), one of the groups of the setup, through their programme or until one of `stops` happens.
+
+    The load keeps equal axes `alike`; `density` (cases,) in kg/m^3 is that of the films.
+    """
+    film = setup.film(part, rtol, alike)
+    points = replace(wiring.wired(film.points, part), edges=setup.springs(part, np.exp(0.5 * film.log_squared_stretch)))
+    thickness, watched = setup.thickness[part], setup.watched(film, part, timescale, wiring.programme)
+    if wiring.programme:
+        points = points.with_damper_floor(rtol)
+    film = replace(film, points=points, wires=wiring.wires(part) if wiring.programme else None)
+    watch = Watch(watched, CRITERIA, (), stops)
     relaxed = film.moment(setup.controls, np.arange(part.size), np.zeros(part.size))
     begin = np.exp(0.5 * relaxed.log_squared_stretch)
     leakage = wiring.leakage.take(part) if wiring.electrical else None
     electric = None if leakage is None else ElectricMeter(leakage, part.size)
-    recorders = [Recorder(output.take(part), watch, electric)]
+    recorders = [Recorder(output.take(part), watch, electric, max(piece.lap for piece in pieces))]
     if output.profile_rows is not None and (spread := setup.spread(part)) is not None:
         recorders.append(ProfileRecorder(Output(output.profile_rows[part]), spread=spread))
-    meter = CycleMeter(points, begin[0], False, leakage)
+    meter = CycleMeter(points, begin[0], False, leakage, wiring.programme, None if density is None else density[part])
     followed = follow(film, [piece.take(part) for piece in pieces], rtol=rtol, watch=watch, recorders=recorders, meter=meter)
+    # those of a course that was kept, if there was one
+    watch, recorders, meter = followed.watch or watch, list(followed.recorders), followed.meter or meter
+    electric = recorders[0].electric
     record, happened = recorders[0].collect(), watch.happened
     stopped, last = followed.status == Status.STOPPED, first_of(happened, stops)
     # events located in an equilibrium that ends where the numerics give up may be slightly later
@@ -89,15 +98,8 @@ def run_films(
     at_end = last.row
     if electric is not None:
         ended = electric.ended(last.time)
-        ended[0] = nominal(points, last.log_squared_stretch, last.field)[1]
-        at_end = np.concatenate((at_end, ended))
-    if points.electric is CHARGE:
-        at_end[FIELD] = nominal(points, last.log_squared_stretch, last.field)[0]
-        happened = {
-            criterion: replace(entry, field=nominal(points, entry.log_squared_stretch, entry.field)[0])
-            for criterion, entry in happened.items()
-        }
-        record = _in_fields(points, record)
+        ended[0] = last.charge
+        at_end = np.concatenate((at_end, ended, last.stored[None]))
     # a requested time may exceed the end by rounding
     record = replace(record, values=np.where(record.time > reached[:, None] * (1 + 1e-12), np.nan, record.values))
     if stopped.any() and output.to_the_end:
@@ -116,6 +118,9 @@ def run_films(
         begin,
         watch.stability(relaxed).determinant,
         with_damage,
+        np.zeros(part.size)
+        if electric is None
+        else relaxed.points.stored(relaxed.internal, relaxed.log_squared_stretch, relaxed.field),
     )
     return ActuationHistory(
         temperature=setup.temperature[part],
@@ -125,14 +130,6 @@ def run_films(
         cycles=meter.collect(),
         profiles=next((recorder.profiles(reached) for recorder in recorders if isinstance(recorder, ProfileRecorder)), None),
     )
-
-
-def _in_fields(points: Points, record: Record) -> Record:
-    """The record of films under a charge, with the nominal field in place of the nominal charge density."""
-    values, (cases, rows) = record.values.copy(), record.time.shape
-    points_of_rows = points.take(np.repeat(np.arange(cases), rows))
-    values[FIELD] = nominal(points_of_rows, values[:2].reshape(2, -1), values[FIELD].ravel())[0].reshape(cases, rows)
-    return replace(record, values=values)
 
 
 def _reason(events: Sequence[Event], stops: Sequence[str], end: float) -> str:

@@ -6,7 +6,9 @@ a exp(i phi) = 2/T int y exp(i w t) dt and w = 2 pi / T. Its phase is its lead o
 The work per undeformed volume is int s_1 dlambda_1 + s_2 dlambda_2 + E~ dD~ with the nominal stress s, the nominal field E~ and the
 nominal charge density D~ = eps lambda_1^2 lambda_2^2 E~; in a periodic cycle, it is the dissipation of the film. If electrical
 quantities are requested, the work includes the leakage E~ j~ dt, and the efficiency is the energy that returns to the source in a
-cycle over the energy that it delivers: 1 without losses in film and circuit.
+cycle over the energy that it delivers: 1 without losses in film and circuit. In a programme of edges and electrodes it is the net
+energy that one of source and edges receives over that which the other delivers. The cycles of such a programme are those of its
+waveforms, or the laps of the steps that repeat, which have neither a load of one period nor a phase.
 """
 
 from dataclasses import dataclass, field, replace
@@ -19,6 +21,7 @@ from dielast.material.leakage import Leakage
 from dielast.mechanics.equations import Films, films_of
 from dielast.mechanics.passive.framed import FramedFilms
 from dielast.mechanics.piece import Cycles, Piece
+from dielast.mechanics.point import LoadedPoints
 from dielast.mechanics.point_material import Points
 from dielast.mechanics.span import Control
 from dielast.numerics.arrays import Cases, Flags, Floats, paired
@@ -34,7 +37,15 @@ MANY = 512  # steps that are added to the sums together
 _RAISED = np.arange(1, PLACES.size + 1)
 # maps values at PLACES to the integrals of their interpolating polynomial from 0 to FINE
 INTEGRAL = (FINE[:, None] ** _RAISED / _RAISED) @ np.linalg.inv(np.vander(PLACES, PLACES.size, increasing=True))
-NAMES = ("lowest", "highest", "mean", "amplitude", "phase", "work", "efficiency")
+NAMES = (
+    *("lowest", "highest", "mean", "amplitude", "phase", "work"),
+    *("electrical_energy", "mechanical_work", "energy_per_mass", "efficiency"),
+)
+UNITS = {
+    **{"phase": "rad", "work": "J/m^3", "efficiency": "1"},
+    **{"electrical_energy": "J/m^3", "mechanical_work": "J/m^3", "energy_per_mass": "J/kg"},
+}
+PLANNED, SUMS = 9, 11  # the row of the planned duration in the sums, and their number
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -43,7 +54,9 @@ class CycleTable(TabularResult):
 
     `lowest`, `highest` and `mean` of the measured quantity in its `unit`; `amplitude` of its component at the period, and `phase`
     in rad by which it leads the load, negative where it lags; `work` done on the film, by source and load together, in J/m^3 of
-    undeformed volume; `efficiency`, the returned over the delivered energy of the source, None unless it was requested.
+    undeformed volume; `efficiency`, the returned over the delivered energy of the source, None unless it was requested. In a
+    programme of edges and electrodes: the net `electrical_energy` of the source, the `mechanical_work` of the edges, and, with a
+    density, the `energy_per_mass` in J/kg that the source receives.
     """
 
     unit: str
@@ -51,18 +64,20 @@ class CycleTable(TabularResult):
     lowest: Floats
     highest: Floats
     mean: Floats
-    amplitude: Floats
-    phase: Floats
     work: Floats
+    amplitude: Floats | None = None
+    phase: Floats | None = None
     efficiency: Floats | None = None
+    electrical_energy: Floats | None = None
+    mechanical_work: Floats | None = None
+    energy_per_mass: Floats | None = None
 
     def case(self, row: int) -> dict[str, Floats]:
         """The finished cycles of a case, (cycles,), by their headers."""
         finished = np.isfinite(self.mean[row])
-        units = {"phase": "rad", "work": "J/m^3", "efficiency": "1"}
         arrays = {name: getattr(self, name) for name in NAMES}
         values = {
-            f"{name} [{units.get(name, self.unit)}]": array[row, finished] for name, array in arrays.items() if array is not None
+            f"{name} [{UNITS.get(name, self.unit)}]": array[row, finished] for name, array in arrays.items() if array is not None
         }
         return {"cycle": np.flatnonzero(finished) + 1, **values}
 
@@ -83,31 +98,41 @@ class CycleMeter:
     unit: Floats
     stress: bool
     leakage: Leakage | None = None
-    _tables: list[Floats] = field(default_factory=list)
-    _waveform: Cycles | None = None
+    programme: bool = False
+    density: Floats | None = None
+    _tables: list[dict[str, Floats]] = field(default_factory=list)
+    _piece: Piece | None = None
+    """The piece of load, if it is a waveform or part of a lap."""
+    _lap: int = 0
     _buffer: list[tuple[DenseSteps, Cases, Floats, Flags]] = field(default_factory=list)
     """Steps (k,) to evaluate together: their dense output, the spans, when these begin, and whether the step ends its span."""
     _size: int = 0
     _system: Films | None = None
-    _sums: Floats = field(default_factory=lambda: np.zeros((8, 0, 0)))
+    _sums: Floats = field(default_factory=lambda: np.zeros((SUMS, 0, 0)))
     _at_rest: Floats = field(default_factory=lambda: np.zeros(0))
     """The measured quantity at the beginning of the waveform (cases,)."""
     _finished: Cases = field(default_factory=lambda: np.zeros(0, dtype=np.intp))
 
     def begin(self, piece: Piece, system: Films, state: Floats) -> None:
         """Begin a piece of load with this state (rows, cases)."""
-        self._waveform = piece if isinstance(piece, Cycles) else None
-        if self._waveform is not None:
-            cases = self.unit.size
-            self._sums = np.zeros((8, cases, piece.cycles))
+        if self._lap and piece.lap != self._lap:
+            self._close()
+        self._piece = piece if isinstance(piece, Cycles) or piece.lap else None
+        if self._piece is None:
+            return
+        self.points, cases = system.points, self.unit.size
+        if not self._lap:
+            self._sums = np.zeros((SUMS, cases, piece.cycles or 1))
             self._sums[0], self._sums[1] = np.inf, -np.inf
             self._finished = np.zeros(cases, dtype=np.intp)
             membrane = system.membrane(state, system.driven(np.zeros(cases), state))
             self._at_rest = self._measured(*membrane, np.arange(cases))
+        self._lap = piece.lap
+        self._sums[PLANNED] += piece.duration[:, None]
 
     def __call__(self, stride: Stride) -> None:
         """Store the step until it is added to the sums."""
-        if self._waveform is None:
+        if self._piece is None:
             return
         columns = np.flatnonzero(stride.accepted)
         if stride.cases.size == 2 and stride.cases[0] == stride.cases[1]:
@@ -125,38 +150,61 @@ class CycleMeter:
 
     def finish(self) -> None:
         """End a piece of load."""
-        if self._waveform is None:
+        if self._piece is None:
             return
         if self._buffer:
             self._add()
-        lowest, highest, total, cosine, sine, work, delivered, returned = self._sums
-        period = self._waveform.period[:, None]
-        amplitude = 2 / period * np.hypot(cosine, sine)
-        behind = np.arctan2(sine, cosine) - np.where((self._waveform.high > self._waveform.low).any(axis=0), np.pi, 0.0)[:, None]
-        phase = -np.remainder(behind + np.pi, 2 * np.pi) + np.pi
-        table = np.array((lowest, highest, total / period, amplitude, phase, work))
+        if not self._lap:
+            self._close()
+
+    def _close(self) -> None:
+        """Store the cycles of a waveform, or a lap of steps that repeat."""
+        lowest, highest, total, cosine, sine, work, delivered, returned, by_edges, planned, lasted = self._sums
+        piece, table = self._piece, dict[str, Floats]()
+        if isinstance(piece, Cycles):
+            period = piece.period[:, None]
+            table["amplitude"] = 2 / period * np.hypot(cosine, sine)
+            behind = np.arctan2(sine, cosine) - np.where((piece.high > piece.low).any(axis=0), np.pi, 0.0)[:, None]
+            table["phase"] = -np.remainder(behind + np.pi, 2 * np.pi) + np.pi
+            ended = np.arange(planned.shape[1]) < self._finished[:, None]
+        else:
+            period, ended = np.where(planned > 0, planned, np.nan), lasted >= planned * (1 - 1e-9)
+        table |= {"lowest": lowest, "highest": highest, "mean": total / period, "work": work}
         if self.leakage is not None:
-            efficiency = returned / np.where(delivered > 0, delivered, np.nan)
-            table = np.concatenate((table, efficiency[None]))
-        table[:, np.arange(table.shape[2]) >= self._finished[:, None]] = np.nan
-        self._tables.append(table)
+            table["efficiency"] = returned / np.where(delivered > 0, delivered, np.nan)
+        if self.leakage is not None and self.programme:
+            net = delivered - returned
+            table |= {"electrical_energy": net, "mechanical_work": by_edges}
+            given, received = np.maximum(net, by_edges), -np.minimum(net, by_edges)
+            table["efficiency"] = np.where((given > 0) & (received > 0), received / np.where(given > 0, given, 1.0), np.nan)
+            if self.density is not None:
+                table["energy_per_mass"] = -net / self.density[:, None]
+        self._tables.append({name: np.where(ended, values, np.nan) for name, values in table.items()})
+        self._lap = 0
 
     def collect(self) -> CycleTable | None:
         """The table of all cycles so far, None without any."""
-        return CycleTable("Pa" if self.stress else "1", *np.concatenate(self._tables, axis=2)) if self._tables else None
+        if self._lap:
+            self._close()
+        if not self._tables:
+            return None
+        columns = {name: np.concatenate([table[name] for table in self._tables], axis=1) for name in self._tables[0]}
+        return CycleTable("Pa" if self.stress else "1", **columns)
 
     def _add(self) -> None:
         """Add the stored steps to the sums."""
-        waveform, system = self._waveform, self._system
-        assert waveform is not None
+        piece, system = self._piece, self._system
+        assert piece is not None
         assert system is not None
         steps = DenseSteps.joined([kept[0] for kept in self._buffer])
         span, begin, ends_span = (np.concatenate([kept[index] for kept in self._buffer]) for index in (1, 2, 3))
         self._buffer, self._size = [], 0
-        load, cycle = waveform.span(steps.cases, span)[0], span // waveform.spans_of_cycle
-        # the part of the cycle is the last one that lasts for some time
-        ended = ends_span & (waveform.edges[span % waveform.spans_of_cycle + 1, steps.cases] >= 1)
-        np.maximum.at(self._finished, steps.cases[ended], cycle[ended] + 1)
+        load, cycle = piece.span(steps.cases, span)[0], np.zeros_like(span)
+        if isinstance(piece, Cycles):
+            cycle = span // piece.spans_of_cycle
+            # the part of the cycle is the last one that lasts for some time
+            ended = ends_span & (piece.edges[span % piece.spans_of_cycle + 1, steps.cases] >= 1)
+            np.maximum.at(self._finished, steps.cases[ended], cycle[ended] + 1)
         count, places = steps.cases.size, PLACES.size
         many = np.tile(np.arange(count), places)
         share = np.repeat(PLACES, count)
@@ -179,26 +227,43 @@ class CycleMeter:
             flowing = flow(films, self.leakage.take(wide.cases), local, state, wide.rate(share))
             power, boundary_term = flowing.field * flowing.current, np.zeros_like(local)
             sent = _both_ways((flowing.source * flowing.current).reshape(places, count))
+        edges, edge_power, edge_term = films.points.edges if isinstance(films, LoadedPoints) else None, *np.zeros((2, local.size))
         for axis, control in enumerate(load.controls):
             if control is Control.STRETCH:
-                power = power + nominal[axis] * slope[axis]
+                added, term = nominal[axis] * slope[axis], np.zeros_like(local)
             elif control is Control.STRESS:  # integrated by parts, as the rate of the stretch has no closed form
-                power, boundary_term = power - stretch[axis] * slope[axis], boundary_term + nominal[axis] * stretch[axis]
-        boundary_term = boundary_term.reshape(places, count)
-        work = steps.step * _applied(PLACE_WEIGHTS, power.reshape(places, count)) + boundary_term[-1] - boundary_term[0]
-        turn = 2 * np.pi * (((begin[many] + local) / waveform.period[wide.cases]) - cycle[many]).reshape(places, count)
+                added, term = -stretch[axis] * slope[axis], value[axis] * stretch[axis]
+                if edges is not None:
+                    term = term - 0.5 * edges.stiffness[axis] * np.square(stretch[axis] - edges.home[axis])
+            else:
+                continue
+            power, boundary_term = power + added, boundary_term + term
+            edge_power, edge_term = edge_power + added, edge_term + term
+
+        def integral(power: Floats, term: Floats) -> Floats:
+            along, term = power.reshape(places, count), term.reshape(places, count)
+            return np.asarray(steps.step * _applied(PLACE_WEIGHTS, along) + term[-1] - term[0])
+
+        work = integral(power, boundary_term)
+        if isinstance(piece, Cycles):
+            turn = 2 * np.pi * (((begin[many] + local) / piece.period[wide.cases]) - cycle[many]).reshape(places, count)
+        else:
+            turn = np.zeros((places, count))
         fine = _applied(POLYNOMIAL, measured)
         # subtract the value at rest: the quadrature error of a constant must not appear as a component at the period
         deviation = measured - self._at_rest[wide.cases].reshape(places, count)
         where = steps.cases, cycle
-        lowest, highest, total, cosine, sine, worked, delivered, returned = self._sums
+        lowest, highest, total, cosine, sine, worked, delivered, returned, by_edges, _, lasted = self._sums
         np.minimum.at(lowest, where, fine.min(axis=0))
         np.maximum.at(highest, where, fine.max(axis=0))
-        for integral, part in ((total, measured), (cosine, deviation * np.cos(turn)), (sine, deviation * np.sin(turn))):
-            np.add.at(integral, where, steps.step * _applied(PLACE_WEIGHTS, part))
+        for summed, part in ((total, measured), (cosine, deviation * np.cos(turn)), (sine, deviation * np.sin(turn))):
+            np.add.at(summed, where, steps.step * _applied(PLACE_WEIGHTS, part))
         np.add.at(worked, where, work)
-        for integral, part in zip((delivered, returned), () if sent is None else sent, strict=False):
-            np.add.at(integral, where, steps.step * part)
+        np.add.at(lasted, where, steps.step)
+        if self.programme:
+            np.add.at(by_edges, where, integral(edge_power, edge_term))
+        for summed, part in zip((delivered, returned), () if sent is None else sent, strict=False):
+            np.add.at(summed, where, steps.step * part)
 
 
 def _applied(weights: Floats, values: Floats) -> Floats:

@@ -7,9 +7,10 @@ of the source over the thickness, the source delivers the current i = dD~/dt + j
     leaked energy                 int E~ j~ dt
     energy lost in the resistance int (E_s - E~) i dt.
 
-The rest of the work of the source, int E~ dD~, and the work of the loads, s_i dlambda_i, are stored in springs and dielectric, or
-dissipated by the dashpots. Without a resistance E_s is E~. A load applied at once takes the film through states with frozen viscous
-stretches; the work of the source is then the stored energy less the work of the loads.
+The rest of the work of the source, int E~ dD~, and the work of the edges, int s_i dlambda_i, are stored in springs and dielectric,
+or dissipated by the dashpots. Without a resistance E_s is E~. A load applied at once takes the film through states with frozen
+viscous stretches. The work of the source is then the stored energy less the work of the edges; where edges jump, the work of the
+edges is the stored energy less int E~ dD~, exact if field or charge stays.
 """
 
 from dataclasses import dataclass
@@ -21,7 +22,7 @@ from dielast.mechanics.electric import ELECTRIC, FIELD
 from dielast.mechanics.equations import Films, films_of
 from dielast.mechanics.film import Film
 from dielast.mechanics.piece import Piece
-from dielast.mechanics.point_material import SYMMETRIC, Points
+from dielast.mechanics.point_material import SYMMETRIC
 from dielast.mechanics.span import Control, Controls, stretched
 from dielast.numerics.arrays import Cases, Flags, Floats, paired
 from dielast.numerics.stride import DenseSteps, Stride
@@ -32,7 +33,7 @@ NODES, WEIGHTS = 0.5 * (1 + _NODES), 0.5 * _WEIGHTS  # on a step of length 1
 MANY = 512  # steps that are evaluated together
 NEXT_TO_NOTHING = 1e-3  # voltage drop over that of the film, below which its rounding matters
 
-EXTRA = ("charge", "source", "current", "work", "leaked", "lost")
+EXTRA = ("charge", "source", "current", "work", "leaked", "lost", "mechanical", "stored")
 """The electrical rows of a record, in addition to the others."""
 
 
@@ -49,16 +50,6 @@ class Flow:
     current: Floats
 
 
-def nominal(points: Points, log_squared_stretch: Floats, acting: Floats) -> tuple[Floats, Floats]:
-    """The nominal field in V/m and the nominal charge density in C/m^2 (cases,) of films at Lambda (2, cases); `acting` (cases,) is
-    that of the two which the load prescribes or the state holds.
-    """
-    capacity = points.permittivity_at(log_squared_stretch) * np.exp(log_squared_stretch[0] + log_squared_stretch[1])
-    if points.electric is FIELD:
-        return acting, capacity * acting
-    return acting / capacity, acting
-
-
 def flow(films: Films, leakage: Leakage, time: Floats, state: Floats, rate: Floats) -> Flow:
     """The currents at times (k,) in s since a span of load began.
 
@@ -67,7 +58,7 @@ def flow(films: Films, leakage: Leakage, time: Floats, state: Floats, rate: Floa
     points, load = films.points, films.load
     driven, slope = films.driven(time, state), load.slope(time)
     log_squared, _ = films.membrane(state, driven)
-    field, charge = nominal(points, log_squared, driven[ELECTRIC])
+    field, charge = points.nominal(log_squared, driven[ELECTRIC])
     area = np.exp(0.5 * (log_squared[0] + log_squared[1]))
     leak = np.asarray(leakage.current_density(field * area) * area)
     circuit = points.circuit
@@ -77,7 +68,7 @@ def flow(films: Films, leakage: Leakage, time: Floats, state: Floats, rate: Floa
         rate_of_stretch = np.where(stretched(load.controls), 2 * slope[:2] / np.exp(0.5 * log_squared), rate_of_axes)
         _, share = points.capacitance(log_squared)
         change = charge * np.einsum("cm,cm->m", share, rate_of_stretch)
-        capacity = nominal(points, log_squared, np.ones_like(field))[1]
+        capacity = points.nominal(log_squared, np.ones_like(field))[1]
         return Flow(field, field, charge, leak, capacity * slope[ELECTRIC] + change + leak)
     if circuit is None or circuit.resistance is None:
         return Flow(field, field, charge, leak, slope[ELECTRIC] + (leak if circuit is None else 0.0))
@@ -85,14 +76,15 @@ def flow(films: Films, leakage: Leakage, time: Floats, state: Floats, rate: Floa
 
 
 class ElectricMeter:
-    """Integrates the energies `totals` (3, cases) in J/m^3: work of the source, leaked energy, energy lost in the resistance.
+    """Integrates the energies `totals` (4, cases) in J/m^3: work of the source, leaked energy, energy lost in the resistance, work
+    of the edges.
 
     Steps are stored, and evaluated together with others. `begin` is to be called before a piece of load, `follow` with every step,
     and `ask` for rows within that step, which `rows` returns in the order in which they were asked for.
     """
 
     def __init__(self, leakage: Leakage, cases: int) -> None:
-        self.leakage, self._totals = leakage, np.zeros((3, cases))
+        self.leakage, self._totals = leakage, np.zeros((4, cases))
         self._start = np.zeros(cases)
         self._piece: Piece | None = None
         self._system: Films | None = None
@@ -105,17 +97,27 @@ class ElectricMeter:
 
     @property
     def totals(self) -> Floats:
-        """The energies (3, cases) in J/m^3 since the programme began."""
+        """The energies (4, cases) in J/m^3 since the programme began."""
         self._evaluate()
         return self._totals
 
-    def leap(self, controls: Controls, before: Film, after: Film) -> None:
-        """Add the work of a load applied at once, which takes the films `before` to those `after`."""
+    def leap(self, controls: Controls, before: Film, after: Film, moved: Flags) -> None:
+        """Add the work of a load applied at once, which takes the films `before` to those `after`; edges jump in the cases `moved`
+        (cases,).
+        """
         gained = _stored(after) - _stored(before)
         change = np.exp(0.5 * after.log_squared_stretch) - np.exp(0.5 * before.log_squared_stretch)
         free = ~stretched(controls)
-        work = gained - np.sum(np.where(free, after.nominal_stress * change, 0.0), axis=0)
-        self.totals[0] += np.where(np.isfinite(work), work, 0.0)
+        stress = after.nominal_stress
+        if after.points.edges is not None:
+            stress = 0.5 * (before.nominal_stress + stress)
+        work = gained - np.sum(np.where(free, stress * change, 0.0), axis=0)
+        if moved.any():
+            (field, charge), (last, end) = (film.points.nominal(film.log_squared_stretch, film.field) for film in (before, after))
+            work = np.where(moved, 0.5 * (field + last) * (end - charge), work)
+        work = np.where(np.isfinite(work), work, 0.0)
+        self.totals[0] += work
+        self.totals[3] += np.where(np.isfinite(gained), gained - work, 0.0)
 
     def begin(self, start: Floats, piece: Piece, system: Films) -> None:
         """Begin a piece of load at `start` (cases,) in s, with the films in its first span."""
@@ -148,14 +150,14 @@ class ElectricMeter:
         self._asked.append((first + np.searchsorted(np.flatnonzero(stride.accepted), columns), time))
 
     def rows(self, count: int) -> Floats:
-        """The rows of `EXTRA` (6, count) that were asked for first, and have not been returned yet."""
+        """The rows of `EXTRA` but the last (7, count) that were asked for first, and have not been returned yet."""
         self._evaluate()
         ready = np.concatenate(self._ready, axis=1)
         self._ready = [ready[:, count:]]
         return ready[:, :count]
 
     def ended(self, time: Floats) -> Floats:
-        """The rows of `EXTRA` (6, cases) at the times (cases,) in s at which films stopped.
+        """The rows of `EXTRA` but the last (7, cases) at the times (cases,) in s at which films stopped.
 
         For films that stopped as a load was applied at once, charge and current are NaN; the energies are those after the jump if
         the film holds the load, and those before it otherwise.
@@ -194,13 +196,15 @@ class ElectricMeter:
         self._kept, self._size, self._asked, self._stopped = [], 0, [], []
 
     def _within(self, films: Films, steps: DenseSteps, before: Floats, time: Floats) -> Floats:
-        """The rows of `EXTRA` (6, k) at times (k,) in s since the spans began, with the energies `before` (3, k) the steps."""
+        """The rows of `EXTRA` but the last (7, k) at times (k,) in s since the spans began, with the energies `before` (4, k) the
+        steps.
+        """
         fraction = np.clip((time - steps.time) / steps.step, 0.0, 1.0)
         flowing = flow(films, self.leakage.take(steps.cases), time, steps.state(fraction), steps.rate(fraction))
         return self._rows(flowing, before + self._energies(films, steps, fraction))
 
     def _energies(self, films: Films, steps: DenseSteps, part: Floats) -> Floats:
-        """The energies (3, k) of the first `part` (k,) of the steps."""
+        """The energies (4, k) of the first `part` (k,) of the steps."""
         count = steps.cases.size
         many = np.tile(np.arange(count), NODES.size)
         fraction = np.repeat(NODES, count) * part[many]
@@ -215,7 +219,36 @@ class ElectricMeter:
             heat = np.where(small, circuit.resistance[many] * flowing.current**2, heat)
         powers = np.stack((flowing.source * flowing.current, flowing.field * flowing.leak, heat))
         weighted = np.einsum("n,rnk->rk", WEIGHTS, powers.reshape(3, NODES.size, count))
-        return np.asarray(weighted * part * steps.step)
+        work = self._work_of_edges(films, steps, part, many, time, wide.state(fraction))
+        return np.concatenate((weighted * part * steps.step, work[None]))
+
+    @staticmethod
+    def _work_of_edges(films: Films, steps: DenseSteps, part: Floats, many: Cases, time: Floats, state: Floats) -> Floats:
+        """int s_i dlambda_i (k,) in J/m^3 over the first `part` (k,) of the steps; `state` (rows, nodes k) is that at the `time`
+        (nodes k,) of the nodes of the columns `many`.
+
+        Along an axis of prescribed stress it is integrated by parts, as the rate of the stretch is less exact than the stretch.
+        """
+        count, load, edges = steps.cases.size, films.load, films.points.edges
+        at, slope = films.take(many), load.take(many).slope(time)
+        ends = []
+        for share in (np.zeros(count), part):
+            end, moment = steps.state(share), steps.time + share * steps.step
+            ends.append((films.membrane(end, films.driven(moment, end)), load.value(moment)))
+        log_squared, nominal = at.membrane(state, at.driven(time, state))
+        stretch, work = np.exp(0.5 * log_squared), np.zeros(count)
+        for axis, control in enumerate(load.controls):
+            power = nominal[axis] * slope[axis] if control is Control.STRETCH else -stretch[axis] * slope[axis]
+            work += np.einsum("n,nk->k", WEIGHTS, power.reshape(NODES.size, count)) * part * steps.step
+            if control is Control.STRESS:
+                (begin, _), before = ends[0]
+                (end, _), after = ends[1]
+                first, last = np.exp(0.5 * begin[axis]), np.exp(0.5 * end[axis])
+                work += after[axis] * last - before[axis] * first
+                if edges is not None:
+                    stiffness, home = edges.stiffness[axis], edges.home[axis]
+                    work -= 0.5 * stiffness * (np.square(last - home) - np.square(first - home))
+        return work
 
     @staticmethod
     def _rows(flowing: Flow, energies: Floats) -> Floats:
@@ -244,6 +277,8 @@ def equilibrium_rate(films: Films, time: Floats, state: Floats) -> Floats:
         rate[0] = change = supply - circuit.leak(permittivity, log_area, driven[ELECTRIC])
     tangent = np.einsum("nm,cnm->cm", modulus, half)[SYMMETRIC] - by_stretch
     tangent[(0, 1), (0, 1)] -= 0.5 * nominal_stress * np.exp(0.5 * log_squared)
+    if points.edges is not None:
+        tangent[(0, 1), (0, 1)] += points.edges.tangent(log_squared)
     right = np.einsum("nm,abnm,bnm->am", modulus, half[SYMMETRIC], flowing) + by_load * change
     free = [control is Control.STRESS for control in load.controls]
     if all(free):
@@ -262,8 +297,4 @@ def equilibrium_rate(films: Films, time: Floats, state: Floats) -> Floats:
 
 def _stored(film: Film) -> Floats:
     """The energy (cases,) in J/m^3 stored in springs and dielectric."""
-    points, log_squared = film.points, film.log_squared_stretch
-    field, charge = nominal(points, log_squared, film.field)
-    with np.errstate(invalid="ignore"):
-        springs = points.modulus * points.law.energy(points.springs(film.internal, log_squared))
-        return np.asarray(np.sum(springs, axis=0) + 0.5 * field * charge)
+    return film.points.stored(film.internal, film.log_squared_stretch, film.field)

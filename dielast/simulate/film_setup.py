@@ -17,6 +17,7 @@ from dielast.numerics.arrays import Cases, Flags, Floats
 from dielast.simulate.options import MESH_RTOL, Options, check_tolerance
 
 if TYPE_CHECKING:
+    from dielast.mechanics.piece import Piece
     from dielast.mechanics.point_material import Points
 
 PER_CENT = 20  # a larger stretch may be meant in per cent
@@ -44,7 +45,9 @@ class Film(Options):
     With a passive part, the electrode covers a disc in the middle of a circular "frame", or a part of the length of a "strip"
     between bars, whose width is clamped; `electrode_share` is the radius of the electrode over that of the frame, or its share of
     the length of the strip. A `force` in N acts on the undeformed `width` in m along axis 1, or along both axes for pairs, with
-    None for an axis without weight; it stretches an axis whose prestretch is None. A force of 0 is an axis free of stress.
+    None for an axis without weight; it stretches an axis whose prestretch is None. A force of 0 is an axis free of stress. A
+    `spring` of this stiffness in Pa, the nominal stress over the stretch, holds the edges of axis 1, or of each axis for pairs:
+    from the end of the relaxation on, the nominal stress there falls by it as the film stretches.
     """
 
     thickness: ArrayLike
@@ -56,6 +59,7 @@ class Film(Options):
     force: OfAxes | None = None
     width: OfAxes | None = None
     temperature: ArrayLike | None = None
+    spring: OfAxes | None = None
 
     @property
     def surrounded(self) -> str | None:
@@ -81,7 +85,12 @@ class Film(Options):
 
     def varied(self) -> list[ArrayLike]:
         """The numbers that may differ from case to case."""
-        axes = _of_axes(self.prestretch, "prestretch", alike=True), self.forces, _of_axes(self.width, "width")
+        axes = (
+            _of_axes(self.prestretch, "prestretch", alike=True),
+            self.forces,
+            _of_axes(self.width, "width"),
+            _of_axes(self.spring, "spring"),
+        )
         values = [
             *(value for pair in axes for value in pair),
             self.prestretch_rate,
@@ -131,6 +140,17 @@ class Film(Options):
                 raise InputError(f"{float(newtons.min()):g} N: it must not be negative", argument="force")
             loads[axis] = newtons / (positive(width, "width", "m", thickness.size) * thickness)
         return loads[0], loads[1]
+
+    def sprung(self, cases: int) -> Stretched:
+        """The stiffness (cases,) in Pa of the spring along each axis, None without one; `InputError` for an impossible one."""
+        found: list[Floats | None] = [None, None]
+        for axis, stiffness in enumerate(_of_axes(self.spring, "spring")):
+            if stiffness is None:
+                continue
+            if self.controls[axis] is not Control.STRESS:
+                raise InputError(f"a spring along axis {axis + 1} is for boundary dead-load alone", argument="spring")
+            found[axis] = positive(stiffness, "spring", "Pa", cases)
+        return found[0], found[1]
 
     def share(self, prestretch: Stretched, cases: int, mesh_rtol: float = MESH_RTOL) -> Floats | None:
         """The electrode's share (cases,) of films with a passive part, else None; `InputError` if it does not suit the film."""
@@ -227,3 +247,16 @@ def out_of_reach(points: Points, held: Sequence[Floats], at_once: Flags) -> tupl
     margin[1:, ~at_once] = np.inf
     first = np.argmin(margin, axis=0)
     return np.asarray(np.min(margin, axis=0) <= 0), first
+
+
+def check_reach(points: Points, pieces: Sequence[Piece], rest: bool = True) -> None:
+    """`InputError` for a stretch that pieces of load prescribe beyond the limit of the equilibrium spring, or of the branches if
+    applied at once to films at `rest`.
+    """
+    never = np.zeros(points.stress_floor.size, dtype=bool)
+    for index, piece in enumerate(pieces):
+        stretched = [axis for axis, control in enumerate(piece.controls) if control is Control.STRETCH]
+        for number, target in enumerate(piece.targets):
+            held = [target[axis] for axis in stretched if not np.isnan(target[axis]).any()]
+            at_once = piece.at_once if rest and index == number == 0 else never
+            check_limits(points, held, at_once, step=piece.step)

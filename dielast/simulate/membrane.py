@@ -22,7 +22,7 @@ from dielast.mechanics.span import Control
 from dielast.numerics.arrays import Cases, Floats
 from dielast.numerics.integrate import Status
 from dielast.simulate.cycles import CycleMeter, CycleTable
-from dielast.simulate.film_setup import check_limits
+from dielast.simulate.film_setup import check_reach
 from dielast.simulate.follow import follow
 from dielast.simulate.history import Arguments, History, Outcome, simulating
 from dielast.simulate.options import Solver, check_tolerance
@@ -131,7 +131,7 @@ def prepare(
         # the field is applied at once, before the first piece
         switched_on = None, None, spread(field, "nominal_field", cases)
         history.insert(0, Line.to(history[0].controls, switched_on, np.zeros(cases)))
-    _check_reach(points, history)
+    check_reach(points, history)
     check_end(stated.rows, duration_of(history, cases), "history")
     stress_is_measured = any(piece.cycles and piece.controls[0] is Control.STRETCH for piece in history)
 
@@ -142,7 +142,7 @@ def prepare(
         followed = follow(Film.at_rest(points, symmetry_of(history)), history, rtol=rtol, recorders=[recorder], meter=meter)
         # the duration of a step to a stress at a rate that begins at a stretch, or the reverse, is known only now
         check_end(stated.rows, np.where(followed.status == Status.COMPLETED, followed.time, np.inf), "history")
-        record = recorder.collect()
+        record = followed.recorders[0].collect()
         return MembraneHistory(
             temperature=temperature,
             values=values_of(TESTS, SolvedTests(record, relaxes)),
@@ -150,7 +150,7 @@ def prepare(
             steps=followed.steps,
             viscous_stretch=None if record.internal is None else np.exp(0.5 * record.internal[:, 1:]),
             points=points,
-            cycles=meter.collect(),
+            cycles=(followed.meter or meter).collect(),
         )
 
     return simulated
@@ -163,16 +163,6 @@ def symmetry_of(pieces: Sequence[Piece]) -> Symmetry | None:
         return UNIAXIAL
     alike = all(piece.controls[0] is piece.controls[1] for piece in pieces)
     return EQUIBIAXIAL if alike and all(np.array_equal(rows[0], rows[1], equal_nan=True) for rows in values) else None
-
-
-def _check_reach(points: Points, pieces: Sequence[Piece]) -> None:
-    """`InputError` for a stretch beyond the limit of the equilibrium spring, or of the branches if applied at once at rest."""
-    never = np.zeros(points.stress_floor.size, dtype=bool)
-    for index, piece in enumerate(pieces):
-        stretched = [axis for axis, control in enumerate(piece.controls) if control is Control.STRETCH]
-        for number, target in enumerate(piece.targets):
-            held = [target[axis] for axis in stretched if not np.isnan(target[axis]).any()]
-            check_limits(points, held, piece.at_once if index == number == 0 else never, step=piece.step)
 
 
 def _prescribing(

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from dielast.errors import InputError, shown
 from dielast.material.argument_types import checked
 from dielast.mechanics.cases import of_case
-from dielast.mechanics.load import ElectricalStep, Step
+from dielast.mechanics.load import ElectricalStep, Repeat, Step
 from dielast.numerics.arrays import Cases, Floats
 from dielast.simulate.options import Options
 
@@ -39,13 +39,19 @@ class Output(Options):
     profile: ArrayLike | None = None
     internal: bool = False
 
-    def of_cases(self, cases: int, steps: Sequence[Step] | Sequence[ElectricalStep]) -> Self:
-        """The same, with times (cases, k), for a simulation of `cases` cases through `steps`; `InputError` for what is invalid."""
+    def of_cases(self, cases: int, steps: Sequence[Step] | Sequence[ElectricalStep], repeat: Repeat | None = None) -> Self:
+        """The same, with times (cases, k), for a simulation of `cases` cases through `steps`, some of which may `repeat`;
+        `InputError` for what is invalid.
+        """
         if self.points_per_decade < 1:
             raise InputError(f"{self.points_per_decade}: a whole number of at least one is needed", argument="points_per_decade")
         kept, most = _kept_cycles(self.cycles), max((step.cycles for step in steps), default=0)
+        most = most if repeat is None else repeat.times
         if isinstance(kept, tuple) and most and max(kept) > most:
-            raise InputError(f"{max(kept)}: the waveform has only {most} cycle{'s' * (most > 1)}", argument="cycles")
+            raise InputError(
+                f"{max(kept)}: the {'waveform' if repeat is None else 'repetition'} has only {most} cycle{'s' * (most > 1)}",
+                argument="cycles",
+            )
         return replace(
             self,
             times=None if self.times is None else stated_times(self.times, cases),

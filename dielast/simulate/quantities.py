@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
 ELECTRICAL = "output.electrical = true"
 SOURCE, LEAKAGE = "[source]", "[leakage]"
+PROGRAMME = "steps that move the edges or open the circuit"
 ELECTRODE = "the size of the electrode: state film.electrode_diameter"
 
 
@@ -68,8 +69,8 @@ class SolvedFilms:
     """Films (cases,) under voltage: their `record`, `thickness` in m, and, when the voltage begins, `begin` (2, cases), the
     stretches, and `determinant` of pull-in.
 
-    `prestretch` (2, cases) is that which was stated, 1 for an axis with a weight. `with_damage` (cases,) is 1 for films with a
-    damage law and NaN for others, None if there is none.
+    `stored` (cases,) is the energy in J/m^3 stored then. `prestretch` (2, cases) is that which was stated, 1 for an axis with a
+    weight. `with_damage` (cases,) is 1 for films with a damage law and NaN for others, None if there is none.
     """
 
     record: Record
@@ -80,6 +81,19 @@ class SolvedFilms:
     begin: Floats
     determinant: Floats
     with_damage: Floats | None
+    stored: Floats
+
+    def energies(self, *rows: int) -> Floats | None:
+        """The sum of rows of `EXTRA` in the record, in a programme of edges and electrodes."""
+        wanted = self.wiring.electrical and self.wiring.programme
+        return np.asarray(sum(self.record.electrical[row] for row in rows)) if wanted else None
+
+    def dissipated(self) -> Floats | None:
+        """The energy that the dashpots have turned into heat: what source and edges have done, less what leaked, was lost in the
+        resistance, or is stored.
+        """
+        done, rest = self.energies(3, 6), self.energies(4, 5, 7)
+        return None if done is None or rest is None else done - rest + self.stored[:, None]
 
     def relative(self, axis: int) -> Floats:
         """The stretch of an axis relative to that when the voltage begins."""
@@ -189,6 +203,9 @@ FILMS: list[Quantity] = [
         lambda film: film.if_stated("resistance", film.electrical(5)),
         needs=(SOURCE, ELECTRICAL),
     ),
+    Quantity("mechanical_work", "J/m^3", lambda film: film.energies(6), needs=(PROGRAMME, ELECTRICAL)),
+    Quantity("stored_energy", "J/m^3", lambda film: film.energies(7), needs=(PROGRAMME, ELECTRICAL)),
+    Quantity("dissipated_energy", "J/m^3", SolvedFilms.dissipated, needs=(PROGRAMME, ELECTRICAL)),
     Quantity(
         "area_strain",
         "1",

@@ -5,8 +5,10 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from dielast.mechanics.criteria.criterion import Moment
+from dielast.mechanics.electric import ELECTRIC
 from dielast.mechanics.equations import Films, films_of
 from dielast.mechanics.piece import Chain, Piece
+from dielast.mechanics.point import LoadedPoints
 from dielast.mechanics.watch import Watch
 from dielast.numerics.arrays import Cases, Flags, Floats, paired
 from dielast.numerics.stride import Stride
@@ -61,7 +63,7 @@ class Record:
 
     @property
     def electrical(self) -> Floats:
-        """The rows of `EXTRA`, (6, cases, rows), or no rows."""
+        """The rows of `EXTRA`, (8, cases, rows), or no rows."""
         return self.values[ROWS + self.exposures :]
 
 
@@ -69,7 +71,7 @@ class Record:
 class Recorder:
     """An observer of the stepper that stores films at output times: Lambda and nominal stress of both axes, and the nominal field;
     with a `watch` the determinant of the tangent and the exposures, with `electric` the rows of `EXTRA`, and x if requested.
-    `begin` is to be called before a piece of load.
+    `begin` is to be called before a piece of load. Of the `laps` of a cycle of steps, those that the output keeps are stored.
 
     Values at times that a film does not reach are NaN.
     """
@@ -77,6 +79,7 @@ class Recorder:
     output: Output
     watch: Watch | None = None
     electric: ElectricMeter | None = None
+    laps: int = 0
     _times: list[Floats] = field(default_factory=list)
     _values: list[Floats] = field(default_factory=list)
     _internal: list[Floats] = field(default_factory=list)
@@ -138,6 +141,9 @@ class Recorder:
 
     def _rows(self, piece: Piece, start: Floats, jumped: Flags) -> Floats:
         """Output times (cases, k) in s since a piece began, suited to its load and padded with NaN."""
+        if piece.lap and piece.lap - 1 not in self.output.kept(self.laps):
+            self._load_time = np.where(jumped, 0.0, self._load_time) + piece.duration
+            return np.full((start.size, 0), np.nan)
         kept = self.output.kept(piece.cycles)
         rows = piece.rows(self.output.points_per_decade, kept, np.where(jumped, 0.0, self._load_time))
         lasts = piece.duration
@@ -213,7 +219,11 @@ class Recorder:
         self._waiting, self._size = [], 0
         values = [self._evaluated(self._system, state, pooled, case, moment, age), others]
         if self.electric is not None:
-            values.append(self.electric.rows(case.size))
+            films = self._system.take(pooled)
+            log_squared, _ = films.membrane(state, driven := films.driven(moment, state))
+            assert isinstance(films, LoadedPoints)
+            stored = films.points.stored(films.packed(state), log_squared, driven[ELECTRIC])
+            values += [self.electric.rows(case.size), stored[None]]
         self._values[-1][:, case, rows] = np.concatenate(values)
         if self.output.internal:
             self._internal[-1][:, :, case, rows] = self._system.internal(state)
@@ -248,7 +258,8 @@ class Recorder:
             return np.concatenate((*system.membrane(state, driven), driven[2:], np.full((1, case.size), np.nan)))
         films = Moment.of(system.take(pooled), case, age, moment, state)
         determinant = self.watch.stability(films).determinant
-        return np.concatenate((films.log_squared_stretch, films.nominal_stress, films.field[None], determinant[None]))
+        field = films.points.nominal(films.log_squared_stretch, films.field)[0]
+        return np.concatenate((films.log_squared_stretch, films.nominal_stress, field[None], determinant[None]))
 
     def collect(self) -> Record:
         """The record of all pieces."""

@@ -18,7 +18,7 @@ from dielast.mechanics.film import Film as FilmState
 from dielast.mechanics.line import Line
 from dielast.mechanics.passive.forms import Spread, across_disc, across_strip, disc, strip
 from dielast.mechanics.passive.mesh import points_needed
-from dielast.mechanics.point_material import Points
+from dielast.mechanics.point_material import EdgeSprings, Points
 from dielast.mechanics.span import Control, Controls
 from dielast.mechanics.stability import TimeScale, damped
 from dielast.numerics.arrays import Cases, Flags, Floats, paired
@@ -36,7 +36,8 @@ class Setup:
     """Films before the prestretch: `thickness` (cases,) in m; `prestretch` of both axes (cases,), None for a free axis, reached
     within `ramp` (cases,) s and held for `relax` s; `hung` is the nominal stress (cases,) in Pa of a weight along each axis, or
     None. With a passive part, `share` (cases,) is that of the electrode of a disc in a frame or of a strip, and `mesh` (cases,) the
-    number of points in the passive part of a disc, 0 for a strip.
+    number of points in the passive part of a disc, 0 for a strip. `spring` is the stiffness (cases,) in Pa of a spring at the edges
+    of each axis, or None.
     """
 
     points: Points
@@ -50,6 +51,7 @@ class Setup:
     hung: Stretched = (None, None)
     share: Floats | None = None
     mesh: Cases = field(default_factory=lambda: np.zeros(0, dtype=np.intp))
+    spring: Stretched = (None, None)
 
     @property
     def alike(self) -> Flags:
@@ -59,26 +61,30 @@ class Setup:
             return np.zeros(self.temperature.size, dtype=bool)
         return np.asarray(first == second)
 
-    def groups(self, with_circuit: Flags | None = None) -> list[Cases]:
+    def groups(self, circuit: Cases | None = None, alike: Flags | bool = True) -> list[Cases]:
         """Groups of cases that run together; a group of one case has it twice.
 
-        Cases with equal axes have one unknown per spring, and are apart from the others; cases `with_circuit` (cases,) are apart
-        from those without. Films with a passive part are grouped by the number of their points. So no result depends on other
-        cases.
+        Cases with equal axes, which a load keeps `alike` (cases,), have one unknown per spring, and are apart from the others;
+        cases with different kinds of `circuit` (cases,), from 0, are apart. Films with a passive part are grouped by the number of
+        their points. So no result depends on other cases.
         """
-        circuit = np.zeros_like(self.alike) if with_circuit is None else with_circuit
-        parts = [np.flatnonzero(alike & wired) for wired in (~circuit, circuit) for alike in (self.alike, ~self.alike)]
+        kind = np.zeros(self.alike.shape, dtype=np.intp) if circuit is None else circuit
+        equal = self.alike & alike
+        if any(spring is not None for spring in self.spring):
+            equal = np.zeros_like(equal)
+        parts = [np.flatnonzero(axes & (kind == one)) for one in range(int(kind.max()) + 1) for axes in (equal, ~equal)]
         if self.share is not None:
             parts = [np.flatnonzero(self.mesh == count) for count in np.flatnonzero(np.bincount(self.mesh))]
         return [paired(part) for part in parts if part.size]
 
-    def film(self, cases: Cases, rtol: float) -> FilmState:
-        """The films of one of the `groups`, prestretched, relaxed and with a damper, at time 0 of the voltage programme.
+    def film(self, cases: Cases, rtol: float, alike: bool = True) -> FilmState:
+        """The films of one of the `groups`, prestretched, relaxed and with a damper, at time 0 of the voltage programme; a load
+        keeps equal axes `alike`.
 
         Raises `NumericsError` if the prestretch of a film cannot be computed.
         """
         first, second = prestretch = _of_cases(self.prestretch, cases)
-        film = FilmState.at_rest(self.points.take(cases), EQUIBIAXIAL if self.alike[cases].all() else None)
+        film = FilmState.at_rest(self.points.take(cases), EQUIBIAXIAL if alike and self.alike[cases].all() else None)
         film, status = prestretched(film, prestretch, self.ramp[cases], self.relax, rtol, _of_cases(self.hung, cases))
         if status.any():
             lost = int(np.argmax(status > 0))
@@ -99,9 +105,17 @@ class Setup:
         share, count = self.share[cases], int(self.mesh[cases[0]])
         return across_disc(share, count) if count else across_strip(share)
 
-    def watched(self, film: FilmState, cases: Cases, timescale: TimeScale) -> WatchedFilms:
-        """The data for criteria on the films `cases` (k,), which are prestretched and relaxed."""
-        return WatchedFilms(self.controls, self.endurance.take(cases), timescale, film.nominal_stress, film.points.stress_floor)
+    def watched(self, film: FilmState, cases: Cases, timescale: TimeScale, moved: bool = False) -> WatchedFilms:
+        """The data for criteria on the films `cases` (k,), which are prestretched and relaxed, and whose edges may be `moved`."""
+        begin = film.nominal_stress, film.points.stress_floor
+        return WatchedFilms(self.controls, self.endurance.take(cases), timescale, *begin, moved)
+
+    def springs(self, cases: Cases, home: Floats) -> EdgeSprings | None:
+        """The springs at the edges of the films `cases` (k,), which bear the prescribed stress at the stretches `home` (2, k)."""
+        if all(spring is None for spring in self.spring):
+            return None
+        stiffness = [np.zeros(cases.size) if spring is None else spring[cases] for spring in self.spring]
+        return EdgeSprings(np.array(stiffness), home)
 
 
 def _of_cases(values: Stretched, cases: Cases) -> Stretched:
@@ -114,11 +128,11 @@ def prestretched(
     film: FilmState,
     stretch: Stretched,
     duration: Floats,
-    relax: float,
+    relax: float | Floats,
     rtol: float,
     hung: Stretched = (None, None),
 ) -> tuple[FilmState, Cases]:
-    """Films at rest, prestretched, relaxed for `relax` s and given a damper, and their `Status` (cases,).
+    """Films at rest, prestretched, relaxed for `relax` s, one number or (cases,), and given a damper, and their `Status` (cases,).
 
     `stretch` (cases,) of each axis is reached within `duration` (cases,) s; None is an axis that is free, or under the nominal
     stress `hung` (cases,) in Pa, all of it from the beginning. Use a film only where its status is COMPLETED.
@@ -128,7 +142,7 @@ def prestretched(
     pieces = [Line.to((first, second), (*stretch, None), duration)]
     if any(load is not None for load in hung):
         pieces.insert(0, Line.to((first, second), (*hung, None), zero))
-    if relax > 0:
+    if np.any(np.asarray(relax) > 0):
         pieces.append(Line.to((first, second), (None, None, None), np.full_like(duration, relax)))
     # only the final viscous stretches matter, not the stress on the way
     relaxing = replace(film.points, stress_floor=np.full_like(film.points.stress_floor, np.inf))
@@ -190,7 +204,7 @@ def set_up(
     if share is not None and film.surrounded == "frame":
         mesh = _mesh(points, share, held[0], solver.mesh_rtol)
     ends = controls, endurance, hung, share, mesh
-    return Setup(points, temperatures, thickness, prestretch, ramp, film.relax, *ends)
+    return Setup(points, temperatures, thickness, prestretch, ramp, film.relax, *ends, film.sprung(cases))
 
 
 def _damage(materials: Sequence[Material], temperature: Floats) -> list[DamageLaw | None]:

@@ -8,16 +8,17 @@ import numpy as np
 from dielast.errors import InputError
 from dielast.material.leakage import Leakage
 from dielast.mechanics.cases import of_case, spread
-from dielast.mechanics.electric import CHARGE, FilmCircuit
+from dielast.mechanics.electric import Drive, Wires
 from dielast.mechanics.point_material import Points
-from dielast.numerics.arrays import Cases, Flags, Floats
+from dielast.numerics.arrays import Cases, Floats
 from dielast.simulate.film_setup import positive
 from dielast.simulate.options import Circuit
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Wiring:
-    """Whether the source prescribes the `charge`, or else a voltage, through a `resistance` r = R A/L_3 (cases,) in ohm m.
+    """Whether the source prescribes the `charge`, or else a voltage, through a `resistance` r = R A/L_3 (cases,) in ohm m; in a
+    `programme` of edges and electrodes it prescribes one after the other.
 
     `leakage` has constants (cases,); `area` (cases,) is that of the undeformed electrode in m^2, None if unknown. `stated` are the
     arguments that ask for more than an ideal source of voltage, and `electrical` says whether charge, current and energies are
@@ -30,6 +31,7 @@ class Wiring:
     area: Floats | None
     stated: tuple[str, ...]
     electrical: bool
+    programme: bool = False
 
     @classmethod
     def of(
@@ -38,6 +40,7 @@ class Wiring:
         circuit: Circuit,
         thickness: Floats,
         electrical: bool | None = None,
+        programme: bool = False,
     ) -> Self:
         """The wiring of films of `thickness` (cases,) in m; by default `electrical` if there is anything but a voltage.
 
@@ -60,28 +63,35 @@ class Wiring:
         leak = Leakage(spread(leak.conductivity, "leakage", cases), field)
         r = ohm if areas is None else ohm * areas / thickness
         named = {
-            "steps": charge,
+            "steps": charge or programme,
             "resistance": resistance is not None,
             "leakage": leakage is not None,
             "electrical": electrical,
         }
         stated = tuple(name for name, is_stated in named.items() if is_stated)
-        return cls(charge, r, leak, areas, stated, bool(stated) if electrical is None else electrical)
+        asked = bool(stated) if electrical is None else electrical
+        return cls(charge and not programme, r, leak, areas, stated, asked, programme)
 
     @property
-    def has_circuit(self) -> Flags:
-        """Films (cases,) whose charge is an unknown."""
-        return np.asarray(self.leakage.conductivity) > 0 if self.charge else self.resistance > 0
+    def kinds(self) -> Cases:
+        """The kind of circuit (cases,) of films, from 0, of which films that run together have the same."""
+        leaks, resists = np.asarray(self.leakage.conductivity) > 0, self.resistance > 0
+        if self.programme:
+            return leaks + 2 * resists.astype(np.intp)
+        return (leaks if self.charge else resists).astype(np.intp)
 
     def take(self, cases: Cases) -> Self:
         """The wiring of the films `cases` (k,)."""
         area = None if self.area is None else self.area[cases]
         return replace(self, resistance=self.resistance[cases], leakage=self.leakage.take(cases), area=area)
 
-    def wired(self, points: Points, cases: Cases) -> Points:
-        """The points of the films `cases` (k,) with electrical load and circuit; all of these films have a circuit, or none."""
-        if not self.has_circuit[cases].any():
-            return replace(points, electric=CHARGE) if self.charge else points
-        resistance = None if self.charge else self.resistance[cases]
+    def wires(self, cases: Cases) -> Wires:
+        """The wires of the films `cases` (k,), all of which have the same kind of circuit."""
+        resistance = self.resistance[cases] if self.resistance[cases].any() else None
         leakage = self.leakage.take(cases) if np.any(np.asarray(self.leakage.conductivity)[cases]) else None
-        return replace(points, electric=CHARGE, circuit=FilmCircuit(leakage, resistance))
+        return Wires(leakage, resistance)
+
+    def wired(self, points: Points, cases: Cases) -> Points:
+        """The points of the films `cases` (k,) with their electrical load and circuit at the beginning."""
+        wires, drive = self.wires(cases), Drive.CHARGE if self.charge else Drive.VOLTAGE
+        return replace(points, electric=wires.electric(drive), circuit=wires.circuit(drive))

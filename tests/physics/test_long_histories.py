@@ -151,7 +151,7 @@ def test_a_hold_keeps_what_a_ramp_has_reached_but_for_rounding() -> None:
 def test_spans_of_a_cycle_join_and_end_where_the_size_is_least(low: float, high: float, triangle: bool) -> None:
     one = np.ones(1)
     wave = Waveform(low, high, 4.0, 2, "triangle" if triangle else "sine")
-    piece = Cycles.of(FREE, np.zeros((3, 1)), np.array([[0.0], [0.0], [1.0]]), wave)
+    piece = Cycles.of(FREE, *(np.array([[0.0], [0.0], [end]]) for end in (low, high)), wave)
     time, last = 0.0, low
     case = np.zeros(1, dtype=np.intp)
     for index in range(piece.spans):
@@ -176,7 +176,9 @@ def test_rows_are_close_in_what_is_driven() -> None:
     one, scale = np.ones(1), np.array([[1.0], [0.0], [0.0]])
     ramp = Line(FREE, np.zeros((3, 1)), np.array([[1.0], [0.0], [0.0]]), 5 * one)
     wave = Cycles.of(FREE, np.zeros((3, 1)), scale, Waveform(0.0, 1.0, 1.0, 3))
-    chain = Chain.of(FREE, np.zeros((3, 1)), scale, np.array([0.0, 1.0, 1.5, 9.0]), np.array([0.0, 1.0, 0.2, 0.2]))
+    chain = Chain.of(
+        FREE, np.zeros((3, 1)), scale, np.array([0.0, 1.0, 1.5, 9.0]), np.array([0.0, 1.0, 0.2, 0.2])[:, None] * np.ones(3)
+    )
     for piece, swing in ((ramp, 1), (wave, 6), (chain, 1.8)):
         rows = piece.rows(30, np.arange(piece.cycles), one)[0]
         assert np.all(np.diff(rows) > 0)

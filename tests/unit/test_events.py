@@ -99,7 +99,9 @@ def test_a_dip_from_far_above_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_of_events_at_one_time_the_first_is_at_the_lowest_voltage() -> None:
     def at(time: float, field: float) -> EventArrays:
-        return EventArrays(np.array([time]), np.array([field]), *np.zeros((2, 2, 1)), np.zeros(1), np.zeros((0, 1)))
+        return EventArrays(
+            np.array([time]), np.array([field]), *np.zeros((2, 2, 1)), np.zeros(1), np.zeros((0, 1)), *np.zeros((2, 1))
+        )
 
     happened = {ElectricalBreakdown(): at(2.0, -8e6), LossOfTension(0): at(2.0, -7e6), LossOfTension(1): at(2.0, -6e6)}
     names = ["breakdown", "loss-of-tension"]

@@ -86,8 +86,9 @@ Signal = Callable[[Moment], Floats]
 class WatchedFilms(ByCase):
     """The data on films that criteria may use.
 
-    `controls` is what the load prescribes along each axis; `timescale` is that of pull-in; `nominal_stress` (2, cases) in Pa is the
-    mechanical stress of the relaxed films, which counts as 0 up to `stress_floor` (cases,).
+    `controls` is what the load prescribes along each axis, at first if the edges are `moved`; `timescale` is that of pull-in;
+    `nominal_stress` (2, cases) in Pa is the mechanical stress of the relaxed films, which counts as 0 up to `stress_floor`
+    (cases,).
     """
 
     controls: Controls
@@ -95,6 +96,7 @@ class WatchedFilms(ByCase):
     timescale: TimeScale
     nominal_stress: Floats
     stress_floor: Floats
+    moved: bool = False
 
 
 class Criterion:
@@ -126,6 +128,10 @@ class Criterion:
 
     def rate(self, films: WatchedFilms) -> Signal | None:
         """The rate (k,) in 1/s, at least 0, whose integral over time reaches 1 at the event; None if the criterion has a signal."""
+        return None
+
+    def arming(self, films: WatchedFilms) -> Floats | None:
+        """The least signal (cases,) that a film must have had before its event can happen; None if there is none."""
         return None
 
     def concerns(self, materials: Sequence[Material]) -> bool:

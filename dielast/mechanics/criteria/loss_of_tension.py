@@ -11,6 +11,8 @@ from dielast.mechanics.criteria.criterion import Criterion, Moment, Signal, Watc
 from dielast.mechanics.span import Control
 from dielast.numerics.arrays import Floats
 
+LARGE = 1e4  # of the stress floor, about the modulus of the equilibrium spring
+
 
 class LossOfTension(Criterion):
     """The nominal stress along an `axis` (0 or 1) without prescribed stress, over that of the relaxed film, falls to zero."""
@@ -24,6 +26,14 @@ class LossOfTension(Criterion):
 
     def signal(self, films: WatchedFilms) -> Signal | None:
         """The remaining fraction of the tension (k,); 1 for an axis without tension in the relaxed film, which can lose none."""
+        if films.moved:
+            scale = self._scale(films)
+
+            def present(moment: Moment) -> Floats:
+                held = moment.controls[self.axis] is not Control.STRESS
+                return np.asarray(moment.tension[self.axis] / scale[moment.cases] if held else np.zeros(moment.cases.size))
+
+            return present
         if films.controls[self.axis] is Control.STRESS:
             return None
         tension = films.nominal_stress[self.axis]
@@ -35,3 +45,11 @@ class LossOfTension(Criterion):
             return np.where(has_tension[moment.cases], stress / scale[moment.cases], 1.0)
 
         return remaining
+
+    def arming(self, films: WatchedFilms) -> Floats | None:
+        """Edges that move may stretch a film before they let it go slack: it must have had a tension."""
+        return films.stress_floor / self._scale(films) if films.moved else None
+
+    def _scale(self, films: WatchedFilms) -> Floats:
+        """The stress (cases,) in Pa over which the tension of a film with moving edges counts."""
+        return np.asarray(np.maximum(films.nominal_stress[self.axis], LARGE * films.stress_floor))

@@ -35,7 +35,7 @@ class PullIn(Criterion):
 
     def signal(self, films: WatchedFilms) -> Signal | None:
         """The margin; None if both axes are held."""
-        if films.controls == (Control.STRETCH, Control.STRETCH):
+        if films.controls == (Control.STRETCH, Control.STRETCH) and not films.moved:
             return None
         return lambda moment: stability_at(moment, films.timescale).margin
 
