@@ -37,6 +37,7 @@ UNREADABLE = "an interrupted run is discarded: its file is damaged, or of anothe
 GOES_ON = "{} are kept: the same command goes on from there, a changed recipe begins anew"
 NONE_DONE = "none of the {} was {} yet; the same command begins anew"
 HERE = Execution()
+LARGEST = 1 << 30  # bytes of a file of unfinished work, which is read into memory as a whole
 _OF_ARRAYS = {"_frombuffer", "_reconstruct", "ndarray", "dtype", "scalar"}
 """The names of numpy that a pickle of arrays holds."""
 
@@ -212,8 +213,11 @@ class Study:
     def save(self) -> bool:
         """Keep all results so far in the file, which is written whole or not at all; returns whether there are any."""
         if self.store is not None and self.new:
-            begin = time.monotonic()
-            write_files(self.store.parent, {self.store.name: packed(self.key, self.kept, self.states)})
+            begin, content = time.monotonic(), packed(self.key, self.kept, self.states)
+            if len(content) > LARGEST:
+                self.store = None  # so much is not kept
+                return self.saved
+            write_files(self.store.parent, {self.store.name: content})
             self.new, self.saved = False, True
             self.due = time.monotonic() + max(PAUSE, (time.monotonic() - begin) / SAVING)
         if self.saved:
@@ -266,6 +270,8 @@ def packed(key: str, kept: Mapping[str, Mapping[Chunk, Any]], states: Mapping[An
 def load(store: Path, key: str) -> tuple[dict[str, dict[Chunk, Any]], dict[tuple[str, Chunk, int], bytes], str]:
     """What an earlier run has kept: results by stage and chunk, and states; or why they are discarded, empty if they are not."""
     try:
+        if store.stat().st_size > LARGEST:
+            return {}, {}, UNREADABLE
         content = store.read_bytes()
         digest, content = content[:32], content[32:]
         if hashlib.sha256(content).digest() != digest:
@@ -297,7 +303,9 @@ class _States(Keeper):
             return None
 
     def keep(self, state: Any) -> None:
-        """Keep the state, if it is time to."""
+        """Keep the state, if it is time to, and show how far it is."""
+        if self.study.execution.progress is not None and self.study.totals[self.many] == _size([self.chunk]):
+            state.show(self.study.execution.progress)
         if (begin := time.monotonic()) >= self.due:
             self.study.states[self.many, self.chunk, self.number] = pickle.dumps(state, protocol=5)
             self.study.new = True
@@ -312,7 +320,9 @@ class _Unpickler(pickle.Unpickler):
         """The class or function of this name; raises `UnpicklingError` for all that no result is made of."""
         if module.split(".")[0] in ("dielast", "numpy"):
             found = super().find_class(module, name)
-            if name in _OF_ARRAYS if module.startswith("numpy") else isinstance(found, type):
+            # a module of dielast also holds what it imports, such as subprocess.Popen
+            own = isinstance(found, type) and found.__module__.split(".")[0] == "dielast"
+            if name in _OF_ARRAYS if module.startswith("numpy") else own:
                 return found
         raise pickle.UnpicklingError(name)
 
