@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from dielast.io.files import Inputs, sha256
 from dielast.io.table import Table, rounded, to_csv
+from dielast.registry import adopted
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -57,6 +58,8 @@ def summarise(kind: str, report: Report, inputs: Inputs, source: RecipeSource, w
         summary["unfinished"] = list(report.failures)
     if report.interrupted:
         summary["interrupted"] = True
+    if packages := [f"{package}: {name} of {group}" for group, name, package in adopted()]:
+        summary["packages"] = packages
     for section, values in report.headline.items():
         summary[section] = {key: rounded(value) for key, value in values.items() if _known(value)}
     recipe = () if source.content is None else ((source.name, sha256(source.content)),)

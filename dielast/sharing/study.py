@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar
 
 from dielast.errors import DielastError, InputError, NumericsError
 from dielast.io.files import KEPT, STORE, write_files
+from dielast.registry import adopted
 from dielast.sharing.execution import NOTHING_KEPT, Chunk, Execution, Plan, Solve, Solved
 from dielast.sharing.versions import VERSIONS
 
@@ -232,7 +233,9 @@ def fingerprint(cases: Sequence[Case[Any]], inputs: Inputs) -> str:
     recipe = cases[0].recipe
     # stating the default of a key may have an effect; other cases differ from the first by their settings alone
     settings = [(case.settings, case.of_material) for case in cases]
-    stated = f"{VERSIONS}\n{recipe!r}\n{recipe.model_dump(exclude_unset=True)}\n{settings!r}\n{sorted(inputs.digests)}"
+    stated = (
+        f"{VERSIONS}{adopted() or ''}\n{recipe!r}\n{recipe.model_dump(exclude_unset=True)}\n{settings!r}\n{sorted(inputs.digests)}"
+    )
     return hashlib.sha256(stated.encode()).hexdigest()
 
 
