@@ -11,7 +11,8 @@ It is loaded when that name is wanted and is not one of dielast's, or, for expor
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from typing import TYPE_CHECKING, Any, Generic, TypeVar
+from importlib import import_module
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, TypeVar
 
 from dielast.errors import InputError, nearest, shown, warn
 
@@ -24,6 +25,9 @@ GROUPS = tuple(
     for family in ("springs", "shift", "dielectric", "breakdown", "damage", "criteria", "instruments", "cards", "commands")
 )
 """The groups of entry points."""
+_SECTIONS = {"equilibrium": "springs", "nonequilibrium": "springs"} | {
+    family: family for family in ("shift", "dielectric", "breakdown", "damage")
+}
 INSTRUMENTS = "dielast.instruments"
 _REGISTRIES: dict[str, tuple[type, Callable[[Any], object]]] = {}
 _ADOPTED: dict[tuple[str, str], str] = {}
@@ -62,13 +66,13 @@ def adopt_all(group: str) -> None:
                 warn(f"{error}: left out")
 
 
-def adopt_laws(values: object) -> None:
-    """Load the laws of installed packages that tables of a recipe or a material file state."""
-    for key, value in values.items() if isinstance(values, Mapping) else ():
-        if isinstance(value, Mapping):
-            adopt_laws(value)
-        elif key == "law" and isinstance(value, str) and not any(value in family for family in Registry.every):
-            adopt(value)
+def adopt_laws(values: Mapping[str, Any]) -> None:
+    """Load the laws of installed packages that the tables of a recipe or a material file state."""
+    for section, table in values.items():
+        law, family = table.get("law") if isinstance(table, Mapping) else None, _SECTIONS.get(section)
+        if isinstance(law, str) and family is not None:
+            import_module(f"dielast.material.{family}")  # its registry, before the models whose keys are those of its laws
+            _ = law in Registry.families[f"dielast.{family}"]
 
 
 def adopted() -> list[tuple[str, str, str]]:
@@ -107,13 +111,14 @@ def _register(group: str, point: EntryPoint, package: str) -> None:
 class Registry(Generic[Entry]):
     """The entries of one `kind`, by name and in the order of registration; packages may add those of a `group`, see `opened`."""
 
-    every: list[Registry[Any]] = []  # noqa: RUF012
+    families: ClassVar[dict[str, Registry[Any]]] = {}
+    """The registries by group."""
 
     def __init__(self, kind: str, *entries: Entry, group: str = "", base: type = object) -> None:
         self.kind, self.group = kind, group
         self._entries: dict[str, Entry] = {entry.name: entry for entry in entries}
-        self.every.append(self)
         if group:
+            self.families[group] = self
             opened(group, base, self.register)
 
     def register(self, entry: Entry) -> Entry:

@@ -109,7 +109,7 @@ def test_interrupts_change_no_byte(kind: str, tmp_path: Path, monkeypatch: pytes
         if done < of and next(moments):
             raise KeyboardInterrupt
 
-    for _ in range(1, 100):
+    for run in range(1, 100):
         monkeypatch.setattr(designs, "CHUNK", 5 + run % 3)
         moments = iter([*[False] * (5 if kind == "sweep" else 1), True, *[False] * 1000])
         try:
@@ -140,7 +140,7 @@ def test_a_simulation_goes_on_within_a_step_of_its_load(name: str, tmp_path: Pat
         if len(said) % 23 == 22:
             raise KeyboardInterrupt
 
-    for _ in range(1, 100):
+    for run in range(1, 100):
         try:
             resumed = files(Execution(folder=tmp_path, keep=interrupt))
             break
