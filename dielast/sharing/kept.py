@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from dielast import __version__
+from dielast.registry import adopted
 from dielast.sharing.execution import Chunk
 
 if TYPE_CHECKING:
@@ -71,7 +72,9 @@ def fingerprint(cases: Sequence[Case[Any]], inputs: Inputs) -> str:
     recipe = cases[0].recipe
     # stating the default of a key may have an effect; other cases differ from the first by their settings alone
     settings = [(case.settings, case.of_material) for case in cases]
-    stated = f"{VERSIONS}\n{recipe!r}\n{recipe.model_dump(exclude_unset=True)}\n{settings!r}\n{sorted(inputs.digests)}"
+    stated = (
+        f"{VERSIONS}{adopted() or ''}\n{recipe!r}\n{recipe.model_dump(exclude_unset=True)}\n{settings!r}\n{sorted(inputs.digests)}"
+    )
     return hashlib.sha256(stated.encode()).hexdigest()
 
 
