@@ -10,6 +10,7 @@ from dielast.calibration.experiment import Experiment, MeasuredTest, answers_of,
 from dielast.calibration.fit import Fit
 from dielast.calibration.laboratory import Laboratory, completed_stress, under_voltage
 from dielast.calibration.likelihood import Likelihood
+from dielast.calibration.voltage import VoltageTest
 from dielast.io.result import TabularResult
 from dielast.io.table import Column, Table
 from dielast.material.material import Material
@@ -63,6 +64,11 @@ class Comparison(TabularResult):
     def rms_relative_error(self) -> float:
         """`rms_error` over the root mean square of the same measured values, less the value at rest."""
         return relative_error([self.test], [self.model - self.test.measured])
+
+    @property
+    def rms_voltage_error(self) -> float:
+        """`rms_relative_error` of a voltage test, NaN for others."""
+        return self.rms_relative_error if isinstance(self.test, VoltageTest) else np.nan
 
     @property
     def r_squared(self) -> float:

@@ -83,8 +83,8 @@ class Weighting:
     """The weighting of differences in the fit: that of points, `weight` (n,) in 1/Pa, and the factor on each specimen's stress.
 
     The weight of a curve is that of its number of correlation lengths in independent points, whatever its sampling. The factor of a
-    specimen is a random effect (Laird and Ware 1982, DOI 10.2307/2529876) with the scatter s: with the derivatives m of the modelled
-    values of its tests by the logarithm of the factor (`by_factor`), the covariance of its differences is W^-2 + s^2 m m^T,
+    specimen is a random effect (Laird and Ware 1982, DOI 10.2307/2529876) with the scatter s: with the derivatives m of modelled
+    values by the logarithm of the factor (`by_factor`), the covariance of its differences is W^-2 + s^2 m m^T,
     W = diag(weight). With u = W m, the root of the inverse is [1 - (1 - 1/sqrt(1 + s^2 u.u)) u u^T/(u.u)] W, as its square shows by
     the formula of Sherman and Morrison (1950, DOI 10.1214/aoms/1177729893).
     """

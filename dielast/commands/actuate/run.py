@@ -30,6 +30,8 @@ from dielast.simulate.film_setup import Film
 from dielast.simulate.options import MESH_RTOL, Circuit, Failure, Solver
 from dielast.simulate.output import Output
 
+PASSIVE_POINTS = 8  # usually; the solver chooses their number
+
 
 def run(cases: Sequence[Case[ActuateRecipe]], inputs: Inputs, execution: Execution) -> Report:
     """Simulate every case, report."""
@@ -125,6 +127,10 @@ class Films(Simulation):
             ends,
             recipe.control,
         )
+
+    def points(self, recipe: ActuateRecipe) -> int:
+        """More than one in a film with a passive part."""
+        return 1 if recipe.film.shares is None else PASSIVE_POINTS
 
     def extras(
         self, cases: Sequence[Case[ActuateRecipe]], stated: Sequence[StatedCase], results: Sequence[CaseResult]

@@ -63,6 +63,10 @@ class Simulation(ABC):
     def alike(self, recipe: Any) -> Hashable:
         """A value that cases must share to be solved together, besides steps of one shape and one output."""
 
+    def points(self, recipe: Any) -> int:
+        """About how many points the solver follows in a case."""
+        return 1
+
     @abstractmethod
     def warn_before(self, cases: Sequence[StatedCase]) -> None:
         """Warn of cases that look like a mistake, before they are solved."""
@@ -96,7 +100,7 @@ class Simulation(ABC):
         batches = []
         for members in [[index] for index in alone] or groups.values():
             origin = [timed.number for timed in cases[members[0]].steps]
-            for part in divided(members, [case.material for case in cases]):
+            for part in divided(members, [case.material for case in cases], self.points(cases[members[0]].recipe)):
                 together = [cases[index] for index in part]
                 recipes, materials = [case.recipe for case in together], [case.material for case in together]
                 steps = [joined(steps) for steps in zip(*([timed.step for timed in case.steps] for case in together), strict=True)]
