@@ -203,7 +203,8 @@ class Watch:
             if lookout.signal is None:
                 continue
             value = lookout.signal(moment)
-            fallen = where(starting & lookout.armed & ~lookout.seen & ~(value > 0))
+            below = ~(value > 0) if lookout.least is None else value <= 0  # NaN where the event cannot happen in this load
+            fallen = where(starting & lookout.armed & ~lookout.seen & below)
             self.note(lookout, start[fallen], moment.take(fallen))
             lookout.last = np.where(starting, value, lookout.last)
             if lookout.least is not None:
@@ -299,8 +300,11 @@ class Watch:
         return np.reshape(parts, (len(self.exposures), columns.size))
 
     def stability(self, moment: Moment) -> Stability:
-        """Determinant and margin (k,) of films at a moment."""
-        return stability_at(moment, self.films.timescale)
+        """Determinant and margin (k,) of films at a moment; where edges move, the margin stands for both, as determinants of
+        different axes cannot be compared.
+        """
+        found = stability_at(moment, self.films.timescale)
+        return replace(found, determinant=found.margin) if self.films.moved else found
 
     def age(self, cases: Cases, begin: Floats, time: Floats) -> Floats:
         """How long (k,) in s the voltage has been on, at `time` (k,) in s since a span began.

@@ -140,7 +140,7 @@ def test_a_simulation_goes_on_within_a_step_of_its_load(name: str, tmp_path: Pat
         if len(said) % 23 == 22:
             raise KeyboardInterrupt
 
-    for run in range(1, 100):
+    for run in range(1, 100):  # noqa: B007
         try:
             resumed = files(Execution(folder=tmp_path, keep=interrupt))
             break

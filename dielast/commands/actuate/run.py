@@ -19,6 +19,7 @@ from dielast.io.table import Table, case_table
 from dielast.material.leakage import Leakage
 from dielast.material.material import Material
 from dielast.mechanics.criteria import names
+from dielast.mechanics.load import Repeat
 from dielast.numerics.arrays import Floats
 from dielast.recipe.cases import Case
 from dielast.report.report import Report
@@ -85,6 +86,7 @@ class Films(Simulation):
             _over_films([film.weights[0] for film in films]),
             _over_films([film.weights[1] for film in films]),
             np.array([case.temperature for case in cases]),
+            _over_films([_spring(film, factor) for film, factor in zip(films, thickness_factor.tolist(), strict=True)]),
         )
         sources, leaks = [recipe.source for recipe in recipes], [recipe.leakage for recipe in recipes]
         leakage = Leakage(
@@ -107,6 +109,8 @@ class Films(Simulation):
             failure=Failure(pull_in_timescale=recipe.pull_in.criterion, stop_at=recipe.stop.at),
             output=output,
             solver=Solver(recipe.solver.rtol, mesh_rtol),
+            mode=recipe.mode,
+            repeat=None if recipe.repeat is None else Repeat(recipe.repeat.times, *(recipe.repeat.steps or ())),
         )
 
     def result(self, recipe: ActuateRecipe, materials: Sequence[Material]) -> partial[CaseResult]:
@@ -126,6 +130,10 @@ class Films(Simulation):
             profile,
             ends,
             recipe.control,
+            recipe.mode,
+            None if recipe.repeat is None else repr(recipe.repeat),
+            film.spring is not None and film.spring.axis,
+            film.spring is None,
         )
 
     def points(self, recipe: ActuateRecipe) -> int:
@@ -193,12 +201,19 @@ class Films(Simulation):
 
 def _stated(recipe: ActuateRecipe) -> tuple[str, ...]:
     """Columns that do not depend on the material: those that the source prescribes, unless charge leaks."""
+    if recipe.programme:
+        return ("time [s]",)
     if recipe.control == "charge":
         leaks = recipe.leakage is not None and recipe.leakage.conductivity > 0
         delivered = ("current_density [A/m^2]", "current [A]")
         return ("time [s]", *delivered, *(() if leaks else ("charge_density [C/m^2]", "charge [C]")))
     behind = recipe.source is not None and recipe.source.resistance > 0
     return ("time [s]", "source_voltage [V]", *(() if behind else ("voltage [V]",)))
+
+
+def _spring(film: FilmSection, factor: float) -> tuple[float | None, float | None]:
+    """The stiffness in Pa of the spring along both axes of a film, whose thickness is multiplied by the `factor`."""
+    return (None, None) if film.spring is None else film.spring.in_pascal(film.thickness * factor, film.width or ())
 
 
 def _prestretch(films: Sequence[FilmSection]) -> tuple[Floats | None, Floats | None]:
