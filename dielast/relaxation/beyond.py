@@ -4,14 +4,14 @@ No curve tells a constant from a process that is far slower than the curve is lo
 is anything between 0 and the modulus at the end of every curve, levelled or not. The assumption here is that the spectrum H(ln tau)
 goes on as it has begun. ln H is a random path over ln tau (see `paths`), from two decades before the end to four decades after it.
 Its slope begins anywhere between a steep rise and a steep fall, and changes at random, mostly downwards, by small steps (a power
-law goes on) or large ones (it is cut off). The size of H at the end and the equilibrium modulus are unknown in scale: the logarithm
-of the size is equally likely to have any value down to a ten-thousandth of the modulus at the end (Jeffreys' prior of a scale, H.
-Jeffreys, Theory of probability, 3rd ed., Oxford 1961, sec. 3.1). Of the equilibrium modulus this holds down to about a third of the
-modulus at the end, and below, every value is equally likely. Both bounds are choices, and so are the numbers of the paths. The
-stated range depends on them, as does how often it holds the truth. It is a range for materials like those that the choices expect.
-An end that does not fall at all is as likely as one that does. All this is weighted by how likely it makes the end of the curve,
-with noise of unknown size. So the last slope and its change decide how far the modulus may still fall, and a level end excludes a
-fall. A process that a plateau separates from the curve is not allowed for: nothing shows it.
+law goes on) or large ones (it is cut off); some spectra end with the curve. The size of H at the end and the equilibrium modulus
+are unknown in scale: the logarithm of the size is equally likely to have any value down to a ten-thousandth of the modulus at the
+end (Jeffreys' prior of a scale, H. Jeffreys, Theory of probability, 3rd ed., Oxford 1961, sec. 3.1). Of the equilibrium modulus
+this holds down to about a third of the modulus at the end, and below, every value is equally likely. Both bounds are choices, and
+so are the numbers of the paths. The stated range depends on them, as does how often it holds the truth. It is a range for materials
+like those that the choices expect. An end that does not fall at all is as likely as one that does. All this is weighted by how
+likely it makes the end of the curve, with noise of unknown size. So the last slope and its change decide how far the modulus may
+still fall, and a level end excludes a fall. A process that a plateau separates from the curve is not allowed for: nothing shows it.
 """
 
 from dataclasses import dataclass, replace

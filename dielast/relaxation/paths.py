@@ -1,8 +1,9 @@
 """Random paths of the spectrum H(ln tau) about the end of a curve, and how well each of them follows the curve.
 
 The slope d ln H/d ln tau begins at random where a path begins, changes by normal steps at each point, and falls at some points by
-gamma distributed steps: small ones, so that a power law goes on, or large ones, which cut it off. The numbers of this prior are
-choices. They are not derived, and no measurement determines them; their effect is the width of the range that follows from a curve.
+gamma distributed steps: small ones, so that a power law goes on, or large ones, which cut it off. Some paths end with the curve.
+The numbers of this prior are choices. They are not derived, and no measurement determines them; their effect is the width of the
+range that follows from a curve.
 """
 
 from dataclasses import dataclass
@@ -23,9 +24,10 @@ FIRST_SLOPE = (-0.3, 1.0)  # mean and standard deviation of d ln H/d ln tau wher
 # A choice: about two falls of the slope in three decades, of a mean size between 0.1, a bend, and 10, after which H
 # falls by ten decades in one; the logarithm of this size is even.
 FALLS, DROP = 0.3, (0.1, 10.0)
-# Share of paths that end with the curve, a choice. Such a material is at the border of what the curve allows, where an interval
-# between quantiles of continuous paths alone never holds it; more makes moduli far below the end of the curve less likely.
-ENDING = 1 / 3
+# Share of paths that end with the curve, a choice: some times the share that an interval leaves beyond either of its ends. Such a
+# material is at the border of what the curve allows, where an interval of paths that all go on does not reach. A larger share makes
+# moduli far below the end of the curve less likely.
+ENDING = 0.2
 WANDERS = 0.2  # standard deviation of the change of the slope per square root of a unit of ln tau
 # Paths that must count, a choice: for the Monte Carlo error of a bound. A curve more exact than the paths are dense counts less.
 ENOUGH = 200.0
