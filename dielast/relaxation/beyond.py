@@ -165,7 +165,7 @@ def _draws(
     cells: WeightedCurve, end: float, guided: tuple[Floats, Floats], count: int, generator: np.random.Generator
 ) -> tuple[Floats, Floats]:
     """Equilibrium moduli (count,) and moduli along paths (count, m) that go with the curve of `cells`."""
-    from scipy.special import ndtr, ndtri
+    from scipy.special import log_ndtr, ndtr, ndtri
 
     u, (paths, unguided), scale = unguided_paths()[1], guided, cells.values[0, -1]
     follow = Following.of(cells, end, u, paths)
@@ -188,11 +188,15 @@ def _draws(
 
     size = positive(mean_size[k], sigma_size[k], first)
     given = mean_level[k] + rho[k] * sigma_level[k] / sigma_size[k] * (size - mean_size[k])
-    level = positive(given, sigma_level[k] * np.sqrt(1 - rho[k] ** 2), second)
-    likely = 1 / ((size + LEAST_SIZE) * (level + LEAST_MODULUS))
+    given_size = sigma_level[k] * np.sqrt(1 - rho[k] ** 2)
+    level = positive(given, given_size, second)
+    # of a path and a size, the chance of a level above 0, in place of that for all sizes, which is in the evidence
+    allowed = np.exp(log_ndtr(given / given_size) - log_ndtr(mean_level[k] / sigma_level[k]))
+    drop = allowed / (size + LEAST_SIZE)
+    likely = drop / (level + LEAST_MODULUS)
     chosen = generator.choice(many, size=count, p=likely / likely.sum())
     # the evidence for a curve that falls by no path, and for one that falls, by the curve as measured
-    noise, drops = np.sqrt(least / follow.freedom), float(np.mean(1 / (size + LEAST_SIZE))) / -np.log(LEAST_SIZE)
+    noise, drops = np.sqrt(least / follow.freedom), float(np.mean(drop)) / -np.log(LEAST_SIZE)
     falls = float(np.mean(np.exp(unguided + follow.evidence(least)))) * 2 * np.pi * noise**2 * drops
     a, square = follow.a, follow.n - follow.d**2 / follow.a
     stays = (max(square, least) / least) ** (-0.5 * follow.freedom) * np.sqrt(2 * np.pi / a) * noise

@@ -60,6 +60,15 @@ def test_a_spectrum_that_ends_with_its_curve_is_within_the_range() -> None:
     assert np.mean(held) > 0.8
 
 
+@pytest.mark.parametrize("last", [1e2, 1e4, 1e6])
+def test_all_draws_follow_their_curve(last: float) -> None:
+    """Also those of which the likeliest size would need an equilibrium modulus below 0."""
+    fit = fitted(last)[2]
+    at = last * np.array([0.1, 0.3, 1.0])
+    drawn = continuations(fit, np.ones((1, fit.reduced_time.size)), 400).modulus(at)
+    np.testing.assert_allclose(drawn / TRUTH.relaxation_modulus(at, LEVEL), 1, atol=0.02)
+
+
 def test_a_plateau_that_is_reached_leaves_nothing_open() -> None:
     _, _, fit = fitted(1e6)
     end = end_of(fit)
