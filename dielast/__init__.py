@@ -40,6 +40,7 @@ if TYPE_CHECKING:  # the public names, of which this is the only list: type chec
     from dielast.calibration.experiment import MeasuredTest as MeasuredTest
     from dielast.calibration.parameters import Free as Free
     from dielast.calibration.result import Calibration as Calibration, calibrate as calibrate
+    from dielast.calibration.voltage import VoltageTest as VoltageTest
     from dielast.errors import (
         DielastError as DielastError,
         DielastWarning as DielastWarning,
@@ -73,6 +74,7 @@ if TYPE_CHECKING:  # the public names, of which this is the only list: type chec
     from dielast.material.springs import (
         ArrudaBoyce as ArrudaBoyce,
         Gent as Gent,
+        GentI2 as GentI2,
         MooneyRivlin as MooneyRivlin,
         NeoHookean as NeoHookean,
         Ogden as Ogden,

@@ -14,24 +14,26 @@ from pathlib import Path
 Process = subprocess.Popen[str]
 PYTHON = (sys.executable, "-W", "error::SyntaxWarning")
 DIELAST = (sys.executable, "-c", "from dielast.cli import main; main()")
-# many chunks, though few cells: a map that is left to itself for a while is not at its end
+# many chunks, though few cells: what is left to itself for a while is not at its end
 SMALL_CHUNKS = """
-from dielast.commands import unfinished
-from dielast.commands.failure_map import resume
-resume.CHUNK = 128
+from dielast.sharing import study
+from dielast.commands.failure_map import run as maps
+from dielast.commands.design import run as designs
+from dielast.commands.simulation import cases
+study.PAUSE, maps.CHUNK, designs.CHUNK, cases.PART = 0.0, 128, 8, 400
 """
-# a map that has kept its first cells goes on once there is a file named go: none is finished before its test says so
+# a run that has kept its first chunk goes on once there is a file named go: none is finished before its test says so
 HELD = f"""
 import time
 from pathlib import Path
 {SMALL_CHUNKS}
-save = unfinished.save
+save = study.Study.save
 def save_and_wait(*given):
-    unfinished.save = save
+    study.Study.save = save
     save(*given)
     while not Path("go").exists():
         time.sleep(0.01)
-unfinished.save = save_and_wait
+study.Study.save = save_and_wait
 from dielast.cli import main; main()
 """
 ENDS = 600.0  # s in which whatever is started ends, however busy the machine
@@ -46,10 +48,10 @@ def until(happened: Callable[[], bool]) -> None:
 
 
 @contextmanager
-def half_done(folder: Path, out: str, *arguments: str) -> Iterator[Process]:
-    """A failure map of the recipe m.toml, in a session of processes of its own, that has kept some cells and waits for `go`."""
+def half_done(folder: Path, out: str, *arguments: str, kind: str = "failure-map") -> Iterator[Process]:
+    """A run of the recipe m.toml, in a session of processes of its own, that has kept some cells and waits for `go`."""
     (folder / "go").unlink(missing_ok=True)
-    command = [sys.executable, "-c", HELD, "failure-map", "m.toml", "-q", "--plot", "none", "-o", out, *arguments]
+    command = [sys.executable, "-c", HELD, kind, "m.toml", "-q", "--plot", "none", "-o", out, *arguments]
     with subprocess.Popen(
         command, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True
     ) as run:

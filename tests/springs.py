@@ -11,7 +11,7 @@ from peers.membrane import Film
 
 from dielast import Gent, Material, Spectrum
 from dielast.material.shift import NoShift
-from dielast.material.springs import ArrudaBoyce, MooneyRivlin, Ogden, SpringLaw, Yeoh
+from dielast.material.springs import ArrudaBoyce, GentI2, MooneyRivlin, Ogden, SpringLaw, Yeoh
 
 MU, EPS = 26e3, 4e-11
 SPECTRUM = Spectrum(np.array([10.0, 0.5]), np.array([3e4, 1e5]))
@@ -39,6 +39,10 @@ class Springs:
 
 def gent(limit: float) -> Energy:
     return lambda l1, l2: energies.gent(l1, l2, 1.0, limit)
+
+
+def gent_i2(limit: float, share: float, exponent: float) -> Energy:
+    return lambda l1, l2: energies.gent_i2(l1, l2, 1 - share, limit, share, exponent)
 
 
 def yeoh(c2: float, c3: float) -> Energy:
@@ -69,4 +73,5 @@ SPRINGS = {
         (ogden((18.0, -2.0), (1.6, -2.5)), ogden((3.0, 0.01), (1.8, 5.0))),
     ),
     "mixed": Springs(Ogden((18.0, -2.0), (1.6, -2.5)), ArrudaBoyce(4.0), (ogden((18.0, -2.0), (1.6, -2.5)), arruda_boyce(4.0))),
+    "gent-i2": Springs(GentI2(110.0, 0.4, 0.9), GentI2(55.0, 0.2), (gent_i2(110.0, 0.4, 0.9), gent_i2(55.0, 0.2, 0))),
 }

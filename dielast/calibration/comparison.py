@@ -6,10 +6,11 @@ from functools import partial
 
 import numpy as np
 
-from dielast.calibration.experiment import Experiment, MeasuredTest, answers_of
+from dielast.calibration.experiment import Experiment, MeasuredTest, answers_of, relative_error
 from dielast.calibration.fit import Fit
 from dielast.calibration.laboratory import Laboratory, completed_stress, under_voltage
 from dielast.calibration.likelihood import Likelihood
+from dielast.calibration.voltage import VoltageTest
 from dielast.io.result import TabularResult
 from dielast.io.table import Column, Table
 from dielast.material.material import Material
@@ -61,8 +62,13 @@ class Comparison(TabularResult):
 
     @property
     def rms_relative_error(self) -> float:
-        """`rms_error` over the root mean square of the same measured values, which include the value at rest."""
+        """`rms_error` over the root mean square of the same measured values, less the value at rest."""
         return relative_error([self.test], [self.model - self.test.measured])
+
+    @property
+    def rms_voltage_error(self) -> float:
+        """`rms_relative_error` of a voltage test, NaN for others."""
+        return self.rms_relative_error if isinstance(self.test, VoltageTest) else np.nan
 
     @property
     def r_squared(self) -> float:
@@ -93,25 +99,6 @@ class Comparison(TabularResult):
         ]
 
 
-def size_of(test: Experiment) -> float:
-    """The root mean square of the measured values, as in the table of residuals: with the value at rest."""
-    return rms(test.measured + test.rest)
-
-
-def relative_error(tests: Sequence[Experiment], misses: Sequence[Floats]) -> float:
-    """The root mean square of the differences (n,) from the measured values over that of the measured values, over all points with
-    a difference that is not NaN; NaN if there are none, or if these measured values are 0.
-
-    The values of each test are over their own root mean square if the units of the tests differ.
-    """
-    mixed = len({test.unit for test in tests}) > 1
-    sizes = [size_of(test) if mixed else 1.0 for test in tests]
-    measured = np.concatenate([(test.measured + test.rest) / size for test, size in zip(tests, sizes, strict=True)])
-    miss = np.concatenate([miss / size for miss, size in zip(misses, sizes, strict=True)])
-    known = np.isfinite(miss)
-    return rms(miss[known]) / rms(measured[known]) if np.any(measured[known]) else np.nan
-
-
 def explained(miss: Floats, measured: Floats) -> float:
     """Share of the variance of `measured` values (n,) that a model with errors `miss` (n,) explains; NaN if they do not vary."""
     variance = float(np.var(measured)) if measured.size else 0.0
@@ -129,10 +116,11 @@ def compare_tests(
     width = float(stdtrit(likelihood.value_freedom, 0.5 * (1 + level)))
     parts = stdtrit(likelihood.value_freedom, (np.arange(PARTS) + 0.5) / PARTS)
     found = []
-    for k, (test, answer) in enumerate(_answers((*fitted, *validate), [fit.material, *fit.space.materials(draws)])):
+    for k, (test, answer) in enumerate(_answers((*fitted, *validate), fit, draws)):
         model, drawn, known = answer[0], answer[1:], np.isfinite(answer[0])
         spread = np.full(model.size, np.nan)
-        spread[known] = np.sqrt(likelihood.scatters.variance(model[known]))
+        wide = np.broadcast_to(test.wide, model.shape)[known]
+        spread[known] = np.sqrt(likelihood.scatters.variance(model[known], wide, test.power))
         lower, upper, lost = model - width * spread, model + width * spread, 0.0
         drawn = drawn[np.isfinite(drawn[:, 0])]
         if len(drawn) > 2 and known.any():
@@ -148,10 +136,14 @@ def compare_tests(
     return tuple(found)
 
 
-def _answers(tests: Sequence[Experiment], materials: Sequence[Material | None]) -> list[tuple[Experiment, Floats]]:
-    """Each test with its simulated values (materials, n): NaN from a runaway on, all NaN if a material cannot follow it."""
+def _answers(tests: Sequence[Experiment], fit: Fit, draws: Floats) -> list[tuple[Experiment, Floats]]:
+    """Each test with the values (1 + draws, n) of the fit and of draws (draws, p): NaN from a runaway on, all NaN if a material
+    cannot follow it.
+    """
+    coordinates = np.concatenate((fit.coordinates[None], draws))
+    materials, conditions = fit.space.materials(coordinates), fit.space.conditions(coordinates)
     electric = [test for test in tests if isinstance(test, MeasuredTest) and test.nominal_field]
-    others = iter(Laboratory([test for test in tests if test not in electric]).answers(materials))
+    others = iter(Laboratory([test for test in tests if test not in electric]).answers(materials, conditions))
     found: list[tuple[Experiment, Floats]] = []
     for test in tests:
         if isinstance(test, MeasuredTest) and test.nominal_field:

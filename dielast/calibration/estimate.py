@@ -107,13 +107,13 @@ class _Few:
         """At most `MOST_POINTS` of each curve."""
         sizes = [values.size for values in curves.values]
         rows = [np.unique(np.linspace(0, size - 1, min(size, MOST_POINTS)).astype(np.intp)) for size in sizes]
-        values, model, places = (
+        values, model, places, wider = (
             tuple(part[chosen] for part, chosen in zip(parts, rows, strict=True))
-            for parts in (curves.values, curves.model, curves.places)
+            for parts in (curves.values, curves.model, curves.places, curves.wide)
         )
         miss, slopes = curves.split(differences), np.split(jacobian, np.cumsum(sizes)[:-1])
-        columns = [np.column_stack((miss[k][row], slopes[k][row], curves.model[k][row])) for k, row in enumerate(rows)]
-        return cls(Curves(values, model, places, curves.specimen), columns)
+        columns = [np.column_stack((miss[k][row], slopes[k][row], curves.by_factor[k][row])) for k, row in enumerate(rows)]
+        return cls(Curves(values, model, places, curves.specimen, wider, curves.power), columns)
 
 
 def _restricted(few: _Few, scatter: Scatter, spectra: Sequence[tuple[Floats, Floats]], precision: Floats) -> Floats:
@@ -174,7 +174,7 @@ class Left:
         """For differences with a `weight` (n,) from a model with the `jacobian` (n, p)."""
         factors = [
             np.concatenate(
-                [values if k == specimen else 0 * values for k, values in zip(curves.specimen, curves.model, strict=True)]
+                [values if k == specimen else 0 * values for k, values in zip(curves.specimen, curves.by_factor, strict=True)]
             )
             for specimen in np.unique(curves.specimen)
         ]

@@ -6,12 +6,13 @@ from typing import ClassVar
 
 import numpy as np
 
+from dielast.calibration.voltage import VoltageTest
 from dielast.errors import DielastError, InputError
 from dielast.io.result import Result
 from dielast.material.argument_types import checked
 from dielast.material.material import Material
 from dielast.mechanics.load import Mode
-from dielast.numerics.arrays import Cases, Flags, Floats
+from dielast.numerics.arrays import Cases, Flags, Floats, rms
 
 TOLERANCE = 1e-3  # of the range of the values: lets straight lines remove the noise of a machine
 
@@ -52,6 +53,8 @@ class MeasuredTest(Result):
     header: ClassVar = "nominal_stress_1 [Pa]"
     unit: ClassVar = "Pa"
     rest: ClassVar = 0.0
+    wide: ClassVar = 1.0
+    power: ClassVar = 1.0
 
     def __post_init__(self) -> None:
         time, stretch, stress = (np.asarray(getattr(self, name), dtype=float) for name in ("time", "stretch", "stress"))
@@ -153,6 +156,8 @@ class SimulatedExperiment:
     temperature: float
     header: str
     stretch: ClassVar = None  # not prescribed
+    wide: ClassVar = 1.0
+    power: ClassVar = 1.0
     unused: ClassVar = np.zeros((3, 0))
 
     @property
@@ -169,8 +174,24 @@ class SimulatedExperiment:
         raise NotImplementedError
 
 
-Experiment = MeasuredTest | SimulatedExperiment
-"""A test as the fit needs it."""
+Experiment = MeasuredTest | SimulatedExperiment | VoltageTest
+"""A test as the fit needs it: `wide` is the error of its points over that of a usual one at their level, one number or (n,), and
+its values go with the `power` of the stress.
+"""
+
+
+def relative_error(tests: Sequence[Experiment], misses: Sequence[Floats]) -> float:
+    """The root mean square of the differences (n,) from the measured values over that of the measured values less those at rest,
+    over all points with a difference that is not NaN; NaN if there are none, or if these measured values are 0.
+
+    The values of each test are over their own root mean square if the units of the tests differ.
+    """
+    mixed = len({test.unit for test in tests}) > 1
+    sizes = [rms(test.measured) if mixed else 1.0 for test in tests]
+    measured = np.concatenate([test.measured / size for test, size in zip(tests, sizes, strict=True)])
+    miss = np.concatenate([miss / size for miss, size in zip(misses, sizes, strict=True)])
+    known = np.isfinite(miss)
+    return rms(miss[known]) / rms(measured[known]) if np.any(measured[known]) else np.nan
 
 
 def answers_of(

@@ -6,10 +6,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from dielast.calibration.estimate import estimate
-from dielast.calibration.experiment import Experiment
+from dielast.calibration.experiment import Experiment, relative_error
 from dielast.calibration.laboratory import Laboratory
 from dielast.calibration.levenberg import MOST_ITERATIONS, Watcher, minimise
-from dielast.calibration.parameters import Free, ParameterSpace, parameter_space
+from dielast.calibration.parameters import Free, ParameterSpace, parameter_space, with_conditions
 from dielast.calibration.problem import FitProblem, Weighting, smooth_branches
 from dielast.calibration.scatter import FIRST_LENGTH, FIRST_SHARE, USUAL_SCATTER, Curves, Scatter, about_factors
 from dielast.errors import InputError, NumericsError
@@ -61,7 +61,8 @@ class Fit(Result):
     @property
     def misfit(self) -> float:
         """The relative rms error over all fitted tests."""
-        return float(np.sqrt(np.mean(np.square(self.curves.differences)) / np.mean(np.square(self.curves.measured))))
+        tests = self.problem.laboratory.tests
+        return relative_error(tests, self.curves.split(self.curves.differences))
 
     @property
     def same_share(self) -> float:
@@ -125,6 +126,7 @@ def fit_material(
     if (points := sum(test.measured.size for test in tests)) <= len(space):
         fewer = f"{points} measured points for {len(space)} free parameters: more points or fewer parameters are needed"
         raise InputError(fewer, argument="tests")
+    space = with_conditions(space, tests)
     start = starts_of(space, starts)
     laboratory = Laboratory(tests)
     if not any(name.startswith("shift.") for name in space.names):
@@ -133,7 +135,7 @@ def fit_material(
                 material.relaxation_time(test.temperature)
             except InputError as error:
                 raise InputError(f"{test.name}: {error.problems[0].text}", argument="tests") from None
-    answers = laboratory.answers(space.materials(start))
+    answers = laboratory.answers(space.materials(start), space.conditions(start))
     kept = [test for test, values in zip(tests, answers, strict=True) if np.any(np.all(np.isfinite(values), axis=1))]
     if not kept:
         raise NumericsError(f"no start can follow any of the tests{_furthest(tests)}")

@@ -13,7 +13,8 @@ from typing import Self, TypeVar
 
 import numpy as np
 
-from dielast.calibration.experiment import Experiment, MeasuredTest, answers_of
+from dielast.calibration.experiment import Experiment, MeasuredTest, SimulatedExperiment, answers_of
+from dielast.calibration.voltage import Conditions, VoltageTest, simulated_voltages
 from dielast.errors import InputError
 from dielast.material.law import FlowLaw, Law
 from dielast.material.laws_of_cases import LawsOfCases
@@ -39,13 +40,17 @@ class Laboratory:
     def __init__(self, tests: Sequence[Experiment], rtol: float = RTOL) -> None:
         self.tests, self.rtol = tuple(tests), rtol
         self.machine = {index: test for index, test in enumerate(self.tests) if isinstance(test, MeasuredTest)}
+        self.films = {index: test for index, test in enumerate(self.tests) if isinstance(test, VoltageTest)}
         self.electric = [index for index, test in self.machine.items() if test.nominal_field]
         alone = [index for index in self.machine if index not in self.electric]
         self.groups = {mode: [index for index in alone if self.machine[index].mode is mode] for mode in Mode}
         self.temperatures = np.unique([test.temperature for test in self.machine.values()])
 
-    def answers(self, materials: Sequence[Material | None]) -> list[Floats]:
-        """The simulated values in each test: arrays (materials, n), NaN for a material that cannot follow a test."""
+    def answers(self, materials: Sequence[Material | None], conditions: Conditions | None = None) -> list[Floats]:
+        """The simulated values in each test: arrays (materials, n), NaN for a material that cannot follow a test.
+
+        `conditions` are those of voltage tests that are not known, for each material.
+        """
         values = [np.full((len(materials), test.measured.size), np.nan) for test in self.tests]
         there = [k for k, material in enumerate(materials) if material is not None]
         if self.machine and there:
@@ -56,8 +61,11 @@ class Laboratory:
         for index in self.electric:
             values[index] = answers_of(partial(self._under_voltage, index), materials, values[index].shape[1])
         for index, test in enumerate(self.tests):
-            if not isinstance(test, MeasuredTest):
+            if isinstance(test, SimulatedExperiment):
                 values[index] = test.answers(materials)
+        found = simulated_voltages(list(self.films.values()), materials, conditions or {}, self.rtol)
+        for index, voltage in zip(self.films, found, strict=True):
+            values[index] = voltage
         return values
 
     def _under_voltage(self, index: int, materials: Sequence[Material]) -> list[Floats]:

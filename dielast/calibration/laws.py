@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dielast.calibration.comparison import relative_error
+from dielast.calibration.experiment import relative_error
 from dielast.calibration.fit import Fit
 from dielast.calibration.levenberg import minimise
 from dielast.io.result import Result
@@ -32,7 +32,7 @@ def cross_validation_error(fit: Fit) -> float | None:
     start = np.repeat(fit.coordinates[None], folds, axis=0)
     residuals = fit.problem.weighted(curves, fit.scatter, chosen)
     solutions = minimise(residuals, start, fit.space.bounds, iterations=ITERATIONS, settled=PRECISE)
-    answers = curves.split(fit.problem.answers(solutions.coordinates))
+    answers = fit.problem.answers_of_tests(solutions.coordinates)
     misses = [answers[k][fold[k]] - values for k, values in enumerate(curves.values)]
     return relative_error(tests, misses)
 

@@ -11,6 +11,8 @@ from functools import partial
 import numpy as np
 
 from dielast.calibration.bounds import Bound, bounds_about, bounds_apart, bounds_between
+from dielast.calibration.experiment import Experiment
+from dielast.calibration.voltage import UNITS, Conditions, VoltageTest
 from dielast.errors import InputError, Mistakes, Problem
 from dielast.io.result import Result
 from dielast.material.argument_types import checked
@@ -57,10 +59,14 @@ class Parameter(Result):
     relative: float | None = None
     default_bounds: tuple[str, str] = ("", "")
     """What the lower and the upper bound are by default, in words; "" for a bound that was stated."""
+    of_test: bool = False
+    """Whether this is no constant of the material, but an unknown condition `key` of the test called `section`."""
 
     @property
     def name(self) -> str:
-        """The path in a material file."""
+        """The path in a material file, or the test with its condition."""
+        if self.of_test:
+            return f"{self.section}: {self.key}"
         return f"{self.section}.{self.key}" + ("" if self.index is None else f"[{self.index}]")
 
     def coordinate(self, value: Floats | float) -> Floats:
@@ -109,6 +115,14 @@ class ParameterSpace(Result):
             [parameter.upper for parameter in self.parameters]
         )
 
+    def conditions(self, coordinates: Floats) -> Conditions:
+        """The unknown conditions of tests at coordinates (k, p)."""
+        return {
+            (parameter.section, parameter.key): parameter.value(coordinates[:, k])
+            for k, parameter in enumerate(self.parameters)
+            if parameter.of_test
+        }
+
     def materials(self, coordinates: Floats) -> list[Material | None]:
         """The materials at coordinates (k, p); None if a law refuses its constants."""
         base = numbers_of(self.material)
@@ -120,6 +134,8 @@ class ParameterSpace(Result):
             for section, constants in base.items()
         }
         for parameter, value in zip(self.parameters, values, strict=True):
+            if parameter.of_test:
+                continue
             if parameter.index is None:
                 numbers[parameter.section][parameter.key] = value
             else:
@@ -141,9 +157,10 @@ def parameter_space(material: Material, free: Mapping[str, Free]) -> ParameterSp
     parameters = [one for path in free for one in wrong.tried(partial(_parameters, material, path, free)) or ()]
     names = [parameter.name for parameter in parameters]
     wrong += [Problem("is free twice", key=name) for name in dict.fromkeys(names) if names.count(name) > 1]
+    if f"nonequilibrium.{SCALE}" in free and any(path.startswith("nonequilibrium.shear_modulus") for path in free):
+        both = "a factor on all moduli and single moduli are free: free one of the two"
+        wrong.append(Problem(both, key=f"nonequilibrium.{SCALE}"))
     wrong.refuse()
-    if f"nonequilibrium.{SCALE}" in names and any(name.startswith("nonequilibrium.shear_modulus") for name in names):
-        raise InputError("a factor on all moduli and single moduli are free: free one of the two", key=f"nonequilibrium.{SCALE}")
     centre, precision = np.zeros(len(parameters)), np.zeros(len(parameters))
     for k, parameter in enumerate(parameters):
         if parameter.prior is not None and parameter.relative is not None:
@@ -155,6 +172,20 @@ def parameter_space(material: Material, free: Mapping[str, Free]) -> ParameterSp
         members = next(known.draws for known in free.values() if known.draws)
         centre[drawn], whole[np.ix_(drawn, drawn)] = _moments(members, [parameters[k] for k in drawn])
     return ParameterSpace(material, tuple(parameters), centre, whole)
+
+
+def with_conditions(space: ParameterSpace, tests: Sequence[Experiment]) -> ParameterSpace:
+    """The space with the conditions of tests that are not known, each with a uniform prior in its logarithm."""
+    more = tuple(
+        Parameter(test.name, key, None, UNITS[key], float(np.sqrt(low * high)), low, high, None, of_test=True)
+        for test in tests
+        if isinstance(test, VoltageTest)
+        for key, (low, high) in test.unknown.items()
+    )
+    size = len(space) + len(more)
+    precision, centre = np.zeros((size, size)), np.zeros(size)
+    precision[: len(space), : len(space)], centre[: len(space)] = space.precision, space.centre
+    return ParameterSpace(space.material, (*space.parameters, *more), centre, precision)
 
 
 def _parameters(material: Material, path: str, free: Mapping[str, Free]) -> list[Parameter]:
@@ -259,6 +290,8 @@ def _parameter(
             raise InputError("the material states no value to start from: state start, or min and max", key=path)
         start = float(np.sqrt(known.min * known.max)) if kind.is_positive and known.min > 0 else 0.5 * (known.min + known.max)
     scale = None if kind.is_positive else max(abs(start), size)
+    if kind.at_least is not None and kind.at_most is not None:
+        usual = (kind.at_least, "the least possible"), (kind.at_most, "the largest possible")
     bounds = [
         default if stated is None else (stated, "")
         for stated, default in zip((known.min, known.max), usual or bounds_about(start, scale), strict=True)
@@ -268,6 +301,9 @@ def _parameter(
     def shown(number: float) -> str:
         return f"{number:g}" + ("" if kind.unit == "1" else f" {kind.unit}")
 
+    for name, bound in (("min", lower), ("max", upper)):
+        if kind.at_most is not None and not kind.is_allowed(bound):
+            raise InputError(f"{name} = {shown(bound)}: a number {kind.bounds} is needed", key=path)
     if scale is None and lower <= 0:
         raise InputError(f"min = {shown(lower)}: a number above 0 is needed, as the constant must be positive", key=path)
     if lower >= upper:

@@ -35,7 +35,11 @@ class FitProblem:
 
     def answers(self, coordinates: Floats) -> Floats:
         """The simulated values (k, n) of all tests, one test after another, at coordinates (k, p)."""
-        return np.concatenate(self.laboratory.answers(self.space.materials(coordinates)), axis=1)
+        return np.concatenate(self.answers_of_tests(coordinates), axis=1)
+
+    def answers_of_tests(self, coordinates: Floats) -> list[Floats]:
+        """The simulated values (k, n) in each test at coordinates (k, p)."""
+        return self.laboratory.answers(self.space.materials(coordinates), self.space.conditions(coordinates))
 
     def slopes(self, at: Floats) -> Floats:
         """The derivatives (n, p) of all simulated values by the coordinates `at` (p,)."""
@@ -51,8 +55,9 @@ class FitProblem:
         specimen = np.array([names.index(test.specimen) for test in tests])
         model = measured
         if coordinates is not None:
-            model = tuple(answer[0] for answer in self.laboratory.answers(self.space.materials(coordinates[None])))
-        return Curves(measured, model, tuple(test.place for test in tests), specimen)
+            model = tuple(answer[0] for answer in self.answers_of_tests(coordinates[None]))
+        wide = tuple(np.broadcast_to(test.wide, test.measured.shape) for test in tests)
+        return Curves(measured, model, tuple(test.place for test in tests), specimen, wide, tuple(test.power for test in tests))
 
     def beforehand(self, coordinates: Floats) -> Floats:
         """The residuals (k, 2p) of priors and smoothness at coordinates (k, p)."""
@@ -78,14 +83,14 @@ class Weighting:
     """The weighting of differences in the fit: that of points, `weight` (n,) in 1/Pa, and the factor on each specimen's stress.
 
     The weight of a curve is that of its number of correlation lengths in independent points, whatever its sampling. The factor of a
-    specimen is a random effect (Laird and Ware 1982, DOI 10.2307/2529876) with the scatter s: with the modelled values m of its
-    tests, the covariance of its differences is W^-2 + s^2 m m^T, W = diag(weight). With u = W m, the root of the inverse is
-    [1 - (1 - 1/sqrt(1 + s^2 u.u)) u u^T/(u.u)] W, as its square shows by the formula of Sherman and Morrison (1950,
-    DOI 10.1214/aoms/1177729893).
+    specimen is a random effect (Laird and Ware 1982, DOI 10.2307/2529876) with the scatter s: with the derivatives m of modelled
+    values by the logarithm of the factor (`by_factor`), the covariance of its differences is W^-2 + s^2 m m^T,
+    W = diag(weight). With u = W m, the root of the inverse is [1 - (1 - 1/sqrt(1 + s^2 u.u)) u u^T/(u.u)] W, as its square shows by
+    the formula of Sherman and Morrison (1950, DOI 10.1214/aoms/1177729893).
     """
 
     weight: Floats
-    model: Floats
+    by_factor: Floats
     specimen: Cases
     scatter: float
 
@@ -99,13 +104,13 @@ class Weighting:
             independent = np.maximum(spacing, 0.0) / scatter.piece + 1e-6
             weights.append(np.sqrt(independent / (variance + scatter.noise[k] ** 2)) / level)
         specimen = np.repeat(curves.specimen, [values.size for values in curves.values])
-        return cls(np.concatenate(weights), np.concatenate(curves.model), specimen, scatter.specimen)
+        return cls(np.concatenate(weights), np.concatenate(curves.by_factor), specimen, scatter.specimen)
 
     def __call__(self, differences: Floats, factor: Floats | None = None) -> Floats:
         """Weighted differences (..., n); `factor` (..., n) is on the weight of points, and 0 leaves a point out."""
         weight = self.weight if factor is None else factor * self.weight
         weighted = weight * (differences if factor is None else np.where(factor > 0, differences, 0.0))
-        shape = weight * self.model
+        shape = weight * self.by_factor
         for specimen in np.unique(self.specimen):
             rows = self.specimen == specimen
             u = shape[..., rows]

@@ -5,8 +5,8 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from dielast.calibration.comparison import Comparison, compare_tests, explained, relative_error
-from dielast.calibration.experiment import Experiment, MeasuredTest
+from dielast.calibration.comparison import Comparison, compare_tests, explained
+from dielast.calibration.experiment import Experiment, MeasuredTest, relative_error
 from dielast.calibration.fit import STARTS, Fit, Watch, fit_material
 from dielast.calibration.likelihood import Likelihood, likelihood_of
 from dielast.calibration.parameters import Free
@@ -120,6 +120,7 @@ class Calibration(TabularResult):
             Column("specimen", None, [comparison.test.specimen for comparison in every]),
             Column("unit", None, [comparison.test.unit for comparison in every]),
             Column("specimen_factor", "1", np.array([factors.get(comparison.test.specimen, np.nan) for comparison in every])),
+            Column("rms_voltage_error", "1", np.array([comparison.rms_voltage_error for comparison in every])),
             Column("left_out_points", "1", np.array([comparison.test.unused.shape[1] for comparison in every])),
         ]
 

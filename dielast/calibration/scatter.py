@@ -89,11 +89,13 @@ class Scatters:
             whole += probability * covariance_of(curves, member)
         return whole
 
-    def variance(self, model: Floats) -> Floats:
-        """The variance (n,) of values measured on a further specimen, at the points (n,) of a modelled curve."""
+    def variance(self, model: Floats, wide: Floats | float = 1.0, power: float = 1.0) -> Floats:
+        """The variance (n,) of values measured on a further specimen, at the points (n,) of a modelled curve; `wide` and `power` as
+        in `Curves`.
+        """
         parts = [
-            np.square(level_of(model, member.steady)) * (member.model_error**2 + float(np.mean(member.noise)) ** 2)
-            + np.square(member.specimen * model)
+            np.square(wide * level_of(model, member.steady)) * (member.model_error**2 + float(np.mean(member.noise)) ** 2)
+            + np.square(member.specimen * power * model)
             for member in self.members
         ]
         return self.mean(np.stack(parts))
@@ -110,16 +112,30 @@ class Curves:
 
     Levels are those of the model: measured levels would bias the material towards values that are low by chance (Peelle's puzzle,
     see D'Agostini 1994, DOI 10.1016/0168-9002(94)90719-6).
+
+    The errors of points with a factor `wide`, arrays (n,) of the curves, are larger by it than at other points of their level. The
+    values of a curve go with the `power` of the stress, so of the factor of the specimen: 1 for a stress, 1/2 for a voltage.
     """
 
     values: tuple[Floats, ...]
     model: tuple[Floats, ...]
     places: tuple[Floats, ...]
     specimen: Cases
+    wide: tuple[Floats, ...] = ()
+    power: tuple[float, ...] = ()
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "wide", self.wide or tuple(np.ones(values.shape) for values in self.values))
+        object.__setattr__(self, "power", self.power or (1.0,) * len(self.values))
 
     def levels(self, steady: float = 0.5) -> list[Floats]:
-        """The level of each curve at its points (n,), with a share `steady` of the squared level of the whole curve."""
-        return [level_of(values, steady) for values in self.model]
+        """The level of each curve at its points (n,), with a share `steady` of the squared level of the whole curve, by `wide`."""
+        return [wide * level_of(values, steady) for values, wide in zip(self.model, self.wide, strict=True)]
+
+    @property
+    def by_factor(self) -> list[Floats]:
+        """The derivatives (n,) of the modelled values of each curve by the logarithm of the factor of its specimen."""
+        return [power * values for values, power in zip(self.model, self.power, strict=True)]
 
     @property
     def measured(self) -> Floats:
@@ -138,8 +154,10 @@ class Curves:
     def take(self, curves: Sequence[int]) -> Self:
         """Some of the curves."""
         chosen = list(curves)
-        values, model, places = (tuple(parts[k] for k in chosen) for parts in (self.values, self.model, self.places))
-        return type(self)(values, model, places, self.specimen[chosen])
+        values, model, places, wide = (
+            tuple(parts[k] for k in chosen) for parts in (self.values, self.model, self.places, self.wide)
+        )
+        return type(self)(values, model, places, self.specimen[chosen], wide, tuple(self.power[k] for k in chosen))
 
     def by_specimen(self) -> Iterator[tuple[Cases, Self]]:
         """For each specimen the indices of its curves, and these curves."""
@@ -168,7 +186,7 @@ def covariance_of(curves: Curves, scatter: Scatter) -> Floats:
     """The covariance (n, n) of all differences."""
     edges = np.concatenate(([0], np.cumsum([values.size for values in curves.values])))
     same = curves.specimen[:, None] == curves.specimen
-    joined = np.concatenate(curves.model)
+    joined = np.concatenate(curves.by_factor)
     whole = np.repeat(np.repeat(same, np.diff(edges), axis=0), np.diff(edges), axis=1) * np.outer(
         joined, scatter.specimen**2 * joined
     )
@@ -199,16 +217,16 @@ class Whitening:
         return made
 
 
-def _slope(logarithm: float, size: float, ratio: float) -> float:
-    factor = float(np.exp(logarithm))
-    return size * factor * (factor - ratio) + logarithm
+def _slope(logarithm: float, size: Floats, ratio: Floats, power: Floats) -> float:
+    factor = np.exp(power * logarithm)
+    return float(np.sum(power * size * factor * (factor - ratio))) + logarithm
 
 
 def specimen_factors(curves: Curves, scatter: Scatter, differences: Floats) -> Floats:
     """The logarithm of each specimen's factor, the most likely one for differences (n,) from the model.
 
-    With the whitened modelled values m and measured values y, exp(2b) m.m - exp(b) m.y + b/s^2 = 0 at the least of
-    |y - exp(b) m|^2 + b^2/s^2.
+    With the whitened modelled values m and measured values y of each curve, and the power p of the factor in it, the sum of
+    p [exp(2pb) m.m - exp(pb) m.y] + b/s^2 = 0 at the least of the sum of |y - exp(pb) m|^2 + b^2/s^2.
     """
     from scipy.optimize import brentq
 
@@ -216,11 +234,15 @@ def specimen_factors(curves: Curves, scatter: Scatter, differences: Floats) -> F
     factors = []
     for members, chosen in curves.by_specimen():
         whiten = Whitening(chosen, replace(alone, noise=scatter.noise[members]))
-        shape, miss = whiten(np.concatenate(chosen.model)), whiten(np.concatenate([parts[k] for k in members]))
-        size, ratio = float(shape @ shape) * max(scatter.specimen, 1e-12) ** 2, 1 + float(shape @ miss) / float(shape @ shape)
-        # the ends: no deviation at all, and that of the data alone; of the other sign, the prior alone ends it
-        far = float(np.log(ratio)) if ratio > np.exp(-FARTHEST) else -min(size * (1 - ratio), FARTHEST)
-        slope = partial(_slope, size=size, ratio=ratio)
+        shapes, misses = (chosen.split(whiten(np.concatenate(values))) for values in (chosen.model, [parts[k] for k in members]))
+        square = np.array([shape @ shape for shape in shapes])
+        ratio = 1 + np.array([shape @ miss for shape, miss in zip(shapes, misses, strict=True)]) / square
+        power, size = np.array(chosen.power), square * max(scatter.specimen, 1e-12) ** 2
+        slope = partial(_slope, size=size, ratio=ratio, power=power)
+        # the ends: no deviation at all, and the farthest of those of single curves alone
+        away = -float(np.sign(slope(0.0)))
+        lone = np.where(ratio > np.exp(-FARTHEST), np.log(np.maximum(ratio, np.exp(-FARTHEST))), -FARTHEST) / power
+        far = away * min(max(float(np.max(away * lone)), 0.0), FARTHEST)
         factors.append(float(brentq(slope, min(far, 0.0), max(far, 0.0))) if slope(0.0) * slope(far) < 0 else far)
     return np.array(factors)
 
@@ -229,8 +251,9 @@ def about_factors(curves: Curves, scatter: Scatter) -> Curves:
     """Curves with the measured values that make the fit, of first order in the factors, one about the most likely factors.
 
     With the most likely logarithm b of a factor and a further part c, y = exp(b + c) m is to first order y exp(-b) (1 - c) = m. As
-    b + c has the mean 0 and the scatter of specimens, y exp(-b) (1 + b) differs from m by (b + c) y exp(-b).
+    b + c has the mean 0 and the scatter of specimens, y exp(-b) (1 + b) differs from m by (b + c) y exp(-b). Logarithms count with
+    the power of the curve.
     """
-    logarithm = specimen_factors(curves, scatter, curves.differences)[curves.specimen]
+    logarithm = specimen_factors(curves, scatter, curves.differences)[curves.specimen] * np.array(curves.power)
     parts = zip(curves.values, logarithm.tolist(), strict=True)
     return replace(curves, values=tuple(values * np.exp(-b) * (1 + b) for values, b in parts))

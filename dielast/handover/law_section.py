@@ -104,7 +104,7 @@ def _annotation(constants: Sequence[Constant]) -> Any:
     if constant.dimension is None:
         if len({constant.many for constant in constants}) > 1:
             return Annotated[tuple[float, ...], Numbers(constant.at_least, constant.above)]
-        number = Annotated[float, Field(gt=constant.above, ge=constant.at_least)]
+        number = Annotated[float, Field(gt=constant.above, ge=constant.at_least, le=constant.at_most)]
         return list[number] if constant.many else number
     quantity = WithUnit(constant.dimension, constant.at_least, constant.above, many=constant.many)
     return Annotated[tuple[float, ...] if constant.many else float, quantity]

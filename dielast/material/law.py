@@ -21,9 +21,9 @@ from dielast.units import AREA, GAS_CONSTANT, MOLAR_ENERGY, ZERO_CELSIUS, Dimens
 class Constant:
     """One constant of a law: the attribute `name` of the law, and its form in files.
 
-    `dimension` is None for a bare number. `above` and `at_least` are bounds of its values. `many`: a list of numbers. `key` is its
-    key in a material file, by default the name. A file may leave out a constant with a default, `left_out`, or one that is not
-    `needed`.
+    `dimension` is None for a bare number. `above`, `at_least` and `at_most` are bounds of its values. `many`: a list of numbers.
+    `key` is its key in a material file, by default the name. A file may leave out a constant with a default, `left_out`, or one
+    that is not `needed`.
     """
 
     name: str
@@ -31,6 +31,7 @@ class Constant:
     dimension: Dimension | None = None
     above: float | None = None
     at_least: float | None = None
+    at_most: float | None = None
     many: bool = False
     key: str = ""
     left_out: Any = None
@@ -53,8 +54,8 @@ class Constant:
 
     @property
     def is_positive(self) -> bool:
-        """Whether its bounds exclude negative values."""
-        return any(bound is not None and bound >= 0 for bound in (self.above, self.at_least))
+        """Whether its bounds exclude negative values but no large ones, so that it has a logarithm."""
+        return self.at_most is None and any(bound is not None and bound >= 0 for bound in (self.above, self.at_least))
 
     @property
     def suffix(self) -> str:
@@ -64,12 +65,13 @@ class Constant:
     @property
     def bounds(self) -> str:
         """The bounds of its value in words, such as "above 0"."""
-        bounds = {"above": self.above, "of at least": self.at_least}
+        bounds = {"above": self.above, "of at least": self.at_least, "of at most": self.at_most}
         return " and ".join(f"{words} {bound:g}" for words, bound in bounds.items() if bound is not None)
 
     def is_allowed(self, value: float) -> bool:
         """Whether a value lies within the bounds."""
-        return (self.above is None or value > self.above) and (self.at_least is None or value >= self.at_least)
+        from_below = (self.above is None or value > self.above) and (self.at_least is None or value >= self.at_least)
+        return from_below and (self.at_most is None or value <= self.at_most)
 
     def value(self, stated: Any) -> Any:
         """The attribute of a law from the stated value: None, a number, or several, as laws that share the key may take several."""

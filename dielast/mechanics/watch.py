@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
@@ -157,6 +158,17 @@ class Watch:
         self.clock = VoltageClock.at_rest(cases)
         self._start = np.zeros(cases)
         self._begun = False
+
+    def __getstate__(self) -> dict[str, Any]:
+        # without what the criteria make of the films: such functions cannot be pickled
+        return {**vars(self), "lookouts": [replace(lookout, signal=None) for lookout in self.lookouts]}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        vars(self).update(state)
+        for lookout in self.lookouts:
+            lookout.signal = lookout.criterion.signal(self.films)
+            if lookout.exposure is not None and (rate := lookout.criterion.rate(self.films)) is not None:
+                lookout.exposure.rate = rate
 
     @property
     def happened(self) -> dict[Criterion, EventArrays]:

@@ -88,6 +88,9 @@ def run_films(
         recorders.append(ProfileRecorder(Output(output.profile_rows[part]), spread=spread))
     meter = CycleMeter(points, begin[0], False, leakage, wiring.programme, None if density is None else density[part])
     followed = follow(film, [piece.take(part) for piece in pieces], rtol=rtol, watch=watch, recorders=recorders, meter=meter)
+    # those of a course that was kept, if there was one
+    watch, recorders, meter = followed.watch or watch, list(followed.recorders), followed.meter or meter
+    electric = recorders[0].electric
     record, happened = recorders[0].collect(), watch.happened
     stopped, last = followed.status == Status.STOPPED, first_of(happened, stops)
     # events located in an equilibrium that ends where the numerics give up may be slightly later

@@ -192,8 +192,7 @@ def _stretch_times(stretch_at: Mapping[str, float] | ArrayLike, horizon: float) 
 
 
 def assembled(plan: MapPlan, solved: Sequence[SolvedCells]) -> list[FailureMap]:
-    """The map from its solved cells, in any order, followed by the map of each draw."""
-    ordered = sorted(solved, key=lambda cells: cells.first)
+    """The map from its solved cells, chunk by chunk in their order, followed by the map of each draw."""
     place = np.argsort(np.concatenate([group.films for group in plan.grid.groups]))
     shape = 1 + plan.grid.draws, plan.temperature.size, len(plan.prestretch), plan.voltage.size
 
@@ -203,8 +202,8 @@ def assembled(plan: MapPlan, solved: Sequence[SolvedCells]) -> list[FailureMap]:
         rows = values.reshape(*values.shape[:-1], place.size, plan.voltage.size)
         return rows[..., place, :].reshape(*values.shape[:-1], *shape)
 
-    times = {name: whole([cells.times[name] for cells in ordered]) for name in ordered[0].times}
-    mode, status, stretched = (whole([getattr(cells, name) for cells in ordered]) for name in ("mode", "status", "stretched"))
+    times = {name: whole([cells.times[name] for cells in solved]) for name in solved[0].times}
+    mode, status, stretched = (whole([getattr(cells, name) for cells in solved]) for name in ("mode", "status", "stretched"))
     return [
         _map(plan, {name: time[draw] for name, time in times.items()}, mode[draw], status[draw], stretched[:, :, draw])
         for draw in range(1 + plan.grid.draws)

@@ -61,21 +61,15 @@ class MapPlan(Result):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SolvedCells:
-    """Results of the cells from `first` on: `times` (cells,) in s by the name of the event, NaN where it did not happen; `mode`
-    (cells,), the name of the first failure or "none"; `Status`; and relative stretches (2, requested times, cells), NaN where a
-    film failed earlier.
+    """Results of a chunk of cells: `times` (cells,) in s by the name of the event, NaN where it did not happen; the name `mode`
+    (cells,) of the first failure or "none"; `Status`; and relative stretches (2, requested times, cells), NaN where a film failed
+    earlier.
     """
 
-    first: int
     times: Mapping[str, Floats]
     mode: Texts
     status: Cases
     stretched: Floats = field(default_factory=lambda: np.zeros((2, 0, 0)))
-
-    @property
-    def size(self) -> int:
-        """The number of cells."""
-        return self.status.size
 
 
 def column_of(name: str) -> str:
@@ -98,4 +92,4 @@ def solve_cells(plan: MapPlan, first: int, end: int) -> SolvedCells:
     )
     times = {name: first_of(lives.happened, [name]).time for name in plan.watched}
     mode = name_of_first(lives.happened, plan.grid.failures).astype(str)
-    return SolvedCells(first, times, mode, lives.status, lives.stretched)
+    return SolvedCells(times, mode, lives.status, lives.stretched)

@@ -128,11 +128,11 @@ def prestretched(
     film: FilmState,
     stretch: Stretched,
     duration: Floats,
-    relax: float,
+    relax: float | Floats,
     rtol: float,
     hung: Stretched = (None, None),
 ) -> tuple[FilmState, Cases]:
-    """Films at rest, prestretched, relaxed for `relax` s and given a damper, and their `Status` (cases,).
+    """Films at rest, prestretched, relaxed for `relax` s, one number or (cases,), and given a damper, and their `Status` (cases,).
 
     `stretch` (cases,) of each axis is reached within `duration` (cases,) s; None is an axis that is free, or under the nominal
     stress `hung` (cases,) in Pa, all of it from the beginning. Use a film only where its status is COMPLETED.
@@ -142,7 +142,7 @@ def prestretched(
     pieces = [Line.to((first, second), (*stretch, None), duration)]
     if any(load is not None for load in hung):
         pieces.insert(0, Line.to((first, second), (*hung, None), zero))
-    if relax > 0:
+    if np.any(np.asarray(relax) > 0):
         pieces.append(Line.to((first, second), (None, None, None), np.full_like(duration, relax)))
     # only the final viscous stretches matter, not the stress on the way
     relaxing = replace(film.points, stress_floor=np.full_like(film.points.stress_floor, np.inf))

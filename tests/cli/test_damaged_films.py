@@ -9,14 +9,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from flat import plan_failure_map
 
-from dielast.commands import unfinished
-from dielast.commands.failure_map import resume
 from dielast.handover.material_file import parse_material, write_material
 from dielast.material.damage import InversePower
-from dielast.numerics.integrate import Status
-from dielast.simulate.map_plan import solve_cells
 
 Run = Callable[..., subprocess.CompletedProcess[str]]
 
@@ -167,23 +162,6 @@ def test_a_disc_in_a_frame_ages_and_breaks_down_by_a_power_law(folder: Path, die
     (bounded,) = [row for row in rows(folder / "many/events.csv") if row["event"] == "damage"]
     low, time, high = (float(bounded[f"time{which} [s]"]) for which in ("_lower", "", "_upper"))
     assert low < time == aged < high
-
-
-def test_a_map_with_damage_goes_on_where_it_stopped(tmp_path: Path) -> None:
-    material = parse_material((MATERIAL + DAMAGE).encode(), "film.toml")
-    plan = plan_failure_map(material, voltage=np.linspace(2e3, 4e3, 3), prestretch=[1.7, 1.9], thickness=5e-4, horizon=60.0)
-    (chunk,) = plan.chunks(resume.CHUNK)
-    cells = solve_cells(plan, *chunk)
-    assert set(cells.status.tolist()) <= {Status.COMPLETED, Status.STOPPED}
-    store = tmp_path / "store"
-    unfinished.save(resume.CELLS, store, "key", [cells])
-    known, discarded = unfinished.load(resume.CELLS, store, "key", plan, [chunk])
-    assert (discarded, list(known)) == ("", [0])
-    for name, times in cells.times.items():
-        np.testing.assert_array_equal(known[0].times[name], times)
-    without = parse_material(MATERIAL.encode() + b'[breakdown]\nfield = "40 MV/m"\n', "film.toml")
-    other = plan_failure_map(without, voltage=[2e3], prestretch=[1.7], thickness=5e-4, horizon=60.0)
-    assert (plan.grid.failures, other.grid.failures) == (("breakdown", "pull-in", "damage"), ("breakdown", "pull-in"))
 
 
 def test_the_law_is_read_and_written() -> None:

@@ -165,15 +165,15 @@ def test_pipes_and_links_into_nowhere_are_no_photographs(dielast: Run, folder: P
 
 
 def test_an_interrupted_run_goes_on(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    from dielast.commands import unfinished
     from dielast.commands.measure import photographs as module
     from dielast.commands.measure.photographs import PhotographPlan, measure_all
+    from dielast.sharing import study
     from dielast.sharing.execution import Execution
 
     names = tuple((f"photo-{number}.png", 0) for number in (8, 9, 10))
     plan = PhotographPlan(folder, names, True, None, None, "mean", False)
     monkeypatch.setattr(module, "CHUNK", 1)
-    monkeypatch.setattr(unfinished, "PAUSE", 0.0)
+    monkeypatch.setattr(study, "PAUSE", 0.0)
 
     def stop(done: int, of: int, what: str) -> None:
         if done == 2:
@@ -181,12 +181,12 @@ def test_an_interrupted_run_goes_on(folder: Path, monkeypatch: pytest.MonkeyPatc
 
     (folder / "out").mkdir()
     with pytest.raises(KeyboardInterrupt):
-        measure_all(plan, "key", Execution(folder=folder / "out", progress=stop))
+        measure_all(plan, study.Study(Execution(folder=folder / "out", progress=stop), "key"))
     notes: list[str] = []
     (folder / "photo-9.png").write_bytes(saved(FRAMES[0]))  # changed since: measured anew
-    result = measure_all(plan, "key", Execution(folder=folder / "out", note=notes.append))
+    result = measure_all(plan, study.Study(Execution(folder=folder / "out", note=notes.append), "key"))
     assert notes == ["goes on from an interrupted run, which measured 1 of 3 photographs"]
-    anew = measure_all(plan, "key", Execution())
+    anew = measure_all(plan, study.Study())
     for kept, fresh in zip(result, anew, strict=True):
         assert kept.outline.flat.shape.tolist() == fresh.outline.flat.shape.tolist()
         assert kept.outline.flat.covariance.tolist() == fresh.outline.flat.covariance.tolist()

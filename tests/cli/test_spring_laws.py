@@ -50,6 +50,10 @@ LAWS = {
         'law = "ogden"\nmu = ["18 kPa", "-2 kPa"]\nalpha = [1.6, -2.5]',
         'law = "ogden"\nmu = ["3 Pa", "0.01 Pa"]\nalpha = [1.8, 5.0]',
     ),
+    "gent-i2": (
+        'law = "gent-i2"\nshear_modulus = "26 kPa"\nJ_lim = 100.0\nI2_share = 0.4\nI2_exponent = 0.9',
+        'law = "gent-i2"\nI2_share = 0.2',
+    ),
 }
 INITIAL = {"ogden": 16900.0}
 FILM = '[film]\nthickness = "0.5 mm"\nprestretch = 1.7\nrelax = "5 min"\n'
@@ -114,6 +118,8 @@ def test_yeoh_may_state_c10_for_the_shear_modulus() -> None:
             "",
             "equilibrium: the initial shear modulus sum mu_p alpha_p / 2 is -1600 Pa",
         ),
+        ('law = "gent-i2"\nshear_modulus = "2 kPa"', "", 'equilibrium: law "gent-i2" needs I2_share'),
+        ('law = "gent-i2"\nshear_modulus = "2 kPa"\nI2_share = 1.2', "", "equilibrium.I2_share: 1.2"),
         ('law = "arruda-boyce"\nshear_modulus = "2 kPa"', "", 'equilibrium: law "arruda-boyce" needs locking_stretch'),
         ('law = "arruda-boyce"\nlocking_stretch = 4.0', "", "equilibrium.shear_modulus: is needed"),
         (
@@ -158,12 +164,14 @@ def test_every_command_takes_every_law(tmp_path: Path, dielast: Run) -> None:
         done = dielast(kind, f"{kind}.toml", "-o", kind, "--plot", "svg" if kind == "actuate" else "none")
         assert done.returncode == 0, done.stderr
         found = rows(tmp_path / kind / f"{kind}.csv")
-        assert {row["case"] for row in found} == {"0", "1", "2", "3"}
+        assert {row["case"] for row in found} == {str(case) for case in range(len(LAWS))}
         # the last law alone
-        done = dielast(kind, f"{kind}.toml", "-o", "alone", "--plot", "none", "--set", 'sweep.material=["ogden.toml"]')
+        done = dielast(kind, f"{kind}.toml", "-o", "alone", "--plot", "none", "--set", 'sweep.material=["gent-i2.toml"]')
         assert done.returncode == 0, done.stderr
         own = [{key: value for key, value in row.items() if key != "case"} for row in rows(tmp_path / f"alone/{kind}.csv")]
-        assert own == [{key: value for key, value in row.items() if key != "case"} for row in found if row["case"] == "3"]
+        assert own == [
+            {key: value for key, value in row.items() if key != "case"} for row in found if row["case"] == str(len(LAWS) - 1)
+        ]
     assert (tmp_path / "actuate/actuate.svg").stat().st_size > 1000
     for name in LAWS:
         (tmp_path / "map.toml").write_text(

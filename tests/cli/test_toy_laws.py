@@ -96,7 +96,7 @@ def test_a_material_file_takes_the_laws_and_is_written_with_them() -> None:
     assert material.nonequilibrium_law.share == 0.7
     assert write_material(parse_material(write_material(material), "again.toml")) == write_material(material)
     paths = {key.path: key.takes for key in keys(material_file())}
-    assert paths["equilibrium.law"] == '"gent", "neo-hookean", "yeoh", "arruda-boyce", "mooney-rivlin", "ogden", "varga"'
+    assert paths["equilibrium.law"] == '"gent", "neo-hookean", "yeoh", "arruda-boyce", "mooney-rivlin", "ogden", "gent-i2", "varga"'
     assert {"equilibrium.share", "shift.slope", "breakdown.exponent"} <= paths.keys()
     for old, new, message in (
         ("share = 0.4", "", 'equilibrium: law "varga" needs share'),
@@ -127,7 +127,7 @@ def test_a_flow_law_is_stated_varied_and_written() -> None:
 
 
 def test_a_law_that_nobody_registered_is_refused() -> None:
-    with pytest.raises(InputError, match=r'equilibrium.law: "varga": one of "gent", "neo-hookean", .* or "ogden" is needed'):
+    with pytest.raises(InputError, match=r'equilibrium.law: "varga": one of "gent", "neo-hookean", .* or "gent-i2" is needed'):
         parse_material(MATERIAL.encode(), "toy.toml")
 
 

@@ -82,9 +82,9 @@ def running(folder: Path, kind: str, recipe: str) -> Iterator[subprocess.Popen[s
 
 
 @contextmanager
-def half_done(folder: Path) -> Iterator[subprocess.Popen[str]]:
-    """A map that two workers have solved in part."""
-    with running(folder, "failure-map", MAP) as run:
+def half_done(folder: Path, kind: str = "failure-map", recipe: str = MAP) -> Iterator[subprocess.Popen[str]]:
+    """A map, or another run, that two workers have solved in part."""
+    with running(folder, kind, recipe) as run:
         until(lambda: (folder / "r/.unfinished").exists() or run.poll() is not None)
         assert run.poll() is None, run.communicate()[1]
         yield run
@@ -131,15 +131,10 @@ def test_a_group_that_is_terminated_is_one_line(tmp_path: Path) -> None:
 
 
 @pytest.mark.trust
-def test_a_sweep_has_workers_too(tmp_path: Path) -> None:
-    with running(tmp_path, "actuate", SWEEP) as run:
-        os.kill(workers(run.pid)[0], signal.SIGKILL)
-        assert run.communicate(timeout=ENDS)[1] == "r.toml: a worker process was killed, perhaps for lack of memory\n"
-        assert run.returncode == 3
-        until(lambda: not alive(run.pid))
-    with running(tmp_path, "actuate", SWEEP) as run:
+def test_the_draws_of_a_sweep_have_workers_too(tmp_path: Path) -> None:
+    with half_done(tmp_path, "actuate", SWEEP) as run:
         os.kill(run.pid, signal.SIGTERM)
-        assert said_at_the_end(run, tmp_path) == "interrupted: nothing is kept or written; the same command begins anew\n"
+        said = said_at_the_end(run, tmp_path)
+        assert re.fullmatch(r"interrupted: 4 of 4 cases and \d+ of 160 draws are kept: the same command goes on.*\n", said)
         assert run.returncode == 130
         until(lambda: not alive(run.pid))
-    assert not (tmp_path / "r").exists()

@@ -37,6 +37,12 @@ def gent(l1: Any, l2: Any, mu: float, limit: float) -> Any:
     return -mu * limit / 2 * log(1 - (invariants(l1, l2)[0] - 3) / limit)
 
 
+def gent_i2(l1: Any, l2: Any, mu1: float, limit: float, mu2: float, m: float) -> Any:
+    """W = -mu1 J/2 ln(1 - (I1 - 3)/J) + 3 mu2/(2 m) ((I2/3)^m - 1), m = 0: 3 mu2/2 ln(I2/3); Pucci and Saccomandi 2002."""
+    share = invariants(l1, l2)[1] / 3
+    return gent(l1, l2, mu1, limit) + 1.5 * mu2 * (log(share) if m == 0 else (share**m - 1) / m)
+
+
 def yeoh(l1: Any, l2: Any, c10: float, c20: float, c30: float) -> Any:
     """W = C10 (I1 - 3) + C20 (I1 - 3)^2 + C30 (I1 - 3)^3; Yeoh 1993. All in Pa, mu = 2 C10."""
     y = invariants(l1, l2)[0] - 3

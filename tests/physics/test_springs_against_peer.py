@@ -34,7 +34,7 @@ def cases(second: Iterable[str], short: tuple[str, ...]) -> list[Any]:
 TIMES = np.concatenate((np.linspace(0.2, 1.0, 5), 1.0 + np.geomspace(1e-2, 20.0, 10)))
 
 
-@pytest.mark.parametrize(("name", "mode"), cases((*MODES, *MODES[:2]), ("yeoh", "ogden")))
+@pytest.mark.parametrize(("name", "mode"), cases((*MODES, *MODES[:2], "pure-shear", "uniaxial"), ("yeoh", "ogden")))
 def test_relaxation(name: str, mode: str) -> None:
     springs, end = SPRINGS[name], 2.0
 
@@ -49,7 +49,7 @@ def test_relaxation(name: str, mode: str) -> None:
     assert here.nominal_stress_1[0] == pytest.approx(there.stress[0], rel=WITHIN)
 
 
-@pytest.mark.parametrize(("name", "mode"), cases((*MODES[1:], *MODES, MODES[0]), ("gent", "mooney-rivlin")))
+@pytest.mark.parametrize(("name", "mode"), cases((*MODES[1:], *MODES, *MODES[:2]), ("gent", "mooney-rivlin")))
 def test_creep(name: str, mode: str) -> None:
     springs, end = SPRINGS[name], 3e4
 
@@ -76,7 +76,7 @@ def test_mixed_control() -> None:
     assert here.nominal_stress_1[0] == pytest.approx(there.stress[0], rel=WITHIN)
 
 
-@pytest.mark.parametrize(("name", "film"), cases(("clamped", "even", "uneven") * 2, ("yeoh", "mixed")))
+@pytest.mark.parametrize(("name", "film"), cases((*("clamped", "even", "uneven") * 2, "even"), ("yeoh", "mixed")))
 def test_actuation(name: str, film: str) -> None:
     prestretch = (1.6, 1.6) if film == "even" else (1.8, 1.4)
     boundary: tuple[str, str] = ("dead-load", "clamped") if film == "clamped" else ("dead-load", "dead-load")

@@ -346,11 +346,10 @@ def _draws(scratch: Path) -> dict[str, Target]:
 
 def _kept(scratch: Path) -> dict[str, Target]:
     """What a run is compared with, and what an interrupted map left, which is taken for nothing if it is damaged."""
-    from dielast.commands.failure_map.resume import CELLS
-    from dielast.commands.unfinished import load as load_kept, save
     from dielast.io.files import STORE
     from dielast.numerics.integrate import Status
     from dielast.report.golden import TOLERANCES, differences
+    from dielast.sharing.study import load as load_kept, packed
     from dielast.simulate.map_plan import SolvedCells
 
     expected = GOLDEN / "failure-map-ramp" / "expected"
@@ -372,16 +371,14 @@ def _kept(scratch: Path) -> dict[str, Target]:
 
     store, key = scratch / "store" / STORE, "0123456789abcdef"
     store.parent.mkdir(exist_ok=True)
-    chunks = [(0, 3), (3, 6)]
     times = {"breakdown": np.full(3, np.nan), "pull-in": np.array([1.0, 2.0, np.nan])}
     mode, status = np.array(["pull-in", "pull-in", "none"]), np.full(3, Status.COMPLETED)
-    save(CELLS, store, key, [SolvedCells(first, times, mode, status, np.zeros((2, 0, 3))) for first, _ in chunks])
-    grid = SimpleNamespace(failures=tuple(times))
-    plan: Any = SimpleNamespace(horizon=10.0, watched=tuple(times), stretch_at={}, grid=grid)
+    kept = {(first, first + 3): SolvedCells(times, mode, status) for first in (0, 3)}
+    store.write_bytes(packed(key, {"cells": kept}))
 
     def load(data: bytes) -> object:
         store.write_bytes(data)
-        return load_kept(CELLS, store, key, plan, chunks)[0]
+        return load_kept(store, key)[0]
 
     result["store"] = Target("store", [store.read_bytes()], load, [])
     return result

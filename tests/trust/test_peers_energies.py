@@ -9,6 +9,7 @@ from peers.energies import (
     arruda_boyce,
     chain,
     gent,
+    gent_i2,
     inverse_langevin,
     langevin,
     mooney_rivlin,
@@ -26,6 +27,8 @@ MU = 26e3
 LAWS: dict[str, Energy] = {
     "neo-hookean": lambda l1, l2: neo_hookean(l1, l2, MU),
     "gent": lambda l1, l2: gent(l1, l2, MU, 55.0),
+    "gent-i2": lambda l1, l2: gent_i2(l1, l2, 0.6 * MU, 90.0, 0.4 * MU, 0.9),
+    "gent-gent": lambda l1, l2: gent_i2(l1, l2, 0.6 * MU, 90.0, 0.4 * MU, 0),
     "yeoh": lambda l1, l2: yeoh(l1, l2, MU / 2, -150.0, 12.0),
     "arruda-boyce": lambda l1, l2: arruda_boyce(l1, l2, MU, 3.5),
     "mooney-rivlin": lambda l1, l2: mooney_rivlin(l1, l2, 0.35 * MU, 0.15 * MU),

@@ -382,15 +382,15 @@ def test_draws_follow_the_test_that_was_fitted_where_it_determines_little() -> N
     assert calibration.comparisons[0].coverage >= 0.9
 
 
-def test_errors_are_relative_to_what_was_measured() -> None:
+def test_errors_are_relative_to_what_was_measured_less_the_value_at_rest() -> None:
     time, stress = np.array([1.0, 2.0, 3.0]), np.array([1e4, 2e4, 3e4])
     pull = MeasuredTest("pull", time, time / 10 + 1, stress, 20.0)
     creep = SimulatedExperiment("creep", "A", time, np.array([0.1, 0.2, 0.3]), 1.0, "1", 20.0, "stretch_1 [1]")
     stretched = Comparison(creep, True, creep.measured + 0.012, creep.measured, creep.measured)
-    assert stretched.rms_relative_error == pytest.approx(0.012 / np.sqrt(np.mean(np.square([1.1, 1.2, 1.3]))))
+    assert stretched.rms_relative_error == pytest.approx(0.012 / np.sqrt(np.mean(np.square([0.1, 0.2, 0.3]))))
     # points of different units count alike
-    assert relative_error([pull, creep], [0.1 * stress, 0.1 * (1 + creep.measured)]) == pytest.approx(0.1)
-    both = relative_error([pull, creep], [0.3 * stress, 0.4 * (1 + creep.measured)])
+    assert relative_error([pull, creep], [0.1 * stress, 0.1 * creep.measured]) == pytest.approx(0.1)
+    both = relative_error([pull, creep], [0.3 * stress, 0.4 * creep.measured])
     assert both == pytest.approx(np.sqrt(0.5 * (0.09 + 0.16)))
 
 

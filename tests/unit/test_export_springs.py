@@ -13,13 +13,19 @@ import pytest
 
 from dielast import CardOptions, Gent, InputError, Material, NoShift, Spectrum, export_card
 from dielast.export.card import CODES
-from dielast.material.springs import ArrudaBoyce, MooneyRivlin, NeoHookean, Ogden, SpringLaw, Yeoh
+from dielast.material.springs import ArrudaBoyce, GentI2, MooneyRivlin, NeoHookean, Ogden, SpringLaw, Yeoh
 
 SPECTRUM = Spectrum(np.array([10.0, 0.1]), np.array([3e4, 7e5]))
 REST, INSTANTANEOUS = 26e3, 26e3 + 73e4
 LAWS = {
     law.name: law
-    for law in (Yeoh(1.0, -0.01, 2e-4), ArrudaBoyce(5.0), MooneyRivlin(9.0, 1.0), Ogden((18.0, -2.0, 0.1), (1.6, -2.5, 4.0)))
+    for law in (
+        GentI2(90.0, 0.4, 0.9),
+        Yeoh(1.0, -0.01, 2e-4),
+        ArrudaBoyce(5.0),
+        MooneyRivlin(9.0, 1.0),
+        Ogden((18.0, -2.0, 0.1), (1.6, -2.5, 4.0)),
+    )
 }
 LONGEST = Ogden((18.0, -2.0, 0.1, 0.01, 0.02), (1.6, -2.5, 4.0, 3.0, 1.0))
 STRETCHES = np.exp(np.random.default_rng(2).uniform(-0.3, 0.6, (2, 50)))
@@ -134,10 +140,15 @@ def test_the_energy_of_a_card_is_that_of_the_spring(form: str, law: SpringLaw) -
         lacks = f'{form} has no "{law.name}" law'
         if law.name in CODES[form].unlike:
             lacks = f'the "{law.name}" law of {form} is a series with other coefficients .*'
-        with pytest.raises(InputError, match=rf'^hyperelastic: {lacks}: allow "neo-hookean" instead'):
+        with pytest.raises(
+            InputError, match=rf'^hyperelastic: {lacks}: allow ("gent" or )?"neo-hookean"( or "mooney-rivlin")? instead'
+        ):
             export_card(film, form)
         text = "".join(export_card(film, form, CardOptions(hyperelastic="neo-hookean")).values())
         assert f"APPROXIMATION, allowed by the recipe: the material's springs are {law.title}'s" in text
+        if law.name == "gent-i2":
+            text = "".join(export_card(film, form, CardOptions(hyperelastic="mooney-rivlin")).values())
+            assert "Mooney-Rivlin's second term is linear in I2" in text
         return
     files = export_card(film, form)
     assert "APPROXIMATION" not in "".join(files.values())
@@ -156,6 +167,8 @@ def test_springs_that_are_the_same_are_written_as_what_a_code_has() -> None:
     assert "NEO HOOKE" in export_card(material(Ogden((2.0,), (2.0,))), "abaqus")["material.inp"]
     assert "NEO HOOKE" in export_card(material(MooneyRivlin(2.0)), "abaqus")["material.inp"]
     assert "NEO HOOKE" in export_card(material(ArrudaBoyce()), "abaqus")["material.inp"]
+    assert "MOONEY-RIVLIN" in export_card(material(GentI2(I2_share=0.3, I2_exponent=1.0)), "abaqus")["material.inp"]
+    assert "Gent" in export_card(material(GentI2(90.0)), "ansys")["material.mac"]
     pair = replace(material(MooneyRivlin(9.0, 1.0)), nonequilibrium_law=Ogden((18.0, -2.0), (2.0, -2.0)))
     card = export_card(pair, "febio")["material.feb"]
     assert "Mooney-Rivlin" in card

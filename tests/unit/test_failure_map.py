@@ -85,7 +85,7 @@ def test_a_cell_that_the_numerics_cannot_finish_is_no_survivor() -> None:
     status = np.array([Status.COMPLETED, Status.STEP_VANISHED, Status.TOO_MANY_STEPS] * 2)
     broken = np.array([np.nan, np.nan, 5.0, np.nan, np.nan, 7.0])
     mode = np.where(np.isnan(broken), "none", "breakdown")
-    (result,) = assembled(plan, [SolvedCells(0, {"breakdown": broken, "pull-in": nothing}, mode, status)])
+    (result,) = assembled(plan, [SolvedCells({"breakdown": broken, "pull-in": nothing}, mode, status)])
     assert result.failure_mode[0, 0].tolist() == ["none", "unfinished", "breakdown"]
     assert not result.completed
     assert result.outcome[0, 0, 1] != "completed"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from decimal import Decimal, localcontext
 from typing import Any
@@ -20,6 +21,7 @@ from dielast.material.springs import (
     UNIAXIAL,
     ArrudaBoyce,
     Gent,
+    GentI2,
     MooneyRivlin,
     NeoHookean,
     Ogden,
@@ -37,6 +39,8 @@ LAWS: list[tuple[SpringLaw, Callable[[Any, Any], Any]]] = [
     (ArrudaBoyce(6.0), lambda l1, l2: energies.arruda_boyce(l1, l2, 1.0, 6.0)),
     (MooneyRivlin(11e3, 2e3), lambda l1, l2: energies.mooney_rivlin(l1, l2, 11e3, 2e3)),
     (Ogden(MU, ALPHA), lambda l1, l2: energies.ogden(l1, l2, MU, ALPHA)),
+    (GentI2(90.0, 0.4, 0.9), lambda l1, l2: energies.gent_i2(l1, l2, 0.6, 90.0, 0.4, 0.9)),
+    (GentI2(90.0, 0.3), lambda l1, l2: energies.gent_i2(l1, l2, 0.7, 90.0, 0.3, 0)),
 ]
 NEO_HOOKEAN = [
     (Yeoh(3.0), 1e-15),
@@ -47,12 +51,15 @@ NEO_HOOKEAN = [
     (MooneyRivlin(3.0, 0.0), 1e-15),
     (Ogden((2.0,), (2.0,)), 1e-14),
     (Ogden((2.0, 1.0, 0.0), (2.0, 2.0, -3.0)), 1e-14),
+    (GentI2(), 1e-15),
+    (GentI2(1e18, 0.0, 0.7), 1e-15),
 ]
+IDS = [f"{law.name}-{k}" for k, (law, _) in enumerate(LAWS)]
 STRETCHES = np.exp(np.random.default_rng(1).uniform(-0.7, 1.1, (2, 500)))
 MODES = ("uniaxial", "equibiaxial", "pure-shear")
 
 
-@pytest.mark.parametrize(("law", "energy"), LAWS, ids=[law.name for law, _ in LAWS])
+@pytest.mark.parametrize(("law", "energy"), LAWS, ids=IDS)
 def test_stress_tangent_and_energy_are_those_of_the_energy(law: SpringLaw, energy: Callable[[Any, Any], Any]) -> None:
     modulus, (l1, l2) = law.initial_modulus() or 1.0, STRETCHES
     expected = energies.stress(energy, l1, l2) * STRETCHES / modulus
@@ -67,7 +74,7 @@ def test_stress_tangent_and_energy_are_those_of_the_energy(law: SpringLaw, energ
     assert law.energy(STRETCHES**2) == pytest.approx(energy(l1, l2) / modulus, rel=1e-9, abs=1e-13)
 
 
-@pytest.mark.parametrize(("law", "energy"), LAWS, ids=[law.name for law, _ in LAWS])
+@pytest.mark.parametrize(("law", "energy"), LAWS, ids=IDS)
 def test_the_short_forms_of_symmetric_loads_are_the_same(law: SpringLaw, energy: Callable[[Any, Any], Any]) -> None:
     front = STRETCHES[0] ** 2
     for symmetry in (UNIAXIAL, EQUIBIAXIAL):
@@ -95,7 +102,7 @@ def test_every_law_is_neo_hookean_in_its_limit(law: SpringLaw, within: float) ->
     assert law.energy(squared) == pytest.approx(known.energy(squared), rel=100 * within, abs=2e-14)
 
 
-@pytest.mark.parametrize("law", [law for law, _ in LAWS], ids=[law.name for law, _ in LAWS])
+@pytest.mark.parametrize("law", [law for law, _ in LAWS], ids=IDS)
 def test_the_initial_modulus_is_one_and_constants_scale(law: SpringLaw) -> None:
     assert law.tangent(np.ones((2, 1)))[1][:, 0] == pytest.approx([2.0, 1.0, 2.0], rel=1e-14)
     assert law.energy(np.ones((2, 1))) == pytest.approx(0.0, abs=1e-15)
@@ -116,6 +123,47 @@ def test_ogden_with_2_and_minus_2_is_mooney_rivlin() -> None:
     assert other.initial_modulus() == one.initial_modulus() == 26e3
     assert other.tangent(STRETCHES**2)[1] == pytest.approx(one.tangent(STRETCHES**2)[1], rel=1e-13)
     assert other.stress(STRETCHES**2) == pytest.approx(one.stress(STRETCHES**2), rel=1e-12, abs=1e-13)
+
+
+def test_gent_i2_is_gent_and_mooney_rivlin_in_its_limits() -> None:
+    squared = STRETCHES**2
+    for one, other in (
+        (GentI2(90.0), Gent(90.0)),
+        (GentI2(math.inf, 0.4, 1.0), MooneyRivlin(0.6, 0.4)),
+        (GentI2(1e17, 0.4, 1.0), MooneyRivlin(0.6, 0.4)),
+        (GentI2(90.0, 0.4, 1e-12), GentI2(90.0, 0.4)),
+    ):
+        (stress, half), (expected, slope) = one.tangent(squared), other.tangent(squared)
+        assert stress == pytest.approx(expected, rel=1e-10, abs=1e-12)
+        assert half == pytest.approx(slope, rel=1e-10)
+        assert one.energy(squared) == pytest.approx(other.energy(squared), rel=1e-10, abs=1e-12)
+
+
+@pytest.mark.parametrize("m", [0.0, 0.4, 0.9, 1.0, 1.5])
+def test_the_second_term_of_gent_i2_alone_in_closed_form(m: float) -> None:
+    """Equal-biaxial: s = mu2 (I2/3)^(m - 1) (l^3 - l^-3), I2 = 2 l^-2 + l^4; uniaxial: mu2 (I2/3)^(m - 1) (1 - l^-3), I2 = 2 l +
+    l^-2.
+    """
+    stretch, law = np.linspace(0.6, 4.0, 30), GentI2(math.inf, 1.0, m)
+    both = law.stress(np.stack((stretch, stretch)) ** 2)
+    second = (2 * stretch**-2 + stretch**4) / 3
+    assert both / stretch == pytest.approx(np.stack([second ** (m - 1) * (stretch**3 - stretch**-3)] * 2), rel=1e-12, abs=1e-13)
+    p, q = law.stress(np.stack((stretch, stretch**-0.5)) ** 2)
+    second = (2 * stretch + stretch**-2) / 3
+    assert p / stretch == pytest.approx(second ** (m - 1) * (1 - stretch**-3), rel=1e-12, abs=1e-13)
+    assert q == pytest.approx(0.0, abs=1e-13)
+
+
+def test_gent_i2_is_stable_until_its_second_term_softens() -> None:
+    """Logarithm alone, uniaxial: s = 3 (l - l^-2)/(2 l^2 + 1/l), whose maximum is the end; with m = 1 there is none."""
+    end = stable_range(GentI2(math.inf, 1.0), "uniaxial")[1]
+
+    def stress(l1: complex) -> complex:
+        return 3 * (l1 - l1**-2) / (2 * l1**2 + 1 / l1)
+
+    assert np.imag(stress(end + 1e-30j)) / 1e-30 == pytest.approx(0.0, abs=1e-9)
+    assert stable_range(GentI2(math.inf, 0.5, 1.0), "equibiaxial") == (0.0, math.inf)
+    assert stable_range(GentI2(50.0, 0.1, 1.0), "equibiaxial")[1] == pytest.approx(stable_range(Gent(50.0), "equibiaxial")[1])
 
 
 def test_the_inverse_langevin_function_is_right_to_rounding() -> None:
@@ -225,6 +273,9 @@ def test_a_soft_yeoh_spring_falls_where_its_slope_vanishes() -> None:
         (lambda: Ogden((1.0,), (np.nan,)), "every constant must be finite"),
         (lambda: Yeoh(0.0, 1.0), "the initial shear modulus 2 C10 is 0 Pa"),
         (lambda: ArrudaBoyce(1.0), "locking_stretch: 1: above 1 is needed"),
+        (lambda: GentI2(90.0, 1.2), "I2_share: 1.2: the share of the second term is needed, from 0 to 1"),
+        (lambda: GentI2(90.0, 0.2, np.inf), "I2_exponent: a finite exponent"),
+        (lambda: GentI2(-1.0, 0.2), "J_lim: -1: the value of I1 - 3"),
         (lambda: ArrudaBoyce(np.nan), "locking_stretch: nan: above 1 is needed"),
     ],
 )

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from dielast.commands.actuate.recipe import ActuateRecipe, FilmSection
+from dielast.commands.actuate.uses import use_columns
 from dielast.commands.simulation.cases import SimulationBatch, case_result, last, one_or_list
 from dielast.commands.simulation.checks import warn_of_films, warn_of_programmes
 from dielast.commands.simulation.result import CaseResult, StatedCase, at_event
@@ -29,6 +30,8 @@ from dielast.simulate.events import event_columns
 from dielast.simulate.film_setup import Film
 from dielast.simulate.options import MESH_RTOL, Circuit, Failure, Solver
 from dielast.simulate.output import Output
+
+PASSIVE_POINTS = 8  # usually; the solver chooses their number
 
 
 def run(cases: Sequence[Case[ActuateRecipe]], inputs: Inputs, execution: Execution) -> Report:
@@ -133,8 +136,12 @@ class Films(Simulation):
             film.spring is None,
         )
 
+    def points(self, recipe: ActuateRecipe) -> int:
+        """More than one in a film with a passive part."""
+        return 1 if recipe.film.shares is None else PASSIVE_POINTS
+
     def extras(
-        self, cases: Sequence[Case[ActuateRecipe]], materials: Sequence[Material], results: Sequence[CaseResult]
+        self, cases: Sequence[Case[ActuateRecipe]], stated: Sequence[StatedCase], results: Sequence[CaseResult]
     ) -> tuple[dict[str, Table], Figures]:
         """The tables of events and profiles, and the figure of the first film with a profile."""
         if cases[0].recipe.uncertainty is None:
@@ -143,6 +150,12 @@ class Films(Simulation):
             from dielast.commands.simulation.bounds import bounded_event_columns
 
             tables = {"events.csv": bounded_event_columns([result.bounded_events for result in results])}
+        materials, programmes = [case.material for case in stated], [case.steps for case in stated]
+        known = {column.name: column.values for column in tables["events.csv"]}
+        for name, prefix in (("time", ""), ("assured_life", "assured_")):
+            if name in known:
+                more = use_columns(np.asarray(known["case"]), np.asarray(known[name]), programmes, prefix)
+                tables["events.csv"] = [*tables["events.csv"], *more]
         profiles = [result.profile for result in results if result.profile is not None]
         if not profiles:
             return tables, {}

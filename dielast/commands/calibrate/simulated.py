@@ -23,7 +23,7 @@ from dielast.material.material import Material
 from dielast.mechanics.load import ChargeStep, Track, VoltageStep, Waveform
 from dielast.numerics.arrays import Floats
 from dielast.recipe.cases import Case
-from dielast.sharing.batches import solve_batches
+from dielast.sharing.study import Study
 
 FINE = 400  # times of a history for points over a quantity that the material determines
 KINDS = ("relax", "creep", "actuate")
@@ -63,7 +63,7 @@ class SimulatedTest(SimulatedExperiment):
 
     def _results(self, materials: Sequence[Material]) -> list[CaseResult]:
         """The result of the simulation of each material."""
-        return solve_batches(
+        return Study().batches(
             self.simulation.batches([StatedCase(self.recipe, material, self.steps, None) for material in materials])
         )
 
@@ -127,7 +127,7 @@ def recipe_tests(name: str, inputs: Inputs, called: str, specimen: str, temperat
         coarse = {} if "rtol" in recipe.solver.model_fields_set else {"rtol": max(RTOL, recipe.solver.rtol)}
         solver = recipe.solver.model_copy(update=coarse)
         simulated = recipe.model_copy(update={"output": output, "solver": solver, "temperature": at, **stop})
-        rest = 1.0 if "stretch" in column else 0.0
+        rest = _rest(recipe, column)
         label = called if len(comparisons) == 1 else f"{called}, {comparison.label or os.path.basename(comparison.file)}"
         tests.append(
             SimulatedTest(
@@ -147,6 +147,15 @@ def recipe_tests(name: str, inputs: Inputs, called: str, specimen: str, temperat
             )
         )
     return tests
+
+
+def _rest(recipe: Any, column: str) -> float:
+    """The value of a column before the load: of a film, at its prestretch."""
+    if "stretch" not in column:
+        return 0.0
+    first, second = recipe.film.prestretch if recipe.kind == "actuate" else (1.0, 1.0)
+    at_prestretch = {"stretch_1": first, "stretch_2": second, "thickness_stretch": 1 / (first * second)}
+    return float(at_prestretch.get(column, 1.0))
 
 
 def prescribed(recipe: Any, steps: Sequence[TimedStep], header: str) -> tuple[Floats, Floats] | None:
@@ -186,7 +195,7 @@ def _of_its_material(
     stop = {"stop": recipe.stop.model_copy(update={"at": "end"})} if recipe.kind == "actuate" else {}
     stated = recipe.model_copy(update={"output": output, "temperature": temperature, **stop})
     batches = _simulation(recipe).batches([StatedCase(stated, material_of(case, beside), steps, None)])
-    table = solve_batches(batches)[0].columns
+    table = Study().batches(batches)[0].columns
     for header in (comparison.x, comparison.y):
         if header not in table:
             raise InputError(f'"{header}" is no column of the result; there are {", ".join(table)}', key=key)

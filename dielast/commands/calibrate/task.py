@@ -7,6 +7,7 @@ import numpy as np
 
 from dielast.calibration.experiment import Experiment, MeasuredTest
 from dielast.calibration.parameters import Free
+from dielast.calibration.voltage import VoltageTest
 from dielast.commands.calibrate.freedom import free_of
 from dielast.commands.calibrate.recipe import CalibrateRecipe
 from dielast.commands.calibrate.tests import read_tests
@@ -50,9 +51,10 @@ def check_conditions(task: CalibrationTask) -> None:
 
     Raises `InputError` for a test under voltage of a material without a permittivity.
     """
-    electric = [test for test in (*task.tests, *task.predicted) if isinstance(test, MeasuredTest) and test.nominal_field]
+    every = (*task.tests, *task.predicted)
+    electric = [test for test in every if isinstance(test, VoltageTest) or (isinstance(test, MeasuredTest) and test.nominal_field)]
     for name, material in task.materials.items():
-        if electric and material.dielectric is None:
+        if electric and not material.permittivity:
             needed = f"test {electric[0].name} is under voltage: state [dielectric] permittivity"
             raise InputError(needed, file=name)
     temperature = np.array([test.temperature for test in (*task.tests, *task.predicted)])

@@ -1,7 +1,6 @@
 """`design`: the voltage that takes each film to a goal, and the life of the film under it."""
 
-from collections.abc import Callable, Sequence
-from contextlib import closing
+from collections.abc import Sequence
 from functools import partial
 from itertools import product
 from typing import Any
@@ -16,8 +15,8 @@ from dielast.errors import in_keys, placed
 from dielast.io.files import Inputs
 from dielast.recipe.cases import Case
 from dielast.report.report import Report
-from dielast.sharing.batches import share_out
 from dielast.sharing.execution import Execution
+from dielast.sharing.study import Study, Work
 from dielast.simulate.design import YES, Design, check_draws, designed, plan_design, under_way
 from dielast.simulate.design_plan import (
     AREA_STRAIN,
@@ -25,7 +24,6 @@ from dielast.simulate.design_plan import (
     FAILURE_PROBABILITY,
     RELATIVE_STRETCH,
     UNFINISHED,
-    Designed,
     DesignPlan,
     Goal,
     solve_draws,
@@ -63,10 +61,17 @@ def run(cases: Sequence[Case[DesignRecipe]], inputs: Inputs, execution: Executio
     level, share = _levels(recipe)
     with placed(ready.in_recipe_terms):
         plan = ready.plan.relaxed()
-    solved = _solved(solve_films, plan, False, execution)
+    study = Study.of(cases, inputs, execution)
+
+    def size(films: int) -> int:
+        """The films of a chunk: all processes get some."""
+        return max(1, min(CHUNK, -(-films // execution.jobs)))
+
+    solved = study.solve(Work(solve_films, "films"), plan, plan.chunks(size=size(plan.films)))
     plan = under_way(plan, solved)
-    drawn = [] if sample is None else _solved(solve_draws, plan, True, execution)
-    result = designed(plan, solved, drawn, level, share)
+    drawn = study.solve(Work(solve_draws, "films of draws"), plan, plan.chunks(True, size(plan.films * plan.grid.draws)))
+    confidence = None if stated is None else stated.assurance
+    result = designed(plan, solved, drawn, level, share, confidence)
     warn_of_design(recipe, material, result)
 
     def figure() -> Any:
@@ -75,7 +80,8 @@ def run(cases: Sequence[Case[DesignRecipe]], inputs: Inputs, execution: Executio
         from dielast.plots.design import plot_design
 
         title = titled(recipe.title, cases, [material])
-        return plot_design(result, title, interval_label([recipe]) if stated is not None else None, share)
+        required = None if stated is None else stated.failure_share
+        return plot_design(result, title, interval_label([recipe]) if stated is not None else None, required or share)
 
     lost = np.flatnonzero(result.reached == UNFINISHED)
     failures = [("numerics", f"{film_of(result, film)}: given up: the solver did not find its voltage") for film in lost.tolist()]
@@ -85,24 +91,6 @@ def run(cases: Sequence[Case[DesignRecipe]], inputs: Inputs, execution: Executio
 
         sections |= uncertainty_headline([stated], [sample])
     return Report({"design.csv": result.columns()}, sections, figure, failures=first_of_each(failures, "films"))
-
-
-def _solved(
-    solve: Callable[[DesignPlan, int, int], Designed], plan: DesignPlan, drawn: bool, execution: Execution
-) -> list[Designed]:
-    """The chunks of the films, or of those `drawn`, solved."""
-    every = plan.films * (1 + plan.grid.draws)
-    done, films = (plan.films, every - plan.films) if drawn else (0, plan.films)
-    # all processes get some films
-    chunks = plan.chunks(drawn, max(1, min(CHUNK, -(-films // execution.jobs))))
-    solved: list[Designed] = []
-    with closing(share_out(solve, plan, chunks, execution)) as parts:
-        for part in parts:
-            solved.append(part)
-            done += part.films.size
-            if execution.progress is not None:
-                execution.progress(done, every, "films")
-    return solved
 
 
 def film_of(result: Design, film: int) -> str:
@@ -143,6 +131,8 @@ def _best(result: Design, film: int) -> dict[str, Any]:
     if result.drawn is not None:
         values["failure_probability"] = float(result.drawn.failure_probability[film])
         values["safe_life_s"] = float(result.drawn.safe_life[film])
+        if result.drawn.assured_life is not None:
+            values["assured_life_s"] = float(result.drawn.assured_life[film])
     return values
 
 

@@ -7,20 +7,21 @@ from typing import Any
 import numpy as np
 
 from dielast.commands.failure_map.recipe import FailureMapRecipe
-from dielast.commands.failure_map.resume import solve
 from dielast.commands.simulation.cases import first_of_each, material_of
 from dielast.commands.simulation.grid import PreparedGrid, in_words, planned, sample_for, warn_of_failures, warn_of_map
 from dielast.commands.simulation.recipe import KEYS
-from dielast.commands.unfinished import fingerprint
 from dielast.errors import placed
 from dielast.io.files import Inputs
 from dielast.io.table import Table
 from dielast.recipe.cases import Case
 from dielast.report.report import Report
 from dielast.sharing.execution import Execution
+from dielast.sharing.study import Study, Work
 from dielast.simulate.failure_map import FailureMap, HeldVoltages, assembled, plan_failure_map
 from dielast.simulate.lifetime import LifetimeLines, fit_lifetime
-from dielast.simulate.map_plan import MapPlan
+from dielast.simulate.map_plan import MapPlan, solve_cells
+
+CHUNK = 1024  # cells, about a second of work: little is lost by an interrupt, and the shares of processes are even
 
 
 def prepared(cases: Sequence[Case[FailureMapRecipe]], inputs: Inputs) -> PreparedGrid[MapPlan]:
@@ -47,7 +48,8 @@ def run(cases: Sequence[Case[FailureMapRecipe]], inputs: Inputs, execution: Exec
     material, sample, variation, stated = ready.material, ready.sample, ready.variation, recipe.uncertainty
     with placed(ready.in_recipe_terms):
         plan = ready.plan.relaxed()
-    result, *every = assembled(plan, solve(plan, fingerprint(cases[0], inputs), execution))
+    solved = Study.of(cases, inputs, execution).solve(Work(solve_cells, "cells"), plan, plan.chunks(CHUNK))
+    result, *every = assembled(plan, solved)
     drawn = every[: 0 if sample is None else len(sample)]
     warn_of_failures(recipe, material, result)
     lines = fit_lifetime(result)
@@ -74,7 +76,8 @@ def run(cases: Sequence[Case[FailureMapRecipe]], inputs: Inputs, execution: Exec
         from dielast.commands.simulation.bounds import bounded_line_columns, bounded_map_columns
         from dielast.commands.simulation.uncertainty import uncertainty_headline
 
-        tables["failure-map.csv"] = bounded_map_columns(tables["failure-map.csv"], drawn, stated.level)
+        columns = bounded_map_columns(tables["failure-map.csv"], drawn, stated.level, stated.assurance)
+        tables["failure-map.csv"] = columns
         lines_drawn = [fit_lifetime(draw) for draw in drawn]
         tables["fit.csv"] = bounded_line_columns(tables["fit.csv"], lines_drawn, stated.level)
         sections |= uncertainty_headline([stated], [sample])

@@ -10,7 +10,6 @@ import numpy as np
 from dielast import units
 from dielast.commands.measure.photographs import Photograph, PhotographPlan, measure_all
 from dielast.commands.measure.recipe import MeasureRecipe
-from dielast.commands.unfinished import fingerprint
 from dielast.errors import InputError, Problem, located, warn
 from dielast.io.files import Inputs, resolve
 from dielast.io.text_table import read_measured
@@ -23,6 +22,7 @@ from dielast.photographs.series import BREAKDOWN, DOUBTFUL, LOST, OK, WRINKLES, 
 from dielast.recipe.cases import Case
 from dielast.report.report import Report
 from dielast.sharing.execution import Execution
+from dielast.sharing.study import Study
 
 STACKS = (".gif", ".tif", ".tiff")
 MOST_LINES = 20  # of an error
@@ -170,7 +170,7 @@ def run(cases: Sequence[Case[MeasureRecipe]], inputs: Inputs, execution: Executi
     """Measure every photograph, put them together, report."""
     recipe = cases[0].recipe
     ready = Prepared(recipe, inputs)
-    photographs = measure_all(ready.plan, fingerprint(cases[0], inputs), execution)
+    photographs = measure_all(ready.plan, Study.of(cases, inputs, execution))
     for (name, _), photograph in zip(ready.pictures, photographs, strict=True):
         if photograph.digest:
             inputs.record(name, resolve(inputs.folder, name), photograph.digest)

@@ -2,6 +2,7 @@
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -12,7 +13,7 @@ import numpy as np
 from dielast.commands.simulation.recipe import NO_WAVEFORM, SimulationRecipe
 from dielast.commands.simulation.result import CaseResult, StatedCase
 from dielast.commands.simulation.step_recipe import HistoryStep
-from dielast.errors import InputError, Mistakes, Problem, and_more, as_toml, placed
+from dielast.errors import InputError, Mistakes, Problem, Where, and_more, as_toml, in_a_draw, placed
 from dielast.handover.changed_material import parse_changed_material
 from dielast.io.files import Inputs
 from dielast.io.table import Column, Table, case_table, split_header
@@ -25,7 +26,7 @@ from dielast.simulate.history import History
 from dielast.simulate.output import KEPT_WHOLE
 from dielast.simulate.quantities import FILMS, TESTS
 
-PART = 2**14  # branches in a batch, over all cases: less than a second of work
+PART = 2**14  # branches in a batch, over all points of all cases: about what advances together, so that smaller batches are slower
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -39,10 +40,12 @@ class SimulationBatch:
     prepare: partial[Callable[[], Any]]
     result: partial[CaseResult]
     in_recipe_terms: partial[Problem]
+    place: Where | None = None
+    """Where the draws are requested, if the cases are draws of one."""
 
     def solve(self) -> list[CaseResult]:
         """The result of each member."""
-        with placed(self.in_recipe_terms):
+        with nullcontext() if self.place is None else in_a_draw(**self.place), placed(self.in_recipe_terms):
             history = self.prepare()()
         return [self.result(history, row) for row in range(len(self.members))]
 
@@ -79,10 +82,10 @@ def read_materials(cases: Sequence[Case[SimulationRecipe]], inputs: Inputs) -> l
     return [materials[material_key(case)] for case in cases]
 
 
-def divided(members: Sequence[int], materials: Sequence[Material]) -> list[list[int]]:
-    """The members in parts of about equal work, small enough for even shares of processes."""
+def divided(members: Sequence[int], materials: Sequence[Material], points: int = 1) -> list[list[int]]:
+    """The members, each with so many points, in parts of about equal work, small enough for even shares of processes."""
     branches = max(materials[index].spectrum.relaxation_time.size for index in members)
-    size = max(PART // max(branches, 1), 1)
+    size = max(PART // max(points * branches, 1), 1)
     return [list(members[first : first + size]) for first in range(0, len(members), size)]
 
 

@@ -33,8 +33,8 @@ from dielast.material.scatter import Sample
 from dielast.numerics.arrays import Floats
 from dielast.recipe.cases import MOST_WRONG_CASES, Case
 from dielast.report.report import Report
-from dielast.sharing.batches import solve_batches
 from dielast.sharing.execution import Execution
+from dielast.sharing.study import Study
 
 if TYPE_CHECKING:
     from dielast.commands.simulation.compare import Match
@@ -63,6 +63,10 @@ class Simulation(ABC):
     def alike(self, recipe: Any) -> Hashable:
         """A value that cases must share to be solved together, besides steps of one shape and one output."""
 
+    def points(self, recipe: Any) -> int:
+        """About how many points the solver follows in a case."""
+        return 1
+
     @abstractmethod
     def warn_before(self, cases: Sequence[StatedCase]) -> None:
         """Warn of cases that look like a mistake, before they are solved."""
@@ -76,7 +80,7 @@ class Simulation(ABC):
         """The headline numbers by section of the summary."""
 
     def extras(
-        self, cases: Sequence[Case[Any]], materials: Sequence[Material], results: Sequence[CaseResult]
+        self, cases: Sequence[Case[Any]], stated: Sequence[StatedCase], results: Sequence[CaseResult]
     ) -> tuple[dict[str, Table], Figures]:
         """Further tables by file name, and further figures by name."""
         return {}, {}
@@ -96,7 +100,7 @@ class Simulation(ABC):
         batches = []
         for members in [[index] for index in alone] or groups.values():
             origin = [timed.number for timed in cases[members[0]].steps]
-            for part in divided(members, [case.material for case in cases]):
+            for part in divided(members, [case.material for case in cases], self.points(cases[members[0]].recipe)):
                 together = [cases[index] for index in part]
                 recipes, materials = [case.recipe for case in together], [case.material for case in together]
                 steps = [joined(steps) for steps in zip(*([timed.step for timed in case.steps] for case in together), strict=True)]
@@ -161,10 +165,11 @@ class Prepared:
 def report_of(simulation: Simulation, cases: Sequence[Case[Any]], inputs: Inputs, execution: Execution) -> Report:
     """Simulate every case, report."""
     prepared, recipes = Prepared.of(simulation, cases, inputs, execution.jobs), [case.recipe for case in cases]
+    study = Study.of(cases, inputs, execution)
     kind, materials = recipes[0].kind, [case.material for case in prepared.stated]
     solved = [
         SolvedCase(case.recipe, case.material, case.steps, case.sample, result)
-        for case, result in zip(prepared.stated, with_all_columns(solve_batches(prepared.batches, execution)), strict=True)
+        for case, result in zip(prepared.stated, with_all_columns(study.batches(prepared.batches)), strict=True)
     ]
     simulation.warn(solved)
     solved = [replace(case, result=with_noise(case.result, case.recipe, number)) for number, case in enumerate(solved)]
@@ -176,7 +181,7 @@ def report_of(simulation: Simulation, cases: Sequence[Case[Any]], inputs: Inputs
         from dielast.commands.simulation.bounds import bounded_cases
         from dielast.commands.simulation.uncertainty import uncertainty_headline
 
-        results = bounded_cases(simulation.batches, solved, execution)
+        results = bounded_cases(simulation.batches, solved, study)
         intervals = uncertainty_headline([recipe.uncertainty for recipe in recipes], [case.sample for case in solved])
     tables: dict[str, Table] = {}
     sections: dict[str, dict[str, Any]] = {}
@@ -184,7 +189,7 @@ def report_of(simulation: Simulation, cases: Sequence[Case[Any]], inputs: Inputs
     if any(getattr(recipe, "sensitivity", False) for recipe in recipes):
         from dielast.commands.simulation.sensitivity import case_sensitivities, sensitivity_outputs
 
-        sensitivities = case_sensitivities(simulation.batches, solved, execution)
+        sensitivities = case_sensitivities(simulation.batches, solved, study)
         tables, sections, figures = sensitivity_outputs(sensitivities, cases, materials)
 
     matched: Sequence[Match] = []
@@ -195,7 +200,7 @@ def report_of(simulation: Simulation, cases: Sequence[Case[Any]], inputs: Inputs
         def at_times(case: int, times: Floats) -> Mapping[str, Floats]:
             output = recipes[case].output.model_copy(update={"times": times.tolist()})
             timed = replace(prepared.stated[case], recipe=recipes[case].model_copy(update={"output": output}))
-            return solve_batches(simulation.batches([timed]))[0].columns
+            return Study().batches(simulation.batches([timed]))[0].columns
 
         ends = [case.result.end(case.steps) for case in solved]
         matched = matches(recipes[0], columns, inputs, at_times, ends)
@@ -211,7 +216,7 @@ def report_of(simulation: Simulation, cases: Sequence[Case[Any]], inputs: Inputs
             return picture_of_cycles(cases, materials, results, simulation.measured, [case.steps for case in solved])
         return picture(cases, materials, results, columns, matched, axes, [case.steps for case in solved])
 
-    more_tables, more_figures = simulation.extras(cases, materials, results)
+    more_tables, more_figures = simulation.extras(cases, prepared.stated, results)
     tables = {f"{kind}.csv": result_columns(results), **more_tables, **tables, "cases.csv": case_columns(cases)}
     if cycling:
         tables["cycles.csv"] = case_table(cycling)

@@ -6,18 +6,18 @@ from typing import Any
 
 import numpy as np
 
-from dielast.commands.simulation.bounds import drawn_case
+from dielast.commands.simulation.bounds import draws_of
 from dielast.commands.simulation.cases import Batches
 from dielast.commands.simulation.result import CaseResult, SolvedCase
-from dielast.errors import InputError, in_a_draw, warn
+from dielast.errors import InputError, warn
 from dielast.io.table import Column, Table
 from dielast.material.material import Material
 from dielast.material.scatter import Sample
 from dielast.mechanics.cases import of_case
 from dielast.mechanics.criteria import named
+from dielast.numerics.arrays import Floats
 from dielast.recipe.cases import Case
-from dielast.sharing.batches import solve_batches
-from dielast.sharing.execution import Execution
+from dielast.sharing.study import Draws, Study
 from dielast.simulate.sensitivity import LifeShares, Sensitivity, Variation, sensitivity_of, variation_for
 
 SENSITIVITY = "sensitivity"
@@ -35,27 +35,27 @@ def variation_of(material: Material, sample: Sample | None, recipe: Any) -> Vari
         raise error.changed(lambda problem: problem.in_keys({"sample": SENSITIVITY})) from None
 
 
-def case_sensitivities(batches: Batches, cases: Sequence[SolvedCase], execution: Execution) -> list[Sensitivity]:
+def case_sensitivities(batches: Batches, cases: Sequence[SolvedCase], study: Study) -> list[Sensitivity]:
     """The sensitivity of the time to the first failure, of the cases whose recipe states it."""
-    sensitivities: list[Sensitivity] = []
+    varied: dict[int, Variation] = {}
+    further: list[Draws[Floats]] = []
     for number, case in enumerate(cases):
-        if not case.recipe.sensitivity:
-            continue
-        variation = variation_of(case.material, case.sample, case.recipe)
-        # a run that only gives a life needs one row
-        brief = replace(case.result, columns={"time [s]": np.zeros(1)})
-        with in_a_draw(key=SENSITIVITY if case.sample is None else "uncertainty", case=of_case(number, len(cases))):
-            parts = batches(drawn_case(case, variation.sample, brief), variation.sample.thickness_factor)
-            runs = solve_batches(parts, execution, "further runs")
-        life = np.array([[_life(run)] for run in runs])
-        sensitivities.append(sensitivity_of(variation, life, [Column("case", None, np.array([number]))]))
-    return sensitivities
+        if case.recipe.sensitivity:
+            variation = varied[number] = variation_of(case.material, case.sample, case.recipe)
+            # a run that only gives a life needs one row
+            brief = replace(case.result, columns={"time [s]": np.zeros(1)})
+            key = SENSITIVITY if case.sample is None else "uncertainty"
+            parts = draws_of(batches, case, variation.sample, brief, key, of_case(number, len(cases)))
+            further.append(Draws(len(further), parts, _lives))
+    lives = study.batches(further, "further runs")
+    films = [[Column("case", None, np.array([number]))] for number in varied]
+    return [sensitivity_of(*found) for found in zip(varied.values(), lives, films, strict=True)]
 
 
-def _life(result: CaseResult) -> float:
-    """The time in s of the first failure, NaN without one."""
-    times: list[Any] = [event.time for event in result.events or () if named(event.name).is_failure]
-    return min(times, default=np.nan)
+def _lives(runs: Sequence[CaseResult]) -> Floats:
+    """The times (runs, 1) in s of the first failures, NaN without one."""
+    events = [[event.time for event in run.events or () if named(event.name).is_failure] for run in runs]
+    return np.array([[min(times, default=np.nan)] for times in events])
 
 
 def sensitivity_outputs(

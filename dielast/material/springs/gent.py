@@ -31,7 +31,7 @@ class Gent(LimitedLaw):
     title: ClassVar = "Gent"
     SHORTEST: ClassVar = 1.0
     USUAL: ClassVar = "is it I1 - 3 where they are taut, 10 to 200 by rule?"
-    constants: ClassVar = (
+    constants: ClassVar[tuple[Constant, ...]] = (
         Constant(
             "J_lim",
             "gent: value of I1 - 3 at which the spring locks. Default: none, a neo-Hookean spring.",

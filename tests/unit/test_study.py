@@ -1,0 +1,310 @@
+"""Studies: the same results and the same error whoever is done first; an interrupted one goes on from what it has kept."""
+
+from __future__ import annotations
+
+import concurrent.futures
+import hashlib
+import multiprocessing
+import os
+import pickle
+import threading
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from flat import plan_failure_map
+from processes import ENDS
+
+from dielast.cli.run import compute
+from dielast.commands.design import run as designs
+from dielast.commands.failure_map import run as maps
+from dielast.commands.registry import read_cases
+from dielast.commands.simulation import cases
+from dielast.commands.simulation.cases import PART, divided, one_or_all
+from dielast.errors import DielastError, InputError, NumericsError
+from dielast.io.files import STORE, Inputs
+from dielast.material.material import Breakdown, Material
+from dielast.material.shift import NoShift
+from dielast.material.spectrum import Spectrum
+from dielast.material.springs import Gent
+from dielast.sharing import processes, study
+from dielast.sharing.execution import Execution
+from dielast.sharing.study import Draws, Study, Work, load, packed
+from dielast.simulate.map_plan import MapPlan, SolvedCells, solve_cells
+
+BRANCH = Spectrum(np.array([100.0]), np.array([9e4]))
+SOLID = Material("soft", 26e3, BRANCH, NoShift(20.0), Gent(110.0), Gent(55.0), 4e-11, Breakdown((1.7,), (40e6,)))
+CELLS = Work(solve_cells, "cells")
+FILM = """
+material = "example:vhb4905"
+[film]
+thickness = "0.5 mm"
+prestretch = {prestretch}
+relax = "10 min"
+"""
+DRAWN = """
+[uncertainty]
+draws = 20
+thickness = "5 %"
+breakdown_field = { law = "weibull", shape = 20 }
+"""
+BREAKDOWN = """
+[breakdown]
+field = "48 MV/m"
+"""
+STEPS = """
+[[step]]
+voltage = "3 kV"
+duration = "10 s"
+[[step]]
+hold = "10 s"
+"""
+SWEEP = """
+[sweep]
+"step.0.voltage" = ["1 kV", "4.5 kV"]
+"""
+RECIPES = {
+    "map": (
+        'kind = "failure-map"\nhorizon = "1 h"\nvoltage.values = ["3 kV", "4 kV"]\nstretch.at = ["1 s", "1 h"]\n',
+        "[1.7, 1.9]",
+        DRAWN + BREAKDOWN,
+    ),
+    "design": (
+        'kind = "design"\ngoal = { relative_stretch = 1.05, at = "1 min", horizon = "1 h" }\n',
+        "[1.7, 1.9]",
+        DRAWN + BREAKDOWN,
+    ),
+    "actuate": ('kind = "actuate"\n', "1.9", DRAWN + BREAKDOWN + STEPS),
+    "sweep": ('kind = "actuate"\nsensitivity = true\n', "1.9", BREAKDOWN + STEPS + SWEEP),
+}
+
+
+def planned(cells: int, **more: Any) -> MapPlan:
+    voltage = np.linspace(3e3, 4e3, cells)
+    return plan_failure_map(SOLID, voltage=voltage, prestretch=[1.7], thickness=5e-4, relax=600.0, horizon=3600.0, **more)
+
+
+@pytest.mark.parametrize("kind", RECIPES)
+def test_interrupts_change_no_byte(kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    begin, prestretch, end = RECIPES[kind]
+    (tmp_path / "r.toml").write_text(begin + FILM.format(prestretch=prestretch) + end)
+    read = read_cases(tmp_path / "r.toml")
+
+    def files(execution: Execution) -> dict[str, bytes]:
+        return compute(read[0].recipe.kind, read, tmp_path / "r.toml", (), execution)[0]
+
+    whole = files(Execution())
+    # another division into chunks, which differs from one run to the next
+    monkeypatch.setattr(study, "PAUSE", 0.0)
+    monkeypatch.setattr(cases, "PART", 30 * 4)
+    monkeypatch.setattr(maps, "CHUNK", 7)
+    notes: list[str] = []
+
+    def interrupt(done: int, of: int, what: str) -> None:
+        if done < of and next(moments):
+            raise KeyboardInterrupt
+
+    for run in range(1, 100):
+        monkeypatch.setattr(designs, "CHUNK", 5 + run % 3)
+        moments = iter([*[False] * (5 if kind == "sweep" else 1), True, *[False] * 1000])
+        try:
+            resumed = files(Execution(folder=tmp_path / "out", progress=interrupt, note=notes.append))
+            break
+        except KeyboardInterrupt:
+            assert [path.name for path in (tmp_path / "out").iterdir()] == [STORE]
+    assert run > 2
+    assert len(notes) >= run - 1
+    assert resumed == whole
+
+
+@pytest.mark.parametrize("name", ["actuate-sine", "actuate-frame", "creep-force"])
+def test_a_simulation_goes_on_within_a_step_of_its_load(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    recipe = Path(__file__).parents[1] / "golden" / name / "recipe.toml"
+    read = read_cases(recipe)
+
+    def files(execution: Execution) -> dict[str, bytes]:
+        return compute(read[0].recipe.kind, read, recipe, (), execution)[0]
+
+    whole = files(Execution())
+    monkeypatch.setattr(study, "STATE", 0.0)
+    monkeypatch.setattr(study, "SAVING", np.inf)
+    said: list[str] = []
+
+    def interrupt(line: str) -> None:
+        said.append(line)
+        if len(said) % 23 == 22:
+            raise KeyboardInterrupt
+
+    for run in range(1, 100):
+        try:
+            resumed = files(Execution(folder=tmp_path, keep=interrupt))
+            break
+        except KeyboardInterrupt:
+            assert "under way" in said[-1]
+    assert run > 2
+    assert resumed == whole
+
+
+def test_draws_in_parts_are_those_of_one_case() -> None:
+    parts = [Squares([2, 0]), Squares([1])]
+    of_two = [Draws(1, parts, sum), Draws(0, [Squares([0])], max)]
+    assert Study().batches(of_two) == [0, 5]
+    assert [draws.solve() for draws in of_two] == [[5], [0]]
+
+
+def test_an_interrupt_begins_no_more_chunks(monkeypatch: pytest.MonkeyPatch) -> None:
+    given: list[concurrent.futures.Future[Any]] = []
+
+    class Pool(concurrent.futures.ProcessPoolExecutor):
+        def submit(self, task: Callable[..., Any], /, *args: Any, **keywords: Any) -> concurrent.futures.Future[Any]:
+            given.append(super().submit(task, *args, **keywords))
+            return given[-1]
+
+    monkeypatch.setattr(processes, "ProcessPoolExecutor", Pool)
+    plan, kept = planned(200), list[str]()
+
+    def interrupt(done: int, cells: int, what: str) -> None:
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        Study(Execution(jobs=2, progress=interrupt, keep=kept.append)).solve(CELLS, plan, plan.chunks(1))
+    assert kept == ["none of the cells was solved yet; the same command begins anew"]  # and none has a folder to be kept in
+    assert len(given) == 200
+    concurrent.futures.wait(given, timeout=ENDS)
+    assert sum(future.cancelled() for future in given) > 100
+
+
+def test_nothing_of_the_pool_outlives_the_last_chunk() -> None:
+    # a thread that still closes its pipe while the interpreter ends makes the interpreter fail
+    plan, threads, children = planned(4), set(threading.enumerate()), set(multiprocessing.active_children())
+    Study(Execution(jobs=2)).solve(CELLS, plan, plan.chunks(2))
+    assert set(threading.enumerate()) <= threads
+    assert set(multiprocessing.active_children()) <= children
+
+
+def test_what_is_kept_is_taken_only_if_it_is_whole_and_of_this_run(tmp_path: Path) -> None:
+    plan, store = planned(4), tmp_path / STORE
+    kept = {"cells": {(0, 4): solve_cells(plan, 0, 4)}}
+    store.write_bytes(whole := packed("key", kept))
+    (cells,) = load(store, "key")[0]["cells"].values()
+    np.testing.assert_array_equal(cells.times["pull-in"], kept["cells"][0, 4].times["pull-in"])
+    assert load(store, "other") == ({}, {}, study.CHANGED.format(4, "cells"))
+    for cut in (0, 31, 40, len(whole) - 1):
+        store.write_bytes(whole[:cut])
+        assert load(store, "key") == ({}, {}, study.UNREADABLE)
+    store.write_bytes(whole[:100] + bytes([whole[100] ^ 1]) + whole[101:])
+    assert load(store, "key") == ({}, {}, study.UNREADABLE)
+    # whatever a stranger writes, nothing but arrays and results is made of it
+    for harm in (os.system, partial(os.system, "true"), Path("x"), SolvedCells.__init__, np.load):
+        content = pickle.dumps(("key", {}, {"cells": {(0, 4): harm}}, {}))
+        store.write_bytes(hashlib.sha256(content).digest() + content)
+        assert load(store, "key") == ({}, {}, study.UNREADABLE)
+
+
+def test_a_change_of_recipe_material_or_version_begins_anew(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = tmp_path / "r.toml"
+    path.write_text(RECIPES["actuate"][0] + FILM.format(prestretch="1.9") + STEPS)
+
+    def key(*overrides: str) -> str:
+        return study.fingerprint(read_cases(path, None, overrides), inputs)
+
+    inputs = Inputs(tmp_path)
+    keys = {
+        key(),
+        key("temperature='20 degC'"),
+        key("sweep={'film.prestretch'=[1.8,1.9]}"),
+        key("sweep={'film.prestretch'=[1.8,1.95]}"),
+    }
+    inputs.read("example:vhb4905")
+    keys.add(key())
+    monkeypatch.setattr(study, "VERSIONS", {"dielast": "0.0.9"})
+    keys.add(key())
+    assert len(keys) == 6
+
+
+def test_what_no_longer_holds_is_done_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(study, "PAUSE", 0.0)
+    notes: list[str] = []
+    plan = planned(16)
+
+    def interrupt(done: int, cells: int, what: str) -> None:
+        if done == 8:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        Study(Execution(folder=tmp_path, progress=interrupt), "key").solve(CELLS, plan, plan.chunks(4))
+    work = Work(solve_cells, "cells", holds=lambda plan, cells: cells.status.size != 4)
+    Study(Execution(folder=tmp_path, note=notes.append), "key").solve(work, plan, plan.chunks(4))
+    assert notes == []
+
+
+@dataclass(frozen=True)
+class Squares:
+    """Squares of its members, after a while; or an error instead."""
+
+    members: Sequence[int]
+    seconds: float = 0.0
+    error: DielastError | None = None
+
+    def solve(self) -> list[int]:
+        time.sleep(self.seconds)
+        if self.error is not None:
+            raise self.error
+        return [member**2 for member in self.members]
+
+
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_results_stand_in_the_order_of_the_cases(jobs: int) -> None:
+    batches = [Squares([5, 0], 0.2), Squares([3]), Squares([1, 4]), Squares([2], 0.1)]
+    seen: list[tuple[int, int, str]] = []
+    results = Study(Execution(jobs=jobs, progress=lambda done, of, what: seen.append((done, of, what)))).batches(batches)
+    assert results == [0, 1, 4, 9, 16, 25]
+    assert [own[1:] for own in seen] == [(6, "cases")] * 4
+    assert seen[-1][0] == 6
+    assert sorted(seen) == seen
+
+
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_the_first_batch_with_an_error_is_told_of(jobs: int) -> None:
+    first = InputError("step[0]: one", "step[1]: two")
+    batches = [Squares([0]), Squares([1], 0.3, first), Squares([2], 0.0, NumericsError("later, though sooner found"))]
+    with pytest.raises(InputError) as caught:
+        Study(Execution(jobs=jobs)).batches(batches)
+    assert caught.value.messages == first.messages
+
+
+def test_no_batches_and_no_progress_of_a_lone_one() -> None:
+    assert Study(Execution(jobs=2)).batches([]) == []
+    assert Study(Execution(progress=lambda done, of, what: pytest.fail("one case has no progress"))).batches([Squares([0])]) == [0]
+
+
+@pytest.mark.parametrize("kind", [InputError, NumericsError])
+def test_errors_travel_whole(kind: type[DielastError]) -> None:
+    there = pickle.loads(pickle.dumps(kind("step[0]: one", "step[1]: two")))
+    assert type(there) is kind
+    assert there.messages == ("step[0]: one", "step[1]: two")
+    assert str(there) == "step[0]: one\nstep[1]: two"
+
+
+def material(branches: int) -> Material:
+    spectrum = Spectrum(np.geomspace(1e6, 1e-6, branches), np.full(branches, 1e4))
+    return Material("soft", 26e3, spectrum, NoShift(20.0), Gent(110.0), Gent(55.0))
+
+
+def test_cases_are_divided_by_what_they_cost() -> None:
+    few, many = [material(4)] * 10_000, [material(400)] * 100
+    assert [len(part) for part in divided(range(10_000), few)] == [PART // 4, PART // 4, 10_000 - PART // 2]
+    assert {len(part) for part in divided(range(80), many)} == {PART // 400}
+    assert [member for part in divided(range(10_000), few) for member in part] == list(range(10_000))
+    assert divided([3, 1, 2], [material(2 * PART)] * 4) == [[3], [1], [2]]
+
+
+def test_one_material_of_all_cases_is_one() -> None:
+    own, other = material(3), material(3)
+    assert one_or_all([own, own]) is own
+    assert one_or_all([own, other]) == [own, other]
