@@ -8,6 +8,7 @@ import numpy as np
 from dielast.calibration.experiment import relative_error
 from dielast.calibration.fit import Fit
 from dielast.calibration.levenberg import minimise
+from dielast.calibration.weighting import Weighting
 from dielast.io.result import Result
 from dielast.material.material import Material
 from dielast.material.springs.stable_range import SECOND, stable_range
@@ -30,7 +31,7 @@ def cross_validation_error(fit: Fit) -> float | None:
         return None
     chosen = (fold[None, :] != np.arange(folds)[:, None]).astype(float)
     start = np.repeat(fit.coordinates[None], folds, axis=0)
-    residuals = fit.problem.weighted(curves, fit.scatter, chosen)
+    residuals = fit.problem.weighted(curves, Weighting.of(curves, fit.scatter), chosen)
     solutions = minimise(residuals, start, fit.space.bounds, iterations=ITERATIONS, settled=PRECISE)
     answers = fit.problem.answers_of_tests(solutions.coordinates)
     misses = [answers[k][fold[k]] - values for k, values in enumerate(curves.values)]
