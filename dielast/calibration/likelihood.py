@@ -1,7 +1,8 @@
 """The likelihood of the parameters about a fit, and their standard errors.
 
 The fit is by least squares with a fixed weighting: of points and of the factors of specimens (`weighting`), or, where that can be
-believed, by the estimated covariance (`efficient`). Its uncertainty follows from the covariance of all measured values (`scatter`), and holds whether or not the weighting agrees with this covariance. With
+believed, by the estimated covariance (`efficient`). Its uncertainty follows from the covariance of all measured values (`scatter`),
+and holds whether or not the weighting agrees with this covariance. With
 weighted differences z, their covariance M, and the projection P on the space of the derivatives of z by the parameters at the fit,
 the likelihood has the covariance
 
