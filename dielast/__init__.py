@@ -82,6 +82,8 @@ if TYPE_CHECKING:  # the public names, of which this is the only list: type chec
     )
     from dielast.mechanics.load import (
         ChargeStep as ChargeStep,
+        FilmStep as FilmStep,
+        Repeat as Repeat,
         Step as Step,
         Track as Track,
         VoltageStep as VoltageStep,

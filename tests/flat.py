@@ -30,7 +30,8 @@ def _films(stated: dict[str, Any], **more: Any) -> dict[str, Any]:
 
 def actuate(material: Any, steps: Any, **stated: Any) -> dielast.ActuationHistory:
     """`dielast.actuate`."""
-    return dielast.actuate(material, steps=steps, **_films(stated, circuit=dielast.Circuit, output=dielast.Output))
+    more = {name: stated.pop(name) for name in ("mode", "repeat") if name in stated}
+    return dielast.actuate(material, steps=steps, **more, **_films(stated, circuit=dielast.Circuit, output=dielast.Output))
 
 
 def _of_map(stated: dict[str, Any]) -> dict[str, Any]:

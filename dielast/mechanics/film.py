@@ -66,7 +66,7 @@ class Film(ByCase):
             return self
         field, charge = self.points.nominal(self.log_squared_stretch, self.field)
         points = replace(self.points, electric=self.wires.electric(drive), circuit=self.wires.circuit(drive))
-        acting = field if points.electric is FIELD else charge
+        acting = field if points.electric == FIELD else charge
         source = None if points.circuit is None else field if drive is Drive.VOLTAGE else charge
         return replace(self, points=points, drive=drive, field=acting, source=source)
 

@@ -75,7 +75,7 @@ class LoadedPoints(UnderLoad):
         log_squared, nominal = self.unknown(state, driven)
         if self.symmetry is None:
             return log_squared, nominal
-        second = np.zeros_like(nominal) if self.symmetry is UNIAXIAL else nominal
+        second = np.zeros_like(nominal) if self.symmetry == UNIAXIAL else nominal
         return np.concatenate((log_squared, self.symmetry.second * log_squared)), np.concatenate((nominal, second))
 
     def unknown(self, state: Floats, driven: Floats) -> tuple[Floats, Floats]:

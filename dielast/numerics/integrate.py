@@ -6,10 +6,12 @@ linearises itself, a `Rosenbrock` table says how the stages combine, and an `Obs
 output, to record it or to stop cases at an event.
 """
 
+from collections.abc import Callable
+from contextvars import ContextVar
 from dataclasses import dataclass
 from enum import IntEnum
 from functools import partial
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -79,48 +81,79 @@ def integrate(
     of duration 0 keeps its state. No case raises an error: `status` says how it ended. At most `pool` cases advance together; no
     result depends on this number.
     """
-    result = Integration(state.copy(), *np.zeros((2, duration.size)), *np.zeros((3, duration.size), dtype=np.intp))
-    waiting = np.flatnonzero(duration > 0)
-    with np.errstate(all="ignore"):  # a step whose result is not finite is rejected
-        first_step = np.zeros_like(duration) if first_step is None else first_step
-        longest_step = np.full_like(duration, np.inf) if longest_step is None else longest_step
-        stepper = _Pool(system, duration, first_step, longest_step, rtol, observe, method, spans, result)
-        stepper.run(waiting, pool or max(16, POOL // state.shape[0]))
-    return result
+    stepper = Stepper(
+        system, state, duration, rtol=rtol, method=method, pool=pool, first_step=first_step, longest_step=longest_step, spans=spans
+    )
+    stepper.run(observe)
+    return stepper.result
 
 
-class _Pool:
-    """The cases that advance together. Columns whose cases have ended are replaced by waiting cases, or dropped."""
+class Keeper(Protocol):
+    """Keeps the states of long simulations, so that interrupted ones go on from there."""
+
+    def resumed(self) -> Any:
+        """The state that was kept of the simulation that now begins, None if none was."""
+
+    def keep(self, state: Any) -> None:
+        """Keep a state, which can be pickled, if it is time to."""
+
+
+KEEPER: ContextVar[Keeper | None] = ContextVar("KEEPER", default=None)
+"""Where simulations keep their states; None: nowhere."""
+
+
+class Stepper:
+    """An integration under way, which can be pickled between two steps. See `integrate` for its arguments.
+
+    The cases that advance together are columns of the pool. Columns whose cases have ended are replaced by waiting cases, or
+    dropped.
+    """
 
     def __init__(
         self,
         system: System,
+        state: Floats,
         duration: Floats,
-        first_step: Floats,
-        longest_step: Floats,
+        *,
         rtol: float,
-        observe: Observer | None,
-        method: Rosenbrock,
-        spans: Spans | None,
-        result: Integration,
+        method: Rosenbrock = RODAS5P,
+        pool: int | None = None,
+        first_step: Floats | None = None,
+        longest_step: Floats | None = None,
+        spans: Spans | None = None,
     ) -> None:
-        self.system_of_all, self.durations, self.first_steps, self.longest_steps = system, duration, first_step, longest_step
-        self.rtol, self.observe, self.method, self.spans, self.result = rtol, observe, method, spans, result
+        self.system_of_all, self.durations = system, duration
+        self.first_steps = np.zeros_like(duration) if first_step is None else first_step
+        self.longest_steps = np.full_like(duration, np.inf) if longest_step is None else longest_step
+        self.rtol, self.method, self.spans, self.size = rtol, method, spans, pool or max(16, POOL // state.shape[0])
+        self.result = Integration(state.copy(), *np.zeros((2, duration.size)), *np.zeros((3, duration.size), dtype=np.intp))
+        self.waiting = np.flatnonzero(duration > 0)
+        self.observe: Observer | None = None
         self.exponent = 1 / method.order
-        self.last_span = self._last_spans()
+        with np.errstate(all="ignore"):
+            self.last_span = self._last_spans()
         self.at = Whereabouts.start(np.zeros(0, dtype=np.intp), np.zeros(0), np.zeros(0))
         self.active = np.zeros(0, dtype=bool)
-        self.state = result.state[:, :0]
+        self.state = self.result.state[:, :0]
 
-    def run(self, waiting: Cases, size: int) -> None:
-        """Advance until all cases have ended."""
-        while waiting.size or self.active.any():
-            running = int(np.count_nonzero(self.active))
-            vacant = size - running
-            if (waiting.size and vacant >= size // 8) or (not waiting.size and running <= 0.75 * self.active.size > 2):
-                self._refill(waiting[:vacant])
-                waiting = waiting[vacant:]
-            self._advance()
+    def __getstate__(self) -> dict[str, Any]:
+        return {**vars(self), "observe": None}
+
+    def run(self, observe: Observer | None = None, keep: Callable[[], None] | None = None) -> None:
+        """Advance until all cases have ended; `keep` is called after each step."""
+        self.observe = observe
+        with np.errstate(all="ignore"):  # a step whose result is not finite is rejected
+            while self.waiting.size or self.active.any():
+                running = int(np.count_nonzero(self.active))
+                vacant = self.size - running
+                if (self.waiting.size and vacant >= self.size // 8) or (
+                    not self.waiting.size and running <= 0.75 * self.active.size > 2
+                ):
+                    starting, self.waiting = self.waiting[:vacant], self.waiting[vacant:]
+                    self._refill(starting)
+                self._advance()
+                if keep is not None:
+                    keep()
 
     def _last_spans(self) -> Cases:
         """The last span (cases,) of a duration above 0, of each case."""

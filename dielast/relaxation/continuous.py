@@ -19,7 +19,9 @@ from dielast.relaxation.result import SpectrumFit
 
 LEAST_SMOOTHING = 1e-2  # less splits H into lines if there is no noise, and no measurement is so accurate
 MOST_PIECES = 4  # number of separate processes that a material may have
-PAST_ENDS = (0.5, 1.0)  # decades by which H extends beyond the curve's shortest and longest time, with some effect on the curve
+# Decades beyond either end of the curve with processes that are fitted but not part of the result. Processes far faster than the
+# curve still contribute to a loss modulus, in proportion to their times; without a place of its own, this would go into H.
+BEYOND = 3.0
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -41,34 +43,34 @@ class ContinuousSpectrum(TabularResult):
 
     @property
     def integral(self) -> float:
-        """int H d ln tau in Pa, the counterpart of the sum of the moduli of a discrete spectrum."""
+        """int H d ln tau over the curve in Pa, the counterpart of the sum of the moduli of a discrete spectrum."""
         return float(self.density.sum() * self.width)
 
 
 def continuous_spectrum(fit: SpectrumFit, points_per_decade: int = 10) -> ContinuousSpectrum:
-    """H(ln tau) of the curve of a `fit`, with its equilibrium modulus, from half a decade before its first to a decade after its
-    last time, at `points_per_decade`.
+    """H(ln tau) of the curve of a `fit`, with its equilibrium modulus, from its first to its last time, at `points_per_decade`.
 
-    Warns if H splits into many pieces. Raises `InputError` for a creep curve, whose relaxation spectrum follows only from a
-    discrete retardation spectrum.
+    Faster and slower processes are fitted as well, but the curve tells little more of them than their sum. Warns if H splits into
+    many pieces. Raises `InputError` for a creep curve, whose relaxation spectrum follows only from a discrete retardation spectrum.
     """
     if fit.retardation is not None:
         raise InputError("a creep curve has no continuous relaxation spectrum, only a discrete one")
     if points_per_decade < 1:
         raise InputError(f"{points_per_decade} points per decade: at least one is needed")
-    time, tau = fit.reduced_time, fit.spectrum.relaxation_time
-    shortest, longest = min(time[0] / 10 ** PAST_ENDS[0], tau[-1]), max(time[-1] * 10 ** PAST_ENDS[1], tau[0])
-    count = int(np.ceil(points_per_decade * np.log10(longest / shortest))) + 1
-    grid = np.geomspace(longest, shortest, max(count, 2))
+    time = fit.reduced_time
+    beyond, inside = (int(points_per_decade * decades + 1e-6) for decades in (BEYOND, np.log10(time[-1] / time[0])))
+    grid = time[-1] * 10 ** (np.arange(beyond, -beyond - inside - 1, -1) / points_per_decade)
+    within = slice(beyond, beyond + inside + 1)
     kind = fit.kind
     curve = WeightedCurve(time, np.atleast_2d(fit.measured) / 3, votes(np.log10(time)), kind)
     solution = fit_strengths(curve, grid, (fit.equilibrium_shear_modulus,), least=LEAST_SMOOTHING)
     model = kind.processes(time, grid) @ solution.strength + kind.constants(time)[0] * fit.equilibrium_shear_modulus
-    pieces = int(np.count_nonzero(np.diff((solution.strength > 0).astype(int)) > 0)) + int(solution.strength[0] > 0)
+    strength = solution.strength[within]
+    pieces = int(np.count_nonzero(np.diff((strength > 0).astype(int)) > 0)) + int(strength[0] > 0)
     if pieces > MOST_PIECES:
         warn(
             f"the continuous spectrum falls apart into {pieces} pieces: the curve's errors are alike from point to point, or it "
             "was made of a discrete spectrum; only the course of H on average means something"
         )
-    width = float(np.log(longest / shortest) / (grid.size - 1))
-    return ContinuousSpectrum(grid, solution.strength / width, width, solution.smoothing, rms(model / curve.values - 1))
+    width = float(np.log(10) / points_per_decade)
+    return ContinuousSpectrum(grid[within], strength / width, width, solution.smoothing, rms(model / curve.values - 1))

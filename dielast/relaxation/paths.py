@@ -23,6 +23,9 @@ FIRST_SLOPE = (-0.3, 1.0)  # mean and standard deviation of d ln H/d ln tau wher
 # A choice: about two falls of the slope in three decades, of a mean size between 0.1, a bend, and 10, after which H
 # falls by ten decades in one; the logarithm of this size is even.
 FALLS, DROP = 0.3, (0.1, 10.0)
+# Share of paths that end with the curve, a choice. Such a material is at the border of what the curve allows, where an interval
+# between quantiles of continuous paths alone never holds it; more makes moduli far below the end of the curve less likely.
+ENDING = 1 / 3
 WANDERS = 0.2  # standard deviation of the change of the slope per square root of a unit of ln tau
 # Paths that must count, a choice: for the Monte Carlo error of a bound. A curve more exact than the paths are dense counts less.
 ENOUGH = 200.0
@@ -30,26 +33,28 @@ GUIDES, GUIDED, LEAST_POWER = 2**11, 0.5, 0.01  # paths led to a curve, and by w
 CHANGES, ROUNDS = (0.1, 0.2, 0.4), 3  # shares by which the steps of a path change at random, and how often
 
 
-Steps = tuple[Floats, ...]  # of paths: first slope, mean fall, wandering and falls, each (paths, ...)
+Steps = tuple[Floats, ...]  # of paths: first slope, mean fall, wandering, falls and going on, each (paths, ...)
 
 
 def _steps(count: int, generator: np.random.Generator) -> Steps:
     """Random steps of `count` paths, in standard form."""
     later = (count, round((FASTER + SLOWER) * PER_DECADE) - 1)
     first, drop = generator.standard_normal((count, 1)), generator.uniform(size=(count, 1))
-    return first, drop, generator.standard_normal(later), generator.standard_gamma(FALLS * np.log(10) / PER_DECADE, later)
+    falls = generator.standard_gamma(FALLS * np.log(10) / PER_DECADE, later)
+    return first, drop, generator.standard_normal(later), falls, generator.uniform(size=(count, 1))
 
 
 def _paths(steps: Steps) -> tuple[Floats, Floats]:
     """ln tau over the end of the curve (m,), and H times its spacing on each path (paths, m), 1 per unit of ln tau at the end."""
-    first, drop, wander, fall = steps
+    first, drop, wander, fall, on = steps
     step, at_end = np.log(10) / PER_DECADE, round(FASTER * PER_DECADE)
     mean_fall = np.exp(np.log(DROP[0]) + drop * np.log(DROP[1] / DROP[0]))
     change = WANDERS * np.sqrt(step) * wander - mean_fall * fall
     slope = np.cumsum(np.hstack([FIRST_SLOPE[0] + FIRST_SLOPE[1] * first, change]), axis=1)
     height = np.hstack([np.zeros_like(first), np.cumsum(slope * step, axis=1)])
     height -= height[:, [at_end]]
-    return step * (np.arange(height.shape[1]) - at_end), step * np.exp(np.clip(height, -60.0, 40.0))
+    u, density = step * (np.arange(height.shape[1]) - at_end), np.exp(np.clip(height, -60.0, 40.0))
+    return u, step * np.where((u > 0) & (on < ENDING), 0.0, density)
 
 
 @cache
@@ -134,7 +139,7 @@ def guided_paths(cells: WeightedCurve, end: float, generator: np.random.Generato
     steps, u, paths = unguided_paths()
     follow = Following.of(cells, end, u, paths)
     least, power = follow.least, 0.0
-    if effective(follow.evidence(least, GUIDED)) >= ENOUGH:
+    if effective(follow.evidence(least)) >= ENOUGH:
         return paths, np.zeros(len(paths))
     target, constant = np.zeros(len(paths)), 0.0
     while power < GUIDED:
@@ -150,13 +155,13 @@ def guided_paths(cells: WeightedCurve, end: float, generator: np.random.Generato
         follow = Following.of(cells, end, u, _paths(steps)[1])
         target = follow.evidence(least, power)
         for change in np.tile(CHANGES, ROUNDS):
-            fresh, old = _steps(GUIDES, generator), np.sqrt(1 - change**2)
+            fresh, share = _steps(GUIDES, generator), np.sqrt(1 - change**2)
             other = [generator.random(each.shape) < change / 2 for each in steps]
             trial = (
-                old * steps[0] + change * fresh[0],
+                share * steps[0] + change * fresh[0],
                 np.where(other[1], fresh[1], steps[1]),
-                old * steps[2] + change * fresh[2],
-                np.where(other[3], fresh[3], steps[3]),
+                share * steps[2] + change * fresh[2],
+                *(np.where(each, new, old) for each, new, old in zip(other[3:], fresh[3:], steps[3:], strict=True)),
             )
             moved = Following.of(cells, end, u, _paths(trial)[1])
             reached = moved.evidence(least, power)

@@ -12,13 +12,14 @@ import pickle
 import time
 from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
 from contextlib import closing
-from dataclasses import dataclass, is_dataclass
-from enum import Enum
+from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar
 
 from dielast.errors import DielastError, InputError, NumericsError
 from dielast.io.files import KEPT, STORE, write_files
+from dielast.numerics.integrate import KEEPER, Keeper
 from dielast.sharing.execution import NOTHING_KEPT, Chunk, Execution, Plan, Solve, Solved
 from dielast.sharing.versions import VERSIONS
 
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
 Result = TypeVar("Result")
 Result_co = TypeVar("Result_co", covariant=True)
 PAUSE = 1.0  # s between two saves: a large cluster works faster than a disk saves
+STATE = 10.0  # s between two states of a simulation
 SAVING = 0.05  # fraction of the time of a run that goes into saving, at most
 CHANGED = "the {} {} of an interrupted run are discarded: the recipe, a file that it names, or dielast has changed since"
 UNREADABLE = "an interrupted run is discarded: its file is damaged, or of another version of dielast"
@@ -98,11 +100,13 @@ class Study:
         self.kept: dict[str, dict[Chunk, Any]] = {}
         """Results by stage, as named by what is counted, and chunk."""
         self.totals: dict[str, int] = {}
+        self.states: dict[tuple[str, Chunk, int], bytes] = {}
+        """States of the simulations of a chunk that this process solves, by stage, chunk and number."""
         self.new = self.saved = False  # whether there are results that are not in the file, and any that are
         self.due = time.monotonic() + PAUSE
         if self.store is not None and os.path.isfile(self.store):
-            self.kept, discarded = load(self.store, key)
-            self.saved = bool(self.kept)
+            self.kept, self.states, discarded = load(self.store, key)
+            self.saved = bool(self.kept or self.states)
             if discarded:
                 self.note(discarded)
 
@@ -155,13 +159,15 @@ class Study:
             _join(kept, whole, joins)
         waiting = _left(chunks, outermost(kept))
         undone, failed, done = set(waiting), dict[Chunk, DielastError](), total - _size(waiting)
-        if done:
+        if done or any(many == work.many for many, _, _ in self.states):
             self.note(f"goes on from an interrupted run, which {work.done} {done} of {total} {work.many}")
         if self.saved or len(chunks) > 1:
             self.keep(self.state() or NONE_DONE.format(work.many, work.done))
+        solve = work.solve if self.store is None or is_shared(self.execution, waiting) else partial(self._solve_here, work)
         try:
-            with closing(share_out(_tried, (work.solve, plan), waiting, self.execution)) as outcomes:
+            with closing(share_out(_tried, (solve, plan), waiting, self.execution)) as outcomes:
                 for chunk, outcome in outcomes:
+                    self.states = {place: state for place, state in self.states.items() if place[1] != chunk}
                     undone.discard(chunk)
                     if isinstance(outcome, DielastError):
                         failed[chunk] = outcome
@@ -188,17 +194,26 @@ class Study:
             self.keep(NOTHING_KEPT)
         return [kept[chunk] for chunk in outermost(kept)]
 
+    def _solve_here(self, work: Work[Plan, Solved], plan: Plan, first: int, end: int) -> Solved:
+        """Solve a chunk in this process, and keep the states of its simulations as they go."""
+        token = KEEPER.set(_States(self, work.many, (first, end)))
+        try:
+            return work.solve(plan, first, end)
+        finally:
+            KEEPER.reset(token)
+
     def state(self) -> str:
         """What the file holds, for the message about an interrupt; empty if it holds nothing."""
         counts = {many: _size(outermost(self.kept[many])) for many in self.totals} if self.saved else {}
         kept = [f"{count} of {self.totals[many]} {many}" for many, count in counts.items() if count]
+        kept += [f"the states of {many} under way" for many in dict.fromkeys(place[0] for place in self.states)]
         return GOES_ON.format(" and ".join(kept)) if kept else ""
 
     def save(self) -> bool:
         """Keep all results so far in the file, which is written whole or not at all; returns whether there are any."""
         if self.store is not None and self.new:
             begin = time.monotonic()
-            write_files(self.store.parent, {self.store.name: packed(self.key, self.kept)})
+            write_files(self.store.parent, {self.store.name: packed(self.key, self.kept, self.states)})
             self.new, self.saved = False, True
             self.due = time.monotonic() + max(PAUSE, (time.monotonic() - begin) / SAVING)
         if self.saved:
@@ -218,13 +233,18 @@ def share_out(
         from dielast.sharing.cluster import solve_on
 
         yield from solve_on(execution.scheduler, solve, plan, chunks)
-    elif execution.jobs > 1 and len(chunks) > 1:
+    elif is_shared(execution, chunks):
         from dielast.sharing.processes import solve_in_processes
 
         yield from solve_in_processes(execution.jobs, solve, plan, chunks)
     else:
         for first, end in chunks:
             yield solve(plan, first, end)
+
+
+def is_shared(execution: Execution, chunks: Sequence[Chunk]) -> bool:
+    """Whether other processes than this one solve the chunks."""
+    return execution.scheduler is not None or (execution.jobs > 1 and len(chunks) > 1)
 
 
 def fingerprint(cases: Sequence[Case[Any]], inputs: Inputs) -> str:
@@ -236,36 +256,63 @@ def fingerprint(cases: Sequence[Case[Any]], inputs: Inputs) -> str:
     return hashlib.sha256(stated.encode()).hexdigest()
 
 
-def packed(key: str, kept: Mapping[str, Mapping[Chunk, Any]]) -> bytes:
-    """The content of a file that keeps results under a key."""
+def packed(key: str, kept: Mapping[str, Mapping[Chunk, Any]], states: Mapping[Any, bytes] = {}) -> bytes:
+    """The content of a file that keeps results, and states of simulations, under a key."""
     count = {many: _size(outermost(results)) for many, results in kept.items() if results}
-    content = pickle.dumps((key, count, kept), protocol=5)
+    content = pickle.dumps((key, count, kept, states), protocol=5)
     return hashlib.sha256(content).digest() + content
 
 
-def load(store: Path, key: str) -> tuple[dict[str, dict[Chunk, Any]], str]:
-    """The results that an earlier run has kept, by stage and chunk; or why they are discarded, empty if they are not."""
+def load(store: Path, key: str) -> tuple[dict[str, dict[Chunk, Any]], dict[tuple[str, Chunk, int], bytes], str]:
+    """What an earlier run has kept: results by stage and chunk, and states; or why they are discarded, empty if they are not."""
     try:
         content = store.read_bytes()
         digest, content = content[:32], content[32:]
         if hashlib.sha256(content).digest() != digest:
-            return {}, UNREADABLE
-        known, count, kept = _Unpickler(io.BytesIO(content)).load()
+            return {}, {}, UNREADABLE
+        known, count, kept, states = _Unpickler(io.BytesIO(content)).load()
         if known == key:
-            return kept, ""
-        return {}, "; ".join(CHANGED.format(number, many) for many, number in count.items())
+            return kept, states, ""
+        return {}, {}, "; ".join(CHANGED.format(number, many) for many, number in count.items())
     except Exception:  # of another version, which may have other classes
-        return {}, UNREADABLE
+        return {}, {}, UNREADABLE
+
+
+@dataclass(slots=True)
+class _States(Keeper):
+    """Keeps the states of the simulations of one chunk, which a study solves in this process."""
+
+    study: Study
+    many: str
+    chunk: Chunk
+    number: int = 0
+    due: float = field(default_factory=lambda: time.monotonic() + STATE)
+
+    def resumed(self) -> Any:
+        """The state that an earlier run has kept of the simulation that now begins, None without one."""
+        self.number += 1
+        try:
+            return _Unpickler(io.BytesIO(self.study.states[self.many, self.chunk, self.number])).load()
+        except Exception:  # it has none, or there is a law that dielast does not know
+            return None
+
+    def keep(self, state: Any) -> None:
+        """Keep the state, if it is time to."""
+        if (begin := time.monotonic()) >= self.due:
+            self.study.states[self.many, self.chunk, self.number] = pickle.dumps(state, protocol=5)
+            self.study.new = True
+            self.study.save()
+            self.due = time.monotonic() + max(STATE, (time.monotonic() - begin) / SAVING)
 
 
 class _Unpickler(pickle.Unpickler):
-    """Makes arrays and dataclasses of dielast, and calls nothing else: a folder of results may come from anybody."""
+    """Makes arrays and objects of dielast, and calls nothing else: a folder of results may come from anybody."""
 
     def find_class(self, module: str, name: str) -> Any:
         """The class or function of this name; raises `UnpicklingError` for all that no result is made of."""
         if module.split(".")[0] in ("dielast", "numpy"):
             found = super().find_class(module, name)
-            if name in _OF_ARRAYS if module.startswith("numpy") else is_dataclass(found) or issubclass(found, Enum):
+            if name in _OF_ARRAYS if module.startswith("numpy") else isinstance(found, type):
                 return found
         raise pickle.UnpicklingError(name)
 

@@ -142,7 +142,7 @@ def prepare(
         followed = follow(Film.at_rest(points, symmetry_of(history)), history, rtol=rtol, recorders=[recorder], meter=meter)
         # the duration of a step to a stress at a rate that begins at a stretch, or the reverse, is known only now
         check_end(stated.rows, np.where(followed.status == Status.COMPLETED, followed.time, np.inf), "history")
-        record = recorder.collect()
+        record = followed.recorders[0].collect()
         return MembraneHistory(
             temperature=temperature,
             values=values_of(TESTS, SolvedTests(record, relaxes)),
@@ -150,7 +150,7 @@ def prepare(
             steps=followed.steps,
             viscous_stretch=None if record.internal is None else np.exp(0.5 * record.internal[:, 1:]),
             points=points,
-            cycles=meter.collect(),
+            cycles=(followed.meter or meter).collect(),
         )
 
     return simulated

@@ -32,6 +32,9 @@ TRUSTED = 2.5  # standard deviations above which the weight of a point is reduce
 
 FAR = 8.0  # robust standard deviations, and
 FACTOR = 0.05  # relative difference from its curve, above which a point is reported
+SHARED = (
+    0.5  # of its distance: where points of other curves at its time have as much, a point is not far, and the smooth curve is off
+)
 NEIGHBOURS = 10  # points on either side whose scatter is compared, in addition to that of the whole curve
 NAMED = 5  # number of points in a message
 WORST = 3  # number of temperatures in the message about curves that do not superpose
@@ -246,7 +249,8 @@ def warn_of_outliers(data: Gathered, imposed: Floats, fit: MasterFit, channels: 
     lift = (imposed + fit.vertical)[data.curve]
     for channel, spline in enumerate(fit.splines[:channels]):
         log_modulus = spline(np.clip(log_time, spline.origin, spline.end)) - lift
-        size[channel] = _far(data.curve, data.ordinates[channel] / 10 ** (data.kind.stiffness_power * log_modulus))
+        ratio = data.ordinates[channel] / 10 ** (data.kind.stiffness_power * log_modulus)
+        size[channel] = _alone(data.curve, log_time, ratio, _far(data.curve, ratio))
     far = np.isfinite(size) & data.good
     if np.any(far):
         _warn_of_points(data, size, np.argwhere(far))
@@ -282,4 +286,19 @@ def _far(curve: Index, ratio: Floats) -> Floats:
             near = distance[max(k - NEIGHBOURS, 0) : k + NEIGHBOURS + 1]
             if distance[k] > FAR * robust_deviation(near):
                 far[first + k] = relative[k]
+    return far
+
+
+def _alone(curve: Index, log_time: Floats, ratio: Floats, far: Floats) -> Floats:
+    """The ratios `far` (n,) of points whose distance those of other curves do not share at the same `log_time` (n,), else NaN.
+
+    If they do, the smooth curve is off: few points do not determine how it bends within the distance of two of them. The same time
+    is one within half the distance to the nearest point of the same curve.
+    """
+    far = far.copy()
+    for k in np.flatnonzero(np.isfinite(far)):
+        own = np.abs(np.delete(log_time, k)[np.delete(curve, k) == curve[k]] - log_time[k])
+        others = (curve != curve[k]) & (np.abs(log_time - log_time[k]) <= np.min(own) / 2)
+        if np.any(others) and np.median((ratio[others] - 1) / (ratio[k] - 1)) >= SHARED:
+            far[k] = np.nan
     return far

@@ -8,8 +8,9 @@ over the root mean square of the errors in standard errors); refused temperature
 warning, with one that is not about a temperature refused or a plateau that was not reached, and with the key of the ramp.
 
 C1 and C2: intervals that hold the truth, that of the process that relaxes in the middle of the test at most of the temperatures;
-`either`: both hold the constants of either process, or a value between; stated over actual error (root mean squares); the actual
-error of C1; and the share of experiments with a law whose C2 is determined. With `--draws`, the scatter of the draws of shift
+`either`: both hold the constants of either process, or a value between; stated over actual error (medians: a few sets tell next to
+nothing of C2, and a root mean square is theirs); the actual error of C1 (root mean square); and the share of experiments with a law
+whose C2 is determined. With `--draws`, the scatter of the draws of shift
 factors (geometric mean over temperatures), C1 and C2 over the standard error, in every third experiment.
 """
 
@@ -25,6 +26,7 @@ import numpy as np
 from laboratories import CLEAN, REGIMES, Array, Laboratory, measure, true_laws, true_shift
 
 from dielast.errors import DielastError, DielastWarning
+from dielast.numerics.robust import robust_deviation
 from dielast.superposition.bootstrap import bootstrap_master_curve
 from dielast.superposition.mastercurve import build_master_curve
 
@@ -106,7 +108,7 @@ def row(name: str, outcomes: list[Outcome], laboratory: Laboratory, details: boo
     either = np.all(inside | (np.abs(other) <= WIDTH * width) | (off * other < 0), axis=1)
     actual = np.sqrt(np.mean(off**2, axis=0))
     line += "".join(f"{value:6.0%}" for value in (*np.mean(inside, axis=0), np.mean(either)))
-    line += "".join(f"{value:6.2f}" for value in np.sqrt(np.mean(width**2, axis=0)) / actual)
+    line += "".join(f"{np.median(width[:, k]) / robust_deviation(off[:, k]):6.2f}" for k in range(2))
     line += f"{actual[0]:6.1%}{np.mean(certain):6.0%}"
     scatter = np.array([each.drawn for each in outcomes if each.drawn is not None])
     if scatter.size:

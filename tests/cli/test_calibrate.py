@@ -156,6 +156,7 @@ def test_all_mistakes_are_said_at_once(dielast: Run, tmp_path: Path) -> None:
 "equilibrium.J_lim" = { min = 50, max = 5 }
 "equilibrium.C77" = {}
 "nonequilibrium.shear_modulus[9]" = {}
+"nonequilibrium.scale" = { min = true }
 "nonequilibrium.J_lim" = { prior = 55 }
 """
     (tmp_path / "true.csv").write_text("time [s],stretch,true_stress [Pa]\n1,1.1,3\n2,1.2,4\n3,1.3,5\n")
@@ -167,6 +168,7 @@ def test_all_mistakes_are_said_at_once(dielast: Run, tmp_path: Path) -> None:
     places += [
         *(f'free."equilibrium.{key}' for key in own),
         'free."nonequilibrium.shear_modulus[9]"',
+        'free."nonequilibrium.scale".min',
         'free."nonequilibrium.J_lim"',
     ]
     for command in (("calibrate",), ("validate",)):
@@ -450,3 +452,10 @@ def test_recipes_are_tests_and_the_material_knows_how_far_they_went(dielast: Run
         rows = np.array(points["test"]) == name
         squares = np.mean(np.square((model - measured)[rows])) / np.mean(np.square(measured[rows]))
         assert float(stated) == pytest.approx(np.sqrt(squares), rel=1e-3, abs=2e-9)
+
+
+def test_a_factor_beside_the_moduli_is_said_with_the_other_mistakes(dielast: Run, tmp_path: Path) -> None:
+    free = '[free]\n"nonequilibrium.scale" = {}\n"nonequilibrium.shear_modulus" = {}\n"equilibrium.J_lim" = { min = 50, max = 5 }\n'
+    (tmp_path / "r.toml").write_text(HEAD + TEST + free)
+    lines = dielast("calibrate", "r.toml").stderr.splitlines()
+    assert [line.split(": ")[1] for line in lines] == ['free."nonequilibrium.scale"', 'free."equilibrium.J_lim"']

@@ -3,7 +3,7 @@
 Each run writes a new result into a folder that holds an older one, and gets SIGKILL, SIGTERM or SIGINT somewhere between its
 start and a little after its usual end, or, every other one, while it writes its files. Afterwards every file must be the older one
 or the new one, whole, no traceback was printed, and no process of the run is alive a little later; a run that is then left alone
-must leave the new result and nothing else, a failure map going on from what it had.
+must leave the new result and nothing else, going on from what was kept.
 """
 
 from __future__ import annotations
@@ -40,12 +40,43 @@ CHANGES = {  # what tells the new result from the older one
     "failure-map": ["--set", "voltage.points=3000", "--set", "horizon='2 h'"],
     "failure-map --jobs 2": ["--set", "voltage.points=3000", "--set", "horizon='2 h'"],
 }
+DRAWN = """
+[uncertainty]
+draws = 100
+thickness = "2 %"
+breakdown_field = { law = "weibull", shape = 20 }
+"""
+SWEPT = f"""
+kind = "actuate"
+material = "example:vhb4905.toml"
+output = {{ points_per_decade = 2 }}
+[film]
+thickness = "0.5 mm"
+prestretch = 1.9
+relax = "10 min"
+[[step]]
+voltage = "2 kV"
+duration = "10 s"
+[[step]]
+hold = "1 h"
+[breakdown]
+field = "48 MV/m"
+[sweep]
+"step.0.voltage" = {[f"{1000 + 30 * step} V" for step in range(100)]}
+"temperature" = {[f"{10 + step / 2} degC" for step in range(50)]}
+"""
+STUDIES = {  # long runs, with the recipe to be run, or what its starter ends with
+    "actuate +sweep": (SWEPT, ["--set", "film.relax='20 min'"]),
+    "actuate +draws": (DRAWN, ["--set", "temperature='10 degC'"]),
+    "design +draws": (DRAWN, ["--set", "goal.at='2 h'"]),
+}
+CHANGES |= {kind: changes for kind, (_, changes) in STUDIES.items()}
 SURVIVAL = 3.0  # s that a process may outlive the run that started it
 
 
 def command(kind: str, recipe: Path, out: Path, *more: str) -> list[str]:
-    """The command line of a run; `kind` may have options with it."""
-    name, *options = kind.split()
+    """The command line of a run; `kind` may have options with it, and after a plus the name of one of the `STUDIES`."""
+    name, *options = kind.partition("+")[0].split()
     launch = [sys.executable, "-c", "from dielast.cli import main; main()"]
     return [*launch, name, str(recipe), "-q", "-o", str(out), *options, *more]
 
@@ -102,7 +133,8 @@ def batter(kind: str, runs: int, rng: random.Random, scratch: Path) -> list[str]
     """Kill `runs` runs of a command; returns what went wrong."""
     name = kind.split()[0]
     recipe = scratch / f"{name}.toml"
-    recipe.write_text(COMMANDS[name].starter())
+    text, _ = STUDIES.get(kind, ("", []))
+    recipe.write_text(text if "kind" in text else COMMANDS[name].starter() + text)
     old, new, out = (scratch / f"{kind}-{state}".replace(" ", "") for state in ("old", "new", "out"))
     subprocess.run(command(kind, recipe, old), check=True)
     begin = time.perf_counter()
@@ -140,7 +172,7 @@ def batter(kind: str, runs: int, rng: random.Random, scratch: Path) -> list[str]
             found.append(f"{where}: a traceback: {' | '.join(said.split(chr(10))[-30:])}")
         kept["new" if all(now.get(name) == newer[name] for name in newer) else "old" if now == older else "between"] += 1
         went_on += ".unfinished" in now
-        if run % 10 == 0:  # left alone, the next run finishes, with the same bytes
+        if run % 10 == 0 or ".unfinished" in now:  # left alone, the next run finishes, with the same bytes
             subprocess.run(command(kind, recipe, out, *CHANGES[kind]), check=True)
             if files(out) != newer:
                 found.append(f"{where}: the next run does not leave the new result: {sorted(files(out))}")

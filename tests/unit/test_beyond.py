@@ -11,6 +11,7 @@ import pytest
 from dielast.errors import DielastWarning, InputError
 from dielast.handover.material_file import parse_material, write_material
 from dielast.material.material import CalibratedRange, Material, Window
+from dielast.material.scatter import interval
 from dielast.material.shift import WLF
 from dielast.material.spectrum import Spectrum
 from dielast.material.use_checks import warn_of_lasting
@@ -44,6 +45,19 @@ def test_a_curve_that_ends_before_its_plateau_states_a_range_that_holds_the_trut
     assert not end.reached
     assert end.range is not None
     assert end.range[0] < LEVEL < end.range[1]
+
+
+@pytest.mark.filterwarnings("ignore:the curve has not levelled off")
+def test_a_spectrum_that_ends_with_its_curve_is_within_the_range() -> None:
+    """At the border of what a curve allows: it still falls, and there is nothing slower."""
+    time, held, faster = np.geomspace(1e-6, 1e2, 200), [], TAU <= 1e2
+    modulus = 3 * Spectrum(TAU[faster], TRUTH.shear_modulus[faster]).relaxation_modulus(time, LEVEL)
+    for seed in range(8):
+        noisy = modulus * (1 + 0.005 * np.random.default_rng(seed).standard_normal(time.size))
+        after = continuations(fit_spectrum(time, noisy), np.ones((1, time.size)), 400)
+        low, high = interval(after.equilibrium_modulus, 0.9)
+        held.append(low < LEVEL < high)
+    assert np.mean(held) > 0.8
 
 
 def test_a_plateau_that_is_reached_leaves_nothing_open() -> None:

@@ -53,6 +53,18 @@ def test_ringing_is_left_out_where_it_is(material: Material) -> None:
         assert not found[time > 7.0].any()
 
 
+def test_an_overshoot_of_half_a_second_is_left_out() -> None:
+    """An extension of 80.4, 80.7 and 79.9 mm, and a force that falls and rises by a third meanwhile, after a ramp of 4 s."""
+    made = hold(SOFT, QUIET, np.random.default_rng(1), ramp=4.0, rate=10.0)
+    after = np.array([4.0, 4.1, 4.2, 4.3, 4.4, 4.5, 4.6])
+    extension = made.extension + np.interp(made.time, after, [0, 3e-4, 1e-4, -5e-4, -2e-4, -1e-4, 0])
+    share = np.interp(made.time, after, [0, 0.05, -0.24, -0.17, 0.05, 0.02, 0])
+    found = ringing(replace(made, extension=extension, force=made.force * (1 + share)).test())
+    time = made.time[-found.size :]
+    assert found[(time > 4.05) & (time < 4.45)].all()
+    assert not found[(time < 3.95) | (time > 4.75)].any()
+
+
 def test_a_force_at_rest_is_left_out() -> None:
     made = hold(SOFT, Machine(force=0.0, overshoot=0.0, at_rest=0.2), np.random.default_rng(1), wait=1.0)
     found = loaded_at_rest(made.test())

@@ -92,6 +92,33 @@ def test_an_oscillation_tells_the_same_spectrum() -> None:
     assert found.integral == pytest.approx(fit.spectrum.shear_modulus.sum(), rel=1e-3)
 
 
+def power(tau: Array) -> Array:
+    return np.asarray(1e5 * tau**-0.3)
+
+
+def melt(tau: Array) -> Array:
+    """Entangled melt (M. Baumgaertel, A. Schausberger, H. H. Winter, Rheol. Acta 29 (1990) 400), far from its glass."""
+    return np.where(tau <= 1e2, 2e5 * (0.23 * (tau / 1e2) ** 0.23 + 0.67 * (tau / 1e-4) ** -0.67), 0.0)
+
+
+@pytest.mark.parametrize(
+    ("spectrum", "noise", "limit"), [(power, 0.0, 0.04), (power, 0.01, 0.15), (melt, 0.0, 0.2), (melt, 0.01, 0.4)]
+)
+def test_processes_beyond_an_oscillation_stay_out_of_its_spectrum(
+    spectrum: Callable[[Array], Array], noise: float, limit: float
+) -> None:
+    """Six decades of processes faster than the curve, and six of slower ones."""
+    frequency, edges = np.logspace(-4, 6, 101), np.linspace(np.log(1e-12), np.log(1e10), 4001)
+    tau, width = np.exp((edges[1:] + edges[:-1]) / 2), edges[1] - edges[0]
+    phase = frequency[:, None] * tau
+    moduli = [3 * part @ spectrum(tau) * width for part in (phase**2 / (1 + phase**2), phase / (1 + phase**2))]
+    moduli *= 1 + noise * np.random.default_rng(1).standard_normal((2, frequency.size))
+    found = continuous_spectrum(fit_oscillation(frequency, *moduli, equilibrium_modulus=0.0))
+    assert found.relaxation_time[[0, -1]] == pytest.approx([1e4, 1e-6])
+    inside = found.relaxation_time < (10.0 if spectrum is melt else 1e5)  # beyond, the melt ends at a step
+    np.testing.assert_allclose(found.density[inside], spectrum(found.relaxation_time[inside]), rtol=limit)
+
+
 def test_what_has_no_continuous_spectrum_is_refused() -> None:
     with pytest.raises(InputError, match="a creep curve has no continuous relaxation spectrum"):
         continuous_spectrum(fit_creep(TIME, 1e-6 * TIME**0.1, branches=15, equilibrium_modulus=0.0))

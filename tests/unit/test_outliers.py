@@ -47,6 +47,16 @@ def test_noise_is_no_outlier(noise: float) -> None:
     assert not [one for one in heard(list(relaxation(noise)))[1] if "far off" in one]
 
 
+@pytest.mark.parametrize("seed", [2, 3])
+def test_a_bend_between_sparse_points_is_no_outlier(seed: int) -> None:
+    """All curves have a point there, and it is the smooth curve that is off."""
+    rng, time, curves = np.random.default_rng(seed), np.geomspace(0.1, 1200.0, 12), []
+    for t in np.linspace(-40.0, 60.0, 14).round(1).tolist():
+        stretched = np.exp(-((time / 10 ** float(LAW.log10_shift_factor(t)) / 10) ** 0.25))
+        curves.append(RelaxationCurve(t, time, (1e5 + 1e8 * stretched) * (1 + 0.005 * rng.standard_normal(time.size))))
+    assert not [one for one in heard(list(curves))[1] if "far off" in one]
+
+
 @pytest.mark.parametrize("factor", [1e6, 3.0, 0.5, 1e-3])
 @pytest.mark.parametrize("place", [0, 9, 19])
 def test_one_point_is_named_with_its_size(factor: float, place: int) -> None:

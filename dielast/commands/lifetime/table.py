@@ -158,7 +158,7 @@ def _programme(name: str, inputs: Inputs) -> Sequence[VoltageStep]:
     content, path = inputs.read(name), resolve(inputs.folder, name)
     cases = read_cases(path, content=content)
     recipe = cases[0].recipe
-    if recipe.kind != "actuate" or len(cases) > 1 or recipe.control != "voltage":
+    if recipe.kind != "actuate" or len(cases) > 1 or recipe.control != "voltage" or recipe.programme:
         raise InputError("a recipe of actuate with steps of voltage and without [sweep] is needed", file=name)
     with located(file=name):
         timed = solver_steps(recipe, Inputs(path.parent))

@@ -199,12 +199,15 @@ class FilmBase(Section):
     @property
     def weights(self) -> tuple[tuple[float | None, float | None], tuple[float | None, float | None]]:
         """Forces in N and widths in m of axes 1 and 2."""
-        forces, widths = ((*(value or ()), None, None) for value in (self.force, self.width))
+        weights, count = self.force or (), len(self.force or ())
+        forces, widths = ((*values[:count], None, None) for values in (weights, self.width or ()))
         return (forces[0], forces[1]), (widths[0], widths[1])
 
-    def check_weights(self) -> None:
-        """`InputError` for weights that cannot hang on the film."""
+    def check_weights(self, spare_widths: bool = False) -> None:
+        """`InputError` for weights that cannot hang on the film; `spare_widths` are for other forces."""
         forces, widths = self.force or (), self.width or ()
+        if spare_widths:
+            widths = widths[: len(forces)]
         if len(forces) > 2:
             raise InputError(f"{len(forces)} forces: one, or one for each of two axes", key="film.force")
         if len(forces) != len(widths):
@@ -226,12 +229,12 @@ class FilmBase(Section):
             return stated
         return (self.electrode_diameter / self.frame_diameter,)
 
-    def check_boundary(self, solver: FilmSolver, *, swept: bool = False) -> None:
+    def check_boundary(self, solver: FilmSolver, *, swept: bool = False, spare_widths: bool = False) -> None:
         """`InputError` for keys of the boundary that do not fit each other.
 
         Where the boundary is `swept`, keys that only a film with a passive part needs may stand beside other boundaries as well.
         """
-        self.check_weights()
+        self.check_weights(spare_widths)
         boundary, stated = self.boundary[0], self.stated_shares
         if boundary != "frame" and not swept and "mesh_rtol" in solver.model_fields_set:
             raise InputError('has no effect without boundary = "frame": leave it out', key="solver.mesh_rtol")

@@ -30,6 +30,8 @@ class BoundedEvent:
     event: Event | None
     bounds: Mapping[str, tuple[float, float]]
     probability: float
+    assured_life: float | None = None
+    """The time in s before which it does not happen in the required share of films, with the required confidence."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
