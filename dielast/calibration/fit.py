@@ -17,7 +17,7 @@ from dielast.calibration.weighting import Weighting
 from dielast.errors import InputError, NumericsError
 from dielast.io.result import Result
 from dielast.material.material import Material
-from dielast.numerics.arrays import Flags, Floats
+from dielast.numerics.arrays import Flags, Floats, rms
 
 STARTS = 8
 INSIDE = 0.1  # least distance of starts from the bounds, as a share of the range
@@ -67,6 +67,15 @@ class Fit(Result):
         """The relative rms error over all fitted tests."""
         tests = self.problem.laboratory.tests
         return relative_error(tests, self.curves.split(self.curves.differences))
+
+    @property
+    def explained(self) -> float:
+        """The share of the variance that the fit explains, over all fitted tests."""
+        tests = self.problem.laboratory.tests
+        mixed = len({test.unit for test in tests}) > 1
+        sizes = np.concatenate([np.full(test.measured.size, rms(test.measured) if mixed else 1.0) for test in tests])
+        miss, measured = self.curves.differences / sizes, self.curves.measured / sizes
+        return 1 - float(np.mean(np.square(miss)) / np.var(measured))
 
     @property
     def same_share(self) -> float:
