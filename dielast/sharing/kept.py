@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from dielast import __version__
+from dielast.registry import adopted
 from dielast.sharing.execution import Chunk
 
 if TYPE_CHECKING:
@@ -24,6 +25,7 @@ VERSIONS = {"dielast": __version__, "numpy": np.__version__}
 CHANGED = "the {} {} of an interrupted run are discarded: the recipe, a file that it names, or dielast has changed since"
 UNREADABLE = "an interrupted run is discarded: its file is damaged, or of another version of dielast"
 DIGEST = 32  # bytes at the beginning of the file
+LARGEST = 1 << 30  # bytes of the file, which is read into memory as a whole
 _OF_ARRAYS = {"_frombuffer", "_reconstruct", "ndarray", "dtype", "scalar"}
 """The names of numpy that a pickle of arrays holds."""
 
@@ -47,6 +49,8 @@ class Kept:
 def load(store: Path, key: str) -> tuple[Kept, str]:
     """What an earlier run has kept in a file under the `key`; and why it is discarded, empty if it is not."""
     try:
+        if store.stat().st_size > LARGEST:
+            return Kept(), UNREADABLE
         content = store.read_bytes()
         if hashlib.sha256(content[DIGEST:]).digest() != content[:DIGEST]:
             return Kept(), UNREADABLE
@@ -68,7 +72,9 @@ def fingerprint(cases: Sequence[Case[Any]], inputs: Inputs) -> str:
     recipe = cases[0].recipe
     # stating the default of a key may have an effect; other cases differ from the first by their settings alone
     settings = [(case.settings, case.of_material) for case in cases]
-    stated = f"{VERSIONS}\n{recipe!r}\n{recipe.model_dump(exclude_unset=True)}\n{settings!r}\n{sorted(inputs.digests)}"
+    stated = (
+        f"{VERSIONS}{adopted() or ''}\n{recipe!r}\n{recipe.model_dump(exclude_unset=True)}\n{settings!r}\n{sorted(inputs.digests)}"
+    )
     return hashlib.sha256(stated.encode()).hexdigest()
 
 
@@ -79,7 +85,9 @@ class _Unpickler(pickle.Unpickler):
         """The class or function of this name; raises `UnpicklingError` for all that no result is made of."""
         if module.split(".")[0] in ("dielast", "numpy"):
             found = super().find_class(module, name)
-            if name in _OF_ARRAYS if module.startswith("numpy") else isinstance(found, type):
+            # a module of dielast also holds what it imports, such as subprocess.Popen
+            own = isinstance(found, type) and found.__module__.split(".")[0] == "dielast"
+            if name in _OF_ARRAYS if module.startswith("numpy") else own:
                 return found
         raise pickle.UnpicklingError(name)
 

@@ -18,7 +18,7 @@ from dielast.errors import DielastError, InputError, NumericsError
 from dielast.io.files import KEPT, STORE, write_files
 from dielast.numerics.integrate import KEEPER, Keeper
 from dielast.sharing.execution import NOTHING_KEPT, Chunk, Execution, Plan, Solve, Solved
-from dielast.sharing.kept import Kept, fingerprint, load, outermost, restored, size
+from dielast.sharing.kept import LARGEST, Kept, fingerprint, load, outermost, restored, size
 
 if TYPE_CHECKING:
     from dielast.io.files import Inputs
@@ -196,8 +196,11 @@ class Study:
     def save(self) -> bool:
         """Keep all results so far in the file, which is written whole or not at all; returns whether there are any."""
         if self.store is not None and self.new:
-            begin = time.monotonic()
-            write_files(self.store.parent, {self.store.name: self.kept.packed(self.key)})
+            begin, content = time.monotonic(), self.kept.packed(self.key)
+            if len(content) > LARGEST:
+                self.store = None  # so much is not kept
+                return self.saved
+            write_files(self.store.parent, {self.store.name: content})
             self.new, self.saved = False, True
             self.due = time.monotonic() + max(PAUSE, (time.monotonic() - begin) / SAVING)
         if self.saved:
@@ -250,7 +253,9 @@ class _States(Keeper):
             return None
 
     def keep(self, state: Any) -> None:
-        """Keep the state, if it is time to."""
+        """Keep the state, if it is time to, and show how far it is."""
+        if self.study.execution.progress is not None and self.study.totals[self.many] == size([self.chunk]):
+            state.show(self.study.execution.progress)
         if (begin := time.monotonic()) >= self.due:
             self.study.kept.states[self.many, self.chunk, self.number] = pickle.dumps(state, protocol=5)
             self.study.new = True

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import concurrent.futures
 import hashlib
+import importlib
 import multiprocessing
 import os
 import pickle
+import subprocess
 import threading
 import time
 from collections.abc import Callable, Sequence
@@ -307,3 +309,36 @@ def test_one_material_of_all_cases_is_one() -> None:
     own, other = material(3), material(3)
     assert one_or_all([own, own]) is own
     assert one_or_all([own, other]) == [own, other]
+
+
+def test_a_crafted_file_runs_nothing_and_takes_no_memory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(importlib.import_module("dielast.io.workbook"), "subprocess", subprocess, raising=False)
+    # a call of subprocess.Popen, by the name that a module of dielast has for it
+    name, arguments = (b"dielast.io.workbook", b"subprocess.Popen"), (["touch", str(tmp_path / "harm")],)
+    called = b"".join(b"\x8c" + bytes([len(text)]) + text for text in name) + b"\x93"
+    content = b"\x80\x04" + called + pickle.dumps(arguments, protocol=2)[2:-1] + b"R."
+    store = tmp_path / STORE
+    store.write_bytes(hashlib.sha256(content).digest() + content)
+    assert load(store, "key")[2] == study.UNREADABLE
+    time.sleep(0.1)
+    assert not (tmp_path / "harm").exists()
+    os.truncate(store, 4 << 30)
+    assert load(store, "key")[2] == study.UNREADABLE
+
+
+@pytest.mark.parametrize("load_of", ["cycles", "rows of the load"])
+def test_a_long_case_shows_how_far_it_is(load_of: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(importlib.import_module("dielast.simulate.follow"), "MANY", 9)
+    table = "time [s],stretch [1]\n" + "".join(f"{k},{1 + 0.01 * (k % 2)}\n" for k in range(10))
+    (tmp_path / "load.csv").write_text(table)
+    step = 'waveform = "sine"\nlow = 1.0\nhigh = 1.1\nperiod = "1 s"\ncycles = 9'
+    path = tmp_path / "r.toml"
+    step = step if load_of == "cycles" else 'table = "load.csv"'
+    path.write_text(f'kind = "relax"\nmaterial = "example:vhb4905"\n[[step]]\n{step}\n')
+    shown: list[tuple[int, int, str]] = []
+    execution = Execution(folder=tmp_path, progress=lambda *state: shown.append(state))
+    compute("relax", read_cases(path), path, (), execution)
+    own = [done for done, total, what in shown if (total, what) == (9, load_of)]
+    assert own == sorted(own)
+    assert own[0] <= 1
+    assert own[-1] >= 7
