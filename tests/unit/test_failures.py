@@ -290,7 +290,7 @@ def test_half_the_rows_show_the_error_of_damage() -> None:
 def test_rows_are_closer_where_a_law_needs_them() -> None:
     path = Path(str(files("dielast"))) / "commands" / "lifetime" / "starters" / "lifetime.short.toml"
     case = read_cases(path)[0]
-    sharp = case.recipe.fit.model_copy(update={"exponent": 200.0, "shape": 40.0})
+    sharp = case.recipe.fit.model_copy(update={"exponent": 200.0, "shape": 30.0})
     recipe = case.recipe.model_copy(update={"fit": sharp})
     inputs = Inputs(path.parent)
     material = read_material(recipe.material)
