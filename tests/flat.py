@@ -30,7 +30,8 @@ def _films(stated: dict[str, Any], **more: Any) -> dict[str, Any]:
 
 def actuate(material: Any, steps: Any, **stated: Any) -> dielast.ActuationHistory:
     """`dielast.actuate`."""
-    return dielast.actuate(material, steps=steps, **_films(stated, circuit=dielast.Circuit, output=dielast.Output))
+    more = {name: stated.pop(name) for name in ("mode", "repeat") if name in stated}
+    return dielast.actuate(material, steps=steps, **more, **_films(stated, circuit=dielast.Circuit, output=dielast.Output))
 
 
 def _of_map(stated: dict[str, Any]) -> dict[str, Any]:
@@ -60,7 +61,7 @@ def design(material: Any, *, sample: Any = None, level: float = 0.9, **stated: A
 
 
 def _specimens(stated: dict[str, Any]) -> dict[str, Any]:
-    kept = {name: stated.pop(name) for name in ("mode", "temperature", "nominal_field") if name in stated}
+    kept = {name: stated.pop(name) for name in ("mode", "temperature", "nominal_field", "slack") if name in stated}
     arguments = _filled({"output": dielast.Output, "solver": dielast.Solver}, stated)
     assert not stated, f"no arguments of the library: {sorted(stated)}"
     return kept | arguments

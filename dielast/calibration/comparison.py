@@ -10,6 +10,7 @@ from dielast.calibration.experiment import Experiment, MeasuredTest, answers_of,
 from dielast.calibration.fit import Fit
 from dielast.calibration.laboratory import Laboratory, completed_stress, under_voltage
 from dielast.calibration.likelihood import Likelihood
+from dielast.calibration.voltage import VoltageTest
 from dielast.io.result import TabularResult
 from dielast.io.table import Column, Table
 from dielast.material.material import Material
@@ -55,6 +56,14 @@ class Comparison(TabularResult):
         return float(stretch[np.flatnonzero(known)[-1]])
 
     @property
+    def slack(self) -> Flags:
+        """Which points (n,) the specimen is slack at, once it has been stretched."""
+        test = self.test
+        if not isinstance(test, MeasuredTest) or not test.may_be_slack:
+            return np.zeros(self.model.size, dtype=bool)
+        return np.asarray((self.model == 0) & np.logical_or.accumulate(test.followed != 1))
+
+    @property
     def rms_error(self) -> float:
         """Root mean square of model - measured where the model has a value, in the unit of the test; NaN if it has none."""
         return rms((self.model - self.test.measured)[self.known]) if self.known.any() else np.nan
@@ -63,6 +72,11 @@ class Comparison(TabularResult):
     def rms_relative_error(self) -> float:
         """`rms_error` over the root mean square of the same measured values, less the value at rest."""
         return relative_error([self.test], [self.model - self.test.measured])
+
+    @property
+    def rms_voltage_error(self) -> float:
+        """`rms_relative_error` of a voltage test, NaN for others."""
+        return self.rms_relative_error if isinstance(self.test, VoltageTest) else np.nan
 
     @property
     def r_squared(self) -> float:

@@ -1,8 +1,8 @@
 """Films under a rising voltage: the voltage at which each of them reaches given stretches.
 
 All films, of all tests and all materials, are simulated together under ramps. Where the stretch passes a wanted one, the time, and
-so the voltage, is located on the dense output of the stepper; a film ends at its last wanted stretch. Near runaway a small change of
-the voltage changes the stretch without limit, while the voltage at a stretch stays well-conditioned.
+so the voltage, is located on the dense output of the stepper; a film ends at its last wanted stretch. Near runaway a small change
+of the voltage changes the stretch without limit, while the voltage at a stretch stays well-conditioned.
 """
 
 from __future__ import annotations
@@ -37,7 +37,8 @@ POINTS = 7  # in the passive part of a disc
 class Ramps:
     """Films of any number of cases: `thickness` in m, `prestretch` of both axes, None for a free axis, reached within `ramp` s and
     held for `relax` s; `hung` is the nominal stress in Pa of a weight on each axis, or None. The voltage then rises at `rate` in
-    V/s, up to `BEYOND` times the largest measured `voltage`. `share` is that of the electrode of films with a passive part. Arrays are (cases,).
+    V/s, up to `BEYOND` times the largest measured `voltage`. `share` is that of the electrode of films with a passive part. Arrays
+    are (cases,).
 
     The excursion of a film is ln of its relative stretch along axis 1, or of its area over that at rest, by `both` (cases,); the
     voltage is wanted where it has the values `wanted` (cases, m), ascending and padded with infinity. Of films in `total` (cases,)

@@ -157,9 +157,10 @@ def parameter_space(material: Material, free: Mapping[str, Free]) -> ParameterSp
     parameters = [one for path in free for one in wrong.tried(partial(_parameters, material, path, free)) or ()]
     names = [parameter.name for parameter in parameters]
     wrong += [Problem("is free twice", key=name) for name in dict.fromkeys(names) if names.count(name) > 1]
+    if f"nonequilibrium.{SCALE}" in free and any(path.startswith("nonequilibrium.shear_modulus") for path in free):
+        both = "a factor on all moduli and single moduli are free: free one of the two"
+        wrong.append(Problem(both, key=f"nonequilibrium.{SCALE}"))
     wrong.refuse()
-    if f"nonequilibrium.{SCALE}" in names and any(name.startswith("nonequilibrium.shear_modulus") for name in names):
-        raise InputError("a factor on all moduli and single moduli are free: free one of the two", key=f"nonequilibrium.{SCALE}")
     centre, precision = np.zeros(len(parameters)), np.zeros(len(parameters))
     for k, parameter in enumerate(parameters):
         if parameter.prior is not None and parameter.relative is not None:

@@ -113,6 +113,11 @@ class VoltageTest(Result):
         return self.voltage
 
     @property
+    def nominal_field(self) -> float:
+        """The largest voltage over the undeformed thickness in V/m."""
+        return float(self.voltage[-1] / np.asarray(self.film.thickness))
+
+    @property
     def time(self) -> Floats:
         """The time (n,) in s of each voltage since the ramp began, at its rate or the middle of its range."""
         low, high = self._range("ramp")

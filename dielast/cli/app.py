@@ -65,6 +65,7 @@ Scheduler = Annotated[
     ),
 ]
 Json = Annotated[bool, typer.Option("--json", help="Print the summary as JSON.")]
+Plan = Annotated[bool, typer.Option("--plan", help="Print how much there is to do and how long it takes here; write nothing.")]
 Quiet = Annotated[bool, typer.Option("-q", "--quiet", help="No summary, no progress.")]
 
 
@@ -115,10 +116,14 @@ def _run(
     depfile: Depfile = None,
     jobs: Jobs = 1,
     scheduler: Scheduler = None,
+    plan: Plan = False,
     json: Json = False,
     quiet: Quiet = False,
 ) -> int:
-    from dielast.cli.run import Options, run
+    from dielast.cli.run import Options, foretell, run
+
+    if plan:
+        return foretell(str(context.info_name), recipe, set_ or (), jobs)
 
     formats = tuple(dict.fromkeys(form.value for form in plot or [PlotFormat.PNG] if form is not PlotFormat.NONE))
     options = Options(out, formats, tuple(set_ or ()), golden, rtol, depfile, jobs, json, quiet, scheduler)
@@ -131,21 +136,51 @@ def _kinds(incomplete: str) -> list[str]:
 
 
 @_exits
-def _new(kind: Annotated[str, typer.Argument(metavar="KIND", autocompletion=_kinds, hidden=True)]) -> int:
-    if kind not in COMMANDS:
-        raise InputError(f"{shown(kind)} is no kind of recipe: {nearest(kind, COMMANDS)}")
-    sys.stdout.write(COMMANDS[kind].starter())
+def _new(
+    words: Annotated[list[str] | None, typer.Argument(metavar="KIND", autocompletion=_kinds, hidden=True)] = None,
+    data: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--data",
+            metavar="FILE...",
+            help="The recipe for these files: tables, exports of instruments, photographs; without KIND, what they hold.",
+        ),
+    ] = None,
+) -> int:
+    first, *others = words or [""]
+    kind, names = (first, others) if first in COMMANDS else ("", words or [])
+    if data is None:
+        if not first:
+            raise InputError(f"dielast new: a kind is needed: {', '.join(COMMANDS)}; or --data FILE (see dielast new --help)")
+        if not kind or others:
+            wrong = others[0] if kind else first
+            if wrong in COMMANDS:
+                raise InputError(f"{' and '.join(words or [])} are stated: one kind is needed")
+            raise InputError(f"{shown(wrong)} is no kind of recipe: {nearest(wrong, COMMANDS)}")
+        sys.stdout.write(COMMANDS[kind].starter())
+        return 0
+    from dielast.commands.new import described, given, started
+
+    files = given([*data, *names])
+    text, doubts = started(kind, files) if kind else described(files)
+    sys.stdout.write(text)
+    sys.stdout.flush()
+    for doubt in doubts:
+        print(f"warning: {doubt}", file=sys.stderr)
     return 0
 
 
 @_exits
-def _validate(files: Annotated[list[Path], typer.Argument(metavar="FILE...", hidden=True)]) -> int:
-    """Check recipes and the files they name.
+def _validate(
+    files: Annotated[list[Path], typer.Argument(metavar="FILE...", hidden=True)],
+    plan: Annotated[bool, typer.Option("--plan", help="Say as well how long each recipe takes here, by its first cells.")] = False,
+) -> int:
+    """Check recipes and the files they name, and say what they amount to.
 
     Nothing is simulated or written; spectrum recipes are fitted to check them.
     Load files and material files can be checked by themselves.
     """
-    from dielast.commands.inspect import warnings_of
+    from dielast.commands.inspect import amount_of, warnings_of
 
     mistakes: list[Problem] = []
     for path in files:
@@ -154,7 +189,8 @@ def _validate(files: Annotated[list[Path], typer.Argument(metavar="FILE...", hid
         except InputError as error:
             mistakes += error.problems
             continue
-        print(f"{path}: ok", flush=True)
+        amount = amount_of(path, plan)
+        print(f"{path}: ok{f': {amount}' if amount else ''}", flush=True)
         for message in caught:
             print(f"warning: {path}: {message}", file=sys.stderr)
     if mistakes:
@@ -231,6 +267,7 @@ def application(only: str | None = None) -> typer.Typer:
     )
     app.callback()(_main)
     starters = f"Print a commented starter recipe that runs as it is.\n\nKIND is {listed(COMMANDS, 'or')}."
+    starters += "\nWith --data it is the recipe for measured files, with what they do not say marked FILL IN."
     helpers: dict[str, tuple[Callable[..., None], str | None]] = {
         "new": (_new, starters),
         "validate": (_validate, None),
@@ -238,7 +275,7 @@ def application(only: str | None = None) -> typer.Typer:
         "schema": (_schema, None),
     }
     names = [*COMMANDS, *helpers]
-    for name in [only] if only is not None and only in names else names:
+    for name in [only] if only is not None and (only in names or only in COMMANDS) else names:
         if name in helpers:
             function, text = helpers[name]
             app.command(name, help=text, cls=PlainUsage)(function)

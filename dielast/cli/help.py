@@ -70,8 +70,6 @@ def report_usage(error: Any) -> int:
             wrong = re.sub(pattern, words, wrong)
         if unknown := re.match(r"No such command '(.*?)'", wrong):
             wrong = f'no command "{unknown[1]}": {nearest(unknown[1], (*COMMANDS, "new", "validate", "report", "schema"))}'
-        elif wrong == "Missing argument 'KIND'":
-            wrong = f"a kind is needed: {', '.join(COMMANDS)}"
         print(f"{command}: {wrong[:1].lower()}{wrong[1:]} (see {command} --help)", file=sys.stderr)
     return int(error.exit_code)
 

@@ -18,13 +18,15 @@ from dielast.commands.registry import COMMANDS, others_in, read_cases
 from dielast.errors import DielastError, DielastWarning, InputError, messages_of
 from dielast.io.files import STORE, Inputs, as_text, check_folder, check_targets, depfile, read_file, write_files
 from dielast.recipe.cases import Case, settings
-from dielast.report.report import RecipeSource, contents, left_over, summarise
+from dielast.report.report import RecipeSource, contents, drawn, left_over, summarise
 from dielast.report.summary import print_summary
 from dielast.sharing.execution import NOTHING_KEPT, Execution
 
 UNFINISHED = 3
 GOLDEN_MISMATCH = 4
 INTERRUPTED = 130
+WRITTEN = "the results are written"
+MIXED = "{} holds files of this run beside those of an earlier one: run it again"
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,7 +57,7 @@ def run(kind: str, path: Path, options: Options) -> int:
         check_folder(options.depfile.parent, "is needed (see --depfile)")
         check_targets([options.depfile], [path])
     if options.golden is not None:
-        _check_golden(options.golden, out)
+        _check_golden(options.golden, out, options.rtol)
     bar = Bar(options.quiet, options.jobs)
     execution = Execution(options.jobs, out, bar, options.scheduler, None if options.quiet else _print_note, leave.keep)
     source = RecipeSource(as_text(path.name), content, settings(options.overrides, type(cases[0].recipe)))
@@ -66,7 +68,7 @@ def run(kind: str, path: Path, options: Options) -> int:
         bar.stop()
     _write(out, files, path, inputs, options.depfile)
     if options.json:
-        print(json.dumps(_finite(summary), indent=2, allow_nan=False))
+        print(json.dumps(summary, indent=2, allow_nan=False))
     elif not options.quiet:
         print_summary(summary, out)
     sys.stdout.flush()
@@ -85,6 +87,20 @@ def run(kind: str, path: Path, options: Options) -> int:
     if "interrupted" in summary:
         return INTERRUPTED
     return UNFINISHED if "unfinished" in summary else mismatch
+
+
+def foretell(kind: str, path: Path, overrides: Sequence[str], jobs: int) -> int:
+    """Print what the recipe in `path` amounts to and how long it takes here, measured without writing anything."""
+    from dielast.commands.plan import extent, measured
+
+    cases = read_cases(path, kind, overrides)
+    with working():
+        try:
+            parts = [extent(cases), measured(kind, cases, path, jobs)]
+        except DielastError as error:
+            raise error.at(file=path) from None
+    print(f"{path}: {'; '.join(filter(None, parts))}")
+    return 0
 
 
 def compute(
@@ -110,13 +126,15 @@ def compute(
             for message in messages_of(record):  # a warning may state the cause
                 located.add_note(f"warning: {message}")
             raise located from None
+        if plots:
+            import logging  # imported here, as runs without figures do not need it
+
+            logging.getLogger("matplotlib").setLevel(logging.ERROR)  # no messages about the folder of its cache
+        figures = drawn(kind, report, plots)
     caught = messages_of(record)
     summary = summarise(kind, report, inputs, source or RecipeSource(as_text(path.name)), caught, __version__)
-    if plots:
-        import logging  # imported here, as runs without figures do not need it
-
-        logging.getLogger("matplotlib").setLevel(logging.ERROR)  # no messages about the folder of its cache
-    return contents(kind, report, summary, plots), summary, inputs, caught
+    files, summary = contents(report, figures, summary)
+    return files, summary, inputs, caught
 
 
 def _write(out: Path, files: Mapping[str, bytes], recipe: Path, inputs: Inputs, rule: Path | None) -> None:
@@ -124,20 +142,10 @@ def _write(out: Path, files: Mapping[str, bytes], recipe: Path, inputs: Inputs, 
     results, read = [out / name for name in files], [recipe, *inputs.paths]
     check_targets(results + ([rule] if rule is not None else []), read)
     with working():
-        write_files(out, files)
-        leave.keep("the results are written")
+        write_files(out, files, lambda whole: leave.keep(WRITTEN if whole else MIXED.format(out)))
         (out / STORE).unlink(missing_ok=True)
         if rule is not None:
             write_files(rule.parent, {rule.name: depfile(results, read).encode("utf-8", "surrogateescape")})
-
-
-def _finite(value: Any) -> Any:
-    """The value as JSON can hold it: null for what is not a number."""
-    if isinstance(value, Mapping):
-        return {key: _finite(inner) for key, inner in value.items()}
-    if isinstance(value, list):
-        return [_finite(inner) for inner in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def _check_scheduler(kind: str, options: Options) -> None:
@@ -151,11 +159,13 @@ def _check_scheduler(kind: str, options: Options) -> None:
         raise InputError("--jobs and --scheduler exclude each other: the cluster sets the number of processes")
 
 
-def _check_golden(golden: Path, out: Path) -> None:
+def _check_golden(golden: Path, out: Path, rtol: float) -> None:
     """Raise `InputError` before anything is computed if there is nothing to compare with, or the result would overwrite it."""
     from dielast.report.golden import golden_files
 
     golden_files(golden)
+    if math.isnan(rtol):
+        raise InputError("--rtol: nan: a number of at least 0 is needed")
     if os.path.realpath(golden) == os.path.realpath(out):
         raise InputError("the result would overwrite the golden files; write it to another folder (see --out)", file=golden)
 
@@ -166,7 +176,7 @@ def _print_note(line: str) -> None:
 
 
 def _compare(files: Mapping[str, bytes], options: Options) -> int:
-    from dielast.report.golden import differences
+    from dielast.report.golden import differences, foreign
 
     assert options.golden is not None
     lines = differences(files, options.golden, options.rtol)
@@ -175,4 +185,6 @@ def _compare(files: Mapping[str, bytes], options: Options) -> int:
     if lines:
         count = "1 difference" if len(lines) == 1 else f"{len(lines)} differences"
         print(f"{count} from {options.golden} beyond a relative {options.rtol:g}", file=sys.stderr)
+    if mixed := foreign(options.golden):
+        print(f"warning: {options.golden}: {mixed}", file=sys.stderr)
     return GOLDEN_MISMATCH if lines else 0

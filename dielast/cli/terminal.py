@@ -5,6 +5,8 @@ import io
 import os
 import signal
 import sys
+import threading
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from types import FrameType
@@ -119,17 +121,43 @@ def working() -> Iterator[None]:
         signal.signal(signal.SIGINT, before)
 
 
+MINUTE = 60.0  # s between two lines of progress where there is no terminal
+
+
 class Bar:
-    """A bar with the remaining time for cases, cells or draws; none if standard error is not a terminal."""
+    """A bar with the remaining time for cases, cells or draws; a line a minute if standard error is not a terminal."""
 
     def __init__(self, quiet: bool, jobs: int) -> None:
         """Label the bar with the number of processes, `jobs`, if there are several."""
         self._seen = not quiet and sys.stderr is not None and sys.stderr.isatty()
         self._shared = f" in {jobs} processes" if jobs > 1 else ""
         self._bar: Progress | None = None
+        self._told = not quiet and not self._seen and sys.stderr is not None
+        self._state: tuple[int, int, str] | None = None
+        self._begun = self._since = time.monotonic()
+        self._ended = threading.Event()
+        if self._told:
+            threading.Thread(target=self._tell, daemon=True).start()
+
+    def _tell(self) -> None:
+        """Print a line a minute until the run ends."""
+        while not self._ended.wait(MINUTE):
+            print(f"progress: {self._line()}", file=sys.stderr, flush=True)
+
+    def _line(self) -> str:
+        now = time.monotonic()
+        running = f"{(now - self._begun) / 60:.0f} min"
+        if self._state is None:
+            return f"running for {running}"
+        done, total, what = self._state
+        left = f", about {max((now - self._since) * (total - done) / done / 60, 1):.0f} min left" if 0 < done < total else ""
+        return f"{done} of {total} {what}{self._shared} after {running}{left}"
 
     def __call__(self, done: int, total: int, what: str) -> None:
         """Show that `done` of `total` are finished; `what` is their plural, such as cells, and may change during a run."""
+        if self._state is None or self._state[2].partition(",")[0] != what.partition(",")[0]:
+            self._since = self._begun if self._state is None else time.monotonic()
+        self._state = (done, total, what)
         if not self._seen:
             return
         if self._bar is None:
@@ -142,10 +170,14 @@ class Bar:
             self._bar.start()
         self._bar.update(self._bar.task_ids[0], completed=done, total=total, description=what + self._shared)
         if done == total:
-            self.stop()
+            self._remove()
 
     def stop(self) -> None:
         """Take the bar away, so that the next line to be printed begins on an empty line."""
+        self._ended.set()
+        self._remove()
+
+    def _remove(self) -> None:
         if self._bar is not None:
             self._bar.stop()
             self._bar = None

@@ -10,10 +10,14 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, get_args
 
+from dielast.errors import InputError
+
 if TYPE_CHECKING:
     from dielast.io.files import Inputs
+    from dielast.readings.seen import Given
     from dielast.recipe.base import Reading, RecipeBase
     from dielast.recipe.cases import Case
+    from dielast.recipe.lines import RecipeLines
     from dielast.report.report import Report
     from dielast.sharing.execution import Execution
 
@@ -33,6 +37,7 @@ class Command:
     - `run.py` with the function `run`, of type `Run`,
     - `readings.py` with the function `readings`, of type `Readings`; without it, `validate` reads what all simulations read, and
       checks what the function `prepared` of `run.py` does with the cases before it solves anything,
+    - `from_data.py` with the function `from_data(name, given)`, which writes the recipe for given files, if it takes any,
     - `starters/NAME.toml` and `starters/NAME.short.toml`, the recipes that `dielast new` and the help print.
 
     None of these is imported before it is needed.
@@ -74,6 +79,18 @@ class Command:
             return partial(checked_readings, import_module(f"{self.package}.run").prepared)
         readings: Readings = import_module(f"{self.package}.readings").readings
         return readings
+
+    def from_data(self, given: Given) -> RecipeLines:
+        """The recipe for `given` files, as far as they are recognised; raises `InputError` for files that it does not take."""
+        if not self.takes_data:
+            raise InputError(f"{self.name} takes no measured data: dielast new {self.name}")
+        lines: RecipeLines = import_module(f"{self.package}.from_data").from_data(self.name, given)
+        return lines
+
+    @property
+    def takes_data(self) -> bool:
+        """Whether its recipes name measured files."""
+        return find_spec(f"{self.package}.from_data") is not None
 
     def starter(self) -> str:
         """A commented recipe that runs as it is."""

@@ -13,16 +13,30 @@ from dielast.io.toml import parse_toml
 from dielast.recipe.base import Reading
 
 
-def warnings_of(path: Path) -> list[str]:
-    """The warnings about a recipe, a load file or a material file; raises `InputError` with a line for every mistake."""
+def warnings_of(path: Path, content: bytes | None = None) -> list[str]:
+    """The warnings about a recipe, a load file or a material file, or about a recipe of this `content` that would be there.
+
+    Raises `InputError` with a line for every mistake.
+    """
     with warnings.catch_warnings(record=True) as record:
         warnings.simplefilter("always", DielastWarning)
-        _inspect(path)
+        _inspect(path, content)
     return messages_of(record)
 
 
-def _inspect(path: Path) -> None:
-    keys = parse_toml(read_file(path, str(path)), str(path)).keys() if os.path.isfile(path) else set()
+def amount_of(path: Path, measured: bool = False) -> str:
+    """What a recipe amounts to, and if it is to be `measured`, how long it takes here; empty for what is no recipe, or one case."""
+    if os.path.isfile(path) and "kind" not in parse_toml(read_file(path, str(path)), str(path)):
+        return ""
+    from dielast.commands import plan
+
+    cases = read_cases(path)
+    parts = [plan.extent(cases), plan.measured(cases[0].recipe.kind, cases, path) if measured else ""]
+    return "; ".join(filter(None, parts))
+
+
+def _inspect(path: Path, content: bytes | None) -> None:
+    keys = parse_toml(read_file(path, str(path)), str(path)).keys() if content is None and os.path.isfile(path) else set()
     if "kind" not in keys and {"equilibrium", "nonequilibrium"} & keys:
         from dielast.handover.material_file import read_material
         from dielast.material.checks import warn_of_material
@@ -33,7 +47,7 @@ def _inspect(path: Path) -> None:
 
         check_load(COMMANDS, path)
     else:
-        cases = read_cases(path)
+        cases = read_cases(path, content=content)
         wrong = mistakes(COMMANDS[cases[0].recipe.kind].readings(cases, Inputs(path.parent)))
         if wrong:
             raise InputError(*(problem.within(file=path) if problem.file else problem.at(file=path) for problem in wrong))

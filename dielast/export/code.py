@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from dielast.errors import InputError
+from dielast.errors import InputError, Mistakes, Problem
 from dielast.material.argument_types import checked
 from dielast.material.shift import ShiftLaw, kelvin
 from dielast.material.springs import CardForm, SpringLaw
@@ -64,20 +64,23 @@ class CardOptions:
     notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
+        wrong = Mistakes()
         for key, value, known in (
             ("units", self.units, tuple(UNITS)),
             ("temperature_scale", self.temperature_scale, SCALES),
             ("moduli", self.moduli, MODULI),
         ):
             if value not in known:
-                raise InputError(f'"{value}": one of {", ".join(str(name) for name in known if name)} is needed', argument=key)
+                names = ", ".join(str(name) for name in known if name)
+                wrong.append(Problem(f'"{value}": one of {names} is needed', argument=key))
         for key, number in (("J_lim", self.J_lim), ("bulk_modulus", self.bulk_modulus), ("density", self.density)):
             if number is not None and not 0 < number < math.inf:
-                raise InputError(f"{number:g}: a positive number is needed", argument=key)
+                wrong.append(Problem(f"{number:g}: a positive number is needed", argument=key))
         if self.poisson_ratio is not None and not 0 <= self.poisson_ratio < 0.5:
-            raise InputError(f"{self.poisson_ratio:g}: at least 0 and below 0.5 is needed", argument="poisson_ratio")
+            wrong.append(Problem(f"{self.poisson_ratio:g}: at least 0 and below 0.5 is needed", argument="poisson_ratio"))
         if self.bulk_modulus is not None and self.poisson_ratio is not None:
-            raise InputError("state bulk_modulus or poisson_ratio, not both", argument="bulk_modulus")
+            wrong.append(Problem("state bulk_modulus or poisson_ratio, not both", argument="bulk_modulus"))
+        wrong.refuse()
 
 
 @dataclass(frozen=True, slots=True)

@@ -28,6 +28,7 @@ WIDTHS = np.array([0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0, 128.0, 256.0
 CLOSE = 1e-7  # of the end of an interval, over the standard error
 PROPOSED, ROUNDS = 4000, 4  # proposals in a round of draws
 RAYS = 1000  # about the fit, on which the ends of intervals are looked for
+SHARES = (1e-3, 0.01, 0.1, 0.5, 0.9)  # of films that fail, to whose lives some of the rays are directed
 HEAVY = 5.0  # degrees of freedom of the proposals
 
 
@@ -184,13 +185,13 @@ def profile_intervals(fit: Estimate, level: float = 0.9, *, corrected: bool = Tr
         if not run.size:
             break
         reach = np.minimum(width, room[run])
-        root = profile.roots(run, fit.at[free][column[run]] + side[run] * reach * error[column[run]])
+        root, cornered = profile.roots(run, fit.at[free][column[run]] + side[run] * reach * error[column[run]])
         past = (root >= sought) & np.isnan(outer[run])
         outer[run[past]], outer_root[run[past]] = reach[past], root[past]
         before = (root < sought) & np.isnan(outer[run])
         inner[run[before]], inner_root[run[before]] = reach[before], root[before]
-        closed[run] |= root >= decisive
-        waiting[run] = ~(closed[run] | (reach >= room[run]))
+        closed[run] |= (root >= decisive) & ~cornered
+        waiting[run] = ~((root >= decisive) | (reach >= room[run]))
     run = np.flatnonzero(np.isfinite(outer))
     for _ in range(60):
         if not run.size:
@@ -198,7 +199,7 @@ def profile_intervals(fit: Estimate, level: float = 0.9, *, corrected: bool = Tr
         a, b, fa, fb = inner[run], outer[run], inner_root[run] - sought, outer_root[run] - sought
         middle = np.where(fb > fa, b - fb * (b - a) / np.where(fb > fa, fb - fa, 1.0), 0.5 * (a + b))
         middle = np.clip(middle, a + 0.02 * (b - a), b - 0.02 * (b - a))
-        root = profile.roots(run, fit.at[free][column[run]] + side[run] * middle * error[column[run]])
+        root = profile.roots(run, fit.at[free][column[run]] + side[run] * middle * error[column[run]])[0]
         high = root >= sought
         outer[run], outer_root[run] = np.where(high, middle, b), np.where(high, root, outer_root[run])
         inner[run], inner_root[run] = np.where(high, a, middle), np.where(high, inner_root[run], root)
@@ -226,16 +227,34 @@ class _Profile:
     side: Floats
     corrected: bool
     last: Floats = field(init=False)
+    ridge: Floats = field(init=False)
+    """How all coordinates move with that of the profile (k, p), if the likelihood is Gaussian."""
 
     def __post_init__(self) -> None:
-        self.last = np.tile(self.fit.at, (self.column.size, 1))
+        fit = self.fit
+        self.last = np.tile(fit.at, (self.column.size, 1))
+        self.ridge = np.zeros_like(self.last)
+        for row, column in enumerate(self.column.tolist()):
+            others = fit.free[fit.free != column]
+            inner = fit.hessian[np.ix_(others, others)]
+            self.ridge[row, others] = -np.linalg.lstsq(inner, fit.hessian[others, column], rcond=1e-12)[0]
+            self.ridge[row, column] = 1.0
 
-    def roots(self, run: Cases, place: Floats) -> Floats:
-        """The roots of the likelihood ratios (m,) at places (m,) of the profiles `run` (m,), positive away from the fit."""
+    def roots(self, run: Cases, place: Floats) -> tuple[Floats, Flags]:
+        """The roots of the likelihood ratios (m,) at places (m,) of the profiles `run` (m,), positive away from the fit, and
+        whether another coordinate is at the end of its range there, so that the ratio is due to this range.
+        """
         fit, column, rows = self.fit, self.column[run], np.arange(run.size)
-        start, fixed = self.last[run].copy(), np.tile(fit.fixed, (run.size, 1))
-        start[rows, column], fixed[rows, column] = place, True
-        weight = fit.weight
+        fixed = np.tile(fit.fixed, (run.size, 1))
+        fixed[rows, column] = True
+        weight, (low, high) = fit.weight, fit.model.bounds
+        moved = place - self.last[run, column]
+        plain = self.last[run].copy()
+        plain[rows, column] = place
+        straight = self.last[run] + moved[:, None] * self.ridge[run]
+        along = np.clip(straight, low, high)
+        totals = [fit.model.total(start, None if weight is None else weight[None]) for start in (plain, along)]
+        start = np.where((np.nan_to_num(totals[1], nan=-np.inf) > np.nan_to_num(totals[0], nan=-np.inf))[:, None], along, plain)
 
         def function(at: Floats, fits: Cases) -> tuple[Floats, Floats, Floats]:
             return fit.model.function(at, None if weight is None else np.broadcast_to(weight, (at.shape[0], weight.size)))
@@ -243,7 +262,11 @@ class _Profile:
         found = maximise(function, start, fit.model.bounds, fixed)
         self.last[run] = np.where(np.isfinite(found.value)[:, None], found.at, self.last[run])
         root = np.sqrt(np.maximum(2 * (fit.value - found.value), 0.0))
-        return np.asarray(root * np.sqrt(fit.share_known) if self.corrected else root)
+        # a least value of 0 is that of physics
+        reached, places = found.at.copy(), len(fit.model.location.names)  # whose ranges are wider than any specimens tell
+        reached[:, :places] = np.where(straight == along, reached, straight)[:, :places]
+        cornered = np.any(~fixed & (((reached <= low) & (low != 0)) | (reached >= high)), axis=1)
+        return np.asarray(root * np.sqrt(fit.share_known) if self.corrected else root), np.asarray(cornered)
 
 
 def draw(fit: Estimate, draws: int, seed: int = 1) -> Floats:
@@ -289,28 +312,73 @@ def draw(fit: Estimate, draws: int, seed: int = 1) -> Floats:
 
 
 def edge(fit: Estimate, level: float = 0.9, seed: int = 1) -> Floats:
-    """Coordinates (rays, p) on the edge of the region whose likelihood ratio is that of an interval of one quantity, in directions
-    that are spread evenly about the fit. The least and the largest value of a quantity on it are the ends of its profile-likelihood
-    interval (Meeker and Escobar 1998, App. B.6.6), within the bounds of the coordinates.
+    """Coordinates (rays, p) on the edge of the region whose likelihood ratio is that of an interval of one quantity. The least and
+    the largest value of a quantity on it are the ends of its profile-likelihood interval (Meeker and Escobar 1998, App. B.6.6),
+    within the bounds of the coordinates.
+
+    Where the likelihood is Gaussian, the edge is an ellipsoid, and a quantity of gradient q is largest along C q, with C the
+    covariance. Three quarters of the rays are about those of the lives at the exposures of the specimens, others anywhere.
     """
     free, p = fit.free, fit.free.size
     if not p:
         return fit.at[None]
+    random = stream(seed, "edge")
     information = -fit.hessian[np.ix_(free, free)]
     scale = np.sqrt(np.maximum(np.abs(np.diag(information)), 1e-12))
     roots, axes = np.linalg.eigh(information / np.outer(scale, scale))
-    away = stream(seed, "edge").standard_normal((RAYS, p))
+    back = axes / np.sqrt(np.maximum(np.abs(roots), 1e-6))  # of rays from a space in which the ellipsoid is a sphere
+    away = random.standard_normal((RAYS, p))
+    away /= np.linalg.norm(away, axis=1, keepdims=True)
+    toward = (_gradients(fit, random)[:, free] / scale) @ back
+    toward /= np.maximum(np.linalg.norm(toward, axis=1, keepdims=True), 1e-300)
+    spread = np.repeat((0.0, 0.2, 0.6), RAYS // 4)[:, None]
+    away[: spread.size] = toward[: spread.size] + spread * away[: spread.size]
     away /= np.linalg.norm(away, axis=1, keepdims=True)
     ray = np.zeros((RAYS, fit.at.size))
-    ray[:, free] = (away / np.sqrt(np.maximum(np.abs(roots), 1e-6))) @ axes.T / scale
+    ray[:, free] = away @ back.T / scale
     low, high = fit.model.bounds
     with np.errstate(divide="ignore", invalid="ignore"):
         room = np.min(np.where(ray > 0, (high - fit.at) / ray, np.where(ray < 0, (low - fit.at) / ray, np.inf)), axis=1)
-    fall = 0.5 * ndtri(0.5 * (1 + level)) ** 2 / fit.share_known
-    inner, outer = np.zeros(RAYS), np.minimum(room, 1e3)
-    for turn in range(40):
-        # outwards by doubling first, as likelihoods far away may not be finite
-        at = np.where(turn < 12, np.minimum(outer, np.maximum(2 * inner, 0.5)), 0.5 * (inner + outer))
-        inside = fit.model.total(fit.at + at[:, None] * ray, fit.weight) > fit.value - fall
-        inner, outer = np.where(inside, at, inner), np.where(inside, outer, at)
+    room, goal = np.minimum(room, 1e3), ndtri(0.5 * (1 + level)) / np.sqrt(fit.share_known)
+    inner, outer, at = np.zeros(RAYS), room.copy(), np.minimum(goal, room)
+    inside, beyond, run = np.zeros(RAYS), np.full(RAYS, np.inf), np.arange(RAYS)
+    for _ in range(60):
+        value = fit.model.total(fit.at + at[run, None] * ray[run], fit.weight)
+        root = np.sqrt(2 * np.maximum(fit.value - np.where(np.isnan(value), -np.inf, value), 0.0))
+        below = root <= goal
+        inner[run], inside[run] = np.where(below, at[run], inner[run]), np.where(below, root, inside[run])
+        outer[run], beyond[run] = np.where(below, outer[run], at[run]), np.where(below, beyond[run], root)
+        ended = (below & (root >= goal * (1 - 1e-5))) | (outer[run] - inner[run] <= 1e-9 * outer[run])
+        run = run[~ended]
+        if not run.size:
+            break
+        a, b, fa, fb = inner[run], outer[run], inside[run], beyond[run]
+        # the root is nearly proportional to the distance
+        with np.errstate(invalid="ignore"):
+            between = a + (goal * (1 - 5e-6) - fa) * (b - a) / (fb - fa)
+        further = a * np.clip(goal / np.maximum(fa, 1e-300), 1.0, 2.0)
+        tried = np.where(np.isfinite(fb), between, np.minimum(further, b))
+        # by halves where a side hardly moves
+        halved = np.isfinite(fb) & ((tried - a < 0.02 * (b - a)) | (b - tried < 0.02 * (b - a)) & (b - a > 1e-3 * b))
+        at[run] = np.where(halved, 0.5 * (a + b), tried)
     return fit.at + inner[:, None] * ray
+
+
+def _gradients(fit: Estimate, random: np.random.Generator) -> Floats:
+    """Gradients (rays, p) of the log lives within which some share fails, at exposures of the specimens and beyond."""
+    p, step = fit.at.size, 1e-4
+    steps = step * np.eye(p)
+    moved = fit.model.places(fit.at + np.concatenate((steps, -steps)))[0]
+    moved = moved[:, np.all(np.isfinite(moved), axis=0)]
+    of_place = ((moved[:p] - moved[p:]) / (2 * step)).T
+    if not len(of_place):
+        return np.zeros((RAYS, p))
+    one, other = (of_place[random.integers(len(of_place), size=RAYS)] for _ in range(2))
+    beyond = random.uniform(0, 2, RAYS) * random.integers(2, size=RAYS)
+    result = one + beyond[:, None] * (one - other)
+    share = random.choice(SHARES, RAYS)
+    ahead, behind = (fit.model.scatter.quantile(share, fit.at[-1] + sign * step) for sign in (1, -1))
+    with np.errstate(invalid="ignore"):
+        change = (ahead - behind) / (2 * step)
+    result[:, -1] -= np.where(np.isfinite(change), change, 0.0)
+    return np.asarray(result * random.choice((-1.0, 1.0), RAYS)[:, None])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from scipy.special import logsumexp, pdtr, pdtrc
@@ -93,26 +94,36 @@ class FittedLaw(TabularResult):
     @property
     def hazard(self) -> Floats:
         """The cumulative hazard (n,) of each specimen of the law at its end; its mean is 1 for specimens that fail as the law
-        says.
+        says. Of a specimen that was found failed, it is that in the middle of the probability since it was last seen intact.
         """
+        low, high = self.hazards
+        failed = -np.expm1(-low), -np.expm1(-high)
+        return np.asarray(np.where(low == high, high, -np.log1p(-0.5 * (failed[0] + failed[1]))))
+
+    @property
+    def hazards(self) -> tuple[Floats, Floats]:
+        """The cumulative hazards (n,) of each specimen when it was last known to be intact, and at its end."""
         model = self.law.model
         v, later = model.places(self.fit.at[None])
-        seen = model.observations.seen
-        at = np.where(seen == Seen.BETWEEN, 0.5 * (v + later), v)[0]
-        scatter = model.scatter.log_survival(at[None], self.fit.at[None, -1:], model.observations.log_area)
-        return np.asarray(-scatter.value[0])
+        area = model.observations.log_area
+        first, last = (-model.scatter.log_survival(at, self.fit.at[None, -1:], area).value[0] for at in (v, later))
+        return np.where(model.observations.seen == Seen.DEAD, 0.0, first), np.asarray(last)
 
     def standing(self) -> Floats:
-        """v (n,) of each specimen: its log exposure over that typical of the material, of the reference area."""
-        model, at = self.law.model, self.plain_standing()
+        """v (n,) of each specimen: its log exposure over that typical of the material, of the reference area; of one that was found
+        failed, that of its `hazard`.
+        """
+        model = self.law.model
         area = np.exp(self.fit.at[-1]) * model.observations.log_area if model.scatter.scales_with_area else 0.0
-        return np.asarray(at + area)
+        found = np.isin(model.observations.seen, (Seen.DEAD, Seen.BETWEEN))
+        found &= np.isfinite(self.plain_standing())
+        share = np.where(found, np.clip(-np.expm1(-self.hazard), 1e-12, 1 - 1e-12), 0.5)
+        middle = model.scatter.quantile(share, self.fit.at[-1])
+        return np.asarray(np.where(found, middle, self.plain_standing() + area))
 
     def plain_standing(self) -> Floats:
-        """v (n,) of each specimen with its own area."""
-        model = self.law.model
-        v, later = model.places(self.fit.at[None])
-        return np.asarray(np.where(model.observations.seen == Seen.BETWEEN, 0.5 * (v + later), v)[0])
+        """v (n,) of each specimen at its end, with its own area."""
+        return np.asarray(self.law.model.places(self.fit.at[None])[1][0])
 
     def hazard_along(self, histories: Histories, films: Specimens) -> Floats:
         """The cumulative hazard (rows,) of the first of further films along its history."""
@@ -152,24 +163,31 @@ class FittedLaw(TabularResult):
         Under the law, the number of failures up to a cumulative hazard h is Poisson distributed about the sum of min(H_i, h)
         (Cox and Snell 1968, DOI 10.1111/j.2517-6161.1968.tb00724.x), tested at every failure (Bonferroni).
         """
-        hazard, failed = self.hazard, self.law.model.observations.seen != Seen.SUSPENDED
-        at = np.sort(hazard[failed])
-        if at.size < 4:
+        failed = self.law.model.observations.seen != Seen.SUSPENDED
+        if np.count_nonzero(failed) < 4:
             return "", 0
-        expected = np.minimum(hazard[None], at[:, None]).sum(axis=1)
-        count = np.arange(1, at.size + 1)
-        many, few = pdtrc(count - 1, expected), pdtr(count - 1, expected)
-        limit = RARE / (2 * at.size)
-        if np.any(many < limit):
-            return "early", int(count[np.argmax(many < limit)])
-        return ("late", int(count[np.argmax(few < limit)])) if np.any(few < limit) else ("", 0)
+        # a failure that was found later counts when it speaks least for a deviation
+        for kind, tail, hazard in (("early", pdtrc, self.hazards[1]), ("late", pdtr, self.hazards[0])):
+            at = np.sort(hazard[failed])
+            expected = np.minimum(hazard[None], at[:, None]).sum(axis=1)
+            count = np.arange(1, at.size + 1)
+            rare = tail(count - 1, expected) < RARE / (2 * at.size)
+            if np.any(rare):
+                return kind, int(count[np.argmax(rare)])
+        return "", 0
 
 
 def fit_law(law: LawModel, *, level: float = 0.9, draws: int = 200, seed: int = 1, mode: str = "") -> FittedLaw:
-    """Fit a law; raises `InputError` for fewer failures than parameters and `NumericsError` where no start has a likelihood."""
+    """Fit a law; without `draws`, bounds of lives by competing kinds of failure are not known.
+
+    Raises `InputError` for fewer failures than parameters and `NumericsError` where no start has a likelihood.
+    """
     fit = estimate(law.model, known=dict(law.known))
+    if not fit.fixed[-1] and fit.at[-1] <= law.model.bounds[0][-1]:
+        raise InputError("the failures do not scatter about the law: state the scatter, or voltages and times with more digits")
     intervals = tuple(profile_intervals(fit, level))
-    return FittedLaw(law, fit, intervals, draw(fit, max(draws, LIVES), seed), level, mode, edge(fit, level, seed))
+    drawn = draw(fit, max(draws, LIVES) if draws else 0, seed)
+    return FittedLaw(law, fit, intervals, drawn, level, mode, edge(fit, level, seed))
 
 
 def bounded_law(law: LawModel, level: float = 0.9) -> FittedLaw:
@@ -263,30 +281,54 @@ def lives_of(
     Films fail by the first of several competing kinds of failure, one for each of the fitted laws, or by pull-in. `area` in m^2
     is that of their electrodes, by default the reference area.
     """
-    square = np.sqrt(prestretch[:, 0] * prestretch[:, 1])
-    found = []
     # of one kind of failure, the ends of profile-likelihood intervals; of several, quantiles of draws
     alone = fitted[0].edge if len(fitted) == 1 else None
-    for draws in (False, True):
-        parts = []
-        for film in range(square.size):
-            one = Histories(histories.time[[film]], histories.field[[film]], histories.stretch[[film]])
-            hazard: Floats | float = 0.0
-            for law in fitted:
-                spread = law.draws if alone is None else alone
-                at = spread if draws else law.fit.at[None]
-                v = law.law.along(one, square[[film]], thickness[[film]], temperature[[film]], at)[:, 0]
-                reference = law.law.options.reference_area
-                log_area = 0.0 if area is None or reference is None else float(np.log(area / reference))
-                scatter = law.law.model.scatter
-                hazard = hazard - scatter.log_survival(v, at[:, -1:], np.array(log_area)).value
-            parts.append(_crossings(np.asarray(hazard), one.time[0], shares, float(pulled_in[film])))
-        found.append(np.stack(parts, axis=2))
-    level = fitted[0].level
-    lower, upper = interval(found[1], level) if alone is None else (found[1].min(axis=0), found[1].max(axis=0))
+    spread = [law.draws if alone is None else alone for law in fitted]
+    films: dict[str, Any] = {"prestretch": prestretch, "thickness": thickness, "temperature": temperature, "pulled_in": pulled_in}
+    time = _lives([law.fit.at[None] for law in fitted], fitted, histories, shares=shares, area=area, **films)[0]
+    others = _lives(spread, fitted, histories, shares=shares, area=area, **films)
+    lower, upper = interval(others, fitted[0].level) if alone is None else (others.min(axis=0), others.max(axis=0))
     if not all(law.law.model.observations.failures for law in fitted):  # lower bounds alone
-        found[0][:], upper = np.inf, np.full_like(upper, np.inf)
-    return Lives(voltage, prestretch, tuple(shares), found[0][0], lower, upper, np.isfinite(pulled_in))
+        time, upper = np.full_like(time, np.inf), np.full_like(upper, np.inf)
+    return Lives(voltage, prestretch, tuple(shares), time, lower, upper, np.isfinite(pulled_in))
+
+
+def life_error(fitted: Sequence[FittedLaw], histories: Histories, shares: Sequence[float] = (0.1, 0.5), **films: Any) -> float:
+    """The largest relative change of a life within the horizon without every second row of the `histories`, of which a third is an
+    error (see `history_error`); `films` are those of `lives_of`.
+    """
+    at = [law.fit.at[None] for law in fitted]
+    one, other = (_lives(at, fitted, rows, shares=shares, area=None, **films)[0] for rows in (histories, histories.coarser()))
+    known = np.isfinite(one) & np.isfinite(other) & (one > 0) & (other > 0)
+    return float(np.max(np.abs(np.log(one[known] / other[known])), initial=0.0))
+
+
+def _lives(
+    at: Sequence[Floats],
+    fitted: Sequence[FittedLaw],
+    histories: Histories,
+    *,
+    prestretch: Floats,
+    thickness: Floats,
+    temperature: Floats,
+    pulled_in: Floats,
+    shares: Sequence[float],
+    area: float | None,
+) -> Floats:
+    """Lives (k, shares, films) in s at coordinates (k, p) of each of the fitted laws."""
+    square = np.sqrt(prestretch[:, 0] * prestretch[:, 1])
+    parts = []
+    for film in range(square.size):
+        one = Histories(histories.time[[film]], histories.field[[film]], histories.stretch[[film]])
+        hazard: Floats | float = 0.0
+        for law, coordinates in zip(fitted, at, strict=True):
+            v = law.law.along(one, square[[film]], thickness[[film]], temperature[[film]], coordinates)[:, 0]
+            reference = law.law.options.reference_area
+            log_area = 0.0 if area is None or reference is None else float(np.log(area / reference))
+            scatter = law.law.model.scatter
+            hazard = hazard - scatter.log_survival(v, coordinates[:, -1:], np.array(log_area)).value
+        parts.append(_crossings(np.asarray(hazard), one.time[0], shares, float(pulled_in[film])))
+    return np.stack(parts, axis=2)
 
 
 def _crossings(hazard: Floats, time: Floats, shares: Sequence[float], pulled_in: float) -> Floats:

@@ -41,6 +41,8 @@ def law_model(name: str, tested: Simulated, options: LawOptions) -> LawModel:
     seen, between = tested.seen[rows], np.flatnonzero(tested.seen[rows] == Seen.BETWEEN)
     of_ends, ends, later = _ends(tested, rows)
     observations = Observations(seen, area[rows], later)
+    if options.reference_humidity is None and np.all(np.isfinite(specimens.humidity[rows])):
+        options = replace(options, reference_humidity=float(np.exp(np.mean(np.log(specimens.humidity[rows])))))
     factors, names, parameters = _factors(tested, rows, is_damage, options)
     known = dict(options.known)
     histories, first = tested.histories, len(names)
@@ -182,8 +184,8 @@ def _factors(
         names.append("activation_energy")
         parameters.append(Parameter("damage.activation_energy", "J/mol", len(names) - 1, factor=BARRIER, linear=True))
     if is_damage and np.all(np.isfinite(humidity)) and np.ptp(humidity) > 0:
-        reference = options.reference_humidity or float(np.exp(np.mean(np.log(humidity))))
-        columns.append(-np.log(humidity / reference))
+        assert options.reference_humidity is not None
+        columns.append(-np.log(humidity / options.reference_humidity))
         names.append("humidity_exponent")
         parameters.append(Parameter("humidity_exponent", "1", len(names) - 1, linear=True))
     return np.array(columns).T if columns else np.zeros((rows.size, 0)), tuple(names), parameters

@@ -256,6 +256,16 @@ def _checked(
                     row, f"its end after {specimens.time[row]:.4g} s lies after the end of its programme at {last:.4g} s"
                 )
             )
+    off = (histories.at(which, np.minimum(end, histories.end[which]))[0] == 0) & (seen == Seen.FAILED) & (end > 0)
+    if not problems:
+        problems = [
+            specimens.problem(
+                int(row),
+                f"it fails after {end[row]:.4g} s, when there is no voltage: if it was found failed then, state when it was last "
+                "seen intact",
+            )
+            for row in np.flatnonzero(off)
+        ]
     if problems:
         raise InputError(*problems)
     if lost:

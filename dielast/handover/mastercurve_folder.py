@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from dielast.errors import InputError, in_keys, located
-from dielast.io.files import Inputs, exists, resolve
+from dielast.errors import InputError, in_keys, located, warn
+from dielast.io.files import Inputs, exists, resolve, sha256
+from dielast.io.manifest import strangers
 from dielast.io.table import finite_columns, number_columns
 from dielast.io.toml import parse_toml
 from dielast.material.measurement_kind import KINDS, MeasurementKind
@@ -58,12 +59,22 @@ def read_master_curve(folder: str, inputs: Inputs) -> ReducedCurve:
         raise InputError(f"{error}: a folder written by mastercurve is needed", file=name) from None
     name, kind = f"{folder}/mastercurve.csv", KINDS[measurement]
     headers = [f"{column} [{unit}]" for column, unit in (kind.reduced_abscissa, *kind.ordinates)]
-    temperature, *columns = finite_columns(inputs.read(name), name, ["temperature [degC]", *headers])
+    temperature, *columns = finite_columns(
+        _read_beside(summary, folder, "mastercurve.csv", inputs), name, ["temperature [degC]", *headers]
+    )
     if not temperature.size:
         raise InputError("no rows: a folder written by mastercurve is needed", file=name)
     known = temperature[~np.any(np.isclose(temperature[:, None], undetermined, rtol=1e-6), axis=1)]
     measured = (float(known.min()), float(known.max())) if known.size else None
     return ReducedCurve(kind, tuple(columns), law, measured, scaling=scaling, drawn="uncertainty" in summary)
+
+
+def _read_beside(summary: Mapping[str, Any], folder: str, file: str, inputs: Inputs) -> bytes:
+    """A file beside the summary; warns if another run wrote it."""
+    content = inputs.read(f"{folder}/{file}")
+    if message := strangers(summary, {file: sha256(content)}):
+        warn(message, file=folder)
+    return content
 
 
 def _scaling(shift: Mapping[str, Any], source: str) -> ModulusLaw:
@@ -83,7 +94,7 @@ def _shift_law(summary: Mapping[str, Any], folder: str, inputs: Inputs) -> Shift
 
     def measured() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         name = f"{folder}/shift-factors.csv"
-        content = inputs.read(name)
+        content = _read_beside(summary, folder, "shift-factors.csv", inputs)
         (temperature,) = finite_columns(content, name, ["temperature [degC]"])
         (factor,) = number_columns(content, name, ["log10_shift_factor [1]"])  # empty where the data do not determine it
         return temperature, factor
@@ -121,11 +132,12 @@ class ReadDraws:
 def read_curve_draws(folder: str, curve: ReducedCurve, inputs: Inputs) -> ReadDraws | None:
     """The draws in the folder of the master curve `curve`; None if its summary has no section on uncertainty."""
     name = f"{folder}/summary.toml"
-    if "uncertainty" not in parse_toml(inputs.read(name), name):
+    summary = parse_toml(inputs.read(name), name)
+    if "uncertainty" not in summary:
         return None
     name = f"{folder}/{LAWS}"
     headers = curve.shift.drawn_headers()
-    number, *constants = finite_columns(inputs.read(name), name, ["draw", *headers])
+    number, *constants = finite_columns(_read_beside(summary, folder, LAWS, inputs), name, ["draw", *headers])
     for row in np.flatnonzero(number != np.floor(number))[:1]:
         raise InputError(f'column "draw": {number[row]:g} is not a whole number', file=name, row=row + 2)
     rows = np.array(constants).reshape(len(headers), number.size).T
@@ -141,7 +153,7 @@ def read_curve_draws(folder: str, curve: ReducedCurve, inputs: Inputs) -> ReadDr
         f"{abscissa} [{unit}]",
         *(f"{ordinate}_{int(k)} [{unit}]" for ordinate, unit in curve.kind.ordinates for k in number),
     ]
-    columns = finite_columns(inputs.read(name), name, headers, positive=True)
+    columns = finite_columns(_read_beside(summary, folder, CURVES, inputs), name, headers, positive=True)
     first, values = columns[0], columns[1:].reshape(len(curve.kind.ordinates), number.size, -1)
     for row in np.flatnonzero(np.diff(first) <= 0)[:1]:
         raise InputError(f'column "{headers[0]}": {first[row + 1]:g} is not above {first[row]:g}', file=name, row=row + 3)

@@ -4,9 +4,13 @@ import contextlib
 import hashlib
 import os
 import re
+import secrets
+import signal
+import stat
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
+from typing import Any
 
 from dielast.errors import InputError
 
@@ -21,7 +25,10 @@ LONGEST_WAIT = 5.0  # s until another process has written its files; it takes mi
 LOCK = ".lock"
 """The file that is locked where folders cannot be, as on Windows; it is removed afterwards."""
 Locking = Callable[[int], None]
-_TEMPORARY = re.compile(r"\..+\.\d+\.part")
+_TEMPORARY = re.compile(r"\.dielast-[0-9a-f]{32}\.part")
+# what a depfile cannot hold: make takes these for ends of names, of rules or of lists, or for assignments, and has no way to quote
+# them, nor a backslash before a blank or at the end, nor & at the end
+_NOT_FOR_MAKE = re.compile(r"[\x00-\x1f\x7f;|%=]|\\(?= |$)|[& ]$")
 
 
 class Inputs:
@@ -74,7 +81,12 @@ def resolve(folder: Path, name: str | Path) -> Path:
 
 
 def read_file(path: Path, name: str) -> bytes:
-    """The bytes of a file; raises `InputError` with its `name` if it cannot be read, or is larger than `LARGEST`."""
+    """The bytes of a file; raises `InputError` with its `name` if it cannot be read, or is larger than `LARGEST`.
+
+    A named pipe, which may never have a writer, is refused; the pipe of a shell, <(...), is read.
+    """
+    if _is_named_pipe(path):
+        raise InputError("is a named pipe, a file is needed", file=name)
     try:
         with path.open("rb") as file:
             content = file.read(LARGEST + 1)
@@ -88,6 +100,13 @@ def read_file(path: Path, name: str) -> bytes:
     if len(content) > LARGEST:
         raise InputError(f"larger than {LARGEST >> 20} MiB, which no table or recipe should be", file=name)
     return content
+
+
+def _is_named_pipe(path: Path) -> bool:
+    try:
+        return stat.S_ISFIFO(os.stat(os.path.realpath(path)).st_mode)  # the pipe of a shell has no path of its own
+    except (OSError, ValueError):
+        return False
 
 
 def as_text(name: str) -> str:
@@ -154,37 +173,87 @@ def names_a_device(name: str) -> bool:
     return stem in ("CON", "PRN", "AUX", "NUL") or bool(re.fullmatch(r"(COM|LPT)[1-9]", stem))
 
 
-def write_files(folder: Path, contents: Mapping[str, bytes]) -> None:
+def write_files(folder: Path, contents: Mapping[str, bytes], moved: Callable[[bool], None] = lambda whole: None) -> None:
     """Write `contents` (name -> bytes) into `folder`, each file whole or not at all.
 
     All files are first written beside their targets, then moved into place together: an older result stays as it was if the disk
-    is full, or if another program keeps a target open (Windows). After two simultaneous runs all files are those of the later run,
-    unless one of them was suspended for longer than `LONGEST_WAIT`. Raises `InputError` if the folder cannot be made or written to,
-    or if a file cannot be replaced.
+    is full, or if another program keeps a target open (Windows). Signals that would end the process are `held` meanwhile. `moved`
+    is called before the first file is moved, with False, and after the last, with True. After two simultaneous runs all files are
+    those of the later run, unless one of them was suspended for longer than `LONGEST_WAIT`. Raises `InputError` if the folder
+    cannot be made or written to, or if a file cannot be replaced.
     """
     parts: list[tuple[Path, Path]] = []
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        with alone_in(folder) as alone:
-            for entry in folder.iterdir() if alone else ():
-                if _TEMPORARY.fullmatch(entry.name):  # an unfinished file of a killed run
+        with alone_in(folder) as alone, held():
+            try:
+                for entry in folder.iterdir() if alone else ():
+                    if _is_unfinished(entry):
+                        with contextlib.suppress(OSError):
+                            entry.unlink()
+                for name, content in contents.items():
+                    target = folder / name
+                    part = target.with_name(f".dielast-{secrets.token_hex(16)}.part")
+                    parts.append((part, target))
+                    with open(part, "xb", opener=_for_all) as file:
+                        file.write(content)
+                for _, target in parts:
+                    if target.is_file():
+                        _replace(target, target)  # changes nothing; fails if another program keeps the target open
+                moved(False)
+                for part, target in parts:
+                    _replace(part, target)
+                moved(True)
+            finally:
+                for part, _ in parts:
                     with contextlib.suppress(OSError):
-                        entry.unlink()
-            for name, content in contents.items():
-                part = folder / f".{name}.{os.getpid()}.part"
-                parts.append((part, folder / name))
-                part.write_bytes(content)
-            for _, target in parts:
-                if target.is_file():
-                    _replace(target, target)  # changes nothing; fails if another program keeps the target open
-            for part, target in parts:
-                _replace(part, target)
+                        part.unlink()
     except OSError as error:
         raise InputError(f"cannot write here: {(error.strerror or str(error)).lower()}", file=folder) from None
+
+
+def _is_unfinished(path: Path) -> bool:
+    """Whether a killed run of the same user left this file while it wrote."""
+    if not _TEMPORARY.fullmatch(path.name):
+        return False
+    try:
+        status = path.lstat()
+    except OSError:
+        return False
+    return stat.S_ISREG(status.st_mode) and (not hasattr(os, "getuid") or status.st_uid == os.getuid())
+
+
+def _for_all(name: str, flags: int) -> int:
+    """Open a file with ordinary rights."""
+    return os.open(name, flags | getattr(os, "O_NOFOLLOW", 0), 0o666)
+
+
+@contextlib.contextmanager
+def held() -> Iterator[None]:
+    """Hold the first signal that would end the process until the end of this context; a second one of its kind acts at once.
+
+    Only the main thread can hold signals.
+    """
+    came: list[int] = []
+    before: dict[int, Any] = {}
+
+    def hold(number: int, _: object) -> None:
+        came.append(number)
+        signal.signal(number, before.pop(number))
+
+    for name in ("SIGINT", "SIGTERM", "SIGHUP"):
+        number = getattr(signal, name, None)
+        # None: set by another program, which nobody can restore
+        if number is not None and signal.getsignal(number) not in (signal.SIG_IGN, None):
+            with contextlib.suppress(ValueError):  # not the main thread
+                before[number] = signal.signal(number, hold)
+    try:
+        yield
     finally:
-        for part, _ in parts:
-            with contextlib.suppress(OSError):
-                part.unlink()
+        for number, handler in list(before.items()):
+            signal.signal(number, handler)
+        for number in came:
+            signal.raise_signal(number)
 
 
 def _replace(part: Path, target: Path) -> None:
@@ -209,7 +278,11 @@ def alone_in(folder: Path) -> Iterator[bool]:
     handle = None
     with contextlib.suppress(OSError):
         if locking is not None:
-            handle = os.open(folder / LOCK, os.O_RDWR | os.O_CREAT) if of_file else os.open(folder, os.O_RDONLY)
+            handle = (
+                os.open(folder / LOCK, os.O_RDWR | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0))
+                if of_file
+                else os.open(folder, os.O_RDONLY)
+            )
     try:
         yield locking is not None and handle is not None and _acquired(locking, handle)
     finally:
@@ -250,7 +323,8 @@ def _locking() -> tuple[Locking | None, bool]:
 def depfile(targets: Iterable[Path], dependencies: Iterable[Path]) -> str:
     """A make rule by which every target depends on every dependency; make accepts that a dependency has been deleted.
 
-    Make compares names, not files: an absolute target also has the rule under its absolute name.
+    Make compares names, not files: an absolute target also has the rule under its absolute name. Raises `InputError` for a name
+    that make cannot hold.
     """
     targets, needed = list(targets), [_make_name(_shortest(path)) for path in dependencies]
     absolute = [str(path) for path in targets if path.is_absolute()]
@@ -269,6 +343,8 @@ def _shortest(path: Path) -> str:
 
 
 def _make_name(shown: str) -> str:
+    if mark := _NOT_FOR_MAKE.search(shown):
+        raise InputError(f"make cannot hold {mark[0]!a} there: use another name, or no --depfile", file=as_text(shown))
     drive, rest = os.path.splitdrive(shown)  # make accepts the colon of a drive on Windows
     rest = rest.replace(os.sep, "/").replace("$", "$$").replace("#", "\\#").replace(" ", "\\ ").replace(":", "\\:")
     return drive.replace(os.sep, "/") + rest

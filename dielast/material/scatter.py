@@ -241,6 +241,13 @@ def fewest_draws(level: float) -> int:
     return int(np.ceil(2 / (1 - level) - 1 - 1e-9))
 
 
+def assured(values: Floats, confidence: float) -> Floats:
+    """The value (...) that a further draw exceeds with this `confidence`, above 0.5, from `values` (draws, ...); NaN for too few
+    draws.
+    """
+    return interval(values, 2 * confidence - 1)[0]
+
+
 def interval(values: Floats, level: float) -> tuple[Floats, Floats]:
     """Lower and upper bound (...) of an interval that covers a further draw with probability `level`, from `values` (draws, ...).
 

@@ -7,6 +7,7 @@ shorten the steps, as it would if it were itself a state.
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -80,6 +81,9 @@ class Exposure:
         self.rate, self.total = rate, np.zeros(cases)
         self.before = self.after = np.zeros(0)
         """The integrals (pool,) at both ends of the last step that was followed; `after` counts only where it is accepted."""
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {name: value for name, value in vars(self).items() if name != "rate"}
 
     def follow(self, stride: Stride, system: Films) -> None:
         """Add a step."""

@@ -36,7 +36,7 @@ def tangent_of(law: SpringLaw, symmetry: Symmetry | None, elastic: Floats) -> tu
 
 def _sides(symmetry: Symmetry, elastic: Floats) -> tuple[Floats, Floats]:
     """A and C (n, cases) of springs, from one exponential."""
-    if symmetry is UNIAXIAL:
+    if symmetry == UNIAXIAL:
         elastic *= -0.5
         thickness = np.exp(elastic, out=elastic)
         front = thickness * thickness

@@ -136,7 +136,7 @@ class Points(ByCase):
         of the two which the load prescribes or the state holds.
         """
         capacity = self.permittivity_at(log_squared_stretch) * np.exp(log_squared_stretch[0] + log_squared_stretch[1])
-        if self.electric is FIELD:
+        if self.electric == FIELD:
             return acting, capacity * acting
         return acting / capacity, acting
 

@@ -8,7 +8,8 @@ end of the piece.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
@@ -158,6 +159,17 @@ class Watch:
         self._start = np.zeros(cases)
         self._begun = False
 
+    def __getstate__(self) -> dict[str, Any]:
+        # without what the criteria make of the films: such functions cannot be pickled
+        return {**vars(self), "lookouts": [replace(lookout, signal=None) for lookout in self.lookouts]}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        vars(self).update(state)
+        for lookout in self.lookouts:
+            lookout.signal = lookout.criterion.signal(self.films)
+            if lookout.exposure is not None and (rate := lookout.criterion.rate(self.films)) is not None:
+                lookout.exposure.rate = rate
+
     @property
     def happened(self) -> dict[Criterion, EventArrays]:
         """The events so far, by criterion."""
@@ -191,7 +203,8 @@ class Watch:
             if lookout.signal is None:
                 continue
             value = lookout.signal(moment)
-            fallen = where(starting & lookout.armed & ~lookout.seen & ~(value > 0))
+            below = ~(value > 0) if lookout.least is None else value <= 0  # NaN where the event cannot happen in this load
+            fallen = where(starting & lookout.armed & ~lookout.seen & below)
             self.note(lookout, start[fallen], moment.take(fallen))
             lookout.last = np.where(starting, value, lookout.last)
             if lookout.least is not None:
@@ -287,8 +300,11 @@ class Watch:
         return np.reshape(parts, (len(self.exposures), columns.size))
 
     def stability(self, moment: Moment) -> Stability:
-        """Determinant and margin (k,) of films at a moment."""
-        return stability_at(moment, self.films.timescale)
+        """Determinant and margin (k,) of films at a moment; where edges move, the margin stands for both, as determinants of
+        different axes cannot be compared.
+        """
+        found = stability_at(moment, self.films.timescale)
+        return replace(found, determinant=found.margin) if self.films.moved else found
 
     def age(self, cases: Cases, begin: Floats, time: Floats) -> Floats:
         """How long (k,) in s the voltage has been on, at `time` (k,) in s since a span began.

@@ -13,6 +13,7 @@ from scipy.interpolate import PchipInterpolator
 from dielast.calibration.comparison import Comparison
 from dielast.calibration.profiles import DECISIVE, Profile
 from dielast.calibration.result import Calibration
+from dielast.calibration.voltage import VoltageTest
 from dielast.plots.quantities import axis_of, unit_for
 from dielast.plots.style import ACROSS, COLOURS, SHADE, row_of, shade, sheet, spread, spread_indices, style
 from dielast.plots.texts import number, shortened, typeset
@@ -84,12 +85,16 @@ def _draw_test(axes: Axes, comparison: Comparison) -> None:
     """Nominal stress over stretch, or over time if the test holds a stretch."""
     test = comparison.test
     x, over_time = test.time, True
-    if test.stretch is not None and np.ptp(test.stretch) > 0:
+    if isinstance(test, VoltageTest):
+        x, over_time = test.stretch, False
+    elif test.stretch is not None and np.ptp(test.stretch) > 0:
         still = np.abs(np.diff(test.stretch)) <= 1e-3 * float(np.ptp(test.stretch))
         over_time = bool(np.mean(still) > LEFT_TO_TIME)
         x = test.time if over_time else test.stretch
     called, factor = axis_of(test.header, [test.measured + test.rest])
     order = np.flatnonzero(x > 0) if over_time else np.arange(x.size)  # 0 s is nowhere on a logarithmic axis
+    if isinstance(test, VoltageTest):
+        order = np.argsort(x, kind="stable")
     ends = [factor * (bound + test.rest)[order] for bound in (comparison.lower, comparison.upper)]
     shade(axes, x[order], ends[0], ends[1], COLOURS[2])
     chosen = spread(test.place, 30) if x.size > 30 else order
@@ -106,7 +111,7 @@ def _draw_test(axes: Axes, comparison: Comparison) -> None:
     time, stretch, values = test.unused
     axes.plot(time if over_time else stretch, factor * values, "x", color=LEFT_OUT, markersize=2.4, mew=0.6)
     axes.plot(x[order], factor * (comparison.model + test.rest)[order], "-", color=COLOURS[0], linewidth=1.0)
-    axes.set_xlabel("time [s]" if over_time else "stretch")
+    axes.set_xlabel("time [s]" if over_time else test.measure.replace("_", " ") if isinstance(test, VoltageTest) else "stretch")
     axes.set_ylabel(called if " [" in called else f"{called} [1]")
     if over_time:
         log_axis(axes, "x")

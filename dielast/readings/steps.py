@@ -119,7 +119,7 @@ def _plain_parts(content: bytes, source: str, file: int, data: MeasuredData) -> 
     if isinstance(data, MeasurementData) and not data.temperature_keys and data.layout != "long":
         least = 1 if data.layout == "wide" else 2
         unit = data.units.get("temperature") if data.layout == "wide" else None
-        tables = _by_temperature(table, unit, "compliance" if data.measurement == "creep" else "modulus")
+        tables = by_temperature(table, unit, "compliance" if data.measurement == "creep" else "modulus")
         if len(tables) >= least:
             return [_of_wide(part, file, data, columns, temperature) for temperature, part in tables]
         if data.layout == "wide":
@@ -132,7 +132,7 @@ def _plain_parts(content: bytes, source: str, file: int, data: MeasuredData) -> 
     return [Part(table, roles, kind, file, TABLE, "tension")]
 
 
-def _by_temperature(table: MeasuredTable, unit: str | None, nameless: str) -> list[tuple[float, MeasuredTable]]:
+def by_temperature(table: MeasuredTable, unit: str | None, nameless: str) -> list[tuple[float, MeasuredTable]]:
     """A table for each temperature in degC in the headers of `table`, or in the row above them, in their order.
 
     Each has the columns of its temperature and the columns without a temperature, such as a common time, and the rows in which the

@@ -16,7 +16,7 @@ from dielast.readings.recipe import CurveData, MeasuredData, MeasurementData
 from dielast.readings.specimen import nominal_stress, strain_of
 from dielast.readings.specimen_recipe import Specimen
 from dielast.readings.steps import Part
-from dielast.units import ZERO_CELSIUS
+from dielast.units import LARGEST, ZERO_CELSIUS
 
 FREQUENCY_AGREEMENT = 0.01  # relative tolerance between columns of frequency and of angular frequency
 HELD, CHANGES = 0.02, 0.2  # spread relative to the largest value: at most that of a held quantity, at least that of another
@@ -62,7 +62,7 @@ def read_part(part: Part, data: MeasuredData, per_shear: float, labels: dict[tup
         viscosity = per_shear * part.column("complex_viscosity")
     with np.errstate(all="ignore"):
         ordinates = _ordinates(part, per_shear, data.specimen)
-    _refuse(part, ~np.all(np.isfinite(ordinates), axis=0), part.kind.name, "is too large a number")
+    _refuse(part, ~np.all(np.abs(ordinates) <= LARGEST, axis=0), part.kind.name, "is too large a number")
     return Readings(temperature, abscissa, ordinates, label, viscosity, part.table.lines)
 
 
@@ -102,14 +102,25 @@ def _begin(part: Part, time: NDArray[np.float64]) -> str:
     applied = ("strain", "extension", "stretch") if part.kind.stiffness_power > 0 else ("stress", "force")
     example, shown = "1 s", "such as"
     for role in [role for role in applied if role in part.columns]:
-        load = np.abs(part.column(role) - (role == "stretch"))
-        reached = np.flatnonzero(load >= (1 - HELD) * float(np.median(load[time >= np.median(time)])))
-        if reached.size and reached[0] > 0:
-            example, shown = f"{time[reached[0]]:.3g} s", f"here until the {role} is reached:"
+        reached = reached_at(time, np.abs(part.column(role) - (role == "stretch")))
+        if reached is not None:
+            example, shown = f"{reached:.3g} s", f"here until the {role} is reached:"
     return (
         f'if the test begins with a ramp, state its duration, {shown} ramp = "{example}": times count from its middle then (or '
         "discard_before, if time counts from a step)"
     )
+
+
+def reached_at(time: NDArray[np.float64], load: NDArray[np.float64]) -> float | None:
+    """The time in s, of all (n,), at which a `load` (n,) comes to its value in the later half; None if it is there at first."""
+    reached = np.flatnonzero(load >= (1 - HELD) * float(np.median(load[time >= np.median(time)])))
+    return float(time[reached[0]]) if reached.size and reached[0] > 0 else None
+
+
+def is_held(time: NDArray[np.float64], load: NDArray[np.float64]) -> bool:
+    """Whether a `load` (n,) stays the same in the later half of the times in s (n,)."""
+    later = load[time >= np.median(time)]
+    return later.size > 1 and float(np.ptp(later)) <= HELD * float(np.max(np.abs(later), initial=1e-300))
 
 
 def _angular_frequency(part: Part) -> NDArray[np.float64]:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal, Protocol
 
 from pydantic import AfterValidator, BaseModel, Field, field_validator
 
-from dielast.errors import InputError, shown
+from dielast.errors import InputError, Mistakes, Problem, shown
 from dielast.recipe.fields import Section
 from dielast.recipe.file_fields import SheetName
 from dielast.units import Dimension, conversion
@@ -89,15 +89,16 @@ def units_of(**roles: Dimension | None) -> AfterValidator:
     """Units by the role of a column, for headers without units; None leaves the dimension open."""
 
     def check(units: dict[str, str]) -> dict[str, str]:
+        wrong = Mistakes()
         for role, unit in units.items():
             if role not in roles:
-                raise InputError(f'unit of an unknown column "{role}"; columns are {", ".join(roles)}')
-            dimension = roles[role]
-            if dimension is not None:
+                wrong.append(Problem(f'unit of an unknown column "{role}"; columns are {", ".join(roles)}'))
+            elif (dimension := roles[role]) is not None:
                 try:
                     conversion(unit, dimension)
                 except InputError as error:
-                    raise InputError(f'{role} = "{unit}": {error}') from None
+                    wrong.append(Problem(f'{role} = "{unit}": {error}'))
+        wrong.refuse()
         return units
 
     return AfterValidator(check)

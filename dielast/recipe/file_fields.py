@@ -103,6 +103,7 @@ def _name_or_number(noun: str, description: str) -> tuple[PlainValidator, WithJs
 
 
 NAMES_FILES = "names files or folders"
+PICTURES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".gif")
 PATH = {
     "type": "string",
     "format": "path",
@@ -118,7 +119,7 @@ InputFiles = Annotated[
 ]
 PhotographFiles = Annotated[
     tuple[str, ...],
-    PlainValidator(partial(_files, endings=(".png", ".jpg", ".jpeg", ".tif", ".tiff", ".gif"))),
+    PlainValidator(partial(_files, endings=PICTURES)),
     WithJsonSchema({"anyOf": [{"type": "array", "items": PATH}, {"type": "string", "format": "glob pattern"}]}),
     NAMES_FILES,
 ]

@@ -9,9 +9,9 @@ from typing import Any
 
 from dielast.errors import InputError, Mistakes
 from dielast.io.files import as_text, read_file, sha256
+from dielast.io.manifest import SUMMARY, strangers
 from dielast.io.toml import parse_toml
 
-SUMMARY = "summary.toml"
 SHOWN_FORMS = ("svg", "png")
 """Formats of figures that a page can show, in order of preference."""
 _NEEDED = "a folder that a run of dielast wrote is needed"
@@ -23,7 +23,8 @@ class StoredResult:
 
     `tables` are CSV by file name; `figures` are by file name, in one format. `files` holds the SHA-256 of every file of the result,
     `inputs` the name in the recipe and the SHA-256 of every file that the run read. `home` is the name of the folder in the file
-    system, `folder` its path as stated. `warnings` include what the run could not finish.
+    system, `folder` its path as stated. `warnings` include what the run could not finish. `mixed` is a message on files that
+    are not those of the run; empty if all are.
     """
 
     folder: str
@@ -36,6 +37,7 @@ class StoredResult:
     paths: tuple[Path, ...]
     inputs: tuple[tuple[str, str], ...]
     warnings: tuple[str, ...]
+    mixed: str
     settings: tuple[str, ...]
 
 
@@ -65,9 +67,11 @@ def makers(results: Sequence[StoredResult]) -> dict[str, list[tuple[int, str]]]:
 
 
 def outdated(results: Sequence[StoredResult]) -> list[tuple[int, str]]:
-    """(number of a result, message) for each input that has the name of another result's file, but other content."""
+    """(number of a result, message) for files that are not of its run, and for each input that has the name of another result's
+    file, but other content.
+    """
     holders = makers(results)
-    messages = []
+    messages = [(index, result.mixed) for index, result in enumerate(results) if result.mixed]
     for index, result in enumerate(results):
         for stated, digest in result.inputs:
             path = PurePath(stated)
@@ -107,6 +111,7 @@ def _read(folder: Path, names: Mapping[str, Sequence[str]]) -> StoredResult:
     figures = _figures(folder, kind, names[kind])
     stated = [name for name in names[kind] if os.path.isfile(folder / name)]
     held = {name: read_file(folder / name, str(folder / name)) for name in dict.fromkeys([*figures, *stated])}
+    digests = {SUMMARY: sha256(content), **{name: sha256(text) for name, text in held.items()}}
     return StoredResult(
         folder=as_text(str(folder)),
         home=os.path.basename(os.path.realpath(folder)),
@@ -114,10 +119,11 @@ def _read(folder: Path, names: Mapping[str, Sequence[str]]) -> StoredResult:
         summary=summary,
         tables={name: text for name, text in held.items() if name.endswith(".csv")},
         figures={name: held[name] for name in figures},
-        files={SUMMARY: sha256(content), **{name: sha256(text) for name, text in held.items()}},
+        files=digests,
         paths=(source, *(folder / name for name in held)),
         inputs=_inputs(summary, source),
         warnings=_lines(summary, "unfinished", source) + _lines(summary, "warnings", source),
+        mixed=strangers(summary, digests),
         settings=_lines(summary, "set", source),
     )
 

@@ -17,7 +17,8 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from dielast.errors import InputError, located
-from dielast.io.files import read_file
+from dielast.io.files import read_file, sha256
+from dielast.io.manifest import SUMMARY, strangers
 from dielast.io.table import as_number, parse_csv
 from dielast.io.toml import parse_toml
 
@@ -34,7 +35,7 @@ class Tolerance(NamedTuple):
 
     def holds(self, a: float, b: float, floor: float = 0.0) -> bool:
         """Whether `a` and `b` agree within the tolerance; numbers that differ by less than `floor` always do."""
-        return abs(a - b) <= max(self.rtol * max(abs(a), abs(b)), self.atol, floor)
+        return a == b or abs(a - b) <= max(self.rtol * max(abs(a), abs(b)), self.atol, floor)
 
 
 def differences(contents: Mapping[str, bytes], golden: Path, rtol: float) -> list[str]:
@@ -58,6 +59,15 @@ def differences(contents: Mapping[str, bytes], golden: Path, rtol: float) -> lis
         else:
             lines += _tables(name, contents[name], expected[name], Tolerance(rtol), special.get(name, {}))
     return lines
+
+
+def foreign(golden: Path) -> str:
+    """A message on files of the folder `golden` that are not those of the run that its summary is of; empty if there are none."""
+    files = golden_files(golden)
+    contents = {name: read_file(path, str(path)) for name, path in files.items()}
+    if SUMMARY not in contents:
+        return ""
+    return strangers(parse_toml(contents[SUMMARY], str(files[SUMMARY])), {name: sha256(each) for name, each in contents.items()})
 
 
 def golden_files(golden: Path) -> dict[str, Path]:
@@ -168,11 +178,11 @@ def _most(apart: Sequence[tuple[float, str]], count: int, what: str) -> str:
 
 
 def _flat(value: Any, path: str = "") -> dict[str, float]:
-    """The numbers of a summary by their key path."""
+    """The finite numbers of a summary by their key path; another number is one that is not known, as a word in its place is."""
     if isinstance(value, bool | str):
         return {}
     if isinstance(value, int | float):
-        return {path: float(value)}
+        return {path: float(value)} if math.isfinite(value) else {}
     if isinstance(value, dict):
         return {key: number for name, inner in value.items() for key, number in _flat(inner, f"{path}.{name}".lstrip(".")).items()}
     if isinstance(value, list):

@@ -9,14 +9,19 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from dielast.errors import warn
 from dielast.io.files import Inputs, sha256
+from dielast.io.manifest import LISTED, SUMMARY, listing
 from dielast.io.table import Table, rounded, to_csv
+from dielast.registry import adopted
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 Summary = Mapping[str, Any]
 FIGURES = ("png", "svg", "pdf")
+UNDETERMINED = "undetermined"
+"""What a list of a summary says in the place of a number that is not known."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,26 +62,39 @@ def summarise(kind: str, report: Report, inputs: Inputs, source: RecipeSource, w
         summary["unfinished"] = list(report.failures)
     if report.interrupted:
         summary["interrupted"] = True
+    if packages := [f"{package}: {name} of {group}" for group, name, package in adopted()]:
+        summary["packages"] = packages
     for section, values in report.headline.items():
-        summary[section] = {key: rounded(value) for key, value in values.items() if _known(value)}
+        summary[section] = _stated(values)
     recipe = () if source.content is None else ((source.name, sha256(source.content)),)
     summary["inputs"] = [{"file": name, "sha256": digest} for name, digest in (*recipe, *inputs.digests)]
     return summary
 
 
-def contents(kind: str, report: Report, summary: Summary, plots: Sequence[str]) -> dict[str, bytes]:
-    """Every file of the run, name -> bytes; `plots` lists the formats wanted."""
-    import tomli_w
+def drawn(kind: str, report: Report, plots: Sequence[str]) -> dict[str, bytes]:
+    """The figures of the run, name -> bytes; `plots` lists the formats wanted.
 
-    files = {name: to_csv(table) for name, table in report.tables.items()}
-    files.update(report.files)
-    if plots:
-        for name, draw in {kind: report.figure, **report.figures}.items():
+    A figure that cannot be drawn is left out with a warning: it costs no result.
+    """
+    files = {}
+    for name, draw in {kind: report.figure, **report.figures}.items() if plots else ():
+        try:
             figure = draw()
             files.update({f"{name}.{form}": _saved(figure, form) for form in plots})
-    # written last: a folder with a summary then holds a complete result
-    files["summary.toml"] = tomli_w.dumps(dict(summary)).encode()
+        except Exception as error:
+            warn(f"the figure {name} cannot be drawn and is left out ({type(error).__name__}: {error})")
     return files
+
+
+def contents(report: Report, figures: Mapping[str, bytes], summary: Summary) -> tuple[dict[str, bytes], Summary]:
+    """Every file of the run, name -> bytes, with its `figures`, and the summary with a list of them."""
+    import tomli_w
+
+    files = {name: to_csv(table) for name, table in report.tables.items()} | {**report.files, **figures}
+    summary = {**summary, LISTED: listing(files)}
+    # written last: a folder with a summary then holds a complete result
+    files[SUMMARY] = tomli_w.dumps(summary).encode()
+    return files, summary
 
 
 def _saved(figure: Figure, form: str) -> bytes:
@@ -95,6 +113,15 @@ def left_over(folder: Path, names: Collection[str], kind: str, written: Collecti
     return [name for name in known if name not in written and (folder / name).is_file()]
 
 
-def _known(value: Any) -> bool:
-    """Whether there is a value; None, NaN and infinity, such as an undetermined standard error, are left out."""
-    return value is not None and not (isinstance(value, float) and not math.isfinite(value))
+def _stated(value: Any) -> Any:
+    """What a summary states of a value: numbers to 9 digits. None, NaN and infinity, such as an undetermined standard error, are
+    left out; in a list of which other entries are known, the word `UNDETERMINED` keeps their place.
+    """
+    if isinstance(value, Mapping):
+        return {key: stated for key, each in value.items() if (stated := _stated(each)) is not None}
+    if isinstance(value, list | tuple):
+        entries = [_stated(each) for each in value]
+        if entries and all(each is None for each in entries):
+            return None
+        return [UNDETERMINED if each is None else each for each in entries]
+    return None if isinstance(value, float) and not math.isfinite(value) else rounded(value)

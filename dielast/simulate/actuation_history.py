@@ -32,7 +32,8 @@ class ActuationHistory(History):
 
     `time` begins with the voltage programme, `voltage` is that of the film. Relative stretches and the area strain are relative to
     the prestretch, nominal stresses are total, Maxwell stress included, and `stability` is the pull-in determinant over its value
-    at the beginning of the programme; `thickness_stretch` and `capacitance` are per undeformed thickness and area. `events` lists
+    at the beginning of the programme, or, where edges move, over that of the springs alone; `thickness_stretch` and `capacitance`
+    are per undeformed thickness and area. `events` lists
     the events of each case in order of time. Without a damage law there is no `damage`; charge, current and energies are there if
     they were requested, per undeformed area and volume; `profiles` are None unless they were requested.
 
@@ -87,6 +88,9 @@ def run_films(
         recorders.append(ProfileRecorder(Output(output.profile_rows[part]), spread=spread))
     meter = CycleMeter(points, begin[0], False, leakage, wiring.programme, None if density is None else density[part])
     followed = follow(film, [piece.take(part) for piece in pieces], rtol=rtol, watch=watch, recorders=recorders, meter=meter)
+    # those of a course that was kept, if there was one
+    watch, recorders, meter = followed.watch or watch, list(followed.recorders), followed.meter or meter
+    electric = recorders[0].electric
     record, happened = recorders[0].collect(), watch.happened
     stopped, last = followed.status == Status.STOPPED, first_of(happened, stops)
     # events located in an equilibrium that ends where the numerics give up may be slightly later
@@ -113,7 +117,7 @@ def run_films(
         thickness,
         np.stack([np.ones(part.size) if stretch is None else stretch[part] for stretch in setup.prestretch]),
         begin,
-        watch.stability(relaxed).determinant,
+        np.ones(part.size) if wiring.programme else watch.stability(relaxed).determinant,
         with_damage,
         np.zeros(part.size)
         if electric is None

@@ -11,7 +11,7 @@ from dielast.errors import InputError
 from dielast.io.result import Result, TabularResult
 from dielast.io.table import Column, Table
 from dielast.material.material import Material
-from dielast.material.scatter import Sample, fewest_draws, interval
+from dielast.material.scatter import Sample, assured, fewest_draws, interval
 from dielast.numerics.arrays import Cases, Floats, Texts
 from dielast.numerics.edged_roots import EDGE, FAR, FOUND, LOW, OPEN
 from dielast.simulate.design_plan import UNFINISHED, Designed, DesignPlan, Goal, Targets, solve_draws, solve_films
@@ -38,11 +38,16 @@ class Drawn(Result):
     time_to_failure: Bounds
     failure_probability: Floats
     safe_life: Floats
+    assured_life: Floats | None = None
+    """The life (films,) in s that the draws exceed with the required confidence, if they are those of the film before which a
+    required share fails.
+    """
 
     def take(self, films: Cases) -> Self:
         """The results of the selected films (k,)."""
         voltage, time = ((low[films], high[films]) for low, high in (self.voltage, self.time_to_failure))
-        return type(self)(voltage, time, self.failure_probability[films], self.safe_life[films])
+        assured_life = None if self.assured_life is None else self.assured_life[films]
+        return type(self)(voltage, time, self.failure_probability[films], self.safe_life[films], assured_life)
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -100,6 +105,7 @@ class Design(TabularResult):
             Column("reached", None, self.reached.tolist()),
             *([] if drawn is None else [Column("failure_probability", "1", drawn.failure_probability)]),
             *([] if drawn is None else [Column("safe_life", "s", drawn.safe_life)]),
+            *([] if drawn is None or drawn.assured_life is None else [Column("assured_life", "s", drawn.assured_life)]),
         ]
 
     @property
@@ -110,11 +116,12 @@ class Design(TabularResult):
 
     @property
     def life(self) -> Floats:
-        """The life (films,) in s by which films are compared: the safe life, or the time to failure without draws.
+        """The life (films,) in s by which films are compared: the assured or the safe life, or the time to failure without draws.
 
         It is infinite beyond the horizon, and NaN where the goal is not reached.
         """
-        life = self.time_to_failure if self.drawn is None else self.drawn.safe_life
+        drawn = self.drawn
+        life = self.time_to_failure if drawn is None else drawn.safe_life if drawn.assured_life is None else drawn.assured_life
         endless = (self.reached == YES) & (np.isnan(life) if self.drawn is None else np.isposinf(life))
         return np.where(endless, np.inf, np.where(self.reached == YES, life, np.nan))
 
@@ -193,9 +200,16 @@ def under_way(plan: DesignPlan, solved: Sequence[Designed]) -> DesignPlan:
 
 
 def designed(
-    plan: DesignPlan, solved: Sequence[Designed], drawn: Sequence[Designed], level: float, failure_probability: float
+    plan: DesignPlan,
+    solved: Sequence[Designed],
+    drawn: Sequence[Designed],
+    level: float,
+    failure_probability: float,
+    confidence: float | None = None,
 ) -> Design:
-    """The design from the solved films, in any order, and from their draws."""
+    """The design from the solved films, in any order, and from their draws; with a `confidence`, these are those of the film before
+    which a required share fails.
+    """
     place = np.argsort(np.concatenate([part.films for part in solved]))
 
     def whole(name: str) -> NDArray[Any]:
@@ -221,12 +235,14 @@ def designed(
         because,
         goal.reached(whole("missed")),
         max(part.rounds for part in solved),
-        _drawn(plan, drawn, level, failure_probability) if plan.grid.draws else None,
+        _drawn(plan, drawn, level, failure_probability, confidence) if plan.grid.draws else None,
     )
     return _best_first(result)
 
 
-def _drawn(plan: DesignPlan, drawn: Sequence[Designed], level: float, failure_probability: float) -> Drawn:
+def _drawn(
+    plan: DesignPlan, drawn: Sequence[Designed], level: float, failure_probability: float, confidence: float | None
+) -> Drawn:
     """The results of the draws of all films."""
     voltage, time = np.full((2, plan.grid.draws * plan.films), np.nan)
     for part in drawn:
@@ -238,7 +254,8 @@ def _drawn(plan: DesignPlan, drawn: Sequence[Designed], level: float, failure_pr
     share = np.sum(np.isfinite(time), axis=0) / np.maximum(finished.sum(axis=0), 1)
     safe = interval(time, 1 - 2 * failure_probability)[0]
     share = np.where(finished.any(axis=0), share, np.nan)
-    return Drawn(interval(voltage, level), interval(time, level), share, safe)
+    life = None if confidence is None else assured(time, confidence)
+    return Drawn(interval(voltage, level), interval(time, level), share, safe, life)
 
 
 def _best_first(result: Design) -> Design:

@@ -100,9 +100,10 @@ class Group(ByCase):
             pieces.append(Line.to(controls, (None, None, None), np.full(field.size, horizon - ramp)))
         begin = np.exp(0.5 * film.log_squared_stretch)
         recorders = [Recorder(Output(np.broadcast_to(np.array(times), (field.size, len(times)))))] if len(times) else []
-        status = follow(film, pieces, rtol=self.rtol, watch=watch, recorders=recorders).status
+        followed = follow(film, pieces, rtol=self.rtol, watch=watch, recorders=recorders)
+        watch, status = followed.watch or watch, followed.status
         stretched = np.zeros((2, 0, field.size))
-        for recorder in recorders:
+        for recorder in followed.recorders:
             stretched = recorder.collect().stretch.transpose(0, 2, 1) / begin[:, None]
         happened = {criterion: entry.take(np.arange(count)) for criterion, entry in watch.happened.items()}
         return Lives(happened, status[:count], stretched[..., :count], begin[:, :count])

@@ -26,6 +26,12 @@ HEAD = 'kind = "calibrate"\nmaterial = "example:tensile/start.toml"\n'
 QUICK = "[fit]\nstarts = 1\n[uncertainty]\ndraws = 0\n"
 
 
+FILM = """[[test]]
+file = "films.csv"
+columns = { voltage = "V", relative_stretch = "s" }
+film = { thickness = "1 mm", prestretch = 3.0, relax = "30 min", boundary = "frame", electrode_share = 0.25 }
+ramp = "100 V/s"
+"""
 MISTAKES = [
     (HEAD + TEST + "[free]\n", 'free: nothing is free: write, for example, "equilibrium.shear_modulus" = {}'),
     ('kind = "calibrate"\n' + TEST + FREE, "either material or materials is needed"),
@@ -63,6 +69,18 @@ MISTAKES = [
     (HEAD + '[[test]]\nfile = "pushed.csv"\n' + FREE, "pushed.csv: the stress has the other sign than the stretch has"),
     (HEAD + '[[test]]\nrecipe = "plain.toml"\n' + FREE, "[[compare]] with the measured points is needed"),
     (HEAD + '[[test]]\nrecipe = "pulled.toml"\n' + FREE, "test[0].recipe: back.csv: line 4: time 1 s does not come after 2 s"),
+    (HEAD + FILM.replace('ramp = "100 V/s"\n', "") + FREE, "test[0].ramp: the rate of the voltage is needed"),
+    (
+        HEAD + FILM.replace('"100 V/s"', '["100 V/s", "10 V/s"]') + FREE,
+        "test[0].ramp: one value is needed, or two that are above 0",
+    ),
+    (HEAD + FILM + 'mode = "uniaxial"\n' + FREE, "test[0]: mode: has no effect on a table of voltage and stretch"),
+    (HEAD + FILM.replace(", electrode_share = 0.25", "") + FREE, '"frame" needs the electrode\'s share of the film'),
+    (HEAD + FILM.replace("relative_", "") + FREE, "films.csv: stretch 1.01 at the lowest voltage is none from the undeformed film"),
+    (HEAD + FILM.replace('"s"', '"V"') + FREE, 'films.csv: column "V" [kV]: a number is needed'),
+    (HEAD + '[[test]]\nfile = "good.csv"\nramp = "1 V/s"\n' + FREE, "test[0].ramp: is the rate of the voltage of a film"),
+    (HEAD + '[[test]]\nfile = "good.csv"\ncolumns = { voltage = "V" }\n' + FREE, "is a column of an actuated film"),
+    (HEAD.replace("example:tensile/start.toml", "table.toml") + FILM + FREE, "table.toml: test films is under voltage: state"),
 ]
 
 
@@ -73,6 +91,7 @@ def kitchen(tmp_path: Path) -> Path:
     (tmp_path / "back.csv").write_text("time [s],stretch,stress [Pa]\n1,1.1,3\n2,1.2,4\n1,1.3,5\n")
     (tmp_path / "strain.csv").write_text("time [s],stretch,stress [Pa]\n1,0,3\n2,0.2,4\n3,0.3,5\n")
     (tmp_path / "good.csv").write_text("time [s],stretch,stress [Pa]\n1,1.1,3\n2,1.2,4\n3,1.3,5\n")
+    (tmp_path / "films.csv").write_text("V [kV],s\n2,1.01\n3,1.02\n4,1.05\n")
     (tmp_path / "pushed.csv").write_text("time [s],stretch,stress [Pa]\n1,1.1,-3\n2,1.2,-4\n3,1.3,-5\n")
     material = 'reference_temperature = "20 degC"\n[equilibrium]\nshear_modulus = "2e4 Pa"\n'
     branches = "[nonequilibrium]\nrelaxation_time_s = [50.0]\nshear_modulus_Pa = [2e4]\n"
@@ -137,6 +156,7 @@ def test_all_mistakes_are_said_at_once(dielast: Run, tmp_path: Path) -> None:
 "equilibrium.J_lim" = { min = 50, max = 5 }
 "equilibrium.C77" = {}
 "nonequilibrium.shear_modulus[9]" = {}
+"nonequilibrium.scale" = { min = true }
 "nonequilibrium.J_lim" = { prior = 55 }
 """
     (tmp_path / "true.csv").write_text("time [s],stretch,true_stress [Pa]\n1,1.1,3\n2,1.2,4\n3,1.3,5\n")
@@ -148,6 +168,7 @@ def test_all_mistakes_are_said_at_once(dielast: Run, tmp_path: Path) -> None:
     places += [
         *(f'free."equilibrium.{key}' for key in own),
         'free."nonequilibrium.shear_modulus[9]"',
+        'free."nonequilibrium.scale".min',
         'free."nonequilibrium.J_lim"',
     ]
     for command in (("calibrate",), ("validate",)):
@@ -431,3 +452,10 @@ def test_recipes_are_tests_and_the_material_knows_how_far_they_went(dielast: Run
         rows = np.array(points["test"]) == name
         squares = np.mean(np.square((model - measured)[rows])) / np.mean(np.square(measured[rows]))
         assert float(stated) == pytest.approx(np.sqrt(squares), rel=1e-3, abs=2e-9)
+
+
+def test_a_factor_beside_the_moduli_is_said_with_the_other_mistakes(dielast: Run, tmp_path: Path) -> None:
+    free = '[free]\n"nonequilibrium.scale" = {}\n"nonequilibrium.shear_modulus" = {}\n"equilibrium.J_lim" = { min = 50, max = 5 }\n'
+    (tmp_path / "r.toml").write_text(HEAD + TEST + free)
+    lines = dielast("calibrate", "r.toml").stderr.splitlines()
+    assert [line.split(": ")[1] for line in lines] == ['free."nonequilibrium.scale"', 'free."equilibrium.J_lim"']

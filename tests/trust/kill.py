@@ -1,9 +1,10 @@
 """Kill writing commands at random moments: `python tests/trust/kill.py --runs 300` (of each command; `--help` for more).
 
 Each run writes a new result into a folder that holds an older one, and gets SIGKILL, SIGTERM or SIGINT somewhere between its
-start and a little after its usual end, or, every other one, while it writes its files. Afterwards every file must be the older one
-or the new one, whole, no traceback was printed, and no process of the run is alive a little later; a run that is then left alone
-must leave the new result and nothing else, a failure map going on from what it had.
+start and a little after its usual end, or, every other one, while it writes its files, half of these with slow moves. Afterwards
+every file must be the older one or the new one, whole, no traceback was printed, and no process of the run is alive a little later.
+A folder with files of both results must not pass for whole, and only SIGKILL may leave one. A run that is then left alone must
+leave the new result and nothing else, going on from what was kept.
 """
 
 from __future__ import annotations
@@ -19,10 +20,13 @@ import subprocess
 import sys
 import tempfile
 import time
+import tomllib
 from collections import Counter
 from pathlib import Path
 
 from dielast.commands.registry import COMMANDS
+from dielast.io.files import sha256
+from dielast.io.manifest import SUMMARY, strangers
 
 TOP = Path(__file__).resolve().parents[2]
 SIGNALS = (signal.SIGKILL, signal.SIGTERM, signal.SIGINT)
@@ -40,13 +44,45 @@ CHANGES = {  # what tells the new result from the older one
     "failure-map": ["--set", "voltage.points=3000", "--set", "horizon='2 h'"],
     "failure-map --jobs 2": ["--set", "voltage.points=3000", "--set", "horizon='2 h'"],
 }
+DRAWN = """
+[uncertainty]
+draws = 100
+thickness = "2 %"
+breakdown_field = { law = "weibull", shape = 20 }
+"""
+SWEPT = f"""
+kind = "actuate"
+material = "example:vhb4905.toml"
+output = {{ points_per_decade = 2 }}
+[film]
+thickness = "0.5 mm"
+prestretch = 1.9
+relax = "10 min"
+[[step]]
+voltage = "2 kV"
+duration = "10 s"
+[[step]]
+hold = "1 h"
+[breakdown]
+field = "48 MV/m"
+[sweep]
+"step.0.voltage" = {[f"{1000 + 30 * step} V" for step in range(100)]}
+"temperature" = {[f"{10 + step / 2} degC" for step in range(50)]}
+"""
+STUDIES = {  # long runs, with the recipe to be run, or what its starter ends with
+    "actuate +sweep": (SWEPT, ["--set", "film.relax='20 min'"]),
+    "actuate +draws": (DRAWN, ["--set", "temperature='10 degC'"]),
+    "design +draws": (DRAWN, ["--set", "goal.at='2 h'"]),
+}
+CHANGES |= {kind: changes for kind, (_, changes) in STUDIES.items()}
+SLOW = "import os, time; move = os.replace; os.replace = lambda a, b: (move(a, b), time.sleep(0.2 * (a != b)));"
 SURVIVAL = 3.0  # s that a process may outlive the run that started it
 
 
-def command(kind: str, recipe: Path, out: Path, *more: str) -> list[str]:
-    """The command line of a run; `kind` may have options with it."""
-    name, *options = kind.split()
-    launch = [sys.executable, "-c", "from dielast.cli import main; main()"]
+def command(kind: str, recipe: Path, out: Path, *more: str, slow: bool = False) -> list[str]:
+    """The command line of a run, perhaps with slow moves of files; `kind` may have options, and after a plus one of `STUDIES`."""
+    name, *options = kind.partition("+")[0].split()
+    launch = [sys.executable, "-c", SLOW * slow + "from dielast.cli import main; main()"]
     return [*launch, name, str(recipe), "-q", "-o", str(out), *options, *more]
 
 
@@ -59,6 +95,13 @@ def whole(now: dict[str, bytes], older: dict[str, bytes], newer: dict[str, bytes
     """What is wrong with the files after a run was killed."""
     wrong = [f"{name} is neither old nor new" for name, content in now.items() if content not in (older.get(name), newer.get(name))]
     return [line for line in wrong if not line.startswith(".")] + [f"{name} is gone" for name in older if name not in now]
+
+
+def passes(now: dict[str, bytes]) -> bool:
+    """Whether the files of a folder pass for those of one run."""
+    return SUMMARY in now and not strangers(
+        tomllib.loads(now[SUMMARY].decode()), {name: sha256(each) for name, each in now.items() if not name.startswith(".")}
+    )
 
 
 def wait(process: subprocess.Popen[str], seconds: float) -> float:
@@ -94,7 +137,7 @@ def writing(process: subprocess.Popen[str], out: Path, rng: random.Random) -> fl
     begin, state = time.perf_counter(), out.stat().st_mtime_ns
     while process.poll() is None and out.stat().st_mtime_ns == state:
         time.sleep(0.0005)
-    wait(process, rng.choice((0.0, 0.001, 0.01)) * rng.random())
+    wait(process, rng.choice((0.0, 0.001, 0.01, 1.0)) * rng.random())
     return time.perf_counter() - begin
 
 
@@ -102,7 +145,8 @@ def batter(kind: str, runs: int, rng: random.Random, scratch: Path) -> list[str]
     """Kill `runs` runs of a command; returns what went wrong."""
     name = kind.split()[0]
     recipe = scratch / f"{name}.toml"
-    recipe.write_text(COMMANDS[name].starter())
+    text, _ = STUDIES.get(kind, ("", []))
+    recipe.write_text(text if "kind" in text else COMMANDS[name].starter() + text)
     old, new, out = (scratch / f"{kind}-{state}".replace(" ", "") for state in ("old", "new", "out"))
     subprocess.run(command(kind, recipe, old), check=True)
     begin = time.perf_counter()
@@ -117,7 +161,7 @@ def batter(kind: str, runs: int, rng: random.Random, scratch: Path) -> list[str]
         shutil.copytree(old, out)
         blow = rng.choice(SIGNALS)
         process = subprocess.Popen(
-            command(kind, recipe, out, *CHANGES[kind]), stderr=subprocess.PIPE, text=True, start_new_session=True
+            command(kind, recipe, out, *CHANGES[kind], slow=run % 4 == 3), stderr=subprocess.PIPE, text=True, start_new_session=True
         )
         # half of the blows fall while the files are written
         moment = writing(process, out, rng) if run % 2 else wait(process, rng.uniform(0, 1.1 * usual))
@@ -134,13 +178,19 @@ def batter(kind: str, runs: int, rng: random.Random, scratch: Path) -> list[str]
         now, before = files(out), len(found)
         # an interrupted calibration writes the best fit so far
         found += [f"{where}: {line}" for line in whole(now, older, newer) if "the best fit so far is written" not in said]
+        shown = {name: content for name, content in now.items() if not name.startswith(".")}
+        mixed = shown not in (older, newer) and "the best fit so far is written" not in said
+        if mixed and passes(now):
+            found.append(f"{where}: a mixed folder passes for whole")
+        if mixed and blow is not signal.SIGKILL:
+            found.append(f"{where}: a mixed folder")
         if left:
             found.append(f"{where}: {len(left)} processes stay behind")
         if "Traceback" in said and not early:
             found.append(f"{where}: a traceback: {' | '.join(said.split(chr(10))[-30:])}")
         kept["new" if all(now.get(name) == newer[name] for name in newer) else "old" if now == older else "between"] += 1
         went_on += ".unfinished" in now
-        if run % 10 == 0:  # left alone, the next run finishes, with the same bytes
+        if run % 10 == 0 or ".unfinished" in now:  # left alone, the next run finishes, with the same bytes
             subprocess.run(command(kind, recipe, out, *CHANGES[kind]), check=True)
             if files(out) != newer:
                 found.append(f"{where}: the next run does not leave the new result: {sorted(files(out))}")

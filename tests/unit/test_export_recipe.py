@@ -63,6 +63,12 @@ def test_what_codes_cannot_carry_is_said_line_by_line() -> None:
     assert [line.split(":")[0] for line in caught.value.messages] == ["export.hyperelastic", "export.J_lim"]
 
 
+def test_mistakes_in_keys_that_contradict_each_other_come_at_once() -> None:
+    with pytest.raises(InputError) as caught:
+        check(ExportSection, {"formats": ["febio", "febio"], "bulk_modulus": "2 GPa", "poisson_ratio": 0.4}, "r.toml", Path())
+    assert [line.split(": ")[1] for line in caught.value.messages] == ["bulk_modulus", "formats must differ"]
+
+
 @pytest.mark.parametrize(
     ("section", "line"),
     [

@@ -3,6 +3,7 @@ from __future__ import annotations
 import hashlib
 import importlib
 import os
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -14,6 +15,8 @@ from processes import ENDS
 from dielast.errors import InputError
 from dielast.io import files
 from dielast.io.files import Inputs, check_targets, depfile, write_files
+
+LEFT = f".dielast-{'0a' * 16}.part"
 
 
 def test_inputs_remember_what_was_read(tmp_path: Path) -> None:
@@ -64,7 +67,7 @@ def test_a_failed_write_leaves_the_old_result(tmp_path: Path) -> None:
 
 
 def test_what_a_killed_run_left_is_swept_by_who_is_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    left = tmp_path / ".a.csv.4194304.part"
+    left = tmp_path / LEFT
     left.write_bytes(b"half")
     with files.alone_in(tmp_path) as alone:
         assert alone
@@ -73,6 +76,62 @@ def test_what_a_killed_run_left_is_swept_by_who_is_alone(tmp_path: Path, monkeyp
     assert (left.read_bytes(), (tmp_path / "a.csv").read_bytes()) == (b"half", b"new")
     write_files(tmp_path, {"a.csv": b"newer"})
     assert [path.name for path in tmp_path.iterdir()] == ["a.csv"]
+
+
+def test_what_is_not_a_runs_own_is_neither_swept_nor_written_through(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """In a folder that others may write into."""
+    precious = tmp_path / "precious"
+    precious.write_bytes(b"precious")
+    out = tmp_path / "out"
+    out.mkdir()
+    (out / ".x.123.part").write_bytes(b"mine")
+    (out / LEFT).symlink_to(precious)
+    (out / "a.csv").symlink_to(precious)
+    monkeypatch.setattr(files.secrets, "token_hex", lambda count: "0a" * count)  # as if the name could be foretold
+    with pytest.raises(InputError, match="out: cannot write here: file exists"):
+        write_files(out, {"a.csv": b"new"})
+    monkeypatch.undo()
+    write_files(out, {"a.csv": b"new"})
+    assert precious.read_bytes() == b"precious"
+    assert (out / "a.csv").read_bytes() == b"new"
+    assert not (out / "a.csv").is_symlink()
+    assert (out / ".x.123.part").read_bytes() == b"mine"
+
+
+@pytest.mark.parametrize("name", ["SIGINT", "SIGTERM", "SIGHUP"])
+def test_a_signal_waits_until_all_files_are_moved(name: str, tmp_path: Path) -> None:
+    if not hasattr(signal, name):
+        pytest.skip("not a signal of this system")
+    number, came, states = getattr(signal, name), [], []
+    before = signal.signal(number, lambda *_: came.append(sorted(path.name for path in tmp_path.iterdir())))
+
+    def moved(whole: bool) -> None:
+        states.append(whole)
+        signal.raise_signal(number)
+        assert len(came) == whole  # a second one acts at once
+
+    try:
+        write_files(tmp_path, {"a.csv": b"a", "b.csv": b"b"}, moved)
+        assert states == [False, True]
+        assert came == [["a.csv", "b.csv"]] * 2
+    finally:
+        signal.signal(number, before)
+
+
+def test_a_name_as_long_as_the_system_allows(tmp_path: Path) -> None:
+    write_files(tmp_path, {"a" * 251 + ".csv": b""})
+    assert len(next(tmp_path.iterdir()).name) == 255
+
+
+def test_a_pipe_without_a_writer_is_not_waited_for(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "pipe")
+    with pytest.raises(InputError, match="pipe: is a named pipe, a file is needed"):
+        Inputs(tmp_path).read("pipe")
+    reading, writing = os.pipe()  # that of a shell: <(...)
+    os.write(writing, b"1,2")
+    os.close(writing)
+    assert Inputs(tmp_path).read(f"/dev/fd/{reading}") == b"1,2"
+    os.close(reading)
 
 
 def locking_of_windows(handle: int, mode: int, count: int) -> None:
@@ -96,12 +155,15 @@ def test_without_locks_of_folders_there_are_those_of_files_or_none(
     monkeypatch.setitem(sys.modules, "fcntl", None)  # type: ignore[arg-type]
     monkeypatch.setattr(importlib, "import_module", lambda name: real if name == "fcntl" else find(name))
     monkeypatch.setattr(files, "LONGEST_WAIT", 0.05)
-    (tmp_path / ".a.csv.4194304.part").write_bytes(b"half")
+    (tmp_path / LEFT).write_bytes(b"half")
     with files.alone_in(tmp_path) as first, files.alone_in(tmp_path) as second:
         assert (first, second) == (system == "of files only", False)
     write_files(tmp_path, {"a.csv": b"new"})
     assert (tmp_path / "a.csv").read_bytes() == b"new"
-    assert {path.name for path in tmp_path.iterdir()} == {"a.csv", *([".a.csv.4194304.part"] if system == "none" else [])}
+    assert {path.name for path in tmp_path.iterdir()} == {
+        "a.csv",
+        *([LEFT] if system == "none" else []),
+    }
 
 
 def test_a_target_that_a_program_keeps_open_leaves_all_as_they_were(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -142,6 +204,13 @@ def test_a_depfile_quotes_for_make(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     monkeypatch.chdir(tmp_path)
     text = depfile([Path("out/a.csv")], [tmp_path / "my data.csv", tmp_path / "r$.toml"])
     assert text == "out/a.csv: my\\ data.csv \\\n  r$$.toml\n\nmy\\ data.csv:\n\nr$$.toml:\n"
+
+
+@pytest.mark.parametrize("name", ["a\nb:;date", "a\tb", "a;date", "a|b", "50 %", "T=20", "a\\ b", "a\\", "R&"])
+def test_what_make_cannot_hold_is_refused_by_name(name: str) -> None:
+    with pytest.raises(InputError, match="make cannot hold") as caught:
+        depfile([Path("a.csv")], [Path(name)])
+    assert str(caught.value).startswith(name.encode("unicode_escape").decode() if "\n" in name or "\t" in name else name)
 
 
 def test_a_depfile_names_a_target_as_the_makefile_does(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -6,8 +6,9 @@ from typing import Annotated, ClassVar, Literal
 import numpy as np
 from pydantic import Field
 
+from dielast.commands.actuate.edges import Force, Phase, Repetition, SpringSection, Stress, Stretch, check_programme
 from dielast.commands.simulation.film_recipe import SHARE_TEXT, FilmBase, FilmSolver, Prestretch, PullInSection, Share
-from dielast.commands.simulation.recipe import OutputSection, SimulationRecipe
+from dielast.commands.simulation.recipe import LoadingMode, OutputSection, SimulationRecipe
 from dielast.commands.simulation.step_recipe import Aim, AnyOf, HistoryStep, starting
 from dielast.commands.simulation.uncertainty_recipe import SENSITIVITY_TEXT, FilmUncertainty
 from dielast.errors import InputError, Mistakes, Problem
@@ -15,7 +16,7 @@ from dielast.handover.law_section import BreakdownField
 from dielast.mechanics.criteria import END, names
 from dielast.recipe.fields import OneOf, Section, Time, Voltage, WithUnit
 from dielast.recipe.file_fields import ColumnName
-from dielast.simulate.quantities import ELECTRICAL, ELECTRODE, FILMS, LEAKAGE, SOURCE, Quantity
+from dielast.simulate.quantities import ELECTRICAL, ELECTRODE, FILMS, LEAKAGE, PROGRAMME, SOURCE, Quantity
 from dielast.units import (
     CHARGE,
     CHARGE_DENSITY,
@@ -24,6 +25,7 @@ from dielast.units import (
     CONDUCTIVITY,
     FIELD,
     RESISTANCE,
+    STRAIN_RATE,
     VOLTAGE,
     VOLTAGE_RATE,
 )
@@ -32,7 +34,7 @@ RATES = {VOLTAGE.unit: VOLTAGE_RATE, CHARGE.unit: CHARGE_RATE, CHARGE_DENSITY.un
 """The rate of a quantity, by its unit."""
 Charge = Annotated[tuple[float, str], AnyOf((CHARGE, CHARGE_DENSITY))]
 Electric = Annotated[tuple[float, str], AnyOf((VOLTAGE, CHARGE, CHARGE_DENSITY))]
-ElectricRate = Annotated[tuple[float, str], AnyOf((VOLTAGE_RATE, CHARGE_RATE, CHARGE_DENSITY_RATE))]
+AnyRate = Annotated[tuple[float, str], AnyOf((VOLTAGE_RATE, CHARGE_RATE, CHARGE_DENSITY_RATE, STRAIN_RATE))]
 Resistance = Annotated[float, WithUnit(RESISTANCE, at_least=0.0)]
 Conductivity = Annotated[float, WithUnit(CONDUCTIVITY, at_least=0.0)]
 LeakageField = Annotated[float, WithUnit(FIELD, above=0.0)]
@@ -83,15 +85,17 @@ class ElectricalOutput(OutputSection):
 
 
 class ElectricalColumns(Section):
-    """Columns of a table of voltages or charges, where they are called otherwise."""
+    """Columns of a table of voltages or charges, where they are called otherwise, and of the stretch or stress of the edges."""
 
     time: ColumnName | None = Field(None, description='Time. Default: "time".')
     voltage: ColumnName | None = Field(None, description='Voltage. Default: "voltage".')
     charge: ColumnName | None = Field(None, description='Charge. Default: "charge" or "charge_density".')
+    stretch: ColumnName | None = Field(None, description="Stretch of the edges. Default: none; they stay as they are.")
+    stress: ColumnName | None = Field(None, description="Nominal stress at the edges. Default: none.")
 
 
 class SourceStep(HistoryStep):
-    """A step of prescribed voltage or charge."""
+    """A step of what drives the electrodes, of what holds the edges, or of both; what is left out stays as it was."""
 
     CONTROL: ClassVar = "voltage"
 
@@ -101,13 +105,40 @@ class SourceStep(HistoryStep):
         description='With control = "charge": the total charge that the source has delivered at the end of the step, in C, which '
         "needs film.electrode_diameter, or per undeformed area. A hold is an open circuit.",
     )
-    rate: ElectricRate | None = Field(None, description="Rate of the voltage or the charge; negative to lower it.")
-    low: Electric | None = Field(None, description="Lowest value of the waveform. Default: 0.")
-    high: Electric | None = Field(None, description="Highest value of the waveform.")
+    circuit: Literal["open", "closed"] | None = Field(
+        None,
+        description='"open": the charge of the film stays, but for leakage, until a voltage is stated; "closed": the source is at '
+        "its last voltage again.",
+    )
+    stretch: Stretch | None = Field(
+        None,
+        description="Stretch of the edges, which hold stretches from here on: one number in the mode of the recipe, or a pair, one "
+        "for each axis. With waveform: { low, high }.",
+    )
+    stress: Stress | None = Field(
+        None, description="Nominal stress at the edges, which are under dead load from here on; else as stretch."
+    )
+    force: Force | None = Field(None, description="Force at the edges instead of stress; needs film.width.")
+    phase: Phase | None = Field(None, description="Angle by which the waveform of voltage or charge is ahead of that of the edges.")
+    rate: AnyRate | None = Field(
+        None,
+        description="Rate of the voltage or the charge, or of the stretch if that is stated, along the axis that moves most; "
+        "negative to lower it.",
+    )
+    low: Electric | None = Field(None, description="Lowest voltage or charge of the waveform. Default: 0.")
+    high: Electric | None = Field(None, description="Highest voltage or charge of the waveform.")
     columns: ElectricalColumns | None = Field(None, description="Columns of the table, if their names differ.")
+
+    @property
+    def moves(self) -> list[str]:
+        """The keys that state what a programme of the electrodes alone does not have."""
+        columns = [] if self.columns is None else [f"columns.{key}" for key in ("stretch", "stress") if getattr(self.columns, key)]
+        return [key for key in ("stretch", "stress", "force", "circuit") if getattr(self, key) is not None] + columns
 
     def aim(self) -> Aim | None:
         """The voltage or the charge."""
+        if self.moves:
+            return None
         rate = None if self.rate is None else self.rate[0]
         if self.charge is not None:
             return Aim("charge" if self.charge[1] == CHARGE.unit else "charge density", self.charge[0], rate, self.charge[1])
@@ -122,8 +153,35 @@ class SourceStep(HistoryStep):
                 units[key] = value[1]
         return units
 
+    def _check_waveform(self) -> None:
+        edges = [getattr(self, key) for key in ("stretch", "stress", "force") if getattr(self, key) is not None]
+        if not edges or self.waveform is None:
+            super()._check_waveform()
+            if any(ends.low is not None for ends in edges):
+                raise InputError("low and high go with waveform")
+            return
+        if self.period is None:
+            raise InputError("a waveform needs period")
+        if any(ends.low is None for ends in edges):
+            raise InputError("a waveform of the edges goes from low to high: state { low = ..., high = ... }")
+        if self.high is not None:
+            self._check_ends()
+
+    def _check_action(self) -> None:
+        if not self.moves or self.table is not None:
+            if self.phase is not None:
+                raise InputError("goes with waveforms of edges and electrodes", key="phase")
+            super()._check_action()
+            return
+        check_programme(self)
+
     def _check(self) -> None:
         super()._check()
+        if self.rate is not None and (self.rate[1] == STRAIN_RATE.unit) != (self.stretch is not None):
+            needed = f'{STRAIN_RATE.name} is needed, such as "{STRAIN_RATE.example}"'
+            raise InputError(needed if self.stretch is not None else "a strain rate goes with stretch", key="rate")
+        if self.stretch is not None:
+            return
         units = set(self.stated.values())
         if len(units) > 1:
             raise InputError("low and high of a waveform must both be voltages, charges, or charge densities")
@@ -141,6 +199,7 @@ class FilmSection(FilmBase):
         json_schema_extra={"default": 1.0},
     )
     electrode_share: Share | None = Field(None, description=SHARE_TEXT)
+    spring: SpringSection | None = Field(None, description="A spring that holds the edges instead of a dead load.")
 
     @property
     def electrode_area(self) -> float | None:
@@ -175,7 +234,13 @@ class ActuateRecipe(SimulationRecipe):
     kind: Literal["actuate"] = Field(description="The subcommand that runs this recipe.")
     film: FilmSection = Field(description="The film, and its prestretch before the voltage.")
     control: Literal["voltage", "charge"] = Field("voltage", description="The quantity that the source prescribes in all steps.")
+    mode: LoadingMode = Field(
+        "equibiaxial",
+        description="What one stretch, stress or force in a step means: equibiaxial, for both axes; uniaxial, for axis 1, and "
+        "axis 2 is free of stress; pure-shear, for axis 1, and axis 2 is held at its present stretch.",
+    )
     step: Annotated[list[SourceStep], starting(0.0)] = Field(min_length=1, description="Load history.")
+    repeat: Repetition | None = Field(None, description="A cycle of steps, such as that of a generator.")
     source: SourceSection | None = Field(None, description="Source of voltage with a resistance.")
     leakage: LeakageSection | None = Field(None, description="Leakage current through the film. Default: none.")
     output: FilmOutput = Field(FilmOutput(), description="The times of the result, and further tables.")
@@ -191,11 +256,17 @@ class ActuateRecipe(SimulationRecipe):
     @property
     def electrical(self) -> bool:
         """Whether charge, current and energies are written."""
-        stated = self.output.electrical
-        return (self.control == "charge" or self.source is not None or self.leakage is not None) if stated is None else stated
+        stated, more = self.output.electrical, (self.control == "charge", self.source, self.leakage, self.programme)
+        return any(part not in (None, False) for part in more) if stated is None else stated
+
+    @property
+    def programme(self) -> bool:
+        """Whether edges move, or the circuit opens, or steps repeat."""
+        return self.repeat is not None or self.film.spring is not None or any(step.moves for step in self.step)
 
     def _check(self) -> None:
         super()._check()
+        self._check_programme()
         self._check_steps()
         self._check_source_and_boundary()
         if self.output.noise is not None:
@@ -208,19 +279,41 @@ class ActuateRecipe(SimulationRecipe):
             LEAKAGE: self.leakage is not None,
             ELECTRICAL: self.electrical,
             ELECTRODE: self.film.electrode_diameter is not None,
+            PROGRAMME: self.programme,
         }
         return [needed for needed in quantity.needs if not stated[needed]]
+
+    def _check_programme(self) -> None:
+        """`InputError` for steps of edges and electrodes that the film, the source or the other steps do not allow."""
+        wrong = Mistakes()
+        held = f'with boundary = "{self.film.boundary[0]}" the edges of the film stay, and its circuit is closed'
+        for index, step in enumerate(self.step):
+            if self.film.shares is not None:
+                wrong += [Problem(f'{held}: leave it out, or state "dead-load"', key=f"step[{index}].{key}") for key in step.moves]
+            elif step.force is not None and self.film.width is None:
+                wrong.append(Problem("needs the width of the film: state film.width, or stress", key=f"step[{index}].force"))
+            if self.programme and self.source is not None and step.charge is not None:
+                instead = "a source with a resistance prescribes a voltage: state a voltage, or leave [source] out"
+                wrong.append(Problem(instead, key=f"step[{index}].charge"))
+        if self.programme and self.control == "charge":
+            text = "each step of this programme states what it prescribes: leave control out"
+            wrong.append(Problem(text, key="control"))
+        if self.repeat is not None:
+            wrong += [Problem(text, key=f"repeat.{key}") for key, text in self.repeat.mistakes(self.step)]
+        wrong.refuse()
+        if self.film.spring is not None:
+            self.film.spring.check_film(self.film)
 
     def _check_steps(self) -> None:
         """`InputError` for steps that prescribe another quantity than the control, or a charge without the electrode's size."""
         wrong = Mistakes()
         other, mismatch = "charge" if self.control == "voltage" else "voltage", f'does not go with control = "{self.control}"'
         for index, step in enumerate(self.step):
-            if step.columns is not None and getattr(step.columns, other) is not None:
+            if step.columns is not None and getattr(step.columns, other) is not None and not self.programme:
                 wrong.append(Problem(f"a column of the {other} {mismatch}", key=f"step[{index}].columns.{other}"))
             for key, unit in step.stated.items():
                 text = None
-                if (unit == VOLTAGE.unit) != (self.control == "voltage"):
+                if (unit == VOLTAGE.unit) != (self.control == "voltage") and not self.programme:
                     text = f'a {other} {mismatch}: all steps prescribe {self.control}s, or state control = "{other}"'
                 elif unit == CHARGE.unit and self.film.electrode_diameter is None:
                     text = f'a charge needs film.electrode_diameter, or state a charge density, such as "{CHARGE_DENSITY.example}"'
@@ -237,7 +330,8 @@ class ActuateRecipe(SimulationRecipe):
         if self.source is not None and self.source.resistance > 0 and self.film.electrode_diameter is None:
             needed = "the current through it depends on the size of the electrode: state film.electrode_diameter"
             raise InputError(needed, key="source.resistance")
-        self.film.check_boundary(self.solver, swept="film.boundary" in (self.sweep or ()))
+        of_steps = any(step.force is not None for step in self.step) or self.film.spring is not None
+        self.film.check_boundary(self.solver, swept="film.boundary" in (self.sweep or ()), spare_widths=of_steps)
         if self.output.profile is not None and self.film.shares is None:
             raise InputError('a profile needs a film with a passive part, boundary = "frame" or "strip"', key="output.profile")
         if self.film.shares is not None:

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from dielast.commands.actuate.recipe import ActuateRecipe, FilmSection
+from dielast.commands.actuate.uses import repeat_of, use_columns
 from dielast.commands.simulation.cases import SimulationBatch, case_result, last, one_or_list
 from dielast.commands.simulation.checks import warn_of_films, warn_of_programmes
 from dielast.commands.simulation.result import CaseResult, StatedCase, at_event
@@ -28,6 +29,8 @@ from dielast.simulate.events import event_columns
 from dielast.simulate.film_setup import Film
 from dielast.simulate.options import MESH_RTOL, Circuit, Failure, Solver
 from dielast.simulate.output import Output
+
+PASSIVE_POINTS = 8  # usually; the solver chooses their number
 
 
 def run(cases: Sequence[Case[ActuateRecipe]], inputs: Inputs, execution: Execution) -> Report:
@@ -82,6 +85,7 @@ class Films(Simulation):
             _over_films([film.weights[0] for film in films]),
             _over_films([film.weights[1] for film in films]),
             np.array([case.temperature for case in cases]),
+            _over_films([_spring(film, factor) for film, factor in zip(films, thickness_factor.tolist(), strict=True)]),
         )
         sources, leaks = [recipe.source for recipe in recipes], [recipe.leakage for recipe in recipes]
         leakage = Leakage(
@@ -104,6 +108,8 @@ class Films(Simulation):
             failure=Failure(pull_in_timescale=recipe.pull_in.criterion, stop_at=recipe.stop.at),
             output=output,
             solver=Solver(recipe.solver.rtol, mesh_rtol),
+            mode=recipe.mode,
+            repeat=repeat_of(recipe),
         )
 
     def result(self, recipe: ActuateRecipe, materials: Sequence[Material]) -> partial[CaseResult]:
@@ -123,10 +129,18 @@ class Films(Simulation):
             profile,
             ends,
             recipe.control,
+            recipe.mode,
+            None if recipe.repeat is None else repr(recipe.repeat),
+            film.spring is not None and film.spring.axis,
+            film.spring is None,
         )
 
+    def points(self, recipe: ActuateRecipe) -> int:
+        """More than one in a film with a passive part."""
+        return 1 if recipe.film.shares is None else PASSIVE_POINTS
+
     def extras(
-        self, cases: Sequence[Case[ActuateRecipe]], materials: Sequence[Material], results: Sequence[CaseResult]
+        self, cases: Sequence[Case[ActuateRecipe]], stated: Sequence[StatedCase], results: Sequence[CaseResult]
     ) -> tuple[dict[str, Table], Figures]:
         """The tables of events and profiles, and the figure of the first film with a profile."""
         if cases[0].recipe.uncertainty is None:
@@ -135,6 +149,12 @@ class Films(Simulation):
             from dielast.commands.simulation.bounds import bounded_event_columns
 
             tables = {"events.csv": bounded_event_columns([result.bounded_events for result in results])}
+        materials = [case.material for case in stated]
+        known = {column.name: column.values for column in tables["events.csv"]}
+        for name, prefix in (("time", ""), ("assured_life", "assured_")):
+            if name in known:
+                more = use_columns(np.asarray(known["case"]), np.asarray(known[name]), stated, prefix)
+                tables["events.csv"] = [*tables["events.csv"], *more]
         profiles = [result.profile for result in results if result.profile is not None]
         if not profiles:
             return tables, {}
@@ -180,12 +200,19 @@ class Films(Simulation):
 
 def _stated(recipe: ActuateRecipe) -> tuple[str, ...]:
     """Columns that do not depend on the material: those that the source prescribes, unless charge leaks."""
+    if recipe.programme:
+        return ("time [s]",)
     if recipe.control == "charge":
         leaks = recipe.leakage is not None and recipe.leakage.conductivity > 0
         delivered = ("current_density [A/m^2]", "current [A]")
         return ("time [s]", *delivered, *(() if leaks else ("charge_density [C/m^2]", "charge [C]")))
     behind = recipe.source is not None and recipe.source.resistance > 0
     return ("time [s]", "source_voltage [V]", *(() if behind else ("voltage [V]",)))
+
+
+def _spring(film: FilmSection, factor: float) -> tuple[float | None, float | None]:
+    """The stiffness in Pa of the spring along both axes of a film, whose thickness is multiplied by the `factor`."""
+    return (None, None) if film.spring is None else film.spring.in_pascal(film.thickness * factor, film.width or ())
 
 
 def _prestretch(films: Sequence[FilmSection]) -> tuple[Floats | None, Floats | None]:

@@ -82,6 +82,9 @@ def _converted(stated: FreeValue, path: str, name: str, material: Material, inpu
         value: Any = getattr(stated, name)
         if value is None:
             return None
+        if isinstance(value, bool) or not isinstance(value, str | int | float):
+            needed = 'a number, or text with a unit such as "26 kPa", is needed'
+            raise InputError(f"{shown(value)}: {needed}", key=f"{_key(path)}.{name}")
         try:
             if kind.dimension is not None:
                 return parse(value, kind.dimension)

@@ -4,20 +4,26 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field, PlainValidator, ValidationInfo, WithJsonSchema, WrapValidator
 
+from dielast.commands.calibrate.film_recipe import VOLTAGE_COLUMNS, RampRates, TestColumns, TestFilm
+from dielast.commands.membrane.recipe import SLACK, Slack
 from dielast.commands.simulation.recipe import Cell, LoadingMode
-from dielast.errors import InputError, shown
-from dielast.readings.specimen_recipe import MachineColumns, Specimen
+from dielast.errors import InputError
+from dielast.readings.specimen_recipe import Specimen
 from dielast.recipe.base import RecipeBase, TextTable, units_of
 from dielast.recipe.fields import RelativeDeviation, Section, StrainRate, Temperature, Time, Voltage
 from dielast.recipe.file_fields import NAMES_FILES, PATH, InputFile, existing_file
 from dielast.units import FORCE, LENGTH, NUMBER, STRAIN, STRESS, TIME
 
 ROLES = {"time": TIME, "stretch": NUMBER, "strain": STRAIN, "extension": LENGTH, "stress": STRESS, "force": FORCE}
+ROLES |= VOLTAGE_COLUMNS
+ANY_FORM = {"separator", "decimal", "encoding", "skip_rows", "sheet"}
+OF_FILMS = {"file", "film", "ramp", "columns", "units", "where", "temperature", "specimen_id", "label", *ANY_FORM}
+"""Keys of a voltage test."""
 
 
 class TestData(TextTable):
-    """A table of a testing machine, whose stretch history is simulated and whose stress is compared; or a recipe of relax, creep
-    or actuate, whose measured points are compared.
+    """A table of a testing machine, whose stretch history is simulated and whose stress is compared; a table of voltage and stretch
+    of an actuated film, without times; or a recipe of relax, creep or actuate, whose measured points are compared.
     """
 
     __test__: ClassVar = False  # pytest would take the name for a test
@@ -27,8 +33,10 @@ class TestData(TextTable):
         None,
         description="Instead of file: a recipe of relax, creep or actuate with the measured points as [[compare]] over time [s].",
     )
-    columns: MachineColumns = Field(
-        MachineColumns(), description="Which column holds what: time; stretch, strain or extension; nominal stress or force."
+    columns: TestColumns = Field(
+        TestColumns(),
+        description="Which column holds what: time; stretch, strain or extension; nominal stress or force; of an actuated film, "
+        "voltage; stretch, relative_stretch or area_strain.",
     )
     specimen: Specimen | None = Field(None, description="The specimen on which extension and force were measured.")
     units: Annotated[dict[str, str], units_of(**ROLES)] = Field({}, description="Units by column, where the header states none.")
@@ -48,6 +56,16 @@ class TestData(TextTable):
     voltage: Voltage | None = Field(
         None, description="Constant voltage between electrodes on both faces of the specimen; needs specimen.thickness."
     )
+    film: TestFilm | None = Field(
+        None,
+        description="The film of a table of voltage and stretch, which needs no times; the misfit is in voltage at the measured "
+        "stretch. Needs ramp.",
+    )
+    ramp: RampRates | None = Field(
+        None,
+        description='Rate at which the voltage of the film rises; or two, as in ["10 V/s", "1 kV/s"]: unknown between these, with '
+        "a uniform distribution in the logarithm.",
+    )
     discard_before: Time = Field(0.0, description="Leave the points before this time of the test out of the misfit.")
     discard: list[Annotated[list[Time], Field(min_length=2, max_length=2)]] = Field(
         [],
@@ -59,6 +77,7 @@ class TestData(TextTable):
         description="Points that are left out of the misfit without being stated, with a warning; ringing: where the force swings "
         "as that of no film does, and where a specimen at rest bears a force; none: none.",
     )
+    slack: Slack | None = Field(None, description=SLACK)
     specimen_id: str | None = Field(
         None,
         min_length=1,
@@ -74,6 +93,15 @@ class TestData(TextTable):
             raise InputError("file and recipe are both stated: remove one of them, or write a [[test]] for each")
         if self.recipe is not None and (other := sorted(self.model_fields_set - {"recipe", "specimen_id", "label"})):
             raise InputError(f"{', '.join(other)}: the recipe of a test states that itself")
+        if self.film is not None:
+            if other := sorted(self.model_fields_set - OF_FILMS):
+                raise InputError(f"{', '.join(other)}: has no effect on a table of voltage and stretch: leave it out")
+            if self.ramp is None:
+                raise InputError('the rate of the voltage is needed, such as ramp = "100 V/s", or a range of it', key="ramp")
+        elif self.ramp is not None:
+            raise InputError("is the rate of the voltage of a film: state film as well", key="ramp")
+        elif stated := [role for role in VOLTAGE_COLUMNS if getattr(self.columns, role) is not None]:
+            raise InputError("is a column of an actuated film: state film and ramp as well", key=f"columns.{stated[0]}")
         if self.rate is not None and self.ramp_rate is not None:
             raise InputError(
                 "is the rate of the first ramp of a table with times; for a table without times, state rate", key="ramp_rate"
@@ -96,13 +124,8 @@ class TestData(TextTable):
         return 0.0 if self.voltage is None or self.specimen is None else self.voltage / (self.specimen.thickness or 1.0)
 
 
-def _value(value: Any) -> Any:
-    if isinstance(value, bool) or not isinstance(value, str | int | float):
-        raise InputError(f'{shown(value)}: a number, or text with a unit such as "26 kPa", is needed')
-    return value
-
-
-Value = Annotated[str | float, PlainValidator(_value), WithJsonSchema({"type": ["string", "number"]})]
+# checked with the material, whose constants have units, so that all mistakes of [free] come at once
+Value = Annotated[str | float, PlainValidator(lambda value: value), WithJsonSchema({"type": ["string", "number"]})]
 
 
 class FreeValue(Section):
@@ -135,6 +158,32 @@ class FitOptions(Section):
     )
     stable_up_to: float | None = Field(
         None, gt=1, description="Stretch up to which the springs must be stable in all modes. Default: the largest of the tests."
+    )
+
+
+def _tried(value: Any) -> Any:
+    from dielast.calibration.spring_pairs import pairs_of
+
+    entries = value if isinstance(value, list) else [value]
+    if not entries or not all(
+        isinstance(name, str) for entry in entries for name in (entry if isinstance(entry, list) else [entry])
+    ):
+        raise InputError('"all", or a list of laws and of pairs of laws, such as ["gent", ["yeoh", "gent"]], is needed')
+    return pairs_of(value)
+
+
+_NAMES = {"type": "array", "items": {"type": "string"}, "minItems": 1}
+_LAWS = {"anyOf": [{"const": "all"}, {"type": "array", "items": {"anyOf": [{"type": "string"}, _NAMES]}, "minItems": 1}]}
+
+
+class SpringTrials(Section):
+    """Laws of springs to try in the place of those of the material."""
+
+    try_: Annotated[list[tuple[str, str]], PlainValidator(_tried), WithJsonSchema(_LAWS)] = Field(
+        alias="try",
+        description='"all"; or a list of laws, each of which is tried for the equilibrium spring and for the branches, with pairs '
+        'such as ["gent", "neo-hookean"], the equilibrium spring first. All pairs are fitted and ranked by cross-validation; the '
+        "constants of their shapes are free, between bounds by the stretches of the tests.",
     )
 
 
@@ -189,6 +238,7 @@ class CalibrateRecipe(RecipeBase):
         "for an exponent of Ogden's law without them, half-way to the starts of the terms next to it in size. "
         "A value that ends at a bound is warned of."
     )
+    springs: SpringTrials | None = Field(None, description="Laws of springs to try in the place of those of the material.")
     fit: FitOptions = Field(FitOptions(), description="How the fit is done.")
     uncertainty: PosteriorOptions = Field(PosteriorOptions(), description="Draws of the material.")
 

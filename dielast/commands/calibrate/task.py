@@ -7,6 +7,8 @@ import numpy as np
 
 from dielast.calibration.experiment import Experiment, MeasuredTest
 from dielast.calibration.parameters import Free
+from dielast.calibration.spring_pairs import reach_of, trial
+from dielast.calibration.voltage import VoltageTest
 from dielast.commands.calibrate.freedom import free_of
 from dielast.commands.calibrate.recipe import CalibrateRecipe
 from dielast.commands.calibrate.tests import read_tests
@@ -42,6 +44,16 @@ def read_task(recipe: CalibrateRecipe, inputs: Inputs) -> CalibrationTask:
     free = wrong.tried(partial(free_of, recipe.free, materials, inputs)) if len(materials) == len(recipe.started_from) else None
     wrong.refuse()
     assert free is not None
+    if recipe.springs is not None:
+        tried = [
+            (
+                f"{' + '.join(pair)}{'' if len(materials) == 1 else f' ({name})'}",
+                trial(material, pair, free[name], reach_of(tests, material)),
+            )
+            for name, material in materials.items()
+            for pair in recipe.springs.try_
+        ]
+        materials, free = {name: each.material for name, each in tried}, {name: dict(each.free) for name, each in tried}
     return CalibrationTask(tests, further, materials, free)
 
 
@@ -50,9 +62,10 @@ def check_conditions(task: CalibrationTask) -> None:
 
     Raises `InputError` for a test under voltage of a material without a permittivity.
     """
-    electric = [test for test in (*task.tests, *task.predicted) if isinstance(test, MeasuredTest) and test.nominal_field]
+    every = (*task.tests, *task.predicted)
+    electric = [test for test in every if isinstance(test, VoltageTest) or (isinstance(test, MeasuredTest) and test.nominal_field)]
     for name, material in task.materials.items():
-        if electric and material.dielectric is None:
+        if electric and not material.permittivity:
             needed = f"test {electric[0].name} is under voltage: state [dielectric] permittivity"
             raise InputError(needed, file=name)
     temperature = np.array([test.temperature for test in (*task.tests, *task.predicted)])

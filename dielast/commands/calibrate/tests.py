@@ -12,8 +12,10 @@ from dielast.calibration.experiment import Experiment, MeasuredTest, corners, pa
 from dielast.calibration.rest import gives_work, slack_of, stress_at_rest
 from dielast.calibration.ringing import loaded_at_rest, ringing, runs
 from dielast.calibration.softening import softening
+from dielast.calibration.voltage import VoltageTest
 from dielast.commands.calibrate.recipe import TestData
 from dielast.commands.calibrate.simulated import recipe_tests
+from dielast.commands.calibrate.voltage_tests import read_voltage_test
 from dielast.commands.simulation.compare import rows_where
 from dielast.errors import InputError, Mistakes, and_more, located, placed, warn
 from dielast.io.files import Inputs
@@ -75,9 +77,11 @@ def named(tests: Sequence[TestData]) -> list[str]:
     return [f"{name} ({names[: k + 1].count(name)})" if names.count(name) > 1 else name for k, name in enumerate(names)]
 
 
-def read_test(test: TestData, inputs: Inputs, temperature: float, name: str) -> MeasuredTest:
+def read_test(test: TestData, inputs: Inputs, temperature: float, name: str) -> MeasuredTest | VoltageTest:
     """A test of a table; raises `InputError` naming the file for columns that are missing or wrong."""
     assert test.file is not None
+    if test.film is not None:
+        return read_voltage_test(test, inputs, temperature, name)
     table = read_measured(inputs.read(test.file), test.file, test.text_format(), test.units)
     rows = rows_where(table, test.where)
     stretch = _quantity(table, test, "stretch", rows)
@@ -106,7 +110,7 @@ def read_test(test: TestData, inputs: Inputs, temperature: float, name: str) -> 
     at = temperature if test.temperature is None else test.temperature
     with located(file=test.file):
         specimen = test.specimen_id or name
-        whole = MeasuredTest(name, time, stretch, stress, at, test.mode, specimen, test.nominal_field, test.ramp_rate)
+        whole = MeasuredTest(name, time, stretch, stress, at, test.mode, specimen, test.nominal_field, test.ramp_rate, test.slack)
         left_out = _left_out(test, whole, time)
         # every point left out stays, to be counted and shown
         kept = np.union1d(_thinned(time, stretch), np.flatnonzero(left_out))

@@ -70,7 +70,8 @@ def run(cases: Sequence[Case[DesignRecipe]], inputs: Inputs, execution: Executio
     solved = study.solve(Work(solve_films, "films"), plan, plan.chunks(size=size(plan.films)))
     plan = under_way(plan, solved)
     drawn = study.solve(Work(solve_draws, "films of draws"), plan, plan.chunks(True, size(plan.films * plan.grid.draws)))
-    result = designed(plan, solved, drawn, level, share)
+    confidence = None if stated is None else stated.assurance
+    result = designed(plan, solved, drawn, level, share, confidence)
     warn_of_design(recipe, material, result)
 
     def figure() -> Any:
@@ -79,7 +80,8 @@ def run(cases: Sequence[Case[DesignRecipe]], inputs: Inputs, execution: Executio
         from dielast.plots.design import plot_design
 
         title = titled(recipe.title, cases, [material])
-        return plot_design(result, title, interval_label([recipe]) if stated is not None else None, share)
+        required = None if stated is None else stated.failure_share
+        return plot_design(result, title, interval_label([recipe]) if stated is not None else None, required or share)
 
     lost = np.flatnonzero(result.reached == UNFINISHED)
     failures = [("numerics", f"{film_of(result, film)}: given up: the solver did not find its voltage") for film in lost.tolist()]
@@ -129,6 +131,8 @@ def _best(result: Design, film: int) -> dict[str, Any]:
     if result.drawn is not None:
         values["failure_probability"] = float(result.drawn.failure_probability[film])
         values["safe_life_s"] = float(result.drawn.safe_life[film])
+        if result.drawn.assured_life is not None:
+            values["assured_life_s"] = float(result.drawn.assured_life[film])
     return values
 
 

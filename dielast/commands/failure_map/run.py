@@ -76,7 +76,8 @@ def run(cases: Sequence[Case[FailureMapRecipe]], inputs: Inputs, execution: Exec
         from dielast.commands.simulation.bounds import bounded_line_columns, bounded_map_columns
         from dielast.commands.simulation.uncertainty import uncertainty_headline
 
-        tables["failure-map.csv"] = bounded_map_columns(tables["failure-map.csv"], drawn, stated.level)
+        columns = bounded_map_columns(tables["failure-map.csv"], drawn, stated.level, stated.assurance)
+        tables["failure-map.csv"] = columns
         lines_drawn = [fit_lifetime(draw) for draw in drawn]
         tables["fit.csv"] = bounded_line_columns(tables["fit.csv"], lines_drawn, stated.level)
         sections |= uncertainty_headline([stated], [sample])

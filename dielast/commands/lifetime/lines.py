@@ -16,7 +16,7 @@ from dielast.failures.law_names import LINES
 from dielast.failures.likelihood import Seen
 from dielast.failures.specimens import Simulated
 from dielast.io.table import Column, Table
-from dielast.numerics.arrays import Cases
+from dielast.numerics.arrays import Cases, Floats
 
 COLUMNS: tuple[tuple[str, str | None, type], ...] = (
     ("law", None, str),
@@ -31,68 +31,73 @@ COLUMNS: tuple[tuple[str, str | None, type], ...] = (
     ("upper", None, float),
     ("verdict", None, str),
     ("log_likelihood", "1", float),
+    ("thickness", "m", float),
+    ("temperature", "degC", float),
 )
+Key = tuple[float, float, float, float]
+"""What films share: both prestretches, the thickness in m and the temperature in degC."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Lines:
-    """Laws of the time over the voltage by name, without physics, of the specimens (rows,) of one prestretch (2,)."""
+    """Laws of the time over the voltage by name, without physics, of the specimens (rows,) of one kind of film."""
 
-    fitted: Mapping[tuple[float, float, str], tuple[FittedLaw, Cases]]
+    fitted: Mapping[tuple[Key, str], tuple[FittedLaw, Cases]]
 
     def columns(self) -> Table:
         """A row for each parameter of each law."""
         rows = list[tuple[Any, ...]]()
-        for (first, second, name), (law, members) in self.fitted.items():
+        for ((*pair, thickness, temperature), name), (law, members) in self.fitted.items():
             model = law.law.model
             for cells in zip(*(column.values for column in law.columns()[:6]), strict=True):
-                rows.append((name, first, second, len(members), model.observations.failures, *cells, law.fit.value))
+                count = len(members), model.observations.failures
+                rows.append((name, *pair, *count, *cells, law.fit.value, thickness, temperature))
         parts = list(zip(*rows, strict=True)) if rows else [()] * len(COLUMNS)
         return [
             Column(name, unit, list(map(str, values)) if kind is str else np.array(values, dtype=kind))
             for (name, unit, kind), values in zip(COLUMNS, parts, strict=True)
         ]
 
-    def of_lives(self, lives: Lives) -> Table:
-        """Columns of `lives`: the time within which a tenth of the films fails by each law, with bounds; none without a law."""
+    def lives(self, name: str, lives: Lives, thickness: float, temperature: float, share: float) -> Floats:
+        """The times (3, films) in s within which a share of the films of `lives` fails by a law, and its bounds; NaN without it."""
+        values = np.full((3, lives.voltage.size), np.nan)
+        for k in range(lives.voltage.size):
+            first, second = lives.prestretch[k].tolist()
+            found = self.fitted.get(((first, second, thickness, temperature), name))
+            if found is not None:
+                values[:, k] = found[0].line_life(float(lives.voltage[k]), share)
+        return values
+
+    def of_lives(self, lives: Lives, thickness: float, temperature: float) -> Table:
+        """Columns of `lives`, of films of a thickness in m at a temperature in degC: the time within which a tenth of the films
+        fails by each law, with bounds; none without a law.
+        """
         columns = []
         for name in LINES if self.fitted else ():
-            values = np.full((3, lives.voltage.size), np.nan)
-            for k in range(lives.voltage.size):
-                found = self.fitted.get((*lives.prestretch[k].tolist(), name))
-                if found is not None:
-                    values[:, k] = found[0].line_life(float(lives.voltage[k]), 0.1)
+            values = self.lives(name, lives, thickness, temperature, 0.1)
             for k, end in enumerate(("", "_lower", "_upper")):
                 columns.append(Column(f"{name.replace('-', '_')}_time_b10{end}", "s", values[k]))
         return columns
 
 
 def lines_of(recipe: LifetimeRecipe, tested: Simulated) -> Lines:
-    """The laws of each film that failed at several voltages, where they can be fitted."""
-    fitted: dict[tuple[float, float, str], tuple[FittedLaw, Cases]] = {}
+    """The laws of each kind of film that failed at several voltages, where they can be fitted."""
+    fitted: dict[tuple[Key, str], tuple[FittedLaw, Cases]] = {}
     specimens = tested.specimens
-    for members in _alike(tested):
+    columns = (*specimens.prestretch.T, specimens.thickness, specimens.temperature)
+    keys: list[Key] = list(zip(*(column.tolist() for column in columns), strict=True))
+    for film in sorted(set(keys)):
+        members = np.array([k for k, key in enumerate(keys) if key == film])
         alive = tested.end[members] > 0
         members = members[alive & np.isfinite(specimens.voltage[members])]
         failed = members[tested.seen[members] != Seen.SUSPENDED]
         if failed.size < 3 or len(set(np.round(tested.voltage[failed], 6).tolist())) < 2:
             continue
-        first, second = specimens.prestretch[members[0]].tolist()
         for name in LINES:
             law = line_model(name, tested, members, recipe.fit.scatter)
             try:
                 fit = fit_law(law, level=recipe.uncertainty.level, draws=0, seed=recipe.uncertainty.seed)
             except (InputError, NumericsError):
                 continue
-            fitted[first, second, name] = fit, members
+            fitted[film, name] = fit, members
     return Lines(fitted)
-
-
-def _alike(tested: Simulated) -> list[Cases]:
-    """Specimens of one prestretch, thickness and temperature."""
-    specimens = tested.specimens
-    keys = [
-        (*specimens.prestretch[k].tolist(), float(specimens.thickness[k]), float(specimens.temperature[k]))
-        for k in range(len(specimens))
-    ]
-    return [np.array([k for k, key in enumerate(keys) if key == one]) for one in sorted(set(keys))]

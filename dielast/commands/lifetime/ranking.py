@@ -81,7 +81,13 @@ def ranked(recipe: LifetimeRecipe, material: Material, tested: Simulated, mode: 
     tested = replace(tested, seen=np.where(other, Seen.SUSPENDED, tested.seen).astype(np.intp))
     stated, wanted = recipe.fit, recipe.uncertainty
     options = LawOptions(
-        stated.scatter, stated.time, stated.prestretch, stated.reference_area, material.reference_temperature, None, stated.known
+        stated.scatter,
+        stated.time,
+        stated.prestretch,
+        stated.reference_area,
+        material.reference_temperature,
+        stated.reference_humidity,
+        stated.known,
     )
     fitted, scores, refused = list[FittedLaw](), list[float](), dict[str, str]()
     several = len(stated.ranked) > 1
@@ -92,7 +98,7 @@ def ranked(recipe: LifetimeRecipe, material: Material, tested: Simulated, mode: 
                 fitted.append(_bounded(law, wanted.level))
                 scores.append(np.nan)
                 continue
-            fitted.append(fit_law(law, level=wanted.level, draws=wanted.draws, seed=wanted.seed, mode=mode))
+            fitted.append(fit_law(law, level=wanted.level, draws=max(wanted.draws, 1), seed=wanted.seed, mode=mode))
             scores.append(left_out_score(fitted[-1]) if several else np.nan)
         except (InputError, NumericsError) as error:
             if not several:
@@ -141,7 +147,10 @@ def warn_of_fit(rank: Ranked, specimens: Specimens) -> None:
             f"the {of} are not of one kind: {count} come too early for the others ({named}): state a column mode to fit them apart"
         )
     elif kind:
-        warn(f"the {of} are not of one kind: fewer than expected up to the {count}. by exposure; a column mode fits them apart")
+        warn(
+            f"the {of} are not of one kind: the {count} after the least exposure come later than {best.name} says: state a column "
+            "mode to fit them apart, or try other laws"
+        )
     lowest, highest = best.law.model.bounds
     ends = [
         parameter.name

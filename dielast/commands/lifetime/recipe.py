@@ -21,6 +21,7 @@ QUANTITIES = {
 }
 """The dimension of the numbers in a column by its role."""
 TEXTS = ("suspended", "specimen", "batch", "mode", "recipe")
+RelativeHumidity = Annotated[float, WithUnit(STRAIN, above=0.0)]
 ONE_LAW = Annotated[str, OneOf(lambda: list(LAWS))]
 
 
@@ -109,6 +110,9 @@ class FitOptions(Section):
     )
     reference_area: Area | None = Field(
         None, description="Area for which the constants hold, if areas are in the table. Default: their geometric mean."
+    )
+    reference_humidity: RelativeHumidity | None = Field(
+        None, description="Relative humidity for which the constants hold, if the table has it. Default: its geometric mean."
     )
     mode: str | None = Field(None, description="Kind of failure whose law goes into material.toml. Default: the most frequent one.")
 

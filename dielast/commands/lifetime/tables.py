@@ -76,12 +76,18 @@ def joined(tables: Sequence[Table]) -> Table:
 def headline(tested: Simulated, best: FittedLaw) -> dict[str, dict[str, Any]]:
     """The numbers of specimens, and the fitted law."""
     table = {column.name: list(column.values) for column in best.columns()}
+    options = best.law.options
+    references = {
+        "reference_area_m2": options.reference_area,
+        "reference_humidity": options.reference_humidity if "humidity_exponent" in table["parameter"] else None,
+    }
     return {
         "lifetime": {
             "specimens": len(tested.specimens),
             "failed": int(np.count_nonzero(tested.seen != Seen.SUSPENDED)),
             "law": best.name,
             "log_likelihood": best.fit.value,
+            **{name: value for name, value in references.items() if value is not None},
         },
         "parameters": {
             name.replace(".", "_").replace("[", "_").replace("]", ""): float(value)

@@ -120,15 +120,15 @@ def curve_tables(draws: MasterCurveDraws, kind: MeasurementKind) -> dict[str, Ta
 def draws_headline(draws: MasterCurveDraws, result: MasterCurve, requested: int, seed: int) -> dict[str, Any]:
     """The section of a summary that compares the scatter of the draws with the standard errors of the fit.
 
-    What the fit does not determine has an infinite standard error, which a summary leaves out where it is alone: draws keep to the
-    C2 that the fit assumes.
+    What the fit does not determine has an infinite standard error: draws keep to the C2 that the fit assumes.
     """
-    stderr = {name: value if np.isfinite(result.law_stderr[name]) else math.inf for name, value in draws.stderr().items()}
+    scatter, constants = draws.stderr(), draws.law.summary_names()
+    stderr = {key: scatter[each.name] if np.isfinite(result.law_stderr[each.name]) else math.inf for key, each in constants.items()}
     shifts = np.std(draws.log10_shift_factor, axis=0, ddof=1)
     return {
         "draws": requested,
         "seed": seed,
         "without_master_curve": requested - len(draws.number),
-        **{f"{name}_stderr": stderr[constant.name] for name, constant in draws.law.summary_names().items()},
+        **{f"{key}_stderr": value for key, value in stderr.items()},
         "log10_shift_factor_stderr": np.where(np.isfinite(shifts), shifts, np.inf).tolist(),
     }

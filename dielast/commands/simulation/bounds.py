@@ -9,10 +9,11 @@ import numpy as np
 
 from dielast.commands.simulation.cases import Batches, SimulationBatch
 from dielast.commands.simulation.result import BoundedEvent, CaseResult, SolvedCase, StatedCase
+from dielast.commands.simulation.uncertainty_recipe import Uncertainty
 from dielast.errors import in_a_draw
 from dielast.handover.law_section import breakdown
 from dielast.io.table import Column, Table, split_header
-from dielast.material.scatter import Sample, interval
+from dielast.material.scatter import Sample, assured, interval
 from dielast.mechanics.cases import of_case
 from dielast.mechanics.criteria import named
 from dielast.numerics.arrays import Flags, Floats
@@ -33,7 +34,7 @@ def bounded_cases(batches: Batches, cases: Sequence[SolvedCase], study: Study) -
     for number, case in enumerate(cases):
         if case.sample is not None:
             parts = draws_of(batches, case, case.sample, case.result, "uncertainty", of_case(number, len(cases)))
-            drawn[number] = Draws(len(drawn), parts, partial(_bounded, case.result, level=case.recipe.uncertainty.level))
+            drawn[number] = Draws(len(drawn), parts, partial(_bounded, case.result, uncertainty=case.recipe.uncertainty))
     bounds = dict(zip(drawn, study.batches(list(drawn.values()), "draws"), strict=True))
     return [bounds.get(number, case.result) for number, case in enumerate(cases)]
 
@@ -47,13 +48,15 @@ def draws_of(
     return [replace(part, place={"key": key, "case": number}) for part in parts]
 
 
-def _bounded(result: CaseResult, drawn: Sequence[CaseResult], level: float) -> CaseResult:
-    """The result of a case with bounds of this `level` from its draws, a film's events too."""
+def _bounded(result: CaseResult, drawn: Sequence[CaseResult], uncertainty: Uncertainty) -> CaseResult:
+    """The result of a case with bounds from its draws, a film's events too."""
+    level = uncertainty.level
     if result.events is None:
         return bounded(result, drawn, level)
     events = [draw.events or () for draw in drawn]
     failed = [any(named(event.name).is_failure for event in draw) for draw in events]
-    return replace(bounded(result, drawn, level, failed), bounded_events=bounded_events(result.events, events, level))
+    bounds = bounded_events(result.events, events, level, uncertainty.assurance)
+    return replace(bounded(result, drawn, level, failed), bounded_events=bounds)
 
 
 def drawn_case(case: StatedCase, sample: Sample, result: CaseResult) -> list[StatedCase]:
@@ -129,11 +132,14 @@ def _stacked(columns: Sequence[Floats], rows: int) -> Floats:
     return table
 
 
-def bounded_events(events: Sequence[Event], drawn: Sequence[Sequence[Event]], level: float) -> list[BoundedEvent]:
+def bounded_events(
+    events: Sequence[Event], drawn: Sequence[Sequence[Event]], level: float, confidence: float | None = None
+) -> list[BoundedEvent]:
     """The events of a case with bounds, and the events that happen in draws only.
 
     A draw without the event counts as an infinite time, so that a time may have no upper bound. Bounds of other quantities are
-    those of the draws in which the event happens.
+    those of the draws in which the event happens. With a `confidence`, the draws are those of the film before which a share fails,
+    and the time that they exceed is stated.
     """
     count: Counter[str] = Counter()
     rows: list[tuple[str, int, Event | None]] = []
@@ -149,7 +155,9 @@ def bounded_events(events: Sequence[Event], drawn: Sequence[Sequence[Event]], le
             absent = np.inf if number == "time" else np.nan
             low, high = interval(np.array([float(getattr(draw[0], number)) if draw else absent for draw in same]), level)
             bounds[number] = float(low), float(high)
-        result.append(BoundedEvent(name, central, bounds, sum(map(len, same)) / len(same)))
+        times = np.array([draw[0].time if draw else np.inf for draw in same])
+        life = None if confidence is None else float(assured(times, confidence))
+        result.append(BoundedEvent(name, central, bounds, sum(map(len, same)) / len(same), life))
     return result
 
 
@@ -159,7 +167,12 @@ def bounded_event_columns(events: Sequence[Sequence[BoundedEvent]]) -> Table:
     table = event_columns([[row.event or Event(row.name, **absent) for row in rows] for rows in events])
     flat = [row for rows in events for row in rows]
     bounds = {name: np.array([row.bounds[name] for row in flat], dtype=float).reshape(-1, 2).T for name in EVENT_UNITS}
-    return [*_between_bounds(table, bounds), Column("probability", "1", np.array([row.probability for row in flat], dtype=float))]
+    lives = [row.assured_life for row in flat]
+    return [
+        *_between_bounds(table, bounds),
+        Column("probability", "1", np.array([row.probability for row in flat], dtype=float)),
+        *([Column("assured_life", "s", np.array(lives, dtype=float))] if any(life is not None for life in lives) else []),
+    ]
 
 
 def _between_bounds(columns: Sequence[Column], bounds: Mapping[str, Iterable[Floats]]) -> list[Column]:
@@ -194,14 +207,20 @@ def map_bounds(drawn: Sequence[FailureMap], level: float) -> dict[str, tuple[Flo
     return bounds
 
 
-def bounded_map_columns(columns: Sequence[Column], drawn: Sequence[FailureMap], level: float) -> list[Column]:
+def bounded_map_columns(
+    columns: Sequence[Column], drawn: Sequence[FailureMap], level: float, confidence: float | None = None
+) -> list[Column]:
     """The table of a map with bounds of each time, and the probability of failure: the share of the draws that fail within the
-    horizon, among those with a known result.
+    horizon, among those with a known result; with a `confidence`, also the life that the draws exceed, infinite beyond the horizon.
     """
     failed = np.array([np.isfinite(draw.time_to_failure) for draw in drawn])
     finished = np.array([draw.failure_mode != "unfinished" for draw in drawn])
     probability = np.sum(failed, axis=0) / np.maximum(np.sum(finished, axis=0), 1)
-    return [*_between_bounds(columns, map_bounds(drawn, level)), Column("failure_probability", "1", probability.ravel())]
+    result = [*_between_bounds(columns, map_bounds(drawn, level)), Column("failure_probability", "1", probability.ravel())]
+    if confidence is not None:
+        lives = np.array([np.where(np.isnan(draw.time_to_failure), np.inf, draw.time_to_failure) for draw in drawn])
+        result.append(Column("assured_life", "s", assured(np.where(finished, lives, np.nan), confidence).ravel()))
+    return result
 
 
 def bounded_line_columns(columns: Sequence[Column], drawn: Sequence[Sequence[LifetimeLine]], level: float) -> list[Column]:

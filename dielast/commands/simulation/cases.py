@@ -26,7 +26,7 @@ from dielast.simulate.history import History
 from dielast.simulate.output import KEPT_WHOLE
 from dielast.simulate.quantities import FILMS, TESTS
 
-PART = 2**14  # branches in a batch, over all cases: less than a second of work
+PART = 2**14  # branches in a batch, over all points of all cases: about what advances together, so that smaller batches are slower
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -82,10 +82,10 @@ def read_materials(cases: Sequence[Case[SimulationRecipe]], inputs: Inputs) -> l
     return [materials[material_key(case)] for case in cases]
 
 
-def divided(members: Sequence[int], materials: Sequence[Material]) -> list[list[int]]:
-    """The members in parts of about equal work, small enough for even shares of processes."""
+def divided(members: Sequence[int], materials: Sequence[Material], points: int = 1) -> list[list[int]]:
+    """The members, each with so many points, in parts of about equal work, small enough for even shares of processes."""
     branches = max(materials[index].spectrum.relaxation_time.size for index in members)
-    size = max(PART // max(branches, 1), 1)
+    size = max(PART // max(points * branches, 1), 1)
     return [list(members[first : first + size]) for first in range(0, len(members), size)]
 
 
@@ -150,7 +150,8 @@ def check_cycles(cases: Sequence[Case[SimulationRecipe]]) -> None:
     """Raise `InputError` if `output.cycles` is stated and no case has a waveform."""
     stated = any(case.recipe.output.cycles is not None for case in cases)
     steps: Iterable[HistoryStep] = (step for case in cases for step in getattr(case.recipe, "step", ()))
-    if stated and all(step.waveform is None for step in steps):
+    repeats = any(getattr(case.recipe, "repeat", None) is not None for case in cases)
+    if stated and not repeats and all(step.waveform is None for step in steps):
         raise InputError(NO_WAVEFORM, key="output.cycles")
 
 

@@ -13,7 +13,7 @@ from dielast.commands.simulation.recipe import Solver
 from dielast.errors import InputError, nearest, shown
 from dielast.recipe.fields import Length, Section, StrainRate, Time, WithUnit, one_or_more, schema_of_one_or_more
 from dielast.simulate.options import MESH_RTOL
-from dielast.units import FORCE, LENGTH, STRAIN, TIME, parse
+from dielast.units import COMPUTABLE, FORCE, LENGTH, STRAIN, TIME, parse
 
 if TYPE_CHECKING:
     from dielast.mechanics.stability import TimeScale
@@ -52,7 +52,7 @@ def _is_number(value: Any) -> bool:
 def _strain(value: Any) -> float | None:
     """The strain that was probably meant: a number between 0 and 1, or per cent; else None."""
     with suppress(InputError):
-        return parse(value, STRAIN)
+        return parse(value, STRAIN, COMPUTABLE)
     return float(value) if _is_number(value) and 0 < value < 1 else None
 
 
@@ -72,7 +72,7 @@ def _timescale(value: Any) -> tuple[float, bool]:
     """A share of the time since the voltage came on (True), or a time in s (False)."""
     for dimension, is_share in ((STRAIN, True), (TIME, False)):
         with suppress(InputError):
-            if (number := parse(value, dimension)) >= 0:
+            if (number := parse(value, dimension, COMPUTABLE)) >= 0:
                 return number, is_share
     raise InputError(
         f'{shown(value)}: a share of the time since the voltage came on, such as "1 %", or a time, such as "0 s", is needed'
@@ -107,7 +107,7 @@ def _share(value: Any) -> float:
     """A share between 0 and 1, as a number or in per cent."""
     number = value if _is_number(value) else nan
     with suppress(InputError):
-        number = parse(value, STRAIN)
+        number = parse(value, STRAIN, COMPUTABLE)
     if not 0 < number < 1:
         whole = ': an electrode as large as the frame or the strip is boundary = "clamped"' if number == 1 else ""
         raise InputError(f'{shown(value)}: a share between 0 and 1 is needed, such as 0.05 or "5 %"{whole}')
@@ -199,12 +199,15 @@ class FilmBase(Section):
     @property
     def weights(self) -> tuple[tuple[float | None, float | None], tuple[float | None, float | None]]:
         """Forces in N and widths in m of axes 1 and 2."""
-        forces, widths = ((*(value or ()), None, None) for value in (self.force, self.width))
+        weights, count = self.force or (), len(self.force or ())
+        forces, widths = ((*values[:count], None, None) for values in (weights, self.width or ()))
         return (forces[0], forces[1]), (widths[0], widths[1])
 
-    def check_weights(self) -> None:
-        """`InputError` for weights that cannot hang on the film."""
+    def check_weights(self, spare_widths: bool = False) -> None:
+        """`InputError` for weights that cannot hang on the film; `spare_widths` are for other forces."""
         forces, widths = self.force or (), self.width or ()
+        if spare_widths:
+            widths = widths[: len(forces)]
         if len(forces) > 2:
             raise InputError(f"{len(forces)} forces: one, or one for each of two axes", key="film.force")
         if len(forces) != len(widths):
@@ -226,12 +229,12 @@ class FilmBase(Section):
             return stated
         return (self.electrode_diameter / self.frame_diameter,)
 
-    def check_boundary(self, solver: FilmSolver, *, swept: bool = False) -> None:
+    def check_boundary(self, solver: FilmSolver, *, swept: bool = False, spare_widths: bool = False) -> None:
         """`InputError` for keys of the boundary that do not fit each other.
 
         Where the boundary is `swept`, keys that only a film with a passive part needs may stand beside other boundaries as well.
         """
-        self.check_weights()
+        self.check_weights(spare_widths)
         boundary, stated = self.boundary[0], self.stated_shares
         if boundary != "frame" and not swept and "mesh_rtol" in solver.model_fields_set:
             raise InputError('has no effect without boundary = "frame": leave it out', key="solver.mesh_rtol")

@@ -127,7 +127,7 @@ def picture(
         x,
         y,
         scales,
-        titled(cases[0].recipe.title, cases, materials, voltage_in_words(cases, histories)),
+        titled(cases[0].recipe.title, cases, materials, voltage_in_words(cases, results, histories)),
         [(index, mark.name, mark.x, mark.y) for index, curve in enumerate(curves) for mark in curve.marks],
         swept(cases, materials),
         bands,
@@ -137,12 +137,15 @@ def picture(
     )
 
 
-def voltage_in_words(cases: Sequence[Case[Any]], histories: Sequence[Sequence[TimedStep]]) -> str:
-    """The highest voltage of films, for the title; empty without a voltage, or if it is swept."""
+def voltage_in_words(cases: Sequence[Case[Any]], results: Sequence[CaseResult], histories: Sequence[Sequence[TimedStep]]) -> str:
+    """The highest voltage that was simulated, for the title; empty without a voltage, or if it is swept."""
     if not hasattr(cases[0].recipe, "control") or any(case.recipe.control != "voltage" for case in cases):
         return ""
     highest = {max(map(abs, targets(steps)), default=0.0) for steps in histories}
-    if len(highest) > 1 or not (volts := highest.pop()):
+    reached = [np.abs(result.columns["voltage [V]"]) for result in results if "voltage [V]" in result.columns]
+    # a film that fails on the way does not see the rest of its history
+    volts = min(max(highest), max(float(np.max(volts)) for volts in reached)) if len(highest) == 1 and reached else 0.0
+    if not volts:
         return ""
     unit, factor = unit_for("V", volts)
     return f"up to {number(volts * factor)} {unit}"
@@ -159,7 +162,7 @@ def picture_of_cycles(
     tables = [result.cycles for result in results if result.cycles is not None]
     # cycles are those of the nominal stress where the stretch is prescribed
     quantity = "nominal_stress_1 [Pa]" if "amplitude [Pa]" in tables[0] else measured
-    title = titled(cases[0].recipe.title, cases, materials, voltage_in_words(cases, histories))
+    title = titled(cases[0].recipe.title, cases, materials, voltage_in_words(cases, results, histories))
     return plot_cycles(tables, labels(cases, materials), swept(cases, materials), quantity, title)
 
 

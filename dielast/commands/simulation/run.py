@@ -63,6 +63,10 @@ class Simulation(ABC):
     def alike(self, recipe: Any) -> Hashable:
         """A value that cases must share to be solved together, besides steps of one shape and one output."""
 
+    def points(self, recipe: Any) -> int:
+        """About how many points the solver follows in a case."""
+        return 1
+
     @abstractmethod
     def warn_before(self, cases: Sequence[StatedCase]) -> None:
         """Warn of cases that look like a mistake, before they are solved."""
@@ -76,7 +80,7 @@ class Simulation(ABC):
         """The headline numbers by section of the summary."""
 
     def extras(
-        self, cases: Sequence[Case[Any]], materials: Sequence[Material], results: Sequence[CaseResult]
+        self, cases: Sequence[Case[Any]], stated: Sequence[StatedCase], results: Sequence[CaseResult]
     ) -> tuple[dict[str, Table], Figures]:
         """Further tables by file name, and further figures by name."""
         return {}, {}
@@ -96,7 +100,7 @@ class Simulation(ABC):
         batches = []
         for members in [[index] for index in alone] or groups.values():
             origin = [timed.number for timed in cases[members[0]].steps]
-            for part in divided(members, [case.material for case in cases]):
+            for part in divided(members, [case.material for case in cases], self.points(cases[members[0]].recipe)):
                 together = [cases[index] for index in part]
                 recipes, materials = [case.recipe for case in together], [case.material for case in together]
                 steps = [joined(steps) for steps in zip(*([timed.step for timed in case.steps] for case in together), strict=True)]
@@ -212,7 +216,7 @@ def report_of(simulation: Simulation, cases: Sequence[Case[Any]], inputs: Inputs
             return picture_of_cycles(cases, materials, results, simulation.measured, [case.steps for case in solved])
         return picture(cases, materials, results, columns, matched, axes, [case.steps for case in solved])
 
-    more_tables, more_figures = simulation.extras(cases, materials, results)
+    more_tables, more_figures = simulation.extras(cases, prepared.stated, results)
     tables = {f"{kind}.csv": result_columns(results), **more_tables, **tables, "cases.csv": case_columns(cases)}
     if cycling:
         tables["cycles.csv"] = case_table(cycling)

@@ -14,9 +14,9 @@ from dielast.commands.simulation.recipe import KEYS
 from dielast.errors import InputError, Problem, placed
 from dielast.io.files import Inputs
 from dielast.mechanics.cases import of_case
-from dielast.mechanics.load import ChargeStep, ElectricalStep, Path, Step, Track, VoltageStep, Waveform
+from dielast.mechanics.load import ChargeStep, ElectricalStep, FilmStep, Path, Step, Track, VoltageStep, Waveform
 from dielast.numerics.arrays import Floats
-from dielast.units import CHARGE, CHARGE_DENSITY, FORCE, TIME, TIMES, VOLTAGE
+from dielast.units import CHARGE, CHARGE_DENSITY, FORCE, NUMBER, STRESS, TIME, TIMES, VOLTAGE
 
 if TYPE_CHECKING:
     from dielast.io.text_table import MeasuredTable
@@ -38,11 +38,33 @@ class TimedStep:
     number: int
     begin: float
     before: float
+    edges: tuple[float, float] = (1.0, 1.0)
+    """The stretch of the edges before a step that moves them, NaN where it is not known."""
+
+    @property
+    def driven(self) -> Any:
+        """The quantity that it goes to or follows, None in a hold: of a programme of edges and electrodes, the voltage."""
+        return self.step.voltage if isinstance(self.step, FilmStep) else self.step.target
+
+    @property
+    def stretched(self) -> tuple[float, float]:
+        """The stretch of the edges at its end, NaN where it is not known."""
+        if not isinstance(self.step, FilmStep) or self.step.edges is None:
+            return self.edges
+        pair = self.step.stretch if isinstance(self.step.stretch, tuple) else (self.step.stretch,) * 2
+        first, second = (np.nan if value is None else _number(value.last if isinstance(value, Path) else value) for value in pair)
+        return first, second
 
     @property
     def lasts(self) -> float:
         """The duration in s; 0 at a rate of 0, which the solver refuses."""
         target, rate, duration = self.step.target, self.step.rate, self.step.duration
+        if isinstance(self.step, FilmStep) and target is not None:
+            path = next((value for value in _flat(self.step.edges, self.step.electrodes) if isinstance(value, Path)), None)
+            if path is None and rate is not None and self.step.stretch is not None:
+                moves = [abs(end - begin) for begin, end in zip(self.edges, self.stretched, strict=True)]
+                return float(np.nanmax([*moves, 0.0])) / abs(_number(rate)) if rate != 0 else 0.0
+            target = path or target
         if isinstance(target, Path):
             return target.duration
         if rate is None:
@@ -57,13 +79,13 @@ class TimedStep:
     @property
     def after(self) -> float:
         """The prescribed value at the end."""
-        target = self.step.target
+        target = self.driven
         return self.before if target is None else _number(target.last if isinstance(target, Path) else target)
 
     @property
     def corners(self) -> list[tuple[float, float]]:
         """The values that it reaches in turn (for a waveform, in its first cycle), and the time to each value in s."""
-        target = self.step.target
+        target = self.driven
         if isinstance(target, Track):
             return list(zip(target.values().tolist(), np.diff(np.asarray(target.time), prepend=0.0).tolist(), strict=True))
         if isinstance(target, Waveform):
@@ -78,14 +100,28 @@ class TimedStep:
 
         Those that change the load and those that do not are never solved together, so that no result depends on the other cases.
         """
-        target = self.step.target
-        path: tuple[Any, ...] | None = None
-        if isinstance(target, Waveform):
-            path = target.shape, target.cycles
-        elif isinstance(target, Track):
-            path = np.asarray(target.time).tobytes(), np.asarray(target.value).tobytes()
+        target, step = self.driven, self.step
+        path = _shape_of(target)
         still = path is None and self.after == self.before
-        return target is None, self.step.rate is None, self.step.duration is None, self.step.duration == 0, still, path
+        shape = target is None, step.rate is None, step.duration is None, step.duration == 0, still, path
+        if not isinstance(step, FilmStep):
+            return shape
+        edges = step.edges if isinstance(step.edges, tuple) else (step.edges,)
+        named = step.circuit, step.stretch is None, step.charge is None, self.edges == self.stretched, not step.phase
+        alike = edges[0] == edges[-1] or isinstance(edges[0], Path)
+        return *shape, named, len(edges), alike, *((edge is None, _shape_of(edge)) for edge in (*edges, step.charge))
+
+
+def _shape_of(path: Any) -> tuple[Any, ...] | None:
+    """The properties of a path that those of other cases must have to be solved together; None for another value."""
+    if isinstance(path, Waveform):
+        return path.shape, path.cycles
+    return (np.asarray(path.time).tobytes(), np.asarray(path.value).tobytes()) if isinstance(path, Track) else None
+
+
+def _flat(*values: Any) -> list[Any]:
+    """The values, with those of pairs in their place."""
+    return [entry for value in values for entry in (value if isinstance(value, tuple) else (value,))]
 
 
 def joined(steps: Sequence[SolverStep]) -> SolverStep:
@@ -96,8 +132,10 @@ def joined(steps: Sequence[SolverStep]) -> SolverStep:
 
     def of_cases(values: Sequence[Any]) -> Any:
         path = values[0]
-        if path is None or isinstance(path, Track):
+        if path is None or isinstance(path, Track | str):
             return path
+        if isinstance(path, tuple):
+            return tuple(of_cases(axis) for axis in zip(*values, strict=True))
         if isinstance(path, Waveform):
             low, high, period = ([getattr(wave, name) for wave in values] for name in ("low", "high", "period"))
             return Waveform(low, high, period, path.cycles, path.shape)
@@ -115,9 +153,11 @@ def solver_steps(recipe: Any, inputs: Inputs) -> list[TimedStep]:
         inputs.read(recipe.load)
     timed: list[TimedStep] = []
     begin, present = 0.0, recipe.step[0].REST
+    edges = recipe.film.prestretch if getattr(recipe, "programme", False) else (1.0, 1.0)
     for index, step in enumerate(recipe.step):
         for of_solver in _of_recipe(index, step, recipe, inputs):
-            entry = TimedStep(of_solver, index, begin, present)
+            entry = TimedStep(of_solver, index, begin, present, edges)
+            edges = entry.stretched
             if of_solver.rate is not None and entry.lasts > 0 and not TIMES[0] <= entry.lasts <= TIMES[1]:
                 needed = f"from {TIMES[0]:g} to {TIMES[1]:g} s is needed"
                 raise InputError(f"the step takes {entry.lasts:.3g} s; {needed}", key=f"step[{index}].rate")
@@ -149,6 +189,8 @@ def _number(value: Any) -> float:
 
 def _of_recipe(index: int, step: Any, recipe: Any, inputs: Inputs) -> Iterable[SolverStep]:
     """A step of the recipe as the solver takes it; several steps for a table with jumps."""
+    if getattr(recipe, "programme", False):
+        return [_of_programme(index, step, recipe, inputs)]
     control = _control(recipe, step)
     make = STEPS[control]
     if step.hold is not None:
@@ -160,6 +202,65 @@ def _of_recipe(index: int, step: Any, recipe: Any, inputs: Inputs) -> Iterable[S
     _, value, rate, unit = step.aim()
     area = _area_for(unit, recipe)
     return [make(**{control: value / area}, rate=None if rate is None else rate / area, duration=step.duration)]
+
+
+def _of_programme(index: int, step: Any, recipe: Any, inputs: Inputs) -> FilmStep:
+    """A step of a programme of edges and electrodes as the solver takes it."""
+    if step.hold is not None:
+        return FilmStep(duration=step.hold)
+    if step.table is not None:
+        return FilmStep(**_film_tracks(index, step, recipe, inputs))
+    values: dict[str, Any] = {"circuit": step.circuit}
+    for key in ("stretch", "stress", "force"):
+        if (ends := getattr(step, key)) is None:
+            continue
+        low, high = (None if end is None else _at_edges(end, key, recipe) for end in ends)
+        if low is not None:
+            waves = [Waveform(a, b, step.period, step.cycles or 1, step.waveform) for a, b in zip(low, high or (), strict=True)]
+            values["stress" if key == "force" else key] = waves[0] if len(waves) == 1 else tuple(waves)
+        elif high is not None:
+            values["stress" if key == "force" else key] = high[0] if len(high) == 1 else high
+    if step.waveform is not None and step.high is not None:
+        values["voltage" if step.high[1] == VOLTAGE.unit else "charge"] = _cycling(step, recipe)
+        values["phase"] = step.phase or 0.0
+    elif step.voltage is not None:
+        values["voltage"] = step.voltage
+    elif step.charge is not None:
+        values["charge"] = step.charge[0] / _area_for(step.charge[1], recipe)
+    rate = None if step.rate is None else step.rate[0] / _area_for(step.rate[1].removesuffix("/s"), recipe)
+    return FilmStep(**values, rate=rate, duration=step.duration)
+
+
+def _at_edges(values: Sequence[float], key: str, recipe: Any) -> tuple[float, ...]:
+    """What the edges go to, a force as a nominal stress in Pa; in a mode of one axis, a pair has the values of both."""
+    if key != "force":
+        return tuple(values)
+    film = recipe.film
+    widths = [film.width[min(axis, len(film.width) - 1)] for axis in range(2)]
+    both = values if len(values) == 2 else (values[0],) * (1 if widths[0] == widths[1] or recipe.mode != "equibiaxial" else 2)
+    return tuple(value / (width * film.thickness) for value, width in zip(both, widths, strict=False))
+
+
+def _film_tracks(index: int, step: Any, recipe: Any, inputs: Inputs) -> dict[str, Any]:
+    """The columns of a table for edges and electrodes as tracks; by default its voltage."""
+    from dielast.io.cells import TextFormat
+    from dielast.io.text_table import read_measured
+
+    name, stated = step.table, step.columns.model_dump(exclude_none=True) if step.columns is not None else {}
+    points = read_measured(inputs.read(name), name, TextFormat(sheet=step.sheet))
+    time_column = stated.pop("time", "time")
+    found = dict[str, Any]()
+    with placed(lambda problem: problem.within(key=f"step[{index}].columns")):
+        points.find(time_column, "time")
+        time = ascending_times(points, name, column=time_column)
+        for role, column in (stated or {"voltage": "voltage"}).items():
+            points.find(column, role)
+            if role == "charge":
+                values = _charges(index, points, column, recipe)
+            else:
+                values = points.column(column, role, {"voltage": VOLTAGE, "stretch": NUMBER, "stress": STRESS}[role])
+            found[role] = Track(time, values)
+    return found
 
 
 def _followed(index: int, step: Any, recipe: Any, inputs: Inputs) -> Iterator[Track]:

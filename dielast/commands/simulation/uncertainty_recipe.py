@@ -8,6 +8,7 @@ from dielast.errors import InputError
 from dielast.material.scatter import DamageScatter, NormalScatter, Scatter, WeibullScatter, fewest_draws
 from dielast.recipe.fields import Area, RelativeDeviation, Section
 
+CONFIDENCE = 0.9
 SENSITIVITY_TEXT = (
     "Whether to write sensitivity.csv and its figure: what drives the time to failure. With [uncertainty]: the first-order and "
     "total share of each source of scatter (spectrum, shift, springs, permittivity, breakdown field, thickness and so on) in the "
@@ -40,6 +41,11 @@ class Uncertainty(Section):
         if self.draws < (fewest := fewest_draws(self.level)):
             wrong = f"{self.draws} are too few for an interval of level {self.level:g}: at least {fewest} are needed"
             raise InputError(wrong, key="draws")
+
+    @property
+    def assurance(self) -> float | None:
+        """The confidence of the life that a required share of films exceeds; None if no share is stated."""
+        return None
 
 
 class FieldScatter(Section):
@@ -130,6 +136,27 @@ class FilmUncertainty(Uncertainty):
         "the films of its material fails. The intervals are then those of the life that this share does not reach, with level as "
         "confidence.",
     )
+    confidence: float | None = Field(
+        None,
+        gt=0.5,
+        lt=1,
+        description="With failure_share: confidence with which the other films exceed the column assured_life, over the draws of "
+        "the material. Default: 0.9.",
+    )
+
+    def _check(self) -> None:
+        super()._check()
+        if self.confidence is None:
+            return
+        if self.failure_share is None:
+            raise InputError('needs failure_share, such as "5 %": the share of films that may fail before', key="confidence")
+        if self.draws < (fewest := fewest_draws(2 * self.confidence - 1)):
+            raise InputError(f"{self.draws} draws are too few for it: at least {fewest} are needed", key="confidence")
+
+    @property
+    def assurance(self) -> float | None:
+        """The confidence of the life that the other films exceed; None without a failure_share."""
+        return None if self.failure_share is None else self.confidence or CONFIDENCE
 
     def scatter(self) -> dict[str, Scatter | DamageScatter]:
         """The distributions by the quantity that scatters."""

@@ -164,9 +164,11 @@ class ExportSection(Section):
     temperature: Temperature | None = Field(None, description="Temperature of the cards for codes that cannot carry the shift law.")
 
     def _check(self) -> None:
+        wrong = Mistakes()
         if len(set(self.formats)) < len(self.formats):
-            raise InputError("formats must differ")
-        self.options()
+            wrong.append(Problem("formats must differ"))
+        wrong.tried(self.options)
+        Mistakes(problem.in_keys({problem.argument or "": problem.argument or ""}) for problem in wrong).refuse()
 
     def options(self) -> CardOptions:
         """The options as the library takes them."""

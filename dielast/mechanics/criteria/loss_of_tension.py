@@ -30,8 +30,9 @@ class LossOfTension(Criterion):
             scale = self._scale(films)
 
             def present(moment: Moment) -> Floats:
-                held = moment.controls[self.axis] is not Control.STRESS
-                return np.asarray(moment.tension[self.axis] / scale[moment.cases] if held else np.zeros(moment.cases.size))
+                if moment.controls[self.axis] is Control.STRESS:
+                    return np.full(moment.cases.size, np.nan)
+                return np.asarray(moment.tension[self.axis] / scale[moment.cases])
 
             return present
         if films.controls[self.axis] is Control.STRESS:

@@ -1,0 +1,61 @@
+"""The film of a table of voltage and stretch, and the columns of such a table."""
+
+from typing import Annotated
+
+from pydantic import AfterValidator, Field
+
+from dielast.commands.simulation.film_recipe import SHARE_TEXT, FilmBase, FilmSolver, Prestretch, Shares
+from dielast.errors import InputError
+from dielast.readings.specimen_recipe import MachineColumns
+from dielast.recipe.fields import WithUnit
+from dielast.recipe.file_fields import ColumnName
+from dielast.units import NUMBER, STRAIN, TIME, TIMES, VOLTAGE, VOLTAGE_RATE
+
+VOLTAGE_COLUMNS = {"voltage": VOLTAGE, "relative_stretch": NUMBER, "area_strain": STRAIN}
+"""Columns of actuated films alone."""
+
+
+def _range(values: tuple[float, ...]) -> tuple[float, ...]:
+    """One number, or the least and the largest value."""
+    if len(values) > 2 or (len(values) == 2 and not 0 < values[0] < values[1]):
+        raise InputError("one value is needed, or two that are above 0 and ascend: the least and the largest")
+    return values
+
+
+RampRates = Annotated[tuple[float, ...], WithUnit(VOLTAGE_RATE, above=0.0, many=True), AfterValidator(_range)]
+RelaxTimes = Annotated[tuple[float, ...], WithUnit(TIME, at_least=0.0, within=TIMES, many=True), AfterValidator(_range)]
+
+
+class TestColumns(MachineColumns):
+    """Columns of a table, where they have other names than usual."""
+
+    voltage: ColumnName | None = Field(None, description='Voltage of an actuated film. Default: "voltage".')
+    relative_stretch: ColumnName | None = Field(
+        None, description="Stretch of an actuated film along axis 1 over that before the voltage; instead of stretch."
+    )
+    area_strain: ColumnName | None = Field(
+        None, description="Relative change of the area of an actuated film since before the voltage; instead of stretch."
+    )
+
+
+class TestFilm(FilmBase):
+    """The film whose stretch was measured at voltages."""
+
+    prestretch: Prestretch = Field(
+        default_factory=lambda: (1.0, 1.0),
+        description="Equibiaxial prestretch, or a pair such as [3.0, 1.0].",
+        json_schema_extra={"default": 1.0},
+    )
+    relax: RelaxTimes = Field(  # type: ignore[assignment]
+        (0.0,),
+        validate_default=False,
+        description="Time at constant prestretch before the voltage; or two: unknown between these.",
+        json_schema_extra={"default": "0 s"},
+    )
+    electrode_share: Annotated[Shares, AfterValidator(_range)] | None = Field(
+        None, description=f"{SHARE_TEXT} Or two: unknown between these."
+    )
+
+    def _check(self) -> None:
+        super()._check()
+        self.check_boundary(FilmSolver())

@@ -1,0 +1,86 @@
+"""Read tables of voltage and stretch of an actuated film."""
+
+import numpy as np
+
+from dielast.calibration.voltage import QUANTITIES, VoltageTest
+from dielast.commands.calibrate.film_recipe import VOLTAGE_COLUMNS, TestFilm
+from dielast.commands.calibrate.recipe import TestData
+from dielast.commands.simulation.compare import rows_where
+from dielast.errors import InputError, located
+from dielast.io.files import Inputs
+from dielast.io.text_table import MeasuredTable, read_measured
+from dielast.simulate.film_setup import Film
+from dielast.units import NUMBER
+
+NAMES = {measure: (measure, f"{measure}_1") for measure in QUANTITIES}
+"""Usual names of columns, and those in results of actuate."""
+
+
+def read_voltage_test(test: TestData, inputs: Inputs, temperature: float, name: str) -> VoltageTest:
+    """The voltage test of a table; `temperature` in degC is the default. Raises `InputError` naming the file and the line."""
+    assert test.file is not None
+    assert test.film is not None
+    table = read_measured(inputs.read(test.file), test.file, test.text_format(), test.units)
+    rows = rows_where(table, test.where)
+    voltage = table.column(test.columns.voltage or "voltage", "voltage", VOLTAGE_COLUMNS["voltage"], rows)
+    measure, column = _measure(table, test)
+    stretch = table.column(column, measure, VOLTAGE_COLUMNS.get(measure, NUMBER), rows)
+    lines, film = table.lines[rows], test.film
+    least = -1.0 if measure == "area_strain" else 0.0
+    for row in np.flatnonzero(stretch <= least)[:1]:
+        raise InputError(f"{measure} {stretch[row]:g}: a number above {least:g} is needed", file=test.file, line=int(lines[row]))
+    rest = film.prestretch[0]
+    if measure != "area_strain" and stretch.size and rest > 1:
+        begins = float(stretch[int(np.argmin(np.abs(voltage)))])
+        relative = measure == "relative_stretch"
+        if bool(abs(np.log(begins)) > abs(np.log(begins / rest))) == relative:
+            other = "stretch" if relative else "relative_stretch"
+            what = "over that before the voltage" if relative else f"from the undeformed film, prestretched to {rest:g}"
+            wrong = f"{measure} {begins:g} at the lowest voltage is none {what}: state columns.{other}"
+            raise InputError(wrong, file=test.file)
+    at = temperature if test.temperature is None else test.temperature
+    with located(file=test.file):
+        return VoltageTest(
+            name,
+            voltage,
+            stretch,
+            _film(film),
+            np.array(test.ramp),
+            at,
+            np.array(film.relax) if len(film.relax) > 1 else None,
+            np.array(film.shares) if film.shares is not None and len(film.shares) > 1 else None,
+            measure,
+            test.specimen_id or name,
+        )
+
+
+def _measure(table: MeasuredTable, test: TestData) -> tuple[str, str | int]:
+    """What the table holds as stretch, and its column."""
+    stated = [(measure, column) for measure in QUANTITIES if (column := getattr(test.columns, measure)) is not None]
+    if len(stated) > 1:
+        raise table.error(f"columns.{' and columns.'.join(measure for measure, _ in stated)} are the same quantity: state one")
+    if stated:
+        return stated[0]
+    for measure in QUANTITIES:
+        for known in NAMES[measure]:
+            if table.has(known):
+                return measure, known
+    there = ", ".join(f'"{name}"' for name in table.names)
+    keys = ", ".join(f"columns.{measure}" for measure in QUANTITIES)
+    raise table.error(f"no column is called {', '.join(QUANTITIES)}; there are {there}: state one of {keys}")
+
+
+def _film(film: TestFilm) -> Film:
+    """The film as the library takes it; the middle of a range stands for an unknown condition."""
+    forces, widths = film.weights
+    prestretch = tuple(None if force is not None else value for value, force in zip(film.prestretch, forces, strict=True))
+    return Film(
+        film.thickness,
+        (prestretch[0], prestretch[1]),
+        film.prestretch_rate,
+        film.relax[0],
+        film.boundary,
+        None if film.shares is None else film.shares[0],
+        None if film.force is None else forces,
+        None if film.force is None else widths,
+    )
