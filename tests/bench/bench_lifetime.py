@@ -2,9 +2,28 @@
 
     python tests/bench/bench_lifetime.py [--repeats 200] [--law inverse-power power table] [--specimens 12 30] [--suspended 0 0.6]
 
-prints, for each laboratory, the share of repeats in which the 90 % interval of each quantity holds the truth. A repeat with
-fewer failures than parameters is drawn again. The last line is the time of a fit of 100 specimens with 200 draws, simulation
-included.
+prints, for each laboratory, the share of repeats in which the 90 % interval of each quantity holds the truth, and in brackets the
+share in which it has both ends. A repeat with fewer failures than parameters is drawn again. `--bias` prints what a power law of
+the voltage says of films that creep.
+
+Measured, 200 repeats with --seed 2026, in % (the standard error of 90 % is 2.1). Specimens that are suspended include films under
+constant voltages that a breakdown field lets survive.
+
+    law            specimens  suspended  field        exponent  shape  B10 at another voltage
+    inverse-power         12          0  92.5         88.0      90.0   90.0
+    inverse-power         12         58  95.0         89.5      92.0   95.0
+    inverse-power         30          0  90.5         88.0      89.0   87.0
+    power                 12         15  92.5         92.0      90.0   90.5
+    power                 12         61  95.5         95.0      91.0   91.5
+    power                 30         15  92.0         91.0      88.5   89.5
+    power                 30         65  90.5         90.0      90.0   89.0
+    power                100         15  88.0         89.0      90.0   88.0
+    table                 12         17  90.5, 86.0             88.0   88.0
+    table                 12         62  94.0, 95.0             90.5   95.0
+    table                 30         16  91.5, 89.5             88.5   87.5
+    table                 30         67  90.0, 92.5             90.5   87.0
+    table                100         16  88.0, 92.0             92.0   90.5
+    table                100         66  91.0, 88.0             90.5   91.0
 """
 
 import argparse
