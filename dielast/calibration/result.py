@@ -202,6 +202,19 @@ def calibrate(
     """
     fewest_draws(level)  # refuses what is no probability
     fit = fit_material(material, tests, free, starts=starts, specimen_scatter=specimen_scatter, watch=watch)
+    return assessed(fit, validate=validate, draws=draws, seed=seed, level=level, watch=watch)
+
+
+def assessed(
+    fit: Fit,
+    *,
+    validate: Sequence[Experiment] = (),
+    draws: int = 200,
+    seed: int = 1,
+    level: float = LEVEL,
+    watch: Watch | None = None,
+) -> Calibration:
+    """The uncertainty of a fit, and the comparison with all tests; arguments as those of `calibrate`."""
     likelihood, misfit = likelihood_of(fit), fit.misfit
     report: Watch = watch or (lambda *progress: None)
     profiles: tuple[Profile, ...] = ()

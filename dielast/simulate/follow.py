@@ -19,6 +19,8 @@ from dielast.numerics.stride import Stride
 from dielast.simulate.cycles import CycleMeter
 from dielast.simulate.record import Recorder
 
+MANY = 100  # spans of a piece of load that are worth a progress bar
+
 
 @dataclass(slots=True, eq=False)
 class Course:
@@ -55,6 +57,16 @@ class Course:
                 self.stepper.run(self._observe, None if keep is None else partial(keep, self))
             self._end()
             self.index += 1
+
+    def show(self, progress: Callable[[int, int, str], None]) -> None:
+        """Call `progress` with the finished number, the total number and the plural of the cycles, or the rows of a table, of a
+        piece that has many.
+        """
+        if self.stepper is None or self.piece is None or self.piece.spans < MANY:
+            return
+        at, count = self.stepper.at, self.piece.cycles or self.piece.spans
+        done = int(at.span[self.stepper.active].min(initial=self.piece.spans)) * count // self.piece.spans
+        progress(done, count, "cycles" if self.piece.cycles else "rows of the load")
 
     def _observe(self, stride: Stride) -> Flags | None:
         observers = [observer for observer in (self.watch, *self.recorders, self.meter) if observer is not None]

@@ -161,6 +161,32 @@ class FitOptions(Section):
     )
 
 
+def _tried(value: Any) -> Any:
+    from dielast.calibration.spring_pairs import pairs_of
+
+    entries = value if isinstance(value, list) else [value]
+    if not entries or not all(
+        isinstance(name, str) for entry in entries for name in (entry if isinstance(entry, list) else [entry])
+    ):
+        raise InputError('"all", or a list of laws and of pairs of laws, such as ["gent", ["yeoh", "gent"]], is needed')
+    return pairs_of(value)
+
+
+_NAMES = {"type": "array", "items": {"type": "string"}, "minItems": 1}
+_LAWS = {"anyOf": [{"const": "all"}, {"type": "array", "items": {"anyOf": [{"type": "string"}, _NAMES]}, "minItems": 1}]}
+
+
+class SpringTrials(Section):
+    """Laws of springs to try in the place of those of the material."""
+
+    try_: Annotated[list[tuple[str, str]], PlainValidator(_tried), WithJsonSchema(_LAWS)] = Field(
+        alias="try",
+        description='"all"; or a list of laws, each of which is tried for the equilibrium spring and for the branches, with pairs '
+        'such as ["gent", "neo-hookean"], the equilibrium spring first. All pairs are fitted and ranked by cross-validation; the '
+        "constants of their shapes are free, between bounds by the stretches of the tests.",
+    )
+
+
 class PosteriorOptions(Section):
     """Draws of the material for `[uncertainty]` of simulations."""
 
@@ -212,6 +238,7 @@ class CalibrateRecipe(RecipeBase):
         "for an exponent of Ogden's law without them, half-way to the starts of the terms next to it in size. "
         "A value that ends at a bound is warned of."
     )
+    springs: SpringTrials | None = Field(None, description="Laws of springs to try in the place of those of the material.")
     fit: FitOptions = Field(FitOptions(), description="How the fit is done.")
     uncertainty: PosteriorOptions = Field(PosteriorOptions(), description="Draws of the material.")
 
