@@ -6,11 +6,12 @@ import re
 import subprocess
 import tomllib
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
-from machines import Machine, cycles, hold, softened
+from machines import QUIET, Machine, cycles, hold, softened
 
 from dielast import Gent, Material, NoShift, Spectrum, read_draws, read_material
 from dielast.commands.inspect import warnings_of
@@ -459,3 +460,25 @@ def test_a_factor_beside_the_moduli_is_said_with_the_other_mistakes(dielast: Run
     (tmp_path / "r.toml").write_text(HEAD + TEST + free)
     lines = dielast("calibrate", "r.toml").stderr.splitlines()
     assert [line.split(": ")[1] for line in lines] == ['free."nonequilibrium.scale"', 'free."equilibrium.J_lim"']
+
+
+def test_slack_specimens_are_named_with_their_stretch_and_counted(dielast: Run, tmp_path: Path) -> None:
+    truth = Material("t", 22e3, Spectrum([300.0, 8.0], [16e3, 35e3]), NoShift(20.0), Gent(110.0), Gent(55.0))
+    made = cycles(truth, replace(QUIET, noise=0.003), np.random.default_rng(2), count=1)
+    (tmp_path / "loop.csv").write_text(made.table())
+    loop = f'[[test]]\nfile = "loop.csv"\n{SPECIMEN}\n'
+    (tmp_path / "r.toml").write_text(
+        HEAD + loop + 'label = "loop"\n' + loop + 'label = "pushed"\nslack = "pushes"\n' + FREE + QUICK
+    )
+    done = dielast("calibrate", "r.toml", "--plot", "none", "-q")
+    assert done.returncode == 0, done.stderr
+    said = r"specimens go slack when they are unloaded, and bear nothing: loop up to a stretch of 1\.\d+ \((\d+) of 121 points\); where"
+    named = re.search(said, done.stderr)
+    assert named, done.stderr
+    tests = parse_csv((tmp_path / "r/tests.csv").read_bytes(), "tests")
+    assert [int(count) for count in tests["slack_points [1]"]] == [int(named[1]), 0]
+    assert int(named[1]) > 5
+    loose, pushed = (float(error) for error in tests["rms_relative_error [1]"])
+    assert loose < pushed
+    (tmp_path / "r.toml").write_text(HEAD + loop + 'slack = "gives"\n' + FREE + QUICK)
+    assert "test[0].slack" in dielast("calibrate", "r.toml").stderr
