@@ -101,6 +101,25 @@ def test_a_film_that_shrinks_in_an_open_circuit() -> None:
         assert leaking.voltage[0] == pytest.approx(THICKNESS * charge / (EPS * area**2), rel=1e-8)
 
 
+def test_a_circuit_that_closes_again() -> None:
+    """The source is at its last voltage, at once; behind a resistance the charge of a held film follows as exp(-t/(r C))."""
+    steps = [
+        FilmStep(stretch=3.0, duration=1.0),
+        FilmStep(voltage=VOLTAGE, duration=0.5),
+        FilmStep(circuit="open", stretch=2.0, duration=1.0),
+        FilmStep(circuit="closed", duration=2.0),
+    ]
+    times = np.array([2.5001, 3.0, 4.5])
+    assert run(steps, times=times).voltage[0] == pytest.approx(VOLTAGE, rel=1e-12)
+    resistance = 1e7
+    late = run(steps, times=[2.5, *times], resistance=resistance, electrode_area=AREA)
+    constant_of_circuit = resistance * AREA / THICKNESS * EPS * 16
+    begin = late.voltage[0, 0]
+    assert begin > 2 * VOLTAGE
+    wanted = VOLTAGE + (begin - VOLTAGE) * np.exp(-(times - 2.5) / constant_of_circuit)
+    assert late.voltage[0, 1:] == pytest.approx(wanted, rel=1e-7)
+
+
 @pytest.mark.parametrize(("mode", "power"), [("equibiaxial", 3), ("pure-shear", 1)])
 def test_the_blocked_force_is_less_by_the_maxwell_stress(mode: str, power: int) -> None:
     held = run([FilmStep(stretch=2.0, duration=1.0), FilmStep(voltage=VOLTAGE, duration=0.5)], mode=mode, times=[1.0, 1.2, 1.5])
