@@ -42,7 +42,7 @@ Every key of a recipe and of a material file; `tests/cli/readme.py` writes this 
 with a dimension is text with its unit, such as `"2.5 kV"`; bare numbers are dimensionless. A path is relative to the file that
 states it; `example:NAME` is a file that ships with dielast. `step[].rate` is the key `rate` of each `[[step]]`; a key can be set
 from the command line by its path and number, `--set step.0.rate='0.1 /s'`. Entries of a recipe are counted from 0 everywhere, in
-keys, messages, figures and tables: the first `[[step]]` is `step.0` in a sweep and `step[0]` in a message, the first case is case 0.
+keys, messages, figures and tables: the first `[[step]]` is `step.0` in a sweep and `step[0]` in a message, the first case is 0.
 Columns, sheets and steps of an instrument's export have the numbers that a spreadsheet shows, from 1; cycles as well.
 """
 _BLOCK = re.compile(r"(?<=```console\n).*?(?=```)", re.DOTALL)
