@@ -16,7 +16,8 @@ def main() -> None:
     gc.disable()  # until the modules of a run are loaded: loading makes no garbage, and is faster
     os.environ["MPLBACKEND"] = "agg"  # figures go to files; MPLBACKEND of a notebook would not load here
     for library in ("OPENBLAS", "OMP", "MKL"):  # matrices are small: threads cost more than they gain, and change the rounding
-        os.environ.setdefault(f"{library}_NUM_THREADS", "1")
+        os.environ[f"{library}_NUM_THREADS"] = "1"
+    os.environ.pop("SOURCE_DATE_EPOCH", None)  # figures hold no dates, and matplotlib stops at one that is no whole number
     os.environ["PYDANTIC_DISABLE_PLUGINS"] = "__all__"  # the search for them takes half as long as loading pydantic
     from dielast.cli.app import application
     from dielast.cli.help import UsageError, report_usage

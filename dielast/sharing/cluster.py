@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 from dielast.errors import InputError, and_more
 from dielast.registry import adopt, adopted
 from dielast.sharing.execution import Chunk, Plan, Solve, Solved
-from dielast.sharing.versions import VERSIONS
+from dielast.sharing.kept import VERSIONS
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -103,6 +103,8 @@ def _connected(scheduler: str, silence: float) -> Iterator[Client]:
         except (ValueError, TypeError, RuntimeError) as error:
             reason = "Dask lacks what this kind of address needs" if "abstract class" in str(error) else str(error)
             raise InputError(f"no Dask scheduler can be reached at this address: {reason}", file=scheduler) from None
+        except Exception:  # what another program answers may be taken for a message of any length and kind
+            raise InputError("what answers at this address is no Dask scheduler", file=scheduler) from None
         if kind != "Scheduler":
             raise InputError(f"the address is that of a Dask {kind.lower()}; that of a scheduler is needed", file=scheduler)
         with distributed.Client(address, set_as_default=False) as client:
