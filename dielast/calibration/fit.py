@@ -5,17 +5,19 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from dielast.calibration.efficient import efficient
 from dielast.calibration.estimate import estimate
 from dielast.calibration.experiment import Experiment, relative_error
 from dielast.calibration.laboratory import Laboratory
 from dielast.calibration.levenberg import MOST_ITERATIONS, Watcher, minimise
 from dielast.calibration.parameters import Free, ParameterSpace, parameter_space, with_conditions
-from dielast.calibration.problem import FitProblem, Weighting, smooth_branches
-from dielast.calibration.scatter import FIRST_LENGTH, FIRST_SHARE, USUAL_SCATTER, Curves, Scatter, about_factors
+from dielast.calibration.problem import FitProblem, smooth_branches
+from dielast.calibration.scatter import FIRST_LENGTH, FIRST_SHARE, USUAL_SCATTER, Curves, Scatter, Whitening, about_factors
+from dielast.calibration.weighting import Weighting
 from dielast.errors import InputError, NumericsError
 from dielast.io.result import Result
 from dielast.material.material import Material
-from dielast.numerics.arrays import Flags, Floats
+from dielast.numerics.arrays import Flags, Floats, rms
 
 STARTS = 8
 INSIDE = 0.1  # least distance of starts from the bounds, as a share of the range
@@ -42,6 +44,8 @@ class Fit(Result):
     curves: Curves
     slopes: Floats
     start_cost: Floats
+    weighting: Weighting | Whitening
+    """The weighting of points in the fit."""
     finished: bool = True
     left_out: tuple[str, ...] = ()
     """Tests that the material of no start can follow."""
@@ -63,6 +67,15 @@ class Fit(Result):
         """The relative rms error over all fitted tests."""
         tests = self.problem.laboratory.tests
         return relative_error(tests, self.curves.split(self.curves.differences))
+
+    @property
+    def explained(self) -> float:
+        """The share of the variance that the fit explains, over all fitted tests."""
+        tests = self.problem.laboratory.tests
+        mixed = len({test.unit for test in tests}) > 1
+        sizes = np.concatenate([np.full(test.measured.size, rms(test.measured) if mixed else 1.0) for test in tests])
+        miss, measured = self.curves.differences / sizes, self.curves.measured / sizes
+        return 1 - float(np.mean(np.square(miss)) / np.var(measured))
 
     @property
     def same_share(self) -> float:
@@ -168,8 +181,9 @@ def _fit(problem: FitProblem, start: Floats, specimen_scatter: float | None, wat
         return estimate(curves, curves.differences, weight, slopes, problem.prior, scatter.specimen, stated)
 
     finished, ends = True, np.zeros(1)
+    weighting: Weighting | Whitening = Weighting.of(curves, scatter)
     try:
-        solutions = minimise(problem.weighted(curves, scatter), start, bounds, watch=watcher("starts"))
+        solutions = minimise(problem.weighted(curves, weighting), start, bounds, watch=watcher("starts"))
         if not np.isfinite(solutions.cost[solutions.best]):
             raise NumericsError(f"no start can follow all tests{_furthest(problem.laboratory.tests)}")
         ends, best = solutions.cost, solutions.coordinates[solutions.best]
@@ -178,15 +192,22 @@ def _fit(problem: FitProblem, start: Floats, specimen_scatter: float | None, wat
             slopes = problem.slopes(best)
             scatter = estimated(slopes)
             problem = replace(problem, smoothness=smooth_branches(problem, curves, scatter, slopes, best))
-            refined = problem.weighted(about_factors(curves, scatter), scatter)
+            weighting = Weighting.of(curves, scatter)
+            refined = problem.weighted(about_factors(curves, scatter), weighting)
             best = minimise(refined, best[None], bounds, watch=watcher("refined")).coordinates[0]
     except KeyboardInterrupt:
         finished = False
     curves = problem.curves(best)
+    if finished and np.all(np.isfinite(np.concatenate(curves.model))):
+        slopes = problem.slopes(best)
+        scatter, lower, upper = estimated(slopes), *bounds
+        if (better := efficient(problem, curves, scatter, slopes, best, (best > lower) & (best < upper))) is not None:
+            best, weighting = better
+            curves = problem.curves(best)
     if not np.all(np.isfinite(np.concatenate(curves.model))):
         raise KeyboardInterrupt
     slopes = problem.slopes(best)
-    return Fit(problem, best, estimated(slopes) if finished else scatter, curves, slopes, ends, finished)
+    return Fit(problem, best, estimated(slopes) if finished else scatter, curves, slopes, ends, weighting, finished)
 
 
 def _furthest(tests: Sequence[Experiment]) -> str:

@@ -1,6 +1,6 @@
 """Laws side by side: how well each predicts a test that it was not fitted to, and in which modes its springs are stable."""
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -8,18 +8,34 @@ import numpy as np
 from dielast.calibration.experiment import relative_error
 from dielast.calibration.fit import Fit
 from dielast.calibration.levenberg import minimise
+from dielast.calibration.scatter import level_of
+from dielast.calibration.weighting import Weighting
 from dielast.io.result import Result
 from dielast.material.material import Material
 from dielast.material.springs.stable_range import SECOND, stable_range
+from dielast.numerics.arrays import Floats
+from dielast.numerics.random_streams import stream
 
 MOST_FOLDS = 12
+STEADY = 0.5  # share of the squared level that is that of the whole curve
+BOOTSTRAPS = 2000
 ITERATIONS = 12
 PRECISE = 1e-4
 
 
-def cross_validation_error(fit: Fit) -> float | None:
-    """The `relative_error` over all points where each test of a fit is predicted from fits to the others, all at once (Stone
-    1974); tests of one specimen are left out together if there are several specimens. None for a single test.
+@dataclass(frozen=True, slots=True, eq=False)
+class CrossValidation:
+    """The errors of tests that are predicted from fits to the others: the `relative_error` over all points, and the mean `square`
+    (tests,) of each test's differences over the level of its curve.
+    """
+
+    relative_error: float
+    square: Floats
+
+
+def cross_validation(fit: Fit) -> CrossValidation | None:
+    """Predict each test of a fit from fits to the others, all at once (Stone 1974); tests of one specimen are left out together if
+    there are several specimens. None for a single test.
     """
     tests, curves = fit.problem.laboratory.tests, fit.curves
     specimens = np.unique(curves.specimen)
@@ -30,11 +46,39 @@ def cross_validation_error(fit: Fit) -> float | None:
         return None
     chosen = (fold[None, :] != np.arange(folds)[:, None]).astype(float)
     start = np.repeat(fit.coordinates[None], folds, axis=0)
-    residuals = fit.problem.weighted(curves, fit.scatter, chosen)
+    residuals = fit.problem.weighted(curves, Weighting.of(curves, fit.scatter), chosen)
     solutions = minimise(residuals, start, fit.space.bounds, iterations=ITERATIONS, settled=PRECISE)
     answers = fit.problem.answers_of_tests(solutions.coordinates)
     misses = [answers[k][fold[k]] - values for k, values in enumerate(curves.values)]
-    return relative_error(tests, misses)
+    levels = [level_of(values, STEADY) for values in curves.values]
+    square = [np.mean(np.square(miss / (wide * level))) for miss, wide, level in zip(misses, curves.wide, levels, strict=True)]
+    return CrossValidation(relative_error(tests, misses), np.array(square))
+
+
+def cross_validation_error(fit: Fit) -> float | None:
+    """The relative error of a `cross_validation`, None for a single test."""
+    found = cross_validation(fit)
+    return None if found is None else found.relative_error
+
+
+def law_weights(found: Sequence[CrossValidation], pieces: Floats) -> Floats:
+    """The weight (laws,) of each law, from its cross-validation over tests with so many independent `pieces` (tests,).
+
+    They are those of pseudo Bayesian model averaging (Yao et al. 2018, DOI 10.1214/17-BA1091): the densities of the tests that were
+    left out, multiplied, and averaged over the Bayesian bootstrap of the tests, so that few tests do not decide.
+    """
+    square = np.array([each.square for each in found])
+    # the size of the error is not known: the density of m pieces goes with its root mean square to the power -m
+    density = -0.5 * pieces * np.log(square)
+    share = stream(1, "laws").dirichlet(np.ones(pieces.size), BOOTSTRAPS) * pieces.size
+    total = share @ density.T
+    weight = np.exp(total - np.max(total, axis=1, keepdims=True))
+    return np.asarray(np.mean(weight / np.sum(weight, axis=1, keepdims=True), axis=0))
+
+
+def pieces_of(fit: Fit) -> Floats:
+    """The number (tests,) of independent pieces of each curve, at least 1."""
+    return np.maximum([float(place[-1]) / fit.scatter.piece for place in fit.curves.places], 1.0)
 
 
 @dataclass(frozen=True, slots=True)

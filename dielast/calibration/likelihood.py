@@ -1,7 +1,8 @@
 """The likelihood of the parameters about a fit, and their standard errors.
 
-The fit is by least squares with a fixed weighting, of points and of the factors of specimens (`problem`). Its uncertainty follows
-from the covariance of all measured values (`scatter`), and holds whether or not the weighting agrees with this covariance. With
+The fit is by least squares with a fixed weighting: of points and of the factors of specimens (`weighting`), or, where that can be
+believed, by the estimated covariance (`efficient`). Its uncertainty follows from the covariance of all measured values (`scatter`),
+and holds whether or not the weighting agrees with this covariance. With
 weighted differences z, their covariance M, and the projection P on the space of the derivatives of z by the parameters at the fit,
 the likelihood has the covariance
 
@@ -27,8 +28,9 @@ from scipy.special import fdtrc, fdtri
 from dielast.calibration.estimate import Left, basis_of, likely
 from dielast.calibration.fit import Fit
 from dielast.calibration.levenberg import Residuals
-from dielast.calibration.problem import FitProblem, Weighting, root_of
+from dielast.calibration.problem import FitProblem, root_of
 from dielast.calibration.scatter import Curves, Scatter, Scatters, covariance_of
+from dielast.calibration.weighting import Weighting
 from dielast.numerics.arrays import Cases, Flags, Floats
 from dielast.numerics.roots import fall
 
@@ -85,8 +87,7 @@ class Likelihood:
 def likelihood_of(fit: Fit, scatters: Scatters | None = None) -> Likelihood:
     """The likelihood about a fit; `scatters` are the possible scatters, by default those that the curves make likely."""
     problem, curves = fit.problem, fit.curves
-    weighting = Weighting.of(curves, fit.scatter)
-    weight = weighting.weight
+    weighting, weight = fit.weighting, Weighting.of(curves, fit.scatter).weight
     if scatters is None:
         scatters = likely(curves, curves.differences, weight, fit.slopes, problem.prior, fit.scatter)
     slopes = weighting(fit.slopes.T).T

@@ -121,6 +121,7 @@ class Calibration(TabularResult):
             Column("unit", None, [comparison.test.unit for comparison in every]),
             Column("specimen_factor", "1", np.array([factors.get(comparison.test.specimen, np.nan) for comparison in every])),
             Column("rms_voltage_error", "1", np.array([comparison.rms_voltage_error for comparison in every])),
+            Column("slack_points", "1", np.array([np.count_nonzero(comparison.slack) for comparison in every])),
             Column("left_out_points", "1", np.array([comparison.test.unused.shape[1] for comparison in every])),
         ]
 
@@ -201,6 +202,19 @@ def calibrate(
     """
     fewest_draws(level)  # refuses what is no probability
     fit = fit_material(material, tests, free, starts=starts, specimen_scatter=specimen_scatter, watch=watch)
+    return assessed(fit, validate=validate, draws=draws, seed=seed, level=level, watch=watch)
+
+
+def assessed(
+    fit: Fit,
+    *,
+    validate: Sequence[Experiment] = (),
+    draws: int = 200,
+    seed: int = 1,
+    level: float = LEVEL,
+    watch: Watch | None = None,
+) -> Calibration:
+    """The uncertainty of a fit, and the comparison with all tests; arguments as those of `calibrate`."""
     likelihood, misfit = likelihood_of(fit), fit.misfit
     report: Watch = watch or (lambda *progress: None)
     profiles: tuple[Profile, ...] = ()

@@ -21,9 +21,13 @@ def main() -> None:
     os.environ["PYDANTIC_DISABLE_PLUGINS"] = "__all__"  # the search for them takes half as long as loading pydantic
     from dielast.cli.app import application
     from dielast.cli.help import UsageError, report_usage
+    from dielast.errors import InputError
 
     try:
         code = application(sys.argv[1] if len(sys.argv) > 1 else None)(prog_name="dielast", standalone_mode=False)
+    except InputError as error:  # of an installed package that has the command
+        print(error, file=sys.stderr)
+        code = 2
     except UsageError as error:
         code = report_usage(error)
     except OSError as error:  # from printing the help or the version; commands report such errors themselves

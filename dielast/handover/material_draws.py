@@ -1,9 +1,10 @@
 """The draws of a material: a table beside the material file, with one row for each draw."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path, PurePosixPath
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,11 +12,14 @@ from numpy.typing import NDArray
 from dielast.errors import InputError, located
 from dielast.handover.material_file import parse_file
 from dielast.io.files import EXAMPLE, Inputs, read_file, resolve
-from dielast.io.table import Column, Table, finite_columns
+from dielast.io.table import Column, Table, as_number, finite_columns, parse_csv
 from dielast.material.material import Material, constants_of, material_of, numbers_of
 from dielast.material.spectrum import Spectrum
+from dielast.material.springs import SPRINGS, SpringLaw
 
 EQUILIBRIUM = "equilibrium_shear_modulus"
+LAWS = ("equilibrium_law", "nonequilibrium_law")
+_SPRINGS = ("equilibrium", "nonequilibrium")
 _OWN = (
     "shift",
     "equilibrium.shear_modulus",
@@ -28,31 +32,56 @@ _FURTHER = re.compile(r"(?P<section>[a-z]+)\.(?P<key>\w+?)(_(?P<place>\d+))? \[[
 
 
 def draw_columns(number: NDArray[np.int64], materials: Sequence[Material]) -> Table:
-    """The table of draws of one material, which share their number of branches and their laws.
+    """The table of draws of one material, which share their number of branches and their laws but those of springs.
 
     `number` (draws,) holds the number of each draw. Columns of further constants that differ between draws are named by their path
-    in a material file; entries of lists are numbered from 1.
+    in a material file; entries of lists are numbered from 1. Where the laws of springs differ, columns hold their names, and a
+    constant that a law does not have is NaN.
     """
-    laws = [material.shift.drawn() for material in materials]
+    laws, pairs = [material.shift.drawn() for material in materials], {_pair(material) for material in materials}
     moduli = np.array([material.spectrum.shear_modulus for material in materials])
     times = np.array([material.spectrum.relaxation_time for material in materials])
     return [
         Column("draw", None, number),
+        *([] if len(pairs) == 1 else _law_columns(materials)),
         Column(EQUILIBRIUM, "Pa", np.array([material.equilibrium_modulus for material in materials])),
         *(Column(name, unit, np.array([law[name, unit] for law in laws])) for name, unit in laws[0]),
         *(Column(f"shear_modulus_{k + 1}", "Pa", column) for k, column in enumerate(moduli.T)),
         *(Column(f"relaxation_time_{k + 1}", "s", column) for k, column in enumerate(times.T)),
-        *_further(materials),
+        *(_further(materials) if len(pairs) == 1 else _of_several_laws(materials)),
     ]
 
 
-def _further(materials: Sequence[Material]) -> Table:
-    """The columns of all other constants that differ between the materials."""
+def _pair(material: Material) -> tuple[str, str]:
+    return material.equilibrium_law.name, material.nonequilibrium_law.name
+
+
+def _law_columns(materials: Sequence[Material]) -> Table:
+    """The names of the laws of both kinds of springs."""
+    return [Column(name, None, list(names)) for name, names in zip(LAWS, zip(*map(_pair, materials), strict=True), strict=True)]
+
+
+def _of_several_laws(materials: Sequence[Material]) -> Table:
+    """The further columns of materials with different laws of springs, each law in turn."""
+    found: dict[str, Column] = {}
+    for pair in dict.fromkeys(map(_pair, materials)):
+        rows = [row for row, material in enumerate(materials) if _pair(material) == pair]
+        for column in _further([materials[row] for row in rows], _SPRINGS):
+            values = np.full(len(materials), np.nan)
+            if column.name in found:
+                values = np.asarray(found[column.name].values, dtype=float)
+            values[rows] = column.values
+            found[column.name] = Column(column.name, column.unit, values)
+    return list(found.values())
+
+
+def _further(materials: Sequence[Material], every: Sequence[str] = ()) -> Table:
+    """The columns of all other constants that differ between the materials, and of all constants in the sections `every`."""
     numbers, columns = [numbers_of(material) for material in materials], []
     for section, constants in constants_of(materials[0]).items():
         keys = [key for key in constants if section not in _OWN and f"{section}.{key}" not in _OWN and key in numbers[0][section]]
         values = {key: np.array([np.atleast_1d(stated[section][key]) for stated in numbers], dtype=float) for key in keys}
-        if all(np.all(drawn == drawn[0]) for drawn in values.values()):
+        if section not in every and all(np.all(drawn == drawn[0]) for drawn in values.values()):
             continue
         # all constants of the law, as some of them may be relative to a modulus
         for key, drawn in values.items():
@@ -65,8 +94,10 @@ def _further(materials: Sequence[Material]) -> Table:
 def parse_draws(content: bytes, source: str, material: Material) -> tuple[Material, ...]:
     """The draws of `material` in the bytes of their table; raises `InputError` if they do not fit this material.
 
-    A table without relaxation times takes those of the material.
+    A table without relaxation times takes those of the material. Draws may have spring laws of their own.
     """
+    if f",{','.join(LAWS)},".encode() in content.partition(b"\n")[0]:
+        return _of_own_laws(content, source, material)
     law = material.shift.drawn_headers()
     count = len(material.spectrum)
     first_line = content.split(b"\n", 1)[0].decode(errors="replace")
@@ -94,6 +125,33 @@ def parse_draws(content: bytes, source: str, material: Material) -> tuple[Materi
             member = replace(material, equilibrium_modulus=float(values[0]), spectrum=spectrum, shift=shift)
             members.append(_with_further(member, further, others.tolist()) if further else member)
     return tuple(members)
+
+
+def _of_own_laws(content: bytes, source: str, material: Material) -> tuple[Material, ...]:
+    """The draws of a table that names the laws of their springs: those of each pair of laws are a table of their own."""
+    cells = parse_csv(content, source)
+    pairs = list(zip(*(cells.pop(name) for name in LAWS), strict=True))
+    found: dict[int, Material] = {}
+    for pair in dict.fromkeys(pairs):
+        rows = [row for row, other in enumerate(pairs) if other == pair]
+        own = {header: [values[row] for row in rows] for header, values in cells.items()}
+        own = {header: values for header, values in own.items() if any(value not in ("", "nan") for value in values)}
+        part = "\n".join(",".join(row) for row in (own, *zip(*own.values(), strict=True))) + "\n"
+        with located(file=source):
+            laws = [_law_of(name, section, own, f"{EQUILIBRIUM} [Pa]") for name, section in zip(pair, _SPRINGS, strict=True)]
+        member = replace(material, equilibrium_law=laws[0], nonequilibrium_law=laws[1])
+        found |= zip(rows, parse_draws(part.encode(), source, member), strict=True)
+    return tuple(found[row] for row in sorted(found))
+
+
+def _law_of(name: str, section: str, columns: Mapping[str, list[str]], modulus: str) -> SpringLaw:
+    """The law of a spring with the constants in the first row of the `columns`."""
+    kind, stated = SPRINGS[name], dict[str, Any]()
+    for header, values in columns.items():
+        if (match := _FURTHER.fullmatch(header)) and match["section"] == section and match["key"] in kind.file_keys():
+            value = as_number(values[0])
+            stated[match["key"]] = (*stated.get(match["key"], ()), value) if match["place"] else value
+    return kind.of_file(stated, as_number(columns[modulus][0]) if section == "equilibrium" and kind.takes_modulus else None)
 
 
 def further_constants(content: bytes) -> list[str]:

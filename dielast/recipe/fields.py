@@ -18,6 +18,7 @@ from pydantic_core import CoreSchema, core_schema
 
 from dielast import units
 from dielast.errors import InputError, shown
+from dielast.registry import adopt
 from dielast.units import Dimension
 
 
@@ -146,7 +147,7 @@ class OneOf:
 
     def read(self, value: Any) -> str:
         """The text; raises `InputError`."""
-        if value not in self.names():
+        if value not in self.names() and not (adopt(value) and value in self.names()):
             *first, last = map(shown, self.names())
             raise InputError(f"{shown(value)}: one of {' or '.join(filter(None, (', '.join(first), last)))} is needed")
         return str(value)

@@ -80,10 +80,7 @@ SURVIVAL = 3.0  # s that a process may outlive the run that started it
 
 
 def command(kind: str, recipe: Path, out: Path, *more: str, slow: bool = False) -> list[str]:
-    """The command line of a run, perhaps with slow moves of files.
-
-    `kind` may have options with it, and after a plus the name of one of the `STUDIES`.
-    """
+    """The command line of a run, perhaps with slow moves of files; `kind` may have options, and after a plus one of `STUDIES`."""
     name, *options = kind.partition("+")[0].split()
     launch = [sys.executable, "-c", SLOW * slow + "from dielast.cli import main; main()"]
     return [*launch, name, str(recipe), "-q", "-o", str(out), *options, *more]

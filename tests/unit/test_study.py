@@ -34,9 +34,10 @@ from dielast.material.material import Breakdown, Material
 from dielast.material.shift import NoShift
 from dielast.material.spectrum import Spectrum
 from dielast.material.springs import Gent
-from dielast.sharing import processes, study
+from dielast.sharing import kept as store_of, processes, study
 from dielast.sharing.execution import Execution
-from dielast.sharing.study import Draws, Study, Work, load, packed
+from dielast.sharing.kept import Kept, load
+from dielast.sharing.study import Draws, Study, Work
 from dielast.simulate.map_plan import MapPlan, SolvedCells, solve_cells
 
 BRANCH = Spectrum(np.array([100.0]), np.array([9e4]))
@@ -142,13 +143,13 @@ def test_a_simulation_goes_on_within_a_step_of_its_load(name: str, tmp_path: Pat
         if len(said) % 23 == 22:
             raise KeyboardInterrupt
 
-    for run in range(1, 100):  # noqa: B007
+    for _ in range(100):
         try:
             resumed = files(Execution(folder=tmp_path, keep=interrupt))
             break
         except KeyboardInterrupt:
             assert "under way" in said[-1]
-    assert run > 2
+    assert len(said) > 2 * 23
     assert resumed == whole
 
 
@@ -175,7 +176,7 @@ def test_an_interrupt_begins_no_more_chunks(monkeypatch: pytest.MonkeyPatch) -> 
 
     with pytest.raises(KeyboardInterrupt):
         Study(Execution(jobs=2, progress=interrupt, keep=kept.append)).solve(CELLS, plan, plan.chunks(1))
-    assert kept == ["none of the cells was solved yet; the same command begins anew"]  # and none has a folder to be kept in
+    assert kept == [study.NOTHING_KEPT]  # and none has a folder to be kept in
     assert len(given) == 200
     concurrent.futures.wait(given, timeout=ENDS)
     assert sum(future.cancelled() for future in given) > 100
@@ -191,21 +192,19 @@ def test_nothing_of_the_pool_outlives_the_last_chunk() -> None:
 
 def test_what_is_kept_is_taken_only_if_it_is_whole_and_of_this_run(tmp_path: Path) -> None:
     plan, store = planned(4), tmp_path / STORE
-    kept = {"cells": {(0, 4): solve_cells(plan, 0, 4)}}
-    store.write_bytes(whole := packed("key", kept))
-    (cells,) = load(store, "key")[0]["cells"].values()
-    np.testing.assert_array_equal(cells.times["pull-in"], kept["cells"][0, 4].times["pull-in"])
-    assert load(store, "other") == ({}, {}, study.CHANGED.format(4, "cells"))
-    for cut in (0, 31, 40, len(whole) - 1):
-        store.write_bytes(whole[:cut])
-        assert load(store, "key") == ({}, {}, study.UNREADABLE)
-    store.write_bytes(whole[:100] + bytes([whole[100] ^ 1]) + whole[101:])
-    assert load(store, "key") == ({}, {}, study.UNREADABLE)
+    cells = solve_cells(plan, 0, 4)
+    store.write_bytes(whole := Kept({"cells": {(0, 4): cells}}).packed("key"))
+    again = load(store, "key")[0].results["cells"][0, 4]
+    np.testing.assert_array_equal(again.times["pull-in"], cells.times["pull-in"])
+    assert load(store, "other") == (Kept(), store_of.CHANGED.format(4, "cells"))
+    for content in (*(whole[:cut] for cut in (0, 31, 40, -1)), whole[:100] + bytes([whole[100] ^ 1]) + whole[101:]):
+        store.write_bytes(content)
+        assert load(store, "key") == (Kept(), store_of.UNREADABLE)
     # whatever a stranger writes, nothing but arrays and results is made of it
     for harm in (os.system, partial(os.system, "true"), Path("x"), SolvedCells.__init__, np.load):
         content = pickle.dumps(("key", {}, {"cells": {(0, 4): harm}}, {}))
         store.write_bytes(hashlib.sha256(content).digest() + content)
-        assert load(store, "key") == ({}, {}, study.UNREADABLE)
+        assert load(store, "key") == (Kept(), store_of.UNREADABLE)
 
 
 def test_a_change_of_recipe_material_or_version_begins_anew(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -213,7 +212,7 @@ def test_a_change_of_recipe_material_or_version_begins_anew(tmp_path: Path, monk
     path.write_text(RECIPES["actuate"][0] + FILM.format(prestretch="1.9") + STEPS)
 
     def key(*overrides: str) -> str:
-        return study.fingerprint(read_cases(path, None, overrides), inputs)
+        return store_of.fingerprint(read_cases(path, None, overrides), inputs)
 
     inputs = Inputs(tmp_path)
     keys = {
@@ -224,7 +223,7 @@ def test_a_change_of_recipe_material_or_version_begins_anew(tmp_path: Path, monk
     }
     inputs.read("example:vhb4905")
     keys.add(key())
-    monkeypatch.setattr(study, "VERSIONS", {"dielast": "0.0.9"})
+    monkeypatch.setattr(store_of, "VERSIONS", {"dielast": "0.0.9"})
     keys.add(key())
     assert len(keys) == 6
 

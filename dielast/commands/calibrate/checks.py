@@ -1,6 +1,6 @@
 """Warnings of a calibration: what the tests do not determine, bounds, tests beyond those fitted, and unstable springs."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -35,6 +35,7 @@ def warn_of_fit(result: Calibration) -> None:
     warn_of_contradictions(result)
     warn_of_tests_beyond(result)
     warn_of_runaway(result)
+    warn_of_slack(result)
     if fit.same_share < MANY:
         median = float(np.median(fit.start_misfit))
         others = f"the median misfit is {median:.3g} times as large" if np.isfinite(median) else "many cannot follow the tests"
@@ -135,8 +136,32 @@ def warn_of_runaway(result: Calibration) -> None:
             warn(f"{runs}: its interval ends where {100 * below:.3g} % have")
 
 
+def warn_of_slack(result: Calibration) -> None:
+    """Name the tests in which specimens are slack, and up to which stretch."""
+    listed = [
+        f"{each.test.name} up to a stretch of {float(np.max(each.test.stretch[each.slack])):.4g} "
+        f"({np.count_nonzero(each.slack)} of {each.slack.size} points)"
+        for each in result.comparisons
+        if each.slack.any() and each.test.stretch is not None
+    ]
+    if listed:
+        pushed = 'where grips press a specimen, state slack = "pushes"'
+        warn(f"specimens go slack when they are unloaded, and bear nothing: {', '.join(listed)}; {pushed}")
+
+
 def warn_of_springs(stabilities: Sequence[StableRange]) -> None:
     """Warn of modes in which the springs are not stable up to the stretch that is needed."""
     for stability in stabilities:
         if not stability.holds:
             warn(stability.in_words)
+
+
+def warn_of_laws_alike(weights: Mapping[str, float], volts: Sequence[float]) -> None:
+    """Warn of laws with these weights, by name, that the tests cannot tell apart, and of how far apart they are: the voltages of a
+    film, NaN where they are not known.
+    """
+    names = ", ".join(f"{name} ({100 * weight:.0f} %)" for name, weight in weights.items())
+    apart = ""
+    if np.all(np.array(volts) > 0):
+        apart = f"; the voltage of a film differs by a factor of {max(volts) / min(volts):.3g} between them"
+    warn(f"these tests cannot tell {names} apart{apart}: draws are of all of them, next_tests.csv lists tests that would")

@@ -5,6 +5,7 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import Field, PlainValidator, ValidationInfo, WithJsonSchema, WrapValidator
 
 from dielast.commands.calibrate.film_recipe import VOLTAGE_COLUMNS, RampRates, TestColumns, TestFilm
+from dielast.commands.membrane.recipe import SLACK, Slack
 from dielast.commands.simulation.recipe import Cell, LoadingMode
 from dielast.errors import InputError
 from dielast.readings.specimen_recipe import Specimen
@@ -76,6 +77,7 @@ class TestData(TextTable):
         description="Points that are left out of the misfit without being stated, with a warning; ringing: where the force swings "
         "as that of no film does, and where a specimen at rest bears a force; none: none.",
     )
+    slack: Slack | None = Field(None, description=SLACK)
     specimen_id: str | None = Field(
         None,
         min_length=1,
@@ -159,6 +161,32 @@ class FitOptions(Section):
     )
 
 
+def _tried(value: Any) -> Any:
+    from dielast.calibration.spring_pairs import pairs_of
+
+    entries = value if isinstance(value, list) else [value]
+    if not entries or not all(
+        isinstance(name, str) for entry in entries for name in (entry if isinstance(entry, list) else [entry])
+    ):
+        raise InputError('"all", or a list of laws and of pairs of laws, such as ["gent", ["yeoh", "gent"]], is needed')
+    return pairs_of(value)
+
+
+_NAMES = {"type": "array", "items": {"type": "string"}, "minItems": 1}
+_LAWS = {"anyOf": [{"const": "all"}, {"type": "array", "items": {"anyOf": [{"type": "string"}, _NAMES]}, "minItems": 1}]}
+
+
+class SpringTrials(Section):
+    """Laws of springs to try in the place of those of the material."""
+
+    try_: Annotated[list[tuple[str, str]], PlainValidator(_tried), WithJsonSchema(_LAWS)] = Field(
+        alias="try",
+        description='"all"; or a list of laws, each of which is tried for the equilibrium spring and for the branches, with pairs '
+        'such as ["gent", "neo-hookean"], the equilibrium spring first. All pairs are fitted and ranked by cross-validation; the '
+        "constants of their shapes are free, between bounds by the stretches of the tests.",
+    )
+
+
 class PosteriorOptions(Section):
     """Draws of the material for `[uncertainty]` of simulations."""
 
@@ -210,6 +238,7 @@ class CalibrateRecipe(RecipeBase):
         "for an exponent of Ogden's law without them, half-way to the starts of the terms next to it in size. "
         "A value that ends at a bound is warned of."
     )
+    springs: SpringTrials | None = Field(None, description="Laws of springs to try in the place of those of the material.")
     fit: FitOptions = Field(FitOptions(), description="How the fit is done.")
     uncertainty: PosteriorOptions = Field(PosteriorOptions(), description="Draws of the material.")
 

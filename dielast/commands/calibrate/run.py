@@ -8,11 +8,12 @@ from typing import Any
 import numpy as np
 
 from dielast.calibration.experiment import MeasuredTest
-from dielast.calibration.fit import Watch
-from dielast.calibration.laws import StableRange, cross_validation_error, stabilities
+from dielast.calibration.fit import Fit, Watch, fit_material
+from dielast.calibration.laws import CrossValidation, StableRange, cross_validation, law_weights, pieces_of, stabilities
+from dielast.calibration.next_test import film_voltages, proposal_columns, proposals
 from dielast.calibration.profiles import Verdict
-from dielast.calibration.result import Calibration, calibrate
-from dielast.commands.calibrate.checks import warn_of_fit, warn_of_springs
+from dielast.calibration.result import Calibration, assessed, range_of
+from dielast.commands.calibrate.checks import warn_of_fit, warn_of_laws_alike, warn_of_springs
 from dielast.commands.calibrate.recipe import CalibrateRecipe
 from dielast.commands.calibrate.task import CalibrationTask, check_conditions, read_task
 from dielast.errors import NumericsError, in_keys
@@ -31,22 +32,33 @@ NOTHING = (
     "these tests determine no free constant: free fewer of them, state priors or narrower bounds, add tests at other rates and "
     "stretches, and look in calibrate.png at what the model misses (unit, mode, slack, ringing: see discard and ignore of a test)"
 )
+ALIKE = 0.05  # weight from which on a law is drawn from beside the best
+MOST_ALIKE = 5  # laws that are drawn from
 STRETCHED = 2.0  # default of fit.stable_up_to if no test prescribes the stretch
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Candidate:
-    """A fitted law: the file that it started from, its cross-validation, and its range of stability."""
+    """A fitted law: the file or the laws that it started from, its cross-validation, its range of stability, its `weight` among all
+    laws, and the voltage in V of the predicted film.
+    """
 
     name: str
-    calibration: Calibration
-    prediction_error: float | None
+    fit: Fit
+    found: CrossValidation | None
     stability: tuple[StableRange, ...]
     interrupted: bool = False
+    weight: float = np.nan
+    film_voltage: float = np.nan
+
+    @property
+    def prediction_error(self) -> float | None:
+        """The error of the cross-validation."""
+        return None if self.found is None else self.found.relative_error
 
 
 def run(cases: Sequence[Case[CalibrateRecipe]], inputs: Inputs, execution: Execution) -> Report:
-    """Fit every material, rank them, report the best."""
+    """Fit every material, rank them, report the best, with draws of all that cannot be told apart from it."""
     recipe = cases[0].recipe
     task = read_task(recipe, inputs)
     check_conditions(task)
@@ -69,8 +81,13 @@ def run(cases: Sequence[Case[CalibrateRecipe]], inputs: Inputs, execution: Execu
             break
     if not candidates:
         raise NumericsError(*failures)
-    ranked = _ranked(candidates)
-    best = ranked[0].calibration
+    ranked = _weighed(_ranked(candidates))
+    alike = [each for each in ranked[1:] if each.weight >= ALIKE and _joins(each.fit.material, ranked[0].fit.material)][
+        : MOST_ALIKE - 1
+    ]
+    results = [_assessed(recipe, task, each.fit, watch) for each in (ranked[0], *([] if interrupted else alike))]
+    best = results[0]
+    interrupted = interrupted or any(not each.fit.finished for each in results)
     failures += [f"test {name}: left out, the material cannot follow it" for name in dict.fromkeys(best.not_followed)]
     if interrupted:
         failures.append("interrupted: the best fit so far is written" + _lacking(recipe, candidates, len(task.materials), best))
@@ -79,7 +96,10 @@ def run(cases: Sequence[Case[CalibrateRecipe]], inputs: Inputs, execution: Execu
         failures.append(NOTHING)
     warn_of_fit(best)
     warn_of_springs(ranked[0].stability)
-    members = best.materials
+    if len(results) > 1:
+        drawn = (ranked[0], *alike)
+        warn_of_laws_alike({each.name: each.weight for each in drawn}, [each.film_voltage for each in drawn])
+    members = _mixed(results, [each.weight for each in (ranked[0], *alike)])
     fitted = with_origin(best)
     if recipe.name is not None:
         fitted = replace(fitted, name=recipe.name)
@@ -92,15 +112,35 @@ def run(cases: Sequence[Case[CalibrateRecipe]], inputs: Inputs, execution: Execu
         "profiles.csv": best.profile_columns(),
         "laws.csv": law_columns(ranked),
     }
-    if members:
+    scatter, calibrated = best.fit.scatter, best.material.calibrated
+    if members and calibrated is not None:
         tables[DRAWS] = draw_columns(np.arange(len(members)), members)
+        heat = float(np.mean(calibrated.temperature))
+        if proposed := proposals(members, calibrated.largest_invariant, heat, scatter.specimen, scatter.model_error):
+            tables["next_tests.csv"] = proposal_columns(proposed)
 
     def figure() -> Any:
         from dielast.plots.calibration import plot_calibration
 
         return plot_calibration(best, recipe.title)
 
-    return Report(tables, headline(ranked), figure, files, failures, interrupted=interrupted)
+    return Report(tables, headline(best), figure, files, failures, interrupted=interrupted)
+
+
+def _joins(material: Material, other: Material) -> bool:
+    """Whether the draws of two materials can stand in one table."""
+    return len(material.spectrum) == len(other.spectrum) and type(material.shift) is type(other.shift)
+
+
+def _mixed(results: Sequence[Calibration], weights: Sequence[float]) -> tuple[Material, ...]:
+    """Draws of several laws, as many of each as its share of the weights."""
+    share = np.array(weights) if len(results) > 1 else np.ones(1)
+    share = share[: len(results)] / np.sum(share[: len(results)])
+    members: list[Material] = []
+    for result, part in zip(results, share.tolist(), strict=True):
+        drawn = result.materials
+        members += drawn[: max(round(part * len(drawn)), 1)] if drawn else ()
+    return tuple(members)
 
 
 def with_origin(calibration: Calibration) -> Material:
@@ -146,42 +186,52 @@ def _candidate(
     recipe: CalibrateRecipe, task: CalibrationTask, name: str, material: Material, several: bool, watch: Watch | None
 ) -> Candidate:
     """Fit one material."""
-    options, wanted = recipe.fit, recipe.uncertainty
+    options = recipe.fit
     with in_keys({"tests": "test"}):
-        result = calibrate(
-            task.tests,
-            material,
-            task.free[name],
-            validate=task.predicted,
-            starts=options.starts,
-            specimen_scatter=options.specimen_scatter,
-            draws=wanted.draws,
-            seed=wanted.seed,
-            level=wanted.level,
-            watch=watch,
+        fit = fit_material(
+            material, task.tests, task.free[name], starts=options.starts, specimen_scatter=options.specimen_scatter, watch=watch
         )
     across = options.cross_validation if options.cross_validation is not None else several
-    error, interrupted = None, not result.fit.finished
+    found, interrupted = None, not fit.finished
     try:
-        error = cross_validation_error(result.fit) if across and result.fit.finished else None
+        found = cross_validation(fit) if across and fit.finished else None
     except KeyboardInterrupt:
         interrupted = True
-    fitted = [test for test in result.fit.problem.laboratory.tests if isinstance(test, MeasuredTest)]
+    fitted = [test for test in fit.problem.laboratory.tests if isinstance(test, MeasuredTest)]
     furthest = options.stable_up_to or max((float(np.max(test.stretch)) for test in fitted), default=STRETCHED)
     tested = {Mode(test.mode).value for test in fitted if np.max(test.stretch) >= furthest}
-    return Candidate(name, result, error, stabilities(result.material, furthest, tested), interrupted)
+    return Candidate(name, fit, found, stabilities(fit.material, furthest, tested), interrupted)
+
+
+def _assessed(recipe: CalibrateRecipe, task: CalibrationTask, fit: Fit, watch: Watch | None) -> Calibration:
+    """The uncertainty of a fit, as the recipe asks for it."""
+    wanted = recipe.uncertainty
+    return assessed(fit, validate=task.predicted, draws=wanted.draws, seed=wanted.seed, level=wanted.level, watch=watch)
+
+
+def _weighed(ranked: Sequence[Candidate]) -> list[Candidate]:
+    """The laws with their weights and the voltage of the predicted film, if all have a cross-validation of the same tests."""
+    found = [each.found for each in ranked if each.found is not None]
+    if len(ranked) < 2 or len({each.square.size for each in found}) != 1 or len(found) < len(ranked):
+        return list(ranked)
+    weights = law_weights(found, pieces_of(ranked[0].fit))
+    known = range_of(ranked[0].fit)
+    volts = film_voltages([each.fit.material for each in ranked], known.largest_invariant, float(np.mean(known.temperature)))
+    return [
+        replace(each, weight=weight, film_voltage=volt)
+        for each, weight, volt in zip(ranked, weights.tolist(), volts.tolist(), strict=True)
+    ]
 
 
 def _ranked(candidates: Sequence[Candidate]) -> list[Candidate]:
     """The laws, the best first: by the error of cross-validation, or by that of the fit if a law lacks a cross-validation."""
     foreseen = [each.prediction_error for each in candidates if each.prediction_error is not None]
-    errors = foreseen if len(foreseen) == len(candidates) else [each.calibration.total(True)[0] for each in candidates]
+    errors = foreseen if len(foreseen) == len(candidates) else [each.fit.misfit for each in candidates]
     return [candidates[k] for k in np.argsort(errors, kind="stable")]
 
 
-def headline(ranked: Sequence[Candidate]) -> Mapping[str, Mapping[str, Any]]:
+def headline(best: Calibration) -> Mapping[str, Mapping[str, Any]]:
     """The numbers of the summary."""
-    best = ranked[0].calibration
     fit, (fitted, explained), (foreseen, foreseen_explained) = best.fit, best.total(True), best.total(False)
     inside = [each.coverage for each in best.comparisons if not each.fitted and each.followed]
     sections: dict[str, dict[str, Any]] = {
@@ -226,15 +276,23 @@ def law_columns(ranked: Sequence[Candidate]) -> Table:
     modes = [stability.mode for stability in ranked[0].stability]
     return [
         Column("material", None, [Path(each.name).name for each in ranked]),
-        Column("equilibrium_law", None, [each.calibration.material.equilibrium_law.name for each in ranked]),
-        Column("nonequilibrium_law", None, [each.calibration.material.nonequilibrium_law.name for each in ranked]),
-        Column("parameters", None, np.array([len(each.calibration.fit.space) for each in ranked])),
-        Column("rms_relative_error", "1", np.array([each.calibration.total(True)[0] for each in ranked])),
-        Column("r_squared", "1", np.array([each.calibration.total(True)[1] for each in ranked])),
+        Column("equilibrium_law", None, [each.fit.material.equilibrium_law.name for each in ranked]),
+        Column("nonequilibrium_law", None, [each.fit.material.nonequilibrium_law.name for each in ranked]),
+        Column("parameters", None, np.array([len(each.fit.space) for each in ranked])),
+        Column("rms_relative_error", "1", np.array([each.fit.misfit for each in ranked])),
+        Column("r_squared", "1", np.array([each.fit.explained for each in ranked])),
         Column("cross_validation_error", "1", np.array(errors)),
-        Column("aic", "1", np.array([each.calibration.fit.aic for each in ranked])),
+        Column("aic", "1", np.array([each.fit.aic for each in ranked])),
         *(
             Column(f"stable_to_{mode.replace('-', '_')}", "1", np.array([each.stability[k].highest for each in ranked]))
             for k, mode in enumerate(modes)
+        ),
+        *(
+            []
+            if len(ranked) < 2
+            else [
+                Column("weight", "1", np.array([each.weight for each in ranked])),
+                Column("film_voltage", "V", np.array([each.film_voltage for each in ranked])),
+            ]
         ),
     ]

@@ -7,6 +7,7 @@ import numpy as np
 
 from dielast.calibration.experiment import Experiment, MeasuredTest
 from dielast.calibration.parameters import Free
+from dielast.calibration.spring_pairs import reach_of, trial
 from dielast.calibration.voltage import VoltageTest
 from dielast.commands.calibrate.freedom import free_of
 from dielast.commands.calibrate.recipe import CalibrateRecipe
@@ -43,6 +44,16 @@ def read_task(recipe: CalibrateRecipe, inputs: Inputs) -> CalibrationTask:
     free = wrong.tried(partial(free_of, recipe.free, materials, inputs)) if len(materials) == len(recipe.started_from) else None
     wrong.refuse()
     assert free is not None
+    if recipe.springs is not None:
+        tried = [
+            (
+                f"{' + '.join(pair)}{'' if len(materials) == 1 else f' ({name})'}",
+                trial(material, pair, free[name], reach_of(tests, material)),
+            )
+            for name, material in materials.items()
+            for pair in recipe.springs.try_
+        ]
+        materials, free = {name: each.material for name, each in tried}, {name: dict(each.free) for name, each in tried}
     return CalibrationTask(tests, further, materials, free)
 
 

@@ -1,0 +1,109 @@
+"""Which test would settle a prediction: the share of its variance that each possible test is expected to take away.
+
+The prediction is the voltage of a film that is stretched as far, in I1, as the tests were, where laws that fit alike differ most.
+The draws of the material, of all laws, give the joint distribution of this voltage q and of what each possible test would measure,
+y, all in logarithms. With the covariances c = cov(y, q) and C = cov(y) of the draws, and the variance N of a measurement, that of
+the specimen and of the model's error, the test is expected to leave var q - c' (C + N)^-1 c (Lindley 1956, DOI
+10.1214/aoms/1177728069, for normal distributions).
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from dielast.calibration.experiment import Experiment, MeasuredTest, first_invariant
+from dielast.calibration.laboratory import Laboratory
+from dielast.calibration.voltage import VoltageTest
+from dielast.io.table import Column, Table
+from dielast.material.material import Material
+from dielast.mechanics.load import Mode
+from dielast.numerics.arrays import Floats
+from dielast.simulate.film_setup import Film
+
+RATES = (0.01, 1.0)  # 1/s
+HOLD = 3600.0  # s
+REACHED = 1.2  # relative stretch of the predicted film
+RELAX, RAMP, THICKNESS = 1800.0, 100.0, 1e-3  # s, V/s and m of films
+PRESTRETCHES = (2.0, 3.0, 4.0)
+MOST_DRAWS = 120
+
+
+@dataclass(frozen=True, slots=True)
+class Proposal:
+    """A possible test, and the share of the variance of the prediction that it is expected to take away."""
+
+    test: str
+    share: float
+
+
+def stretch_of(invariant: float, mode: Mode) -> float:
+    """The stretch above 1 at which the I1 of a mode has a value."""
+    from scipy.optimize import brentq
+
+    return float(brentq(lambda stretch: float(first_invariant(np.array(stretch), mode)) - invariant, 1.0, np.sqrt(invariant)))
+
+
+def predicted_film(invariant: float, temperature: float) -> VoltageTest:
+    """A film under dead load at the equibiaxial prestretch with this I1, at the relative stretch of the prediction."""
+    prestretch = stretch_of(max(invariant, 3.1), Mode.EQUIBIAXIAL)
+    film = Film(THICKNESS, prestretch, relax=RELAX)
+    stretch = np.array([1.05, 1.1, REACHED])
+    return VoltageTest("prediction", np.full(3, 2e4), stretch, film, RAMP, temperature, measure="relative_stretch")
+
+
+def film_voltages(materials: Sequence[Material | None], invariant: float, temperature: float) -> Floats:
+    """The voltage (materials,) in V of the predicted film; NaN for a material that cannot follow."""
+    return Laboratory([predicted_film(invariant, temperature)]).answers(materials)[0][:, -1]
+
+
+def possible_tests(invariant: float, temperature: float) -> list[Experiment]:
+    """Loading at two rates with a hold, in each mode up to this I1, and films at several prestretches."""
+    tests: list[Experiment] = []
+    for mode in Mode:
+        top = stretch_of(max(invariant, 3.1), mode)
+        for rate in RATES:
+            lasts = (top - 1) / rate
+            time = lasts * np.array([0.25, 0.5, 1.0])
+            stretch = 1 + (top - 1) * np.array([0.25, 0.5, 1.0])
+            time, stretch = np.append(time, lasts + HOLD), np.append(stretch, top)
+            name = f"{mode.value} loading to stretch {top:.3g} at {100 * rate:g} %/s, held for {HOLD / 3600:g} h"
+            tests.append(MeasuredTest(name, time, stretch, np.ones(4), temperature, mode))
+    asked = predicted_film(invariant, temperature)
+    for prestretch in PRESTRETCHES:
+        film = replace(asked.film, prestretch=prestretch)
+        tests.append(replace(asked, name=f"film at prestretch {prestretch:g}, its stretch at voltages", film=film))
+    return tests
+
+
+def proposals(materials: Sequence[Material], invariant: float, temperature: float, specimen: float, error: float) -> list[Proposal]:
+    """The possible tests, the best first, by draws of the material; `specimen` is the scatter of specimens, `error` that of the
+    model. Empty without a permittivity, or for fewer than 10 draws that can follow.
+    """
+    if not materials or not materials[0].permittivity:
+        return []
+    members = materials[:: max(1, -(-len(materials) // MOST_DRAWS))]
+    with np.errstate(invalid="ignore", divide="ignore"):
+        asked = np.log(film_voltages(members, invariant, temperature))
+        found = []
+        tests = possible_tests(invariant, temperature)
+        for test, answers in zip(tests, Laboratory(tests).answers(members), strict=True):
+            seen = np.log(answers)
+            known = np.isfinite(asked) & np.all(np.isfinite(seen), axis=1)
+            if np.count_nonzero(known) < 10:
+                continue
+            both = np.cov(np.column_stack((seen[known], asked[known])).T)
+            size = seen.shape[1]
+            noise = test.power**2 * specimen**2 * np.ones((size, size)) + error**2 * np.eye(size)
+            cross = both[:-1, -1]
+            share = float(cross @ np.linalg.solve(both[:-1, :-1] + noise, cross) / both[-1, -1])
+            found.append(Proposal(test.name, share))
+    return sorted(found, key=lambda each: -each.share)
+
+
+def proposal_columns(found: Sequence[Proposal]) -> Table:
+    """A row for each possible test, the best first."""
+    return [
+        Column("test", None, [each.test for each in found]),
+        Column("variance_removed", "1", np.array([each.share for each in found])),
+    ]
