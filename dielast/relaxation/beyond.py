@@ -146,11 +146,13 @@ def continuations(fit: SpectrumFit, ratios: Floats, count: int) -> Continuations
     """
     time, kind = fit.reduced_time, fit.kind
     modulus = fit.spectrum.relaxation_modulus(time, fit.equilibrium_shear_modulus)
-    off = np.atleast_2d(fit.measured)[0] / np.atleast_2d(fit.model)[0]
+    measured, model = np.atleast_2d(fit.measured)[0], np.atleast_2d(fit.model)[0]
+    # a fit that misses the curve may be zero where its slowest branch has relaxed
+    shown = (modulus > 0) & (model > 0)
+    off = np.divide(measured, model, out=np.ones_like(measured), where=shown)
+    stiffness = np.where(shown, modulus * off**kind.stiffness_power, measured**kind.stiffness_power / 3)
     near = np.log10(time) >= np.log10(time[-1]) - LOOKED_AT
-    curve = WeightedCurve(
-        time[near], (modulus * off**kind.stiffness_power)[None, near], np.ones(np.count_nonzero(near)), RELAXATION
-    )
+    curve = WeightedCurve(time[near], stiffness[None, near], np.ones(np.count_nonzero(near)), RELAXATION)
     end, generator = float(time[-1]), stream(SEED, "beyond the curve")
     guided = guided_paths(curve.averaged(), end, generator)
     cells = (replace(curve, values=curve.values * ratio[near]).averaged() for ratio in np.asarray(ratios))

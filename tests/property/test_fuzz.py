@@ -22,7 +22,7 @@ INPUTS = 50
 HUGE = "1" + 400 * "0"  # beyond every floating-point number, and short enough for Python
 FOLDER = str(Path(__file__).parents[1] / "trust")
 sys.path.append(FOLDER)
-fuzz, fuzz_targets = importlib.import_module("fuzz"), importlib.import_module("fuzz_targets")
+fuzz, fuzz_targets, fuzz_runs = map(importlib.import_module, ("fuzz", "fuzz_targets", "fuzz_runs"))
 sys.path.remove(FOLDER)
 NAMES = [
     *(f"recipe-{kind}" for kind in COMMANDS),
@@ -62,6 +62,23 @@ def test_damaged_input_is_refused_in_a_line(name: str, targets: dict[str, Any]) 
     for _ in range(INPUTS):
         data = fuzz.damage(targets[name].seeds, rng)
         wrong = targets[name].wrong(data)
+        assert wrong is None, f"{wrong}: {data!r}"
+
+
+@pytest.mark.usefixtures("clock")
+@pytest.mark.parametrize(
+    ("kind", "inputs"),
+    [
+        *((kind, 2) for kind in ("relax", "creep", "actuate", "failure-map", "spectrum")),
+        *(pytest.param(kind, 40, marks=pytest.mark.trust) for kind in COMMANDS),
+    ],
+)
+def test_runs_of_extreme_numbers_end_in_numbers_and_figures_or_a_line(kind: str, inputs: int, tmp_path: Path) -> None:
+    target = fuzz_runs.runs(tmp_path)[f"run-{kind}"]
+    rng = random.Random(zlib.crc32(kind.encode()) if os.environ.get("CI") else None)
+    for _ in range(inputs):
+        data = target.damaged(rng)
+        wrong = target.wrong(data)
         assert wrong is None, f"{wrong}: {data!r}"
 
 
