@@ -104,11 +104,17 @@ def run(cases: Sequence[Case[CalibrateRecipe]], inputs: Inputs, execution: Execu
         failures.append(NOTHING)
     warn_of_fit(best)
     warn_of_springs(ranked[0].stability)
+    spread = None
     if len(results) > 1:
         drawn = (ranked[0], *alike)
-        warn_of_laws_alike({each.name: each.weight for each in drawn}, [each.film_voltage for each in drawn])
+        volts = [each.film_voltage for each in drawn]
+        warn_of_laws_alike({each.name: each.weight for each in drawn}, volts)
+        if np.all(np.array(volts) > 0):
+            spread = max(volts) / min(volts)
     members = mixed_draws(results, [each.weight for each in (ranked[0], *alike)])
     fitted = with_origin(best)
+    if spread is not None and fitted.calibrated is not None:
+        fitted = replace(fitted, calibrated=replace(fitted.calibrated, law_spread=spread))
     if recipe.name is not None:
         fitted = replace(fitted, name=recipe.name)
     files = {"material.toml": write_material(fitted, DRAWS if members else None)}
