@@ -69,7 +69,13 @@ if TYPE_CHECKING:  # the public names, of which this is the only list: type chec
         draw_sample as draw_sample,
         interval as interval,
     )
-    from dielast.material.shift import WLF as WLF, Arrhenius as Arrhenius, NoShift as NoShift, ShiftTable as ShiftTable
+    from dielast.material.shift import (
+        WLF as WLF,
+        Arrhenius as Arrhenius,
+        NoShift as NoShift,
+        ShiftTable as ShiftTable,
+        VogelFulcherTammann as VogelFulcherTammann,
+    )
     from dielast.material.spectrum import Spectrum as Spectrum
     from dielast.material.springs import (
         ArrudaBoyce as ArrudaBoyce,

@@ -156,10 +156,16 @@ _TYPESET = str.maketrans(
 LONGEST_UNIT = 40  # characters
 
 
-def parse(text: Any, dimension: Dimension) -> float:
+TEMPERATURES = (1e-100, 1e6)  # degC: no test and no service is hotter
+COMPUTABLE = SMALLEST, LARGEST = 1e-100, 1e100
+"""Magnitudes between which products of three numbers stay within the range of floating-point numbers."""
+
+
+def parse(text: Any, dimension: Dimension, within: tuple[float, float] = (0.0, math.inf)) -> float:
     """The quantity `text`, such as "2.5 kV", as a number in `dimension.unit`.
 
-    Raises `InputError` for a bare number, an unknown unit, a wrong dimension or a value that is not finite.
+    Raises `InputError` for a bare number, an unknown unit, a wrong dimension, or a value that is neither 0
+    nor of a magnitude `within` bounds.
     """
     needed, example = f"{shown(text)}: {dimension.name}", f"such as {shown(dimension.example)}"
     if not isinstance(text, str):
@@ -179,6 +185,8 @@ def parse(text: Any, dimension: Dimension) -> float:
     value = float(number) * scale + offset
     if not math.isfinite(value):
         raise InputError(f"{needed} that is finite is needed, {example}")
+    if value != 0 and not within[0] <= abs(value) <= within[1]:
+        raise InputError(f"{needed} from {within[0]:g} to {within[1]:g} {dimension.unit} is needed")
     return value
 
 

@@ -61,7 +61,7 @@ def design(material: Any, *, sample: Any = None, level: float = 0.9, **stated: A
 
 
 def _specimens(stated: dict[str, Any]) -> dict[str, Any]:
-    kept = {name: stated.pop(name) for name in ("mode", "temperature", "nominal_field") if name in stated}
+    kept = {name: stated.pop(name) for name in ("mode", "temperature", "nominal_field", "slack") if name in stated}
     arguments = _filled({"output": dielast.Output, "solver": dielast.Solver}, stated)
     assert not stated, f"no arguments of the library: {sorted(stated)}"
     return kept | arguments

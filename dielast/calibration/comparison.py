@@ -56,6 +56,14 @@ class Comparison(TabularResult):
         return float(stretch[np.flatnonzero(known)[-1]])
 
     @property
+    def slack(self) -> Flags:
+        """Which points (n,) the specimen is slack at, once it has been stretched."""
+        test = self.test
+        if not isinstance(test, MeasuredTest) or not test.may_be_slack:
+            return np.zeros(self.model.size, dtype=bool)
+        return np.asarray((self.model == 0) & np.logical_or.accumulate(test.followed != 1))
+
+    @property
     def rms_error(self) -> float:
         """Root mean square of model - measured where the model has a value, in the unit of the test; NaN if it has none."""
         return rms((self.model - self.test.measured)[self.known]) if self.known.any() else np.nan

@@ -13,6 +13,7 @@ from dielast.material.argument_types import checked
 from dielast.material.material import Material
 from dielast.mechanics.load import Mode
 from dielast.numerics.arrays import Cases, Flags, Floats, rms
+from dielast.simulate.membrane import BEARS_NOTHING, bearing
 
 TOLERANCE = 1e-3  # of the range of the values: lets straight lines remove the noise of a machine
 
@@ -42,6 +43,8 @@ class MeasuredTest(Result):
     """Rate in 1/s of the ramp from rest to the first stretch, which is held until the time of the first point; None: a ramp that
     ends at this time.
     """
+    slack: str | None = None
+    """What the specimen does that the stretch would press together, as in `relax`: "bears nothing" or "pushes"."""
     left_out: Flags | None = None
     """Points (n,) that the misfit leaves out, although the history goes through them; None: no point. Once they are in
     `unused`, this is None.
@@ -101,6 +104,7 @@ class MeasuredTest(Result):
             "stretch": stretch,
             "stress": stress,
             "mode": Mode.of(self.mode),
+            "slack": bearing(self.slack, Mode.of(self.mode)),
             "specimen": self.specimen or self.name,
         }
         for name, value in {**values, "corner_time": corner_time, "corner_stretch": corner_stretch}.items():
@@ -129,6 +133,11 @@ class MeasuredTest(Result):
     def place(self) -> Floats:
         """The path length (n,) of each point along the curve."""
         return path_length(self.time, self.stretch)
+
+    @property
+    def may_be_slack(self) -> bool:
+        """Whether the specimen bears no pressure."""
+        return self.slack == BEARS_NOTHING
 
     @property
     def followed(self) -> Floats:

@@ -1,7 +1,8 @@
 """Simulation of the tests of a calibration, for all tests and all materials at once.
 
 Under a prescribed stretch the branches are independent (`mechanics.stretched`), and with linear flow the stress is linear in the
-moduli: a branch that several materials share, such as the materials of a finite difference, is solved once.
+moduli: a branch that several materials share, such as the materials of a finite difference, is solved once. A specimen that goes
+slack is followed once more, with its branches together.
 """
 
 from __future__ import annotations
@@ -22,6 +23,8 @@ from dielast.material.material import Material
 from dielast.material.springs import EQUIBIAXIAL, UNIAXIAL, SpringLaw, gathered
 from dielast.mechanics.flow import Flow, flow_laws
 from dielast.mechanics.load import Mode, Step, Track
+from dielast.mechanics.point_material import Points
+from dielast.mechanics.slack_histories import borne
 from dielast.mechanics.stretched import Histories, carried
 from dielast.numerics.arrays import Cases, Flags, Floats
 from dielast.simulate.membrane import MembraneHistory, relax
@@ -29,6 +32,7 @@ from dielast.simulate.options import Solver
 from dielast.simulate.output import Output
 
 RTOL = 1e-5  # of the solver
+PRESSED = 1e-6  # pressure over the largest measured stress from which on a specimen is followed as one that may be slack
 MOST = 6000  # branches that are solved together, to bound the memory
 Kind = TypeVar("Kind", bound=Law)
 SYMMETRIES = {Mode.UNIAXIAL: UNIAXIAL, Mode.EQUIBIAXIAL: EQUIBIAXIAL, Mode.PURE_SHEAR: None}
@@ -57,7 +61,7 @@ class Laboratory:
             springs = Springs.of([material for material in materials if material is not None], self.temperatures)
             for mode, members in self.groups.items():
                 if members:
-                    self._carried(mode, members, springs, np.array(there), values)
+                    self._carried(mode, members, springs, materials, np.array(there), values)
         for index in self.electric:
             values[index] = answers_of(partial(self._under_voltage, index), materials, values[index].shape[1])
         for index, test in enumerate(self.tests):
@@ -71,13 +75,31 @@ class Laboratory:
     def _under_voltage(self, index: int, materials: Sequence[Material]) -> list[Floats]:
         return completed_stress(under_voltage(self.machine[index], materials, self.rtol))
 
-    def _carried(self, mode: Mode, members: Sequence[int], springs: Springs, there: Cases, values: list[Floats]) -> None:
-        """Fill in the tests `members`, all of one mode, for the valid materials `there`."""
+    def _carried(
+        self,
+        mode: Mode,
+        members: Sequence[int],
+        springs: Springs,
+        materials: Sequence[Material | None],
+        there: Cases,
+        values: list[Floats],
+    ) -> None:
+        """Fill in the tests `members`, all of one mode, for the valid `materials`, those `there`.
+
+        Where the prescribed stretch would press a specimen together that bears nothing, all its branches are solved together.
+        """
         tests = [self.machine[index] for index in members]
         corner_time, corner_stretch = (
             _filled([getattr(test, name) for test in tests]) for name in ("corner_time", "corner_stretch")
         )
-        time, stretch = (_filled(columns) for columns in ([test.time for test in tests], [test.followed for test in tests]))
+        # also at the corners, where the stress of a specimen that is unloaded is least
+        time, stretch = (
+            _filled([np.concatenate(pair) for pair in pairs])
+            for pairs in (
+                [(test.time, test.corner_time) for test in tests],
+                [(test.followed, test.corner_stretch) for test in tests],
+            )
+        )
         at = np.searchsorted(self.temperatures, [test.temperature for test in tests])
         modulus, fluidity = springs.modulus[:, at], springs.fluidity[:, at]  # (materials, tests, springs)
         law, flow = (np.broadcast_to(number, modulus.shape) for number in (springs.law[:, None], springs.flow[:, None, None]))
@@ -102,13 +124,26 @@ class Laboratory:
             )
         every = np.full(modulus.shape, -1, dtype=np.intp)
         every[carrying] = which
+        pressed = np.zeros((there.size, len(members)), dtype=bool)
         for row, index in enumerate(members):
-            size = tests[row].measured.size
-            whole = np.zeros((there.size, size))
+            each, size = tests[row], tests[row].measured.size
+            whole = np.zeros((there.size, size + each.corner_time.size))
             for spring in range(modulus.shape[2]):
                 some = every[:, row, spring] >= 0
-                whole[some] += modulus[some, row, spring, None] * stress[every[some, row, spring], :size]
-            values[index][there] = np.where(springs.known[:, None] & np.isfinite(whole).all(axis=1, keepdims=True), whole, np.nan)
+                whole[some] += modulus[some, row, spring, None] * stress[every[some, row, spring], : whole.shape[1]]
+            known = springs.known & np.isfinite(whole).all(axis=1)
+            values[index][there] = np.where(known[:, None], whole[:, :size], np.nan)
+            if each.may_be_slack:
+                pressed[:, row] = known & (np.min(whole, axis=1) < -PRESSED * float(np.max(np.abs(each.measured))))
+        material, place = np.nonzero(pressed)
+        if place.size:
+            of_each = [entry for entry in (materials[k] for k in there[material].tolist()) if entry is not None]
+            temperature = np.array([tests[k].temperature for k in place.tolist()])
+            points = Points.of(of_each, temperature, self.rtol, with_dielectric=False)
+            histories = Histories(corner_time[place], corner_stretch[place])
+            free = borne(points, mode, SYMMETRIES[mode], histories, time[place], self.rtol)
+            for entry, row, values_of_one in zip(there[material].tolist(), place.tolist(), free, strict=True):
+                values[members[row]][entry] = values_of_one[: tests[row].measured.size]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -160,6 +195,7 @@ def under_voltage(test: MeasuredTest, materials: Sequence[Material], rtol: float
         mode=test.mode,
         temperature=test.temperature,
         nominal_field=test.nominal_field,
+        slack=test.slack,
         output=Output(times=test.time),
         solver=Solver(rtol=rtol),
     )

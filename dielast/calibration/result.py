@@ -121,6 +121,7 @@ class Calibration(TabularResult):
             Column("unit", None, [comparison.test.unit for comparison in every]),
             Column("specimen_factor", "1", np.array([factors.get(comparison.test.specimen, np.nan) for comparison in every])),
             Column("rms_voltage_error", "1", np.array([comparison.rms_voltage_error for comparison in every])),
+            Column("slack_points", "1", np.array([np.count_nonzero(comparison.slack) for comparison in every])),
             Column("left_out_points", "1", np.array([comparison.test.unused.shape[1] for comparison in every])),
         ]
 

@@ -16,13 +16,18 @@ def main() -> None:
     gc.disable()  # until the modules of a run are loaded: loading makes no garbage, and is faster
     os.environ["MPLBACKEND"] = "agg"  # figures go to files; MPLBACKEND of a notebook would not load here
     for library in ("OPENBLAS", "OMP", "MKL"):  # matrices are small: threads cost more than they gain, and change the rounding
-        os.environ.setdefault(f"{library}_NUM_THREADS", "1")
+        os.environ[f"{library}_NUM_THREADS"] = "1"
+    os.environ.pop("SOURCE_DATE_EPOCH", None)  # figures hold no dates, and matplotlib stops at one that is no whole number
     os.environ["PYDANTIC_DISABLE_PLUGINS"] = "__all__"  # the search for them takes half as long as loading pydantic
     from dielast.cli.app import application
     from dielast.cli.help import UsageError, report_usage
+    from dielast.errors import InputError
 
     try:
         code = application(sys.argv[1] if len(sys.argv) > 1 else None)(prog_name="dielast", standalone_mode=False)
+    except InputError as error:  # of an installed package that has the command
+        print(error, file=sys.stderr)
+        code = 2
     except UsageError as error:
         code = report_usage(error)
     except OSError as error:  # from printing the help or the version; commands report such errors themselves

@@ -275,7 +275,7 @@ def application(only: str | None = None) -> typer.Typer:
         "schema": (_schema, None),
     }
     names = [*COMMANDS, *helpers]
-    for name in [only] if only is not None and only in names else names:
+    for name in [only] if only is not None and (only in names or only in COMMANDS) else names:
         if name in helpers:
             function, text = helpers[name]
             app.command(name, help=text, cls=PlainUsage)(function)

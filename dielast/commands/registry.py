@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from dielast.commands.command import Command
+from dielast.registry import adopt, opened
 
 if TYPE_CHECKING:
     from dielast.recipe.cases import Case
@@ -17,14 +18,18 @@ class Commands(Mapping[str, Command]):
     """The commands by name, in the order of a workflow; a command is imported on first use."""
 
     def __init__(self) -> None:
-        self._homes: dict[str, str] = {}
+        self._homes: dict[str, str | Command] = {}
+        opened("dielast.commands", Command, lambda command: self.register(command.name, command))
 
-    def register(self, name: str, home: str) -> None:
-        """Add a command, stated as `package:ATTRIBUTE`."""
+    def register(self, name: str, home: str | Command) -> None:
+        """Add a command, or where it is, stated as `package:ATTRIBUTE`."""
         self._homes[name] = home
 
     def __getitem__(self, name: str) -> Command:
-        package, attribute = self._homes[name].split(":")
+        home = self._homes[name]
+        if isinstance(home, Command):
+            return home
+        package, attribute = home.split(":")
         command: Command = getattr(import_module(package), attribute)
         return command
 
@@ -35,7 +40,7 @@ class Commands(Mapping[str, Command]):
         return len(self._homes)
 
     def __contains__(self, name: object) -> bool:
-        return name in self._homes
+        return name in self._homes or adopt(name, "dielast.commands")
 
 
 COMMANDS = Commands()

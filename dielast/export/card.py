@@ -17,15 +17,24 @@ from numpy.typing import NDArray
 from dielast.errors import InputError, Mistakes, Problem, located, nearest, shown, warn
 from dielast.export import abaqus, ansys, comsol, febio, mfront
 from dielast.export.code import UNITS, Card, CardOptions, Code
-from dielast.material.law import Registry
 from dielast.material.material import Material
 from dielast.material.shift import NoShift, ShiftLaw
 from dielast.material.springs import CardForm, SpringLaw
+from dielast.registry import Registry
 
 NOTE_WIDTH = 120  # characters of a line of notes
 
 
-CODES: Registry[Code] = Registry("finite-element code", abaqus.CODE, ansys.CODE, febio.CODE, comsol.CODE, mfront.CODE)
+CODES: Registry[Code] = Registry(
+    "finite-element code",
+    abaqus.CODE,
+    ansys.CODE,
+    febio.CODE,
+    comsol.CODE,
+    mfront.CODE,
+    group="dielast.cards",
+    base=Code,
+)
 
 
 def spring_names() -> tuple[str, ...]:
@@ -241,6 +250,7 @@ def _described(law: SpringLaw) -> str:
 
 def _shift(law: ShiftLaw, time: NDArray[np.float64], code: Code, options: CardOptions) -> tuple[ShiftLaw, NDArray[np.float64], str]:
     """The shift law of the card, its relaxation times in s, and a note on the temperature that they hold at."""
+    stated, law = law, law.equivalent()
     there = f"{law.reference_temperature:g} degC"
     if not law.depends_on_temperature:
         return law, time, f"Relaxation times hold at {there}; the material has no shift law."
@@ -249,7 +259,8 @@ def _shift(law: ShiftLaw, time: NDArray[np.float64], code: Code, options: CardOp
             raise InputError(
                 f'{code.name} takes the {law.title} law in absolute temperatures only: "K" is needed', argument="temperature_scale"
             )
-        return law, time, f"Relaxation times hold at {there}, the reference temperature of the shift law."
+        same = "" if law is stated else f" It is the {stated.title} law of dielast."
+        return law, time, f"Relaxation times hold at {there}, the reference temperature of the shift law.{same}"
     missing = f'{code.name} has no shift function for the law "{law.name}"'
     if options.temperature is None:
         raise InputError(f"{missing}: state the one temperature that its card holds for", argument="temperature")

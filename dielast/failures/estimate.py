@@ -299,6 +299,8 @@ def draw(fit: Estimate, draws: int, seed: int = 1) -> Floats:
             log[part] = fit.share_known * fit.model.total(at[part], fit.weight) + fit.model.log_prior(at[part])
         log -= -0.5 * (HEAVY + p) * np.log1p(np.sum(away**2, axis=1) / HEAVY)
         log = np.where(np.isfinite(log), log, -np.inf)
+        if not np.isfinite(log.max()):
+            raise NumericsError("no draw of the parameters has a likelihood: state known values in [fit]")
         weight = np.exp(log - log.max())
         weight /= weight.sum()
         mean = weight @ proposed

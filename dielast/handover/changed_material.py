@@ -13,6 +13,7 @@ from dielast.io.toml import parse_toml
 from dielast.material.material import Material
 from dielast.recipe.paths import read_path, set_key
 from dielast.recipe.validate import Place, check, examine, in_order, on_the_way
+from dielast.registry import adopt_laws
 
 Origin = Callable[[str], str]
 """key path -> what changes it, for messages: a key of the sweep or --set."""
@@ -26,6 +27,7 @@ def parse_changed_material(content: bytes, source: str, changes: Mapping[str, An
     """
     refuse_card(content, source)
     values = parse_toml(content, source, NO_TABLE)
+    adopt_laws(values)
     plain = check(material_file(), values, source, Path())
     if not changes:
         return plain.material()
@@ -45,6 +47,7 @@ def parse_changed_material(content: bytes, source: str, changes: Mapping[str, An
     for key, path in paths.items():
         tried(key, partial(set_key, values, path, copy.deepcopy(changes[key])))
     if not problems:
+        adopt_laws(values)
         checked = examine(material_file(), values, source, Path())
         if not isinstance(checked, list):
             return checked.material()

@@ -8,10 +8,11 @@ from pydantic import Field, create_model
 
 from dielast.errors import InputError
 from dielast.material.breakdown import BREAKDOWNS, BreakdownLaw
-from dielast.material.law import Constant, Law, ModulusLaw, Registry
+from dielast.material.law import Constant, Law, ModulusLaw
 from dielast.material.material import Material
 from dielast.material.modulus import CONSTANT_MODULUS
 from dielast.recipe.fields import Numbers, OneOf, Section, WithUnit
+from dielast.registry import Registry
 
 Kind = TypeVar("Kind", bound="FamilySection")
 

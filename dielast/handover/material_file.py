@@ -37,6 +37,7 @@ from dielast.material.spectrum import Spectrum
 from dielast.material.springs import SPRINGS, NeoHookean, SpringLaw
 from dielast.recipe.fields import Modulus, Section, Temperature, WithUnit
 from dielast.recipe.validate import check
+from dielast.registry import adopt_laws
 from dielast.units import DENSITY
 
 Density = Annotated[float, WithUnit(DENSITY, above=0.0)]
@@ -285,7 +286,9 @@ _CARD = re.compile(rb"^[ \t]*(?:\*(?:HEADING|MATERIAL|ELASTIC|HYPERELASTIC|VISCO
 def parse_file(content: bytes, source: str) -> MaterialFile:
     """The material file in these bytes, with the name of the table of its draws; `InputError` with a line for every mistake."""
     refuse_card(content, source)
-    return check(material_file(), parse_toml(content, source, NO_TABLE), source, Path())
+    values = parse_toml(content, source, NO_TABLE)
+    adopt_laws(values)
+    return check(material_file(), values, source, Path())
 
 
 def parse_material(content: bytes, source: str) -> Material:

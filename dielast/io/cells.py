@@ -15,6 +15,7 @@ from dielast.io.header import filled_width
 from dielast.io.workbook import is_workbook, sheet_text
 from dielast.units import is_unit
 
+_BLANK_CELLS = re.compile(r"\S+(?:\s+[\[(][^\])]{0,100}[\])])?")
 SEPARATORS = {"\t": "tab", ";": "semicolon", ",": "comma", " ": "blank"}
 _SNIFFED_LINES = 200
 _NUMBER = {
@@ -111,8 +112,8 @@ def refuse_header_alone(source: str, lines: Sequence[str], separator: str) -> No
 def split_cells(line: str, separator: str) -> list[str]:
     """The cells of a line without blanks around them; quoted cells may hold the separator."""
     if separator == " ":
-        # a unit in brackets belongs to the name before it
-        return re.findall(r"\S+(?:\s+[\[(][^\])]*[\])])?", line)
+        # a unit in brackets belongs to the name before it; without an end to its length, open brackets would take the square of it
+        return _BLANK_CELLS.findall(line)
     if '"' in line:
         with contextlib.suppress(csv.Error):  # a cell is larger than csv allows
             return [cell.strip() for cell in next(csv.reader([line], delimiter=separator))]

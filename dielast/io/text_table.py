@@ -6,6 +6,7 @@ of units below the names, or from the recipe; they are never guessed.
 """
 
 import difflib
+import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -31,7 +32,20 @@ from dielast.io.cells import (
 from dielast.io.header import ColumnHeader, filled_width, read_header, temperatures_in
 from dielast.io.table import as_number, split_header
 from dielast.io.workbook import is_workbook
-from dielast.units import NUMBER, Dimension, conversion, is_ambiguous, is_unit
+from dielast.units import (
+    FORCE,
+    LARGEST,
+    LENGTH,
+    NUMBER,
+    SMALLEST,
+    TEMPERATURE,
+    TEMPERATURES,
+    TIME,
+    Dimension,
+    conversion,
+    is_ambiguous,
+    is_unit,
+)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -127,9 +141,11 @@ class MeasuredTable:
             raise self.error(f"{here}: {what}{more}{self._hint(index, cells[row])}", row)
         with np.errstate(over="ignore"):
             values = numbers * scale + offset
-        for row in np.flatnonzero(~np.isfinite(values))[:1]:
+        # times and what a machine measures have limits of their own
+        largest = {TIME: math.inf, LENGTH: math.inf, FORCE: math.inf, TEMPERATURE: TEMPERATURES[1]}.get(dimension, LARGEST)
+        for row in np.flatnonzero(~np.isfinite(values) | (np.abs(values) > largest))[:1]:
             raise self.error(f"{here}: the number is too large", row)
-        return values
+        return np.where(np.abs(values) < SMALLEST, 0.0, values)
 
     def _numbers(self, index: int) -> NDArray[np.float64]:
         """The numbers in a column, NaN for other text: beside decimal commas a point separates thousands, or is a mistake."""

@@ -3,7 +3,8 @@
 from dataclasses import dataclass
 from typing import ClassVar
 
-from dielast.material.law import FlowLaw, Registry
+from dielast.material.law import FlowLaw
+from dielast.registry import Registry
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,18 +1,18 @@
-"""Bases of the laws of a material (for springs and shifts in their packages), with constants in units; a registry of laws by name.
+"""Bases of the laws of a material (for springs and shifts in their packages), with constants in units.
 
 A law is a frozen dataclass whose methods hold all that is particular to it, so that no other module depends on its type. To add a
 law, write its module and register its class in the package of its family.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from itertools import pairwise
-from typing import Any, ClassVar, Generic, Self, TypeVar
+from typing import Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from dielast.errors import InputError, nearest, shown
+from dielast.errors import InputError
 from dielast.numerics.arrays import Floats
 from dielast.units import AREA, GAS_CONSTANT, MOLAR_ENERGY, ZERO_CELSIUS, Dimension
 
@@ -334,35 +334,3 @@ def check_table(table: str, points: tuple[str, Sequence[float]], values: tuple[s
         raise InputError(f"a {table} has {len(places)} {at} but {len(numbers)} {what}: one for each is needed")
     if any(not later > earlier for earlier, later in pairwise(places)):
         raise InputError(f"the {at} of a {table} must ascend")
-
-
-Entry = TypeVar("Entry", bound=Any)
-
-
-class Registry(Generic[Entry]):
-    """The entries of one `kind`, by name and in the order of registration."""
-
-    def __init__(self, kind: str, *entries: Entry) -> None:
-        self.kind = kind
-        self._entries: dict[str, Entry] = {entry.name: entry for entry in entries}
-
-    def register(self, entry: Entry) -> Entry:
-        """Add an entry under its name; also a decorator of a class."""
-        self._entries[entry.name] = entry
-        return entry
-
-    def __getitem__(self, name: str) -> Entry:
-        if name not in self._entries:
-            raise InputError(f"{shown(name)}: {self.kind}: {nearest(name, self._entries)}")
-        return self._entries[name]
-
-    def __contains__(self, name: object) -> bool:
-        return name in self._entries
-
-    def __iter__(self) -> Iterator[Entry]:
-        return iter(self._entries.values())
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """The names of all entries."""
-        return tuple(self._entries)

@@ -15,8 +15,8 @@ from dielast.mechanics.passive.framed import Assembly, FramedFilms, Surroundings
 from dielast.mechanics.passive.structure import Structure
 from dielast.mechanics.point import LoadedPoints
 from dielast.mechanics.point_material import Points
-from dielast.mechanics.span import Controls, Load, stretched
-from dielast.numerics.arrays import ByCase, Cases, Floats
+from dielast.mechanics.span import Control, Controls, Load, stretched
+from dielast.numerics.arrays import ByCase, Cases, Flags, Floats
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -28,7 +28,8 @@ class Film(ByCase):
     If the charge is prescribed or an unknown, `field` is the nominal charge density in C/m^2; in a circuit, `source` (cases,) is
     the value of the source; `wires` let the `drive` of the electrodes change. For films with a passive part, these are quantities
     of the active part, except that `internal` is the viscous stretches xi (2, n, P, cases) of all points; `border` (u + 2, cases)
-    is the border of their state, and `assembly` holds all points.
+    is the border of their state, and `assembly` holds all points. Specimens that may be slack have `slack` (cases,), and `grips`
+    (cases,), the distance of their grips as a stretch.
     """
 
     points: Points
@@ -44,6 +45,8 @@ class Film(ByCase):
     assembly: Assembly | None = None
     wires: Wires | None = None
     drive: Drive = Drive.VOLTAGE
+    slack: Flags | None = None
+    grips: Floats | None = None
 
     @classmethod
     def at_rest(cls, points: Points, symmetry: Symmetry | None) -> Film:
@@ -90,6 +93,8 @@ class Film(ByCase):
         if self.points.edges is not None:
             stress = stress + self.points.edges.borne(self.log_squared_stretch)
         values = np.where(stretched(controls), np.exp(0.5 * self.log_squared_stretch), stress)
+        if self.slack is not None and controls[0] is Control.STRETCH:
+            values[0] = np.where(self.slack, self.grips, values[0])
         return np.concatenate((values, electrical[None]))
 
     def equations(self, load: Load) -> Films:
@@ -97,7 +102,8 @@ class Film(ByCase):
         if self.assembly is not None:
             return FramedFilms(self.assembly, load)
         form = LoadedPoints if self.points.circuit is None else ChargedPoints
-        return form(self.points, load, self.symmetry)
+        slack = self.slack if load.controls[0] is Control.STRETCH else None
+        return form(self.points, load, self.symmetry, slack)
 
     def state(self, equations: Films) -> Floats:
         """The state (rows, cases) of the stepper."""
@@ -115,7 +121,7 @@ class Film(ByCase):
         acting, source = (driven[2], None) if self.points.circuit is None else (state[equations.border], driven[2])
         border = state[equations.border :] if isinstance(equations, FramedFilms) else None
         now = self.points, equations.internal(state), log_squared, nominal, acting, time, next_step
-        return Film(*now, self.symmetry, source, border, self.assembly, self.wires, self.drive)
+        return Film(*now, self.symmetry, source, border, self.assembly, self.wires, self.drive, self.slack, driven[0])
 
     def moment(self, controls: Controls, cases: Cases, age: Floats) -> Moment:
         """The films as a moment for criteria; they are the `cases` (k,), and the voltage has been on for `age` (k,) s."""

@@ -28,7 +28,7 @@ from dielast.mechanics.electric import ELECTRIC
 from dielast.mechanics.elimination import Eliminated, stress_of, tangent_of
 from dielast.mechanics.point_material import Points, in_both_axes
 from dielast.mechanics.span import Control, Load, UnderLoad, stretched
-from dielast.numerics.arrays import Floats
+from dielast.numerics.arrays import Flags, Floats
 from dielast.numerics.stride import Inner
 
 # weight of unknowns that respond at once to a moving load: within a step they are less smooth than the error estimate at its end
@@ -45,6 +45,16 @@ class LoadedPoints(UnderLoad):
     points: Points
     load: Load
     symmetry: Symmetry | None = None
+    slack: Flags | None = None
+    """The points (cases,) whose axis 1 is free of stress although a load prescribes the distance of its grips; None: no point."""
+
+    @property
+    def held(self) -> tuple[bool | Flags, ...]:
+        """Whether the stretch of each axis is prescribed, for all points alike, or in flags (cases,)."""
+        held: list[bool | Flags] = [control is Control.STRETCH for control in self.load.controls[: self.axes]]
+        if self.slack is not None and held[0] and self.slack.any():
+            held[0] = ~self.slack
+        return tuple(held)
 
     @property
     def axes(self) -> int:
@@ -58,7 +68,8 @@ class LoadedPoints(UnderLoad):
 
     def pack(self, internal: Floats, log_squared_stretch: Floats, nominal_stress: Floats) -> Floats:
         """State (rows, cases) from x (2, n, cases), Lambda and nominal stress (2, cases)."""
-        unknown = np.where(stretched(self.load.controls), nominal_stress, log_squared_stretch)[: self.axes]
+        held = np.array([np.broadcast_to(axis, nominal_stress.shape[1]) for axis in self.held])
+        unknown = np.where(held, nominal_stress[: self.axes], log_squared_stretch[: self.axes])
         return np.concatenate((internal[: self.axes].reshape(-1, internal.shape[2]), unknown))
 
     def internal(self, state: Floats) -> Floats:
@@ -81,18 +92,19 @@ class LoadedPoints(UnderLoad):
     def unknown(self, state: Floats, driven: Floats) -> tuple[Floats, Floats]:
         """Lambda and the nominal stress (axes, cases), of which the border holds one and the load prescribes the other."""
         axes = self.axes
-        unknown, prescribed, controls = state[-axes:], driven[:axes], self.load.controls[:axes]
+        unknown, prescribed, held = state[-axes:], driven[:axes], self.held
         if self.points.edges is not None:
             prescribed = self._with_springs(unknown, prescribed)
-        if Control.STRETCH not in controls:
+        if all(axis is False for axis in held):
             return unknown, prescribed
-        if Control.STRESS not in controls:
+        if all(axis is True for axis in held):
             return 2.0 * np.log(prescribed), unknown
         log_squared_stretch, nominal_stress = unknown.copy(), prescribed.copy()
-        for axis, control in enumerate(controls):
-            if control is Control.STRETCH:
-                log_squared_stretch[axis] = 2.0 * np.log(prescribed[axis])
-                nominal_stress[axis] = unknown[axis]
+        for axis, fixed in enumerate(held):
+            if fixed is not False:
+                slack = 0.0 if fixed is True else unknown[axis]
+                log_squared_stretch[axis] = np.where(fixed, 2.0 * np.log(prescribed[axis]), slack)
+                nominal_stress[axis] = np.where(fixed, unknown[axis], 0.0)
         return log_squared_stretch, nominal_stress
 
     def _with_springs(self, unknown: Floats, prescribed: Floats) -> Floats:
@@ -105,18 +117,14 @@ class LoadedPoints(UnderLoad):
     def error(self, state: Floats, increment: Floats, inner: Inner | None = None) -> Floats:
         """Largest relative error (cases,) of stretches, stresses and viscous stretches due to an `increment` of the `state`."""
         worst = 0.5 * np.abs(increment[: self.border]).max(axis=0)
-        for axis, control in enumerate(self.load.controls[: self.axes]):
+        for axis, held in enumerate(self.held):
             row = axis - self.axes
-            error = np.abs(increment[row])
-            if control is Control.STRESS:
-                error *= np.where(self.load.moving, 0.5 * FOLLOWER_WEIGHT, 0.5)
-            else:
-                if inner is None or self.load.wave is None:
-                    error *= FOLLOWER_WEIGHT
-                else:
-                    error = np.maximum(error, inner(row))
-                error /= np.abs(state[row]) + self.points.stress_floor
-            worst = np.maximum(worst, error)
+            change = np.abs(increment[row])
+            of_stretch = change * np.where(self.load.moving, 0.5 * FOLLOWER_WEIGHT, 0.5) if held is not True else change
+            if held is not False:
+                change = change * FOLLOWER_WEIGHT if inner is None or self.load.wave is None else np.maximum(change, inner(row))
+                change = change / (np.abs(state[row]) + self.points.stress_floor)
+            worst = np.maximum(worst, np.where(held, change, of_stretch))
         return np.asarray(worst)
 
     def linearise(self, times: Floats, state: Floats, step: Floats, gamma: float) -> Arrowhead:
@@ -134,8 +142,9 @@ class Arrowhead:
     def __init__(self, system: LoadedPoints, times: Floats, state: Floats, step: Floats, gamma: float) -> None:
         self.system, self.hold, self.axes, self.border = system, 1 / gamma, system.axes, system.border
         points, load, symmetry = system.points, system.load, system.symmetry
-        self.free = [axis for axis, control in enumerate(load.controls[: self.axes]) if control is Control.STRESS]
-        self.stretched = len(self.free) < self.axes
+        self.held = system.held
+        self.free = [axis for axis, held in enumerate(self.held) if held is not True]
+        self.stretched = any(held is not False for held in self.held)
         self.driven = load.values(times)
         if not self.free:  # the stretches of all stages are known
             self.held_stretch = self.driven[:, : self.axes]
@@ -163,7 +172,11 @@ class Arrowhead:
             log_squared, nominal = self.system.unknown(state, driven)
         else:
             log_squared, nominal = state[-self.axes :], driven[: self.axes]
-        return log_squared, np.exp(0.5 * log_squared), nominal
+        stretch = np.exp(0.5 * log_squared)
+        if self.system.slack is not None:  # rounded as if no other point were slack
+            for axis, held in enumerate(self.held):
+                stretch[axis] = np.where(held, driven[axis], stretch[axis])
+        return log_squared, stretch, nominal
 
     def _condense(self, load: Load, change: Floats | None, driven: Floats, log_squared: Floats, nominal: Floats) -> None:
         """Set the inverse (axes, axes, cases) of the border's matrix, and the right-hand side due to the rates of the prescribed
@@ -186,16 +199,17 @@ class Arrowhead:
         matrix = tangent
         if self.stretched:
             matrix, self.prescribed_change = tangent.copy(), np.zeros(stretch.shape)
-        for axis, control in enumerate(load.controls[:axes]):
-            if control is Control.STRESS:
+        for axis, fixed in enumerate(self.held):
+            if fixed is False:
                 if change is not None:
                     self.load_term[axis] += stretch[axis] * change[axis]
             else:
                 if change is not None:
-                    self.prescribed_change[axis] = 2 * change[axis] / driven[axis]
+                    self.prescribed_change[axis] = np.where(fixed, 2 * change[axis] / driven[axis], 0.0)
                     self.load_term -= tangent[:, axis] * self.prescribed_change[axis]
-                matrix[:, axis] = 0.0
-                matrix[axis, axis] = -stretch[axis]
+                loose = 0.0 if fixed is True else np.where(fixed, 0.0, matrix[axis, axis])
+                matrix[:, axis] = np.where(fixed, 0.0, matrix[:, axis])
+                matrix[axis, axis] = np.where(fixed, -stretch[axis], loose)
         if axes == 1:
             self.inverse = 1 / matrix
             return
@@ -261,5 +275,5 @@ class Arrowhead:
             return border
         change = self.prescribed_change * gamma_i
         for axis in self.free:
-            change[axis] = border[axis]
+            change[axis] = np.where(self.held[axis], change[axis], border[axis])
         return change

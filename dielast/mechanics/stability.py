@@ -103,6 +103,9 @@ def stability(
     `watched` (cases,) is the time scale in s, in which springs flow, except the last, the damper, which carries nothing, and charge
     flows in a circuit. Without it, the charge and every spring are frozen.
     """
+    free = [control is Control.STRESS for control in controls]
+    if not any(free):
+        return Stability(*np.ones((2, log_squared_stretch.shape[1])))
     k11, k12, k22 = _spring_tangent(points, internal, log_squared_stretch, watched)
     maxwell = 2 * points.watched_maxwell_tangent(log_squared_stretch, electrical, watched)
     stretch = np.exp(0.5 * log_squared_stretch)
@@ -110,16 +113,13 @@ def stability(
         held = 2 * points.edges.tangent(log_squared_stretch)
         k11, k22 = k11 + held[0], k22 + held[1]
     t11, t22 = k11 - maxwell[0, 0] - nominal_stress[0] * stretch[0], k22 - maxwell[1, 1] - nominal_stress[1] * stretch[1]
-    free = [control is Control.STRESS for control in controls]
     if all(free):
         determinant, springs_alone = t11 * t22 - (k12 - maxwell[0, 1]) * (k12 - maxwell[1, 0]), k11 * k22 - k12 * k12
         scale = np.square(stretch[0] * stretch[1])
         determinant = np.where((t11 < 0) & (determinant > 0), -determinant, determinant)  # unstable in both directions
-    elif free[0] or free[1]:
+    else:
         axis = 0 if free[0] else 1
         determinant, springs_alone, scale = (t11, t22)[axis], (k11, k22)[axis], np.square(stretch[axis])
-    else:
-        determinant = springs_alone = scale = np.ones_like(k11)
     return Stability(determinant / scale, determinant / springs_alone)
 
 

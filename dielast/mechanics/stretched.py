@@ -128,13 +128,14 @@ class Histories:
 
 
 @dataclass(slots=True)
-class _Steps:
+class Steps:
     """An observer that stores every step, to evaluate states later."""
 
     parts: list[DenseSteps] = field(default_factory=list)
     begins: list[Floats] = field(default_factory=list)
 
     def __call__(self, stride: Stride) -> None:
+        """Store the step."""
         columns = np.flatnonzero(stride.accepted)
         self.parts.append(DenseSteps.of(stride, slice(None), columns))
         self.begins.append(stride.begin[columns] + stride.time[columns])
@@ -181,7 +182,7 @@ def carried(
         opening = np.zeros((strain.shape[0], flowing.size))
         opening[0] = 2 * np.log(start)
         while True:
-            steps = _Steps()
+            steps = Steps()
             ended = integrate(system, opening, history.time[:, -1], rtol=rtol, observe=steps, spans=history)
             largest = np.clip(np.maximum(np.abs(opening[0]), steps.largest(flowing.size)), ROUNDING / rtol, 1.0)
             if not (flow.depends_on_stress and np.any(largest < 0.5 * system.scale)):

@@ -17,7 +17,7 @@ import numpy as np
 
 from dielast.numerics.arrays import Cases, Flags, Floats, paired
 from dielast.numerics.rosenbrock import RODAS5P, Rosenbrock
-from dielast.numerics.stride import Observer, Spans, Stride, System, Whereabouts, advance
+from dielast.numerics.stride import Observer, Spans, Stride, System, Turns, Whereabouts, advance
 
 # numbers in the state of the cases that advance together: large enough to amortise Python calls, small enough to cache
 POOL = 32_000
@@ -70,10 +70,11 @@ def integrate(
     first_step: Floats | None = None,
     longest_step: Floats | None = None,
     spans: Spans | None = None,
+    turns: Turns | None = None,
 ) -> Integration:
     """Integrate from a consistent `state` (rows, cases) at time 0 over a `duration` (cases,) in s, with local errors below `rtol`.
 
-    The duration may consist of `spans`; the system is in the first of them.
+    The duration may consist of `spans`; the system is in the first of them. Its equations may change at `turns`.
 
     `first_step` (cases,) in s proposes the first step, such as the `next_step` of an integration that this one continues; it is
     reduced where the rates have a transient at the start. Where it is 0, the first step follows from the rates alone. Steps exceed
@@ -82,7 +83,16 @@ def integrate(
     result depends on this number.
     """
     stepper = Stepper(
-        system, state, duration, rtol=rtol, method=method, pool=pool, first_step=first_step, longest_step=longest_step, spans=spans
+        system,
+        state,
+        duration,
+        rtol=rtol,
+        method=method,
+        pool=pool,
+        first_step=first_step,
+        longest_step=longest_step,
+        spans=spans,
+        turns=turns,
     )
     stepper.run(observe)
     return stepper.result
@@ -121,6 +131,7 @@ class Stepper:
         first_step: Floats | None = None,
         longest_step: Floats | None = None,
         spans: Spans | None = None,
+        turns: Turns | None = None,
     ) -> None:
         self.system_of_all, self.durations = system, duration
         self.first_steps = np.zeros_like(duration) if first_step is None else first_step
@@ -129,7 +140,7 @@ class Stepper:
         self.result = Integration(state.copy(), *np.zeros((2, duration.size)), *np.zeros((3, duration.size), dtype=np.intp))
         self.waiting = np.flatnonzero(duration > 0)
         self.observe: Observer | None = None
-        self.exponent = 1 / method.order
+        self.turns, self.exponent = turns, 1 / method.order
         with np.errstate(all="ignore"):
             self.last_span = self._last_spans()
         self.at = Whereabouts.start(np.zeros(0, dtype=np.intp), np.zeros(0), np.zeros(0))
@@ -171,12 +182,14 @@ class Stepper:
         new_columns = Whereabouts.start(starting, self.durations[starting], self.longest_steps[starting])
         at = Whereabouts.joined([self.at.take(keep), new_columns])
         state = np.concatenate((self.state[:, keep], self.result.state[:, starting]), axis=1)
-        system = self.system_of_all.take(at.cases)
+        system: Any = self.system_of_all.take(at.cases)
+        if self.turns is not None:
+            system = self.turns.present(system, at.cases)
         if self.spans is not None and at.cases.size:
             system, at.duration = self._entered(system, np.arange(at.cases.size), at.cases, at.span)
         if count:
             new = np.arange(keep.size, at.cases.size)
-            at.next_step[new] = self._opening(system, state, at.duration, new, self.first_steps[starting])
+            at.next_step[new] = self._opening(system, state, at, new, self.first_steps[starting])
         if at.cases.size == 1:
             pair = paired(np.zeros(1, dtype=np.intp))
             at, state, system = at.take(pair), state[:, pair], system.take(pair)
@@ -207,50 +220,50 @@ class Stepper:
         at.begin[columns] += at.duration[columns]
         at.span[columns], at.duration[columns] = span, lasts
         at.time[columns] = at.rounding[columns] = at.milestone[columns] = 0.0
-        at.tries[columns] = 0
+        at.tries[columns], at.landing[columns] = 0, False
         kinks = columns[~self.spans.smooth(span)]
         if kinks.size:
             single_case, at_kink = at.cases.size == 2 and at.cases[0] == at.cases[1], kinks
             kinks = kinks[:1] if single_case else kinks
             proposed = np.where(self.result.next_step > 0, self.result.next_step, self.durations)[at.cases[kinks]]
-            at.next_step[at_kink] = self._opening(self.system, self.state, at.duration, kinks, proposed)
+            at.next_step[at_kink] = self._opening(self.system, self.state, at, kinks, proposed)
             at.last_step[at_kink] = at.last_error[at_kink] = 0.0
 
-    def _opening(self, system: System, state: Floats, duration: Floats, columns: Cases, proposed: Floats) -> Floats:
+    def _opening(self, system: System, state: Floats, at: Whereabouts, columns: Cases, proposed: Floats) -> Floats:
         """The first step (k,) of columns (k,) after the start or a kink, at most `proposed` (k,) where that is not 0."""
-        step = np.zeros(columns.size)
+        step, left = np.zeros(columns.size), at.duration - at.time
         with_proposal = np.flatnonzero(proposed > 0)
         if with_proposal.size:
             chosen = columns[with_proposal]
-            step[with_proposal] = self._continued_step(system, state, chosen, np.minimum(proposed[with_proposal], duration[chosen]))
+            most = np.minimum(proposed[with_proposal], left[chosen])
+            step[with_proposal] = self._continued_step(system, state, chosen, most, at.time)
         undecided = np.flatnonzero(step <= 0)
         if undecided.size:
             pair = paired(columns[undecided])
-            first = self._first_step(system.take(pair), np.take(state, pair, axis=1), duration[pair])
+            first = self._first_step(system.take(pair), np.take(state, pair, axis=1), left[pair], at.time[pair])
             step[undecided] = first[: undecided.size]
         return step
 
-    def _first_step(self, system: System, state: Floats, duration: Floats) -> Floats:
+    def _first_step(self, system: System, state: Floats, duration: Floats, time: Floats) -> Floats:
         """A step in which the initial rates change the state by `FIRST_MOVE` tolerances.
 
         A longer first step would hide any stiffer transient: neither its error estimate nor its dense output would show it.
         """
         probe = 1e-18 * duration
         gamma = self.method.gamma
-        start = np.zeros((1, duration.size))
-        increment = system.linearise(start, state, probe, gamma).increment(0, state, None, gamma, np.empty(state.shape))
+        increment = system.linearise(time[None], state, probe, gamma).increment(0, state, None, gamma, np.empty(state.shape))
         rate = system.error(state, increment) / (gamma * probe)
         step = FIRST_MOVE * self.rtol / rate
         return np.where(step > 0, np.minimum(step, duration), 1e-6 * duration)
 
-    def _continued_step(self, system: System, state: Floats, columns: Cases, proposed: Floats) -> Floats:
+    def _continued_step(self, system: System, state: Floats, columns: Cases, proposed: Floats, time: Floats) -> Floats:
         """The proposed first step (k,), reduced so far that no transient decays within it unseen; 0 where it would be too short.
 
         The slope of an implicit Euler step shows the rate that remains after that step. Where it differs by more than the
         tolerance from the slope over a step ten times as long, a transient decays in between.
         """
         many = np.repeat(columns, PROBED.size + 1)
-        system, state, start = system.take(many), np.take(state, many, axis=1), np.zeros((1, many.size))
+        system, state, start = system.take(many), np.take(state, many, axis=1), time[None, many]
         steps = (proposed[:, None] * np.append(PROBED, 1e-18)).ravel()
         gamma = self.method.gamma
         change = system.linearise(start, state, steps, gamma).increment(0, state, None, gamma, np.empty(state.shape))
@@ -268,19 +281,25 @@ class Stepper:
         left = (at.duration - at.time) - at.rounding
         step = np.minimum(at.next_step, at.longest_step)
         step = np.where(step >= 0.99 * left, left, np.minimum(step, 0.5 * left))
+        if self.turns is not None:
+            step = np.where(at.landing, np.minimum(at.next_step, left), step)
         after = advance(self.system, self.method, at.time, self.state, step, self.increments)
         error = self.system.error(after, self.increments[-1], partial(self.method.inner_error, self.increments)) / self.rtol
         error = np.where(np.isfinite(error), np.maximum(error, 1e-6), np.inf)
         accepted = (error <= 1) & self.active
+        total = at.time + step
+        share = np.full(step.shape, np.inf)
+        until = np.where(step >= left, at.duration, total)
+        if self.turns is not None and accepted.any():
+            stride = self._stride(accepted, step, until, after, at.begin + until)
+            share = np.where(accepted, self.turns.share(stride, at.landing), np.inf)
+            accepted = accepted & ~(share < 1)
         finished = accepted & (step >= left)
         last = finished & (at.span == self.last_span[at.cases])
-        total = at.time + step
         stop = None
         if self.observe is not None and accepted.any():
-            until = np.where(step >= left, at.duration, total)
             elapsed = np.where(last, self.durations[at.cases], at.begin + until)
-            tried = at.cases, accepted, at.time, step, until, self.state, after, self.increments
-            stop = self.observe(Stride(self.system, self.method, *tried, at.span, at.begin, at.duration, elapsed))
+            stop = self.observe(self._stride(accepted, step, until, after, elapsed))
         factor = SAFETY * error**-self.exponent
         # Gustafsson's predictive controller extrapolates the trend of the errors
         trend = factor * (step / at.last_step) * (at.last_error / error) ** self.exponent
@@ -301,7 +320,32 @@ class Stepper:
             now = tuple(np.where(accepted, new, old) for new, old in zip(now, before, strict=True))
         self.state, at.time, at.rounding, at.last_step, at.last_error = now
         at.next_step = following
+        if np.isfinite(share).any():
+            self._turn(share, step)
         self._settle(accepted, finished, last, stop)
+
+    def _stride(self, accepted: Flags, step: Floats, until: Floats, after: Floats, elapsed: Floats) -> Stride:
+        """The step that was tried."""
+        at = self.at
+        tried = at.cases, accepted, at.time, step, until, self.state, after, self.increments
+        return Stride(self.system, self.method, *tried, at.span, at.begin, at.duration, elapsed)
+
+    def _turn(self, share: Floats, step: Floats) -> None:
+        """Let columns whose equations change within the step end it there, and change those at whose start or end they do.
+
+        `share` (pool,) is the fraction of the `step` (pool,) in s at which they change, infinite where they do not.
+        """
+        assert self.turns is not None
+        at, within = self.at, (share > 0) & (share < 1)
+        at.next_step = np.where(within, share * step, at.next_step)
+        at.landing = within
+        columns = np.flatnonzero(np.isfinite(share) & ~within)
+        if columns.size:
+            place = columns, at.cases[columns], (at.begin + at.time)[columns], at.time[columns]
+            self.state = np.array(self.state)
+            self.system = self.turns.turn(self.system, *place, self.state)
+            at.next_step[columns] = self._opening(self.system, self.state, at, columns, step[columns])
+            at.last_step[columns] = at.last_error[columns] = 0.0
 
     def _settle(self, accepted: Flags, finished: Flags, last: Flags, stop: Flags | None) -> None:
         """Count the steps, let columns that have `finished` a span enter the next one, and store the cases that have ended.

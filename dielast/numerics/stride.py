@@ -45,6 +45,23 @@ class System(Protocol):
         """
 
 
+class Turns(Protocol):
+    """Moments at which the equations of a case change, within a smooth span of load: a step ends exactly there."""
+
+    def share(self, stride: Stride, landing: Flags) -> Floats:
+        """The fractions (pool,) of accepted steps at which their equations change: 0 at the start, 1 at the end, infinite where
+        they do not. `landing` (pool,) marks steps that were shortened to end there.
+        """
+
+    def present(self, system: Any, cases: Cases) -> Any:
+        """The system of these `cases` (k,) with the equations that they have now, rather than at the beginning."""
+
+    def turn(self, system: Any, columns: Cases, cases: Cases, elapsed: Floats, time: Floats, state: Floats) -> Any:
+        """The system with changed equations in `columns` (k,), which integrate the `cases` (k,); it is `elapsed` (k,) s after the
+        integration began and `time` (k,) s after the span began. The `state` (rows, pool) is made consistent in place.
+        """
+
+
 class Spans(Protocol):
     """The spans of the load, one after another; the load is smooth within a span. The duration of a span may be 0."""
 
@@ -70,6 +87,7 @@ class Whereabouts(ByCase):
     (compensated summation). `next_step` is the step size to try, at most `longest_step`; `last_step` and `last_error` (in
     tolerances) are those of the last accepted step, 0 before the first. `steps` and `rejected` count the accepted and the rejected
     steps of the case, `tries` all steps in its span; `milestone` in s is the time in the span at the last check for a stalled case.
+    `landing` marks steps that end where the equations change (`Turns`).
     """
 
     cases: Cases
@@ -86,6 +104,7 @@ class Whereabouts(ByCase):
     rejected: Cases
     tries: Cases
     milestone: Floats
+    landing: Flags
 
     @classmethod
     def start(cls, cases: Cases, duration: Floats, longest_step: Floats) -> Whereabouts:
@@ -93,7 +112,7 @@ class Whereabouts(ByCase):
         begin, time, rounding, next_step, last_step, last_error, milestone = np.zeros((7, cases.size))
         span, steps, rejected, tries = np.zeros((4, cases.size), dtype=np.intp)
         now = begin, duration, time, rounding, next_step, longest_step
-        return cls(cases, span, *now, last_step, last_error, steps, rejected, tries, milestone)
+        return cls(cases, span, *now, last_step, last_error, steps, rejected, tries, milestone, np.zeros(cases.size, dtype=bool))
 
 
 def advance(system: System, method: Rosenbrock, time: Floats, state: Floats, step: Floats, increments: Floats) -> Floats:

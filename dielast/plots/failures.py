@@ -21,12 +21,16 @@ DASHES: Any = ("-", "--", "-.", ":")
 PERCENT = (0.1, 1, 5, 10, 25, 50, 75, 90, 99, 99.9)
 
 
-def plot_failures(tested: Simulated, fitted: Sequence[FittedLaw], lives: Lives, title: str | None = None) -> Figure:
-    """The share of failed specimens over their exposure, and their times over the voltage with the predicted lives."""
+def plot_failures(
+    tested: Simulated, fitted: Sequence[FittedLaw], lives: Lives, title: str | None = None, line: Floats | None = None
+) -> Figure:
+    """The share of failed specimens over their exposure, and their times over the voltage with the predicted lives; a `line`
+    (films,) has the times in s within which half of the films fail by a power law of the voltage.
+    """
     with style():
         figure, (left, right) = panels(2, title)
         handles = _probability(left, fitted)
-        handles += _lives(right, tested, lives)
+        handles += _lives(right, tested, lives, line)
         letter((left, right))
         legend_below(figure, handles)
     return figure
@@ -101,7 +105,7 @@ def _probability(axes: Axes, fitted: Sequence[FittedLaw]) -> list[Line2D | Patch
     return handles
 
 
-def _lives(axes: Axes, tested: Simulated, lives: Lives) -> list[Line2D | Patch]:
+def _lives(axes: Axes, tested: Simulated, lives: Lives, without: Floats | None) -> list[Line2D | Patch]:
     """Times to failure over voltage: measured, and the band between the first and the last share of films that fail."""
     specimens = tested.specimens
     pairs = sorted(set(map(tuple, lives.prestretch.tolist())))
@@ -117,6 +121,8 @@ def _lives(axes: Axes, tested: Simulated, lives: Lives) -> list[Line2D | Patch]:
         line = lives.time[middle, here][order]
         known = np.isfinite(line) & (line > 0)
         axes.plot(volt[order][known], line[known], color=colour, linestyle=DASHES[number % len(DASHES)])
+        if without is not None:
+            axes.plot(volt[order], without[here][order], color="0.25", linestyle=(0, (1, 1.5)), linewidth=1.0)
         first, last = (lives.time[k, here][order] for k in (low, -1))
         filled = np.isfinite(first) & np.isfinite(last) & (first > 0)
         if filled.any():
@@ -146,6 +152,8 @@ def _lives(axes: Axes, tested: Simulated, lives: Lives) -> list[Line2D | Patch]:
             )
         )
     handles.append(Patch(color="0.4", alpha=SHADE, label=f"B{100 * lives.shares[low]:g} to B{100 * lives.shares[-1]:g}"))
+    if without is not None and np.any(np.isfinite(without)):
+        handles.append(Line2D([], [], color="0.25", linestyle=(0, (1, 1.5)), linewidth=1.0, label="power law of the voltage: B50"))
     axes.set_xlabel("voltage [kV]")
     axes.set_ylabel("time to failure [s]")
     log_axis(axes, "y")

@@ -41,7 +41,7 @@ def log_axis(axes: Axes, which: str) -> None:
     scale, axis = (axes.set_xscale, axes.xaxis) if which == "x" else (axes.set_yscale, axes.yaxis)
     scale("log")
     low, high = axes.get_xlim() if which == "x" else axes.get_ylim()
-    decades = float(np.log10(high / low)) if low > 0 and high > low else 1.0
+    decades = float(np.log10(high) - np.log10(low)) if low > 0 and high > low else 1.0
     if decades > 7:
         axis.set_major_locator(LogLocator(base=10 ** int(np.ceil(decades / 7)), numticks=20))
         axis.set_minor_locator(LogLocator(base=10, numticks=60))

@@ -7,7 +7,7 @@ from dielast.errors import InputError, as_toml
 from dielast.io.text_table import MeasuredTable
 from dielast.readings.columns_recipe import ROLES
 from dielast.readings.specimen_recipe import GAUGE, SECTION, MachineColumns, Specimen, unmeasured
-from dielast.units import FORCE, LENGTH, MASS, STIFFNESS, STRAIN, STRESS, TORQUE, kind_of
+from dielast.units import FORCE, LARGEST, LENGTH, MASS, STIFFNESS, STRAIN, STRESS, TORQUE, kind_of
 
 
 def strain_of(extension: NDArray[np.float64], specimen: Specimen | None) -> NDArray[np.float64]:
@@ -68,7 +68,7 @@ def read_as(
             values = 1 + (strain_of(values, specimen) if role == "extension" else values)
         elif role == "force":
             values = nominal_stress(values, specimen)
-    for row in np.flatnonzero(~np.isfinite(values))[:1]:
+    for row in np.flatnonzero(~(np.abs(values) <= LARGEST))[:1]:
         raise table.error(f"the {role} is too large a number for its specimen", row)
     return values
 

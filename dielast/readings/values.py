@@ -16,7 +16,7 @@ from dielast.readings.recipe import CurveData, MeasuredData, MeasurementData
 from dielast.readings.specimen import nominal_stress, strain_of
 from dielast.readings.specimen_recipe import Specimen
 from dielast.readings.steps import Part
-from dielast.units import ZERO_CELSIUS
+from dielast.units import LARGEST, ZERO_CELSIUS
 
 FREQUENCY_AGREEMENT = 0.01  # relative tolerance between columns of frequency and of angular frequency
 HELD, CHANGES = 0.02, 0.2  # spread relative to the largest value: at most that of a held quantity, at least that of another
@@ -62,7 +62,7 @@ def read_part(part: Part, data: MeasuredData, per_shear: float, labels: dict[tup
         viscosity = per_shear * part.column("complex_viscosity")
     with np.errstate(all="ignore"):
         ordinates = _ordinates(part, per_shear, data.specimen)
-    _refuse(part, ~np.all(np.isfinite(ordinates), axis=0), part.kind.name, "is too large a number")
+    _refuse(part, ~np.all(np.abs(ordinates) <= LARGEST, axis=0), part.kind.name, "is too large a number")
     return Readings(temperature, abscissa, ordinates, label, viscosity, part.table.lines)
 
 

@@ -20,6 +20,7 @@ from dielast.recipe.fields import Section, dimension_of, on_one_scale
 from dielast.recipe.file_fields import is_path
 from dielast.recipe.paths import keys_of, read_override, read_path, set_key
 from dielast.recipe.validate import Mistake, Place, examine, field_at, in_order, on_the_way, unknown_key
+from dielast.registry import adopt_laws
 
 Recipe = TypeVar("Recipe", bound=RecipeBase, covariant=True)
 MOST_CASES = 100_000
@@ -128,6 +129,7 @@ def _read_values(
     for _, (keys, value) in read:
         if keys == ("kind",):
             values["kind"] = value
+    adopt_laws(values)  # before the model is loaded, whose keys are those of the laws
     stated = values.get("kind")
     model = kinds[stated].model if isinstance(stated, str) and stated in kinds else None
     for override, (keys, value) in read:

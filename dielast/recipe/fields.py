@@ -18,6 +18,7 @@ from pydantic_core import CoreSchema, core_schema
 
 from dielast import units
 from dielast.errors import InputError, shown
+from dielast.registry import adopt
 from dielast.units import Dimension
 
 
@@ -65,20 +66,18 @@ class WithUnit:
     dimension: Dimension
     at_least: float | None = None
     above: float | None = None
-    within: tuple[float, float] | None = None
+    within: tuple[float, float] = units.COMPUTABLE
     many: bool = False
 
     def read(self, value: Any) -> float:
         """The number; raises `InputError`."""
-        number = units.parse(value, self.dimension)
+        number = units.parse(value, self.dimension, self.within)
         name, unit = self.dimension.name, self.dimension.unit
         if self.above is not None and number <= self.above:
             above = f"{self.above:g}" if unit == "1" else f"{self.above:g} {unit}"
             raise InputError(f"{shown(value)}: {name} above {above} is needed")
         if self.at_least is not None and number < self.at_least:
             raise InputError(f"{shown(value)}: {name} of at least {self.at_least:g} {unit} is needed")
-        if self.within is not None and number != 0 and not self.within[0] <= abs(number) <= self.within[1]:
-            raise InputError(f"{shown(value)}: {name} from {self.within[0]:g} to {self.within[1]:g} {unit} is needed")
         return number
 
     def read_many(self, value: Any) -> tuple[float, ...]:
@@ -148,7 +147,7 @@ class OneOf:
 
     def read(self, value: Any) -> str:
         """The text; raises `InputError`."""
-        if value not in self.names():
+        if value not in self.names() and not (adopt(value) and value in self.names()):
             *first, last = map(shown, self.names())
             raise InputError(f"{shown(value)}: one of {' or '.join(filter(None, (', '.join(first), last)))} is needed")
         return str(value)
@@ -164,7 +163,7 @@ Time = Annotated[float, WithUnit(units.TIME, at_least=0.0, within=units.TIMES)]
 PositiveTime = Annotated[float, WithUnit(units.TIME, above=0.0, within=units.TIMES)]
 NamedTimes = Annotated[tuple[tuple[str, float], ...], NamedQuantity(units.TIME, above=0.0, within=units.TIMES, many=True)]
 RelaxationTime = Annotated[float, WithUnit(units.TIME, above=0.0)]
-Temperature = Annotated[float, WithUnit(units.TEMPERATURE, above=-units.ZERO_CELSIUS)]
+Temperature = Annotated[float, WithUnit(units.TEMPERATURE, above=-units.ZERO_CELSIUS, within=units.TEMPERATURES)]
 TemperatureDifference = Annotated[float, WithUnit(units.TEMPERATURE_DIFFERENCE, above=0.0)]
 TemperatureError = Annotated[float, WithUnit(units.TEMPERATURE_DIFFERENCE, at_least=0.0)]
 ThermalExpansion = Annotated[float, WithUnit(units.THERMAL_EXPANSION)]
@@ -174,7 +173,9 @@ Permittivity = Annotated[float, WithUnit(units.PERMITTIVITY, above=0.0)]
 StrainRate = Annotated[float, WithUnit(units.STRAIN_RATE, within=units.TIMES)]
 Voltage = Annotated[float, WithUnit(units.VOLTAGE)]
 Voltages = Annotated[tuple[float, ...], WithUnit(units.VOLTAGE, at_least=0.0, many=True)]
-Temperatures = Annotated[tuple[float, ...], WithUnit(units.TEMPERATURE, above=-units.ZERO_CELSIUS, many=True)]
+Temperatures = Annotated[
+    tuple[float, ...], WithUnit(units.TEMPERATURE, above=-units.ZERO_CELSIUS, within=units.TEMPERATURES, many=True)
+]
 Force = Annotated[float, WithUnit(units.FORCE)]
 Stress = Annotated[float, WithUnit(units.STRESS)]
 Length = Annotated[float, WithUnit(units.LENGTH, above=0.0)]

@@ -1,9 +1,10 @@
 """From the values of a TOML file to a checked model, with every mistake in one line: file, key, what is wrong, what is needed."""
 
 import difflib
+import math
 import types
 import typing
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -17,7 +18,7 @@ from dielast.errors import DielastError, InputError, Problem, shown, shown_path
 from dielast.recipe.base import Kinds
 from dielast.recipe.fields import Section
 from dielast.recipe.paths import keys_of
-from dielast.units import decimal_comma
+from dielast.units import LARGEST, decimal_comma
 
 Model = TypeVar("Model", bound=BaseModel)
 Place = tuple[int | str, ...]
@@ -67,11 +68,20 @@ def examine(
         "swept": swept,
         "maker_of": partial(_maker_of, kinds or {}),
     }
+    wrong = list(_extremes({key: value for key, value in values.items() if key != "sweep"}))
     try:
-        return model.model_validate(values, context=context)
+        checked = model.model_validate(values, context=context)
     except ValidationError as error:
-        wrong = [_mistakes(model, detail, kinds or {}) for detail in error.errors(include_url=False)]
-        return [(place, problem.at(file=source)) for mistakes in wrong for place, problem in mistakes]
+        wrong += [mistake for detail in error.errors(include_url=False) for mistake in _mistakes(model, detail, kinds or {})]
+    return [(place, problem.at(file=source)) for place, problem in wrong] if wrong else checked
+
+
+def _extremes(value: Any, place: Place = ()) -> Iterator[Mistake]:
+    """The bare numbers in a value that are too large to be computed with."""
+    if isinstance(value, float) and LARGEST < abs(value) < math.inf:
+        yield place, Problem(f"{value:g}: a number of at most {LARGEST:g} is needed", key=_path(place))
+    for key, each in value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ():
+        yield from _extremes(each, (*place, key))
 
 
 def _maker_of(kinds: Kinds, file: str, key: str | None) -> str | None:

@@ -4,14 +4,14 @@ No curve tells a constant from a process that is far slower than the curve is lo
 is anything between 0 and the modulus at the end of every curve, levelled or not. The assumption here is that the spectrum H(ln tau)
 goes on as it has begun. ln H is a random path over ln tau (see `paths`), from two decades before the end to four decades after it.
 Its slope begins anywhere between a steep rise and a steep fall, and changes at random, mostly downwards, by small steps (a power
-law goes on) or large ones (it is cut off). The size of H at the end and the equilibrium modulus are unknown in scale: the logarithm
-of the size is equally likely to have any value down to a ten-thousandth of the modulus at the end (Jeffreys' prior of a scale, H.
-Jeffreys, Theory of probability, 3rd ed., Oxford 1961, sec. 3.1). Of the equilibrium modulus this holds down to about a third of the
-modulus at the end, and below, every value is equally likely. Both bounds are choices, and so are the numbers of the paths. The
-stated range depends on them, as does how often it holds the truth. It is a range for materials like those that the choices expect.
-An end that does not fall at all is as likely as one that does. All this is weighted by how likely it makes the end of the curve,
-with noise of unknown size. So the last slope and its change decide how far the modulus may still fall, and a level end excludes a
-fall. A process that a plateau separates from the curve is not allowed for: nothing shows it.
+law goes on) or large ones (it is cut off); some spectra end with the curve. The size of H at the end and the equilibrium modulus
+are unknown in scale: the logarithm of the size is equally likely to have any value down to a ten-thousandth of the modulus at the
+end (Jeffreys' prior of a scale, H. Jeffreys, Theory of probability, 3rd ed., Oxford 1961, sec. 3.1). Of the equilibrium modulus
+this holds down to about a third of the modulus at the end, and below, every value is equally likely. Both bounds are choices, and
+so are the numbers of the paths. The stated range depends on them, as does how often it holds the truth. It is a range for materials
+like those that the choices expect. An end that does not fall at all is as likely as one that does. All this is weighted by how
+likely it makes the end of the curve, with noise of unknown size. So the last slope and its change decide how far the modulus may
+still fall, and a level end excludes a fall. A process that a plateau separates from the curve is not allowed for: nothing shows it.
 """
 
 from dataclasses import dataclass, replace
@@ -165,7 +165,7 @@ def _draws(
     cells: WeightedCurve, end: float, guided: tuple[Floats, Floats], count: int, generator: np.random.Generator
 ) -> tuple[Floats, Floats]:
     """Equilibrium moduli (count,) and moduli along paths (count, m) that go with the curve of `cells`."""
-    from scipy.special import ndtr, ndtri
+    from scipy.special import log_ndtr, ndtr, ndtri
 
     u, (paths, unguided), scale = unguided_paths()[1], guided, cells.values[0, -1]
     follow = Following.of(cells, end, u, paths)
@@ -188,11 +188,15 @@ def _draws(
 
     size = positive(mean_size[k], sigma_size[k], first)
     given = mean_level[k] + rho[k] * sigma_level[k] / sigma_size[k] * (size - mean_size[k])
-    level = positive(given, sigma_level[k] * np.sqrt(1 - rho[k] ** 2), second)
-    likely = 1 / ((size + LEAST_SIZE) * (level + LEAST_MODULUS))
+    given_size = sigma_level[k] * np.sqrt(1 - rho[k] ** 2)
+    level = positive(given, given_size, second)
+    # of a path and a size, the chance of a level above 0, in place of that for all sizes, which is in the evidence
+    allowed = np.exp(log_ndtr(given / given_size) - log_ndtr(mean_level[k] / sigma_level[k]))
+    drop = allowed / (size + LEAST_SIZE)
+    likely = drop / (level + LEAST_MODULUS)
     chosen = generator.choice(many, size=count, p=likely / likely.sum())
     # the evidence for a curve that falls by no path, and for one that falls, by the curve as measured
-    noise, drops = np.sqrt(least / follow.freedom), float(np.mean(1 / (size + LEAST_SIZE))) / -np.log(LEAST_SIZE)
+    noise, drops = np.sqrt(least / follow.freedom), float(np.mean(drop)) / -np.log(LEAST_SIZE)
     falls = float(np.mean(np.exp(unguided + follow.evidence(least)))) * 2 * np.pi * noise**2 * drops
     a, square = follow.a, follow.n - follow.d**2 / follow.a
     stays = (max(square, least) / least) ** (-0.5 * follow.freedom) * np.sqrt(2 * np.pi / a) * noise

@@ -1,8 +1,9 @@
 """Random paths of the spectrum H(ln tau) about the end of a curve, and how well each of them follows the curve.
 
 The slope d ln H/d ln tau begins at random where a path begins, changes by normal steps at each point, and falls at some points by
-gamma distributed steps: small ones, so that a power law goes on, or large ones, which cut it off. The numbers of this prior are
-choices. They are not derived, and no measurement determines them; their effect is the width of the range that follows from a curve.
+gamma distributed steps: small ones, so that a power law goes on, or large ones, which cut it off. A share of the fall is even, as
+that of a log-normal spectrum is. Some paths end with the curve. The numbers of this prior are choices. They are not derived, and no
+measurement determines them; their effect is the width of the range that follows from a curve.
 """
 
 from dataclasses import dataclass
@@ -23,9 +24,10 @@ FIRST_SLOPE = (-0.3, 1.0)  # mean and standard deviation of d ln H/d ln tau wher
 # A choice: about two falls of the slope in three decades, of a mean size between 0.1, a bend, and 10, after which H
 # falls by ten decades in one; the logarithm of this size is even.
 FALLS, DROP = 0.3, (0.1, 10.0)
-# Share of paths that end with the curve, a choice. Such a material is at the border of what the curve allows, where an interval
-# between quantiles of continuous paths alone never holds it; more makes moduli far below the end of the curve less likely.
-ENDING = 1 / 3
+# Share of paths that end with the curve, a choice: some times the share that an interval leaves beyond either of its ends. Such a
+# material is at the border of what the curve allows, where an interval of paths that all go on does not reach. A larger share makes
+# moduli far below the end of the curve less likely.
+ENDING = 0.2
 WANDERS = 0.2  # standard deviation of the change of the slope per square root of a unit of ln tau
 # Paths that must count, a choice: for the Monte Carlo error of a bound. A curve more exact than the paths are dense counts less.
 ENOUGH = 200.0
@@ -33,7 +35,7 @@ GUIDES, GUIDED, LEAST_POWER = 2**11, 0.5, 0.01  # paths led to a curve, and by w
 CHANGES, ROUNDS = (0.1, 0.2, 0.4), 3  # shares by which the steps of a path change at random, and how often
 
 
-Steps = tuple[Floats, ...]  # of paths: first slope, mean fall, wandering, falls and going on, each (paths, ...)
+Steps = tuple[Floats, ...]  # first slope, mean fall, wandering, falls, and a pair for end and evenness, each (paths, ...)
 
 
 def _steps(count: int, generator: np.random.Generator) -> Steps:
@@ -41,15 +43,16 @@ def _steps(count: int, generator: np.random.Generator) -> Steps:
     later = (count, round((FASTER + SLOWER) * PER_DECADE) - 1)
     first, drop = generator.standard_normal((count, 1)), generator.uniform(size=(count, 1))
     falls = generator.standard_gamma(FALLS * np.log(10) / PER_DECADE, later)
-    return first, drop, generator.standard_normal(later), falls, generator.uniform(size=(count, 1))
+    return first, drop, generator.standard_normal(later), falls, generator.uniform(size=(count, 2))
 
 
 def _paths(steps: Steps) -> tuple[Floats, Floats]:
     """ln tau over the end of the curve (m,), and H times its spacing on each path (paths, m), 1 per unit of ln tau at the end."""
-    first, drop, wander, fall, on = steps
+    first, drop, wander, fall, kind = steps
+    on, even = kind[:, :1], kind[:, 1:]
     step, at_end = np.log(10) / PER_DECADE, round(FASTER * PER_DECADE)
     mean_fall = np.exp(np.log(DROP[0]) + drop * np.log(DROP[1] / DROP[0]))
-    change = WANDERS * np.sqrt(step) * wander - mean_fall * fall
+    change = WANDERS * np.sqrt(step) * wander - mean_fall * (even * FALLS * step + (1 - even) * fall)
     slope = np.cumsum(np.hstack([FIRST_SLOPE[0] + FIRST_SLOPE[1] * first, change]), axis=1)
     height = np.hstack([np.zeros_like(first), np.cumsum(slope * step, axis=1)])
     height -= height[:, [at_end]]

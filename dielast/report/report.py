@@ -13,6 +13,7 @@ from dielast.errors import warn
 from dielast.io.files import Inputs, sha256
 from dielast.io.manifest import LISTED, SUMMARY, listing
 from dielast.io.table import Table, rounded, to_csv
+from dielast.registry import adopted
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -61,6 +62,8 @@ def summarise(kind: str, report: Report, inputs: Inputs, source: RecipeSource, w
         summary["unfinished"] = list(report.failures)
     if report.interrupted:
         summary["interrupted"] = True
+    if packages := [f"{package}: {name} of {group}" for group, name, package in adopted()]:
+        summary["packages"] = packages
     for section, values in report.headline.items():
         summary[section] = _stated(values)
     recipe = () if source.content is None else ((source.name, sha256(source.content)),)

@@ -16,8 +16,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from dielast.errors import InputError, and_more
+from dielast.registry import adopt, adopted
 from dielast.sharing.execution import Chunk, Plan, Solve, Solved
-from dielast.sharing.versions import VERSIONS
+from dielast.sharing.kept import VERSIONS
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -53,7 +54,9 @@ def solve_on(scheduler: str, solve: Solve[Plan, Solved], plan: Plan, chunks: Seq
         # the plan is a task and not scattered data: Dask can repeat it when the worker that holds it is lost
         held = client.submit(_held, plan, pure=False)
         first, end = zip(*chunks, strict=True)
-        futures = client.map(_solve_there, first, end, pure=False, retries=RETRIES, solve=solve, plan=held, versions=VERSIONS)
+        futures = client.map(
+            _solve_there, first, end, pure=False, retries=RETRIES, solve=solve, plan=held, versions=VERSIONS, packages=adopted()
+        )
         try:
             ready = distributed.as_completed(futures, loop=client.loop)
             last = time.monotonic()
@@ -100,6 +103,8 @@ def _connected(scheduler: str, silence: float) -> Iterator[Client]:
         except (ValueError, TypeError, RuntimeError) as error:
             reason = "Dask lacks what this kind of address needs" if "abstract class" in str(error) else str(error)
             raise InputError(f"no Dask scheduler can be reached at this address: {reason}", file=scheduler) from None
+        except Exception:  # what another program answers may be taken for a message of any length and kind
+            raise InputError("what answers at this address is no Dask scheduler", file=scheduler) from None
         if kind != "Scheduler":
             raise InputError(f"the address is that of a Dask {kind.lower()}; that of a scheduler is needed", file=scheduler)
         with distributed.Client(address, set_as_default=False) as client:
@@ -158,8 +163,18 @@ def _held(plan: Plan) -> Plan:
     return plan
 
 
-def _solve_there(first: int, end: int, *, solve: Solve[Plan, Solved], plan: Plan, versions: Mapping[str, str]) -> Solved:
+def _solve_there(
+    first: int,
+    end: int,
+    *,
+    solve: Solve[Plan, Solved],
+    plan: Plan,
+    versions: Mapping[str, str],
+    packages: Sequence[tuple[str, str, str]],
+) -> Solved:
     """Solve a chunk on a worker; versions are checked here as well, as a worker may have joined after the first check."""
     if other := _differing(versions, VERSIONS):
         raise OtherVersion(other)
+    for group, name, _ in packages:
+        adopt(name, group)
     return solve(plan, first, end)

@@ -41,28 +41,6 @@ def _limits() -> Iterator[float]:
             yield max(float(limit - used), 0.0)
     with suppress(OSError, ValueError, AttributeError):  # the total memory, if the free memory is unknown
         yield float(os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE"))
-    with suppress(AttributeError):
-        yield _free_on_windows()
-
-
-def _free_on_windows() -> float:
-    """Free memory in bytes; raises `AttributeError` on other systems."""
-    import ctypes
-
-    class Status(ctypes.Structure):
-        """MEMORYSTATUSEX of the Windows API."""
-
-        _fields_ = (
-            ("length", ctypes.c_uint32),
-            ("load_percent", ctypes.c_uint32),
-            *((name, ctypes.c_uint64) for name in ("total", "free", "total_paged", "free_paged", "total_virtual", "free_virtual")),
-            ("free_extended", ctypes.c_uint64),
-        )
-
-    status = Status(length=ctypes.sizeof(Status))
-    if not ctypes.windll.kernel32.GlobalMemoryStatusEx(ctypes.byref(status)):  # type: ignore[attr-defined, unused-ignore]
-        raise AttributeError("GlobalMemoryStatusEx")
-    return float(min(status.free, status.free_virtual))
 
 
 def _size(count: float) -> str:

@@ -13,6 +13,7 @@ from queue import Empty, SimpleQueue
 from typing import Any
 
 from dielast.errors import NumericsError
+from dielast.registry import adopt, adopted
 from dielast.sharing.execution import Chunk, Plan, Solve, Solved
 
 FROM_OUTSIDE = (signal.SIGINT, signal.SIGTERM)
@@ -31,7 +32,7 @@ def solve_in_processes(jobs: int, solve: Solve[Plan, Solved], plan: Plan, chunks
     futures: list[Future[Solved]] = []
     # spawned, not forked: a fork would copy locks that the threads of a notebook hold
     started = multiprocessing.get_context("spawn")
-    pool = ProcessPoolExecutor(min(jobs, len(chunks), MOST), started, initializer=_receive, initargs=(solve, plan))
+    pool = ProcessPoolExecutor(min(jobs, len(chunks), MOST), started, initializer=_receive, initargs=(solve, plan, adopted()))
     try:
         # the handler is set before signals are unblocked, so that it handles a signal that came in between
         with _terminated_as_interrupted():
@@ -111,8 +112,10 @@ def _terminated_as_interrupted() -> Iterator[None]:
         signal.signal(signal.SIGTERM, before)
 
 
-def _receive(solve: Callable[[Any, int, int], Any], plan: Any) -> None:
+def _receive(solve: Callable[[Any, int, int], Any], plan: Any, packages: Sequence[tuple[str, str, str]]) -> None:
     global _given
+    for group, name, _ in packages:
+        adopt(name, group)
     for number in FROM_OUTSIDE:  # the parent handles them
         signal.signal(number, signal.SIG_IGN)
     threading.Thread(target=_end_with_parent, daemon=True).start()

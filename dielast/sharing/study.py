@@ -5,23 +5,20 @@ An interrupted run goes on from the file. It holds the results of whole chunks, 
 
 from __future__ import annotations
 
-import hashlib
-import io
 import os
 import pickle
 import time
-from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
+from collections.abc import Callable, Generator, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass, field
 from functools import partial
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar
 
 from dielast.errors import DielastError, InputError, NumericsError
 from dielast.io.files import KEPT, STORE, write_files
 from dielast.numerics.integrate import KEEPER, Keeper
 from dielast.sharing.execution import NOTHING_KEPT, Chunk, Execution, Plan, Solve, Solved
-from dielast.sharing.versions import VERSIONS
+from dielast.sharing.kept import LARGEST, Kept, fingerprint, load, outermost, restored, size
 
 if TYPE_CHECKING:
     from dielast.io.files import Inputs
@@ -32,24 +29,18 @@ Result_co = TypeVar("Result_co", covariant=True)
 PAUSE = 1.0  # s between two saves: a large cluster works faster than a disk saves
 STATE = 10.0  # s between two states of a simulation
 SAVING = 0.05  # fraction of the time of a run that goes into saving, at most
-CHANGED = "the {} {} of an interrupted run are discarded: the recipe, a file that it names, or dielast has changed since"
-UNREADABLE = "an interrupted run is discarded: its file is damaged, or of another version of dielast"
 GOES_ON = "{} are kept: the same command goes on from there, a changed recipe begins anew"
-NONE_DONE = "none of the {} was {} yet; the same command begins anew"
 HERE = Execution()
-_OF_ARRAYS = {"_frombuffer", "_reconstruct", "ndarray", "dtype", "scalar"}
-"""The names of numpy that a pickle of arrays holds."""
 
 
 @dataclass(frozen=True, slots=True)
 class Work(Generic[Plan, Solved]):
-    """How the chunks of a plan are solved: `solve` does one; `many` and `done` name in messages what is counted, such as "cells"
-    and "solved". `holds` says whether a kept result still holds; without it, all do.
+    """How the chunks of a plan are solved: `solve` does one, `many` names what is counted, such as "cells", and `holds` says
+    whether a kept result still holds; without it, all do.
     """
 
     solve: Solve[Plan, Solved]
     many: str
-    done: str = "solved"
     holds: Callable[[Plan, Solved], bool] | None = None
 
 
@@ -97,16 +88,12 @@ class Study:
         self.execution, self.key = execution, key
         self.store = None if execution.folder is None else execution.folder / STORE
         self.note, self.keep = (tell or (lambda line: None) for tell in (execution.note, execution.keep))
-        self.kept: dict[str, dict[Chunk, Any]] = {}
-        """Results by stage, as named by what is counted, and chunk."""
-        self.totals: dict[str, int] = {}
-        self.states: dict[tuple[str, Chunk, int], bytes] = {}
-        """States of the simulations of a chunk that this process solves, by stage, chunk and number."""
+        self.kept, self.totals = Kept(), dict[str, int]()
         self.new = self.saved = False  # whether there are results that are not in the file, and any that are
         self.due = time.monotonic() + PAUSE
         if self.store is not None and os.path.isfile(self.store):
-            self.kept, self.states, discarded = load(self.store, key)
-            self.saved = bool(self.kept or self.states)
+            self.kept, discarded = load(self.store, key)
+            self.saved = bool(self.kept.results or self.kept.states)
             if discarded:
                 self.note(discarded)
 
@@ -148,26 +135,25 @@ class Study:
 
         The division into chunks may be another one than that of an interrupted run. Raises the first error of the chunks.
         """
-        total = self.totals[work.many] = _size(chunks)
-        kept = self.kept[work.many] = {
+        total = self.totals[work.many] = size(chunks)
+        kept = self.kept.results[work.many] = {
             chunk: result
-            for chunk, result in self.kept.get(work.many, {}).items()
+            for chunk, result in self.kept.results.get(work.many, {}).items()
             if work.holds is None or work.holds(plan, result)
         }
         join_of = {part: whole for whole, (parts, _) in joins.items() for part in parts}
         for whole in joins:
             _join(kept, whole, joins)
         waiting = _left(chunks, outermost(kept))
-        undone, failed, done = set(waiting), dict[Chunk, DielastError](), total - _size(waiting)
-        if done or any(many == work.many for many, _, _ in self.states):
-            self.note(f"goes on from an interrupted run, which {work.done} {done} of {total} {work.many}")
-        if self.saved or len(chunks) > 1:
-            self.keep(self.state() or NONE_DONE.format(work.many, work.done))
+        undone, failed, done = set(waiting), dict[Chunk, DielastError](), total - size(waiting)
+        if done or any(many == work.many for many, _, _ in self.kept.states):
+            self.note(f"goes on from an interrupted run, which kept {done} of {total} {work.many}")
+        self.keep(self.state() or NOTHING_KEPT)
         solve = work.solve if self.store is None or is_shared(self.execution, waiting) else partial(self._solve_here, work)
         try:
             with closing(share_out(_tried, (solve, plan), waiting, self.execution)) as outcomes:
                 for chunk, outcome in outcomes:
-                    self.states = {place: state for place, state in self.states.items() if place[1] != chunk}
+                    self.kept.states = {place: state for place, state in self.kept.states.items() if place[1] != chunk}
                     undone.discard(chunk)
                     if isinstance(outcome, DielastError):
                         failed[chunk] = outcome
@@ -190,8 +176,6 @@ class Study:
         except BaseException:
             self.save()
             raise
-        if not self.saved:  # there was too little to be saved
-            self.keep(NOTHING_KEPT)
         return [kept[chunk] for chunk in outermost(kept)]
 
     def _solve_here(self, work: Work[Plan, Solved], plan: Plan, first: int, end: int) -> Solved:
@@ -204,16 +188,19 @@ class Study:
 
     def state(self) -> str:
         """What the file holds, for the message about an interrupt; empty if it holds nothing."""
-        counts = {many: _size(outermost(self.kept[many])) for many in self.totals} if self.saved else {}
+        counts = {many: size(outermost(self.kept.results[many])) for many in self.totals} if self.saved else {}
         kept = [f"{count} of {self.totals[many]} {many}" for many, count in counts.items() if count]
-        kept += [f"the states of {many} under way" for many in dict.fromkeys(place[0] for place in self.states)]
+        kept += [f"the states of {many} under way" for many in dict.fromkeys(place[0] for place in self.kept.states)]
         return GOES_ON.format(" and ".join(kept)) if kept else ""
 
     def save(self) -> bool:
         """Keep all results so far in the file, which is written whole or not at all; returns whether there are any."""
         if self.store is not None and self.new:
-            begin = time.monotonic()
-            write_files(self.store.parent, {self.store.name: packed(self.key, self.kept, self.states)})
+            begin, content = time.monotonic(), self.kept.packed(self.key)
+            if len(content) > LARGEST:
+                self.store = None  # so much is not kept
+                return self.saved
+            write_files(self.store.parent, {self.store.name: content})
             self.new, self.saved = False, True
             self.due = time.monotonic() + max(PAUSE, (time.monotonic() - begin) / SAVING)
         if self.saved:
@@ -247,37 +234,6 @@ def is_shared(execution: Execution, chunks: Sequence[Chunk]) -> bool:
     return execution.scheduler is not None or (execution.jobs > 1 and len(chunks) > 1)
 
 
-def fingerprint(cases: Sequence[Case[Any]], inputs: Inputs) -> str:
-    """A digest of the versions, recipe and inputs, which an unfinished run must share with this run to be resumed."""
-    recipe = cases[0].recipe
-    # stating the default of a key may have an effect; other cases differ from the first by their settings alone
-    settings = [(case.settings, case.of_material) for case in cases]
-    stated = f"{VERSIONS}\n{recipe!r}\n{recipe.model_dump(exclude_unset=True)}\n{settings!r}\n{sorted(inputs.digests)}"
-    return hashlib.sha256(stated.encode()).hexdigest()
-
-
-def packed(key: str, kept: Mapping[str, Mapping[Chunk, Any]], states: Mapping[Any, bytes] = {}) -> bytes:
-    """The content of a file that keeps results, and states of simulations, under a key."""
-    count = {many: _size(outermost(results)) for many, results in kept.items() if results}
-    content = pickle.dumps((key, count, kept, states), protocol=5)
-    return hashlib.sha256(content).digest() + content
-
-
-def load(store: Path, key: str) -> tuple[dict[str, dict[Chunk, Any]], dict[tuple[str, Chunk, int], bytes], str]:
-    """What an earlier run has kept: results by stage and chunk, and states; or why they are discarded, empty if they are not."""
-    try:
-        content = store.read_bytes()
-        digest, content = content[:32], content[32:]
-        if hashlib.sha256(content).digest() != digest:
-            return {}, {}, UNREADABLE
-        known, count, kept, states = _Unpickler(io.BytesIO(content)).load()
-        if known == key:
-            return kept, states, ""
-        return {}, {}, "; ".join(CHANGED.format(number, many) for many, number in count.items())
-    except Exception:  # of another version, which may have other classes
-        return {}, {}, UNREADABLE
-
-
 @dataclass(slots=True)
 class _States(Keeper):
     """Keeps the states of the simulations of one chunk, which a study solves in this process."""
@@ -292,33 +248,19 @@ class _States(Keeper):
         """The state that an earlier run has kept of the simulation that now begins, None without one."""
         self.number += 1
         try:
-            return _Unpickler(io.BytesIO(self.study.states[self.many, self.chunk, self.number])).load()
+            return restored(self.study.kept.states[self.many, self.chunk, self.number])
         except Exception:  # it has none, or there is a law that dielast does not know
             return None
 
     def keep(self, state: Any) -> None:
-        """Keep the state, if it is time to."""
+        """Keep the state, if it is time to, and show how far it is."""
+        if self.study.execution.progress is not None and self.study.totals[self.many] == size([self.chunk]):
+            state.show(self.study.execution.progress)
         if (begin := time.monotonic()) >= self.due:
-            self.study.states[self.many, self.chunk, self.number] = pickle.dumps(state, protocol=5)
+            self.study.kept.states[self.many, self.chunk, self.number] = pickle.dumps(state, protocol=5)
             self.study.new = True
             self.study.save()
             self.due = time.monotonic() + max(STATE, (time.monotonic() - begin) / SAVING)
-
-
-class _Unpickler(pickle.Unpickler):
-    """Makes arrays and objects of dielast, and calls nothing else: a folder of results may come from anybody."""
-
-    def find_class(self, module: str, name: str) -> Any:
-        """The class or function of this name; raises `UnpicklingError` for all that no result is made of."""
-        if module.split(".")[0] in ("dielast", "numpy"):
-            found = super().find_class(module, name)
-            if name in _OF_ARRAYS if module.startswith("numpy") else isinstance(found, type):
-                return found
-        raise pickle.UnpicklingError(name)
-
-
-def _size(chunks: Iterable[Chunk]) -> int:
-    return sum(end - first for first, end in chunks)
 
 
 def _by_number(batches: Sequence[Batch[Result]], solved: Sequence[Sequence[Result]]) -> list[Result]:
@@ -327,15 +269,6 @@ def _by_number(batches: Sequence[Batch[Result]], solved: Sequence[Sequence[Resul
     for batch, own in zip(batches, solved, strict=True):
         results.update(zip(batch.members, own, strict=True))
     return [results[number] for number in range(len(results))]
-
-
-def outermost(kept: Mapping[Chunk, Any]) -> list[Chunk]:
-    """The chunks in their order, without those that lie within others."""
-    chunks: list[Chunk] = []
-    for first, end in sorted(kept, key=lambda chunk: (chunk[0], -chunk[1])):
-        if not chunks or end > chunks[-1][1]:
-            chunks.append((first, end))
-    return chunks
 
 
 def _left(chunks: Sequence[Chunk], done: Sequence[Chunk]) -> list[Chunk]:

@@ -150,6 +150,7 @@ def _stops(stop_at: str | None, materials: Sequence[Material], setup: Setup) -> 
         needed = f"the material file needs [{stop_at}] with field, time and exponent"
         raise InputError(f"{shown(stop_at)} cannot happen: {needed}", argument="stop_at")
     stops = (ElectricalBreakdown.name,) if breakdown else failures_of(materials) if stop_at is None else (stop_at,)
-    # a slack passive film wrinkles, which these equations do not describe
-    slack = setup.share is not None and (breakdown or stop_at is None)
+    # a slack film wrinkles, which these equations do not describe
+    held = setup.share is not None or any(control is not Control.STRESS for control in setup.controls)
+    slack = held and (breakdown or stop_at is None)
     return (*stops, LossOfTension.name) if slack else stops

@@ -104,8 +104,10 @@ class CycleMeter:
     _piece: Piece | None = None
     """The piece of load, if it is a waveform or part of a lap."""
     _lap: int = 0
-    _buffer: list[tuple[DenseSteps, Cases, Floats, Flags]] = field(default_factory=list)
-    """Steps (k,) to evaluate together: their dense output, the spans, when these begin, and whether the step ends its span."""
+    _buffer: list[tuple[DenseSteps, Cases, Floats, Flags, Flags]] = field(default_factory=list)
+    """Steps (k,) to evaluate together: their dense output, the spans, when these begin, whether the step ends its span, and whether
+    the film is slack.
+    """
     _size: int = 0
     _system: Films | None = None
     _sums: Floats = field(default_factory=lambda: np.zeros((SUMS, 0, 0)))
@@ -139,7 +141,11 @@ class CycleMeter:
             columns = columns[:1]  # a single case occupies two columns
         self._system = system = films_of(stride)
         steps = DenseSteps.of(stride, slice(system.border, None), columns)
-        self._buffer.append((steps, stride.span[columns], stride.begin[columns], (stride.until == stride.duration)[columns]))
+        slack = (
+            system.slack[columns] if isinstance(system, LoadedPoints) and system.slack is not None else np.zeros(columns.size, bool)
+        )
+        ends_span = (stride.until == stride.duration)[columns]
+        self._buffer.append((steps, stride.span[columns], stride.begin[columns], ends_span, slack))
         self._size += columns.size
         if self._size >= MANY:
             self._add()
@@ -197,7 +203,7 @@ class CycleMeter:
         assert piece is not None
         assert system is not None
         steps = DenseSteps.joined([kept[0] for kept in self._buffer])
-        span, begin, ends_span = (np.concatenate([kept[index] for kept in self._buffer]) for index in (1, 2, 3))
+        span, begin, ends_span, slack = (np.concatenate([kept[index] for kept in self._buffer]) for index in (1, 2, 3, 4))
         self._buffer, self._size = [], 0
         load, cycle = piece.span(steps.cases, span)[0], np.zeros_like(span)
         if isinstance(piece, Cycles):
@@ -211,6 +217,8 @@ class CycleMeter:
         wide, driving = steps.take(many), load.take(many)
         local = wide.time + share * wide.step
         films, state = replace(system, load=driving), wide.state(share)
+        if isinstance(films, LoadedPoints) and films.slack is not None:
+            films = replace(films, slack=slack[many])
         value, slope = films.driven(local, state), driving.slope(local)
         log_squared, nominal = films.membrane(state, value)
         stretch = np.exp(0.5 * log_squared)

@@ -10,6 +10,7 @@ import numpy as np
 from dielast.mechanics.at_once import apply_at_once
 from dielast.mechanics.film import Film
 from dielast.mechanics.piece import Piece
+from dielast.mechanics.slack import Contact
 from dielast.mechanics.span import Controls
 from dielast.mechanics.watch import Watch
 from dielast.numerics.arrays import Cases, Flags, Floats
@@ -17,6 +18,8 @@ from dielast.numerics.integrate import KEEPER, Status, Stepper
 from dielast.numerics.stride import Stride
 from dielast.simulate.cycles import CycleMeter
 from dielast.simulate.record import Recorder
+
+MANY = 100  # spans of a piece of load that are worth a progress bar
 
 
 @dataclass(slots=True, eq=False)
@@ -38,6 +41,7 @@ class Course:
     """The piece under way."""
     stepper: Stepper | None = None
     controls: Controls | None = None
+    contact: Contact | None = None
 
     @property
     def time(self) -> Floats:
@@ -53,6 +57,16 @@ class Course:
                 self.stepper.run(self._observe, None if keep is None else partial(keep, self))
             self._end()
             self.index += 1
+
+    def show(self, progress: Callable[[int, int, str], None]) -> None:
+        """Call `progress` with the finished number, the total number and the plural of the cycles, or the rows of a table, of a
+        piece that has many.
+        """
+        if self.stepper is None or self.piece is None or self.piece.spans < MANY:
+            return
+        at, count = self.stepper.at, self.piece.cycles or self.piece.spans
+        done = int(at.span[self.stepper.active].min(initial=self.piece.spans)) * count // self.piece.spans
+        progress(done, count, "cycles" if self.piece.cycles else "rows of the load")
 
     def _observe(self, stride: Stride) -> Flags | None:
         observers = [observer for observer in (self.watch, *self.recorders, self.meter) if observer is not None]
@@ -83,6 +97,8 @@ class Course:
                     recorder.electric.leap(piece.controls, before, film, np.any(piece.start[:2] != present[:2], axis=0))
             if film.points.circuit is not None:
                 film = replace(film, source=np.where(jumps, piece.start[2], present[2]))
+        if self.contact is not None:
+            film = self.contact.begin(film, piece.controls, piece.start, jumps, self.status)
         system = film.equations(piece.span(every, np.zeros_like(every))[0])
         state = film.state(system)
         alive = self.status == Status.COMPLETED
@@ -100,7 +116,14 @@ class Course:
         if lasting.any():
             spans = piece if piece.spans > 1 else None
             self.stepper = Stepper(
-                system, state, lasting, rtol=self.rtol, first_step=film.next_step, longest_step=piece.longest_step, spans=spans
+                system,
+                state,
+                lasting,
+                rtol=self.rtol,
+                first_step=film.next_step,
+                longest_step=piece.longest_step,
+                spans=spans,
+                turns=self.contact if film.slack is not None else None,
             )
 
     def _end(self) -> None:
@@ -112,6 +135,9 @@ class Course:
         assert self.piece is not None
         system: Any = self.stepper.system_of_all
         result = self.stepper.result
+        if self.contact is not None and self.film.slack is not None:
+            self.film = replace(self.film, slack=self.contact.slack)
+            system = self.film.equations(system.load)
         driven = self.piece.end if self.piece.spans > 1 else system.load.value(result.time)
         film = self.film = self.film.reached(system, result.state, driven, self.film.time + result.time, result.next_step)
         self.status = np.where(self.status == Status.COMPLETED, result.status, self.status)
@@ -129,16 +155,17 @@ def follow(
     watch: Watch | None = None,
     recorders: Sequence[Recorder] = (),
     meter: CycleMeter | None = None,
+    contact: Contact | None = None,
 ) -> Course:
     """Follow films through `pieces`, to the end or until the `watch` stops a case. A course that was kept is continued, with the
-    watch, the recorders and the meter that were kept with it.
+    watch, the recorders, the meter and the contact that were kept with it.
 
-    Films with a watch have a damper as their last spring. Loads applied at once are treated by `apply_at_once`. Raises `InputError`
-    for a rate of the wrong sign.
+    Films with a watch have a damper as their last spring; specimens with a `contact` bear no pressure along axis 1. Loads applied
+    at once are treated by `apply_at_once`. Raises `InputError` for a rate of the wrong sign.
     """
     keeper, none = KEEPER.get(), np.zeros(film.time.size, dtype=np.intp)
     course: Course | None = None if keeper is None else keeper.resumed()
     if course is None:
-        course = Course(film, pieces, rtol, watch, recorders, meter, none, none.copy())
+        course = Course(film, pieces, rtol, watch, recorders, meter, none, none.copy(), contact=contact)
     course.run(None if keeper is None else keeper.keep)
     return course

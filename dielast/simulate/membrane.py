@@ -1,6 +1,6 @@
 """Mechanical tests on specimens: relaxation at prescribed stretch, and creep at prescribed nominal stress."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import wraps
 from typing import Any, ClassVar
@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from dielast.errors import InputError
+from dielast.errors import InputError, nearest, shown
 from dielast.material.material import Material, materials_of
 from dielast.material.springs import EQUIBIAXIAL, UNIAXIAL, Symmetry
 from dielast.mechanics.cases import numbers, spread, temperatures_of
@@ -18,6 +18,7 @@ from dielast.mechanics.line import Line
 from dielast.mechanics.load import Mode, Step
 from dielast.mechanics.piece import Piece
 from dielast.mechanics.point_material import Points
+from dielast.mechanics.slack import Contact
 from dielast.mechanics.span import Control
 from dielast.numerics.arrays import Cases, Floats
 from dielast.numerics.integrate import Status
@@ -30,6 +31,17 @@ from dielast.simulate.output import Output, check_end
 from dielast.simulate.quantities import TESTS, SolvedTests, values_of
 from dielast.simulate.record import Recorder
 
+BEARS_NOTHING, PUSHES = "bears nothing", "pushes"
+
+
+@dataclass(frozen=True, slots=True)
+class SlackEvent:
+    """A specimen goes slack, or taut again, at `time` in s; `stretch` is the prescribed one, and its own."""
+
+    event: str
+    time: float
+    stretch: float
+
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class MembraneHistory(History):
@@ -39,7 +51,8 @@ class MembraneHistory(History):
     Nominal and true stresses are mechanical; `relaxation_modulus`, of uniaxial relaxation, is nominal stress over (stretch - 1),
     NaN at stretch 1. If the outcome of a case is not COMPLETED, its values after the time of the outcome are NaN.
     `viscous_stretch` (2, branches, cases, times) is None without `internal`, `cycles` is None without a waveform; cycles are those
-    of the nominal stress if the stretch is prescribed, else of the stretch.
+    of the nominal stress if the stretch is prescribed, else of the stretch. `slack_events` are those of each case, in the order of
+    time.
     """
 
     QUANTITIES: ClassVar = TESTS
@@ -51,6 +64,7 @@ class MembraneHistory(History):
     viscous_stretch: Floats | None
     points: Points
     cycles: CycleTable | None = None
+    slack_events: tuple[tuple[SlackEvent, ...], ...] = ()
 
     def stored_energy(self) -> Floats:
         """Energy per undeformed volume in the springs, (cases, times) in J/m^3.
@@ -88,6 +102,7 @@ def prepare(
     mode: Mode | str = Mode.UNIAXIAL,
     temperature: ArrayLike | None = None,
     nominal_field: ArrayLike | None = None,
+    slack: str | None = None,
     output: Output = Output(),
     solver: Solver = Solver(),
 ) -> Callable[[], MembraneHistory]:
@@ -100,6 +115,11 @@ def prepare(
     Output without stated times is evenly spaced in ramps. At the time of a load applied at once, stated times show the state
     before it. In uniaxial mode the result has a `relaxation_modulus`, nominal stress over (stretch - 1), in Pa.
 
+    A specimen whose `slack` "bears nothing" has no nominal stress where a prescribed stretch would press it together: it recovers
+    freely until it is as long as that again. Its stretch is then its length, and `slack_events` are the times when it goes slack
+    and taut. One that "pushes" is held at the prescribed stretch at any stress. Default: "bears nothing" in uniaxial and pure-shear
+    mode; equibiaxial specimens are held.
+
     A `nominal_field` in V/m, the voltage over the undeformed thickness, acts from the start between electrodes on both faces; the
     nominal stress is then that which the machine holds.
 
@@ -109,7 +129,7 @@ def prepare(
     others = [name for name in ("with_end", "electrical", "profile") if getattr(output, name) is not None]
     if others:
         raise InputError("only a film under voltage has it", argument=others[0])
-    rtol = solver.rtol
+    rtol, slack = solver.rtol, bearing(slack, Mode.of(mode))
     materials = materials_of(material)
     if not materials:
         raise InputError("a Material, or a list of them, is needed")
@@ -139,7 +159,9 @@ def prepare(
 
     def simulated() -> MembraneHistory:
         recorder, meter = Recorder(stated), CycleMeter(points, np.ones(cases), stress_is_measured)
-        followed = follow(Film.at_rest(points, symmetry_of(history)), history, rtol=rtol, recorders=[recorder], meter=meter)
+        contact = Contact(np.zeros(cases, dtype=bool), rtol) if slack == BEARS_NOTHING else None
+        film = Film.at_rest(points, symmetry_of(history))
+        followed = follow(film, history, rtol=rtol, recorders=[recorder], meter=meter, contact=contact)
         # the duration of a step to a stress at a rate that begins at a stretch, or the reverse, is known only now
         check_end(stated.rows, np.where(followed.status == Status.COMPLETED, followed.time, np.inf), "history")
         record = followed.recorders[0].collect()
@@ -151,9 +173,26 @@ def prepare(
             viscous_stretch=None if record.internal is None else np.exp(0.5 * record.internal[:, 1:]),
             points=points,
             cycles=(followed.meter or meter).collect(),
+            slack_events=_by_case(() if followed.contact is None else followed.contact.events, cases),
         )
 
     return simulated
+
+
+def _by_case(events: Iterable[tuple[int, float, float, bool]], cases: int) -> tuple[tuple[SlackEvent, ...], ...]:
+    """The events of a contact in each case."""
+    by_case: list[list[SlackEvent]] = [[] for _ in range(cases)]
+    for case, time, stretch, slack in sorted(events):
+        by_case[case].append(SlackEvent("slack" if slack else "taut", time, stretch))
+    return tuple(map(tuple, by_case))
+
+
+def bearing(slack: str | None, mode: Mode) -> str:
+    """What a specimen does that would be pressed together, by default as stated in `relax`; `InputError` for anything else."""
+    known = (BEARS_NOTHING, PUSHES) if mode is not Mode.EQUIBIAXIAL else (PUSHES,)
+    if slack is not None and slack not in known:
+        raise InputError(f"{shown(slack)}: in {mode.value} mode {nearest(slack, known)}", argument="slack")
+    return slack or known[0]
 
 
 def symmetry_of(pieces: Sequence[Piece]) -> Symmetry | None:

@@ -255,6 +255,7 @@ class Recorder:
         """
         if self.watch is None:
             driven = system.driven(moment, state, pooled)
+            system = system.take(pooled) if isinstance(system, LoadedPoints) and system.slack is not None else system
             return np.concatenate((*system.membrane(state, driven), driven[2:], np.full((1, case.size), np.nan)))
         films = Moment.of(system.take(pooled), case, age, moment, state)
         determinant = self.watch.stability(films).determinant

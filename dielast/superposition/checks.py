@@ -8,7 +8,7 @@ import numpy as np
 
 from dielast.errors import warn
 from dielast.material.measurement_kind import MeasurementKind
-from dielast.material.shift import WLF, Arrhenius
+from dielast.material.shift import WLF, Arrhenius, VogelFulcherTammann
 from dielast.numerics.arrays import Flags, Floats, Index
 from dielast.numerics.robust import robust_deviation
 from dielast.superposition.gather import Gathered
@@ -145,7 +145,7 @@ def warn_if_rising(temperature: Floats, shift: Floats, stderr: Floats, law: str)
     rise = np.diff(shift)
     sure = rise > 3 * np.hypot(stderr[1:], stderr[:-1]) + 1e-6
     throughout = rise.size > 1 and bool(np.all(rise > 0) and np.any(sure))
-    if throughout and law != WLF.name:
+    if throughout and law not in (WLF.name, VogelFulcherTammann.name):
         return
     for k in np.flatnonzero(sure)[:1]:
         instead = f', or, if the material is so, such as a gel that dries, take law = "{Arrhenius.name}"' if throughout else ""

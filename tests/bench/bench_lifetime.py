@@ -2,9 +2,28 @@
 
     python tests/bench/bench_lifetime.py [--repeats 200] [--law inverse-power power table] [--specimens 12 30] [--suspended 0 0.6]
 
-prints, for each laboratory, the share of repeats in which the 90 % interval of each quantity holds the truth. A repeat with
-fewer failures than parameters is drawn again. The last line is the time of a fit of 100 specimens with 200 draws, simulation
-included.
+prints, for each laboratory, the share of repeats in which the 90 % interval of each quantity holds the truth, and in brackets the
+share in which it has both ends. A repeat with fewer failures than parameters is drawn again. `--bias` prints what a power law of
+the voltage says of films that creep.
+
+Measured, 200 repeats with --seed 2026, in % (the standard error of 90 % is 2.1). Specimens that are suspended include films under
+constant voltages that a breakdown field lets survive.
+
+    law            specimens  suspended  field        exponent  shape  B10 at another voltage
+    inverse-power         12          0  92.5         88.0      90.0   90.0
+    inverse-power         12         58  95.0         89.5      92.0   95.0
+    inverse-power         30          0  90.5         88.0      89.0   87.0
+    power                 12         15  92.5         92.0      90.0   90.5
+    power                 12         61  95.5         95.0      91.0   91.5
+    power                 30         15  92.0         91.0      88.5   89.5
+    power                 30         65  90.5         90.0      90.0   89.0
+    power                100         15  88.0         89.0      90.0   88.0
+    table                 12         17  90.5, 86.0             88.0   88.0
+    table                 12         62  94.0, 95.0             90.5   95.0
+    table                 30         16  91.5, 89.5             88.5   87.5
+    table                 30         67  90.0, 92.5             90.5   87.0
+    table                100         16  88.0, 92.0             92.0   90.5
+    table                100         66  91.0, 88.0             90.5   91.0
 """
 
 import argparse
@@ -19,7 +38,7 @@ from dielast.failures.ageing import Ageing
 from dielast.failures.exposures import Aged
 from dielast.failures.fits import fit_law, lives_of
 from dielast.failures.histories import Histories
-from dielast.failures.law_models import law_model
+from dielast.failures.law_models import law_model, line_model
 from dielast.failures.laws import LawOptions
 from dielast.failures.likelihood import Seen
 from dielast.failures.specimens import Simulated, Specimens, simulate_specimens
@@ -64,13 +83,16 @@ class Laboratory:
                 specimens_of(self.voltage, self.ramp, self.prestretch, end, seen),
                 film=FILM,
             )
-            self.elsewhere = simulate_specimens(
-                read_material("example:vhb4905.toml"),
-                specimens_of(np.array([ELSEWHERE[law]]), np.array([np.inf]), np.array([1.9]), np.array([1e8]), seen[:1]),
-                film=FILM,
-            )
         self.rows = self._standing(self.tested.histories)
-        shape = SHAPE if law == "inverse-power" else FIELD_SHAPE
+        self.look(ELSEWHERE[law])
+
+    def look(self, voltage: float) -> None:
+        """The film under another voltage in V, and its B10."""
+        film = (np.array([value]) for value in (voltage, np.inf, 1.9, 1e8, int(Seen.SUSPENDED)))
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            self.elsewhere = simulate_specimens(read_material("example:vhb4905.toml"), specimens_of(*film), film=FILM)
+        shape = SHAPE if self.law == "inverse-power" else FIELD_SHAPE
         b10 = np.log(-np.log(0.9)) / shape
         self.b10 = float(
             np.exp(
@@ -124,7 +146,9 @@ class Laboratory:
         specimens = specimens_of(films.voltage, films.ramp, films.prestretch[:, 0], end, seen)
         volt = np.minimum(films.voltage, np.where(np.isfinite(films.ramp), films.ramp, 0.0) * end)
         volt = np.where(np.isfinite(films.ramp), volt, films.voltage)
-        return Simulated(specimens, tested.histories, tested.film, end, volt, tested.pulled_in, seen.astype(np.intp))
+        return Simulated(
+            specimens, tested.histories, tested.film, end, volt, tested.pulled_in, seen.astype(np.intp), tested.voltages
+        )
 
     def truth(self) -> dict[str, float]:
         if self.law == "inverse-power":
@@ -173,6 +197,24 @@ def coverage(laboratory: Laboratory, suspended: float, repeats: int, seed: int) 
     return share, {name: count / repeats for name, count in closed.items()}, float(np.mean(out))
 
 
+def bias(count: int = 2000) -> None:
+    """Print what a power law of the voltage says of many films that creep, beside the physics and the truth."""
+    laboratory = Laboratory(2 * count, "inverse-power")
+    tested = laboratory.tests(np.random.default_rng(35), 0.0)
+    held = np.flatnonzero(np.isinf(tested.specimens.ramp))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        line = fit_law(line_model("inverse-power", tested, held), draws=0)
+        physics = fit_law(law_model("inverse-power", tested, LawOptions()), draws=0)
+    for name, law in (("line over the voltage", line), ("physics", physics)):
+        table = law.to_frame().set_index("parameter")
+        print(f"{name}: " + ", ".join(f"{key} {row['value']:.4g} +- {row['standard_error']:.2g}" for key, row in table.iterrows()))
+    for volt in (3000.0, 3400.0, 3800.0, 4200.0):
+        laboratory.look(volt)
+        ratio = line.line_life(volt, 0.1)[0] / laboratory.b10
+        print(f"{volt:g} V: B10 {laboratory.b10:.4g} s, by the line {ratio:.3f} times as long")
+
+
 def main() -> None:
     parser = argparse.ArgumentParser()
     parser.add_argument("--repeats", type=int, default=200)
@@ -180,7 +222,10 @@ def main() -> None:
     parser.add_argument("--specimens", nargs="*", type=int, default=[12, 30, 100])
     parser.add_argument("--suspended", nargs="*", type=float, default=[0.0, 0.6])
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--bias", action="store_true")
     stated = parser.parse_args()
+    if stated.bias:
+        return bias()
     for law in stated.law:
         for count in stated.specimens:
             laboratory = Laboratory(count, law)

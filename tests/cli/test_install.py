@@ -113,3 +113,20 @@ def test_this_checkout_names_the_commit_that_git_names() -> None:
     if shutil.which("git") is None or not (TOP / ".git").exists():
         pytest.skip("no checkout, or no git to ask")
     assert commit(TOP) == run("git", "rev-parse", "HEAD", folder=TOP).strip()
+
+
+def test_the_citation_is_valid_and_of_this_version() -> None:
+    """The keys that the Citation File Format 1.2.0 needs, and nothing that it does not know."""
+    yaml = pytest.importorskip("yaml")
+    citation = yaml.safe_load((TOP / "CITATION.cff").read_text())
+    known = {"cff-version", "message", "title", "type", "version", "license", "authors", "keywords", "preferred-citation"}
+    assert {"cff-version", "message", "title", "authors"} <= citation.keys() <= known
+    assert citation["cff-version"] == "1.2.0"
+    assert citation["version"] == __version__
+    assert citation["type"] in ("software", "dataset")
+    article = citation["preferred-citation"]
+    assert {"type", "title", "authors"} <= article.keys()
+    assert f"doi   = {{{article['doi']}}}" in (TOP / "README.md").read_text()
+    for authors in (citation["authors"], article["authors"]):
+        assert authors
+        assert all(set(author) == {"name"} and isinstance(author["name"], str) for author in authors)

@@ -82,7 +82,7 @@ def test_an_interrupt_after_the_last_cell_says_what_is_kept(
     assert (tmp_path / "m/summary.toml").exists() == (function == "print_summary")
     if message == KEPT:
         again = dielast("failure-map", "m.toml", "--plot", "none")
-        assert re.fullmatch(r"note: goes on from an interrupted run, which solved 10\d\d of 1030 cells\n", again.stderr)
+        assert re.fullmatch(r"note: goes on from an interrupted run, which kept 10\d\d of 1030 cells\n", again.stderr)
 
 
 class Terminal(io.StringIO):

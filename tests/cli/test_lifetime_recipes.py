@@ -157,3 +157,107 @@ def test_films_that_do_not_reach_their_failure_are_refused(dielast: Run, tmp_pat
     (tmp_path / "l.toml").write_text(text)
     done = dielast("lifetime", "l.toml")
     assert done.stderr == "l.toml: fit.law: inverse-power: 1 failures are too few for 3 parameters: field, exponent, log_scatter\n"
+
+
+OPEN = [
+    # all failures are of one batch, one voltage or one prestretch: what they do not determine has no verdict
+    ("table", "voltage [kV],ramp [V/s],batch,suspended\n6,100,A,\n6.3,100,A,\n6.1,100,A,\n6.5,100,B,yes\n6.5,100,B,yes\n",
+     {"breakdown.field": "lower bound", "batch.A": "upper bound", "breakdown.shape": "determined"}),
+    ("inverse-power", "voltage [kV],time [h]\n6,1\n6,2\n6,0.4\n6,1.3\n6,3\n",
+     {"damage.field": "undetermined", "damage.exponent": "undetermined", "damage.shape": "determined"}),
+    ("power", "voltage [kV],ramp [V/s]\n6,100\n6.3,100\n6.1,100\n6.5,100\n6.2,100\n",
+     {"breakdown.field": "undetermined", "breakdown.stretch_exponent": "undetermined", "breakdown.shape": "determined"}),
+]  # fmt: skip
+PLAIN = RECIPE.replace(RECIPE[RECIPE.index("columns") : RECIPE.index("[fit]")], "").replace('reference_area = "1 cm^2"\n', "")
+
+
+@pytest.mark.parametrize(("law", "rows", "verdicts"), OPEN)
+def test_what_the_failures_do_not_determine_is_not_called_determined(
+    law: str, rows: str, verdicts: dict[str, str], dielast: Run, tmp_path: Path
+) -> None:
+    (tmp_path / "failures.csv").write_text(rows)
+    (tmp_path / "l.toml").write_text(PLAIN.replace("inverse-power", law))
+    done = dielast("lifetime", "l.toml", "--plot", "none")
+    assert done.returncode == 0, done.stderr
+    found = pd.read_csv(tmp_path / "l" / "parameters.csv").set_index("parameter")
+    assert found["verdict"].to_dict() == verdicts
+    assert found.loc[found["verdict"] == "undetermined", "value"].isna().all()
+
+
+def test_failures_without_scatter_or_voltage_are_refused(dielast: Run, tmp_path: Path) -> None:
+    (tmp_path / "failures.csv").write_text("voltage [kV],ramp [V/s]\n" + "6,100\n" * 4)
+    (tmp_path / "l.toml").write_text(PLAIN.replace("inverse-power", "table"))
+    done = dielast("lifetime", "l.toml", "--plot", "none")
+    assert (done.returncode, done.stderr.count("\n")) == (2, 1)
+    assert "the failures do not scatter about the law: state the scatter" in done.stderr
+    (tmp_path / "p.toml").write_text(
+        'kind = "actuate"\nmaterial = "example:vhb4905.toml"\n[film]\nthickness = "0.5 mm"\nprestretch = 1.9\n'
+        '[[step]]\nwaveform = "triangle"\nlow = "0 V"\nhigh = "3 kV"\nperiod = "10 s"\ncycles = 20\n'
+    )
+    (tmp_path / "failures.csv").write_text("specimen,recipe,time [s]\nthird,p.toml,30\nother,p.toml,42\n")
+    (tmp_path / "l.toml").write_text(PLAIN)
+    done = dielast("lifetime", "l.toml", "--plot", "none")
+    assert (done.returncode, done.stderr.count("\n")) == (2, 1)
+    assert "specimen third: it fails after 30 s, when there is no voltage: if it was found failed then, state when" in done.stderr
+
+
+def test_daily_looks_in_a_climate_are_of_one_kind_and_each_temperature_has_its_line(dielast: Run, tmp_path: Path) -> None:
+    random, rows = np.random.default_rng(7), ["voltage [kV],time [d],intact [d],suspended,temperature [degC],humidity [%]"]
+    for k in range(48):
+        volt, degrees, humid = (6.0, 6.6, 7.2)[k % 3], (20, 50)[k // 3 % 2], (30, 80)[k // 6 % 2]
+        field = volt * 1e3 * 1.9**2 / 0.5e-3
+        slower = np.exp(5e4 / 8.314462618 * (1 / (degrees + 273.15) - 1 / 293.15)) * (humid / 50) ** -2.5
+        hours = (60e6 / field) ** 10 * random.exponential() ** (1 / 1.8) * slower
+        looked = 2 * np.floor(hours / 2)
+        rows.append(f"{volt},{min(looked + 2, 60) / 24:.6g},{looked / 24:.6g},{'yes' if hours > 60 else ''},{degrees},{humid}")
+    (tmp_path / "failures.csv").write_text("\n".join(rows) + "\n")
+    (tmp_path / "l.toml").write_text(PLAIN.replace("[fit]\n", '[fit]\nreference_humidity = "50 %"\n'))
+    done = dielast("lifetime", "l.toml", "--plot", "none")
+    assert (done.returncode, done.stderr) == (0, "")
+    found = pd.read_csv(tmp_path / "l" / "parameters.csv").set_index("parameter")
+    truth = {"damage.field": 60e6, "damage.exponent": 10, "damage.shape": 1.8, "damage.activation_energy": 5e4}
+    for name, value in (truth | {"humidity_exponent": 2.5}).items():
+        assert abs(found.loc[name, "value"] - value) < 3.9 * found.loc[name, "standard_error"]
+    lines = pd.read_csv(tmp_path / "l" / "lines.csv")
+    assert lines.groupby("temperature [degC]")["law"].count().to_dict() == {20.0: 6, 50.0: 6}
+    colder = lines[(lines["temperature [degC]"] == 20) & (lines["law"] == "inverse-power")].set_index("parameter")["value"]
+    name = next(name for name in colder.index if name.startswith("time_at"))
+    at = float(name.split("_")[2])
+    life = pd.read_csv(tmp_path / "l" / "life.csv").iloc[0]
+    expected = colder[name] * (life["voltage [V]"] / at) ** -colder["exponent"] * (-np.log(0.9)) ** (1 / colder["shape"])
+    assert life["inverse_power_time_b10 [s]"] == pytest.approx(expected, rel=2e-3)  # by the four digits of the voltage
+    material = tomllib.loads((tmp_path / "l" / "material.toml").read_text())
+    assert material["origin"]["damage.field"] == "fitted: failures.csv"
+    assert material["origin"]["damage.time"] == "stated"
+    assert tomllib.loads((tmp_path / "l" / "summary.toml").read_text())["lifetime"]["reference_humidity"] == 0.5
+
+
+def test_lives_that_a_share_exceeds_with_a_confidence(dielast: Run, tmp_path: Path) -> None:
+    (tmp_path / "failures.csv").write_text(table())
+    (tmp_path / "l.toml").write_text(RECIPE)
+    assert dielast("lifetime", "l.toml", "--plot", "none").returncode == 0
+    film = 'material = "l/material.toml"\n[film]\nthickness = "0.5 mm"\nprestretch = 1.9\nboundary = "clamped"\n'
+    required = '[uncertainty]\ndraws = 40\nfailure_share = "10 %"\nconfidence = 0.8\n'
+    (tmp_path / "m.toml").write_text(f'kind = "failure-map"\nhorizon = "365 d"\n{film}[voltage]\nvalues = ["5.4 kV"]\n{required}')
+    assert dielast("failure-map", "m.toml", "--plot", "none").returncode == 0
+    row = pd.read_csv(tmp_path / "m" / "failure-map.csv").iloc[0]
+    draws = pd.read_csv(tmp_path / "l" / "draws.csv")
+    field, exponent, shape = (draws[name].to_numpy() for name in ("damage.field [V/m]", "damage.exponent [1]", "damage.shape [1]"))
+    lives = 3600 * (field / (5.4e3 * 1.9**2 / 0.5e-3)) ** exponent * (-np.log(0.9)) ** (1 / shape)
+    assert row["assured_life [s]"] == pytest.approx(np.sort(lives)[7], rel=1e-6)  # of 40 draws, 0.2 x 41 lie below
+    # an hour of cycles and an hour of rest, which does not count, before a constant voltage
+    waves = (
+        '[[step]]\nwaveform = "triangle"\nlow = "0 V"\nhigh = "5 kV"\nperiod = "60 s"\ncycles = 60\n'
+        '[[step]]\nhold = "1 h"\n[[step]]\nvoltage = "5.6 kV"\n[[step]]\nhold = "50 h"\n'
+    )
+    (tmp_path / "a.toml").write_text(f'kind = "actuate"\n{film}{waves}[breakdown]\nfield = "1 GV/m"\n{required}')
+    done = dielast("actuate", "a.toml", "--plot", "none")
+    assert done.returncode == 0, done.stderr
+    event = pd.read_csv(tmp_path / "a" / "events.csv").set_index("event").loc["damage"]
+    for prefix, life in (("", "time [s]"), ("assured_", "assured_life [s]")):
+        assert event[f"{prefix}cycles [1]"] == pytest.approx(60)
+        assert event[f"{prefix}actuated_time [s]"] == pytest.approx(event[life] - 3600, rel=1e-9)
+    (tmp_path / "m.toml").write_text((tmp_path / "m.toml").read_text().replace('failure_share = "10 %"\n', ""))
+    done = dielast("failure-map", "m.toml")
+    assert done.returncode == 2
+    assert 'm.toml: uncertainty.confidence: needs failure_share, such as "5 %"' in done.stderr

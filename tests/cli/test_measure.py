@@ -185,7 +185,7 @@ def test_an_interrupted_run_goes_on(folder: Path, monkeypatch: pytest.MonkeyPatc
     notes: list[str] = []
     (folder / "photo-9.png").write_bytes(saved(FRAMES[0]))  # changed since: measured anew
     result = measure_all(plan, study.Study(Execution(folder=folder / "out", note=notes.append), "key"))
-    assert notes == ["goes on from an interrupted run, which measured 1 of 3 photographs"]
+    assert notes == ["goes on from an interrupted run, which kept 1 of 3 photographs"]
     anew = measure_all(plan, study.Study())
     for kept, fresh in zip(result, anew, strict=True):
         assert kept.outline.flat.shape.tolist() == fresh.outline.flat.shape.tolist()

@@ -21,7 +21,7 @@ from processes import ENDS
 from dielast.cli import terminal
 from dielast.io import workbook
 from dielast.io.files import depfile
-from dielast.sharing import memory, processes
+from dielast.sharing import processes
 
 Run = Callable[..., subprocess.CompletedProcess[str]]
 # every process that a test starts imports this first, also those that processes start
@@ -170,15 +170,8 @@ def test_what_only_windows_has(monkeypatch: pytest.MonkeyPatch) -> None:
 
     said: list[object] = []
 
-    def status(reference: object) -> int:
-        words = ctypes.cast(reference, ctypes.POINTER(ctypes.c_uint64))  # type: ignore[arg-type]
-        assert words[0] & 0xFFFFFFFF == 64  # the length of MEMORYSTATUSEX
-        words[2], words[6] = 3 << 30, 5 << 30  # ullAvailPhys, ullAvailVirtual
-        return 1
-
-    kernel32 = SimpleNamespace(GlobalMemoryStatusEx=status, SetConsoleCtrlHandler=lambda *given: said.append(given))
+    kernel32 = SimpleNamespace(SetConsoleCtrlHandler=lambda *given: said.append(given))
     monkeypatch.setattr(ctypes, "windll", SimpleNamespace(kernel32=kernel32), raising=False)
-    assert memory._free_on_windows() == 3 << 30
     monkeypatch.delattr(signal, "pthread_sigmask")
     with processes._undisturbed():
         assert said == [(None, True)]
@@ -190,9 +183,6 @@ def test_what_only_windows_has(monkeypatch: pytest.MonkeyPatch) -> None:
     assert not terminal.is_unread(error)
     monkeypatch.setattr(terminal.os, "name", "nt")
     assert terminal.is_unread(error)
-    monkeypatch.undo()
-    with pytest.raises(AttributeError):
-        memory._free_on_windows()
 
 
 def test_a_system_that_bounds_no_memory_reads_workbooks(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -19,12 +19,12 @@ from dielast.handover.material_file import material_file, parse_material
 from dielast.material.breakdown import BREAKDOWNS
 from dielast.material.dielectric import DIELECTRICS
 from dielast.material.flow import FLOWS, LINEAR_FLOW
-from dielast.material.law import Registry
 from dielast.material.material import material_of, numbers_of
 from dielast.material.shift import SHIFTS
 from dielast.material.springs import EQUIBIAXIAL, SPRINGS, UNIAXIAL, Gent
 from dielast.mechanics.load import Step
 from dielast.mechanics.point_material import Points
+from dielast.registry import Registry
 
 Run = Callable[..., subprocess.CompletedProcess[str]]
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import shutil
-import signal
 import subprocess
 import tomllib
 from collections.abc import Callable
@@ -11,7 +10,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from processes import ENDS, SMALL_CHUNKS, half_done
 from uncertain import FILM, SCATTER, columns
 
 import dielast as library
@@ -166,21 +164,6 @@ def test_repeats_in_two_processes_give_the_same_bytes(command: Run, folder: Path
     )
     assert other.returncode == 4
     assert "time_to_failure_lower" in other.stderr
-
-
-@pytest.mark.trust
-def test_an_interrupted_map_goes_on_with_its_draws(command: Run, folder: Path) -> None:
-    recipe = MAP.replace('values = ["1 kV", "3.6 kV", "4 kV", "6 kV"]', 'from = "2 kV"\nto = "5 kV"\npoints = 8')
-    (folder / "m.toml").write_text(recipe + UNCERTAIN)
-    options = ["failure-map", "m.toml", "--plot", "none", "-o"]
-    assert command(folder, *options, "whole").returncode == 0
-    with half_done(folder, "part") as process:
-        process.send_signal(signal.SIGINT)
-        process.communicate(timeout=ENDS)
-    assert process.returncode == 130
-    assert command(folder, *options, "part", prelude=SMALL_CHUNKS).returncode == 0
-    for name in ("failure-map.csv", "fit.csv", "summary.toml"):
-        assert (folder / "part" / name).read_bytes() == (folder / "whole" / name).read_bytes()
 
 
 @pytest.mark.parametrize(

@@ -143,7 +143,7 @@ def test_an_interrupted_map_goes_on_where_it_stopped(dielast: Run, tmp_path: Pat
     )
     again = dielast("failure-map", "m.toml", "--plot", "none", "-o", "part", prelude=SMALL_CHUNKS)
     assert again.returncode == 0
-    assert re.match(r"note: goes on from an interrupted run, which solved \d+ of 360 cells\n", again.stderr)
+    assert re.match(r"note: goes on from an interrupted run, which kept \d+ of 360 cells\n", again.stderr)
     assert not store.exists()
     for name in ("failure-map.csv", "fit.csv", "summary.toml"):
         assert (tmp_path / "part" / name).read_bytes() == (tmp_path / "whole" / name).read_bytes()

@@ -349,7 +349,7 @@ def _kept(scratch: Path) -> dict[str, Target]:
     from dielast.io.files import STORE
     from dielast.numerics.integrate import Status
     from dielast.report.golden import TOLERANCES, differences
-    from dielast.sharing.study import load as load_kept, packed
+    from dielast.sharing.kept import Kept, load as load_kept
     from dielast.simulate.map_plan import SolvedCells
 
     expected = GOLDEN / "failure-map-ramp" / "expected"
@@ -374,7 +374,7 @@ def _kept(scratch: Path) -> dict[str, Target]:
     times = {"breakdown": np.full(3, np.nan), "pull-in": np.array([1.0, 2.0, np.nan])}
     mode, status = np.array(["pull-in", "pull-in", "none"]), np.full(3, Status.COMPLETED)
     kept = {(first, first + 3): SolvedCells(times, mode, status) for first in (0, 3)}
-    store.write_bytes(packed(key, {"cells": kept}))
+    store.write_bytes(Kept({"cells": kept}).packed(key))
 
     def load(data: bytes) -> object:
         store.write_bytes(data)

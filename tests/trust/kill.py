@@ -1,9 +1,10 @@
 """Kill writing commands at random moments: `python tests/trust/kill.py --runs 300` (of each command; `--help` for more).
 
 Each run writes a new result into a folder that holds an older one, and gets SIGKILL, SIGTERM or SIGINT somewhere between its
-start and a little after its usual end, or, every other one, while it writes its files. Afterwards every file must be the older one
-or the new one, whole, no traceback was printed, and no process of the run is alive a little later; a run that is then left alone
-must leave the new result and nothing else, going on from what was kept.
+start and a little after its usual end, or, every other one, while it writes its files, half of these with slow moves. Afterwards
+every file must be the older one or the new one, whole, no traceback was printed, and no process of the run is alive a little later.
+A folder with files of both results must not pass for whole, and only SIGKILL may leave one. A run that is then left alone must
+leave the new result and nothing else, going on from what was kept.
 """
 
 from __future__ import annotations
@@ -19,10 +20,13 @@ import subprocess
 import sys
 import tempfile
 import time
+import tomllib
 from collections import Counter
 from pathlib import Path
 
 from dielast.commands.registry import COMMANDS
+from dielast.io.files import sha256
+from dielast.io.manifest import SUMMARY, strangers
 
 TOP = Path(__file__).resolve().parents[2]
 SIGNALS = (signal.SIGKILL, signal.SIGTERM, signal.SIGINT)
@@ -71,13 +75,14 @@ STUDIES = {  # long runs, with the recipe to be run, or what its starter ends wi
     "design +draws": (DRAWN, ["--set", "goal.at='2 h'"]),
 }
 CHANGES |= {kind: changes for kind, (_, changes) in STUDIES.items()}
+SLOW = "import os, time; move = os.replace; os.replace = lambda a, b: (move(a, b), time.sleep(0.2 * (a != b)));"
 SURVIVAL = 3.0  # s that a process may outlive the run that started it
 
 
-def command(kind: str, recipe: Path, out: Path, *more: str) -> list[str]:
-    """The command line of a run; `kind` may have options with it, and after a plus the name of one of the `STUDIES`."""
+def command(kind: str, recipe: Path, out: Path, *more: str, slow: bool = False) -> list[str]:
+    """The command line of a run, perhaps with slow moves of files; `kind` may have options, and after a plus one of `STUDIES`."""
     name, *options = kind.partition("+")[0].split()
-    launch = [sys.executable, "-c", "from dielast.cli import main; main()"]
+    launch = [sys.executable, "-c", SLOW * slow + "from dielast.cli import main; main()"]
     return [*launch, name, str(recipe), "-q", "-o", str(out), *options, *more]
 
 
@@ -90,6 +95,13 @@ def whole(now: dict[str, bytes], older: dict[str, bytes], newer: dict[str, bytes
     """What is wrong with the files after a run was killed."""
     wrong = [f"{name} is neither old nor new" for name, content in now.items() if content not in (older.get(name), newer.get(name))]
     return [line for line in wrong if not line.startswith(".")] + [f"{name} is gone" for name in older if name not in now]
+
+
+def passes(now: dict[str, bytes]) -> bool:
+    """Whether the files of a folder pass for those of one run."""
+    return SUMMARY in now and not strangers(
+        tomllib.loads(now[SUMMARY].decode()), {name: sha256(each) for name, each in now.items() if not name.startswith(".")}
+    )
 
 
 def wait(process: subprocess.Popen[str], seconds: float) -> float:
@@ -125,7 +137,7 @@ def writing(process: subprocess.Popen[str], out: Path, rng: random.Random) -> fl
     begin, state = time.perf_counter(), out.stat().st_mtime_ns
     while process.poll() is None and out.stat().st_mtime_ns == state:
         time.sleep(0.0005)
-    wait(process, rng.choice((0.0, 0.001, 0.01)) * rng.random())
+    wait(process, rng.choice((0.0, 0.001, 0.01, 1.0)) * rng.random())
     return time.perf_counter() - begin
 
 
@@ -149,7 +161,7 @@ def batter(kind: str, runs: int, rng: random.Random, scratch: Path) -> list[str]
         shutil.copytree(old, out)
         blow = rng.choice(SIGNALS)
         process = subprocess.Popen(
-            command(kind, recipe, out, *CHANGES[kind]), stderr=subprocess.PIPE, text=True, start_new_session=True
+            command(kind, recipe, out, *CHANGES[kind], slow=run % 4 == 3), stderr=subprocess.PIPE, text=True, start_new_session=True
         )
         # half of the blows fall while the files are written
         moment = writing(process, out, rng) if run % 2 else wait(process, rng.uniform(0, 1.1 * usual))
@@ -166,6 +178,12 @@ def batter(kind: str, runs: int, rng: random.Random, scratch: Path) -> list[str]
         now, before = files(out), len(found)
         # an interrupted calibration writes the best fit so far
         found += [f"{where}: {line}" for line in whole(now, older, newer) if "the best fit so far is written" not in said]
+        shown = {name: content for name, content in now.items() if not name.startswith(".")}
+        mixed = shown not in (older, newer) and "the best fit so far is written" not in said
+        if mixed and passes(now):
+            found.append(f"{where}: a mixed folder passes for whole")
+        if mixed and blow is not signal.SIGKILL:
+            found.append(f"{where}: a mixed folder")
         if left:
             found.append(f"{where}: {len(left)} processes stay behind")
         if "Traceback" in said and not early:

@@ -16,7 +16,7 @@ from dielast import CardOptions, Gent, InputError, Material, NeoHookean, Spectru
 from dielast.errors import DielastWarning
 from dielast.export.card import CODES, export_cards, identifier, plain
 from dielast.export.code import number
-from dielast.material.shift import WLF, Arrhenius, NoShift, ShiftTable
+from dielast.material.shift import WLF, Arrhenius, NoShift, ShiftTable, VogelFulcherTammann
 
 WLF_LAW = WLF(20.0, 13.7, 187.1)
 SPECTRUM = Spectrum(np.array([1e3, 10.0, 0.1]), np.array([1e4, 3e4, 7e5]))
@@ -154,6 +154,20 @@ def test_a_shift_law_that_a_code_has_not_needs_one_temperature() -> None:
         export_card(NEO, "febio")
     with pytest.raises(InputError, match=r'^temperature_scale: ansys takes the Arrhenius law in absolute temperatures only: "K"'):
         export_card(replace(NEO, shift=Arrhenius(20.0, 1e5)), "ansys")
+
+
+def test_vogel_fulcher_tammann_is_written_as_the_wlf_law_that_it_is() -> None:
+    law = VogelFulcherTammann(20.0, 5902.0, -167.1)
+    for form in ("abaqus", "ansys", "comsol", "mfront"):
+        options = CardOptions(hyperelastic="neo-hookean")
+        same, other = (export_card(replace(NEO, shift=shift), form, options) for shift in (law, law.equivalent()))
+        assert same.keys() == other.keys()
+        for name, text in same.items():
+            lines = set(text.split()) ^ set(other[name].split())
+            assert lines <= {"It", "is", "the", "Vogel-Fulcher-Tammann", "law", "of", "dielast."} | {"**", "//", "!", "%"}, (
+                form,
+                lines,
+            )
 
 
 def test_more_branches_than_a_code_takes_are_refused_with_the_number() -> None:

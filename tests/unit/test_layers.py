@@ -7,7 +7,7 @@ from graphlib import TopologicalSorter
 from pathlib import Path
 
 PACKAGE = Path(__file__).parents[2] / "dielast"
-LOOSE = {"__init__", "__main__", "errors", "units"}
+LOOSE = {"__init__", "__main__", "errors", "registry", "units"}
 
 
 def imported(path: Path) -> set[str]:

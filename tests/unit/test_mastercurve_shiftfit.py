@@ -188,3 +188,20 @@ def test_table_passes_through_every_value() -> None:
     np.testing.assert_allclose(np.sum(fit.origin_weight), 1.0)
     with pytest.raises(InputError, match="where the shift table ends"):
         fit_shift_law("table", TEMPERATURE, values, pinned(INDEPENDENT, 6), 6, 70.0)
+
+
+@pytest.mark.parametrize("anchor", [0, 6])
+def test_vogel_fulcher_tammann_is_fitted_as_wlf_is(anchor: int) -> None:
+    noisy = WLF(20.0, 13.7, 187.1).log10_shift_factor(TEMPERATURE) + 0.01 * np.random.default_rng(3).standard_normal(
+        TEMPERATURE.size
+    )
+    wlf, vft = (
+        fit_shift_law(law, TEMPERATURE, relative(noisy, anchor), pinned(INDEPENDENT, anchor), anchor, 35.0)
+        for law in ("wlf", "vft")
+    )
+    c1, c2 = wlf.values
+    np.testing.assert_allclose(vft.values, [np.log(10) * c1 * c2, 35 - c2], rtol=1e-9)
+    slopes = np.array([[np.log(10) * c2, np.log(10) * c1], [0, -1]])
+    np.testing.assert_allclose(vft.covariance, slopes @ wlf.covariance @ slopes.T, rtol=1e-6)
+    at = np.linspace(-30, 60, 7)
+    np.testing.assert_allclose(vft.law.log10_shift_factor(at), wlf.law.log10_shift_factor(at), rtol=1e-9, atol=1e-12)

@@ -62,7 +62,7 @@ def _ends_of(dimension: Dimension) -> Callable[[Any], Ends]:
 
 def _schema(one: dict[str, Any]) -> WithJsonSchema:
     either = {"anyOf": [one, {"type": "array", "items": one, "minItems": 2, "maxItems": 2}]}
-    waveform = {"type": "object", "properties": {"low": either, "high": either}, "required": ["low", "high"]}
+    waveform = {"type": "object", "required": ["low", "high"]}
     return WithJsonSchema({"anyOf": [*either["anyOf"], waveform]})
 
 

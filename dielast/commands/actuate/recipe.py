@@ -177,9 +177,10 @@ class SourceStep(HistoryStep):
 
     def _check(self) -> None:
         super()._check()
-        if self.rate is not None and self.rate[1] == STRAIN_RATE.unit:
-            if self.stretch is None:
-                raise InputError("a strain rate goes with stretch", key="rate")
+        if self.rate is not None and (self.rate[1] == STRAIN_RATE.unit) != (self.stretch is not None):
+            needed = f'{STRAIN_RATE.name} is needed, such as "{STRAIN_RATE.example}"'
+            raise InputError(needed if self.stretch is not None else "a strain rate goes with stretch", key="rate")
+        if self.stretch is not None:
             return
         units = set(self.stated.values())
         if len(units) > 1:

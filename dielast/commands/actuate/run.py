@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from dielast.commands.actuate.recipe import ActuateRecipe, FilmSection
-from dielast.commands.actuate.uses import use_columns
+from dielast.commands.actuate.uses import repeat_of, use_columns
 from dielast.commands.simulation.cases import SimulationBatch, case_result, last, one_or_list
 from dielast.commands.simulation.checks import warn_of_films, warn_of_programmes
 from dielast.commands.simulation.result import CaseResult, StatedCase, at_event
@@ -19,7 +19,6 @@ from dielast.io.table import Table, case_table
 from dielast.material.leakage import Leakage
 from dielast.material.material import Material
 from dielast.mechanics.criteria import names
-from dielast.mechanics.load import Repeat
 from dielast.numerics.arrays import Floats
 from dielast.recipe.cases import Case
 from dielast.report.report import Report
@@ -110,7 +109,7 @@ class Films(Simulation):
             output=output,
             solver=Solver(recipe.solver.rtol, mesh_rtol),
             mode=recipe.mode,
-            repeat=None if recipe.repeat is None else Repeat(recipe.repeat.times, *(recipe.repeat.steps or ())),
+            repeat=repeat_of(recipe),
         )
 
     def result(self, recipe: ActuateRecipe, materials: Sequence[Material]) -> partial[CaseResult]:
@@ -150,11 +149,11 @@ class Films(Simulation):
             from dielast.commands.simulation.bounds import bounded_event_columns
 
             tables = {"events.csv": bounded_event_columns([result.bounded_events for result in results])}
-        materials, programmes = [case.material for case in stated], [case.steps for case in stated]
+        materials = [case.material for case in stated]
         known = {column.name: column.values for column in tables["events.csv"]}
         for name, prefix in (("time", ""), ("assured_life", "assured_")):
             if name in known:
-                more = use_columns(np.asarray(known["case"]), np.asarray(known[name]), programmes, prefix)
+                more = use_columns(np.asarray(known["case"]), np.asarray(known[name]), stated, prefix)
                 tables["events.csv"] = [*tables["events.csv"], *more]
         profiles = [result.profile for result in results if result.profile is not None]
         if not profiles:

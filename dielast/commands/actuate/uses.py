@@ -1,44 +1,59 @@
-"""Lives as what a device does in them: cycles of its waveforms, and the time under voltage."""
+"""Lives as what a device does in them: cycles of waveforms or of repeated steps, and the time under voltage."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
-from dielast.commands.simulation.solver_steps import TimedStep
+from dielast.commands.simulation.result import StatedCase
 from dielast.io.table import Column, Table
-from dielast.mechanics.load import Waveform
+from dielast.mechanics.load import FilmStep, Repeat, Waveform
 from dielast.numerics.arrays import Cases, Floats
 
 
-def use_columns(case: Cases, time: Floats, programmes: Sequence[Sequence[TimedStep]], prefix: str = "") -> Table:
-    """Columns of the cycles, if a programme has a waveform, and of the time in s under voltage or charge, both (rows,), up to a
-    `time` (rows,) in s in the programme of each `case` (rows,); a life without an end has no end in either.
+def use_columns(case: Cases, time: Floats, stated: Sequence[StatedCase], prefix: str = "") -> Table:
+    """Columns of the cycles, if a programme has any, and of the time in s under voltage or charge, both (rows,), up to a `time`
+    (rows,) in s in the programme of each `case` (rows,); a life without an end has no end in either.
     """
-    used = np.array([_used(programmes[k], at) for k, at in zip(case.tolist(), time.tolist(), strict=True)]).reshape(-1, 2).T
-    waves = any(isinstance(timed.step.target, Waveform) for steps in programmes for timed in steps)
+    used = np.array([_used(stated[k], at) for k, at in zip(case.tolist(), time.tolist(), strict=True)]).reshape(-1, 2).T
+    cycling = any(one.recipe.repeat is not None for one in stated)
+    cycling |= any(isinstance(timed.driven, Waveform) for one in stated for timed in one.steps)
     return [
-        *([Column(f"{prefix}cycles", "1", used[0])] if waves else []),
+        *([Column(f"{prefix}cycles", "1", used[0])] if cycling else []),
         Column(f"{prefix}actuated_time", "s", used[1]),
     ]
 
 
-def _used(steps: Sequence[TimedStep], time: float) -> tuple[float, float]:
-    """The cycles of all waveforms up to a time in s, and the time in which voltage or charge is not 0."""
+def repeat_of(recipe: Any) -> Repeat | None:
+    """The steps of a recipe of actuate that run several times."""
+    return None if recipe.repeat is None else Repeat(recipe.repeat.times, *(recipe.repeat.steps or ()))
+
+
+def _used(stated: StatedCase, time: float) -> tuple[float, float]:
+    """The cycles up to a time in s, and the time in which voltage or charge is not 0."""
     if not np.isfinite(time):
         return time, time
-    cycles = under = 0.0
-    for timed in steps:
-        target, passed = timed.step.target, min(time, timed.end) - timed.begin
+    repeat, steps = repeat_of(stated.recipe), stated.steps
+    order = [(number, 0) for number in range(len(steps))] if repeat is None else repeat.expanded(len(steps))
+    lap = sum(steps[number].lasts for number, turn in order if turn == 1)
+    cycles = under = begin = 0.0
+    before = steps[0].before
+    for number, turn in order:
+        timed, passed = steps[number], time - begin
         if passed <= 0:
-            continue
-        if isinstance(target, Waveform):
-            cycles += passed / float(np.max(target.period))
-            under += passed if timed.before or any(value for value, _ in timed.corners) else 0.0
-            continue
-        before = timed.before
-        for value, lasts in timed.corners:
-            under += min(passed, lasts) if before or value else 0.0
-            before, passed = value, max(passed - lasts, 0.0)
+            break
+        passed = min(passed, timed.lasts)
+        cycles += passed / lap if turn and lap else 0.0
+        if isinstance(timed.step, FilmStep) and timed.step.charge is not None:
+            under += passed
+        elif isinstance(timed.driven, Waveform):
+            cycles += passed / float(np.max(timed.driven.period))
+            under += passed if before or any(value for value, _ in timed.corners) else 0.0
+        else:
+            for value, lasts in timed.corners:
+                under += min(passed, lasts) if before or value else 0.0
+                before, passed = value, max(passed - lasts, 0.0)
+        before, begin = timed.after if timed.driven is not None else before, begin + timed.lasts
     return cycles, under

@@ -35,6 +35,7 @@ def warn_of_fit(result: Calibration) -> None:
     warn_of_contradictions(result)
     warn_of_tests_beyond(result)
     warn_of_runaway(result)
+    warn_of_slack(result)
     if fit.same_share < MANY:
         median = float(np.median(fit.start_misfit))
         others = f"the median misfit is {median:.3g} times as large" if np.isfinite(median) else "many cannot follow the tests"
@@ -133,6 +134,19 @@ def warn_of_runaway(result: Calibration) -> None:
             reach = "" if each.runaway is None else f" up to a stretch of {each.runaway:.4g}, where the material does"
             runs = f"{100 * each.lost:.0f} % of the draws run away in test {each.test.name}{reach}"
             warn(f"{runs}: its interval ends where {100 * below:.3g} % have")
+
+
+def warn_of_slack(result: Calibration) -> None:
+    """Name the tests in which specimens are slack, and up to which stretch."""
+    listed = [
+        f"{each.test.name} up to a stretch of {float(np.max(each.test.stretch[each.slack])):.4g} "
+        f"({np.count_nonzero(each.slack)} of {each.slack.size} points)"
+        for each in result.comparisons
+        if each.slack.any() and each.test.stretch is not None
+    ]
+    if listed:
+        pushed = 'where grips press a specimen, state slack = "pushes"'
+        warn(f"specimens go slack when they are unloaded, and bear nothing: {', '.join(listed)}; {pushed}")
 
 
 def warn_of_springs(stabilities: Sequence[StableRange]) -> None:

@@ -5,6 +5,7 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import Field, PlainValidator, ValidationInfo, WithJsonSchema, WrapValidator
 
 from dielast.commands.calibrate.film_recipe import VOLTAGE_COLUMNS, RampRates, TestColumns, TestFilm
+from dielast.commands.membrane.recipe import SLACK, Slack
 from dielast.commands.simulation.recipe import Cell, LoadingMode
 from dielast.errors import InputError
 from dielast.readings.specimen_recipe import Specimen
@@ -76,6 +77,7 @@ class TestData(TextTable):
         description="Points that are left out of the misfit without being stated, with a warning; ringing: where the force swings "
         "as that of no film does, and where a specimen at rest bears a force; none: none.",
     )
+    slack: Slack | None = Field(None, description=SLACK)
     specimen_id: str | None = Field(
         None,
         min_length=1,

@@ -110,7 +110,7 @@ def read_test(test: TestData, inputs: Inputs, temperature: float, name: str) -> 
     at = temperature if test.temperature is None else test.temperature
     with located(file=test.file):
         specimen = test.specimen_id or name
-        whole = MeasuredTest(name, time, stretch, stress, at, test.mode, specimen, test.nominal_field, test.ramp_rate)
+        whole = MeasuredTest(name, time, stretch, stress, at, test.mode, specimen, test.nominal_field, test.ramp_rate, test.slack)
         left_out = _left_out(test, whole, time)
         # every point left out stays, to be counted and shown
         kept = np.union1d(_thinned(time, stretch), np.flatnonzero(left_out))

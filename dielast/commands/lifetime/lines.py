@@ -16,7 +16,7 @@ from dielast.failures.law_names import LINES
 from dielast.failures.likelihood import Seen
 from dielast.failures.specimens import Simulated
 from dielast.io.table import Column, Table
-from dielast.numerics.arrays import Cases
+from dielast.numerics.arrays import Cases, Floats
 
 COLUMNS: tuple[tuple[str, str | None, type], ...] = (
     ("law", None, str),
@@ -58,18 +58,23 @@ class Lines:
             for (name, unit, kind), values in zip(COLUMNS, parts, strict=True)
         ]
 
+    def lives(self, name: str, lives: Lives, thickness: float, temperature: float, share: float) -> Floats:
+        """The times (3, films) in s within which a share of the films of `lives` fails by a law, and its bounds; NaN without it."""
+        values = np.full((3, lives.voltage.size), np.nan)
+        for k in range(lives.voltage.size):
+            first, second = lives.prestretch[k].tolist()
+            found = self.fitted.get(((first, second, thickness, temperature), name))
+            if found is not None:
+                values[:, k] = found[0].line_life(float(lives.voltage[k]), share)
+        return values
+
     def of_lives(self, lives: Lives, thickness: float, temperature: float) -> Table:
         """Columns of `lives`, of films of a thickness in m at a temperature in degC: the time within which a tenth of the films
         fails by each law, with bounds; none without a law.
         """
         columns = []
         for name in LINES if self.fitted else ():
-            values = np.full((3, lives.voltage.size), np.nan)
-            for k in range(lives.voltage.size):
-                first, second = lives.prestretch[k].tolist()
-                found = self.fitted.get(((first, second, thickness, temperature), name))
-                if found is not None:
-                    values[:, k] = found[0].line_life(float(lives.voltage[k]), 0.1)
+            values = self.lives(name, lives, thickness, temperature, 0.1)
             for k, end in enumerate(("", "_lower", "_upper")):
                 columns.append(Column(f"{name.replace('-', '_')}_time_b10{end}", "s", values[k]))
         return columns

@@ -19,9 +19,14 @@ from dielast.failures.specimens import POINTS_PER_DECADE, Simulated, Specimens, 
 from dielast.material.material import Material
 
 KEYS = {"scatter": "fit.scatter", "thickness": "film.thickness", "relax": "film.relax", "boundary": "film.boundary"}
-EXACT, MOST = 1e-3, 16
-"""The accepted change of a log exposure over its scatter if every second row is left out, of which a third is an error: less than a
-tenth of the standard error of a location for up to 10,000 specimens. Histories have at most `MOST` times the usual rows."""
+MOST = 16  # times as many rows as usual, at most, in histories
+
+
+def accepted(specimens: int) -> float:
+    """The accepted change of a log exposure over its scatter if every second row is left out: a third of it, the error, is then a
+    tenth of the standard error 1/sqrt(n) of a location.
+    """
+    return float(0.3 / np.sqrt(specimens))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -51,7 +56,7 @@ def simulated_and_ranked(recipe: LifetimeRecipe, material: Material, specimens: 
                 )
             ranks = [ranked(recipe, material, tested, mode) for mode in modes_of(specimens)]
         error = max(rank.error for rank in ranks)
-        if error <= EXACT:
+        if error <= accepted(len(specimens)):
             break
     else:
         warn(f"log exposures of specimens have numerical errors of {error / 3:.1g} of their scatter: is the scatter so small?")

@@ -63,7 +63,8 @@ def run(cases: Sequence[Case[LifetimeRecipe]], inputs: Inputs, execution: Execut
     def figure() -> Any:
         from dielast.plots.failures import plot_failures
 
-        return plot_failures(tested, fitted, lives, recipe.title)
+        line = lines.lives("inverse-power", lives, recipe.film.thickness, usual, 0.5)[0]
+        return plot_failures(tested, fitted, lives, recipe.title, line)
 
     return Report(tables, sections, figure, files)
 

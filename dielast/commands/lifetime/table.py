@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from dielast.commands.actuate.uses import repeat_of
 from dielast.commands.lifetime.recipe import QUANTITIES, FailureData, LifetimeRecipe
 from dielast.commands.registry import read_cases
 from dielast.commands.simulation.compare import rows_where
@@ -158,8 +159,13 @@ def _programme(name: str, inputs: Inputs) -> Sequence[VoltageStep]:
     content, path = inputs.read(name), resolve(inputs.folder, name)
     cases = read_cases(path, content=content)
     recipe = cases[0].recipe
-    if recipe.kind != "actuate" or len(cases) > 1 or recipe.control != "voltage" or recipe.programme:
+    if recipe.kind != "actuate" or len(cases) > 1 or recipe.control != "voltage":
         raise InputError("a recipe of actuate with steps of voltage and without [sweep] is needed", file=name)
+    if any(step.moves or step.charge is not None for step in recipe.step):
+        raise InputError("steps of voltage alone are needed: edges stay as they are in a test to failure", file=name)
     with located(file=name):
         timed = solver_steps(recipe, Inputs(path.parent))
-    return [step.step for step in timed]  # type: ignore[misc]
+    repeat = repeat_of(recipe)
+    order = range(len(timed)) if repeat is None else [number for number, _ in repeat.expanded(len(timed))]
+    steps = [VoltageStep(one.driven, rate=one.step.rate, duration=one.step.duration) for one in timed]
+    return [steps[number] for number in order]

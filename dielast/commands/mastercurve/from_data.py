@@ -20,7 +20,7 @@ def from_data(kind: str, given: Given) -> RecipeLines:
     recipe.section("[shift]")
     reference, why = _reference(recipe, given, levels)
     recipe.key("reference_temperature", reference, why)
-    recipe.key("law", "wlf", "wlf | arrhenius | table")
+    recipe.key("law", "wlf", "wlf | vft | arrhenius | table")
     recipe.key("vertical", "none", "none | density-temperature | free")
     return recipe
 

@@ -87,7 +87,7 @@ def measure_all(plan: PhotographPlan, study: Study) -> list[Photograph]:
     """Every photograph of the plan."""
     count = len(plan.pictures)
     chunks = [(first, min(first + CHUNK, count)) for first in range(0, count, CHUNK)]
-    work = Work(measure_pictures, "photographs", "measured", partial(_unchanged, digest=cache(partial(_digest, plan))))
+    work = Work(measure_pictures, "photographs", partial(_unchanged, digest=cache(partial(_digest, plan))))
     return [photograph for measured in study.solve(work, plan, chunks) for photograph in measured.photographs]
 
 

@@ -4,7 +4,7 @@ from dielast.commands.command import Command
 
 
 def _command(name: str, text: str, short: str) -> Command:
-    files = (f"{name}.csv", "cycles.csv", "cases.csv")
+    files = (f"{name}.csv", "events.csv", "cycles.csv", "cases.csv")
     return Command(name, __name__, text, short, files, can_share=True)
 
 

@@ -75,12 +75,20 @@ class LoadStep(HistoryStep):
                 raise InputError(f'{needed.name} is needed with {target}, such as "{needed.example}"', key="rate")
 
 
+SLACK = (
+    "What a specimen does that would be pressed together: one between clamps goes slack and bears nothing, until it is as long as "
+    "the prescribed stretch again. Default: bears nothing; in equibiaxial mode, and for a stated pressure, pushes."
+)
+Slack = Literal["bears nothing", "pushes"]
+
+
 class RelaxRecipe(SimulationRecipe):
     """Prescribed stretch -> stress."""
 
     kind: Literal["relax"] = Field(description="The subcommand that runs this recipe.")
     mode: LoadingMode = Field("uniaxial", description="How the specimen is stretched.")
     specimen: Specimen | None = Field(None, description="The specimen on which extension and force in tables were measured.")
+    slack: Slack | None = Field(None, description=SLACK)
     step: Annotated[list[StretchStep], starting(1.0)] = Field(min_length=1, description="Load history.")
 
 
@@ -92,11 +100,17 @@ class CreepRecipe(SimulationRecipe):
     specimen: Specimen | None = Field(
         None, description="The specimen that forces act on and extensions are measured on; not needed for stresses."
     )
+    slack: Slack | None = Field(None, description=SLACK)
     step: Annotated[list[LoadStep], starting(0.0)] = Field(min_length=1, description="Load history.")
 
     def _check(self) -> None:
         super()._check()
         for index, step in enumerate(self.step):
+            loads = {"force": step.force, "stress": step.stress, "low": (step.low or (None,))[0], "high": (step.high or (None,))[0]}
+            if pressed := [key for key, load in loads.items() if self.slack == "bears nothing" and load is not None and load < 0]:
+                raise InputError(
+                    'a specimen that bears nothing takes no pressure: state slack = "pushes"', key=f"step[{index}].{pressed[0]}"
+                )
             forced = "high" if step.high is not None and step.high[1] == FORCE.unit else "force"
             if (step.force is not None or forced == "high") and unmeasured(("force",), self.specimen):
                 needed = "a force needs [specimen] with width and thickness, or state stress"

@@ -150,7 +150,8 @@ def check_cycles(cases: Sequence[Case[SimulationRecipe]]) -> None:
     """Raise `InputError` if `output.cycles` is stated and no case has a waveform."""
     stated = any(case.recipe.output.cycles is not None for case in cases)
     steps: Iterable[HistoryStep] = (step for case in cases for step in getattr(case.recipe, "step", ()))
-    if stated and all(step.waveform is None for step in steps):
+    repeats = any(getattr(case.recipe, "repeat", None) is not None for case in cases)
+    if stated and not repeats and all(step.waveform is None for step in steps):
         raise InputError(NO_WAVEFORM, key="output.cycles")
 
 

@@ -13,7 +13,7 @@ from dielast.commands.simulation.recipe import Solver
 from dielast.errors import InputError, nearest, shown
 from dielast.recipe.fields import Length, Section, StrainRate, Time, WithUnit, one_or_more, schema_of_one_or_more
 from dielast.simulate.options import MESH_RTOL
-from dielast.units import FORCE, LENGTH, STRAIN, TIME, parse
+from dielast.units import COMPUTABLE, FORCE, LENGTH, STRAIN, TIME, parse
 
 if TYPE_CHECKING:
     from dielast.mechanics.stability import TimeScale
@@ -52,7 +52,7 @@ def _is_number(value: Any) -> bool:
 def _strain(value: Any) -> float | None:
     """The strain that was probably meant: a number between 0 and 1, or per cent; else None."""
     with suppress(InputError):
-        return parse(value, STRAIN)
+        return parse(value, STRAIN, COMPUTABLE)
     return float(value) if _is_number(value) and 0 < value < 1 else None
 
 
@@ -72,7 +72,7 @@ def _timescale(value: Any) -> tuple[float, bool]:
     """A share of the time since the voltage came on (True), or a time in s (False)."""
     for dimension, is_share in ((STRAIN, True), (TIME, False)):
         with suppress(InputError):
-            if (number := parse(value, dimension)) >= 0:
+            if (number := parse(value, dimension, COMPUTABLE)) >= 0:
                 return number, is_share
     raise InputError(
         f'{shown(value)}: a share of the time since the voltage came on, such as "1 %", or a time, such as "0 s", is needed'
@@ -107,7 +107,7 @@ def _share(value: Any) -> float:
     """A share between 0 and 1, as a number or in per cent."""
     number = value if _is_number(value) else nan
     with suppress(InputError):
-        number = parse(value, STRAIN)
+        number = parse(value, STRAIN, COMPUTABLE)
     if not 0 < number < 1:
         whole = ': an electrode as large as the frame or the strip is boundary = "clamped"' if number == 1 else ""
         raise InputError(f'{shown(value)}: a share between 0 and 1 is needed, such as 0.05 or "5 %"{whole}')

@@ -269,7 +269,8 @@ class SimulationRecipe(MaterialRecipe):
         self._check_columns()
         # other cases of a sweep over steps may have a waveform
         swept = any((read_path(key) or ("",))[0] in ("step", "load") for key in self.sweep or ())
-        if self.output.cycles is not None and not swept and all(step.waveform is None for step in getattr(self, "step", ())):
+        cycling = swept or getattr(self, "repeat", None) is not None
+        if self.output.cycles is not None and not cycling and all(step.waveform is None for step in getattr(self, "step", ())):
             raise InputError(NO_WAVEFORM, key="output.cycles")
         if self.plot.join == "cases" and (not self.sweep or self.plot.x in (None, "time [s]")):
             raise InputError('join = "cases" needs a [sweep] and an x other than time [s]', key="plot")

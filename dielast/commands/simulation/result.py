@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from dielast.material.scatter import Sample
     from dielast.simulate.events import Event
     from dielast.simulate.history import Outcome
+    from dielast.simulate.membrane import SlackEvent
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,6 +48,7 @@ class CaseResult:
     cycles: Mapping[str, Floats] | None = None
     events: Sequence[Event] | None = None
     bounded_events: Sequence[BoundedEvent] = ()
+    slack: Sequence[SlackEvent] = ()
     stated: tuple[str, ...] = ("time [s]",)
     profile: Mapping[str, Floats] | None = None
     stopped: Event | None = None

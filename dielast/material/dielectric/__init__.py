@@ -6,6 +6,14 @@ from dielast.material.dielectric.constant import (
 )
 from dielast.material.dielectric.linear import LinearPermittivity as LinearPermittivity
 from dielast.material.dielectric.table import PermittivityTable as PermittivityTable
-from dielast.material.law import DielectricLaw as DielectricLaw, Registry
+from dielast.material.law import DielectricLaw as DielectricLaw
+from dielast.registry import Registry
 
-DIELECTRICS: Registry[type[DielectricLaw]] = Registry("dielectric law", ConstantPermittivity, LinearPermittivity, PermittivityTable)
+DIELECTRICS: Registry[type[DielectricLaw]] = Registry(
+    "dielectric law",
+    ConstantPermittivity,
+    LinearPermittivity,
+    PermittivityTable,
+    group="dielast.dielectric",
+    base=DielectricLaw,
+)

@@ -78,6 +78,10 @@ class ShiftLaw(Law):
         """A warning if the constants look wrong, else an empty text."""
         return ""
 
+    def equivalent(self) -> ShiftLaw:
+        """The same law under the name that finite-element codes know it by."""
+        return self
+
     @classmethod
     def fit(cls, base: float, distance: Floats, log10_shift: Floats, whiten: Floats) -> FittedLaw:
         """Fit the law to shift factors by generalised least squares.

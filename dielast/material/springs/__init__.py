@@ -1,6 +1,5 @@
 """The hyperelastic laws of springs, one module each."""
 
-from dielast.material.law import Registry
 from dielast.material.springs.arruda_boyce import ArrudaBoyce as ArrudaBoyce
 from dielast.material.springs.gathered import gathered as gathered
 from dielast.material.springs.gent import Gent as Gent
@@ -16,5 +15,17 @@ from dielast.material.springs.mooney_rivlin import MooneyRivlin as MooneyRivlin
 from dielast.material.springs.neo_hookean import NeoHookean as NeoHookean
 from dielast.material.springs.ogden import Ogden as Ogden
 from dielast.material.springs.yeoh import Yeoh as Yeoh
+from dielast.registry import Registry
 
-SPRINGS: Registry[type[SpringLaw]] = Registry("spring law", Gent, NeoHookean, Yeoh, ArrudaBoyce, MooneyRivlin, Ogden, GentI2)
+SPRINGS: Registry[type[SpringLaw]] = Registry(
+    "spring law",
+    Gent,
+    NeoHookean,
+    Yeoh,
+    ArrudaBoyce,
+    MooneyRivlin,
+    Ogden,
+    GentI2,
+    group="dielast.springs",
+    base=SpringLaw,
+)

@@ -9,6 +9,7 @@ from dielast.mechanics.criteria.criterion import Criterion
 from dielast.mechanics.criteria.damage import Damage
 from dielast.mechanics.criteria.loss_of_tension import LossOfTension
 from dielast.mechanics.criteria.pull_in import PullIn
+from dielast.registry import opened
 
 CRITERIA: list[Criterion] = [
     ElectricalBreakdown(),
@@ -17,6 +18,8 @@ CRITERIA: list[Criterion] = [
     *(LossOfTension(axis) for axis in (0, 1)),
 ]
 
+
+opened("dielast.criteria", Criterion, lambda added: CRITERIA.append(added() if isinstance(added, type) else added))
 
 END = "end"  # the value of `stop.at` for a run that no event stops
 

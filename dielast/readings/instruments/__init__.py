@@ -4,7 +4,7 @@ A format is a module with a `NAME`, `sniff(text)` and `read(text, source) -> lis
 looks for features that no hand-made table has, so that an ordinary table is never taken as an export.
 """
 
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 from dielast.readings.instruments import (
     eplexor,
@@ -17,10 +17,12 @@ from dielast.readings.instruments import (
     universal_analysis,
 )
 from dielast.readings.instruments.export import ExportedStep
+from dielast.registry import INSTRUMENTS, adopt_all, opened
 
 __all__ = ["FORMATS", "ExportedStep", "Format", "recognise"]
 
 
+@runtime_checkable
 class Format(Protocol):
     """The layout of the exports of one instrument software."""
 
@@ -35,9 +37,15 @@ class Format(Protocol):
         """The steps in `text`, in their order; raises `InputError` with `source` and the line."""
 
 
-FORMATS: tuple[Format, ...] = (trios, rheocompass, rheoplus, universal_analysis, rheology_advantage, proteus, eplexor, reptate)
+FORMATS: list[Format] = [trios, rheocompass, rheoplus, universal_analysis, rheology_advantage, proteus, eplexor, reptate]
+opened(INSTRUMENTS, Format, FORMATS.append)
 
 
 def recognise(text: str) -> Format | None:
     """The format of `text`, None if it is not an export."""
-    return next((layout for layout in FORMATS if layout.sniff(text)), None)
+    found = next((layout for layout in FORMATS if layout.sniff(text)), None)
+    if found is None:
+        known = len(FORMATS)
+        adopt_all(INSTRUMENTS)
+        found = next((layout for layout in FORMATS[known:] if layout.sniff(text)), None)
+    return found

@@ -1,0 +1,130 @@
+"""Specimens between grips that cannot push: slack where the nominal stress of a prescribed stretch would be negative.
+
+A slack specimen bears nothing and recovers freely, longer than the distance of its grips, until it is as long as that again and is
+taut. Stress s and stretch l of axis 1, and the stretch L of the grips, are complementary: s >= 0, l >= L, s (l - L) = 0. Both are
+continuous, as the tension rises with the stretch, and so are the rates of flow.
+"""
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from dielast.mechanics.at_once import apply_at_once
+from dielast.mechanics.equations import films_of
+from dielast.mechanics.film import Film
+from dielast.mechanics.jump import jump
+from dielast.mechanics.point import LoadedPoints
+from dielast.mechanics.span import Control, Controls, stretched
+from dielast.numerics.arrays import Cases, Flags, Floats, paired, where
+from dielast.numerics.roots import fall
+from dielast.numerics.stride import Stride
+
+INSIGNIFICANT = 0.1  # tolerances by which a signal may be below zero
+START, END = 1e-9, 1e-12  # fractions of a step next to its ends that count as these
+FLOORS = 1e4  # stress floors in the stress of which tolerances count: the floor is 1e-4 of the equilibrium modulus
+AGAIN = 0.1  # share of a step that begins where the equations have just changed, and seems to end beyond another change
+
+
+@dataclass(slots=True)
+class Contact:
+    """The turns of the stepper for specimens that are slack or not, `slack` (cases,), and the `events`: the case, the time in s,
+    the stretch there, and whether the specimen goes slack (else taut).
+
+    A signal falls to zero at an event: of a taut specimen the stress over a modulus, of a slack one the logarithm of its length
+    over the distance of the grips. `rtol` is the tolerance of the integration.
+    """
+
+    slack: Flags
+    rtol: float
+    events: list[tuple[int, float, float, bool]] = field(default_factory=list)
+    _start: Floats = field(default_factory=lambda: np.zeros(0))
+    _turned: Floats = field(default_factory=lambda: np.zeros(0))
+    """Times (cases,) in s since the piece of load began of the last change of the equations; NaN before."""
+
+    def begin(self, film: Film, controls: Controls, start: Floats, jumped: Flags, status: Cases) -> Film:
+        """The specimens at the beginning of a piece of load with these `controls`, which `start` (3, cases) prescribes, and to
+        which the load of some has `jumped` (cases,). Where a slack specimen has no equilibrium, `status` (cases,) is changed.
+        """
+        self._start, self._turned = film.time, np.full(self.slack.size, np.nan)
+        if controls[0] is not Control.STRETCH:
+            self.slack = np.zeros_like(self.slack)
+            return replace(film, slack=None)
+        pressed = film.nominal_stress[0] < -INSIGNIFICANT * self.rtol * FLOORS * film.points.stress_floor
+        loose = (jumped | ~self.slack) & (status == 0) & pressed
+        if loose.any():
+            free = np.concatenate((np.zeros((1, loose.size)), start[1:]))
+            film = apply_at_once(film, (Control.STRESS, controls[1]), free, loose, status, None)
+        every = np.arange(loose.size)
+        self.note(every, film.time, start[0], np.where(jumped, False, self.slack) | loose)
+        return replace(film, slack=self.slack, grips=start[0])
+
+    def signal(self, system: LoadedPoints, time: Floats, unknown: Floats) -> Floats:
+        """The signals (k,) at `time` (k,) in s since the span began, from the `unknown` (k,) of axis 1."""
+        gap = 0.5 * unknown - np.log(system.load.value(time)[0])
+        slack = np.zeros(unknown.size, dtype=bool) if system.slack is None else system.slack
+        return np.where(slack, gap, unknown / (FLOORS * system.points.stress_floor))
+
+    def share(self, stride: Stride, landing: Flags) -> Floats:
+        """The fractions (pool,) of the steps at which specimens go slack or taut; see `Turns`."""
+        system = films_of(stride)
+        assert isinstance(system, LoadedPoints)
+        row, every = slice(-system.axes, 1 - system.axes or None), np.arange(landing.size)
+
+        def along(columns: Cases, fraction: Floats, within: LoadedPoints = system) -> Floats:
+            time = stride.time[columns] + fraction * stride.step[columns]
+            return self.signal(within, time, stride.dense(row, columns, fraction)[0])
+
+        first = self.signal(system, stride.time, stride.before[row][0])
+        half = along(every, np.full(every.size, 0.5))
+        last = self.signal(system, stride.until, stride.after[row][0])
+        least = INSIGNIFICANT * self.rtol
+        share = np.where(landing & (np.abs(last) <= least), 1.0, np.inf)
+        falls = where(stride.accepted & ((half < -least) | (last < -least)))
+        if not falls.size:
+            return share
+        early = half[falls] < 0
+        just = self._turned[stride.cases[falls]] == (stride.begin + stride.time)[falls]
+        # beside a change, the signal begins at zero: it must have risen by the middle of the step to fall again
+        inside = np.where(early, first[falls] > least, half[falls] > 0) & ~(just & early)
+        system = system.take(falls)
+        low, high = np.where(early, 0.0, 0.5), np.where(early, 0.5, 1.0)
+        root = fall(lambda fraction: np.where(inside, along(falls, fraction, system), 0.5 - fraction), low, high)
+        tiny = stride.step[falls] <= START * stride.duration[falls]
+        root = np.where(inside, root, np.where(just, np.where(tiny, np.inf, AGAIN), 0.0))
+        share[falls] = np.where(root < START, 0.0, np.where((root > 1 - END) & np.isfinite(root), 1.0, root))
+        return share
+
+    def present(self, system: LoadedPoints, cases: Cases) -> LoadedPoints:
+        """The specimens of these `cases` (k,), slack or taut as they are now; see `Turns`."""
+        return replace(system, slack=self.slack[cases])
+
+    def turn(
+        self, system: LoadedPoints, columns: Cases, cases: Cases, elapsed: Floats, time: Floats, state: Floats
+    ) -> LoadedPoints:
+        """The specimens with those in `columns` (k,) slack if they were taut, and taut if they were slack; see `Turns`."""
+        slack = np.zeros(state.shape[1], dtype=bool) if system.slack is None else system.slack.copy()
+        slack[columns] = ~slack[columns]
+        moment = np.zeros(state.shape[1])
+        moment[columns] = time
+        driven = system.load.value(moment)
+        internal, membrane = system.internal(state), system.membrane(state, driven)[0]
+        for loose, control in ((True, Control.STRESS), (False, Control.STRETCH)):
+            if (turned := paired(columns[slack[columns] == loose])).size:
+                target, controls = driven[:, turned], (control, system.load.controls[1])
+                target[0] = 0.0 if loose else target[0]
+                points, inside = system.points.take(turned), internal.take(turned, axis=-1)
+                log_squared, nominal, _ = jump(points, controls, target, inside, membrane[:, turned])
+                state[-system.axes :, turned] = np.where(stretched(controls), nominal, log_squared)[: system.axes]
+        stretch = driven[0]
+        self._turned[cases] = elapsed
+        self.note(cases, self._start[cases] + elapsed, stretch[columns], slack[columns])
+        return replace(system, slack=slack)
+
+    def note(self, cases: Cases, time: Floats, stretch: Floats, slack: Flags) -> None:
+        """Specimens of the `cases` (k,) go slack or taut at `time` (k,) in s, where the distance of the grips is `stretch` (k,)."""
+        changed = np.flatnonzero(self.slack[cases] != slack)
+        changed = changed[np.unique(cases[changed], return_index=True)[1]]
+        self.slack = self.slack.copy()
+        self.slack[cases] = slack
+        rows = zip(cases[changed].tolist(), time[changed].tolist(), stretch[changed].tolist(), slack[changed].tolist(), strict=True)
+        self.events += rows

@@ -1,0 +1,118 @@
+"""Programmes of edges and electrodes: random ones against the membrane peer, the energy of many cycles, and the time of a cycle.
+
+    python tests/bench/bench_programmes.py [--programmes N] [--balance N] [--cycles N]
+
+Of N random programmes it prints the worst relative difference of stretches, stresses, voltage, charge and events; of N cycles with
+branches, resistance and leakage, what the balance of energy lacks; and the time of one of N generator cycles of 30 branches, with
+that of a creep test of 6 h beside it, and the memory.
+"""
+
+from __future__ import annotations
+
+import argparse
+import resource
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+
+from flat import actuate, creep
+from programmes import programme
+
+from dielast import FilmStep, Material, Repeat, Spectrum, Step, read_material
+from dielast.material.leakage import Leakage
+from dielast.material.shift import NoShift
+
+CYCLE = [
+    FilmStep(stretch=3.0, duration=0.25),
+    FilmStep(voltage=3e3, duration=0.05),
+    FilmStep(stretch=2.0, circuit="open", duration=0.25),
+    FilmStep(voltage=0.0, duration=0.05),
+]
+
+
+def compare(seed: int) -> dict[str, float] | None:
+    """The worst differences of a random programme; None if the film has no equilibrium somewhere."""
+    stated = programme(seed)
+    if stated is None:
+        return None
+    here = actuate(stated.springs.material, stated.steps, rtol=1e-9, stop_at="end", **stated.arguments)
+    there = stated.there
+
+    def off(ours: np.ndarray, theirs: np.ndarray) -> float:
+        return float(np.max(np.abs(ours - theirs)) / np.max(np.abs(theirs), initial=1e-30))
+
+    worst = {
+        "stretch": float(np.max(np.abs(np.stack((here.stretch_1[0], here.stretch_2[0])) / there.stretch - 1))),
+        "stress": off(np.stack((here.nominal_stress_1[0], here.nominal_stress_2[0])), there.stress),
+        "voltage": off(here.voltage[0] / stated.arguments["thickness"], there.field),
+        "charge": off(here.charge_density[0], there.charge),
+    }
+    first: dict[str, float] = {}
+    for event in here.events[0]:
+        first.setdefault(event.name, event.time)
+    for name, at in stated.events.items():
+        worst[name] = abs(first.get(name, np.nan) / at - 1)
+    return worst
+
+
+def balance(cycles: int) -> float:
+    """What the table's energies lack over the energy given, of a film with two branches behind a resistance, and leaking."""
+    material = Material("m", 3e4, Spectrum(np.array([1.0, 0.05]), np.array([2e4, 5e4])), NoShift(20.0), permittivity=4e-11)
+    losses = {"leakage": Leakage(2e-13, 3e7), "resistance": 2e7, "electrode_area": 1e-4}
+    ends = [0.6 * cycles]
+    history = actuate(material, CYCLE, thickness=1e-3, stop_at="end", repeat=Repeat(cycles), times=ends, rtol=1e-8, **losses)
+    tight = actuate(material, CYCLE, thickness=1e-3, stop_at="end", repeat=Repeat(cycles), times=ends, rtol=1e-10, **losses)
+    names = ("electrical_energy", "mechanical_work", "dissipated_energy", "leaked_energy", "resistor_energy")
+    given = abs(tight.electrical_energy[0, -1]) + tight.mechanical_work[0, -1]
+    return max(abs(getattr(history, name)[0, -1] - getattr(tight, name)[0, -1]) for name in names) / given
+
+
+def timed(cycles: int) -> None:
+    """Print the time of a generator cycle and of a creep test, and the memory."""
+    film = {"thickness": 0.5e-3, "prestretch": 2.0, "relax": 600.0, "stop_at": "end"}
+    material = read_material("example:vhb4905")
+    load = [Step(stress=57e3, duration=17.0), Step.hold(6 * 3600.0)]
+    creep(material, load, mode="uniaxial")
+    begin = time.perf_counter()
+    creep(material, load, mode="uniaxial")
+    alone = time.perf_counter() - begin
+    for count in (max(cycles // 10, 1), cycles):
+        begin = time.perf_counter()
+        history = actuate(material, CYCLE, repeat=Repeat(count), cycles="last", **film)
+        took, memory = time.perf_counter() - begin, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+        last = history.cycles.electrical_energy[0, -1]
+        print(f"{count} cycles: {1e3 * took / count:.0f} ms a cycle, {memory:.0f} MiB, {last:.9g} J/m^3 in the last")
+    print(f"the creep test takes {1e3 * alone:.0f} ms")
+
+
+def main() -> None:
+    """Print the figures."""
+    arguments = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    for name, default in (("programmes", 40), ("balance", 100), ("cycles", 1000)):
+        arguments.add_argument(f"--{name}", type=int, default=default)
+    arguments.add_argument("--first", type=int, default=0, help="seed of the first programme")
+    stated = arguments.parse_args()
+    worst: dict[str, float] = {}
+    compared, seed = 0, stated.first
+    while compared < stated.programmes:
+        found = compare(seed)
+        seed += 1
+        if found is None:
+            continue
+        compared += 1
+        print(f"programme {seed - 1}: " + ", ".join(f"{name} {value:.1e}" for name, value in found.items()), flush=True)
+        worst = {name: max(worst.get(name, 0.0), found.get(name, 0.0)) for name in worst | found}
+    if worst:
+        print(f"worst of {compared} programmes: " + ", ".join(f"{name} {value:.1e}" for name, value in worst.items()))
+    if stated.balance:
+        print(f"energies of {stated.balance} cycles are within {balance(stated.balance):.1e} of those at a tolerance of 1e-10")
+    if stated.cycles:
+        timed(stated.cycles)
+
+
+if __name__ == "__main__":
+    main()

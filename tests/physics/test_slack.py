@@ -1,0 +1,167 @@
+"""Specimens that bear no pressure: slack where a prescribed stretch would press them together, taut again once recovered."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
+
+from dielast import InputError, Material, NoShift, Output, Solver, Spectrum, Step, Track, Waveform, relax
+
+MU, BRANCH, TAU = 26e3, 60e3, 5.0
+SOLID = Material("one branch", MU, Spectrum(np.array([TAU]), np.array([BRANCH])), NoShift(20.0))
+CORNERS = np.array([0.0, 1.0, 3.0, 4.0, 24.0, 25.0, 25.9, 60.0])
+STRETCH = np.array([1.0, 2.0, 2.0, 1.0, 1.0, 2.0, 1.1, 1.1])
+POWER = {"uniaxial": -0.5, "pure-shear": 0.0}
+
+
+def steps(time: np.ndarray = CORNERS, stretch: np.ndarray = STRETCH) -> list[Step]:
+    return [Step(stretch=end, duration=later - t) for (t, later), end in zip(pairwise(time), stretch[1:], strict=True)]
+
+
+def independent(mode: str, times: np.ndarray) -> tuple[list[tuple[bool, float]], np.ndarray]:
+    """Events (slack, time), and nominal stress and stretch (2, k) at times, by Radau on the viscous stretches of one branch."""
+
+    def axes(stretch: float) -> np.ndarray:
+        return np.array((stretch, stretch ** POWER[mode]))
+
+    def true_stress(squared: np.ndarray) -> np.ndarray:
+        return squared - 1 / squared.prod()
+
+    def nominal(stretch: float, log_viscous: np.ndarray) -> float:
+        pulled = axes(stretch)
+        return float((MU * true_stress(pulled**2) + BRANCH * true_stress((pulled * np.exp(-log_viscous)) ** 2))[0] / stretch)
+
+    def grips(t: float) -> float:
+        return float(np.interp(t, CORNERS, STRETCH))
+
+    def free(log_viscous: np.ndarray) -> float:
+        return float(brentq(lambda stretch: nominal(stretch, log_viscous), 0.5, 3.0, xtol=1e-15, rtol=1e-14))
+
+    def length(t: float, log_viscous: np.ndarray, slack: bool) -> float:
+        return free(log_viscous) if slack else grips(t)
+
+    def rate(t: float, log_viscous: np.ndarray, slack: bool) -> np.ndarray:
+        p, q = true_stress((axes(length(t, log_viscous, slack)) * np.exp(-log_viscous)) ** 2)
+        return np.array((2 * p - q, 2 * q - p)) / (6 * TAU)
+
+    def signal(t: float, log_viscous: np.ndarray, slack: bool) -> float:
+        return free(log_viscous) / grips(t) - 1 if slack else nominal(grips(t), log_viscous) / MU
+
+    signal.terminal, signal.direction = True, -1  # type: ignore[attr-defined]
+    now, state, slack = 0.0, np.zeros(2), False
+    events, found = [], np.zeros((2, times.size))
+    while now < CORNERS[-1]:
+        end = float(np.min(CORNERS[now < CORNERS]))
+        done = solve_ivp(rate, (now, end), state, "Radau", args=(slack,), rtol=1e-10, atol=1e-12, events=signal, dense_output=True)
+        for k in np.flatnonzero((times > now) & (times <= done.t[-1])):
+            there = done.sol(times[k])
+            stretch = length(times[k], there, slack)
+            found[:, k] = 0.0 if slack else nominal(stretch, there), stretch
+        now, state = float(done.t[-1]), done.y[:, -1]
+        if done.t_events[0].size and now > 0:
+            slack = not slack
+            events.append((slack, now))
+    return events, found
+
+
+@pytest.mark.parametrize("mode", POWER)
+def test_slack_and_taut_as_an_independent_solution(mode: str) -> None:
+    times = np.sort(np.concatenate((np.linspace(0.3, 59.0, 40), [3.9, 4.0, 25.8])))
+    expected, (stress, stretch) = independent(mode, times)
+    history = relax(SOLID, steps(), mode=mode, output=Output(times=times), solver=Solver(rtol=1e-9))
+    events = history.slack_events[0]
+    assert [event.event for event in events] == ["slack", "taut"] * 2 == ["slack" if slack else "taut" for slack, _ in expected]
+    assert [event.time for event in events] == pytest.approx([time for _, time in expected], rel=1e-7)
+    assert [event.stretch for event in events] == pytest.approx(
+        np.interp([time for _, time in expected], CORNERS, STRETCH), rel=1e-7
+    )
+    assert history.nominal_stress_1[0] == pytest.approx(stress, rel=1e-7, abs=1e-7 * stress.max())
+    assert history.stretch_1[0] == pytest.approx(stretch, rel=1e-7)
+    # the same at everyday tolerance
+    usual = relax(SOLID, steps(), mode=mode, output=Output(times=times))
+    assert [event.time for event in usual.slack_events[0]] == pytest.approx([time for _, time in expected], rel=1e-6)
+
+
+def test_slack_at_small_strain_in_closed_form() -> None:
+    """e = a t, then a (2 T - t), of springs E and B and a dashpot B tau: the strain of the dashpot is v = a (t - tau + tau f) at
+    first, with f = exp(-t/tau), then recovers at zero stress, e = B v/(E + B), with the time (E + B) tau/E, to e = h.
+    """
+    top, a, held = 1e-4, 2e-5, 1e-6
+    loading, unloading = top / a, (top - held) / a
+    stretch = np.array([1.0, 1 + top, 1 + held, 1 + held])
+    history = relax(SOLID, steps(np.array([0.0, loading, loading + unloading, 200.0]), stretch), solver=Solver(rtol=1e-11))
+
+    def dashpot(t: float) -> float:
+        first = a * (loading - TAU + TAU * np.exp(-loading / TAU))
+        particular = top - a * t + a * TAU
+        return float(particular + (first - top - a * TAU) * np.exp(-t / TAU))
+
+    slack = brentq(lambda t: MU * (top - a * t) + BRANCH * (top - a * t - dashpot(t)), 0.0, unloading, xtol=1e-14)
+    recovery = (MU + BRANCH) * TAU / MU
+    taut = slack + recovery * np.log(BRANCH * dashpot(slack) / (MU + BRANCH) / held)
+    found = [event.time for event in history.slack_events[0]]
+    assert found == pytest.approx([loading + slack, loading + taut], rel=3e-4)
+
+
+def test_every_cycle_has_its_slack_phase_and_cases_do_not_disturb_each_other() -> None:
+    wave = [Step(stretch=Waveform(1.0, 2.0, 4.0, 5, "triangle"))]
+    history = relax(SOLID, wave)
+    assert [event.event for event in history.slack_events[0]] == (["slack", "taut"] * 5)[:9]  # the last cycle ends slack
+    slack, taut = (np.array([event.time for event in history.slack_events[0][k::2]]) for k in (0, 1))
+    assert np.all((slack % 4 > 2) & (slack // 4 == np.arange(5)))
+    assert np.all((taut % 4 < 2) & (taut // 4 == np.arange(1, 5)))
+    assert np.all(np.diff(slack % 4) < 0)  # each cycle leaves a longer specimen
+    assert history.nominal_stress_1.min() == 0.0
+    cycles = history.cycles
+    assert cycles is not None
+    assert np.all(np.abs(cycles.lowest[0]) < 1e-7 * cycles.highest[0])
+    # work over a cycle: the integral of the stress over the prescribed stretch
+    time = np.linspace(0.0, 20.0, 20001)
+    fine = relax(SOLID, wave, output=Output(times=time))
+    grips = 1 + 0.5 * np.abs(((time + 2) % 4) - 2)
+    work = np.trapezoid(fine.nominal_stress_1[0][time <= 4], grips[time <= 4])
+    assert cycles.work[0, 0] == pytest.approx(work, rel=1e-5)
+    both = relax(SOLID, [Step(stretch=Waveform(1.0, np.array([2.0, 1.5]), 4.0, 5, "triangle"))])
+    assert both.slack_events[0] == history.slack_events[0]
+    other = relax(SOLID, [Step(stretch=Waveform(1.2, 2.0, 4.0, 3))], solver=Solver(rtol=1e-8))
+    exact = relax(SOLID, [Step(stretch=Track(*sine()))], solver=Solver(rtol=1e-8))
+    assert [event.time for event in other.slack_events[0]] == pytest.approx([e.time for e in exact.slack_events[0]], abs=2e-5)
+
+
+def sine() -> tuple[np.ndarray, np.ndarray]:
+    time = np.linspace(0.0, 12.0, 3001)
+    return time, 1.6 - 0.4 * np.cos(2 * np.pi * time / 4)
+
+
+def test_a_jump_leaves_a_specimen_slack_and_pulls_it_taut() -> None:
+    jumps = [Step(stretch=2.0), Step.hold(20.0), Step(stretch=1.1), Step.hold(5.0), Step(stretch=2.0), Step.hold(1.0)]
+    history = relax(SOLID, jumps, solver=Solver(rtol=1e-9))
+    assert [(event.event, event.time) for event in history.slack_events[0]] == [("slack", 20.0), ("taut", 25.0)]
+    resting = (history.time[0] > 20) & (history.time[0] < 25)
+    assert np.all(history.nominal_stress_1[0, resting] == 0)
+    assert np.all(np.diff(history.stretch_1[0, resting]) < 0)
+    assert history.stretch_1[0, resting][-1] > 1.1
+    # a ramp that follows begins at the grips, not at the specimen's own length
+    history = relax(SOLID, [*jumps[:4], Step(stretch=2.0, rate=0.1)])
+    assert history.outcome[0].time == pytest.approx(34.0)
+
+
+def test_a_specimen_may_push_and_creep_at_no_load_is_not_slack() -> None:
+    pushes = relax(SOLID, steps(), slack="pushes")
+    assert pushes.slack_events == ((),)
+    assert pushes.nominal_stress_1.min() < -1e4
+    assert relax(SOLID, steps(), mode="equibiaxial").nominal_stress_1.min() < -1e4
+    squeezed = relax(SOLID, [Step(stretch=0.8, rate=-0.1), Step.hold(5.0)])
+    assert [(event.event, event.time) for event in squeezed.slack_events[0]] == [("slack", pytest.approx(0.0, abs=1e-6))]
+    assert np.all(squeezed.nominal_stress_1 == 0)
+    assert squeezed.stretch_1 == pytest.approx(1.0, abs=1e-9)
+    wrong: Any = "gives"
+    with pytest.raises(InputError, match=r'slack: "gives": in uniaxial mode .*bears nothing'):
+        relax(SOLID, steps(), slack=wrong)
+    with pytest.raises(InputError, match=r"in equibiaxial mode .*pushes"):
+        relax(SOLID, steps(), mode="equibiaxial", slack="bears nothing")
