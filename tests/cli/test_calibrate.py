@@ -511,7 +511,8 @@ def test_voltage_tests_are_fitted_and_laws_that_fit_alike_are_drawn_together(die
     assert read_material(tmp_path / "r/material.toml").calibrated.law_spread > 1
     # the draws of both laws go on to a simulation, which says how far they differ
     drive = 'kind = "actuate"\nmaterial = "r/material.toml"\n[film]\nthickness = "1 mm"\nprestretch = 2.0\n'
-    drive += '[[step]]\nvoltage = "2 kV"\n[[step]]\nhold = "1 s"\n[stop]\nat = "end"\n[output]\ntimes = ["1 s"]\n[uncertainty]\ndraws = 30\n'
+    drive += '[[step]]\nvoltage = "2 kV"\n[[step]]\nhold = "1 s"\n[stop]\nat = "end"\n'
+    drive += '[output]\ntimes = ["1 s"]\n[uncertainty]\ndraws = 30\n'
     (tmp_path / "a.toml").write_text(drive)
     done = dielast("actuate", "a.toml", "-q", "--plot", "none")
     assert done.returncode == 0, done.stderr
