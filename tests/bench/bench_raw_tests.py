@@ -14,13 +14,14 @@ from pathlib import Path
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+from machines import Machine, Record, cycles, hold
+
 from dielast import Gent, Material, MeasuredTest, NoShift, Spectrum
 from dielast.calibration.comparison import relative_error
 from dielast.calibration.fit import fit_material
 from dielast.calibration.laboratory import Laboratory
 from dielast.calibration.parameters import Free
 from dielast.calibration.ringing import loaded_at_rest, ringing
-from machines import Machine, Record, cycles, hold
 
 SCATTER = 0.05  # of the stress, from specimen to specimen
 FITTED = 5  # tests; the others are predicted
