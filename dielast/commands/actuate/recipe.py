@@ -46,8 +46,8 @@ class Stop(Section):
     at: Annotated[str, OneOf(lambda: [*names(), END])] | None = Field(
         None,
         description="The event at which the simulation stops, or the end of the last step. Default: breakdown, or the first "
-        "failure where no breakdown field is known. With breakdown, or by default, a film with a passive part also stops at "
-        "loss of tension.",
+        "failure where no breakdown field is known. With breakdown, or by default, a film with held edges or a passive part "
+        "also stops at loss of tension.",
     )
 
 
