@@ -175,7 +175,7 @@ def _validate(
     files: Annotated[list[Path], typer.Argument(metavar="FILE...", hidden=True)],
     plan: Annotated[bool, typer.Option("--plan", help="Say as well how long each recipe takes here, by its first cells.")] = False,
 ) -> int:
-    """Check recipes and the files they name, and say what they amount to.
+    """Check recipes and their files, and say what is to be done.
 
     Nothing is simulated or written; spectrum recipes are fitted to check them.
     Load files and material files can be checked by themselves.
