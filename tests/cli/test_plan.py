@@ -23,7 +23,8 @@ def test_validate_says_what_a_recipe_amounts_to(dielast: Run, starter: Starter) 
 
 def test_a_plan_measures_the_first_cells_and_writes_nothing(dielast: Run, starter: Starter, tmp_path: Path) -> None:
     path = starter("failure-map")
-    few = dielast("failure-map", path.name, "--plan")
+    patient = "import dielast.commands.plan as plan; plan.ENOUGH = plan.LONGEST = 1e6"
+    few = dielast("failure-map", path.name, "--plan", prelude=patient)
     assert re.fullmatch(r"failure-map.toml: 26 cells; takes \S+ (s|min) here\n", few.stdout), few.stderr
     quick = "import dielast.commands.plan as plan; plan.ENOUGH = 0.0"
     many = dielast("failure-map", path.name, "--plan", "--set", "voltage.points=3000", prelude=quick)
