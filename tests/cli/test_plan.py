@@ -11,13 +11,15 @@ Run = Callable[..., subprocess.CompletedProcess[str]]
 Starter = Callable[[str], Path]
 
 
-def test_validate_says_what_a_recipe_amounts_to(dielast: Run, starter: Starter) -> None:
+def test_validate_says_on_a_terminal_what_a_recipe_amounts_to(dielast: Run, starter: Starter) -> None:
     paths = [starter(kind) for kind in ("failure-map", "design", "measure", "relax")]
-    assert dielast("validate", *(path.name for path in paths)).stdout.splitlines() == [
-        "failure-map.toml: ok: 26 cells",
-        "design.toml: ok: 15 films",
-        "measure.toml: ok: 12 photographs",
-        "relax.toml: ok",
+    terminal = "import dielast.cli.terminal as terminal; terminal._Unheard.isatty = lambda self: True"
+    done = dielast("validate", *(path.name for path in paths), prelude=terminal)
+    assert done.stdout.splitlines() == [f"{path.name}: ok" for path in paths]
+    assert done.stderr.splitlines() == [
+        "note: failure-map.toml: 26 cells",
+        "note: design.toml: 15 films",
+        "note: measure.toml: 12 photographs",
     ]
 
 
