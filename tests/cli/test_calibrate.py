@@ -474,7 +474,7 @@ def test_slack_specimens_are_named_with_their_stretch_and_counted(dielast: Run, 
     )
     done = dielast("calibrate", "r.toml", "--plot", "none", "-q")
     assert done.returncode == 0, done.stderr
-    said = r"specimens go slack when they are unloaded, and bear nothing: loop up to a stretch of 1\.\d+ \((\d+) of 121 points\); where"
+    said = r"go slack when they are unloaded, and bear nothing: loop up to a stretch of 1\.\d+ \((\d+) of 121 points\); where"
     named = re.search(said, done.stderr)
     assert named, done.stderr
     tests = parse_csv((tmp_path / "r/tests.csv").read_bytes(), "tests")

@@ -134,7 +134,7 @@ def test_a_criterion_that_there_is_not_is_refused() -> None:
 
 
 def test_the_stability_of_a_film_that_starts_unstable_is_negative() -> None:
-    """Under equal dead loads, W = 8 sum l^(1/2) is unstable against unequal stretches beyond 2^(2/3): W11 - W12 = 4/l^3 - 2/l^1.5."""
+    """Under equal dead loads W = 8 sum l^(1/2) is unstable against unequal ones beyond 2^(2/3), W11 - W12 = 4/l^3 - 2/l^1.5."""
     law = Ogden((4.0,), (0.5,))
     weak = replace(SOFT, equilibrium_law=law, spectrum=Spectrum(np.array([1.0]), np.array([1.0])))
     film = {"thickness": 5e-4, "prestretch": 2.0, "relax": 600.0, "boundary": "dead-load", "stop_at": "end"}
