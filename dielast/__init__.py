@@ -125,6 +125,7 @@ if TYPE_CHECKING:  # the public names, of which this is the only list: type chec
     )
     from dielast.simulate.film_setup import Film as Film
     from dielast.simulate.lifetime import fit_lifetime as fit_lifetime
+    from dielast.simulate.limits import Limits as Limits, film_limits as film_limits
     from dielast.simulate.membrane import MembraneHistory as MembraneHistory, creep as creep, relax as relax
     from dielast.simulate.options import Circuit as Circuit, Failure as Failure, Solver as Solver
     from dielast.simulate.output import Output as Output

@@ -64,6 +64,7 @@ def record(
     machine: Machine,
     random: np.random.Generator,
     factor: float = 1.0,
+    slack: str | None = None,
 ) -> Record:
     """What the machine writes at `time` if the crosshead follows straight lines between corners of time in s and stretch."""
     at, stretch = np.array(corners).T
@@ -77,7 +78,7 @@ def record(
         swing -= machine.overshoot * change / omega * fading * np.sin(omega * after)
         pull += machine.force * change / 0.02 * fading * np.sin(omega * after + machine.phase)
     extension = np.maximum(ideal + swing, 0.0)
-    blank = MeasuredTest("blank", time, 1 + extension / GAUGE, np.ones(time.size), 20.0)
+    blank = MeasuredTest("blank", time, 1 + extension / GAUGE, np.ones(time.size), 20.0, slack=slack)
     clean = factor * AREA * np.concatenate((np.zeros(time.size - blank.time.size), Laboratory([blank]).answers([material])[0][0]))
     resting = machine.at_rest * (time <= at[0] + 1e-9) if at[0] > 0 else np.zeros(time.size)
     disturbance = pull + resting
@@ -113,11 +114,12 @@ def cycles(
     factor: float = 1.0,
     points: int = 60,
     low: float = 1.0,
+    slack: str | None = None,
 ) -> Record:
     """Triangles between the stretches `low` and `top`."""
     corners = [(0.0, 1.0)] + [(ramp * (k + 1), top if k % 2 == 0 else low) for k in range(2 * count)]
     time = np.linspace(0.0, corners[-1][0], 2 * count * points + 1)
-    return record(material, corners, time, machine, random, factor)
+    return record(material, corners, time, machine, random, factor, slack)
 
 
 def quiet(machine: Machine) -> Machine:

@@ -104,7 +104,7 @@ class MeasuredTest(Result):
             "stretch": stretch,
             "stress": stress,
             "mode": Mode.of(self.mode),
-            "slack": bearing(self.slack, Mode.of(self.mode)),
+            "slack": bearing(self.slack, Mode.of(self.mode), bool(self.nominal_field)),
             "specimen": self.specimen or self.name,
         }
         for name, value in {**values, "corner_time": corner_time, "corner_stretch": corner_stretch}.items():

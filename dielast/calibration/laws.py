@@ -8,6 +8,7 @@ import numpy as np
 from dielast.calibration.experiment import relative_error
 from dielast.calibration.fit import Fit
 from dielast.calibration.levenberg import minimise
+from dielast.calibration.result import Calibration
 from dielast.calibration.scatter import level_of
 from dielast.calibration.weighting import Weighting
 from dielast.io.result import Result
@@ -79,6 +80,14 @@ def law_weights(found: Sequence[CrossValidation], pieces: Floats) -> Floats:
 def pieces_of(fit: Fit) -> Floats:
     """The number (tests,) of independent pieces of each curve, at least 1."""
     return np.maximum([float(place[-1]) / fit.scatter.piece for place in fit.curves.places], 1.0)
+
+
+def mixed_draws(results: Sequence[Calibration], weights: Sequence[float]) -> tuple[Material, ...]:
+    """Draws of the material of several laws, as many of each as its share of the weights, at least one."""
+    share = np.array(weights[: len(results)]) if len(results) > 1 else np.ones(1)
+    parts = [result.materials for result in results]
+    counts = [max(round(part * len(drawn)), 1) for part, drawn in zip(share / np.sum(share), parts, strict=True)]
+    return tuple(member for drawn, count in zip(parts, counts, strict=True) for member in drawn[:count])
 
 
 @dataclass(frozen=True, slots=True)

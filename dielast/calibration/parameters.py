@@ -59,6 +59,8 @@ class Parameter(Result):
     relative: float | None = None
     default_bounds: tuple[str, str] = ("", "")
     """What the lower and the upper bound are by default, in words; "" for a bound that was stated."""
+    possible: float | None = None
+    """The least value of a material that is stable at all stretches, None if there is none."""
     of_test: bool = False
     """Whether this is no constant of the material, but an unknown condition `key` of the test called `section`."""
 
@@ -296,6 +298,8 @@ def _parameter(
         default if stated is None else (stated, "")
         for stated, default in zip((known.min, known.max), usual or bounds_about(start, scale), strict=True)
     ]
+    if kind.possible is not None and known.min is None:
+        bounds[0] = max(bounds[0], (kind.possible, f"{kind.possible:g}, below which no material is stable at all stretches"))
     (lower, _), (upper, _) = bounds
 
     def shown(number: float) -> str:
@@ -315,4 +319,4 @@ def _parameter(
         raise InputError("prior and relative go together: the expected value and its relative standard deviation", key=path)
     first = float(np.clip(start, lower, upper))
     words = bounds[0][1], bounds[1][1]
-    return Parameter(section, key, index, kind.unit, first, lower, upper, scale, known.prior, known.relative, words)
+    return Parameter(section, key, index, kind.unit, first, lower, upper, scale, known.prior, known.relative, words, kind.possible)

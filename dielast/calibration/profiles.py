@@ -6,13 +6,14 @@ have several minima, a point is computed anew from the lower ones found beside i
 stays unknown.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 
 import numpy as np
 
 from dielast.calibration.courses import Course, follow, opening
 from dielast.calibration.likelihood import Likelihood, prior_alone
+from dielast.calibration.parameters import Parameter
 from dielast.numerics.arrays import Floats
 
 DECISIVE = 0.99  # level at which an end of the range is ruled out: wrongly in one case of a hundred
@@ -67,7 +68,17 @@ def profiles_of(likelihood: Likelihood, level: float = 0.9) -> list[Profile]:
     }
     follow(likelihood, list(courses.values()))
     unseen = prior_alone(fit.problem, likelihood.information)
-    return [_profile(courses.get((j, -1.0)), courses.get((j, 1.0)), bool(unseen[j])) for j in range(at.size)]
+    found = [_profile(courses.get((j, -1.0)), courses.get((j, 1.0)), bool(unseen[j])) for j in range(at.size)]
+    return [_possible(profile, parameter) for profile, parameter in zip(found, fit.space.parameters, strict=True)]
+
+
+def _possible(profile: Profile, parameter: Parameter) -> Profile:
+    """The profile of a parameter whose interval does not reach to values that no material has: there, it has no end."""
+    least = parameter.possible
+    if least is None or not float(parameter.value(profile.lower)) < least:
+        return profile
+    above = profile.verdict in (Verdict.DETERMINED, Verdict.UPPER) and float(parameter.value(profile.upper)) > least
+    return replace(profile, lower=np.nan, verdict=Verdict.UPPER if above else Verdict.UNDETERMINED)
 
 
 def _profile(below: Course | None, above: Course | None, unseen: bool) -> Profile:

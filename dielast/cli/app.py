@@ -173,9 +173,9 @@ def _new(
 @_exits
 def _validate(
     files: Annotated[list[Path], typer.Argument(metavar="FILE...", hidden=True)],
-    plan: Annotated[bool, typer.Option("--plan", help="Say as well how long each recipe takes here, by its first cells.")] = False,
+    plan: Annotated[bool, typer.Option("--plan", help="Say how much each recipe has to do and how long it takes here.")] = False,
 ) -> int:
-    """Check recipes and the files they name, and say what they amount to.
+    """Check recipes and the files they name.
 
     Nothing is simulated or written; spectrum recipes are fitted to check them.
     Load files and material files can be checked by themselves.
@@ -189,8 +189,10 @@ def _validate(
         except InputError as error:
             mistakes += error.problems
             continue
-        amount = amount_of(path, plan)
-        print(f"{path}: ok{f': {amount}' if amount else ''}", flush=True)
+        amount = amount_of(path, plan) if plan or sys.stderr.isatty() else ""
+        print(f"{path}: ok", flush=True)
+        if amount:
+            print(f"note: {path}: {amount}", file=sys.stderr)
         for message in caught:
             print(f"warning: {path}: {message}", file=sys.stderr)
     if mistakes:

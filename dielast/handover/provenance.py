@@ -19,11 +19,16 @@ class CalibratedSection(Section):
     temperature: Annotated[list[Temperature], Field(min_length=2, max_length=2)] = Field(
         description="Lowest and highest temperature."
     )
+    law_spread: Annotated[float, Field(ge=1, allow_inf_nan=False)] | None = Field(
+        None,
+        description="Largest ratio between laws that these tests cannot tell apart of the voltage of an equibiaxial film. Default: "
+        "no other laws were tried.",
+    )
 
     def stated(self) -> CalibratedRange:
         """The range of the tests."""
         (first, last), (coldest, hottest) = self.time, self.temperature
-        return CalibratedRange(tuple(self.modes), self.largest_I1, (first, last), (coldest, hottest))
+        return CalibratedRange(tuple(self.modes), self.largest_I1, (first, last), (coldest, hottest), self.law_spread)
 
 
 class WindowSection(Section):
@@ -82,6 +87,7 @@ def stated_provenance(material: Material) -> dict[str, Any]:
             "largest_I1": rounded(calibrated.largest_invariant),
             "time": [f"{value:.9g} s" for value in calibrated.time],
             "temperature": [f"{value:.9g} degC" for value in calibrated.temperature],
+            **({} if calibrated.law_spread is None else {"law_spread": rounded(calibrated.law_spread)}),
         }
     document |= {"origin": dict(material.origin)} if material.origin else {}
     if (window := material.window) is not None:

@@ -1,7 +1,8 @@
 """The files of a result as its summary lists them: whether a folder still holds what one run wrote.
 
-A summary is moved into its folder after all other files. So the summary of a folder whose run was killed in the middle is that of
-an earlier run, and lists other digests than those of the files that the killed run had moved.
+Tables are moved into a folder first, then figures, and the summary last. So the summary of a folder whose run was killed in the
+middle is that of an earlier run, and lists other digests than those of the tables that the killed run had moved. Figures are not
+listed: a summary does not depend on the formats that were asked for.
 """
 
 from collections.abc import Mapping
@@ -12,7 +13,8 @@ from dielast.io.files import sha256
 
 SUMMARY = "summary.toml"
 LISTED = "outputs"
-"""The key of a summary with the name and the SHA-256 of every other file of the result."""
+"""The key of a summary with the name and the SHA-256 of every other file of the result but its figures."""
+FIGURES = ("png", "svg", "pdf")
 
 
 def listing(files: Mapping[str, bytes]) -> list[dict[str, str]]:
@@ -28,7 +30,8 @@ def strangers(summary: Mapping[str, Any], digests: Mapping[str, str]) -> str:
     if not isinstance(stated, list):
         return ""
     known = {entry.get("file"): entry.get("sha256") for entry in stated if isinstance(entry, Mapping)}
-    others = [name for name, digest in digests.items() if name != SUMMARY and known.get(name) != digest]
+    own = {name: digest for name, digest in digests.items() if name != SUMMARY and not name.endswith(FIGURES)}
+    others = [name for name, digest in own.items() if known.get(name) != digest]
     if not others:
         return ""
     named = f"{', '.join(others[:3])}{and_more(len(others) - 3)}"

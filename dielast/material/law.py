@@ -23,7 +23,7 @@ class Constant:
 
     `dimension` is None for a bare number. `above`, `at_least` and `at_most` are bounds of its values. `many`: a list of numbers.
     `key` is its key in a material file, by default the name. A file may leave out a constant with a default, `left_out`, or one
-    that is not `needed`.
+    that is not `needed`. Values below `possible` are of no material that is stable at all stretches.
     """
 
     name: str
@@ -36,6 +36,7 @@ class Constant:
     key: str = ""
     left_out: Any = None
     needed: bool = True
+    possible: float | None = None
 
     @property
     def file_key(self) -> str:

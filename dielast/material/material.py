@@ -49,6 +49,10 @@ class CalibratedRange(Result):
     largest_invariant: float
     time: tuple[float, float]
     temperature: tuple[float, float]
+    law_spread: float | None = None
+    """The largest ratio between laws that these tests cannot tell apart of the voltage of an equibiaxial film; None if no others
+    were tried.
+    """
 
 
 @dataclass(frozen=True, slots=True)

@@ -66,7 +66,10 @@ def warn_of_range(material: Material, stretch: ArrayLike, mode: str | None) -> N
         warn(f"the stretches reach I1 = {largest:.4g}, but the material was calibrated by {tested}: it is extrapolated")
     elif is_untested(mode, calibrated.modes) and largest > 3 + UNTESTED * (calibrated.largest_invariant - 3):
         other = "loading with unequal stretches" if mode is None else f"{mode} loading"
-        warn(f"the material was calibrated by {tested} only: in {other} its law is extrapolated")
+        apart = ""
+        if calibrated.law_spread is not None:
+            apart = f"; laws that fit these tests alike differ by a factor of {calibrated.law_spread:.3g} in the voltage of a film"
+        warn(f"the material was calibrated by {tested} only: in {other} its law is extrapolated{apart}")
 
 
 def is_untested(mode: str | None, tested: Collection[str]) -> bool:

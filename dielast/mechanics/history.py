@@ -175,7 +175,10 @@ def _pieces_of_film(
 ) -> tuple[list[Piece], Controls, Floats]:
     """The pieces of a step after edges under these `controls` and a last voltage `source` (cases,) in V, and both after it."""
     cases = unit.size
-    drive, electrodes = _electrodes(step, source)
+    drive, electrodes = _electrodes(step)
+    closing: list[Piece] = []
+    if step.circuit == "closed" and electrodes is None:  # a switch, on a source at its last voltage
+        closing = [Line.to(controls, (None, None, source / unit), np.zeros(cases), drive=drive)]
     edges: list[ArrayLike | Path | None] = [None, None]
     paced: Control | Drive = drive or Drive.VOLTAGE
     if step.edges is not None:
@@ -194,7 +197,7 @@ def _pieces_of_film(
     if any(isinstance(row, Path) for row in rows):
         _check_paths(step, rows)
         along = _along(rows, controls, cases, scale, spread(step.phase, "phase", cases))
-        return [replace(piece, drive=drive) for piece in along], controls, source
+        return [*closing, *(replace(piece, drive=drive) for piece in along)], controls, source
     if step.edges is None and step.electrodes is None and (step.rate is not None or step.duration is step.circuit is None):
         raise InputError("a stretch, a stress, a voltage, a charge, a circuit, or the duration of a hold is needed")
     lasts, rate = _pace(step, cases, "target")
@@ -202,7 +205,7 @@ def _pieces_of_film(
         rate = rate / scale
     first, second, third = (None if row is None or isinstance(row, Path) else spread(row, "step", cases) for row in rows)
     target = first, second, None if third is None else third / scale
-    return [Line.to(controls, target, lasts, rate, paced, drive)], controls, source
+    return [*closing, Line.to(controls, target, lasts, rate, paced, drive)], controls, source
 
 
 def _stated(step: FilmStep) -> list[str]:
@@ -210,10 +213,8 @@ def _stated(step: FilmStep) -> list[str]:
     return [name for name in ("stretch", "stress", "voltage", "charge", "circuit") if getattr(step, name) is not None]
 
 
-def _electrodes(step: FilmStep, source: Floats) -> tuple[Drive | None, ArrayLike | Path | None]:
-    """The drive of the electrodes in a step, None for the present one, and their target, None if it stays as it is; `source` is the
-    last voltage of the source.
-    """
+def _electrodes(step: FilmStep) -> tuple[Drive | None, ArrayLike | Path | None]:
+    """The drive of the electrodes in a step, None for the present one, and their target, None if it stays as it is."""
     if step.circuit not in (None, "open", "closed"):
         raise InputError(f'{shown(step.circuit)}: "open" or "closed" is needed', argument="circuit")
     if step.voltage is not None and step.charge is not None:
@@ -227,7 +228,7 @@ def _electrodes(step: FilmStep, source: Floats) -> tuple[Drive | None, ArrayLike
         return Drive.VOLTAGE, step.voltage
     if step.charge is not None or step.circuit == "open":
         return Drive.CHARGE, step.charge
-    return (Drive.VOLTAGE, source) if step.circuit == "closed" else (None, None)
+    return (Drive.VOLTAGE if step.circuit == "closed" else None), None
 
 
 def _film_targets(step: FilmStep, paced: Control, mode: Mode) -> list[tuple[Control, ArrayLike | Path | None]]:

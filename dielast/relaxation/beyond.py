@@ -18,7 +18,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from dielast.errors import warn
+from dielast.errors import InputError, warn
 from dielast.material.measurement_kind import RELAXATION
 from dielast.material.scatter import interval
 from dielast.material.spectrum import Spectrum
@@ -40,6 +40,7 @@ from dielast.relaxation.paths import (
 from dielast.relaxation.result import SpectrumFit
 from dielast.relaxation.task import LEVEL_SLOPE
 
+LOST = 1e-22  # of the largest modulus near the end: from about 1e-26 on, sums of squares of ratios hold none of the others
 LOOKED_AT = (
     1.3  # decades at the end of a curve that a path must describe; a choice: less has too few points, more has other processes
 )
@@ -146,11 +147,18 @@ def continuations(fit: SpectrumFit, ratios: Floats, count: int) -> Continuations
     """
     time, kind = fit.reduced_time, fit.kind
     modulus = fit.spectrum.relaxation_modulus(time, fit.equilibrium_shear_modulus)
-    off = np.atleast_2d(fit.measured)[0] / np.atleast_2d(fit.model)[0]
+    measured, model = np.atleast_2d(fit.measured)[0], np.atleast_2d(fit.model)[0]
+    # a fit that misses the curve may be zero where its slowest branch has relaxed
+    shown = (modulus > 0) & (model > 0)
+    off = np.divide(measured, model, out=np.ones_like(measured), where=shown)
+    stiffness = np.where(shown, modulus * off**kind.stiffness_power, measured**kind.stiffness_power / 3)
     near = np.log10(time) >= np.log10(time[-1]) - LOOKED_AT
-    curve = WeightedCurve(
-        time[near], (modulus * off**kind.stiffness_power)[None, near], np.ones(np.count_nonzero(near)), RELAXATION
-    )
+    if (ends := stiffness[near]).min() < LOST * ends.max():
+        at = time[near][np.argmin(ends)]
+        raise InputError(
+            f"near its end the curve is at {3 * ends.min():.3g} and {3 * ends.max():.3g} Pa, the former at {at:.3g} s: leave it out"
+        )
+    curve = WeightedCurve(time[near], stiffness[None, near], np.ones(np.count_nonzero(near)), RELAXATION)
     end, generator = float(time[-1]), stream(SEED, "beyond the curve")
     guided = guided_paths(curve.averaged(), end, generator)
     cells = (replace(curve, values=curve.values * ratio[near]).averaged() for ratio in np.asarray(ratios))

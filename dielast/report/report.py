@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from dielast.errors import warn
 from dielast.io.files import Inputs, sha256
-from dielast.io.manifest import LISTED, SUMMARY, listing
+from dielast.io.manifest import FIGURES, LISTED, SUMMARY, listing
 from dielast.io.table import Table, rounded, to_csv
 from dielast.registry import adopted
 
@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 Summary = Mapping[str, Any]
-FIGURES = ("png", "svg", "pdf")
 UNDETERMINED = "undetermined"
 """What a list of a summary says in the place of a number that is not known."""
 
@@ -87,14 +86,13 @@ def drawn(kind: str, report: Report, plots: Sequence[str]) -> dict[str, bytes]:
 
 
 def contents(report: Report, figures: Mapping[str, bytes], summary: Summary) -> tuple[dict[str, bytes], Summary]:
-    """Every file of the run, name -> bytes, with its `figures`, and the summary with a list of them."""
+    """Every file of the run, name -> bytes, with its `figures`, and the summary with a list of the others."""
     import tomli_w
 
-    files = {name: to_csv(table) for name, table in report.tables.items()} | {**report.files, **figures}
+    files = {name: to_csv(table) for name, table in report.tables.items()} | dict(report.files)
     summary = {**summary, LISTED: listing(files)}
     # written last: a folder with a summary then holds a complete result
-    files[SUMMARY] = tomli_w.dumps(summary).encode()
-    return files, summary
+    return files | {**figures, SUMMARY: tomli_w.dumps(summary).encode()}, summary
 
 
 def _saved(figure: Figure, form: str) -> bytes:

@@ -14,6 +14,7 @@ Chunk = tuple[int, int]
 Progress = Callable[[int, int, str], None]
 """Called with the finished number, the total number, and what they count: cells, cases or draws."""
 NOTHING_KEPT = "nothing is kept or written; the same command begins anew"
+EARLIER = "nothing new is kept or written; the same command goes on from what an earlier run has kept"
 
 
 @dataclass(frozen=True, slots=True)

@@ -31,11 +31,11 @@ class ActuationHistory(History):
     """Histories of films under voltage: `values` (cases, times) in SI by header, as attributes too; `temperature` (cases,) in degC.
 
     `time` begins with the voltage programme, `voltage` is that of the film. Relative stretches and the area strain are relative to
-    the prestretch, nominal stresses are total, Maxwell stress included, and `stability` is the pull-in determinant over its value
-    at the beginning of the programme, or, where edges move, over that of the springs alone; `thickness_stretch` and `capacitance`
-    are per undeformed thickness and area. `events` lists
-    the events of each case in order of time. Without a damage law there is no `damage`; charge, current and energies are there if
-    they were requested, per undeformed area and volume; `profiles` are None unless they were requested.
+    the prestretch, nominal stresses are total, Maxwell stress included, and `stability` is the pull-in determinant over the size of
+    its value at the beginning of the programme, or, where edges move, over that of the springs alone; `thickness_stretch` and
+    `capacitance` are per undeformed thickness and area. `events` lists the events of each case in order of time. Without a damage
+    law there is no `damage`; charge, current and energies are there if they were requested, per undeformed area and volume;
+    `profiles` are None unless they were requested.
 
     The outcome of a case is completed if the programme ran to its end or to the event that is its reason. All arrays are NaN after
     the time of the outcome.

@@ -118,7 +118,7 @@ def prepare(
     A specimen whose `slack` "bears nothing" has no nominal stress where a prescribed stretch would press it together: it recovers
     freely until it is as long as that again. Its stretch is then its length, and `slack_events` are the times when it goes slack
     and taut. One that "pushes" is held at the prescribed stretch at any stress. Default: "bears nothing" in uniaxial and pure-shear
-    mode; equibiaxial specimens are held.
+    mode without a field; other specimens push.
 
     A `nominal_field` in V/m, the voltage over the undeformed thickness, acts from the start between electrodes on both faces; the
     nominal stress is then that which the machine holds.
@@ -129,7 +129,7 @@ def prepare(
     others = [name for name in ("with_end", "electrical", "profile") if getattr(output, name) is not None]
     if others:
         raise InputError("only a film under voltage has it", argument=others[0])
-    rtol, slack = solver.rtol, bearing(slack, Mode.of(mode))
+    rtol = solver.rtol
     materials = materials_of(material)
     if not materials:
         raise InputError("a Material, or a list of them, is needed")
@@ -141,6 +141,7 @@ def prepare(
     cases = case_count(steps, temperature, np.zeros(len(materials)), field)
     temperature = temperatures_of(temperature, cases)
     electric = bool(np.any(field))
+    slack = bearing(slack, Mode.of(mode), electric)
     for entry in materials if electric else ():
         if not entry.permittivity:
             raise InputError(f"{entry.name!r} has no permittivity, which a specimen under voltage needs", argument="material")
@@ -187,12 +188,14 @@ def _by_case(events: Iterable[tuple[int, float, float, bool]], cases: int) -> tu
     return tuple(map(tuple, by_case))
 
 
-def bearing(slack: str | None, mode: Mode) -> str:
-    """What a specimen does that would be pressed together, by default as stated in `relax`; `InputError` for anything else."""
+def bearing(slack: str | None, mode: Mode, electric: bool) -> str:
+    """What a specimen does that would be pressed together, by default as stated in `relax`, and `electric` one under voltage;
+    `InputError` for anything else.
+    """
     known = (BEARS_NOTHING, PUSHES) if mode is not Mode.EQUIBIAXIAL else (PUSHES,)
     if slack is not None and slack not in known:
         raise InputError(f"{shown(slack)}: in {mode.value} mode {nearest(slack, known)}", argument="slack")
-    return slack or known[0]
+    return slack or (PUSHES if electric else known[0])
 
 
 def symmetry_of(pieces: Sequence[Piece]) -> Symmetry | None:

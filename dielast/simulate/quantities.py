@@ -185,7 +185,7 @@ FILMS: list[Quantity] = [
     Quantity(
         "stability",
         "1",
-        lambda film: film.record.determinant / film.determinant[:, None],
+        lambda film: film.record.determinant / np.abs(film.determinant[:, None]),  # negative from the start if unstable
         "stability det H / det H$_0$",
         falls=True,
     ),

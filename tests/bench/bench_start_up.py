@@ -1,6 +1,9 @@
 """Whole-process times of the command line against bare peers, as ratios of medians in interleaved runs.
 
-Run with: python tests/bench/bench_start_up.py
+The last lines are whole commands: each starter with its figure, without it, and the imports that a figure needs, in turns; in
+processor seconds, which other work on the machine changes little.
+
+Run with: python tests/bench/bench_start_up.py [RUNS]
 """
 
 from __future__ import annotations
@@ -13,7 +16,9 @@ import tempfile
 import time
 from pathlib import Path
 
-RUNS = 15
+RUNS = int(sys.argv[1]) if len(sys.argv) > 1 else 15
+FIGURE = "import numpy, pandas, matplotlib.figure"
+KINDS = ("mastercurve", "spectrum", "relax", "creep", "actuate", "failure-map")
 BARE_TYPER = """
 import typer
 app = typer.Typer()
@@ -43,12 +48,36 @@ def compare(ours: list[str], peer: list[str], folder: str) -> tuple[float, float
     return statistics.median(a), statistics.median(b), statistics.median(x / y for x, y in pairs)
 
 
+def processor_seconds(command: list[str], folder: str) -> float:
+    """User and system time of a command; on a system without `wait4` its time."""
+    if not hasattr(os, "wait4"):
+        return seconds(command, folder)
+    with subprocess.Popen(command, cwd=folder, env=WITH_BYTECODE, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as process:
+        _, status, used = os.wait4(process.pid, 0)
+        process.returncode = os.waitstatus_to_exitcode(status)
+    assert process.returncode == 0, command
+    return used.ru_utime + used.ru_stime
+
+
+def whole(kind: str, folder: str) -> str:
+    """A starter with its figure, without it, and the imports of a figure."""
+    with_figure = [sys.executable, "-c", DIELAST, kind, f"{kind}.toml", "-q"]
+    three = with_figure, [*with_figure, "--plot", "none"], [sys.executable, "-c", FIGURE]
+    rows = [[processor_seconds(command, folder) for command in three] for _ in range(RUNS + 1)][1:]
+    figure, computed, imports = (statistics.median(column) for column in zip(*rows, strict=True))
+    more = statistics.median((row[0] - row[1]) / row[2] for row in rows)
+    return (
+        f"dielast {kind:12s} {figure * 1e3:6.0f} ms, without figure {computed * 1e3:6.0f} ms, {FIGURE} {imports * 1e3:6.0f} ms: "
+        f"the figure takes {more:.2f} of these imports, the rest {statistics.median(row[1] / row[2] for row in rows):.2f}"
+    )
+
+
 def main() -> None:
     python = [sys.executable, "-c"]
     with tempfile.TemporaryDirectory() as folder:
         recipe = str(Path(folder) / "recipe.toml")
         cases = []
-        for kind in ("mastercurve", "spectrum", "relax", "creep", "actuate", "failure-map"):
+        for kind in KINDS:
             text = subprocess.run([*python, DIELAST, "new", kind], capture_output=True, text=True, check=True).stdout
             Path(recipe.replace("recipe", kind)).write_text(text)
             command = [*python, DIELAST, kind, f"{kind}.toml", "--plot", "none", "-q"]
@@ -57,6 +86,8 @@ def main() -> None:
         for name, command, peer_name, peer in cases:
             ours, theirs, ratio = compare(command, peer, folder)
             print(f"{name:32s} {ours * 1e3:6.0f} ms   {peer_name:24s} {theirs * 1e3:6.0f} ms   ratio {ratio:.2f}")
+        for kind in KINDS:
+            print(whole(kind, folder), flush=True)
 
 
 if __name__ == "__main__":

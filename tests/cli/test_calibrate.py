@@ -6,17 +6,20 @@ import re
 import subprocess
 import tomllib
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
-from machines import Machine, cycles, hold, softened
+from machines import QUIET, Machine, cycles, hold, softened
 
-from dielast import Gent, Material, NoShift, Spectrum, read_draws, read_material
+from dielast import Gent, Material, MeasuredTest, NoShift, Spectrum, VoltageTest, read_draws, read_material
+from dielast.calibration.laboratory import Laboratory
 from dielast.commands.inspect import warnings_of
 from dielast.errors import InputError
 from dielast.io.files import Inputs
 from dielast.io.table import parse_csv
+from dielast.simulate.film_setup import Film
 
 Run = Callable[..., subprocess.CompletedProcess[str]]
 SPECIMEN = 'specimen = { gauge_length = "80 mm", width = "22 mm", thickness = "1 mm" }'
@@ -459,3 +462,81 @@ def test_a_factor_beside_the_moduli_is_said_with_the_other_mistakes(dielast: Run
     (tmp_path / "r.toml").write_text(HEAD + TEST + free)
     lines = dielast("calibrate", "r.toml").stderr.splitlines()
     assert [line.split(": ")[1] for line in lines] == ['free."nonequilibrium.scale"', 'free."equilibrium.J_lim"']
+
+
+def test_slack_specimens_are_named_with_their_stretch_and_counted(dielast: Run, tmp_path: Path) -> None:
+    truth = Material("t", 22e3, Spectrum([300.0, 8.0], [16e3, 35e3]), NoShift(20.0), Gent(110.0), Gent(55.0))
+    made = cycles(truth, replace(QUIET, noise=0.003), np.random.default_rng(2), count=1)
+    (tmp_path / "loop.csv").write_text(made.table())
+    loop = f'[[test]]\nfile = "loop.csv"\n{SPECIMEN}\n'
+    (tmp_path / "r.toml").write_text(
+        HEAD + loop + 'label = "loop"\n' + loop + 'label = "pushed"\nslack = "pushes"\n' + FREE + QUICK
+    )
+    done = dielast("calibrate", "r.toml", "--plot", "none", "-q")
+    assert done.returncode == 0, done.stderr
+    said = r"specimens go slack when they are unloaded, and bear nothing: loop up to a stretch of 1\.\d+ \((\d+) of 121 points\)"
+    named = re.search(said, done.stderr)
+    assert named, done.stderr
+    tests = parse_csv((tmp_path / "r/tests.csv").read_bytes(), "tests")
+    assert [int(count) for count in tests["slack_points [1]"]] == [int(named[1]), 0]
+    assert int(named[1]) > 5
+    loose, pushed = (float(error) for error in tests["rms_relative_error [1]"])
+    assert loose < pushed
+    (tmp_path / "r.toml").write_text(HEAD + loop + 'slack = "gives"\n' + FREE + QUICK)
+    assert "test[0].slack" in dielast("calibrate", "r.toml").stderr
+
+
+def test_voltage_tests_are_fitted_and_laws_that_fit_alike_are_drawn_together(dielast: Run, tmp_path: Path) -> None:
+    truth = Material("m", 2e4, Spectrum([20.0], [3e4]), NoShift(20.0), Gent(60.0), Gent(60.0), permittivity=4e-11)
+    tests = ""
+    for number, top in enumerate((2.0, 3.0, 4.0)):
+        at = np.linspace(0, 15 * (top - 1), 25)[1:]
+        blank = MeasuredTest("pull", at, np.interp(at, [0, 10 * (top - 1), 20 * (top - 1)], [1, top, 1]), np.ones(at.size), 20.0)
+        clean = Laboratory([blank]).answers([truth])[0][0]
+        stress = clean * (1 + 0.05 * np.sin(9 * blank.place + 2 * number))
+        rows = [f"{t:.6g},{x:.6g},{s:.6g}" for t, x, s in zip(at, blank.stretch, stress, strict=True)]
+        (tmp_path / f"pull{number}.csv").write_text("\n".join(["time [s],stretch,stress [Pa]", *rows]))
+        tests += f'[[test]]\nfile = "pull{number}.csv"\n'
+    stretch = np.array([1.01, 1.03, 1.06, 1.1, 1.15, 1.2])
+    film = Film(1e-3, 2.0, relax=600.0, boundary="frame", electrode_share=0.25)
+    blank = VoltageTest("film", np.full(6, 1e4), stretch, film, 200.0, 20.0, measure="relative_stretch")
+    volts = Laboratory([blank]).answers([truth])[0][0]
+    rows = [f"{v / 1e3:.6g},{2 * x:.6g}" for v, x in zip(volts, stretch, strict=True)]
+    (tmp_path / "film.csv").write_text("\n".join(["V [kV],stretch", "0,2", *rows]))
+    held = 'film = { thickness = "1 mm", prestretch = 2.0, relax = "10 min", boundary = "frame", electrode_share = 0.25 }\n'
+    held += 'ramp = ["20 V/s", "2 kV/s"]\n'
+    tests += f'[[validate]]\nfile = "film.csv"\ncolumns = {{ voltage = "V" }}\n{held}'.replace('["20 V/s", "2 kV/s"]', '"200 V/s"')
+    start = 'name = "m"\nreference_temperature = "20 degC"\n[equilibrium]\nshear_modulus = "20 kPa"\nJ_lim = 90\n[nonequilibrium]\n'
+    start += (
+        'relaxation_time_s = [30.0]\nshear_modulus_Pa = [2e4]\n[shift]\nlaw = "none"\n[dielectric]\npermittivity = "4e-11 F/m"\n'
+    )
+    (tmp_path / "m.toml").write_text(start)
+    free = FREE + '"nonequilibrium.shear_modulus" = {}\n"nonequilibrium.relaxation_time" = {}\n'
+    tried = '[springs]\ntry = [["gent", "gent"], ["ogden", "ogden"], ["neo-hookean", "neo-hookean"]]\n'
+    few = "[fit]\nstarts = 1\n[uncertainty]\ndraws = 40\n"
+    recipe = 'kind = "calibrate"\nmaterial = "m.toml"\n' + tests + free + tried + few
+    (tmp_path / "r.toml").write_text(recipe)
+    done = dielast("calibrate", "r.toml", "-q", "--plot", "none")
+    assert done.returncode == 0, done.stderr
+    found = parse_csv((tmp_path / "r/tests.csv").read_bytes(), "tests")
+    row = found["test"].index("film")
+    assert float(found["rms_voltage_error [1]"][row]) < 0.1
+    assert found["rms_voltage_error [1]"][0] in ("", "nan")
+    laws = parse_csv((tmp_path / "r/laws.csv").read_bytes(), "laws")
+    assert sum(map(float, laws["weight [1]"])) == pytest.approx(1.0)
+    assert laws["equilibrium_law"][-1] == "neo-hookean"
+    assert "these tests cannot tell gent + gent" in done.stderr
+    assert "apart; the voltage of a film differs by a factor of" in done.stderr
+    proposed = parse_csv((tmp_path / "r/next_tests.csv").read_bytes(), "next")
+    assert not proposed["test"][0].startswith("uniaxial")
+    draws = read_draws(tmp_path / "r/material.toml")
+    assert {draw.equilibrium_law.name for draw in draws} >= {"gent", "ogden"}
+    assert read_material(tmp_path / "r/material.toml").calibrated.law_spread > 1
+    # the draws of both laws go on to a simulation, which says how far they differ
+    drive = 'kind = "actuate"\nmaterial = "r/material.toml"\n[film]\nthickness = "1 mm"\nprestretch = 2.0\n'
+    drive += '[[step]]\nvoltage = "2 kV"\n[[step]]\nhold = "1 s"\n[stop]\nat = "end"\n'
+    drive += '[output]\ntimes = ["1 s"]\n[uncertainty]\ndraws = 30\n'
+    (tmp_path / "a.toml").write_text(drive)
+    done = dielast("actuate", "a.toml", "-q", "--plot", "none")
+    assert done.returncode == 0, done.stderr
+    assert "laws that fit these tests alike differ by a factor of" in done.stderr

@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 
 from dielast.cli.terminal import Bar, Leave
+from dielast.sharing.execution import EARLIER
 
 Ran = subprocess.CompletedProcess[str]
 LOADING = """
@@ -83,6 +84,15 @@ def test_an_interrupt_after_the_last_cell_says_what_is_kept(
     if message == KEPT:
         again = dielast("failure-map", "m.toml", "--plot", "none")
         assert re.fullmatch(r"note: goes on from an interrupted run, which kept 10\d\d of 1030 cells\n", again.stderr)
+
+
+def test_an_interrupt_before_the_first_cell_leaves_what_an_earlier_run_kept(dielast: Callable[..., Ran], tmp_path: Path) -> None:
+    (tmp_path / "m.toml").write_text(MAP.format(points=3))
+    (tmp_path / "m").mkdir()
+    (tmp_path / "m/.unfinished").write_bytes(b"of an earlier run")
+    ran = dielast("failure-map", "m.toml", prelude=PRESS.format(module="commands.failure_map.run", function="prepared"))
+    assert (ran.returncode, ran.stderr) == (130, f"interrupted: {EARLIER}\n")
+    assert (tmp_path / "m/.unfinished").read_bytes() == b"of an earlier run"
 
 
 class Terminal(io.StringIO):

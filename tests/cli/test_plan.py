@@ -11,19 +11,22 @@ Run = Callable[..., subprocess.CompletedProcess[str]]
 Starter = Callable[[str], Path]
 
 
-def test_validate_says_what_a_recipe_amounts_to(dielast: Run, starter: Starter) -> None:
+def test_validate_says_on_a_terminal_what_a_recipe_amounts_to(dielast: Run, starter: Starter) -> None:
     paths = [starter(kind) for kind in ("failure-map", "design", "measure", "relax")]
-    assert dielast("validate", *(path.name for path in paths)).stdout.splitlines() == [
-        "failure-map.toml: ok: 26 cells",
-        "design.toml: ok: 15 films",
-        "measure.toml: ok: 12 photographs",
-        "relax.toml: ok",
+    terminal = "import dielast.cli.terminal as terminal; terminal._Unheard.isatty = lambda self: True"
+    done = dielast("validate", *(path.name for path in paths), prelude=terminal)
+    assert done.stdout.splitlines() == [f"{path.name}: ok" for path in paths]
+    assert done.stderr.splitlines() == [
+        "note: failure-map.toml: 26 cells",
+        "note: design.toml: 15 films",
+        "note: measure.toml: 12 photographs",
     ]
 
 
 def test_a_plan_measures_the_first_cells_and_writes_nothing(dielast: Run, starter: Starter, tmp_path: Path) -> None:
     path = starter("failure-map")
-    few = dielast("failure-map", path.name, "--plan")
+    patient = "import dielast.commands.plan as plan; plan.ENOUGH = plan.LONGEST = 1e6"
+    few = dielast("failure-map", path.name, "--plan", prelude=patient)
     assert re.fullmatch(r"failure-map.toml: 26 cells; takes \S+ (s|min) here\n", few.stdout), few.stderr
     quick = "import dielast.commands.plan as plan; plan.ENOUGH = 0.0"
     many = dielast("failure-map", path.name, "--plan", "--set", "voltage.points=3000", prelude=quick)
@@ -31,7 +34,8 @@ def test_a_plan_measures_the_first_cells_and_writes_nothing(dielast: Run, starte
         many.stdout
     )
     never = "import dielast.commands.plan as plan; plan.LONGEST = 0.3"
-    assert "takes longer than 0.3" in dielast("design", starter("design").name, "--plan", prelude=never).stdout
+    cut = dielast("design", starter("design").name, "--plan", prelude=never).stdout
+    assert re.search(r"15 films; takes longer than \S+ (s|min) here$", cut.strip())
     assert {file.name for file in tmp_path.iterdir()} == {"failure-map.toml", "design.toml"}
     wrong = dielast("failure-map", path.name, "--plan", "--set", "horizon=3")
     assert wrong.returncode == 2

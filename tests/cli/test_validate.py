@@ -276,7 +276,7 @@ def test_validate_warns_as_a_run_does_before_it_solves(recipe: str, dielast: Run
     (tmp_path / "film.toml").write_text(FILM.format("J_lim = 200.0", EPS) + limit + branch + shift)
     (tmp_path / "r.toml").write_text(recipe)
     checked = dielast("validate", "r.toml")
-    assert checked.stdout.startswith("r.toml: ok")
+    assert checked.stdout == "r.toml: ok\n"
     stated = [line.replace("r.toml: ", "") for line in checked.stderr.splitlines()]
     assert sum("breakdown fields are stated for 1 to 1.5" in line for line in stated) == 1
     assert sum("activation energy" in line for line in stated) == 1

@@ -14,7 +14,7 @@ from scipy.integrate import quad, solve_ivp
 from scipy.optimize import brentq
 from springs import SPRINGS
 
-from dielast import FilmStep, Material, Repeat, Spectrum, VoltageStep, Waveform
+from dielast import Breakdown, FilmStep, Material, Repeat, Spectrum, VoltageStep, Waveform, film_limits
 from dielast.errors import InputError
 from dielast.material.leakage import Leakage
 from dielast.material.shift import NoShift
@@ -99,6 +99,25 @@ def test_a_film_that_shrinks_in_an_open_circuit() -> None:
             assert charge == pytest.approx(full * np.exp(-conductivity / EPS * (times - 1.1)), rel=1e-11)
         assert leaking.charge_density[0] == pytest.approx(charge, rel=1e-8)
         assert leaking.voltage[0] == pytest.approx(THICKNESS * charge / (EPS * area**2), rel=1e-8)
+
+
+def test_a_circuit_that_closes_again() -> None:
+    """The source is at its last voltage, at once; behind a resistance the charge of a held film follows as exp(-t/(r C))."""
+    steps = [
+        FilmStep(stretch=3.0, duration=1.0),
+        FilmStep(voltage=VOLTAGE, duration=0.5),
+        FilmStep(circuit="open", stretch=2.0, duration=1.0),
+        FilmStep(circuit="closed", duration=2.0),
+    ]
+    times = np.array([2.5001, 3.0, 4.5])
+    assert run(steps, times=times).voltage[0] == pytest.approx(VOLTAGE, rel=1e-12)
+    resistance = 1e7
+    late = run(steps, times=[2.5, *times], resistance=resistance, electrode_area=AREA)
+    constant_of_circuit = resistance * AREA / THICKNESS * EPS * 16
+    begin = late.voltage[0, 0]
+    assert begin > 2 * VOLTAGE
+    wanted = VOLTAGE + (begin - VOLTAGE) * np.exp(-(times - 2.5) / constant_of_circuit)
+    assert late.voltage[0, 1:] == pytest.approx(wanted, rel=1e-7)
 
 
 @pytest.mark.parametrize(("mode", "power"), [("equibiaxial", 3), ("pure-shear", 1)])
@@ -322,3 +341,35 @@ def test_edges_that_are_held_cannot_move() -> None:
         run([FilmStep(stretch=2.0)], spring=1e4)
     with pytest.raises(InputError, match="dead-load alone"):
         run([VoltageStep(1e3)], spring=1e4, boundary="clamped")
+
+
+@pytest.mark.parametrize("mode", ["equibiaxial", "pure-shear", "uniaxial"])
+def test_the_map_of_a_generator(mode: str) -> None:
+    """The limits of Koh, Keplinger and Suo in closed form, and a cycle fails where it crosses them."""
+    at, strength = np.array([1.2, 1.5, 2.0, 3.0]), 5e7
+    found = film_limits(ELASTIC, at, thickness=THICKNESS, mode=mode, breakdown=Breakdown((1.0,), (strength,)))
+    if mode == "equibiaxial":
+        slack, pull_in, area = at**-2.0 - at**-8.0, (1 + 5 * at**-6.0) / (3 * at**2), at**2
+    elif mode == "pure-shear":
+        # axis 2, held at 1, is slack before axis 1
+        slack, pull_in, area = (1 - at**-2.0) / at**2, 1 + 3 * at**-4.0, at
+    else:
+        # lambda_2^2 = (1 - q)^(-1/2)/lambda_1, so that both axes lose their tension together, where none is left: q = eps E~^2
+        # lambda_1^2/mu; lambda_1 s_1/mu = lambda_1^2 - lambda_1^-2 lambda_2^-2 - q lambda_2^2
+        def tension(q: float, x: float) -> float:
+            across = (1 - q) ** -0.5 / x
+            return x**2 - x**-2 / across - q * across
+
+        slack = np.array([brentq(tension, 0.0, 1 - 1e-12, args=(x,), xtol=1e-15) / x**2 for x in at])
+        width = np.array([(1 - q * x**2) ** -0.25 * x**-0.5 for q, x in zip(slack, at, strict=True)])
+        area, pull_in = at * width, None
+    assert found.loss_of_tension == pytest.approx(THICKNESS * np.sqrt(MU / EPS * slack), rel=1e-9)
+    if pull_in is not None:
+        assert found.pull_in == pytest.approx(THICKNESS * np.sqrt(MU / EPS * pull_in), rel=1e-9)
+        assert found.breakdown == pytest.approx(THICKNESS * strength / area, rel=1e-9)
+        steps = [FilmStep(stretch=2.0, duration=1.0), FilmStep(voltage=2 * found.loss_of_tension[2], duration=2.0)]
+        history = run(steps, mode=mode)
+        event = next(event for event in history.events[0] if event.name == "loss-of-tension")
+        assert event.voltage == pytest.approx(found.loss_of_tension[2], rel=1e-8)
+    with pytest.raises(InputError, match="at least 1"):
+        film_limits(ELASTIC, 0.5, thickness=THICKNESS)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import pairwise
 from typing import Any
 
@@ -10,7 +11,8 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-from dielast import InputError, Material, NoShift, Output, Solver, Spectrum, Step, Track, Waveform, relax
+from dielast import InputError, Material, MeasuredTest, NoShift, Output, Solver, Spectrum, Step, Track, Waveform, relax
+from dielast.calibration.laboratory import Laboratory
 
 MU, BRANCH, TAU = 26e3, 60e3, 5.0
 SOLID = Material("one branch", MU, Spectrum(np.array([TAU]), np.array([BRANCH])), NoShift(20.0))
@@ -165,3 +167,40 @@ def test_a_specimen_may_push_and_creep_at_no_load_is_not_slack() -> None:
         relax(SOLID, steps(), slack=wrong)
     with pytest.raises(InputError, match=r"in equibiaxial mode .*pushes"):
         relax(SOLID, steps(), mode="equibiaxial", slack="bears nothing")
+
+
+def _cyclic(name: str, top: float, lasts: float, slack: str | None = None) -> MeasuredTest:
+    """Two triangles to a stretch and back, and then rest, measured at 81 points."""
+    time = np.linspace(0.0, 5 * lasts, 81)
+    stretch = np.interp(time, lasts * np.arange(5), [1.0, top, 1.0, top, 1.0])
+    return MeasuredTest(name, time, stretch, np.where(time > 0, 1e5, 0.0), 20.0, slack=slack)
+
+
+def test_calibrate_follows_slack_tests_of_different_histories_at_once() -> None:
+    tests = [_cyclic("slow", 1.8, 40.0), _cyclic("fast", 2.5, 4.0), _cyclic("pushed", 2.0, 8.0, "pushes")]
+    materials = [SOLID, replace(SOLID, equilibrium_modulus=40e3)]
+    answers = Laboratory(tests, rtol=1e-8).answers(materials)
+    for test, answer in zip(tests, answers, strict=True):
+        steps = [Step(stretch=Track(test.corner_time, test.corner_stretch))]
+        history = relax(materials, steps, output=Output(times=test.time), solver=Solver(rtol=1e-9), slack=test.slack)
+        assert answer == pytest.approx(history.nominal_stress_1, rel=1e-6, abs=1e-6 * answer.max())
+    assert min(answer.min() for answer in answers[:2]) == 0.0 > answers[2].min()
+
+
+def test_sensitivities_go_through_slack() -> None:
+    """The stress is continuous in the parameters, so that forward differences at a fit's tolerance agree with central fine ones."""
+
+    def materials(shift: float) -> list[Material]:
+        spectrum = SOLID.spectrum
+        return [
+            replace(SOLID, equilibrium_modulus=MU * (1 + shift)),
+            replace(SOLID, spectrum=Spectrum(spectrum.relaxation_time, spectrum.shear_modulus * (1 + shift))),
+            replace(SOLID, spectrum=Spectrum(spectrum.relaxation_time * (1 + shift), spectrum.shear_modulus)),
+        ]
+
+    tests = [_cyclic("fast", 2.5, 4.0)]
+    fit = Laboratory(tests).answers([SOLID, *materials(1e-3)])[0]
+    fine = Laboratory(tests, rtol=1e-9).answers([*materials(1e-4), *materials(-1e-4)])[0]
+    central = (fine[:3] - fine[3:]) / 2e-4
+    for one, other in zip((fit[1:] - fit[0]) / 1e-3, central, strict=True):
+        assert one == pytest.approx(other, abs=0.01 * np.max(np.abs(other)))

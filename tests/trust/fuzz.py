@@ -2,7 +2,8 @@
 
 Each input is a valid file that was damaged at random (`damage.py`). Whatever comes, a target (`fuzz_targets.py`) may succeed or
 raise `InputError` or `NumericsError` with one-line messages that name a file first; within 10 s, within 1 GiB, and without a file
-left behind. Inputs that break this are kept and shown, with the slowest answer and the most memory that the process ever held.
+left behind. Whole runs (`fuzz_runs.py`) get extreme numbers instead, and may take longer. Inputs that break this are kept and
+shown, with the slowest answer and the most memory that the process ever held.
 
 With `--atheris` the damage is guided by coverage instead (package atheris, on request only), until the first fault or `--seconds`.
 """
@@ -30,6 +31,7 @@ for _variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(_variable, "1")
 
 from damage import damage
+from fuzz_runs import runs
 from fuzz_targets import Target, TooLate, targets
 
 MEMORY = 1 << 30
@@ -67,7 +69,7 @@ def fuzz(target: Target, inputs: int, seed: int, show: int, keep: Path | None) -
     slowest = 0.0
     begin = time.perf_counter()
     for _ in range(inputs):
-        data = damage(target.seeds, rng)
+        data = target.damaged(rng)
         thrown = time.perf_counter()
         wrong = target.wrong(data)
         slowest = max(slowest, time.perf_counter() - thrown)
@@ -135,7 +137,7 @@ def main() -> None:
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
         scratch = Path(folder)
-        known = targets(scratch)
+        known = targets(scratch) | runs(scratch)
         if options.list:
             print(json.dumps(list(known)))
             return

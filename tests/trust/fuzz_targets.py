@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import random
 import re
 import shutil
 import signal
@@ -16,6 +17,7 @@ from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
+from damage import damage
 
 from dielast.commands.registry import COMMANDS, read_cases
 from dielast.errors import DielastError, DielastWarning, InputError
@@ -52,6 +54,10 @@ class Target:
     def __init__(self, name: str, seeds: Sequence[bytes], read: Callable[[bytes], object], shown: Sequence[str]) -> None:
         self.name, self.seeds, self.read = name, list(seeds), read
         self.shown = tuple(shown)  # how messages may begin
+
+    def damaged(self, rng: random.Random) -> bytes:
+        """A damaged input."""
+        return damage(self.seeds, rng)
 
     def wrong(self, data: bytes) -> str | None:
         """What is wrong with the way in which the target deals with `data`, if anything."""

@@ -161,3 +161,32 @@ def test_the_default_method_follows_spectra_of_any_shape(spectrum: Spectrum) -> 
     fit = fit_spectrum(time, 3 * spectrum.relaxation_modulus(time, LEVEL))
     assert fit.method == "nnls"
     assert fit.rms_relative_error < 0.005
+
+
+def test_a_fit_that_is_zero_where_the_curve_ends_is_no_fault_of_the_numerics() -> None:
+    """As is that of least relative error through a last modulus in another unit."""
+    time = np.logspace(-6, 3, 60)
+    modulus = 1e6 * (0.2 + np.exp(-((time / 10) ** 0.3)))
+    fast = Spectrum(np.array([1e-7]), np.array([3e5]))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        fit = fit_spectrum(time, modulus, method="nnls", branches=12)
+        model = 3 * fast.relaxation_modulus(time, 0.0)
+        assert model[-1] == 0
+        after = end_of(replace(fit, spectrum=fast, equilibrium_shear_modulus=0.0, model=model))
+    assert after.range is None or np.all(np.isfinite(after.range))
+
+
+def test_a_modulus_that_no_arithmetic_holds_beside_the_others_is_one_line() -> None:
+    time = np.logspace(-6, 3, 60)
+    modulus = 1e6 * (0.2 + np.exp(-((time / 10) ** 0.3)))
+    modulus[-1] = 1e-26
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        fit = fit_spectrum(time, modulus, method="nnls", branches=12)
+        with pytest.raises(InputError, match=r"near its end the curve is at 1e-26 and .* Pa, the former at 1e\+03 s: leave it out"):
+            end_of(
+                replace(
+                    fit, model=fit.measured, spectrum=Spectrum(np.array([1e-7]), np.array([3e5])), equilibrium_shear_modulus=0.0
+                )
+            )

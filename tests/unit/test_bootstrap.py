@@ -170,3 +170,12 @@ def test_what_is_not_determined_has_no_finite_error_in_the_summary() -> None:
     assert np.all(np.isfinite(numbers["log10_shift_factor_stderr"]))
     lost = replace(draws, log10_shift_factor=np.full_like(draws.log10_shift_factor, np.nan))
     assert draws_headline(lost, master, 4, 1)["log10_shift_factor_stderr"] == [np.inf, np.inf]
+
+
+def test_the_draws_of_a_table_of_shift_factors_have_a_headline() -> None:
+    curves = list(measure(50, noise=0.002))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        master = build_master_curve(curves, reference_temperature=curves[0].temperature, law="table")
+        draws = bootstrap_master_curve(curves, master, draws=4, law="table")
+    assert len(draws_headline(draws, master, 4, 1)["log10_shift_factor_stderr"]) == len(curves)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import ClassVar
 
@@ -13,7 +14,7 @@ from films import SOFT
 from flat import actuate
 from matplotlib.axes import Axes
 
-from dielast import VoltageStep
+from dielast import Ogden, Spectrum, VoltageStep
 from dielast.cli.app import application
 from dielast.errors import InputError
 from dielast.mechanics.criteria import CRITERIA, named, names
@@ -112,6 +113,10 @@ def test_a_run_stops_at_the_event_of_any_name() -> None:
     (event,) = history.events[0]
     assert (event.name, history.outcome[0].reason) == ("loss-of-tension", "loss-of-tension")
     assert history.outcome[0].time == event.time == history.time[0, np.isfinite(history.stretch_1[0])][-1]
+    # by default, and up to breakdown, too: beyond it the film would wrinkle, whether a passive part or held edges lose tension
+    for stop in (None, "breakdown"):
+        assert actuate(SOFT, programme, stop_at=stop, **film).outcome == history.outcome
+    assert actuate(SOFT, programme, stop_at="end", **film).outcome[0].time == 11.0
     with pytest.raises(InputError, match=f"it must be one of {', '.join(names())}, end"):
         actuate(SOFT, programme, stop_at="wrinkling", **film)
 
@@ -126,3 +131,12 @@ def test_a_criterion_that_there_is_not_is_refused() -> None:
     assert named("pull-in").name == "pull-in"
     with pytest.raises(InputError, match='"pullin": criterion: did you mean "pull-in"'):
         named("pullin")
+
+
+def test_the_stability_of_a_film_that_starts_unstable_is_negative() -> None:
+    """Under equal dead loads, W = 8 sum l^(1/2) is unstable to unequal stretches beyond 2^(2/3): W11 - W12 = 4/l^3 - 2/l^1.5."""
+    law = Ogden((4.0,), (0.5,))
+    weak = replace(SOFT, equilibrium_law=law, spectrum=Spectrum(np.array([1.0]), np.array([1.0])))
+    film = {"thickness": 5e-4, "prestretch": 2.0, "relax": 600.0, "boundary": "dead-load", "stop_at": "end"}
+    history = actuate(weak, [VoltageStep(1.0, duration=1.0)], **film)
+    assert history.stability[0, 0] == pytest.approx(-1.0)

@@ -113,7 +113,7 @@ def test_only_what_a_sweep_brings_is_said_to_be_of_it(tmp_path: Path) -> None:
     assert mistakes(tmp_path, HEAD.replace("relax", "creep") + film + '[solver]\nrtl = 1\n[[step]]\nforce = "1 N"\n' + sweep) == [
         "film: unknown key; film belongs to actuate, failure-map, lifetime, design",
         'solver.rtl: unknown key; did you mean "rtol"?',
-        'step[0].stretch: unknown key; stretch belongs to relax (from sweep."step.0.stretch")',
+        'step[0].stretch: unknown key; stretch belongs to relax, actuate (from sweep."step.0.stretch")',
     ]
 
 

@@ -319,11 +319,11 @@ def test_a_crafted_file_runs_nothing_and_takes_no_memory(tmp_path: Path, monkeyp
     content = b"\x80\x04" + called + pickle.dumps(arguments, protocol=2)[2:-1] + b"R."
     store = tmp_path / STORE
     store.write_bytes(hashlib.sha256(content).digest() + content)
-    assert load(store, "key")[2] == study.UNREADABLE
+    assert load(store, "key")[1] == store_of.UNREADABLE
     time.sleep(0.1)
     assert not (tmp_path / "harm").exists()
     os.truncate(store, 4 << 30)
-    assert load(store, "key")[2] == study.UNREADABLE
+    assert load(store, "key")[1] == store_of.UNREADABLE
 
 
 @pytest.mark.parametrize("load_of", ["cycles", "rows of the load"])

@@ -9,7 +9,7 @@ ACTUATE = Command(
     short_help="Voltage history -> stretch of a film, and its failure.",
     files=(
         *("actuate.csv", "events.csv", "cycles.csv", "cases.csv"),
-        *(f"{name}.{form}" for name in ("profile", "sensitivity") for form in ("csv", "png", "svg", "pdf")),
+        *(f"{name}.{form}" for name in ("profile", "limits", "sensitivity") for form in ("csv", "png", "svg", "pdf")),
     ),
     can_share=True,
 )

@@ -182,3 +182,19 @@ class Repetition(Section):
             yield "steps", f"{self.steps}: two numbers in order are needed, from 0 to {len(steps) - 1}"
         if any(step.waveform is not None for step in steps):
             yield "times", "a waveform has cycles of its own: state its cycles, or leave repeat out"
+
+
+class LimitsSection(Section):
+    """limits.csv and limits.png: the voltages over stretch at which the relaxed film breaks down, pulls in or loses tension, with
+    the cycle of the programme.
+    """
+
+    stretch: Annotated[list[float], Field(min_length=2, max_length=2)] = Field(
+        description="Smallest and largest stretch of axis 1 that are shown."
+    )
+    points: int = Field(200, ge=2, le=100_000, description="Number of stretches.")
+    rupture_stretch: float | None = Field(None, gt=1, description="Stretch at which the film tears. Default: unknown.")
+
+    def _check(self) -> None:
+        if not 1 <= self.stretch[0] < self.stretch[1] < float("inf"):
+            raise InputError(f"{self.stretch}: two stretches in order, of at least 1, are needed", key="stretch")

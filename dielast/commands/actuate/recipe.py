@@ -6,7 +6,7 @@ from typing import Annotated, ClassVar, Literal
 import numpy as np
 from pydantic import Field
 
-from dielast.commands.actuate.edges import Force, Phase, Repetition, SpringSection, Stress, Stretch, check_programme
+from dielast.commands.actuate.edges import Force, LimitsSection, Phase, Repetition, SpringSection, Stress, Stretch, check_programme
 from dielast.commands.simulation.film_recipe import SHARE_TEXT, FilmBase, FilmSolver, Prestretch, PullInSection, Share
 from dielast.commands.simulation.recipe import LoadingMode, OutputSection, SimulationRecipe
 from dielast.commands.simulation.step_recipe import Aim, AnyOf, HistoryStep, starting
@@ -48,8 +48,8 @@ class Stop(Section):
     at: Annotated[str, OneOf(lambda: [*names(), END])] | None = Field(
         None,
         description="The event at which the simulation stops, or the end of the last step. Default: breakdown, or the first "
-        "failure where no breakdown field is known. With breakdown, or by default, a film with a passive part also stops at "
-        "loss of tension.",
+        "failure where no breakdown field is known. With breakdown, or by default, a film with held edges or a passive part "
+        "also stops at loss of tension.",
     )
 
 
@@ -242,6 +242,7 @@ class ActuateRecipe(SimulationRecipe):
         "axis 2 is free of stress; pure-shear, for axis 1, and axis 2 is held at its present stretch.",
     )
     step: Annotated[list[SourceStep], starting(0.0)] = Field(min_length=1, description="Load history.")
+    limits: LimitsSection | None = Field(None, description="A map of the states that the film can be in.")
     repeat: Repetition | None = Field(None, description="A cycle of steps, such as that of a generator.")
     source: SourceSection | None = Field(None, description="Source of voltage with a resistance.")
     leakage: LeakageSection | None = Field(None, description="Leakage current through the film. Default: none.")

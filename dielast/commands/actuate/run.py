@@ -1,6 +1,6 @@
 """`actuate`: voltage history -> stretch of a prestretched film, and its failure."""
 
-from collections.abc import Hashable, Sequence
+from collections.abc import Callable, Hashable, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -13,6 +13,7 @@ from dielast.commands.simulation.cases import SimulationBatch, case_result, last
 from dielast.commands.simulation.checks import warn_of_films, warn_of_programmes
 from dielast.commands.simulation.result import CaseResult, StatedCase, at_event
 from dielast.commands.simulation.run import Figures, Prepared, Simulation, report_of
+from dielast.errors import placed
 from dielast.handover.law_section import breakdown
 from dielast.io.files import Inputs
 from dielast.io.table import Table, case_table
@@ -156,8 +157,11 @@ class Films(Simulation):
                 more = use_columns(np.asarray(known["case"]), np.asarray(known[name]), stated, prefix)
                 tables["events.csv"] = [*tables["events.csv"], *more]
         profiles = [result.profile for result in results if result.profile is not None]
+        first, figures = stated[0], dict[str, Any]()
+        if cases[0].recipe.limits is not None:
+            tables["limits.csv"], figures["limits"] = _limits(first, cases[0], results)
         if not profiles:
-            return tables, {}
+            return tables, figures
         shown = next((case for case, profile in enumerate(profiles) if profile["time [s]"].size), 0)
 
         def figure() -> Any:
@@ -170,7 +174,7 @@ class Films(Simulation):
             title = titled(first.title, [cases[shown]], [materials[shown]], which)
             return plot_profile(profiles, title, place)
 
-        return {**tables, "profile.csv": case_table(dict(enumerate(profiles)))}, {"profile": figure}
+        return {**tables, "profile.csv": case_table(dict(enumerate(profiles)))}, figures | {"profile": figure}
 
     def headline(self, cases: Sequence[Case[ActuateRecipe]], results: Sequence[CaseResult]) -> dict[str, dict[str, Any]]:
         """The last relative stretch of each case, and events by name in the cases in which they happen."""
@@ -196,6 +200,33 @@ class Films(Simulation):
                     "true_field_V_per_m": [event.true_field for event in first.values()],
                 }
         return sections
+
+
+def _limits(stated: StatedCase, case: Case[ActuateRecipe], results: Sequence[CaseResult]) -> tuple[Table, Callable[[], Any]]:
+    """The table of the limits of the first film, and their figure with the course of all films."""
+    from dielast.simulate.limits import film_limits
+
+    recipe, asked = case.recipe, case.recipe.limits
+    assert asked is not None
+    with placed(lambda problem: problem.within(key="limits")):
+        found = film_limits(
+            stated.material,
+            np.linspace(asked.stretch[0], asked.stretch[1], asked.points),
+            thickness=recipe.film.thickness,
+            mode=recipe.mode,
+            held=recipe.film.prestretch[1],
+            temperature=stated.temperature,
+            breakdown=breakdown(recipe.breakdown),
+            rupture_stretch=asked.rupture_stretch,
+        )
+
+    def figure() -> Any:
+        from dielast.commands.simulation.naming import titled
+        from dielast.plots.limits import plot_limits
+
+        return plot_limits(found, [result.columns for result in results], titled(recipe.title, [case], [stated.material]))
+
+    return found.columns(), figure
 
 
 def _stated(recipe: ActuateRecipe) -> tuple[str, ...]:

@@ -27,7 +27,7 @@ def warn_of_fit(result: Calibration) -> None:
         if names := [
             _open(parameter, profile, result.level)
             for parameter, profile in zip(fit.space.parameters, result.profiles, strict=False)
-            if profile.verdict is Verdict.UNDETERMINED and expected[parameter.name] == prior
+            if profile.verdict is Verdict.UNDETERMINED and expected[parameter.name] == prior and not parameter.of_test
         ]:
             verb = "is" if len(names) == 1 else "are"
             warn(f"{', '.join(names)} {verb} not determined by these tests: draws {spread}")

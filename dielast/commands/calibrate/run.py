@@ -9,7 +9,15 @@ import numpy as np
 
 from dielast.calibration.experiment import MeasuredTest
 from dielast.calibration.fit import Fit, Watch, fit_material
-from dielast.calibration.laws import CrossValidation, StableRange, cross_validation, law_weights, pieces_of, stabilities
+from dielast.calibration.laws import (
+    CrossValidation,
+    StableRange,
+    cross_validation,
+    law_weights,
+    mixed_draws,
+    pieces_of,
+    stabilities,
+)
 from dielast.calibration.next_test import film_voltages, proposal_columns, proposals
 from dielast.calibration.profiles import Verdict
 from dielast.calibration.result import Calibration, assessed, range_of
@@ -96,11 +104,17 @@ def run(cases: Sequence[Case[CalibrateRecipe]], inputs: Inputs, execution: Execu
         failures.append(NOTHING)
     warn_of_fit(best)
     warn_of_springs(ranked[0].stability)
+    spread = None
     if len(results) > 1:
         drawn = (ranked[0], *alike)
-        warn_of_laws_alike({each.name: each.weight for each in drawn}, [each.film_voltage for each in drawn])
-    members = _mixed(results, [each.weight for each in (ranked[0], *alike)])
+        volts = [each.film_voltage for each in drawn]
+        warn_of_laws_alike({each.name: each.weight for each in drawn}, volts)
+        if np.all(np.array(volts) > 0):
+            spread = max(volts) / min(volts)
+    members = mixed_draws(results, [each.weight for each in (ranked[0], *alike)])
     fitted = with_origin(best)
+    if spread is not None and fitted.calibrated is not None:
+        fitted = replace(fitted, calibrated=replace(fitted.calibrated, law_spread=spread))
     if recipe.name is not None:
         fitted = replace(fitted, name=recipe.name)
     files = {"material.toml": write_material(fitted, DRAWS if members else None)}
@@ -130,17 +144,6 @@ def run(cases: Sequence[Case[CalibrateRecipe]], inputs: Inputs, execution: Execu
 def _joins(material: Material, other: Material) -> bool:
     """Whether the draws of two materials can stand in one table."""
     return len(material.spectrum) == len(other.spectrum) and type(material.shift) is type(other.shift)
-
-
-def _mixed(results: Sequence[Calibration], weights: Sequence[float]) -> tuple[Material, ...]:
-    """Draws of several laws, as many of each as its share of the weights."""
-    share = np.array(weights) if len(results) > 1 else np.ones(1)
-    share = share[: len(results)] / np.sum(share[: len(results)])
-    members: list[Material] = []
-    for result, part in zip(results, share.tolist(), strict=True):
-        drawn = result.materials
-        members += drawn[: max(round(part * len(drawn)), 1)] if drawn else ()
-    return tuple(members)
 
 
 def with_origin(calibration: Calibration) -> Material:

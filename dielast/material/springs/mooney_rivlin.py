@@ -33,8 +33,9 @@ class MooneyRivlin(ScaledLaw):
     takes_modulus: ClassVar = False
     stresses: ClassVar = ("C10", "C01")
     constants: ClassVar = (
-        Constant("C10", "mooney-rivlin: coefficient of I1 - 3.", STRESS),
-        Constant("C01", "mooney-rivlin: coefficient of I2 - 3.", STRESS),
+        # otherwise the tension falls at large stretches of one mode or another
+        Constant("C10", "mooney-rivlin: coefficient of I1 - 3.", STRESS, possible=0.0),
+        Constant("C01", "mooney-rivlin: coefficient of I2 - 3.", STRESS, possible=0.0),
     )
 
     def __post_init__(self) -> None:

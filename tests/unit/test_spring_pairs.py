@@ -1,0 +1,119 @@
+"""Laws of springs side by side: what is tried, how laws are weighed, and which test would tell them apart."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from dielast import Free, Gent, InputError, Material, MeasuredTest, MooneyRivlin, NoShift, Spectrum, VoltageTest
+from dielast.calibration.fit import fit_material
+from dielast.calibration.laboratory import Laboratory
+from dielast.calibration.laws import CrossValidation, cross_validation, law_weights, pieces_of
+from dielast.calibration.next_test import film_voltages, proposals
+from dielast.calibration.parameters import parameter_space, with_conditions
+from dielast.calibration.profiles import Profile, Verdict, _possible
+from dielast.calibration.spring_pairs import pairs_of, trial
+from dielast.material.springs import SPRINGS
+from dielast.simulate.film_setup import Film
+
+FILM = Material("film", 2e4, Spectrum([100.0, 3.0], [2e4, 4e4]), NoShift(20.0), Gent(110.0), Gent(55.0), permittivity=4e-11)
+MODULI = {"equilibrium.shear_modulus": Free(), "nonequilibrium.shear_modulus": Free()}
+
+
+def pull(material: Material, top: float, rate: float = 0.1) -> MeasuredTest:
+    up = (top - 1) / rate
+    at = np.linspace(0, 1.5 * up, 31)[1:]
+    blank = MeasuredTest("blank", at, np.interp(at, [0, up, 2 * up], [1, top, 1]), np.ones(30), 20.0)
+    stress = Laboratory([blank]).answers([material])[0][0]
+    return replace(blank, name=f"to {top:g}", specimen="one", stress=stress)
+
+
+def test_all_pairs_and_pairs_of_a_list_are_tried() -> None:
+    names = SPRINGS.names
+    assert len(pairs_of("all")) == len(names) ** 2
+    assert pairs_of(["gent", ["yeoh", "gent"]]) == [("gent", "gent"), ("yeoh", "gent")]
+    with pytest.raises(InputError, match="gent"):
+        pairs_of(["gend"])
+
+
+@pytest.mark.parametrize("name", SPRINGS.names)
+def test_every_law_starts_where_it_can_follow_the_tests(name: str) -> None:
+    tests = [pull(FILM, 4.0)]
+    tried = trial(FILM, (name, name), MODULI, tests[0].largest_invariant - 3)
+    space = parameter_space(tried.material, tried.free)
+    assert np.isfinite(Laboratory(tests).answers(space.materials(space.start[None]))[0]).all()
+    assert np.all(space.bounds[0] <= space.start)
+    assert np.all(space.start <= space.bounds[1])
+
+
+def test_laws_that_predict_alike_share_the_weight_and_one_that_misses_has_none() -> None:
+    even = np.full(6, 4e-4)
+    found = [CrossValidation(0.02, even), CrossValidation(0.02, 1.02 * even), CrossValidation(0.1, 25 * even)]
+    weights = law_weights(found, np.full(6, 3.0))
+    assert weights.sum() == pytest.approx(1.0)
+    assert weights[0] == pytest.approx(weights[1], rel=0.25)
+    assert weights[2] < 1e-6
+    # of tests that contradict each other, few do not decide
+    split = [CrossValidation(0.02, np.array([1e-4, 9e-4, 4e-4])), CrossValidation(0.02, np.array([9e-4, 1e-4, 4e-4]))]
+    assert law_weights(split, np.full(3, 3.0)) == pytest.approx([0.5, 0.5], abs=0.03)
+
+
+def test_cross_validation_knows_the_error_of_each_test() -> None:
+    tests = [replace(pull(FILM, top), specimen=f"{top:g}") for top in (2.0, 3.0, 4.0)]
+    tests[1] = replace(tests[1], stress=1.3 * tests[1].stress)
+    fit = fit_material(FILM, tests, MODULI, starts=1)
+    found = cross_validation(fit)
+    assert found is not None
+    assert int(np.argmax(found.square)) == 1
+    assert np.all(pieces_of(fit) >= 1)
+
+
+def test_a_constant_whose_interval_holds_impossible_values_is_not_determined() -> None:
+    start = replace(FILM, equilibrium_law=MooneyRivlin(8e3, 2e3), equilibrium_modulus=2e4)
+    stated = parameter_space(start, {"equilibrium.C10": Free(min=-1e4), "equilibrium.C01": Free()}).parameters
+    assert stated[1].lower == 0.0
+    assert stated[0].lower == -1e4
+    scale = stated[0].scale or 1.0
+    wide = Profile(np.zeros(1), np.zeros(1), np.zeros((1, 2)), -1936 / scale, 8247 / scale, Verdict.DETERMINED)
+    found = _possible(wide, stated[0])
+    assert found.verdict is Verdict.UPPER
+    assert np.isnan(found.lower)
+    assert found.upper == wide.upper
+    narrow = replace(wide, lower=3000 / scale)
+    assert _possible(narrow, stated[0]) is narrow
+
+
+def test_a_test_in_the_predicted_mode_is_proposed_first() -> None:
+    random = np.random.default_rng(1)
+    shares = random.uniform(0.0, 0.4, 24)
+    draws = [replace(FILM, equilibrium_law=MooneyRivlin(1e4 * (1 - s), 1e4 * s), equilibrium_modulus=2e4) for s in shares]
+    found = proposals(draws, 16.0, 20.0, 0.03, 0.03)
+    assert np.ptp(np.log(film_voltages(draws, 16.0, 20.0))) > 0.2
+    assert found[0].test.startswith(("film", "equibiaxial"))
+    assert found[0].share > 0.8 > found[-1].share
+    assert found[-1].test.startswith("pure-shear")  # where both invariants are equal
+
+
+def test_an_unknown_rate_is_a_parameter_within_its_bounds() -> None:
+    film = Film(1e-3, 3.0, relax=600.0)
+    stretch = np.array([1.01, 1.02, 1.05, 1.1, 1.15, 1.2])
+    test = VoltageTest("film", np.full(6, 1e4), stretch, film, 300.0, 20.0, measure="relative_stretch")
+    voltage = Laboratory([test]).answers([FILM])[0][0]
+    free = {"dielectric.permittivity": Free(min=3.9e-11, max=4.1e-11)}
+    unknown = replace(test, voltage=voltage, ramp=np.array([10.0, 1e4]))
+    space = with_conditions(parameter_space(FILM, free), [unknown])
+    assert space.names == ("dielectric.permittivity", "film: ramp")
+    fit = fit_material(FILM, [unknown], free, starts=2)
+    rate = fit.space.values(fit.coordinates)[1]
+    assert 10.0 <= rate <= 1e4
+    assert rate == pytest.approx(300.0, rel=0.3)
+    slow, fast = (Laboratory([replace(unknown, ramp=each)]).answers([FILM])[0][0] for each in (10.0, 1e4))
+    assert np.all(slow < voltage)
+    assert np.all(voltage < fast)
+
+
+def test_a_factor_on_the_stress_of_a_film_is_its_root_on_the_voltage() -> None:
+    stiff = replace(FILM, equilibrium_modulus=1.44 * 2e4, spectrum=Spectrum([100.0, 3.0], [1.44 * 2e4, 1.44 * 4e4]))
+    test = VoltageTest("film", np.full(3, 2e4), np.array([1.02, 1.05, 1.1]), Film(1e-3, 3.0), 1e9, 20.0, measure="relative_stretch")
+    soft, hard = (each[0] for each in Laboratory([test]).answers([FILM, stiff])[0][:, None])
+    assert hard / soft == pytest.approx(1.2 ** np.full(3, 1.0), rel=1e-3)
