@@ -11,8 +11,10 @@ import numpy as np
 import pytest
 
 from dielast.commands.registry import read_cases
+from dielast.commands.simulation.naming import TIMES
 from dielast.errors import InputError
 from dielast.io.table import number_columns
+from dielast.plots.texts import FIXED
 
 Run = Callable[..., subprocess.CompletedProcess[str]]
 MATERIAL = """
@@ -175,6 +177,41 @@ at = "end"
     assert done.returncode == 0, done.stderr
 
 
+@pytest.mark.parametrize(
+    ("film", "step", "title"),
+    [
+        ('boundary = "clamped"', 'circuit = "open"\nstretch = 1.5', "film 1 mm, prestretch 3, up to 4 kV"),
+        ('spring = { stiffness = "5 kPa", axis = 1 }', 'voltage = "0 V"', f"spring{TIMES}dead load, up to 1 kV"),
+    ],
+)
+def test_title_states_what_holds_the_edges_and_the_voltage_of_an_open_circuit(
+    dielast: Run, folder: Path, film: str, step: str, title: str
+) -> None:
+    """Half the stretch of both axes is 16 times the voltage; a quarter of it at the start."""
+    text = f"""
+kind = "actuate"
+material = "m.toml"
+[film]
+thickness = "1 mm"
+prestretch = 3.0
+{film}
+[[step]]
+voltage = "{0.25 if "open" in step else 1} kV"
+[[step]]
+{step}
+duration = "1 s"
+[output]
+points_per_decade = 1
+[breakdown]
+field = "90 MV/m"
+"""
+    (folder / "t.toml").write_text(text)
+    done = dielast("actuate", "t.toml", "--plot", "svg")
+    assert done.returncode == 0, done.stderr
+    drawn = " ".join(re.findall(r"<!-- (.*?) -->", (folder / "t/actuate.svg").read_text(encoding="utf-8")))
+    assert title in drawn.replace(FIXED, " "), drawn
+
+
 REFUSED = [
     (
         'circuit = "open"\nstretch = [2.5, 2.0]',
@@ -184,6 +221,7 @@ REFUSED = [
     ('circuit = "open"', 'circuit = "open"\nvoltage = "1 kV"', r"step\[2\]\.voltage: an open circuit keeps its charge"),
     ("stretch = 3.0", 'stretch = 3.0\nstress = "1 kPa"', r"step\[0\]: stretch and stress both say what holds the edges"),
     ('rate = "100 %/s"', 'rate = "1 kV/s"', r'step\[0\]\.rate: a strain rate is needed, such as "12.5 %/s"'),
+    ('rate = "100 %/s"', 'rate = "1 kPa/s"', r"step\[0\]\.rate: .*a rate of voltage, charge or stretch is needed"),
     ('stretch = 3.0\nrate = "100 %/s"', 'stress = "3 kPa"\nrate = "100 %/s"', r"step\[0\].rate: the rate of a stress or a force"),
     ("stretch = 3.0", 'stretch = "3 kV"', r'step\[0\]\.stretch: "3 kV": a stretch above 0 is needed'),
     ('force = ["0.5 N", "0.4 N"]', 'force = "-1 N"', r'step\[4\]\.force: "-1 N": a film bears no compression'),

@@ -34,7 +34,9 @@ RATES = {VOLTAGE.unit: VOLTAGE_RATE, CHARGE.unit: CHARGE_RATE, CHARGE_DENSITY.un
 """The rate of a quantity, by its unit."""
 Charge = Annotated[tuple[float, str], AnyOf((CHARGE, CHARGE_DENSITY))]
 Electric = Annotated[tuple[float, str], AnyOf((VOLTAGE, CHARGE, CHARGE_DENSITY))]
-AnyRate = Annotated[tuple[float, str], AnyOf((VOLTAGE_RATE, CHARGE_RATE, CHARGE_DENSITY_RATE, STRAIN_RATE))]
+AnyRate = Annotated[
+    tuple[float, str], AnyOf((VOLTAGE_RATE, CHARGE_RATE, CHARGE_DENSITY_RATE, STRAIN_RATE), "a rate of voltage, charge or stretch")
+]
 Resistance = Annotated[float, WithUnit(RESISTANCE, at_least=0.0)]
 Conductivity = Annotated[float, WithUnit(CONDUCTIVITY, at_least=0.0)]
 LeakageField = Annotated[float, WithUnit(FIELD, above=0.0)]
@@ -264,6 +266,14 @@ class ActuateRecipe(SimulationRecipe):
     def programme(self) -> bool:
         """Whether edges move, or the circuit opens, or steps repeat."""
         return self.repeat is not None or self.film.spring is not None or any(step.moves for step in self.step)
+
+    @property
+    def held(self) -> tuple[str, ...]:
+        """What holds the edges along both axes throughout; empty where steps change it."""
+        if any(set(step.moves) - {"circuit"} for step in self.step):
+            return ()
+        springs = () if self.film.spring is None else self.film.spring.axes
+        return tuple("spring" if axis in springs else name for axis, name in enumerate(self.film.boundary))
 
     def _check(self) -> None:
         super()._check()

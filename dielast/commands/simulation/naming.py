@@ -102,7 +102,7 @@ def titled(title: str | None, cases: Sequence[Case[Any]], materials: Sequence[Ma
     parts = [_range(temperatures, degrees)]
     films: list[FilmBase] = [recipe.film for recipe in recipes if hasattr(recipe, "film")]
     if films:
-        parts += _films(films)
+        parts += [*_films(films), _shared([_boundary(recipe) for recipe in recipes])]
     else:
         parts.append(_shared([recipe.mode for recipe in recipes]))
         sections = [
@@ -125,7 +125,7 @@ def headed(title: str | None, names: Sequence[str], *more: str) -> str:
 
 
 def _films(films: Sequence[FilmBase]) -> list[str]:
-    """Thickness, prestretch, time at the prestretch, and boundary of films."""
+    """Thickness, prestretch and time at the prestretch of films."""
     thickness = _range([1e3 * value for film in films for value in film.thicknesses], number)
     pairs = [pair for film in films for pair in film.prestretches]
     if all(first == second for first, second in pairs):
@@ -133,8 +133,13 @@ def _films(films: Sequence[FilmBase]) -> list[str]:
     else:
         prestretch = _shared(list(map(prestretched, pairs)))
     relaxed = _shared([f"relaxed {lasting(film.relax)}" if film.relax > 0 else "" for film in films])
-    boundaries = [TIMES.join(dict.fromkeys(film.boundary)).replace("-", " ") for film in films]
-    return [f"film {thickness} mm", prestretch, relaxed, _shared(boundaries)]
+    return [f"film {thickness} mm", prestretch, relaxed]
+
+
+def _boundary(recipe: Any) -> str:
+    """What holds the edges of the film; empty where steps change it."""
+    held = recipe.held if hasattr(recipe, "held") else recipe.film.boundary
+    return TIMES.join(dict.fromkeys(held)).replace("-", " ")
 
 
 def _range(values: Sequence[float], spelled: Callable[[float], str]) -> str:
