@@ -255,7 +255,40 @@ def test_a_measured_sweep_of_a_glass_takes_a_reference_whose_shift_is_known(
 ) -> None:
     shutil.copy(shared_data("ansys_prony/freq_user_raw.csv"), tmp_path / "f.csv")
     _, text, _ = made(dielast, "mastercurve", "f.csv")
-    assert shift(dielast, tmp_path, text)["data"]["temperatures"] == 21  # type: ignore[index]
+    (tmp_path / "r.toml").write_text(text)
+    done = dielast("mastercurve", "r.toml", "--plot", "svg", "-q")
+    assert done.returncode == 0, done.stderr
+    assert tomllib.loads((tmp_path / "r/summary.toml").read_text())["data"]["temperatures"] == 21
+    # the coldest are below the pole of the fitted law, which is drawn above it
+    assert "cannot be drawn" not in done.stderr
+    assert (tmp_path / "r/mastercurve.svg").exists()
+
+
+@pytest.mark.parametrize(
+    ("other", "message"),
+    [
+        ("time [min],E [MPa]", None),
+        ("time,E [MPa]", "b_40C.csv: the header of the time states no unit, but that of a_20C.csv does: write it into the header"),
+        ("t [min],E [MPa]", 'b_40C.csv: the time is called "t [min]", but in a_20C.csv "time [s]": one name is needed'),
+        (
+            "f [Hz],E [MPa]",
+            "b_40C.csv: no column of the time was recognised, which a_20C.csv has: tests of one kind make one recipe",
+        ),
+    ],
+)
+def test_files_of_several_headers_make_one_recipe_or_none(other: str, message: str | None, dielast: Run, tmp_path: Path) -> None:
+    for name, head, celsius, minute, scale in (("a_20C.csv", "time [s],E [kPa]", 20, 1, 1e3), ("b_40C.csv", other, 40, 60, 1e6)):
+        rows = [f"{time / minute:.9g},{modulus(celsius, time) / scale:.9g}" for time in TIMES]
+        (tmp_path / name).write_text("\n".join([head, *rows]) + "\n")
+    if message is None:
+        recipe, text, _ = made(dielast, "mastercurve", "*.csv")
+        assert recipe["data"]["columns"] == {"time": "time", "modulus": "E"}  # type: ignore[index]
+        assert shift(dielast, tmp_path, text)["data"]["temperatures"] == 2  # type: ignore[index]
+    else:
+        done = dielast("new", "mastercurve", "--data", "a_20C.csv", "b_40C.csv")
+        assert (done.returncode, done.stdout) == (2, "")
+        assert done.stderr.startswith(message)
+        assert "dielast new mastercurve" not in dielast("new", "--data", "a_20C.csv", "b_40C.csv").stdout
 
 
 @pytest.mark.parametrize(
