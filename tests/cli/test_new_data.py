@@ -224,6 +224,33 @@ def test_filled_recipes_for_films_and_photographs_run(dielast: Run, tmp_path: Pa
     assert dielast("validate", "r.toml").returncode == 0
 
 
+@pytest.mark.parametrize(
+    ("header", "measure", "scale"), [("U [kV],stretch", "stretch", 1e-3), ("area strain (%),Voltage / V", "area_strain", 1.0)]
+)
+def test_a_table_of_voltages_and_stretches_is_a_test_of_a_film(
+    header: str, measure: str, scale: float, dielast: Run, tmp_path: Path
+) -> None:
+    volts, stretch = (0, 2200, 3700, 5000, 6400), (2, 2.016, 2.049, 2.1, 2.19)
+    numbers = stretch if measure == "stretch" else [100 * ((value / 2) ** 2 - 1) for value in stretch]
+    rows = [
+        (f"{volt * scale:g}", f"{number:.6g}")[:: 1 if header.startswith("U") else -1]
+        for volt, number in zip(volts, numbers, strict=True)
+    ]
+    (tmp_path / "film.csv").write_text("\n".join([header, *map(",".join, rows)]) + "\n")
+    recipe, text, _ = made(dielast, "calibrate", "film.csv")
+    assert set(recipe["test"][0]["columns"]) == {"voltage", measure}  # type: ignore[index]
+    filled = text.replace('thickness = "FILL IN"', 'thickness = "1 mm"').replace('prestretch = "FILL IN"', "prestretch = 2.0")
+    filled = filled.replace('relax = "FILL IN"', 'relax = "30 min"').replace('boundary = "FILL IN"', 'boundary = "dead-load"')
+    filled = filled.replace('ramp = "FILL IN"', 'ramp = "100 V/s"').replace('temperature = "FILL IN"', 'temperature = "20 degC"')
+    (tmp_path / "r.toml").write_text(filled)
+    done = dielast("validate", "r.toml")
+    assert done.returncode == 0, done.stderr
+    (tmp_path / "history.csv").write_text("t [s],U [kV],stretch\n0,0,2\n1,3,2.01\n60,3,2.05\n")
+    done = dielast("new", "calibrate", "--data", "history.csv")
+    assert done.returncode == 2
+    assert "history.csv: voltage and stretch over time: dielast new actuate takes it" in done.stderr
+
+
 def test_curves_of_one_table_are_tests_of_their_own(dielast: Run, shared_data: Callable[[str], Path], tmp_path: Path) -> None:
     shutil.copy(shared_data("vhb4905/4-loading.csv"), tmp_path / "loading.csv")
     tests = made(dielast, "calibrate", "loading.csv")[0]["test"]
