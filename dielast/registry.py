@@ -95,7 +95,7 @@ def _register(group: str, point: EntryPoint, package: str) -> None:
     where = f"{package}: entry point {point.name} of {group}"
     try:
         thing = point.load()
-    except Exception as error:  # whatever the package raises
+    except (Exception, SystemExit) as error:  # whatever the package raises
         del _ADOPTED[group, point.name]
         text = " ".join(str(error).split()) or "no message"
         raise InputError(f"{where}: {point.value} cannot be loaded: {type(error).__name__}: {text}") from None

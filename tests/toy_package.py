@@ -29,7 +29,9 @@ POINTS = {
     "cards": 'plain = "toylaws.more:PLAIN"',
     "commands": 'squares = "toylaws.squares:SQUARES"\nhollow = "toylaws.more:nothing"',
 }
-BROKEN = {"springs": 'absent = "toylaws.absent:Law"\nwrong = "toylaws.laws:Linear"\nother = "toylaws.laws:Varga"'}
+BROKEN = {
+    "springs": 'absent = "toylaws.absent:Law"\nwrong = "toylaws.laws:Linear"\nother = "toylaws.laws:Varga"\nleaves = "toylaws.leaves:Law"'
+}
 MORE = '''
 from typing import ClassVar
 
@@ -99,6 +101,7 @@ def install(folder: Path, tests: Path) -> Path:
     (package / "__init__.py").write_text("")
     (package / "laws.py").write_text((tests / "toys.py").read_text())
     (package / "more.py").write_text(MORE)
+    (package / "leaves.py").write_text("raise SystemExit(7)\n")
     (package / "toymeter.py").write_text(METER)
     command = {"__init__.py": SQUARES, "recipe.py": RECIPE, "run.py": RUN, "readings.py": READINGS}
     for name, text in command.items():

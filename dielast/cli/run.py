@@ -56,6 +56,7 @@ def run(kind: str, path: Path, options: Options) -> int:
     if options.depfile is not None:
         check_folder(options.depfile.parent, "is needed (see --depfile)")
         check_targets([options.depfile], [path])
+        depfile([out / STORE], [path])  # names that make cannot hold are refused before the computation
     if options.golden is not None:
         _check_golden(options.golden, out, options.rtol)
     bar = Bar(options.quiet, options.jobs)
@@ -159,11 +160,12 @@ def _write(out: Path, files: Mapping[str, bytes], recipe: Path, inputs: Inputs, 
     """Write the result into the folder `out`, and the make `rule` if there is to be one; raises `InputError`."""
     results, read = [out / name for name in files], [recipe, *inputs.paths]
     check_targets(results + ([rule] if rule is not None else []), read)
+    content = depfile(results, read).encode("utf-8", "surrogateescape") if rule is not None else b""
     with working():
         write_files(out, files, lambda whole: leave.keep(WRITTEN if whole else MIXED.format(out)))
         (out / STORE).unlink(missing_ok=True)
         if rule is not None:
-            write_files(rule.parent, {rule.name: depfile(results, read).encode("utf-8", "surrogateescape")})
+            write_files(rule.parent, {rule.name: content})
 
 
 def _check_scheduler(kind: str, options: Options) -> None:

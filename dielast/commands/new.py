@@ -69,7 +69,7 @@ def described(files: Given) -> tuple[str, list[str]]:
         lines.append(f"dielast new {kind} --data: {what}")
         doubts += recipe.doubts
     if not takers:
-        lines.append("no command takes this")
+        lines.append(f"no command takes {'these together' if len(files.names) > 1 else 'this'}")
     complete = next((recipe for _, recipe in takers if not recipe.missing), None)
     return "\n".join(lines) + "\n", list(dict.fromkeys([*doubts, *(_mistakes(complete) if complete else [])]))
 

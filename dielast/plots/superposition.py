@@ -88,7 +88,8 @@ def shift_factors(axes: Axes, result: MasterCurve) -> None:
         result.temperature[known], shifts, half if seen else None, elinewidth=0.8, capsize=1.5, zorder=3, **marker
     )
     law = result.shift_fit.law
-    span = np.linspace(result.temperature[0], result.temperature[-1], 200)
+    used = result.point_temperature  # those without points may be beyond the pole of the law
+    span = np.linspace(used.min(), used.max(), 200)
     (line,) = axes.plot(span, law.log10_shift_factor(span), "-", color=COLOURS[1])
     axes.axhline(0, color="0.7", linewidth=0.6, zorder=0)
     axes.set_xlabel("temperature [°C]")

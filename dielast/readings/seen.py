@@ -39,6 +39,7 @@ from dielast.units import (
 DIMENSIONS: Mapping[str, Dimension] = {
     **ROLES,
     **{"voltage": VOLTAGE, "ramp": VOLTAGE_RATE, "intact": TIME, "prestretch": NUMBER, "prestretch_2": NUMBER},
+    **{"relative_stretch": NUMBER, "area_strain": STRAIN},
     **{"thickness": LENGTH, "area": AREA, "humidity": STRAIN, "rate": STRAIN_RATE},
 }
 """The dimension of the numbers in a column by its role; roles without one hold text or labels."""
@@ -76,6 +77,8 @@ _NAMES: Mapping[str, tuple[str, ...]] = {
     "voltage": ("voltage", "failure voltage", "breakdown voltage", "spannung"),
     "ramp": ("ramp", "ramp rate", "voltage rate"),
     "intact": ("intact", "last seen intact"),
+    "relative_stretch": ("relative stretch", "relative stretch 1"),
+    "area_strain": ("area strain", "areal strain"),
     "prestretch": ("prestretch", "pre-stretch", "prestretch 1"),
     "prestretch_2": ("prestretch 2",),
     "thickness": ("thickness", "dicke"),

@@ -1,6 +1,7 @@
 """`[data]` of a recipe of `mastercurve` or `spectrum`, as far as the files themselves say what belongs there."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +12,7 @@ from dielast.readings.columns_recipe import MODULI
 from dielast.readings.isotherms import WIDEST
 from dielast.readings.named import TOLERANCE, celsius, levels_of, specimen_above, temperatures_in_names
 from dielast.readings.recipe import CurveData, MeasurementData
-from dielast.readings.seen import DIMENSIONS, Given, SeenColumn, SeenTable
+from dielast.readings.seen import DIMENSIONS, Given, SeenColumn, SeenFile, SeenTable
 from dielast.readings.specimen_recipe import unmeasured
 from dielast.readings.steps import Part, parts_of
 from dielast.readings.values import is_held, reached_at
@@ -45,6 +46,8 @@ def state_data(recipe: RecipeLines, given: Given, one: bool) -> list[float] | No
         used = {"temperature": columns["temperature"]} | used
         if "set" in columns and table.has_numbers(columns["set"].place):
             used["set"] = columns["set"]
+    if len(files) > 1 and not table.levels:
+        used = _shared(files, used)
     recipe.unsure = not (_ORDINATES & used.keys())
     levels = _levels(given, used)
     temperatures, how = (None, "") if "temperature" in used or table.levels else _in_names(given)
@@ -84,6 +87,34 @@ def state_data(recipe: RecipeLines, given: Given, one: bool) -> list[float] | No
     for seen in files:
         recipe.doubts += [f"{seen.name}: {text}" for text in seen.first.contradictions()]
     return levels
+
+
+def _shared(files: Sequence[SeenFile], used: Mapping[str, SeenColumn]) -> dict[str, SeenColumn]:
+    """The columns in use by the names that they have in all files: without their units where these differ.
+
+    Raises `InputError` for a file that has no such column, has it under another name, or states no unit where another file does.
+    """
+    shared = dict[str, SeenColumn]()
+    for seen in files[1:]:
+        columns = seen.first.columns(_ROLES)
+        for role, first in used.items():
+            what = role.replace("_", " ")
+            if role not in columns:
+                wrong = f"no column of the {what} was recognised, which {files[0].name} has: tests of one kind make one recipe"
+                raise InputError(wrong, file=seen.name)
+            column, known = columns[role], shared.get(role, first)
+            if bool(without_unit({role: column})) != bool(without_unit({role: first})):
+                bare, stated = (seen, files[0]) if column.unit is None else (files[0], seen)
+                wrong = f"the header of the {what} states no unit, but that of {stated.name} does: write it into the header"
+                raise InputError(wrong, file=bare.name)
+            if column.name != known.name:
+                name = seen.first.table.names[column.place]
+                if name != files[0].first.table.names[first.place]:
+                    wrong = f'the {what} is called "{column.name}", but in {files[0].name} "{first.name}": one name is needed'
+                    raise InputError(wrong, file=seen.name)
+                known = replace(first, name=name)
+            shared[role] = known
+    return shared
 
 
 def _measured(table: SeenTable, columns: Mapping[str, SeenColumn]) -> tuple[dict[str, SeenColumn], str | None]:

@@ -234,6 +234,14 @@ def test_a_depfile_names_everything_read(dielast: Run, starter: Starter, tmp_pat
     rule = (tmp_path / "deps/m.d").read_text()
     assert rule.startswith("mastercurve/shift-factors.csv mastercurve/mastercurve.csv mastercurve/summary.toml: ")
     assert "mastercurve.toml \\\n  my\\ data.csv\n" in rule
+    done = dielast("mastercurve", recipe, "--plot", "none", "--depfile", "deps/m.d", "-o", "a;b", "-q")
+    assert done.returncode == 2
+    assert "make cannot hold ';'" in done.stderr
+    assert not (tmp_path / "a;b").exists()  # refused before the computation
+    (tmp_path / "my;data.csv").write_bytes((tmp_path / "my data.csv").read_bytes())
+    recipe.write_text(recipe.read_text().replace("my data.csv", "my;data.csv"))
+    assert dielast("mastercurve", recipe, "--plot", "none", "--depfile", "deps/m.d", "-o", "new", "-q").returncode == 2
+    assert not (tmp_path / "new").exists()
 
 
 def test_a_chain_goes_from_measurements_to_a_material(dielast: Run, starter: Starter, tmp_path: Path) -> None:

@@ -137,6 +137,7 @@ def test_a_command_of_the_package_is_a_command(dielast: Dielast, tmp_path: Path)
     ("law", "message"),
     [
         ("absent", "toylaws.absent:Law cannot be loaded: ModuleNotFoundError: No module named 'toylaws.absent'"),
+        ("leaves", "toylaws.leaves:Law cannot be loaded: SystemExit: 7"),
         ("wrong", "toylaws.laws:Linear: a SpringLaw is needed"),
         ("other", 'toylaws.laws:Varga: it is called "varga"'),
     ],

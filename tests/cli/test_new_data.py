@@ -224,6 +224,33 @@ def test_filled_recipes_for_films_and_photographs_run(dielast: Run, tmp_path: Pa
     assert dielast("validate", "r.toml").returncode == 0
 
 
+@pytest.mark.parametrize(
+    ("header", "measure", "scale"), [("U [kV],stretch", "stretch", 1e-3), ("area strain (%),Voltage / V", "area_strain", 1.0)]
+)
+def test_a_table_of_voltages_and_stretches_is_a_test_of_a_film(
+    header: str, measure: str, scale: float, dielast: Run, tmp_path: Path
+) -> None:
+    volts, stretch = (0, 2200, 3700, 5000, 6400), (2, 2.016, 2.049, 2.1, 2.19)
+    numbers = stretch if measure == "stretch" else [100 * ((value / 2) ** 2 - 1) for value in stretch]
+    rows = [
+        (f"{volt * scale:g}", f"{number:.6g}")[:: 1 if header.startswith("U") else -1]
+        for volt, number in zip(volts, numbers, strict=True)
+    ]
+    (tmp_path / "film.csv").write_text("\n".join([header, *map(",".join, rows)]) + "\n")
+    recipe, text, _ = made(dielast, "calibrate", "film.csv")
+    assert set(recipe["test"][0]["columns"]) == {"voltage", measure}  # type: ignore[index]
+    filled = text.replace('thickness = "FILL IN"', 'thickness = "1 mm"').replace('prestretch = "FILL IN"', "prestretch = 2.0")
+    filled = filled.replace('relax = "FILL IN"', 'relax = "30 min"').replace('boundary = "FILL IN"', 'boundary = "dead-load"')
+    filled = filled.replace('ramp = "FILL IN"', 'ramp = "100 V/s"').replace('temperature = "FILL IN"', 'temperature = "20 degC"')
+    (tmp_path / "r.toml").write_text(filled)
+    done = dielast("validate", "r.toml")
+    assert done.returncode == 0, done.stderr
+    (tmp_path / "history.csv").write_text("t [s],U [kV],stretch\n0,0,2\n1,3,2.01\n60,3,2.05\n")
+    done = dielast("new", "calibrate", "--data", "history.csv")
+    assert done.returncode == 2
+    assert "history.csv: voltage and stretch over time: dielast new actuate takes it" in done.stderr
+
+
 def test_curves_of_one_table_are_tests_of_their_own(dielast: Run, shared_data: Callable[[str], Path], tmp_path: Path) -> None:
     shutil.copy(shared_data("vhb4905/4-loading.csv"), tmp_path / "loading.csv")
     tests = made(dielast, "calibrate", "loading.csv")[0]["test"]
@@ -255,7 +282,40 @@ def test_a_measured_sweep_of_a_glass_takes_a_reference_whose_shift_is_known(
 ) -> None:
     shutil.copy(shared_data("ansys_prony/freq_user_raw.csv"), tmp_path / "f.csv")
     _, text, _ = made(dielast, "mastercurve", "f.csv")
-    assert shift(dielast, tmp_path, text)["data"]["temperatures"] == 21  # type: ignore[index]
+    (tmp_path / "r.toml").write_text(text)
+    done = dielast("mastercurve", "r.toml", "--plot", "svg", "-q")
+    assert done.returncode == 0, done.stderr
+    assert tomllib.loads((tmp_path / "r/summary.toml").read_text())["data"]["temperatures"] == 21
+    # the coldest are below the pole of the fitted law, which is drawn above it
+    assert "cannot be drawn" not in done.stderr
+    assert (tmp_path / "r/mastercurve.svg").exists()
+
+
+@pytest.mark.parametrize(
+    ("other", "message"),
+    [
+        ("time [min],E [MPa]", None),
+        ("time,E [MPa]", "b_40C.csv: the header of the time states no unit, but that of a_20C.csv does: write it into the header"),
+        ("t [min],E [MPa]", 'b_40C.csv: the time is called "t [min]", but in a_20C.csv "time [s]": one name is needed'),
+        (
+            "f [Hz],E [MPa]",
+            "b_40C.csv: no column of the time was recognised, which a_20C.csv has: tests of one kind make one recipe",
+        ),
+    ],
+)
+def test_files_of_several_headers_make_one_recipe_or_none(other: str, message: str | None, dielast: Run, tmp_path: Path) -> None:
+    for name, head, celsius, minute, scale in (("a_20C.csv", "time [s],E [kPa]", 20, 1, 1e3), ("b_40C.csv", other, 40, 60, 1e6)):
+        rows = [f"{time / minute:.9g},{modulus(celsius, time) / scale:.9g}" for time in TIMES]
+        (tmp_path / name).write_text("\n".join([head, *rows]) + "\n")
+    if message is None:
+        recipe, text, _ = made(dielast, "mastercurve", "*.csv")
+        assert recipe["data"]["columns"] == {"time": "time", "modulus": "E"}  # type: ignore[index]
+        assert shift(dielast, tmp_path, text)["data"]["temperatures"] == 2  # type: ignore[index]
+    else:
+        done = dielast("new", "mastercurve", "--data", "a_20C.csv", "b_40C.csv")
+        assert (done.returncode, done.stdout) == (2, "")
+        assert done.stderr.startswith(message)
+        assert "dielast new mastercurve" not in dielast("new", "--data", "a_20C.csv", "b_40C.csv").stdout
 
 
 @pytest.mark.parametrize(

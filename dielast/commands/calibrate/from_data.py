@@ -3,7 +3,9 @@
 from collections.abc import Mapping
 
 import numpy as np
+from numpy.typing import NDArray
 
+from dielast.calibration.voltage import QUANTITIES
 from dielast.commands.simulation.from_data import (
     MACHINE,
     STRESSES,
@@ -15,6 +17,7 @@ from dielast.commands.simulation.from_data import (
     state_columns,
     temperature_of,
 )
+from dielast.errors import InputError
 from dielast.readings.seen import Given, SeenColumn, SeenFile
 from dielast.readings.stated import specimen_of, without_unit
 from dielast.recipe.lines import FILL, RecipeLines
@@ -22,12 +25,14 @@ from dielast.recipe.lines import FILL, RecipeLines
 
 def from_data(kind: str, given: Given) -> RecipeLines:
     """The recipe, with a test for each table, or for each curve of a table; raises `InputError` for files that are none."""
-    recipe = RecipeLines(kind, "Tests of a testing machine -> a material with intervals.")
+    recipe = RecipeLines(kind, "Tests of a testing machine, or of actuated films -> a material with intervals.")
     recipe.key("material", "example:tensile/start.toml", "to start from; or your own")
     for seen in given.seen:
-        columns = machine_columns(seen, ("rate", "label"))
+        columns = _actuated(seen)
+        state = _state_film if columns else _state_test
+        columns = columns or machine_columns(seen, ("rate", "label"))
         for label in curves(seen, columns) or (None,):
-            _state_test(recipe, seen, columns, label)
+            state(recipe, seen, columns, label)
         recipe.doubts += [f"{seen.name}: {text}" for text in seen.first.contradictions()]
     recipe.section("[free]", "the constants to fit, by path in the material file")
     recipe.key("equilibrium.shear_modulus", {})
@@ -35,14 +40,46 @@ def from_data(kind: str, given: Given) -> RecipeLines:
     return recipe
 
 
-def _state_test(recipe: RecipeLines, seen: SeenFile, columns: Mapping[str, SeenColumn], label: str | None) -> None:
-    table = seen.first
-    chosen = np.ones(table.table.lines.size, dtype=bool)
+def _actuated(seen: SeenFile) -> dict[str, SeenColumn]:
+    """The columns of a table of voltage and stretch of an actuated film; none for another table.
+
+    Raises `InputError` for stretches over time: what the voltage did meanwhile is stated in a recipe of actuate.
+    """
+    found = seen.first.columns(("time", "voltage", *QUANTITIES, *STRESSES, "temperature", "label"))
+    measure = of(found, QUANTITIES)
+    if seen.is_export or "voltage" not in found or measure is None or of(found, STRESSES):
+        return {}
+    if "time" in found:
+        wrong = "voltage and stretch over time: dielast new actuate takes it, and calibrate that recipe ([[test]] recipe)"
+        raise InputError(wrong, file=seen.name)
+    return {role: found[role] for role in ("voltage", measure, "temperature", "label") if role in found}
+
+
+def _state_file(recipe: RecipeLines, seen: SeenFile, columns: Mapping[str, SeenColumn], label: str | None) -> NDArray[np.bool_]:
+    """Begin a test: the file, and the rows of the curve with a label, which are returned (mask)."""
+    chosen = np.ones(seen.first.table.lines.size, dtype=bool)
     recipe.section("[[test]]")
     recipe.key("file", seen.name, f"{chosen.size} rows" if label is None else "")
     if label is not None:
         where, chosen = of_curve(seen, columns["label"], label)
         recipe.key("where", where, f"{np.count_nonzero(chosen)} rows")
+    return chosen
+
+
+def _state_film(recipe: RecipeLines, seen: SeenFile, columns: Mapping[str, SeenColumn], label: str | None) -> None:
+    chosen = _state_file(recipe, seen, columns, label)
+    used = {role: columns[role] for role in ("voltage", *QUANTITIES) if role in columns}
+    state_columns(recipe, seen, used)
+    if unknown := without_unit(used):
+        recipe.key("units", dict.fromkeys(unknown, FILL), "the headers state no unit that fits")
+    film = dict.fromkeys(("thickness", "prestretch", "relax", "boundary"), FILL)
+    recipe.key("film", film, "as [film] of actuate; boundary: frame | strip, which need electrode_share, dead-load | clamped")
+    recipe.key("ramp", FILL, 'of the voltage, such as "100 V/s"; unknown between two: ["10 V/s", "1 kV/s"]')
+    recipe.key("temperature", *temperature_of(seen, columns, chosen))
+
+
+def _state_test(recipe: RecipeLines, seen: SeenFile, columns: Mapping[str, SeenColumn], label: str | None) -> None:
+    table, chosen = seen.first, _state_file(recipe, seen, columns, label)
     used = {role: columns[role] for role in MACHINE if role in columns}
     needed = [*([] if of(used, STRETCHES) else ["stretch"]), *([] if of(used, STRESSES) else ["stress"])]
     timed = "time" in used
