@@ -67,7 +67,9 @@ def foreign(golden: Path) -> str:
     contents = {name: read_file(path, str(path)) for name, path in files.items()}
     if SUMMARY not in contents:
         return ""
-    return strangers(parse_toml(contents[SUMMARY], str(files[SUMMARY])), {name: sha256(each) for name, each in contents.items()})
+    # a version control may write lines with CRLF
+    digests = {name: sha256(content.replace(b"\r\n", b"\n")) for name, content in contents.items()}
+    return strangers(parse_toml(contents[SUMMARY], str(files[SUMMARY])), digests)
 
 
 def golden_files(golden: Path) -> dict[str, Path]:

@@ -13,11 +13,15 @@ constant voltages that a breakdown field lets survive.
     inverse-power         12          0  92.5         88.0      90.0   90.0
     inverse-power         12         58  95.0         89.5      92.0   95.0
     inverse-power         30          0  90.5         88.0      89.0   87.0
+    inverse-power         30         61  92.5         87.0      90.5   87.5
+    inverse-power        100          0  87.5         87.5      91.0   88.0
+    inverse-power        100         60  91.5         91.5      92.0   91.0
     power                 12         15  92.5         92.0      90.0   90.5
     power                 12         61  95.5         95.0      91.0   91.5
     power                 30         15  92.0         91.0      88.5   89.5
     power                 30         65  90.5         90.0      90.0   89.0
     power                100         15  88.0         89.0      90.0   88.0
+    power                100         64  94.5         95.0      92.0   91.5
     table                 12         17  90.5, 86.0             88.0   88.0
     table                 12         62  94.0, 95.0             90.5   95.0
     table                 30         16  91.5, 89.5             88.5   87.5

@@ -259,6 +259,6 @@ def test_options_that_exclude_each_other(dielast: Run, tmp_path: Path) -> None:
 
 def test_a_worker_of_another_version_computes_nothing() -> None:
     own = {"dielast": cluster.VERSIONS["dielast"], "numpy": np.__version__}
-    assert cluster._solve_there(3, 5, solve=pow, plan=2, versions=own) == 2**3 % 5
+    assert cluster._solve_there(3, 5, solve=pow, plan=2, versions=own, packages=()) == 2**3 % 5
     with pytest.raises(cluster.OtherVersion, match=r"^numpy 1\.0 is needed, .* is installed$"):
-        cluster._solve_there(3, 5, solve=pow, plan=2, versions=own | {"numpy": "1.0"})
+        cluster._solve_there(3, 5, solve=pow, plan=2, versions=own | {"numpy": "1.0"}, packages=())

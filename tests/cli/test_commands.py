@@ -60,7 +60,16 @@ HEADERS = {
         "capacitance [F/m^2]",
         "capacitance [F]",
     ],
-    "events.csv": ["case", "event", "time [s]", "voltage [V]", "stretch_1 [1]", "stretch_2 [1]", "true_field [V/m]"],
+    "events.csv": [
+        "case",
+        "event",
+        "time [s]",
+        "voltage [V]",
+        "stretch_1 [1]",
+        "stretch_2 [1]",
+        "true_field [V/m]",
+        "actuated_time [s]",
+    ],
     "failure-map.csv": [
         "temperature [degC]",
         "prestretch_1 [1]",
@@ -88,11 +97,12 @@ HEADERS |= {
     "parameters.csv": ["parameter", "start", "value", "standard_error", "lower", "upper", "verdict", "unit"],
     "tests.csv": [
         *("test", "used", "points", "rms_error", "rms_relative_error [1]", "r_squared [1]", "coverage [1]", "specimen", "unit"),
-        *("specimen_factor [1]", "left_out_points [1]"),
+        *("specimen_factor [1]", "rms_voltage_error [1]", "slack_points [1]", "left_out_points [1]"),
     ],
     "correlations.csv": ["parameter", *(f"{name} [1]" for name in FITTED)],
     "residuals.csv": ["test", "time [s]", "measured", "model", "lower", "upper", "unit"],
     "profiles.csv": ["parameter", "value", "rise [1]"],
+    "next_tests.csv": ["test", "variance_removed [1]"],
     "laws.csv": [
         *("material", "equilibrium_law", "nonequilibrium_law", "parameters", "rms_relative_error [1]", "r_squared [1]"),
         *("cross_validation_error [1]", "aic [1]", "stable_to_uniaxial [1]", "stable_to_equibiaxial [1]"),
@@ -116,7 +126,7 @@ FILES = {
     "spectrum": {"spectrum.csv", "fit.csv", "material.toml", "spectrum.png", "summary.toml"},
     "calibrate": {
         *("parameters.csv", "tests.csv", "correlations.csv", "residuals.csv", "profiles.csv", "laws.csv", "draws.csv"),
-        *("material.toml", "calibrate.png", "summary.toml"),
+        *("next_tests.csv", "material.toml", "calibrate.png", "summary.toml"),
     },
     "relax": {"relax.csv", "cases.csv", "relax.png", "summary.toml"},
     "creep": {"creep.csv", "cases.csv", "creep.png", "summary.toml"},

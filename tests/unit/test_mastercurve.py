@@ -402,8 +402,8 @@ def test_the_smooth_curve_with_free_vertical_shifts_is_that_of_the_reference_tem
 @pytest.mark.parametrize(
     ("wrong", "message"),
     [
-        ({"law": "wfl"}, 'law: "wfl": one of wlf, arrhenius, table is needed'),
-        ({"law": "none"}, 'law: "none": one of wlf, arrhenius, table is needed'),
+        ({"law": "wfl"}, 'law: "wfl": one of wlf, arrhenius, table, vft is needed'),
+        ({"law": "none"}, 'law: "none": one of wlf, arrhenius, table, vft is needed'),
         ({"vertical": "yes"}, 'vertical: "yes": one of none, density-temperature, free is needed'),
         ({"on": "loss"}, 'on: "loss": one of auto, moduli, tan-delta, storage is needed'),
     ],

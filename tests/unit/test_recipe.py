@@ -87,7 +87,7 @@ law = "wfl"
         "data.columns.time: 3.5: a column's name, or its number from 1, is needed",
         'data.discard_before: "1 kg": a time is needed, such as "1.5 h"',
         'data.file: "gone.csv": no such file',
-        'shift.law: "wfl": one of "wlf", "arrhenius" or "table" is needed',
+        'shift.law: "wfl": one of "wlf", "arrhenius", "table" or "vft" is needed',
         'shift.reference_temperature: 20: a temperature is needed with its unit, such as "20 degC"',
     ]
 

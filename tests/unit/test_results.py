@@ -55,6 +55,7 @@ def results() -> dict[str, Any]:
         "retardation": retardation,
         "material": vhb,
         "table law": ShiftTable(20.0, tuple(range(0, 60, 2)), tuple(np.linspace(3, -2, 30))),
+        "limits": dielast.film_limits(film_of_few, [1.5, 2.0], thickness=5e-4),
         "sample": sample,
         "shares": dielast.life_sensitivity(film_of_few, *aged, sample),
         "elasticities": dielast.life_sensitivity(film_of_few, *aged),
