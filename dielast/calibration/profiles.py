@@ -68,11 +68,10 @@ def profiles_of(likelihood: Likelihood, level: float = 0.9) -> list[Profile]:
     }
     follow(likelihood, list(courses.values()))
     unseen = prior_alone(fit.problem, likelihood.information)
-    found = [_profile(courses.get((j, -1.0)), courses.get((j, 1.0)), bool(unseen[j])) for j in range(at.size)]
-    return [_possible(profile, parameter) for profile, parameter in zip(found, fit.space.parameters, strict=True)]
+    return [_profile(courses.get((j, -1.0)), courses.get((j, 1.0)), bool(unseen[j])) for j in range(at.size)]
 
 
-def _possible(profile: Profile, parameter: Parameter) -> Profile:
+def possible_values(profile: Profile, parameter: Parameter) -> Profile:
     """The profile of a parameter whose interval does not reach to values that no material has: there, it has no end."""
     least = parameter.possible
     if least is None or not float(parameter.value(profile.lower)) < least:

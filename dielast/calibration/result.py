@@ -11,7 +11,7 @@ from dielast.calibration.fit import STARTS, Fit, Watch, fit_material
 from dielast.calibration.likelihood import Likelihood, likelihood_of
 from dielast.calibration.parameters import Free
 from dielast.calibration.posterior import draw
-from dielast.calibration.profiles import Profile, Verdict, profiles_of
+from dielast.calibration.profiles import Profile, Verdict, possible_values, profiles_of
 from dielast.calibration.scatter import specimen_factors
 from dielast.io.result import TabularResult
 from dielast.io.table import Column, Table
@@ -222,7 +222,7 @@ def assessed(
     try:
         if fit.finished:
             report("profiles", 0, 1, misfit)
-            profiles = tuple(profiles_of(likelihood, level))
+            profiles = tuple(map(possible_values, profiles_of(likelihood, level), fit.space.parameters))
             if draws:
                 drawn = draw(likelihood, profiles, draws, seed=seed, watch=lambda done, total: report("draws", done, total, misfit))
     except KeyboardInterrupt:

@@ -11,7 +11,7 @@ from dielast.calibration.laboratory import Laboratory
 from dielast.calibration.laws import CrossValidation, cross_validation, law_weights, pieces_of
 from dielast.calibration.next_test import film_voltages, proposals
 from dielast.calibration.parameters import parameter_space, with_conditions
-from dielast.calibration.profiles import Profile, Verdict, _possible
+from dielast.calibration.profiles import Profile, Verdict, possible_values
 from dielast.calibration.spring_pairs import pairs_of, trial
 from dielast.material.springs import SPRINGS
 from dielast.simulate.film_setup import Film
@@ -75,12 +75,12 @@ def test_a_constant_whose_interval_holds_impossible_values_is_not_determined() -
     assert stated[0].lower == -1e4
     scale = stated[0].scale or 1.0
     wide = Profile(np.zeros(1), np.zeros(1), np.zeros((1, 2)), -1936 / scale, 8247 / scale, Verdict.DETERMINED)
-    found = _possible(wide, stated[0])
+    found = possible_values(wide, stated[0])
     assert found.verdict is Verdict.UPPER
     assert np.isnan(found.lower)
     assert found.upper == wide.upper
     narrow = replace(wide, lower=3000 / scale)
-    assert _possible(narrow, stated[0]) is narrow
+    assert possible_values(narrow, stated[0]) is narrow
 
 
 def test_a_test_in_the_predicted_mode_is_proposed_first() -> None:

@@ -19,6 +19,7 @@ NAMES = (
     "edge",
     "failures",
     "law",
+    "laws",
     "beyond the curve",
     "spectra beyond the curve",
     "thickness",
