@@ -118,7 +118,7 @@ def prepare(
     A specimen whose `slack` "bears nothing" has no nominal stress where a prescribed stretch would press it together: it recovers
     freely until it is as long as that again. Its stretch is then its length, and `slack_events` are the times when it goes slack
     and taut. One that "pushes" is held at the prescribed stretch at any stress. Default: "bears nothing" in uniaxial and pure-shear
-    mode without a field; other specimens push.
+    mode without a field; other specimens push, and so do those with a step that states both axes.
 
     A `nominal_field` in V/m, the voltage over the undeformed thickness, acts from the start between electrodes on both faces; the
     nominal stress is then that which the machine holds.
@@ -141,7 +141,8 @@ def prepare(
     cases = case_count(steps, temperature, np.zeros(len(materials)), field)
     temperature = temperatures_of(temperature, cases)
     electric = bool(np.any(field))
-    slack = bearing(slack, Mode.of(mode), electric)
+    both_axes = any(isinstance(value, tuple) for step in steps for value in (step.stretch, step.stress))
+    slack = bearing(slack, Mode.of(mode), electric, both_axes)
     for entry in materials if electric else ():
         if not entry.permittivity:
             raise InputError(f"{entry.name!r} has no permittivity, which a specimen under voltage needs", argument="material")
@@ -188,13 +189,15 @@ def _by_case(events: Iterable[tuple[int, float, float, bool]], cases: int) -> tu
     return tuple(map(tuple, by_case))
 
 
-def bearing(slack: str | None, mode: Mode, electric: bool) -> str:
-    """What a specimen does that would be pressed together, by default as stated in `relax`, and `electric` one under voltage;
-    `InputError` for anything else.
+def bearing(slack: str | None, mode: Mode, electric: bool, both_axes: bool = False) -> str:
+    """What a specimen does that would be pressed together, by default as stated in `relax`: an `electric` one is under voltage, one
+    with `both_axes` has steps that state them; `InputError` for anything else.
     """
-    known = (BEARS_NOTHING, PUSHES) if mode is not Mode.EQUIBIAXIAL else (PUSHES,)
+    biaxial = both_axes or mode is Mode.EQUIBIAXIAL
+    known = (PUSHES,) if biaxial else (BEARS_NOTHING, PUSHES)
     if slack is not None and slack not in known:
-        raise InputError(f"{shown(slack)}: in {mode.value} mode {nearest(slack, known)}", argument="slack")
+        where = "where a step states both axes" if both_axes else f"in {mode.value} mode"
+        raise InputError(f"{shown(slack)}: {where} {nearest(slack, known)}", argument="slack")
     return slack or (PUSHES if electric else known[0])
 
 

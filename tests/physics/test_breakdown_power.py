@@ -48,10 +48,11 @@ def test_an_elastic_film_breaks_down_where_the_closed_form_says(law: PowerBreakd
 
 
 def test_a_clamped_film_has_the_breakdown_field_of_its_prestretch() -> None:
-    film: dict[str, Any] = {"thickness": THICKNESS, "prestretch": (2.0, 1.5), "boundary": "clamped", "breakdown_field": HUANG}
+    weak = HUANG.scaled(0.3)  # breaks down before the film loses its tension
+    film: dict[str, Any] = {"thickness": THICKNESS, "prestretch": (2.0, 1.5), "boundary": "clamped", "breakdown_field": weak}
     history = actuate(GENT, [VoltageStep(5e4, rate=100.0)], **film)
     (event,) = [e for e in history.events[0] if e.name == "breakdown"]
-    limit = 51e6 * (0.5 / 3.0) ** -0.25 * 3.0**0.315
+    limit = 0.3 * 51e6 * (0.5 / 3.0) ** -0.25 * 3.0**0.315
     assert event.true_field == pytest.approx(limit, rel=1e-10)
     assert event.voltage == pytest.approx(limit * THICKNESS / 3.0, rel=1e-10)
 

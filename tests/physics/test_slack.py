@@ -167,6 +167,8 @@ def test_a_specimen_may_push_and_creep_at_no_load_is_not_slack() -> None:
         relax(SOLID, steps(), slack=wrong)
     with pytest.raises(InputError, match=r"in equibiaxial mode .*pushes"):
         relax(SOLID, steps(), mode="equibiaxial", slack="bears nothing")
+    with pytest.raises(InputError, match=r"where a step states both axes .*pushes"):
+        relax(SOLID, [Step(stretch=(2.0, None), stress=(None, 0.0))], slack="bears nothing")
 
 
 def _cyclic(name: str, top: float, lasts: float, slack: str | None = None) -> MeasuredTest:

@@ -55,12 +55,17 @@ def once(content: bytes, header: str) -> dict[float, float]:
 
 @pytest.mark.parametrize(
     ("kind", "steps", "measured", "digits"),
-    [("relax", STRETCHED, "nominal_stress_1 [Pa]", 2e-3), ("creep", LOADED, "stretch_1 [1]", 0.0)],
+    [
+        ("relax", f'slack = "pushes"\n{STRETCHED}', "nominal_stress_1 [Pa]", 2e-3),
+        ("relax", STRETCHED, "nominal_stress_1 [Pa]", 20.0),  # straight lines between the lengths of the slack specimen
+        ("creep", LOADED, "stretch_1 [1]", 0.0),
+    ],
 )
 def test_a_result_drives_the_same_run_again(tmp_path: Path, kind: str, steps: str, measured: str, digits: float) -> None:
     (tmp_path / "first.csv").write_bytes(run(tmp_path, kind, steps + COARSE))
+    slack = steps[: steps.index("[[step]]")]
     first = once((tmp_path / "first.csv").read_bytes(), measured)
-    again = once(run(tmp_path, kind, FOLLOWED), measured)
+    again = once(run(tmp_path, kind, slack + FOLLOWED), measured)
     assert len(first) > 200
     # `digits` is what the last one of the load's stands for
     np.testing.assert_allclose([again[time] for time in first], list(first.values()), rtol=1e-6, atol=digits)

@@ -193,7 +193,13 @@ def _stretches(result: CaseResult) -> Floats:
 
 
 def _warn_of_slack(results: Sequence[CaseResult]) -> None:
-    """Warn of films that are unloaded faster than they contract: they would go slack, but the stretch is prescribed."""
+    """Warn of specimens that are unloaded faster than they contract: they go slack, or are pushed where that is stated."""
+    loose = [index for index, result in enumerate(results) if result.slack]
+    if loose:
+        first = results[loose[0]].slack[0]
+        goes = f"the specimen goes slack after {first.time:.4g} s, at a stretch of {first.stretch:.6g}, and bears nothing"
+        pushed = 'where grips press it, state slack = "pushes"'
+        warn(f"{_cases(loose) if len(results) > 1 else ''}{goes}; {pushed}")
     lowest = [float(np.min(result.columns["nominal_stress_1 [Pa]"], initial=0.0)) for result in results]
     highest = [float(np.max(result.columns["nominal_stress_1 [Pa]"], initial=0.0)) for result in results]
     slack = [index for index, (low, high) in enumerate(zip(lowest, highest, strict=True)) if -low > SLACK * high > 0]
