@@ -372,7 +372,9 @@ def test_a_film_that_runs_away_is_warned_of(dielast: Run, tmp_path: Path) -> Non
     """The data are of the material, so that the fitted modulus, and with it the stretch, depends on no weighting of the points."""
     stretch = np.linspace(1.05, 3.0, 40)
     gent = 110 / (113 - stretch**2 - 2 / stretch)
-    rows = [f"{10 * (each - 1):g},{each:g},{2e4 * stiffer * (each - each**-2):g}" for each, stiffer in zip(stretch, gent, strict=True)]
+    rows = [
+        f"{10 * (each - 1):g},{each:g},{2e4 * stiffer * (each - each**-2):g}" for each, stiffer in zip(stretch, gent, strict=True)
+    ]
     # as wide as long, A = stretch^2 of both axes: A^3 (1 - r A) = 1 with r = eps E^2/(mu gent)
     square = np.linspace(2.0, 5.0, 30001)
     r = 4e-11 * (6e3 / 0.5e-3) ** 2 / (2e4 * 110 / (113 - 2 * square - square**-2))
