@@ -121,11 +121,13 @@ def end_of(fit: SpectrumFit, stated: bool = False) -> OpenEnd:
 
     Warns where the plateau was not reached, unless the curve falls so much that the fit has warned.
     """
+    if fit.retardation is not None and fit.retardation.fluidity > 0:  # falls to zero, maybe long before its creep curve ends
+        return OpenEnd(fit, None, False)
     after = continuations(fit, np.ones((1, fit.reduced_time.size)), DRAWS)
     low, high = (float(bound) for bound in interval(after.equilibrium_modulus, LEVEL))
     ends_at = float(np.mean(after.modulus(np.array([after.end]))))
     high, reached = min(high, ends_at), low >= (1 - NEGLIGIBLE) * ends_at
-    if reached or stated or (fit.retardation is not None and fit.retardation.fluidity > 0):
+    if reached or stated:
         return OpenEnd(fit, None, reached)
     stiffness = np.atleast_2d(fit.measured)[0] ** fit.kind.stiffness_power
     if -long_time_end(np.log10(fit.reduced_time), stiffness).slope <= LEVEL_SLOPE:

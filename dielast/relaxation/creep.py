@@ -6,6 +6,8 @@ must be significant beside processes within the length of the curve, and beside 
 the compliance due to slower processes also rises in proportion to time.
 """
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -57,6 +59,13 @@ def fit_creep(
     process_time, known, total, is_open = _what_to_fit(task, flows)
     solution = _with_glassy(curve, process_time, known, total)
     retardation = RetardationSpectrum(process_time, solution.strength, *solution.constants.tolist())
+    if prescribed == 0 and retardation.fluidity == 0:  # the curve shows no flow: a melt holds its plateau, and flows far later
+        unseen = EXACT * float(retardation.creep_compliance(curve.time[-1]) / curve.time[-1])
+        retardation = replace(retardation, fluidity=unseen)
+        warn(
+            f"the curve shows no flow: the viscosity of {1 / unseen:.3g} Pa s, by which none is seen, is a guess: measure longer",
+            mentions=("equilibrium_modulus",),
+        )
     if solution.strength.any() or retardation.fluidity > 0:
         spectrum, equilibrium = relaxation_from_retardation(retardation)
     else:  # an elastic solid

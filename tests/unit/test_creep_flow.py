@@ -21,6 +21,7 @@ from dielast.material.measurement_kind import CREEP
 from dielast.material.shift import WLF
 from dielast.material.spectrum import Spectrum
 from dielast.material.springs import Gent
+from dielast.relaxation.beyond import end_of
 from dielast.relaxation.creep import fit_creep
 from dielast.relaxation.interconversion import RetardationSpectrum, retardation_from_relaxation
 from dielast.relaxation.result import SpectrumFit
@@ -239,3 +240,16 @@ def test_draws_flow_if_and_only_if_the_fit_does(monkeypatch: pytest.MonkeyPatch,
     # of a curve that is uncertain by 1 %, no draw is far off, also of a melt with next to no modulus at the end
     stiffness = sum(np.asarray(column.values, dtype=float) for column in drawn[0] if "shear_modulus" in column.header)
     np.testing.assert_allclose(stiffness, fit.equilibrium_shear_modulus + fit.spectrum.shear_modulus.sum(), rtol=0.1)
+
+
+def test_a_melt_whose_curve_shows_no_flow_holds_its_plateau_and_one_that_flows_long_is_no_mistake() -> None:
+    """The reciprocal of a level compliance is the modulus; after many relaxation times, a melt has next to none."""
+    with pytest.warns(DielastWarning, match="the curve shows no flow: the viscosity of .* is a guess"):
+        fit = fit_creep(TIME, SOLID.creep_compliance(TIME) / 3, liquid=True)
+    assert fit.equilibrium_shear_modulus == 0
+    held = fit.spectrum.relaxation_modulus(TIME[-1:], 0.0) * SOLID.creep_compliance(TIME[-1:])
+    assert held == pytest.approx(1.0, rel=0.01)
+    flowing = retardation_from_relaxation(Spectrum(np.logspace(-4, 1, 6), np.full(6, 1e5)))
+    time = np.logspace(-4, 4, 80)
+    end = end_of(fit_creep(time, flowing.creep_compliance(time) / 3, liquid=True), stated=True)
+    assert (end.range, end.reached) == (None, False)
