@@ -30,7 +30,8 @@ POINTS = {
     "commands": 'squares = "toylaws.squares:SQUARES"\nhollow = "toylaws.more:nothing"',
 }
 BROKEN = {
-    "springs": 'absent = "toylaws.absent:Law"\nwrong = "toylaws.laws:Linear"\nother = "toylaws.laws:Varga"\nleaves = "toylaws.leaves:Law"'
+    "springs": 'absent = "toylaws.absent:Law"\nwrong = "toylaws.laws:Linear"\n'
+    'other = "toylaws.laws:Varga"\nleaves = "toylaws.leaves:Law"'
 }
 MORE = '''
 from typing import ClassVar
