@@ -21,7 +21,6 @@ _FORMULA = re.compile(
 BLOCK = 10_000  # rows that are written at a time
 LONGEST_HEADER = 300  # characters
 _HEADER = re.compile(r"(?P<name>.*?)\s*(?:\[(?P<square>[^\]]*)\]|\((?P<round>[^)]*)\)|\s/\s(?P<slash>\S+))\s*")
-_TIGHT = re.compile(r"(?P<name>[^/]*[^\s/\d])/(?P<unit>[^\s/\d-][^\s/]*)")  # t/min, but not 1/2 and m/s/m
 _WORDED = re.compile(r"(?P<name>.*\S)\s+in\s+(?P<unit>\S.*)")
 # tan(delta), E(t), G'(omega): the brackets hold the argument of a function, not a unit
 _FUNCTION = re.compile(r"(?:\b[Tt][Aa][Nn]\s?\([^()]*\)|(?<!\w)\w['\"]*\((?:[tTfwω]|omega|time)\))$")
@@ -49,10 +48,10 @@ Frame: TypeAlias = "pd.DataFrame"
 
 
 def split_header(header: str) -> tuple[str, str | None]:
-    """(name, unit) of a header cell written `name [unit]`, `name (unit)`, `name / unit`, or `name in unit` or `name/unit` if
-    dielast knows the unit; the unit is None if none is stated.
+    """(name, unit) of a header cell written `name [unit]`, `name (unit)`, `name / unit`, or `name in unit` if dielast knows the
+    unit; the unit is None if none is stated.
 
-    Arguments are no units: tan(delta) and E(t) are names. What is a unit as a whole, such as m/s, is no name.
+    Arguments are no units: tan(delta) and E(t) are names.
     """
     if len(header) <= LONGEST_HEADER and _FUNCTION.search(header.strip()):
         return header.strip(), None
@@ -62,9 +61,6 @@ def split_header(header: str) -> tuple[str, str | None]:
         worded = _WORDED.fullmatch(header.strip()) if len(header) <= LONGEST_HEADER else None
         if worded is not None and is_unit(worded["unit"]):
             return worded["name"], worded["unit"]
-        tight = _TIGHT.fullmatch(header.strip()) if len(header) <= LONGEST_HEADER else None
-        if tight is not None and is_unit(tight["unit"]) and not is_unit(header.strip()):
-            return tight["name"], tight["unit"]
         return header.strip(), None
     return match["name"], next(unit for unit in (match["square"], match["round"], match["slash"]) if unit is not None).strip()
 
