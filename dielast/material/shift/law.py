@@ -142,6 +142,12 @@ class ShiftLaw(Law):
         return cls(reference_temperature, **named)  # type: ignore[call-arg]
 
 
+def refuse_frozen(temperature: ArrayLike, above: Floats, limit: str) -> None:
+    """`InputError` for the lowest `temperature` (degC) if any is not `above` (K, same shape) the `limit` of a law, named in words."""
+    if np.any(above <= 0):
+        raise InputError(f"{float(np.min(np.asarray(temperature))):g} degC is at or below {limit}", argument="temperature")
+
+
 def slower_when_hot(what: str, mend: str) -> str:
     """The warning of shift factors that increase with temperature; `what` states them, `mend` says what may be wrong."""
     return f"{what}: relaxation gets slower with temperature, but in polymers it gets faster; {mend}"

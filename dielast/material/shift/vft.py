@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 from dielast.errors import InputError
 from dielast.material.argument_types import checked
 from dielast.material.law import Constant
-from dielast.material.shift.law import FittedLaw, MovedLaw, ShiftLaw
+from dielast.material.shift.law import FittedLaw, MovedLaw, ShiftLaw, refuse_frozen
 from dielast.material.shift.wlf import WLF
 from dielast.numerics.arrays import Floats
 from dielast.units import TEMPERATURE, TEMPERATURE_DIFFERENCE
@@ -54,9 +54,7 @@ class VogelFulcherTammann(ShiftLaw):
     def log10_shift_factor(self, temperature: ArrayLike) -> Floats:
         """log10 a(T); raises `InputError` at or below the Vogel temperature."""
         above = np.asarray(temperature, dtype=float) - self.T_V
-        if np.any(above <= 0):
-            coldest = self.T_V + float(np.min(above))
-            raise InputError(f"{coldest:g} degC is at or below the Vogel temperature, {self.T_V:g} degC", argument="temperature")
+        refuse_frozen(temperature, above, f"the Vogel temperature, {self.T_V:g} degC")
         return np.asarray(self.B / LN10 * (1 / above - 1 / (self.reference_temperature - self.T_V)))
 
     def label(self) -> str:

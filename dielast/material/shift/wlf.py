@@ -10,7 +10,7 @@ from dielast.errors import InputError, warn
 from dielast.material.argument_types import checked
 from dielast.material.law import Constant
 from dielast.material.shift.arrhenius import GAS_CONSTANT, Arrhenius
-from dielast.material.shift.law import FittedLaw, MovedLaw, ShiftLaw, fit_factor, reduced_chi_square, slower_when_hot
+from dielast.material.shift.law import FittedLaw, MovedLaw, ShiftLaw, fit_factor, reduced_chi_square, refuse_frozen, slower_when_hot
 from dielast.numerics.arrays import Floats
 from dielast.units import TEMPERATURE_DIFFERENCE, ZERO_CELSIUS
 
@@ -56,13 +56,11 @@ class WLF(ShiftLaw):
     def log10_shift_factor(self, temperature: ArrayLike) -> Floats:
         """log10 a(T); raises `InputError` at or below the pole."""
         distance = np.asarray(temperature, dtype=float) - self.reference_temperature
-        if np.any(self.C2 + distance <= 0):
-            coldest = self.reference_temperature + float(np.min(distance))
-            pole = self.reference_temperature - self.C2
-            where = f"{pole:g} degC, where the WLF law has its pole: C2 = {self.C2:g} K below {self.reference_temperature:g} degC"
-            if self.reference_temperature > 200:  # hardly ever a reference temperature in degC
-                where += f", which if it were kelvin would be {self.reference_temperature - ZERO_CELSIUS:g} degC"
-            raise InputError(f"{coldest:g} degC is at or below {where}", argument="temperature")
+        pole = self.reference_temperature - self.C2
+        where = f"{pole:g} degC, where the WLF law has its pole: C2 = {self.C2:g} K below {self.reference_temperature:g} degC"
+        if self.reference_temperature > 200:  # hardly ever a reference temperature in degC
+            where += f", which if it were kelvin would be {self.reference_temperature - ZERO_CELSIUS:g} degC"
+        refuse_frozen(temperature, self.C2 + distance, where)
         return np.asarray(-self.C1 * distance / (self.C2 + distance))
 
     def label(self) -> str:
