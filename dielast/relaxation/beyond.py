@@ -40,7 +40,9 @@ from dielast.relaxation.paths import (
 from dielast.relaxation.result import SpectrumFit
 from dielast.relaxation.task import LEVEL_SLOPE
 
-LOST = 1e-22  # of the largest modulus near the end: from about 1e-26 on, sums of squares of ratios hold none of the others
+# Of the largest modulus near the end, about 3e-39. Likelihoods take the fourth power of the ratio of moduli, which leaves half of
+# the range of exponents of numbers to the heights of paths.
+LOST = float(np.finfo(float).tiny ** (1 / 8))
 LOOKED_AT = (
     1.3  # decades at the end of a curve that a path must describe; a choice: less has too few points, more has other processes
 )
@@ -198,12 +200,12 @@ def _draws(
 
     size = positive(mean_size[k], sigma_size[k], first)
     given = mean_level[k] + rho[k] * sigma_level[k] / sigma_size[k] * (size - mean_size[k])
-    given_size = sigma_level[k] * np.sqrt(1 - rho[k] ** 2)
+    given_size = sigma_level[k] * np.sqrt(np.maximum(1 - rho[k] ** 2, 1e-12))  # as in `det`
     level = positive(given, given_size, second)
     # of a path and a size, the chance of a level above 0, in place of that for all sizes, which is in the evidence
-    allowed = np.exp(log_ndtr(given / given_size) - log_ndtr(mean_level[k] / sigma_level[k]))
-    drop = allowed / (size + LEAST_SIZE)
-    likely = drop / (level + LEAST_MODULUS)
+    allowed = log_ndtr(given / given_size) - log_ndtr(mean_level[k] / sigma_level[k])
+    drop = np.exp(allowed) / (size + LEAST_SIZE)
+    likely = np.exp(allowed - allowed.max()) / ((size + LEAST_SIZE) * (level + LEAST_MODULUS))  # all of `drop` may be 0
     chosen = generator.choice(many, size=count, p=likely / likely.sum())
     # the evidence for a curve that falls by no path, and for one that falls, by the curve as measured
     noise, drops = np.sqrt(least / follow.freedom), float(np.mean(drop)) / -np.log(LEAST_SIZE)

@@ -143,7 +143,7 @@ class ShiftLaw(Law):
 
 
 def refuse_frozen(temperature: ArrayLike, above: Floats, limit: str) -> None:
-    """`InputError` for the lowest `temperature` (degC) if any is not `above` (K, same shape) the `limit` of a law, named in words."""
+    """`InputError` for the lowest `temperature` (degC) if any is not `above` (K, same shape) the `limit` of a law, in words."""
     if np.any(above <= 0):
         raise InputError(f"{float(np.min(np.asarray(temperature))):g} degC is at or below {limit}", argument="temperature")
 
