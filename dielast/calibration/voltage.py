@@ -227,8 +227,8 @@ def _ramps(tests: Sequence[VoltageTest], index: Cases, row: Cases, conditions: C
     def axes(values: Sequence[Stretched]) -> Stretched:
         """The values of both axes: an axis without one in the first film has none in all of them."""
         one, two = (
-            None if values[int(index[0])][axis] is None else of([np.nan if v[axis] is None else float(v[axis][0]) for v in values])  # type: ignore[index]
-            for axis in (0, 1)
+            None if axis[int(index[0])] is None else of([np.nan if value is None else float(value[0]) for value in axis])
+            for axis in zip(*values, strict=True)
         )
         return one, two
 
