@@ -66,9 +66,12 @@ def law_weights(found: Sequence[CrossValidation], pieces: Floats) -> Floats:
     """The weight (laws,) of each law, from its cross-validation over tests with so many independent `pieces` (tests,).
 
     They are those of pseudo Bayesian model averaging (Yao et al. 2018, DOI 10.1214/17-BA1091): the densities of the tests that were
-    left out, multiplied, and averaged over the Bayesian bootstrap of the tests, so that few tests do not decide.
+    left out, multiplied, and averaged over the Bayesian bootstrap of the tests, so that few tests do not decide. A law that cannot
+    follow a test that others follow has no weight; tests that no law can follow do not count.
     """
     square = np.array([each.square for each in found])
+    followed = np.isfinite(square)
+    square, pieces = (values[..., followed.any(axis=0)] for values in (np.where(followed, square, np.inf), pieces))
     # the size of the error is not known: the density of m pieces goes with its root mean square to the power -m
     density = -0.5 * pieces * np.log(square)
     share = stream(1, "laws").dirichlet(np.ones(pieces.size), BOOTSTRAPS) * pieces.size

@@ -82,9 +82,9 @@ class VoltageTest(Result):
         for name, value in given.items():
             object.__setattr__(self, name, value)
         _, reached = self._prestretch()
-        positive(film.thickness, "thickness", "m", 1)
+        thickness = positive(film.thickness, "thickness", "m", 1)
         film.share(reached, 1)
-        film.hung(positive(film.thickness, "thickness", "m", 1), reached)
+        film.hung(thickness, reached)
         if self.measure != "area_strain" and film.controls[0] is Control.STRETCH:
             raise InputError("axis 1 is clamped: the area strain is needed", argument="measure")
 

@@ -43,9 +43,8 @@ from dielast.relaxation.task import LEVEL_SLOPE
 # Of the largest modulus near the end, about 3e-39. Likelihoods take the fourth power of the ratio of moduli, which leaves half of
 # the range of exponents of numbers to the heights of paths.
 LOST = float(np.finfo(float).tiny ** (1 / 8))
-LOOKED_AT = (
-    1.3  # decades at the end of a curve that a path must describe; a choice: less has too few points, more has other processes
-)
+# Decades at the end of a curve that a path must describe, a choice: less has too few points, more has other processes.
+LOOKED_AT = 1.3
 JOINED = 0.5  # decades before the end at which continuations begin
 # Choices, of the modulus at the end: where the prior of the size of H and of the equilibrium modulus changes from even in the
 # logarithm to even in the value. A larger LEAST_MODULUS makes moduli far below the end of the curve less likely.

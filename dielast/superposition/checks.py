@@ -32,9 +32,9 @@ TRUSTED = 2.5  # standard deviations above which the weight of a point is reduce
 
 FAR = 8.0  # robust standard deviations, and
 FACTOR = 0.05  # relative difference from its curve, above which a point is reported
-SHARED = (
-    0.5  # of its distance: where points of other curves at its time have as much, a point is not far, and the smooth curve is off
-)
+# Share of the distance of a point from its curve, a choice: where points of other curves at its time are as far away, the point is
+# not far, and the smooth curve is off.
+SHARED = 0.5
 NEIGHBOURS = 10  # points on either side whose scatter is compared, in addition to that of the whole curve
 NAMED = 5  # number of points in a message
 WORST = 3  # number of temperatures in the message about curves that do not superpose
