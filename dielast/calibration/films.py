@@ -119,7 +119,8 @@ def voltages(materials: Sequence[Material], films: Ramps, rtol: float) -> Floats
     """The voltage (cases, m) at which a film of each of the `materials`, one for each case, has the wanted excursions.
 
     NaN for a film that cannot be prestretched. Beyond the end of a ramp that was too low, the voltage goes on with the square root
-    of the excursion, as at small strain; beyond a runaway it is that of the runaway.
+    of the excursion, as at small strain; beyond a runaway it is that of the runaway. A wanted excursion below 0, as by an error of
+    measurement, has the voltage of that above 0 with a minus sign.
     """
     points = Points.of(materials, films.temperature, rtol)
     held = [axis for axis in films.prestretch if axis is not None]

@@ -21,12 +21,14 @@ from dielast.mechanics.load import Mode
 from dielast.numerics.arrays import Floats
 from dielast.simulate.film_setup import Film
 
+# Choices: a few tests that a laboratory can do.
 RATES = (0.01, 1.0)  # 1/s
 HOLD = 3600.0  # s
 REACHED = 1.2  # relative stretch of the predicted film
 RELAX, RAMP, THICKNESS = 1800.0, 100.0, 1e-3  # s, V/s and m of films
 PRESTRETCHES = (2.0, 3.0, 4.0)
-MOST_DRAWS = 120
+LEAST = 3.1  # I1 of the smallest stretch that is looked at
+MOST_DRAWS, FEWEST_DRAWS = 120, 10
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,7 +48,7 @@ def stretch_of(invariant: float, mode: Mode) -> float:
 
 def predicted_film(invariant: float, temperature: float) -> VoltageTest:
     """A film under dead load at the equibiaxial prestretch with this I1, at the relative stretch of the prediction."""
-    prestretch = stretch_of(max(invariant, 3.1), Mode.EQUIBIAXIAL)
+    prestretch = stretch_of(max(invariant, LEAST), Mode.EQUIBIAXIAL)
     film = Film(THICKNESS, prestretch, relax=RELAX)
     stretch = np.array([1.05, 1.1, REACHED])
     return VoltageTest("prediction", np.full(3, 2e4), stretch, film, RAMP, temperature, measure="relative_stretch")
@@ -61,7 +63,7 @@ def possible_tests(invariant: float, temperature: float) -> list[Experiment]:
     """Loading at two rates with a hold, in each mode up to this I1, and films at several prestretches."""
     tests: list[Experiment] = []
     for mode in Mode:
-        top = stretch_of(max(invariant, 3.1), mode)
+        top = stretch_of(max(invariant, LEAST), mode)
         for rate in RATES:
             lasts = (top - 1) / rate
             time = lasts * np.array([0.25, 0.5, 1.0])
@@ -78,7 +80,7 @@ def possible_tests(invariant: float, temperature: float) -> list[Experiment]:
 
 def proposals(materials: Sequence[Material], invariant: float, temperature: float, specimen: float, error: float) -> list[Proposal]:
     """The possible tests, the best first, by draws of the material; `specimen` is the scatter of specimens, `error` that of the
-    model. Empty without a permittivity, or for fewer than 10 draws that can follow.
+    model. Empty without a permittivity; a test that fewer than `FEWEST_DRAWS` draws can follow is left out.
     """
     if not materials or not materials[0].permittivity:
         return []
@@ -90,7 +92,7 @@ def proposals(materials: Sequence[Material], invariant: float, temperature: floa
         for test, answers in zip(tests, Laboratory(tests).answers(members), strict=True):
             seen = np.log(answers)
             known = np.isfinite(asked) & np.all(np.isfinite(seen), axis=1)
-            if np.count_nonzero(known) < 10:
+            if np.count_nonzero(known) < FEWEST_DRAWS:
                 continue
             both = np.cov(np.column_stack((seen[known], asked[known])).T)
             size = seen.shape[1]

@@ -20,6 +20,7 @@ from dielast.material.springs import SPRINGS, SpringLaw
 
 SHAPE = {"equilibrium": ("shear_modulus",), "nonequilibrium": ("shear_modulus", "relaxation_time", "scale")}
 """Keys of the sections of a material that are no constants of a spring law."""
+# Choices: wide enough to hold rubbers, narrow enough for starts to be near a fit.
 CLOSE = 1.02  # least limit over the largest value of the tests
 LOOSE = 0.05  # the same for branches, which flow
 WIDE = 100.0  # largest limit over the same

@@ -27,8 +27,8 @@ HOUR = 3600.0
 class LawOptions(Result):
     """What a fit is told: the `scatter` by name, the `time` in s for which `damage.field` holds, the `nodes` of a table of
     breakdown fields over prestretch (by default all prestretches with failures), and the area in m^2, temperature in degC and
-    relative humidity for which constants hold, None for the median of the specimens. `known` are values of coordinates that
-    are not fitted.
+    relative humidity for which constants hold; of area and humidity, None is the geometric mean of the specimens. `known` are
+    values of coordinates that are not fitted.
     """
 
     scatter: str = "weibull"

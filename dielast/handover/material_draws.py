@@ -3,13 +3,14 @@
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path, PurePosixPath
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from dielast.errors import InputError, located
+from dielast.errors import InputError, Problem, located
 from dielast.handover.material_file import parse_file
 from dielast.io.files import EXAMPLE, Inputs, read_file, resolve
 from dielast.io.table import Column, Table, as_number, finite_columns, parse_csv
@@ -137,11 +138,19 @@ def _of_own_laws(content: bytes, source: str, material: Material) -> tuple[Mater
         own = {header: [values[row] for row in rows] for header, values in cells.items()}
         own = {header: values for header, values in own.items() if any(value not in ("", "nan") for value in values)}
         part = "\n".join(",".join(row) for row in (own, *zip(*own.values(), strict=True))) + "\n"
-        with located(file=source):
+        with located(file=source, row=rows[0] + 2):
             laws = [_law_of(name, section, own, f"{EQUILIBRIUM} [Pa]") for name, section in zip(pair, _SPRINGS, strict=True)]
         member = replace(material, equilibrium_law=laws[0], nonequilibrium_law=laws[1])
-        found |= zip(rows, parse_draws(part.encode(), source, member), strict=True)
+        try:
+            found |= zip(rows, parse_draws(part.encode(), source, member), strict=True)
+        except InputError as error:
+            raise error.changed(partial(_in_whole, rows)) from None
     return tuple(found[row] for row in sorted(found))
+
+
+def _in_whole(rows: Sequence[int], problem: Problem) -> Problem:
+    """The problem with the row of the whole table, of which a part holds the `rows` (from 0)."""
+    return problem if problem.row is None else replace(problem, row=rows[problem.row - 2] + 2)
 
 
 def _law_of(name: str, section: str, columns: Mapping[str, list[str]], modulus: str) -> SpringLaw:

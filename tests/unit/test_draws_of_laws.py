@@ -3,8 +3,9 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
-from dielast import Gent, Material, MooneyRivlin, NeoHookean, NoShift, Ogden, Spectrum, Yeoh
+from dielast import Gent, InputError, Material, MooneyRivlin, NeoHookean, NoShift, Ogden, Spectrum, Yeoh
 from dielast.handover.material_draws import draw_columns, parse_draws
 from dielast.io.table import to_csv
 from dielast.material.material import numbers_of
@@ -28,3 +29,27 @@ def test_draws_keep_their_laws() -> None:
         for section in ("equilibrium", "nonequilibrium"):
             for key, value in stated[section].items():
                 assert np.allclose(kept[section][key], value), (section, key)
+
+
+@pytest.mark.parametrize(
+    ("row", "cell", "wrong"),
+    [
+        (3, "mooney-rivlin", "mooney-rivlyn"),
+        (4, "120", "-120"),
+        (4, "120", "many"),
+        (2, "80", "many"),
+        (4, "30000", "-30000"),
+    ],
+)
+def test_a_mistake_in_a_draw_is_named_by_its_row(row: int, cell: str, wrong: str) -> None:
+    draws = [
+        replace(BASE, equilibrium_law=Gent(80.0)),
+        replace(BASE, equilibrium_law=MooneyRivlin(8e3, 2e3)),
+        replace(BASE, equilibrium_law=Gent(120.0), equilibrium_modulus=3e4),
+    ]
+    lines = to_csv(draw_columns(np.arange(len(draws)), draws)).decode().splitlines()
+    assert f",{cell}," in lines[row - 1] + ","
+    lines[row - 1] = (lines[row - 1] + ",").replace(f",{cell},", f",{wrong},")[:-1]
+    with pytest.raises(InputError) as caught:
+        parse_draws("\n".join(lines).encode(), "draws.csv", BASE)
+    assert [(problem.file, problem.row) for problem in caught.value.problems] == [("draws.csv", row)]

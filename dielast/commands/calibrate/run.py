@@ -40,8 +40,8 @@ NOTHING = (
     "these tests determine no free constant: free fewer of them, state priors or narrower bounds, add tests at other rates and "
     "stretches, and look in calibrate.png at what the model misses (unit, mode, slack, ringing: see discard and ignore of a test)"
 )
-ALIKE = 0.05  # weight from which on a law is drawn from beside the best
-MOST_ALIKE = 5  # laws that are drawn from
+# Choices, for draws: the least weight of a law that is drawn from beside the best, and the most laws.
+ALIKE, MOST_ALIKE = 0.05, 5
 STRETCHED = 2.0  # default of fit.stable_up_to if no test prescribes the stretch
 
 
