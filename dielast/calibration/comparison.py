@@ -6,7 +6,7 @@ from functools import partial
 
 import numpy as np
 
-from dielast.calibration.experiment import Experiment, MeasuredTest, answers_of, relative_error
+from dielast.calibration.experiment import Experiment, MeasuredTest, answers_of, explained, relative_error
 from dielast.calibration.fit import Fit
 from dielast.calibration.laboratory import Laboratory, completed_stress, under_voltage
 from dielast.calibration.likelihood import Likelihood
@@ -81,7 +81,7 @@ class Comparison(TabularResult):
     @property
     def r_squared(self) -> float:
         """Share of the variance of the same measured values that the model explains; NaN if they do not vary."""
-        return explained((self.model - self.test.measured)[self.known], self.test.measured[self.known])
+        return explained([self.test], [self.model - self.test.measured])
 
     @property
     def coverage(self) -> float:
@@ -105,12 +105,6 @@ class Comparison(TabularResult):
             ),
             Column("unit", None, [self.test.unit] * self.test.measured.size),
         ]
-
-
-def explained(miss: Floats, measured: Floats) -> float:
-    """Share of the variance of `measured` values (n,) that a model with errors `miss` (n,) explains; NaN if they do not vary."""
-    variance = float(np.var(measured)) if measured.size else 0.0
-    return 1 - float(np.mean(np.square(miss))) / variance if variance > 0 else np.nan
 
 
 def compare_tests(

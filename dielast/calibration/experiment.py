@@ -195,12 +195,27 @@ def relative_error(tests: Sequence[Experiment], misses: Sequence[Floats]) -> flo
 
     The values of each test are over their own root mean square if the units of the tests differ.
     """
+    miss, measured = _comparable(tests, misses)
+    return rms(miss) / rms(measured) if np.any(measured) else np.nan
+
+
+def explained(tests: Sequence[Experiment], misses: Sequence[Floats]) -> float:
+    """The share of the variance of the measured values that a model with the differences (n,) explains, over the same points as in
+    `relative_error`; NaN if these values do not vary.
+    """
+    miss, measured = _comparable(tests, misses)
+    variance = float(np.var(measured)) if measured.size else 0.0
+    return 1 - float(np.mean(np.square(miss))) / variance if variance > 0 else np.nan
+
+
+def _comparable(tests: Sequence[Experiment], misses: Sequence[Floats]) -> tuple[Floats, Floats]:
+    """The differences that are not NaN and the measured values (k,) of all tests, of one size if their units differ."""
     mixed = len({test.unit for test in tests}) > 1
     sizes = [rms(test.measured) if mixed else 1.0 for test in tests]
     measured = np.concatenate([test.measured / size for test, size in zip(tests, sizes, strict=True)])
     miss = np.concatenate([miss / size for miss, size in zip(misses, sizes, strict=True)])
     known = np.isfinite(miss)
-    return rms(miss[known]) / rms(measured[known]) if np.any(measured[known]) else np.nan
+    return miss[known], measured[known]
 
 
 def answers_of(

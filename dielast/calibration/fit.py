@@ -7,7 +7,7 @@ import numpy as np
 
 from dielast.calibration.efficient import efficient
 from dielast.calibration.estimate import estimate
-from dielast.calibration.experiment import Experiment, relative_error
+from dielast.calibration.experiment import Experiment, explained, relative_error
 from dielast.calibration.laboratory import Laboratory
 from dielast.calibration.levenberg import MOST_ITERATIONS, Watcher, minimise
 from dielast.calibration.parameters import Free, ParameterSpace, parameter_space, with_conditions
@@ -17,7 +17,7 @@ from dielast.calibration.weighting import Weighting
 from dielast.errors import InputError, NumericsError
 from dielast.io.result import Result
 from dielast.material.material import Material
-from dielast.numerics.arrays import Flags, Floats, rms
+from dielast.numerics.arrays import Flags, Floats
 
 STARTS = 8
 INSIDE = 0.1  # least distance of starts from the bounds, as a share of the range
@@ -72,10 +72,7 @@ class Fit(Result):
     def explained(self) -> float:
         """The share of the variance that the fit explains, over all fitted tests."""
         tests = self.problem.laboratory.tests
-        mixed = len({test.unit for test in tests}) > 1
-        sizes = np.concatenate([np.full(test.measured.size, rms(test.measured) if mixed else 1.0) for test in tests])
-        miss, measured = self.curves.differences / sizes, self.curves.measured / sizes
-        return 1 - float(np.mean(np.square(miss)) / np.var(measured))
+        return explained(tests, self.curves.split(self.curves.differences))
 
     @property
     def same_share(self) -> float:

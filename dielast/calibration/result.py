@@ -5,8 +5,8 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from dielast.calibration.comparison import Comparison, compare_tests, explained
-from dielast.calibration.experiment import Experiment, MeasuredTest, relative_error
+from dielast.calibration.comparison import Comparison, compare_tests
+from dielast.calibration.experiment import Experiment, MeasuredTest, explained, relative_error
 from dielast.calibration.fit import STARTS, Fit, Watch, fit_material
 from dielast.calibration.likelihood import Likelihood, likelihood_of
 from dielast.calibration.parameters import Free
@@ -18,7 +18,7 @@ from dielast.io.table import Column, Table
 from dielast.material.material import CalibratedRange, Material
 from dielast.material.scatter import fewest_draws
 from dielast.mechanics.load import Mode
-from dielast.numerics.arrays import Floats, rms
+from dielast.numerics.arrays import Floats
 
 LEVEL = 0.9
 
@@ -73,14 +73,8 @@ class Calibration(TabularResult):
         if not chosen:
             return np.nan, np.nan
         misses = [comparison.model - comparison.test.measured for comparison in chosen]
-        error = relative_error([comparison.test for comparison in chosen], misses)
-        # for the variance, values of different units are divided by the root mean square of their changes from rest
-        mixed = len({comparison.test.unit for comparison in chosen}) > 1
-        sizes = [rms(comparison.test.measured) if mixed else 1.0 for comparison in chosen]
-        known = np.concatenate([comparison.known for comparison in chosen])
-        miss = np.concatenate([each / size for each, size in zip(misses, sizes, strict=True)])[known]
-        measured = np.concatenate([comparison.test.measured / size for comparison, size in zip(chosen, sizes, strict=True)])[known]
-        return error, explained(miss, measured)
+        tests = [comparison.test for comparison in chosen]
+        return relative_error(tests, misses), explained(tests, misses)
 
     def columns(self) -> Table:
         """A row for each parameter, in SI; an undetermined parameter has no standard error, unknown numbers are NaN."""

@@ -319,7 +319,7 @@ def _lives(
     square = np.sqrt(prestretch[:, 0] * prestretch[:, 1])
     parts = []
     for film in range(square.size):
-        one = Histories(histories.time[[film]], histories.field[[film]], histories.stretch[[film]])
+        one = histories.of(np.array([film]))
         hazard: Floats | float = 0.0
         for law, coordinates in zip(fitted, at, strict=True):
             v = law.law.along(one, square[[film]], thickness[[film]], temperature[[film]], coordinates)[:, 0]
