@@ -1,11 +1,13 @@
 """Laws of springs side by side: what is tried, how laws are weighed, and which test would tell them apart."""
 
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 
-from dielast import Free, Gent, InputError, Material, MeasuredTest, MooneyRivlin, NoShift, Spectrum, VoltageTest
+from dielast import DielastWarning, Free, Gent, InputError, Material, MeasuredTest, MooneyRivlin, NoShift, Spectrum, VoltageTest
 from dielast.calibration.fit import fit_material
 from dielast.calibration.laboratory import Laboratory
 from dielast.calibration.laws import CrossValidation, cross_validation, law_weights, pieces_of
@@ -13,6 +15,7 @@ from dielast.calibration.parameters import parameter_space, with_conditions
 from dielast.calibration.profiles import Profile, Verdict, possible_values
 from dielast.calibration.proposals import film_voltages, proposals
 from dielast.calibration.spring_pairs import pairs_of, trial
+from dielast.commands.calibrate.run import Candidate, drawn_beside
 from dielast.material.springs import SPRINGS
 from dielast.simulate.film_setup import Film
 
@@ -67,6 +70,18 @@ def test_laws_that_predict_alike_share_the_weight_and_one_that_misses_has_none()
     # of tests that contradict each other, few do not decide
     split = [CrossValidation(0.02, np.array([1e-4, 9e-4, 4e-4])), CrossValidation(0.02, np.array([9e-4, 1e-4, 4e-4]))]
     assert law_weights(split, np.full(3, 3.0)) == pytest.approx([0.5, 0.5], abs=0.03)
+
+
+def test_laws_that_fit_alike_with_other_branches_are_named_and_not_drawn_from() -> None:
+    def candidate(name: str, material: Material, weight: float) -> Candidate:
+        fit: Any = SimpleNamespace(material=material)
+        return Candidate(name, fit, None, (), weight=weight)
+
+    single = replace(FILM, spectrum=Spectrum([30.0], [5e4]))
+    ranked = [candidate("a", FILM, 0.5), candidate("b", single, 0.3), candidate("c", FILM, 0.18), candidate("d", single, 0.02)]
+    with pytest.warns(DielastWarning, match=r"cannot tell b \(30 %\) from a: draws leave them out") as caught:
+        assert drawn_beside(ranked) == [ranked[2]]
+    assert len(caught) == 1
 
 
 def test_cross_validation_knows_the_error_of_each_test() -> None:

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import compress
 from pathlib import Path
 from typing import Any
 
@@ -24,7 +25,7 @@ from dielast.calibration.result import Calibration, assessed, range_of
 from dielast.commands.calibrate.checks import warn_of_fit, warn_of_laws_alike, warn_of_springs
 from dielast.commands.calibrate.recipe import CalibrateRecipe
 from dielast.commands.calibrate.task import CalibrationTask, check_conditions, read_task
-from dielast.errors import NumericsError, in_keys
+from dielast.errors import NumericsError, in_keys, warn
 from dielast.handover.material_draws import draw_columns
 from dielast.handover.material_file import write_material
 from dielast.io.files import Inputs
@@ -90,9 +91,7 @@ def run(cases: Sequence[Case[CalibrateRecipe]], inputs: Inputs, execution: Execu
     if not candidates:
         raise NumericsError(*failures)
     ranked = _weighed(_ranked(candidates))
-    alike = [each for each in ranked[1:] if each.weight >= ALIKE and _joins(each.fit.material, ranked[0].fit.material)][
-        : MOST_ALIKE - 1
-    ]
+    alike = drawn_beside(ranked)
     results = [_assessed(recipe, task, each.fit, watch) for each in (ranked[0], *([] if interrupted else alike))]
     best = results[0]
     interrupted = interrupted or any(not each.fit.finished for each in results)
@@ -141,9 +140,18 @@ def run(cases: Sequence[Case[CalibrateRecipe]], inputs: Inputs, execution: Execu
     return Report(tables, headline(best), figure, files, failures, interrupted=interrupted)
 
 
-def _joins(material: Material, other: Material) -> bool:
-    """Whether the draws of two materials can stand in one table."""
-    return len(material.spectrum) == len(other.spectrum) and type(material.shift) is type(other.shift)
+def drawn_beside(ranked: Sequence[Candidate]) -> list[Candidate]:
+    """The laws that are drawn from beside the best; warns of those that should be, but cannot stand in one table with it."""
+    best = ranked[0].fit.material
+    alike = [each for each in ranked[1:] if each.weight >= ALIKE]
+    joins = [
+        len(each.fit.material.spectrum) == len(best.spectrum) and type(each.fit.material.shift) is type(best.shift)
+        for each in alike
+    ]
+    if apart := [f"{each.name} ({100 * each.weight:.0f} %)" for each, join in zip(alike, joins, strict=True) if not join]:
+        other = "as their number of branches or their shift law is another"
+        warn(f"these tests cannot tell {', '.join(apart)} from {ranked[0].name}: draws leave them out, {other}")
+    return list(compress(alike, joins))[: MOST_ALIKE - 1]
 
 
 def with_origin(calibration: Calibration) -> Material:
