@@ -262,8 +262,9 @@ class _Profile:
         found = maximise(function, start, fit.model.bounds, fixed)
         self.last[run] = np.where(np.isfinite(found.value)[:, None], found.at, self.last[run])
         root = np.sqrt(np.maximum(2 * (fit.value - found.value), 0.0))
-        # a least value of 0 is that of physics
-        reached, places = found.at.copy(), len(fit.model.location.names)  # whose ranges are wider than any specimens tell
+        # a coordinate of the location is at the end of its range also where the straight way leads beyond it; a lower end of 0 is
+        # set by physics, and no end of what is looked at
+        reached, places = found.at.copy(), len(fit.model.location.names)
         reached[:, :places] = np.where(straight == along, reached, straight)[:, :places]
         cornered = np.any(~fixed & (((reached <= low) & (low != 0)) | (reached >= high)), axis=1)
         return np.asarray(root * np.sqrt(fit.share_known) if self.corrected else root), np.asarray(cornered)
