@@ -18,6 +18,31 @@ from dielast.material.springs import SPRINGS, SpringLaw
 from dielast.numerics.arrays import Floats
 from dielast.units import FIELD, PERMITTIVITY, STRESS, Dimension
 
+MATERIAL = """\
+name = "toy"
+reference_temperature = "20 degC"
+[equilibrium]
+law = "varga"
+shear_modulus = "26 kPa"
+share = 0.4
+[nonequilibrium]
+law = "varga"
+share = 0.7
+relaxation_time_s = [100.0, 1.0]
+shear_modulus_Pa = [20000.0, 90000.0]
+[shift]
+law = "linear"
+slope = "0.05 /K"
+[dielectric]
+law = "cooling"
+permittivity = "4e-11 F/m"
+loss = 0.02
+[breakdown]
+law = "power-of-prestretch"
+field = "20 MV/m"
+"""
+"""A material file with a law of each family but flow."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Varga(SpringLaw):

@@ -10,6 +10,8 @@ from dielast.cli.terminal import leave, mend_streams, report_refusal
 
 def main() -> None:
     """Run the command line: exit 0 done, 2 bad input, 3 the numerics gave up, 4 golden mismatch, 130 interrupted, 1 a bug."""
+    if _in_worker():
+        return
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:  # the shell may ignore Ctrl-C for a job in the background
         signal.signal(signal.SIGINT, leave)
     mend_streams()
@@ -33,3 +35,9 @@ def main() -> None:
     except OSError as error:  # from printing the help or the version; commands report such errors themselves
         code = report_refusal(error)
     sys.exit(code)
+
+
+def _in_worker() -> bool:
+    """Whether this is a starting worker process: it imports the script that runs `main`, perhaps at its top level."""
+    processes = sys.modules.get("multiprocessing.process")
+    return processes is not None and getattr(processes.current_process(), "_inheriting", False)

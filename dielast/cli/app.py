@@ -277,7 +277,8 @@ def application(only: str | None = None) -> typer.Typer:
         "schema": (_schema, None),
     }
     names = [*COMMANDS, *helpers]
-    for name in [only] if only is not None and (only in names or only in COMMANDS) else names:
+    # an option is no command, also not of a package
+    for name in [only] if only and not only.startswith("-") and (only in names or only in COMMANDS) else names:
         if name in helpers:
             function, text = helpers[name]
             app.command(name, help=text, cls=PlainUsage)(function)

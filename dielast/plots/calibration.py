@@ -82,7 +82,7 @@ def _draw_tests(part: Figure | SubFigure, calibration: Calibration, tests: Seque
 
 
 def _draw_test(axes: Axes, comparison: Comparison) -> None:
-    """Nominal stress over stretch, or over time if the test holds a stretch."""
+    """Nominal stress over stretch, or over time if the test holds a stretch; voltage over stretch."""
     test = comparison.test
     x, over_time = test.time, True
     if isinstance(test, VoltageTest):
@@ -203,6 +203,9 @@ def _symbol(name: str) -> str:
     text = SYMBOLS.get(path)
     if text is not None:
         return text + (f" {index[:-1]}" if index else "")
+    test, _, key = name.rpartition(": ")
+    if test:
+        return f"{test}: {key.replace('_', ' ')}"
     section, _, key = path.partition(".")
     whose = {"equilibrium": "eq.", "nonequilibrium": "branches"}.get(section, section)
     return f"{key.replace('_', ' ')} ({whose})" + (f" {index[:-1]}" if index else "")

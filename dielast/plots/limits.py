@@ -38,6 +38,7 @@ def plot_limits(limits: Limits, cycles: Sequence[Mapping[str, Floats]], title: s
             axes.plot(limits.stretch, factor * np.where(np.isfinite(voltage), voltage, np.nan), **look)
             handles.append(Line2D([], [], label=NAMES.get(name, name), **look))
         if limits.rupture_stretch is not None:
+            axes.axvspan(limits.rupture_stretch, max(limits.rupture_stretch, limits.stretch[-1]), color="0.93", linewidth=0)
             axes.axvline(limits.rupture_stretch, color="0.45", linestyle="-.", linewidth=1.0)
             handles.append(Line2D([], [], color="0.45", linestyle="-.", linewidth=1.0, label="rupture"))
         for case in cycles:

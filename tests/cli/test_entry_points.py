@@ -12,38 +12,21 @@ from pathlib import Path
 
 import pytest
 from toy_package import install
+from toys import MATERIAL
 
 from dielast.registry import GROUPS
 
 TESTS = Path(__file__).parents[1]
-FILM_MATERIAL = """\
-name = "toy"
-reference_temperature = "20 degC"
-[equilibrium]
-law = "varga"
-shear_modulus = "26 kPa"
-share = 0.4
-[nonequilibrium]
-law = "varga"
-share = 0.7
-relaxation_time_s = [100.0, 1.0]
-shear_modulus_Pa = [20000.0, 90000.0]
-[shift]
-law = "linear"
-slope = "0.05 /K"
-[dielectric]
-law = "cooling"
-permittivity = "4e-11 F/m"
-loss = 0.02
-[breakdown]
-law = "power-of-prestretch"
-field = "20 MV/m"
+FILM_MATERIAL = (
+    MATERIAL
+    + """\
 [damage]
 law = "twice"
 field = "20 MV/m"
 time = "1 h"
 exponent = 9
 """
+)
 FILM = """\
 kind = "actuate"
 material = "toy.toml"

@@ -67,6 +67,7 @@ def test_calibrate_names_the_material_keeps_the_order_of_branches_and_says_what_
     assert origin["equilibrium.shear_modulus"] == origin["nonequilibrium.shear_modulus[1]"] == "fitted: fast"
     assert (origin["equilibrium.J_lim"], origin["nonequilibrium.J_lim"]) == ("measured", "stated")
     assert _symbol("nonequilibrium.shear_modulus[1]").endswith("branch 1")
+    assert _symbol("film: electrode_share") == "film: electrode share"
 
 
 def test_origins_are_carried_on_and_unknown_constants_warned_of(dielast: Run, tmp_path: Path) -> None:

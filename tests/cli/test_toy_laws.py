@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from flat import creep
 from keys import keys
-from toys import Cooling, Eyring, Linear, Power, Varga, register
+from toys import MATERIAL, Cooling, Eyring, Linear, Power, Varga, register
 
 from dielast import CardOptions, InputError, Material, NoShift, Spectrum, export_card, write_material
 from dielast.handover.material_file import material_file, parse_material
@@ -30,29 +30,6 @@ Run = Callable[..., subprocess.CompletedProcess[str]]
 
 TESTS = Path(__file__).parents[1]
 PRELUDE = f"import sys; sys.path.insert(0, {str(TESTS)!r}); import toys; toys.register()"
-MATERIAL = """\
-name = "toy"
-reference_temperature = "20 degC"
-[equilibrium]
-law = "varga"
-shear_modulus = "26 kPa"
-share = 0.4
-[nonequilibrium]
-law = "varga"
-share = 0.7
-relaxation_time_s = [100.0, 1.0]
-shear_modulus_Pa = [20000.0, 90000.0]
-[shift]
-law = "linear"
-slope = "0.05 /K"
-[dielectric]
-law = "cooling"
-permittivity = "4e-11 F/m"
-loss = 0.02
-[breakdown]
-law = "power-of-prestretch"
-field = "20 MV/m"
-"""
 FILM = """\
 kind = "actuate"
 material = "toy.toml"

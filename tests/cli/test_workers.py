@@ -138,3 +138,35 @@ def test_the_draws_of_a_sweep_have_workers_too(tmp_path: Path) -> None:
         assert re.fullmatch(r"interrupted: 4 of 4 cases and \d+ of 160 draws are kept: the same command goes on.*\n", said)
         assert run.returncode == 130
         until(lambda: not alive(run.pid))
+
+
+# the plan is larger than a pipe holds; a worker imports the script, and ends at the second start of workers
+UNGUARDED = """
+from dielast.errors import NumericsError
+from dielast.sharing.processes import solve_in_processes
+def solve(plan, first, end):
+    return len(plan)
+try:
+    list(solve_in_processes(2, solve, bytes(10**6), [(0, 1), (1, 2)]))
+except NumericsError as error:
+    print(error)
+"""
+
+
+def test_workers_that_end_as_they_start_are_one_error(tmp_path: Path) -> None:
+    (tmp_path / "script.py").write_text(UNGUARDED)
+    (tmp_path / "temporary").mkdir()
+    environment = os.environ | {"TMPDIR": str(tmp_path / "temporary")}
+    command = [sys.executable, "script.py"]
+    done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=ENDS, check=True)
+    assert done.stdout == "a worker process was killed, perhaps for lack of memory\n"
+    assert not list((tmp_path / "temporary").iterdir())
+
+
+def test_a_script_may_run_the_command_line_at_its_top_level(tmp_path: Path) -> None:
+    (tmp_path / "script.py").write_text(f"{SMALL_CHUNKS}\nfrom dielast.cli import main\nmain()\n")
+    (tmp_path / "r.toml").write_text(MAP.replace("points = 200", "points = 100"))
+    command = [sys.executable, "script.py", "failure-map", "r.toml", "-q", "--plot", "none", "--jobs", "2"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=ENDS, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert (tmp_path / "r/failure-map.csv").exists()
