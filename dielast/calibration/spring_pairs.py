@@ -43,14 +43,14 @@ def pairs_of(stated: str | Sequence[str | Sequence[str]]) -> list[Pair]:
     names = [law.name for law in SPRINGS]
     entries = names if stated == "all" else [stated] if isinstance(stated, str) else list(stated)
     single = [entry for entry in entries if isinstance(entry, str)]
-    double = [tuple(entry) for entry in entries if not isinstance(entry, str)]
-    for name in (*single, *(name for pair in double for name in pair)):
+    several = [entry for entry in entries if not isinstance(entry, str)]
+    for name in (*single, *(name for pair in several for name in pair)):
         if name not in names:
             raise InputError(f"{name!r}: {nearest(str(name), names)}")
-    for pair in double:
+    for pair in several:
         if len(pair) != 2:
             raise InputError(f"{list(pair)}: a pair is that of the equilibrium spring and of the branches")
-    return list(dict.fromkeys([*product(single, single), *double]))  # type: ignore[list-item]
+    return list(dict.fromkeys([*product(single, single), *((spring, branches) for spring, branches in several)]))
 
 
 def reach_of(tests: Sequence[Experiment], material: Material) -> float:

@@ -224,13 +224,14 @@ def _ramps(tests: Sequence[VoltageTest], index: Cases, row: Cases, conditions: C
     thickness = [float(np.asarray(film.thickness)) for film in films]
     hung = [film.hung(np.array([thick]), known[1]) for film, thick, known in zip(films, thickness, prepared, strict=True)]
 
+    def along(values: Sequence[Floats | None]) -> Floats | None:
+        """The values of an axis: where the first film has none, no film has one."""
+        none = values[int(index[0])] is None
+        return None if none else of([np.nan if value is None else float(value[0]) for value in values])
+
     def axes(values: Sequence[Stretched]) -> Stretched:
-        """The values of both axes: an axis without one in the first film has none in all of them."""
-        one, two = (
-            None if values[int(index[0])][axis] is None else of([np.nan if v[axis] is None else float(v[axis][0]) for v in values])  # type: ignore[index]
-            for axis in (0, 1)
-        )
-        return one, two
+        """The values of both axes."""
+        return along([first for first, _ in values]), along([second for _, second in values])
 
     return Ramps(
         first.controls,
