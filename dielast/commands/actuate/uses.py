@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from dielast.commands.simulation.result import StatedCase
+from dielast.commands.simulation.solver_steps import TimedStep
 from dielast.io.table import Column, Table
 from dielast.mechanics.load import FilmStep, Repeat, Waveform
 from dielast.numerics.arrays import Cases, Floats
@@ -37,11 +39,12 @@ def _used(stated: StatedCase, time: float) -> tuple[float, float]:
         return time, time
     repeat, steps = repeat_of(stated.recipe), stated.steps
     order = [(number, 0) for number in range(len(steps))] if repeat is None else repeat.expanded(len(steps))
-    lap = sum(steps[number].lasts for number, turn in order if turn == 1)
+    of_lap = _of_laps(steps, order)
+    laps = [sum(of_lap[number, lap].lasts for number, turn in order if turn == lap) for lap in (1, 2)]
     cycles = under = begin = 0.0
     before = steps[0].before
     for number, turn in order:
-        timed, passed = steps[number], time - begin
+        timed, passed, lap = of_lap[number, min(turn, 2)], time - begin, laps[turn > 1]
         if passed <= 0:
             break
         passed = min(passed, timed.lasts)
@@ -57,3 +60,14 @@ def _used(stated: StatedCase, time: float) -> tuple[float, float]:
                 before, passed = value, max(passed - lasts, 0.0)
         before, begin = timed.after if timed.driven is not None else before, begin + timed.lasts
     return cycles, under
+
+
+def _of_laps(steps: Sequence[TimedStep], order: Sequence[tuple[int, int]]) -> dict[tuple[int, int], TimedStep]:
+    """The steps by their number and lap: 0 outside of the cycle, 1, or 2 for all later ones, which begin where the cycle ends."""
+    found, last = dict[tuple[int, int], TimedStep](), steps[0]
+    for number, turn in order:
+        if turn <= 2:
+            again = turn == 2
+            found[number, turn] = replace(steps[number], before=last.after, edges=last.stretched) if again else steps[number]
+            last = found[number, turn]
+    return found
