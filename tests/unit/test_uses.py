@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import tomllib
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
@@ -9,8 +11,21 @@ import numpy as np
 import pytest
 
 from dielast import FilmStep
+from dielast.cli.run import compute
 from dielast.commands.actuate.uses import use_columns
+from dielast.commands.registry import read_cases
 from dielast.commands.simulation.solver_steps import TimedStep
+from dielast.sharing.execution import Execution
+
+LAPS = """
+kind = "actuate"
+material = "example:vhb4905"
+film = { thickness = "1 mm", prestretch = 1.5, relax = "10 min" }
+step = [{ stretch = 2.5, duration = "2 s" }, { voltage = "1 kV", duration = "1 s" }, { voltage = "0 V", duration = "1 s" }]
+repeat = { times = 3 }
+stop = { at = "end" }
+compare = [{ file = "points.csv", x = "time [s]", y = "nominal_stress_1 [Pa]", y_column = "stress" }]
+"""
 
 
 def uses(time: float, times: int) -> tuple[float, float]:
@@ -31,3 +46,12 @@ def uses(time: float, times: int) -> tuple[float, float]:
 )
 def test_a_repeated_step_at_a_rate_begins_where_the_cycle_ends(time: float, cycles: float, actuated: float) -> None:
     assert uses(time, 10) == pytest.approx((cycles, actuated))
+
+
+def test_measured_points_of_later_laps_are_compared(tmp_path: Path) -> None:
+    (tmp_path / "points.csv").write_text("time [s],stress [Pa]\n5,1e5\n9.5,1e5\n12,1e5\n")
+    path = tmp_path / "cycles.toml"
+    path.write_text(LAPS)
+    report = compute("actuate", read_cases(path), path, (), Execution())[0]
+    compared = tomllib.loads(report["summary.toml"].decode())["compare"]
+    assert (compared["points"], compared.get("points_left_out", 0)) == (3, 0)
