@@ -56,7 +56,8 @@ class Failure(Options):
     product of both axes); the material's by default; without any, there is no breakdown. `pull_in_timescale` is the time over which
     a disturbance must grow. `stop_at` names the event that ends a run of `actuate`, such as "breakdown", "pull-in" or
     "loss-of-tension", or is "end" for the whole programme; by default breakdown, or the first failure if no breakdown field is
-    known. A run to breakdown, or by default, also ends where a film with held edges, or a passive part, loses tension.
+    known. A run to breakdown, or by default, also ends where a film whose boundary holds its edges, or a passive part, loses
+    tension; one whose edges steps move goes on.
     """
 
     breakdown_field: ArrayLike | BreakdownLaw | None = None

@@ -218,3 +218,12 @@ def test_the_starters_take_any_prestretch(kind: str, prestretch: float, starter:
     told = f"prestretch {prestretch}: breakdown fields are stated for 1.7 to 1.9: the nearest, {nearest}, is taken; to state one"
     assert (told in done.stderr) == (kind == "failure-map")  # the other starter states one field for all
     assert (path.parent / "out" / f"{kind}.csv").is_file()
+
+
+@pytest.mark.parametrize(("x", "y"), [("time [s]", "stretch_1 [1]"), ("stretch_1 [1]", "thickness_stretch [1]")])
+def test_a_film_that_fails_before_the_first_output_has_its_figure(dielast: Run, tmp_path: Path, x: str, y: str) -> None:
+    text = ACTUATE.replace("4 kV", "9 kV").replace('"end"', '"breakdown"')
+    (tmp_path / "a.toml").write_text(f'{text}[output]\ntimes = ["9 s"]\n[plot]\nx = "{x}"\ny = "{y}"\n')
+    done = dielast("actuate", "a.toml", "-q")
+    assert (done.returncode, "cannot be drawn" in done.stderr) == (0, False)
+    assert (tmp_path / "a/actuate.png").is_file()

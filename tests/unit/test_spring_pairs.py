@@ -9,9 +9,9 @@ from dielast import Free, Gent, InputError, Material, MeasuredTest, MooneyRivlin
 from dielast.calibration.fit import fit_material
 from dielast.calibration.laboratory import Laboratory
 from dielast.calibration.laws import CrossValidation, cross_validation, law_weights, pieces_of
-from dielast.calibration.next_test import film_voltages, proposals
 from dielast.calibration.parameters import parameter_space, with_conditions
 from dielast.calibration.profiles import Profile, Verdict, possible_values
+from dielast.calibration.proposals import film_voltages, proposals
 from dielast.calibration.spring_pairs import pairs_of, trial
 from dielast.material.springs import SPRINGS
 from dielast.simulate.film_setup import Film

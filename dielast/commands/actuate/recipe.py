@@ -6,37 +6,26 @@ from typing import Annotated, ClassVar, Literal
 import numpy as np
 from pydantic import Field
 
-from dielast.commands.actuate.edges import Force, LimitsSection, Phase, Repetition, SpringSection, Stress, Stretch, check_programme
+from dielast.commands.actuate.programme import LimitsSection, Repetition, SpringSection
+from dielast.commands.actuate.steps import SourceStep
 from dielast.commands.simulation.film_recipe import SHARE_TEXT, FilmBase, FilmSolver, Prestretch, PullInSection, Share
 from dielast.commands.simulation.recipe import LoadingMode, OutputSection, SimulationRecipe
-from dielast.commands.simulation.step_recipe import Aim, AnyOf, HistoryStep, starting
+from dielast.commands.simulation.step_recipe import starting
 from dielast.commands.simulation.uncertainty_recipe import SENSITIVITY_TEXT, FilmUncertainty
 from dielast.errors import InputError, Mistakes, Problem
 from dielast.handover.law_section import BreakdownField
 from dielast.mechanics.criteria import END, names
-from dielast.recipe.fields import OneOf, Section, Time, Voltage, WithUnit
-from dielast.recipe.file_fields import ColumnName
+from dielast.recipe.fields import OneOf, Section, Time, WithUnit
 from dielast.simulate.quantities import ELECTRICAL, ELECTRODE, FILMS, LEAKAGE, PROGRAMME, SOURCE, Quantity
 from dielast.units import (
     CHARGE,
     CHARGE_DENSITY,
-    CHARGE_DENSITY_RATE,
-    CHARGE_RATE,
     CONDUCTIVITY,
     FIELD,
     RESISTANCE,
-    STRAIN_RATE,
     VOLTAGE,
-    VOLTAGE_RATE,
 )
 
-RATES = {VOLTAGE.unit: VOLTAGE_RATE, CHARGE.unit: CHARGE_RATE, CHARGE_DENSITY.unit: CHARGE_DENSITY_RATE}
-"""The rate of a quantity, by its unit."""
-Charge = Annotated[tuple[float, str], AnyOf((CHARGE, CHARGE_DENSITY))]
-Electric = Annotated[tuple[float, str], AnyOf((VOLTAGE, CHARGE, CHARGE_DENSITY))]
-AnyRate = Annotated[
-    tuple[float, str], AnyOf((VOLTAGE_RATE, CHARGE_RATE, CHARGE_DENSITY_RATE, STRAIN_RATE), "a rate of voltage, charge or stretch")
-]
 Resistance = Annotated[float, WithUnit(RESISTANCE, at_least=0.0)]
 Conductivity = Annotated[float, WithUnit(CONDUCTIVITY, at_least=0.0)]
 LeakageField = Annotated[float, WithUnit(FIELD, above=0.0)]
@@ -48,8 +37,8 @@ class Stop(Section):
     at: Annotated[str, OneOf(lambda: [*names(), END])] | None = Field(
         None,
         description="The event at which the simulation stops, or the end of the last step. Default: breakdown, or the first "
-        "failure where no breakdown field is known. With breakdown, or by default, a film with held edges or a passive part "
-        "also stops at loss of tension.",
+        "failure where no breakdown field is known. With breakdown, or by default, a film whose boundary holds its edges or a "
+        "passive part also stops at loss of tension; one whose edges steps move does not.",
     )
 
 
@@ -84,112 +73,6 @@ class ElectricalOutput(OutputSection):
         "[source] or [leakage]. Charge and current are per undeformed area; with film.electrode_diameter also in C and A. "
         'Not with boundary = "frame" or "strip".',
     )
-
-
-class ElectricalColumns(Section):
-    """Columns of a table of voltages or charges, where they are called otherwise, and of the stretch or stress of the edges."""
-
-    time: ColumnName | None = Field(None, description='Time. Default: "time".')
-    voltage: ColumnName | None = Field(None, description='Voltage. Default: "voltage".')
-    charge: ColumnName | None = Field(None, description='Charge. Default: "charge" or "charge_density".')
-    stretch: ColumnName | None = Field(None, description="Stretch of the edges. Default: none; they stay as they are.")
-    stress: ColumnName | None = Field(None, description="Nominal stress at the edges. Default: none.")
-
-
-class SourceStep(HistoryStep):
-    """A step of what drives the electrodes, of what holds the edges, or of both; what is left out stays as it was."""
-
-    CONTROL: ClassVar = "voltage"
-
-    voltage: Voltage | None = Field(None, description="Voltage to reach.")
-    charge: Charge | None = Field(
-        None,
-        description='With control = "charge": the total charge that the source has delivered at the end of the step, in C, which '
-        "needs film.electrode_diameter, or per undeformed area. A hold is an open circuit.",
-    )
-    circuit: Literal["open", "closed"] | None = Field(
-        None,
-        description='"open": the charge of the film stays, but for leakage, until a voltage is stated; "closed": the source is at '
-        "its last voltage again.",
-    )
-    stretch: Stretch | None = Field(
-        None,
-        description="Stretch of the edges, which hold stretches from here on: one number in the mode of the recipe, or a pair, one "
-        "for each axis. With waveform: { low, high }.",
-    )
-    stress: Stress | None = Field(
-        None, description="Nominal stress at the edges, which are under dead load from here on; else as stretch."
-    )
-    force: Force | None = Field(None, description="Force at the edges instead of stress; needs film.width.")
-    phase: Phase | None = Field(None, description="Angle by which the waveform of voltage or charge is ahead of that of the edges.")
-    rate: AnyRate | None = Field(
-        None,
-        description="Rate of the voltage or the charge, or of the stretch if that is stated, along the axis that moves most; "
-        "negative to lower it.",
-    )
-    low: Electric | None = Field(None, description="Lowest voltage or charge of the waveform. Default: 0.")
-    high: Electric | None = Field(None, description="Highest voltage or charge of the waveform.")
-    columns: ElectricalColumns | None = Field(None, description="Columns of the table, if their names differ.")
-
-    @property
-    def moves(self) -> list[str]:
-        """The keys that state what a programme of the electrodes alone does not have."""
-        columns = [] if self.columns is None else [f"columns.{key}" for key in ("stretch", "stress") if getattr(self.columns, key)]
-        return [key for key in ("stretch", "stress", "force", "circuit") if getattr(self, key) is not None] + columns
-
-    def aim(self) -> Aim | None:
-        """The voltage or the charge."""
-        if self.moves:
-            return None
-        rate = None if self.rate is None else self.rate[0]
-        if self.charge is not None:
-            return Aim("charge" if self.charge[1] == CHARGE.unit else "charge density", self.charge[0], rate, self.charge[1])
-        return None if self.voltage is None else Aim("voltage", self.voltage, rate, VOLTAGE.unit)
-
-    @property
-    def stated(self) -> dict[str, str]:
-        """The units of the keys that state a voltage or a charge."""
-        units = {} if self.voltage is None else {"voltage": VOLTAGE.unit}
-        for key in ("charge", "low", "high"):
-            if (value := getattr(self, key)) is not None:
-                units[key] = value[1]
-        return units
-
-    def _check_waveform(self) -> None:
-        edges = [getattr(self, key) for key in ("stretch", "stress", "force") if getattr(self, key) is not None]
-        if not edges or self.waveform is None:
-            super()._check_waveform()
-            if any(ends.low is not None for ends in edges):
-                raise InputError("low and high go with waveform")
-            return
-        if self.period is None:
-            raise InputError("a waveform needs period")
-        if any(ends.low is None for ends in edges):
-            raise InputError("a waveform of the edges goes from low to high: state { low = ..., high = ... }")
-        if self.high is not None:
-            self._check_ends()
-
-    def _check_action(self) -> None:
-        if not self.moves or self.table is not None:
-            if self.phase is not None:
-                raise InputError("goes with waveforms of edges and electrodes", key="phase")
-            super()._check_action()
-            return
-        check_programme(self)
-
-    def _check(self) -> None:
-        super()._check()
-        if self.rate is not None and (self.rate[1] == STRAIN_RATE.unit) != (self.stretch is not None):
-            needed = f'{STRAIN_RATE.name} is needed, such as "{STRAIN_RATE.example}"'
-            raise InputError(needed if self.stretch is not None else "a strain rate goes with stretch", key="rate")
-        if self.stretch is not None:
-            return
-        units = set(self.stated.values())
-        if len(units) > 1:
-            raise InputError("low and high of a waveform must both be voltages, charges, or charge densities")
-        for unit in units:
-            if self.rate is not None and self.rate[1] != RATES[unit].unit:
-                raise InputError(f'{RATES[unit].name} is needed, such as "{RATES[unit].example}"', key="rate")
 
 
 class FilmSection(FilmBase):

@@ -18,8 +18,8 @@ from dielast.calibration.laws import (
     pieces_of,
     stabilities,
 )
-from dielast.calibration.next_test import film_voltages, proposal_columns, proposals
 from dielast.calibration.profiles import Verdict
+from dielast.calibration.proposals import film_voltages, proposal_columns, proposals
 from dielast.calibration.result import Calibration, assessed, range_of
 from dielast.commands.calibrate.checks import warn_of_fit, warn_of_laws_alike, warn_of_springs
 from dielast.commands.calibrate.recipe import CalibrateRecipe

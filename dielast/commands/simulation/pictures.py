@@ -143,7 +143,7 @@ def voltage_in_words(cases: Sequence[Case[Any]], results: Sequence[CaseResult], 
         return ""
     highest = {max(map(abs, targets(steps)), default=0.0) for steps in histories}
     reached = [np.abs(result.columns["voltage [V]"]) for result in results if "voltage [V]" in result.columns]
-    volts = max(float(np.max(volts)) for volts in reached) if len(highest) == 1 and reached else 0.0
+    volts = max(float(np.max(volts, initial=0.0)) for volts in reached) if len(highest) == 1 and reached else 0.0
     # a film that fails on the way does not see the rest of its history; that of an open circuit may see more than is stated
     if not cases[0].recipe.programme:
         volts = min(max(highest, default=0.0), volts)

@@ -86,9 +86,13 @@ class SolvedCase(StatedCase):
 
 
 def at_event(event: Event, columns: Mapping[str, Floats], header: str, recipe: Any) -> float:
-    """The value of a column at an event: that of the event if it determines the quantity, else interpolated in the table."""
+    """The value of a column at an event: that of the event if it determines the quantity, else interpolated in the table, NaN in an
+    empty one.
+    """
     quantity = quantity_of(header)
     if quantity is None or quantity.at is None:
+        if not columns["time [s]"].size:
+            return np.nan
         return float(np.interp(event.time, columns["time [s]"], columns[header]))
     return quantity.at(event, (_begin(1, columns, recipe), _begin(2, columns, recipe)))
 
