@@ -12,7 +12,7 @@ from dielast.errors import InputError, located, shown
 from dielast.mechanics.cases import numbers, one_set, spread
 from dielast.mechanics.electric import ELECTRIC, Drive
 from dielast.mechanics.line import Line, lasts_at
-from dielast.mechanics.load import ElectricalStep, FilmStep, Mode, Path, Repeat, Step, Track, Waveform
+from dielast.mechanics.load import ElectricalStep, FilmStep, Mode, Path, Repeat, Step, Track, VoltageStep, Waveform
 from dielast.mechanics.piece import Chain, Cycles, Piece
 from dielast.mechanics.span import Control, Controls
 from dielast.numerics.arrays import Floats
@@ -167,7 +167,8 @@ def _as_film_step(step: ElectricalStep) -> FilmStep:
     """A step of the electrodes alone as one of edges and electrodes."""
     if isinstance(step, FilmStep):
         return step
-    return FilmStep(**{step.QUANTITY: step.target}, rate=step.rate, duration=step.duration)  # type: ignore[arg-type]
+    voltage, charge = (step.voltage, None) if isinstance(step, VoltageStep) else (None, step.charge)
+    return FilmStep(voltage=voltage, charge=charge, rate=step.rate, duration=step.duration)
 
 
 def _pieces_of_film(
@@ -293,7 +294,8 @@ def _along(
             if isinstance(row, Waveform):
                 low[index], high[index] = (spread(end, "waveform", cases) * factors[index] for end in (row.low, row.high))
             elif row is not None:
-                low[index] = high[index] = spread(row, "step", cases) * factors[index]  # type: ignore[arg-type]
+                assert not isinstance(row, Track)
+                low[index] = high[index] = spread(row, "step", cases) * factors[index]
         lead = None
         if phase is not None and phase.any():
             lead = np.zeros((3, cases))
@@ -306,7 +308,8 @@ def _along(
             base[index], scale[index] = 0.0, factors[index] * spread(row.scale, "scale", cases)
             value[:, index] = row.values()
         elif row is not None:
-            base[index] = spread(row, "step", cases) * factors[index]  # type: ignore[arg-type]
+            assert not isinstance(row, Waveform)
+            base[index] = spread(row, "step", cases) * factors[index]
     chain = Chain.of(controls, base, scale, time - time[0], value)
     ramp = Line(controls, np.full_like(base, np.nan), chain.start, np.full(cases, time[0]))
     if time.size == 1:

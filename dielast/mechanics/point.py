@@ -102,8 +102,8 @@ class LoadedPoints(UnderLoad):
         log_squared_stretch, nominal_stress = unknown.copy(), prescribed.copy()
         for axis, fixed in enumerate(held):
             if fixed is not False:
-                slack = 0.0 if fixed is True else unknown[axis]
-                log_squared_stretch[axis] = np.where(fixed, 2.0 * np.log(prescribed[axis]), slack)
+                free = 0.0 if fixed is True else unknown[axis]
+                log_squared_stretch[axis] = np.where(fixed, 2.0 * np.log(prescribed[axis]), free)
                 nominal_stress[axis] = np.where(fixed, unknown[axis], 0.0)
         return log_squared_stretch, nominal_stress
 

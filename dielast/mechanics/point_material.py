@@ -24,6 +24,7 @@ from dielast.numerics.arrays import ByCase, Floats
 
 # of the modulus: the rounding error of the stiffest spring's stress bounds the accuracy of every stress
 ROUNDING = 20 * np.finfo(float).eps
+FLOOR = 1e-4  # of the modulus of the equilibrium spring: the stress floor, but for rounding
 SYMMETRIC = np.array(((0, 1), (1, 2)))  # indices of the entries 11, 12, 22 in a symmetric 2x2 matrix
 
 
@@ -98,7 +99,7 @@ class Points(ByCase):
                 permittivity[cases] = _at(dielectric.at, temperature, index, cases)
                 dielectrics.append(dielectric)
             laws.append((member.equilibrium_law, member.nonequilibrium_law))
-        floor = 1e-4 * modulus[0] + ROUNDING / rtol * modulus.sum(axis=0)
+        floor = FLOOR * modulus[0] + ROUNDING / rtol * modulus.sum(axis=0)
         complete = len(dielectrics) == len(materials)
         stretching = StretchedDielectrics.of(dielectrics, width) if complete else UNSTRETCHED
         flow = Flow.of(flow_laws([member.flow for member in materials], width), fluidity, modulus)

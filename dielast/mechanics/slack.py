@@ -14,6 +14,7 @@ from dielast.mechanics.equations import films_of
 from dielast.mechanics.film import Film
 from dielast.mechanics.jump import jump
 from dielast.mechanics.point import LoadedPoints
+from dielast.mechanics.point_material import FLOOR
 from dielast.mechanics.span import Control, Controls, stretched
 from dielast.numerics.arrays import Cases, Flags, Floats, paired, where
 from dielast.numerics.roots import fall
@@ -21,7 +22,6 @@ from dielast.numerics.stride import Stride
 
 INSIGNIFICANT = 0.1  # tolerances by which a signal may be below zero
 START, END = 1e-9, 1e-12  # fractions of a step next to its ends that count as these
-FLOORS = 1e4  # stress floors in the stress of which tolerances count: the floor is 1e-4 of the equilibrium modulus
 AGAIN = 0.1  # share of a step that begins where the equations have just changed, and seems to end beyond another change
 
 
@@ -49,7 +49,7 @@ class Contact:
         if controls[0] is not Control.STRETCH:
             self.slack = np.zeros_like(self.slack)
             return replace(film, slack=None)
-        pressed = film.nominal_stress[0] < -INSIGNIFICANT * self.rtol * FLOORS * film.points.stress_floor
+        pressed = film.nominal_stress[0] < -INSIGNIFICANT * self.rtol * film.points.stress_floor / FLOOR
         loose = (jumped | ~self.slack) & (status == 0) & pressed
         if loose.any():
             free = np.concatenate((np.zeros((1, loose.size)), start[1:]))
@@ -60,9 +60,9 @@ class Contact:
 
     def signal(self, system: LoadedPoints, time: Floats, unknown: Floats) -> Floats:
         """The signals (k,) at `time` (k,) in s since the span began, from the `unknown` (k,) of axis 1."""
+        assert system.slack is not None
         gap = 0.5 * unknown - np.log(system.load.value(time)[0])
-        slack = np.zeros(unknown.size, dtype=bool) if system.slack is None else system.slack
-        return np.where(slack, gap, unknown / (FLOORS * system.points.stress_floor))
+        return np.where(system.slack, gap, unknown * FLOOR / system.points.stress_floor)
 
     def share(self, stride: Stride, landing: Flags) -> Floats:
         """The fractions (pool,) of the steps at which specimens go slack or taut; see `Turns`."""
@@ -102,7 +102,8 @@ class Contact:
         self, system: LoadedPoints, columns: Cases, cases: Cases, elapsed: Floats, time: Floats, state: Floats
     ) -> LoadedPoints:
         """The specimens with those in `columns` (k,) slack if they were taut, and taut if they were slack; see `Turns`."""
-        slack = np.zeros(state.shape[1], dtype=bool) if system.slack is None else system.slack.copy()
+        assert system.slack is not None
+        slack = system.slack.copy()
         slack[columns] = ~slack[columns]
         moment = np.zeros(state.shape[1])
         moment[columns] = time

@@ -53,10 +53,10 @@ class _Borne(Steps):
         """Store the step."""
         system = films_of(stride)
         assert isinstance(system, LoadedPoints)
+        assert system.slack is not None
         columns = np.flatnonzero(stride.accepted)
         part = DenseSteps.of(stride, slice(-system.axes, 1 - system.axes or None), columns)
-        if system.slack is not None:
-            part.coefficients[..., system.slack[columns]] = 0.0
+        part.coefficients[..., system.slack[columns]] = 0.0
         self.parts.append(part)
         self.begins.append(stride.begin[columns] + stride.time[columns])
 

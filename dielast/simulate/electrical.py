@@ -62,7 +62,7 @@ def flow(films: Films, leakage: Leakage, time: Floats, state: Floats, rate: Floa
     area = np.exp(0.5 * (log_squared[0] + log_squared[1]))
     leak = np.asarray(leakage.current_density(field * area) * area)
     circuit = points.circuit
-    if circuit is None and points.electric is FIELD:
+    if circuit is None and points.electric == FIELD:
         # where both axes are equal, the last row belongs to both
         rate_of_axes = rate[[-2, -1] if films.border == -2 else [-1, -1]]
         rate_of_stretch = np.where(stretched(load.controls), 2 * slope[:2] / np.exp(0.5 * log_squared), rate_of_axes)

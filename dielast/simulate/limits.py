@@ -86,8 +86,8 @@ def film_limits(
 
     def tense(field: Floats) -> Flags:
         _, stress, stable = films(field)
-        held = stress[:1] if across is Control.STRESS else stress
-        return np.asarray(np.all(held > 0, axis=0) & stable)
+        tensions = stress[:1] if across is Control.STRESS else stress
+        return np.asarray(np.all(tensions > 0, axis=0) & stable)
 
     def stays(field: Floats) -> Flags:
         log_squared, stress, stable = films(field)

@@ -17,6 +17,7 @@ LEAST_RTOL, MOST_RTOL = 1e-12, 0.1
 MESH_RTOL = 1e-6
 
 
+@dataclass(frozen=True, eq=False, repr=False)
 class Options(Result):
     """A dataclass of arguments whose description has those that differ from their defaults."""
 
@@ -26,7 +27,7 @@ class Options(Result):
         """What the description lists: the fields by name."""
         return {
             field.name: getattr(self, field.name)
-            for field in fields(self)  # type: ignore[arg-type]
+            for field in fields(self)
             if field.default is MISSING or getattr(self, field.name) is not field.default
         }
 

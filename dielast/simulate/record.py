@@ -273,9 +273,9 @@ class Recorder:
     def _within(times: Floats, start: Floats, duration: Floats, last: bool) -> Floats:
         """The times (cases, k) that lie in a piece, in s since its start, else NaN; the start belongs to the piece before."""
         begin, end = start[:, None], (start + duration)[:, None]
-        slack = 1e-12 * end if last else 0.0  # for times that exceed the end by rounding
+        rounding = 1e-12 * end if last else 0.0  # by which times may exceed the end
         relative = np.clip(times - begin, 0.0, duration[:, None])
-        return np.where(((times > begin) | ((times == 0) & (begin == 0))) & (times <= end + slack), relative, np.nan)
+        return np.where(((times > begin) | ((times == 0) & (begin == 0))) & (times <= end + rounding), relative, np.nan)
 
 
 def ending(record: Record, reached: Floats, at_end: Floats) -> Record:

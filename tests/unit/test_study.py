@@ -125,10 +125,15 @@ def test_interrupts_change_no_byte(kind: str, tmp_path: Path, monkeypatch: pytes
     assert resumed == whole
 
 
-@pytest.mark.parametrize("name", ["actuate-sine", "actuate-frame", "creep-force"])
-def test_a_simulation_goes_on_within_a_step_of_its_load(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize(
+    ("name", "stated"),
+    [("actuate-sine", "output.electrical=true"), ("actuate-frame", ""), ("creep-force", ""), ("relax-pure-shear", "")],
+)
+def test_a_simulation_goes_on_within_a_step_of_its_load(
+    name: str, stated: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     recipe = Path(__file__).parents[1] / "golden" / name / "recipe.toml"
-    read = read_cases(recipe)
+    read = read_cases(recipe, None, [stated] if stated else [])
 
     def files(execution: Execution) -> dict[str, bytes]:
         return compute(read[0].recipe.kind, read, recipe, (), execution)[0]

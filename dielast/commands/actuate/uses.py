@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
 from dielast.commands.simulation.result import StatedCase
+from dielast.commands.simulation.solver_steps import of_laps, order_of
 from dielast.io.table import Column, Table
-from dielast.mechanics.load import FilmStep, Repeat, Waveform
+from dielast.mechanics.load import FilmStep, Waveform
 from dielast.numerics.arrays import Cases, Floats
 
 
@@ -26,22 +26,17 @@ def use_columns(case: Cases, time: Floats, stated: Sequence[StatedCase], prefix:
     ]
 
 
-def repeat_of(recipe: Any) -> Repeat | None:
-    """The steps of a recipe of actuate that run several times."""
-    return None if recipe.repeat is None else Repeat(recipe.repeat.times, *(recipe.repeat.steps or ()))
-
-
 def _used(stated: StatedCase, time: float) -> tuple[float, float]:
     """The cycles up to a time in s, and the time in which voltage or charge is not 0."""
     if not np.isfinite(time):
         return time, time
-    repeat, steps = repeat_of(stated.recipe), stated.steps
-    order = [(number, 0) for number in range(len(steps))] if repeat is None else repeat.expanded(len(steps))
-    lap = sum(steps[number].lasts for number, turn in order if turn == 1)
+    order = order_of(stated.recipe, stated.steps)
+    of_lap = of_laps(stated.steps, order)
+    laps = [sum(of_lap[number, lap].lasts for number, turn in order if turn == lap) for lap in (1, 2)]
     cycles = under = begin = 0.0
-    before = steps[0].before
+    before = stated.steps[0].before
     for number, turn in order:
-        timed, passed = steps[number], time - begin
+        timed, passed, lap = of_lap[number, min(turn, 2)], time - begin, laps[turn > 1]
         if passed <= 0:
             break
         passed = min(passed, timed.lasts)

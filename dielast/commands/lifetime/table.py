@@ -7,11 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from dielast.commands.actuate.uses import repeat_of
 from dielast.commands.lifetime.recipe import QUANTITIES, FailureData, LifetimeRecipe
 from dielast.commands.registry import read_cases
 from dielast.commands.simulation.compare import rows_where
-from dielast.commands.simulation.solver_steps import solver_steps
+from dielast.commands.simulation.solver_steps import order_of, solver_steps
 from dielast.errors import InputError, Mistakes, located, shown
 from dielast.failures.likelihood import Seen
 from dielast.failures.specimens import Specimens
@@ -165,7 +164,5 @@ def _programme(name: str, inputs: Inputs) -> Sequence[VoltageStep]:
         raise InputError("steps of voltage alone are needed: edges stay as they are in a test to failure", file=name)
     with located(file=name):
         timed = solver_steps(recipe, Inputs(path.parent))
-    repeat = repeat_of(recipe)
-    order = range(len(timed)) if repeat is None else [number for number, _ in repeat.expanded(len(timed))]
     steps = [VoltageStep(one.driven, rate=one.step.rate, duration=one.step.duration) for one in timed]
-    return [steps[number] for number in order]
+    return [steps[number] for number, _ in order_of(recipe, timed)]

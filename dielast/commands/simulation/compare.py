@@ -12,7 +12,7 @@ import numpy as np
 from dielast import units
 from dielast.commands.simulation.cases import one_or_list
 from dielast.commands.simulation.recipe import CompareSection, SimulationRecipe, roles_of
-from dielast.commands.simulation.solver_steps import solver_steps
+from dielast.commands.simulation.solver_steps import end_of, solver_steps
 from dielast.errors import InputError, warn
 from dielast.io.files import Inputs
 from dielast.io.table import split_header
@@ -104,7 +104,7 @@ def check_comparison(index: int, comparison: CompareSection, cases: Sequence[Cas
     if comparison.x != "time [s]":
         return
     try:
-        end = solver_steps(recipe, inputs)[-1].end
+        end = end_of(recipe, solver_steps(recipe, inputs))
     except InputError:
         return  # a mistake in a table of load is reported where the table is read
     if time.min() > end:

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from dielast.commands.simulation.bounds import band
 from dielast.commands.simulation.naming import labels, swept, titled
 from dielast.commands.simulation.result import CaseResult, at_event
-from dielast.commands.simulation.solver_steps import TimedStep, targets
+from dielast.commands.simulation.solver_steps import TimedStep, of_laps, order_of, targets
 from dielast.commands.simulation.uncertainty import interval_label
 from dielast.material.material import Material
 from dielast.mechanics.criteria import named
@@ -68,6 +68,15 @@ class _Curve:
             if isinstance(wave := timed.step.target, Waveform):
                 cycling = (time[:-1] >= timed.begin * (1 - ROUNDING)) & (time[1:] <= timed.end * (1 + ROUNDING))
                 last[:-1] |= cycling & (np.diff(time) > SKIPPED * float(np.asarray(wave.period)))
+        order = order_of(recipe, self.steps)
+        turns, of_lap = np.array([turn for _, turn in order]), of_laps(self.steps, order)
+        if turns.max() > 1:
+            lasts = np.array([of_lap[number, min(turn, 2)].lasts for number, turn in order])
+            ends, cycle = np.cumsum(lasts), np.flatnonzero(turns)
+            begin, end = (ends - lasts)[cycle[0]] * (1 - ROUNDING), ends[cycle[-1]] * (1 + ROUNDING)
+            first, later = (lasts[turns == lap].sum() * (1 - ROUNDING) for lap in (1, 2))
+            skips = np.diff(time) >= np.where(time[:-1] < begin + first, first, later)
+            last[:-1] |= (time[:-1] >= begin) & (time[1:] <= end) & skips
         return last
 
     def row(self, time: float | None) -> int | None:

@@ -54,10 +54,10 @@ class CaseResult:
     stopped: Event | None = None
     """The event that the case stopped at."""
 
-    def end(self, steps: Sequence[TimedStep]) -> float:
-        """The time in s at which the case ended; `steps` are those of its load."""
+    def end(self, planned: float) -> float:
+        """The time in s at which the case ended; its load ends at the time `planned`."""
         ended = self.failure or self.stopped
-        return steps[-1].end if ended is None else ended.time
+        return planned if ended is None else ended.time
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import pairwise
+from math import fsum
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,7 +15,7 @@ from dielast.commands.simulation.recipe import KEYS
 from dielast.errors import InputError, Problem, placed
 from dielast.io.files import Inputs
 from dielast.mechanics.cases import of_case
-from dielast.mechanics.load import ChargeStep, ElectricalStep, FilmStep, Path, Step, Track, VoltageStep, Waveform
+from dielast.mechanics.load import ChargeStep, ElectricalStep, FilmStep, Path, Repeat, Step, Track, VoltageStep, Waveform
 from dielast.numerics.arrays import Floats
 from dielast.units import CHARGE, CHARGE_DENSITY, FORCE, NUMBER, STRESS, TIME, TIMES, VOLTAGE
 
@@ -164,6 +165,38 @@ def solver_steps(recipe: Any, inputs: Inputs) -> list[TimedStep]:
             timed.append(entry)
             begin, present = entry.end, entry.after
     return timed
+
+
+def repeat_of(recipe: Any) -> Repeat | None:
+    """The steps of a recipe that run several times, of a programme of edges and electrodes."""
+    stated = getattr(recipe, "repeat", None)
+    return None if stated is None else Repeat(stated.times, *(stated.steps or ()))
+
+
+def order_of(recipe: Any, steps: Sequence[TimedStep]) -> list[tuple[int, int]]:
+    """The number and the lap of each step in the order in which they run, as in `Repeat.expanded`."""
+    repeat = repeat_of(recipe)
+    return [(number, 0) for number in range(len(steps))] if repeat is None else repeat.expanded(len(steps))
+
+
+def of_laps(steps: Sequence[TimedStep], order: Sequence[tuple[int, int]]) -> dict[tuple[int, int], TimedStep]:
+    """The steps by their number and lap: 0 outside of the cycle, 1, or 2 for all later ones, which begin where the cycle ends."""
+    found, last = dict[tuple[int, int], TimedStep](), steps[0]
+    for number, turn in order:
+        if turn <= 2:
+            again = turn == 2
+            found[number, turn] = replace(steps[number], before=last.after, edges=last.stretched) if again else steps[number]
+            last = found[number, turn]
+    return found
+
+
+def end_of(recipe: Any, steps: Sequence[TimedStep]) -> float:
+    """The time in s at which the history of a recipe ends, all laps included."""
+    if repeat_of(recipe) is None:
+        return steps[-1].end
+    order = order_of(recipe, steps)
+    lasts = {place: timed.lasts for place, timed in of_laps(steps, order).items()}
+    return fsum(lasts[number, min(turn, 2)] for number, turn in order)
 
 
 def targets(steps: Sequence[TimedStep]) -> list[float]:

@@ -8,10 +8,9 @@ from typing import ClassVar
 import numpy as np
 
 from dielast.mechanics.criteria.criterion import Criterion, Moment, Signal, WatchedFilms
+from dielast.mechanics.point_material import FLOOR
 from dielast.mechanics.span import Control
 from dielast.numerics.arrays import Floats
-
-LARGE = 1e4  # of the stress floor, about the modulus of the equilibrium spring
 
 
 class LossOfTension(Criterion):
@@ -52,5 +51,7 @@ class LossOfTension(Criterion):
         return films.stress_floor / self._scale(films) if films.moved else None
 
     def _scale(self, films: WatchedFilms) -> Floats:
-        """The stress (cases,) in Pa over which the tension of a film with moving edges counts."""
-        return np.asarray(np.maximum(films.nominal_stress[self.axis], LARGE * films.stress_floor))
+        """The stress (cases,) in Pa over which the tension of a film with moving edges counts: at least about the modulus of the
+        equilibrium spring.
+        """
+        return np.asarray(np.maximum(films.nominal_stress[self.axis], films.stress_floor / FLOOR))
