@@ -5,14 +5,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from dielast.calibration.efficient import efficient
 from dielast.calibration.estimate import estimate
 from dielast.calibration.experiment import Experiment, explained, relative_error
 from dielast.calibration.laboratory import Laboratory
 from dielast.calibration.levenberg import MOST_ITERATIONS, Watcher, minimise
 from dielast.calibration.parameters import Free, ParameterSpace, parameter_space, with_conditions
 from dielast.calibration.problem import FitProblem, smooth_branches
-from dielast.calibration.scatter import FIRST_LENGTH, FIRST_SHARE, USUAL_SCATTER, Curves, Scatter, Whitening, about_factors
+from dielast.calibration.scatter import FIRST_LENGTH, FIRST_SHARE, USUAL_SCATTER, Curves, Scatter, about_factors
 from dielast.calibration.weighting import Weighting
 from dielast.errors import InputError, NumericsError
 from dielast.io.result import Result
@@ -44,8 +43,6 @@ class Fit(Result):
     curves: Curves
     slopes: Floats
     start_cost: Floats
-    weighting: Weighting | Whitening
-    """The weighting of points in the fit."""
     finished: bool = True
     left_out: tuple[str, ...] = ()
     """Tests that the material of no start can follow."""
@@ -124,7 +121,7 @@ def fit_material(
     specimen_scatter: float | None = None,
     watch: Watch | None = None,
 ) -> Fit:
-    """Fit the `free` constants of a material to tests by generalised least squares, from several starts at once.
+    """Fit the `free` constants of a material to tests by weighted least squares, from several starts at once.
 
     `specimen_scatter` is the relative scatter between specimens; None: it is estimated. Ctrl-C ends with the best fit so far and
     `finished` False. Raises `InputError` for parameters that the material does not have and temperatures at which its shift law
@@ -178,9 +175,8 @@ def _fit(problem: FitProblem, start: Floats, specimen_scatter: float | None, wat
         return estimate(curves, curves.differences, weight, slopes, problem.prior, scatter.specimen, stated)
 
     finished, ends = True, np.zeros(1)
-    weighting: Weighting | Whitening = Weighting.of(curves, scatter)
     try:
-        solutions = minimise(problem.weighted(curves, weighting), start, bounds, watch=watcher("starts"))
+        solutions = minimise(problem.weighted(curves, Weighting.of(curves, scatter)), start, bounds, watch=watcher("starts"))
         if not np.isfinite(solutions.cost[solutions.best]):
             raise NumericsError(f"no start can follow all tests{_furthest(problem.laboratory.tests)}")
         ends, best = solutions.cost, solutions.coordinates[solutions.best]
@@ -189,22 +185,15 @@ def _fit(problem: FitProblem, start: Floats, specimen_scatter: float | None, wat
             slopes = problem.slopes(best)
             scatter = estimated(slopes)
             problem = replace(problem, smoothness=smooth_branches(problem, curves, scatter, slopes, best))
-            weighting = Weighting.of(curves, scatter)
-            refined = problem.weighted(about_factors(curves, scatter), weighting)
+            refined = problem.weighted(about_factors(curves, scatter), Weighting.of(curves, scatter))
             best = minimise(refined, best[None], bounds, watch=watcher("refined")).coordinates[0]
     except KeyboardInterrupt:
         finished = False
     curves = problem.curves(best)
-    if finished and np.all(np.isfinite(np.concatenate(curves.model))):
-        slopes = problem.slopes(best)
-        scatter, lower, upper = estimated(slopes), *bounds
-        if (better := efficient(problem, curves, scatter, slopes, best, (best > lower) & (best < upper))) is not None:
-            best, weighting = better
-            curves = problem.curves(best)
     if not np.all(np.isfinite(np.concatenate(curves.model))):
         raise KeyboardInterrupt
     slopes = problem.slopes(best)
-    return Fit(problem, best, estimated(slopes) if finished else scatter, curves, slopes, ends, weighting, finished)
+    return Fit(problem, best, estimated(slopes) if finished else scatter, curves, slopes, ends, finished)
 
 
 def _furthest(tests: Sequence[Experiment]) -> str:

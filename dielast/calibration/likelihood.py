@@ -1,8 +1,7 @@
 """The likelihood of the parameters about a fit, and their standard errors.
 
-The fit is by least squares with a fixed weighting: of points and of the factors of specimens (`weighting`), or, where that can be
-believed, by the estimated covariance (`efficient`). Its uncertainty follows from the covariance of all measured values (`scatter`),
-and holds whether or not the weighting agrees with this covariance. With
+The fit is by least squares with a fixed weighting, of points and of the factors of specimens (`weighting`). Its uncertainty follows
+from the covariance of all measured values (`scatter`), and holds whether or not the weighting agrees with this covariance. With
 weighted differences z, their covariance M, and the projection P on the space of the derivatives of z by the parameters at the fit,
 the likelihood has the covariance
 
@@ -87,7 +86,8 @@ class Likelihood:
 def likelihood_of(fit: Fit, scatters: Scatters | None = None) -> Likelihood:
     """The likelihood about a fit; `scatters` are the possible scatters, by default those that the curves make likely."""
     problem, curves = fit.problem, fit.curves
-    weighting, weight = fit.weighting, Weighting.of(curves, fit.scatter).weight
+    weighting = Weighting.of(curves, fit.scatter)
+    weight = weighting.weight
     if scatters is None:
         scatters = likely(curves, curves.differences, weight, fit.slopes, problem.prior, fit.scatter)
     slopes = weighting(fit.slopes.T).T

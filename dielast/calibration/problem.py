@@ -64,19 +64,14 @@ class FitProblem:
         expected = (coordinates - self.space.centre) @ root_of(self.space.precision)
         return np.concatenate((expected, coordinates @ root_of(self.smoothness)), axis=1)
 
-    def weighted(self, curves: Curves, weighting: Weighting | Whitening, chosen: Floats | None = None) -> Residuals:
-        """Residuals of least squares; `chosen` (fits, tests) are factors on the weight of each test in each fit, of points that are
-        weighted one by one.
-        """
+    def weighted(self, curves: Curves, weighting: Weighting, chosen: Floats | None = None) -> Residuals:
+        """Residuals of least squares; `chosen` (fits, tests) are factors on the weight of each test in each fit."""
         measured = curves.measured
         sizes = [values.size for values in curves.values]
 
         def residuals(coordinates: Floats, fits: Cases) -> Floats:
             miss = self.answers(coordinates) - measured
-            if chosen is None or isinstance(weighting, Whitening):
-                weighted = weighting(miss)
-            else:
-                weighted = weighting(miss, np.repeat(chosen, sizes, axis=1)[fits])
+            weighted = weighting(miss) if chosen is None else weighting(miss, np.repeat(chosen, sizes, axis=1)[fits])
             return np.concatenate((weighted, self.beforehand(coordinates)), axis=1)
 
         return residuals

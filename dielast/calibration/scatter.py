@@ -198,18 +198,14 @@ def covariance_of(curves: Curves, scatter: Scatter) -> Floats:
 
 
 class Whitening:
-    """Turns differences from measured curves into independent numbers of variance 1, specimen by specimen (generalised least
-    squares, Aitken 1936, DOI 10.1017/S0370164600014346). Of several possible scatters, the covariance is the mean one.
-    """
+    """Turns differences from measured curves into independent numbers of variance 1, specimen by specimen."""
 
-    def __init__(self, curves: Curves, scatter: Scatter | Scatters) -> None:
-        known = scatter if isinstance(scatter, Scatters) else Scatters((scatter,), np.ones(1))
+    def __init__(self, curves: Curves, scatter: Scatter) -> None:
         edges = np.concatenate(([0], np.cumsum([values.size for values in curves.values])))
         self.blocks: list[tuple[Cases, Floats]] = []
         for members, of_specimen in curves.by_specimen():
             rows = np.concatenate([np.arange(edges[k], edges[k + 1]) for k in members])
-            own = Scatters(tuple(replace(each, noise=each.noise[members]) for each in known.members), known.probability)
-            factor = np.linalg.cholesky(own.covariance(of_specimen))
+            factor = np.linalg.cholesky(covariance_of(of_specimen, replace(scatter, noise=scatter.noise[members])))
             self.blocks.append((rows, np.asarray(np.linalg.inv(factor), dtype=float)))
 
     def __call__(self, differences: Floats) -> Floats:
