@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from dielast.mechanics.criteria.criterion import Criterion, WatchedFilms
 from dielast.mechanics.equations import Films
 from dielast.mechanics.watch import Watch
-from dielast.numerics.stride import DenseSteps, Stride
+from dielast.numerics.stride import DenseSteps, TriedStep
 
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(8)
 
@@ -22,7 +22,7 @@ class Dashpots(Watch):
         super().__init__(films, criteria, ())
         self.resistance, self.dissipated, self.lost = resistance, 0.0, 0.0
 
-    def __call__(self, stride: Stride) -> NDArray[np.bool_] | None:
+    def __call__(self, stride: TriedStep) -> NDArray[np.bool_] | None:
         if stride.accepted[0]:
             system = stride.system
             assert isinstance(system, Films)

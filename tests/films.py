@@ -11,9 +11,9 @@ from dielast.material.material import Material
 from dielast.material.shift import NoShift
 from dielast.material.spectrum import Spectrum
 from dielast.material.springs import Gent
-from dielast.mechanics.film import Film
+from dielast.mechanics.film import FilmState
 from dielast.mechanics.piece import Piece
-from dielast.mechanics.point_material import Points
+from dielast.mechanics.point_material import PointMaterial
 from dielast.simulate.follow import follow
 from dielast.simulate.history import Outcome
 from dielast.simulate.membrane import symmetry_of
@@ -42,10 +42,10 @@ class Followed:
     steps: np.ndarray
 
 
-def followed(points: Points, pieces: Sequence[Piece], *, points_per_decade: int = 30, rtol: float = 1e-6) -> Followed:
+def followed(points: PointMaterial, pieces: Sequence[Piece], *, points_per_decade: int = 30, rtol: float = 1e-6) -> Followed:
     """Points at rest under pieces of load."""
     recorder = Recorder(Output(None, points_per_decade))
-    result = follow(Film.at_rest(points, symmetry_of(pieces)), pieces, rtol=rtol, recorders=[recorder])
+    result = follow(FilmState.at_rest(points, symmetry_of(pieces)), pieces, rtol=rtol, recorders=[recorder])
     record = recorder.collect()
     outcome = tuple(map(Outcome.of, result.status.tolist(), result.time.tolist()))
     return Followed(record.time, record.values[:2], record.nominal_stress, outcome, result.steps)

@@ -69,7 +69,7 @@ def _tried(
     """The correlations that are tried, and the logarithm (tried,) of their restricted likelihood, averaged over the sizes of the
     error (with a uniform prior on a logarithmic scale).
     """
-    few = _Few.of(curves, differences, jacobian)
+    few = ThinnedCurves.of(curves, differences, jacobian)
     noises = [noise_of(curves, curves.split(differences), steady) for steady in STEADY]
     tried: list[Scatter] = []
     logarithm: list[float] = []
@@ -85,7 +85,7 @@ def _tried(
 
 def _sized(tried: Scatter, curves: Curves, differences: Floats, weight: Floats, jacobian: Floats, stated: bool) -> Scatter:
     """A correlation with the size of the model's error and, unless `stated`, the scatter of specimens, both from differences."""
-    scatter = replace(tried, model_error=Left.of(curves, tried, weight, jacobian).size(differences))
+    scatter = replace(tried, model_error=ResidualSpace.of(curves, tried, weight, jacobian).size(differences))
     if not stated:
         factors = specimen_factors(curves, scatter, differences)
         # a scaled inverse chi-square prior: counts as PRIOR_SPECIMENS specimens with the usual scatter
@@ -96,7 +96,7 @@ def _sized(tried: Scatter, curves: Curves, differences: Floats, weight: Floats, 
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Few:
+class ThinnedCurves:
     """Evenly chosen points of curves, with the `columns` (n, p + 2) of each curve: differences, derivatives, and the model."""
 
     curves: Curves
@@ -116,7 +116,7 @@ class _Few:
         return cls(Curves(values, model, places, curves.specimen, wider, curves.power), columns)
 
 
-def _restricted(few: _Few, scatter: Scatter, spectra: Sequence[tuple[Floats, Floats]], precision: Floats) -> Floats:
+def _restricted(few: ThinnedCurves, scatter: Scatter, spectra: Sequence[tuple[Floats, Floats]], precision: Floats) -> Floats:
     """Twice the restricted log-likelihood (shares,), up to a constant, of a scatter with each of the `SHARES`; `spectra` are the
     eigenvalues and eigenvectors of the correlation along each curve.
     """
@@ -156,7 +156,7 @@ def basis_of(columns: Floats) -> Floats:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Left:
+class ResidualSpace:
     """Weighted differences outside the space of the parameters and the factors of specimens, which has the orthonormal `basis` (n,
     q). `expected` is the expectation of their sum of squares for a model's error of size 1, and `pieces` its effective degrees of
     freedom (Satterthwaite 1946, DOI 10.2307/3002019).

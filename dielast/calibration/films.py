@@ -16,15 +16,15 @@ import numpy as np
 from dielast.material.material import Material
 from dielast.material.springs import EQUIBIAXIAL
 from dielast.mechanics.equations import Films, films_of
-from dielast.mechanics.film import Film as FilmState
+from dielast.mechanics.film import FilmState
 from dielast.mechanics.line import Line
 from dielast.mechanics.passive.forms import disc, strip
-from dielast.mechanics.point_material import Points
+from dielast.mechanics.point_material import PointMaterial
 from dielast.mechanics.span import Controls
 from dielast.numerics.arrays import Cases, Flags, Floats, paired
 from dielast.numerics.integrate import Status
 from dielast.numerics.roots import fall
-from dielast.numerics.stride import Stride
+from dielast.numerics.stride import TriedStep
 from dielast.simulate.film_setup import Stretched, out_of_reach
 from dielast.simulate.follow import follow
 from dielast.simulate.setup import prestretched
@@ -36,9 +36,9 @@ POINTS = 7  # in the passive part of a disc
 @dataclass(frozen=True, slots=True, eq=False)
 class Ramps:
     """Films of any number of cases: `thickness` in m, `prestretch` of both axes, None for a free axis, reached within `ramp` s and
-    held for `relax` s; `hung` is the nominal stress in Pa of a weight on each axis, or None. The voltage then rises at `rate` in
-    V/s, up to `BEYOND` times the largest measured `voltage`. `share` is that of the electrode of films with a passive part. Arrays
-    are (cases,).
+    held for `relax` s; `weight_stress` is the nominal stress in Pa of a weight on each axis, or None. The voltage then rises at
+    `rate` in V/s, up to `BEYOND` times the largest measured `voltage`. `share` is that of the electrode of films with a passive
+    part. Arrays are (cases,).
 
     The excursion of a film is ln of its relative stretch along axis 1, or of its area over that at rest, by `both` (cases,); the
     voltage is wanted where it has the values `wanted` (cases, m), ascending and padded with infinity. Of films in `total` (cases,)
@@ -50,7 +50,7 @@ class Ramps:
     prestretch: Stretched
     ramp: Floats
     relax: Floats
-    hung: Stretched
+    weight_stress: Stretched
     share: Floats | None
     temperature: Floats
     rate: Floats
@@ -83,7 +83,7 @@ class Crossings:
     def begin(self, *piece: object, **last: object) -> None:
         """Nothing to do before a piece of load."""
 
-    def __call__(self, stride: Stride) -> Flags | None:
+    def __call__(self, stride: TriedStep) -> Flags | None:
         """Locate the wanted excursions within the step."""
         system, cases = films_of(stride), stride.cases
         reached = self.excursion(system, stride.after, stride.until, cases)
@@ -122,7 +122,7 @@ def voltages(materials: Sequence[Material], films: Ramps, rtol: float) -> Floats
     of the excursion, as at small strain; beyond a runaway it is that of the runaway. A wanted excursion below 0, as by an error of
     measurement, has the voltage of that above 0 with a minus sign.
     """
-    points = Points.of(materials, films.temperature, rtol)
+    points = PointMaterial.of(materials, films.temperature, rtol)
     held = [axis for axis in films.prestretch if axis is not None]
     found = np.full(films.wanted.shape, np.nan)
     possible = np.flatnonzero(~out_of_reach(points, held, films.ramp == 0)[0])
@@ -138,7 +138,7 @@ def voltages(materials: Sequence[Material], films: Ramps, rtol: float) -> Floats
     return found
 
 
-def _group(points: Points, films: Ramps, part: Cases, alike: bool, rtol: float) -> Floats:
+def _group(points: PointMaterial, films: Ramps, part: Cases, alike: bool, rtol: float) -> Floats:
     """The voltages (k, m) of the films `part` (k,), which have the same form."""
 
     def of(values: Stretched) -> Stretched:
@@ -152,7 +152,7 @@ def _group(points: Points, films: Ramps, part: Cases, alike: bool, rtol: float) 
         films.ramp[part],
         films.relax[part],
         rtol,
-        of(films.hung),
+        of(films.weight_stress),
     )
     if films.share is not None:
         first, second = prestretch

@@ -23,7 +23,7 @@ from dielast.material.material import Material
 from dielast.material.springs import EQUIBIAXIAL, UNIAXIAL, SpringLaw, gathered
 from dielast.mechanics.flow import Flow, flow_laws
 from dielast.mechanics.load import Mode, Step, Track
-from dielast.mechanics.point_material import Points
+from dielast.mechanics.point_material import PointMaterial
 from dielast.mechanics.slack_histories import borne
 from dielast.mechanics.stretched import Histories, carried
 from dielast.numerics.arrays import Cases, Flags, Floats
@@ -139,7 +139,7 @@ class Laboratory:
         if place.size:
             of_each = [entry for entry in (materials[k] for k in there[material].tolist()) if entry is not None]
             temperature = np.array([tests[k].temperature for k in place.tolist()])
-            points = Points.of(of_each, temperature, self.rtol, with_dielectric=False)
+            points = PointMaterial.of(of_each, temperature, self.rtol, with_dielectric=False)
             histories = Histories(corner_time[place], corner_stretch[place])
             free = borne(points, mode, SYMMETRIES[mode], histories, time[place], self.rtol)
             for entry, row, values_of_one in zip(there[material].tolist(), place.tolist(), free, strict=True):

@@ -24,7 +24,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.special import fdtrc, fdtri
 
-from dielast.calibration.estimate import Left, basis_of, likely
+from dielast.calibration.estimate import ResidualSpace, basis_of, likely
 from dielast.calibration.fit import Fit
 from dielast.calibration.levenberg import Residuals
 from dielast.calibration.problem import FitProblem, root_of
@@ -110,7 +110,7 @@ def likelihood_of(fit: Fit, scatters: Scatters | None = None) -> Likelihood:
     information = slopes.T @ slopes
     covariance = _covariance(information + prior, ~fit.at_bound)
     follows = np.where(np.isfinite(covariance), covariance, 0.0) @ slopes.T @ whiten
-    pieces = np.array([Left.of(curves, member, weight, fit.slopes[:, ~fit.at_bound]).known for member in scatters.members])
+    pieces = np.array([ResidualSpace.of(curves, member, weight, fit.slopes[:, ~fit.at_bound]).known for member in scatters.members])
     variance, freedom = (
         np.stack(member)
         for member in zip(

@@ -59,7 +59,7 @@ class FitProblem:
         wide = tuple(np.broadcast_to(test.wide, test.measured.shape) for test in tests)
         return Curves(measured, model, tuple(test.place for test in tests), specimen, wide, tuple(test.power for test in tests))
 
-    def beforehand(self, coordinates: Floats) -> Floats:
+    def prior_residuals(self, coordinates: Floats) -> Floats:
         """The residuals (k, 2p) of priors and smoothness at coordinates (k, p)."""
         expected = (coordinates - self.space.centre) @ root_of(self.space.precision)
         return np.concatenate((expected, coordinates @ root_of(self.smoothness)), axis=1)
@@ -72,7 +72,7 @@ class FitProblem:
         def residuals(coordinates: Floats, fits: Cases) -> Floats:
             miss = self.answers(coordinates) - measured
             weighted = weighting(miss) if chosen is None else weighting(miss, np.repeat(chosen, sizes, axis=1)[fits])
-            return np.concatenate((weighted, self.beforehand(coordinates)), axis=1)
+            return np.concatenate((weighted, self.prior_residuals(coordinates)), axis=1)
 
         return residuals
 

@@ -84,7 +84,7 @@ class VoltageTest(Result):
         _, reached = self._prestretch()
         thickness = positive(film.thickness, "thickness", "m", 1)
         film.share(reached, 1)
-        film.hung(thickness, reached)
+        film.weight_stress(thickness, reached)
         if self.measure != "area_strain" and film.controls[0] is Control.STRETCH:
             raise InputError("axis 1 is clamped: the area strain is needed", argument="measure")
 
@@ -173,8 +173,8 @@ def simulated_voltages(
     found = [np.full((len(materials), test.voltage.size), np.nan) for test in tests]
     forms: dict[object, list[int]] = {}
     for index, test in enumerate(tests):
-        free, hung = ([axis is None for axis in axes] for axes in (test._prestretch()[1], test.film.forces))
-        forms.setdefault((str(test.film.boundary), tuple(free), tuple(hung)), []).append(index)
+        free, weight_stress = ([axis is None for axis in axes] for axes in (test._prestretch()[1], test.film.forces))
+        forms.setdefault((str(test.film.boundary), tuple(free), tuple(weight_stress)), []).append(index)
     for members in forms.values():
         chosen = [
             (index, row)
@@ -222,7 +222,9 @@ def _ramps(tests: Sequence[VoltageTest], index: Cases, row: Cases, conditions: C
     for k, test in enumerate(tests):
         wanted[k, : test.voltage.size] = test.wanted
     thickness = [float(np.asarray(film.thickness)) for film in films]
-    hung = [film.hung(np.array([thick]), known[1]) for film, thick, known in zip(films, thickness, prepared, strict=True)]
+    weight_stress = [
+        film.weight_stress(np.array([thick]), known[1]) for film, thick, known in zip(films, thickness, prepared, strict=True)
+    ]
 
     def axes(values: Sequence[Stretched]) -> Stretched:
         """The values of both axes: an axis without one in the first film has none in all of them."""
@@ -238,7 +240,7 @@ def _ramps(tests: Sequence[VoltageTest], index: Cases, row: Cases, conditions: C
         axes([known for _, known in prepared]),
         of([float(lasts[0]) for lasts, _ in prepared]),
         condition("relax", [float(np.asarray(film.relax)) for film in films]),
-        axes(hung),
+        axes(weight_stress),
         None
         if first.surrounded is None
         else condition(

@@ -18,10 +18,10 @@ if TYPE_CHECKING:
     from dielast.recipe.base import Reading, RecipeBase
     from dielast.recipe.cases import Case
     from dielast.recipe.lines import RecipeLines
-    from dielast.report.report import Report
+    from dielast.report.report import RunReport
     from dielast.sharing.execution import Execution
 
-Run = Callable[[Sequence["Case[Any]"], "Inputs", "Execution"], "Report"]
+Run = Callable[[Sequence["Case[Any]"], "Inputs", "Execution"], "RunReport"]
 """Computes the cases of a recipe."""
 Readings = Callable[[Sequence["Case[Any]"], "Inputs"], Iterator["Reading"]]
 """Lists the files that the cases name, for `dielast validate`."""

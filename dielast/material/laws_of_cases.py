@@ -70,7 +70,7 @@ def _stacked(laws: Sequence[Kind]) -> Kind:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class FollowingField(ByCase):
+class StretchDependentBreakdown(ByCase):
     """Breakdown `laws` that depend on the present stretch and thickness, for films of an undeformed `thickness` (cases,) in m;
     `at_prestretch` (cases,) is their field in V/m at the prestretch, 1 for films with a constant breakdown field.
     """
@@ -97,13 +97,13 @@ class FollowingField(ByCase):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Endurance(ByCase):
+class FailureLaws(ByCase):
     """What fields films endure: `breakdown_field` (cases,) in V/m at their prestretch, infinite where it is not known; its change
     with the state of the film, `following`; and the laws of ageing, `damage`. The last two are None if there are no such laws.
     """
 
     breakdown_field: Floats
-    following: FollowingField | None = None
+    following: StretchDependentBreakdown | None = None
     damage: LawsOfCases[DamageLaw] | None = None
 
 

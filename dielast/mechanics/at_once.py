@@ -5,8 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from dielast.mechanics.criteria.criterion import Criterion, Moment, Signal
-from dielast.mechanics.film import Film
+from dielast.mechanics.criteria.criterion import Criterion, FilmSnapshot, Signal
+from dielast.mechanics.film import FilmState
 from dielast.mechanics.flow import Flow
 from dielast.mechanics.jump import jump
 from dielast.mechanics.passive.framed import membrane
@@ -21,7 +21,9 @@ MAX_MOVE = 0.05  # largest change of Lambda in one part of a load applied at onc
 SMALLEST_SHARE = 1e-7  # smallest part of a load; if there is no equilibrium nearby for this part, there is none
 
 
-def apply_at_once(film: Film, controls: Controls, target: Floats, jumps: Flags, status: Cases, watch: Watch | None) -> Film:
+def apply_at_once(
+    film: FilmState, controls: Controls, target: Floats, jumps: Flags, status: Cases, watch: Watch | None
+) -> FilmState:
     """The films after the load jumps to the `target` (3, cases) in the cases marked by `jumps` (cases,).
 
     Without a `watch`, films go to the nearest equilibrium. With one, films under voltage follow their equilibrium as the load
@@ -36,7 +38,7 @@ def apply_at_once(film: Film, controls: Controls, target: Floats, jumps: Flags, 
     if not columns.size:
         return after
     present = after.take(columns).moment(controls, columns, np.zeros(columns.size))
-    state, stable = moved_at_once(present, target[:, columns])
+    state, stable = equilibrium_at_once(present, target[:, columns])
     status[columns[~stable]] = Status.NO_START
     if watch is not None:  # a film whose requested events have all happened has ended
         vanished = columns[~stable]
@@ -46,7 +48,7 @@ def apply_at_once(film: Film, controls: Controls, target: Floats, jumps: Flags, 
     return after
 
 
-def moved_at_once(moment: Moment, target: Floats, nearby: float | None = None) -> tuple[Moment, Flags]:
+def equilibrium_at_once(moment: FilmSnapshot, target: Floats, nearby: float | None = None) -> tuple[FilmSnapshot, Flags]:
     """The films of a moment under the `target` (3, k) with every viscous stretch frozen, and whether (k,) they are in stable
     equilibrium, by `jump` or `settle`, which explain `nearby`.
     """
@@ -60,7 +62,7 @@ def moved_at_once(moment: Moment, target: Floats, nearby: float | None = None) -
     return after, stable
 
 
-def _writable(moment: Moment, field: Floats) -> Moment:
+def _writable(moment: FilmSnapshot, field: Floats) -> FilmSnapshot:
     """The films of a moment under this `field` (k,), with arrays to which `_put` may write."""
     around = moment.surroundings
     return replace(
@@ -72,24 +74,24 @@ def _writable(moment: Moment, field: Floats) -> Moment:
     )
 
 
-def _with_free_damper(moment: Moment) -> Moment:
+def _with_free_damper(moment: FilmSnapshot) -> FilmSnapshot:
     """The films of a moment with the damper free of stress at their present stretches."""
     internal, around = moment.internal.copy(), moment.surroundings
     internal[:, -1] = moment.log_squared_stretch if around is None else around.stretch()
     return replace(moment, internal=internal)
 
 
-def _put(films: Film | Moment, columns: Cases, moved: Moment, chosen: Flags) -> None:
+def _put(films: FilmState | FilmSnapshot, columns: Cases, moved: FilmSnapshot, chosen: Flags) -> None:
     """Write the stretches and stresses of the films `moved` (k,) to the `columns` (k,) of `films`, for those `chosen` (k,)."""
     columns = columns[chosen]
     films.log_squared_stretch[:, columns] = moved.log_squared_stretch[:, chosen]
     films.nominal_stress[:, columns] = moved.nominal_stress[:, chosen]
-    around = films if isinstance(films, Film) else films.surroundings
+    around = films if isinstance(films, FilmState) else films.surroundings
     if moved.surroundings is not None and around is not None and around.border is not None:
         around.border[:, columns] = moved.surroundings.border[:, chosen]
 
 
-def _hold(present: Film, controls: Controls, target: Floats, columns: Cases, after: Film, watch: Watch) -> Cases:
+def _hold(present: FilmState, controls: Controls, target: Floats, columns: Cases, after: FilmState, watch: Watch) -> Cases:
     """Write the state `after` the load of films that hold it, store the events on the way to it, and return the columns of the
     other films.
     """
@@ -121,8 +123,8 @@ def _hold(present: Film, controls: Controls, target: Floats, columns: Cases, aft
 
 
 def follow_load(
-    begin: Moment, present: Floats, target: Floats, signals: Mapping[Criterion, Signal]
-) -> tuple[Moment, Flags, dict[Criterion, Moment]]:
+    begin: FilmSnapshot, present: Floats, target: Floats, signals: Mapping[Criterion, Signal]
+) -> tuple[FilmSnapshot, Flags, dict[Criterion, FilmSnapshot]]:
     """Follow the equilibrium of the films at the moment `begin` as their load grows from `present` to `target`, both (3, k).
 
     Viscous stretches are frozen as in `jump`, except that the damper follows, free of stress. The load grows in parts so small that
@@ -151,7 +153,7 @@ def follow_load(
         next_share = np.minimum(reached[going] + share[going], 1.0)
         load = load_at(next_share, going)
         # even without a modulus, a damper stretched beyond the limit of its law would have a stress of NaN
-        trial, stable = moved_at_once(_with_free_damper(way.take(going)), load, MAX_MOVE)
+        trial, stable = equilibrium_at_once(_with_free_damper(way.take(going)), load, MAX_MOVE)
         change = np.max(np.abs(trial.log_squared_stretch - way.log_squared_stretch[:, going]), axis=0)
         near = stable & (change <= MAX_MOVE)
         located = share[going] < 2 * SMALLEST_SHARE  # located as accurately as the load can be divided

@@ -11,13 +11,13 @@ from typing import Any
 
 import numpy as np
 
-from dielast.mechanics.criteria.criterion import Moment, Signal
+from dielast.mechanics.criteria.criterion import FilmSnapshot, Signal
 from dielast.mechanics.equations import Films
 from dielast.mechanics.span import Load
 from dielast.numerics.arrays import ByCase, Cases, Floats
 from dielast.numerics.quadrature import integrals
 from dielast.numerics.roots import fall, samples
-from dielast.numerics.stride import DenseSteps, Stride
+from dielast.numerics.stride import DenseSteps, TriedStep
 
 NEARBY = 1e-3  # half-width, as a fraction of the step, of the difference quotient for the slope of a signal
 
@@ -43,7 +43,7 @@ class Brackets(ByCase):
         """Samples (samples, k) of the signal in the steps; see `roots.samples`."""
         return samples(self._along(signal, system, needs_springs), self.last, self.value)[0]
 
-    def first_fall(self, signal: Signal, system: Films, needs_springs: bool) -> tuple[Floats, Moment]:
+    def first_fall(self, signal: Signal, system: Films, needs_springs: bool) -> tuple[Floats, FilmSnapshot]:
         """The time (k,) in s since the span began at which the signal first falls to zero, and the films at that moment.
 
         The dense output is of a lower order than the steps. So the step is repeated up to the zero of the signal along the dense
@@ -68,10 +68,10 @@ class Brackets(ByCase):
         steps = self.steps if needs_springs else self.steps.rows(slice(system.border, None))
         return lambda fraction: signal(self.at(fraction, steps.state(fraction), system)[1])
 
-    def at(self, fraction: Floats, state: Floats, system: Films) -> tuple[Floats, Moment]:
+    def at(self, fraction: Floats, state: Floats, system: Films) -> tuple[Floats, FilmSnapshot]:
         """The time (k,) in s since the span began at fractions (k,) of the steps, and the films in the `state` (rows, k) then."""
         time = np.asarray(self.steps.time + fraction * self.steps.step)
-        return time, Moment.of(system, self.steps.cases, self.begin + time - self.switched_on, time, state)
+        return time, FilmSnapshot.of(system, self.steps.cases, self.begin + time - self.switched_on, time, state)
 
 
 class Exposure:
@@ -85,14 +85,14 @@ class Exposure:
     def __getstate__(self) -> dict[str, Any]:
         return {name: value for name, value in vars(self).items() if name != "rate"}
 
-    def follow(self, stride: Stride, system: Films) -> None:
+    def follow(self, stride: TriedStep, system: Films) -> None:
         """Add a step."""
         steps = DenseSteps.of(stride, slice(system.border, None), np.arange(stride.cases.size))
         self.before = self.total[stride.cases]
         self.after = self.before + self._within(steps, system, stride.accepted.astype(float))
         self.total[stride.cases[stride.accepted]] = self.after[stride.accepted]
 
-    def along(self, stride: Stride, system: Films, columns: Cases, fraction: Floats) -> Floats:
+    def along(self, stride: TriedStep, system: Films, columns: Cases, fraction: Floats) -> Floats:
         """The integrals (k,) of `columns` (k,) at fractions (k,) of the last step that was followed."""
         steps = DenseSteps.of(stride, slice(system.border, None), columns)
         return self.before[columns] + self._within(steps, system.take(columns), fraction)
@@ -102,7 +102,7 @@ class Exposure:
         steps = brackets.steps.rows(slice(system.border, None))
         return before + self._within(steps, system, np.clip((time - steps.time) / steps.step, 0.0, 1.0))
 
-    def reached(self, brackets: Brackets, system: Films) -> tuple[Floats, Moment]:
+    def reached(self, brackets: Brackets, system: Films) -> tuple[Floats, FilmSnapshot]:
         """The time (k,) in s since the span began at which the integral reaches 1, and the films then.
 
         The integral is `last` at the beginning of a step and `value` at its end.
@@ -119,7 +119,7 @@ class Exposure:
             is_subset = not np.array_equal(columns, all_columns)
             chosen, films = (steps.take(columns), system.take(columns)) if is_subset else (steps, system)
             time = chosen.time + fraction * chosen.step
-            return self.rate(Moment.of(films, chosen.cases, np.zeros_like(time), time, chosen.state(fraction)))
+            return self.rate(FilmSnapshot.of(films, chosen.cases, np.zeros_like(time), time, chosen.state(fraction)))
 
         all_columns = np.arange(part.size)
         with np.errstate(all="ignore"):  # where the rate overflows, the film fails

@@ -2,12 +2,12 @@
 
 from dielast.mechanics.passive.framed import FramedFilms
 from dielast.mechanics.point import LoadedPoints
-from dielast.numerics.stride import Stride
+from dielast.numerics.stride import TriedStep
 
 Films = LoadedPoints | FramedFilms
 
 
-def films_of(stride: Stride) -> Films:
+def films_of(stride: TriedStep) -> Films:
     """The films that a step of the stepper integrates."""
     assert isinstance(stride.system, Films)
     return stride.system

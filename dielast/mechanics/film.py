@@ -8,19 +8,19 @@ import numpy as np
 
 from dielast.material.springs import Symmetry
 from dielast.mechanics.charged import ChargedPoints
-from dielast.mechanics.criteria.criterion import Moment
+from dielast.mechanics.criteria.criterion import FilmSnapshot
 from dielast.mechanics.electric import FIELD, Drive, Wires
 from dielast.mechanics.equations import Films
 from dielast.mechanics.passive.framed import Assembly, FramedFilms, Surroundings
 from dielast.mechanics.passive.structure import Structure
 from dielast.mechanics.point import LoadedPoints
-from dielast.mechanics.point_material import Points
+from dielast.mechanics.point_material import PointMaterial
 from dielast.mechanics.span import Control, Controls, Load, stretched
 from dielast.numerics.arrays import ByCase, Cases, Flags, Floats
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Film(ByCase):
+class FilmState(ByCase):
     """The state of films: x (2, n, cases), Lambda and nominal stress (2, cases), nominal `field` and `time` (cases,), and the
     `next_step` (cases,) in s that the stepper proposes if the load goes on smoothly, 0 for no proposal. All films keep the
     `symmetry`, or None.
@@ -32,7 +32,7 @@ class Film(ByCase):
     (cases,), the distance of their grips as a stretch.
     """
 
-    points: Points
+    points: PointMaterial
     internal: Floats
     log_squared_stretch: Floats
     nominal_stress: Floats
@@ -49,19 +49,19 @@ class Film(ByCase):
     grips: Floats | None = None
 
     @classmethod
-    def at_rest(cls, points: Points, symmetry: Symmetry | None) -> Film:
+    def at_rest(cls, points: PointMaterial, symmetry: Symmetry | None) -> FilmState:
         """Undeformed and relaxed films at time 0."""
         springs, cases = points.modulus.shape
         axes, single = np.zeros((2, cases)), np.zeros(cases)
         return cls(points, np.zeros((2, springs, cases)), axes, axes, single, single, single, symmetry)
 
-    def copied(self) -> Film:
+    def copied(self) -> FilmState:
         """The same films, with arrays of the state that may be changed."""
         names = ("internal", "log_squared_stretch", "nominal_stress", "field", "border")
         arrays = {name: getattr(self, name) for name in names}
         return replace(self, **{name: array.copy() for name, array in arrays.items() if array is not None})
 
-    def under(self, drive: Drive | None) -> Film:
+    def under(self, drive: Drive | None) -> FilmState:
         """The same films under another drive of their electrodes, with their charge; the source then has the voltage of the films.
         None stands for the present drive.
         """
@@ -73,7 +73,7 @@ class Film(ByCase):
         source = None if points.circuit is None else field if drive is Drive.VOLTAGE else charge
         return replace(self, points=points, drive=drive, field=acting, source=source)
 
-    def framed(self, structure: Structure) -> Film:
+    def framed(self, structure: Structure) -> FilmState:
         """These homogeneous films, divided into the active and the passive part of a structure."""
         internal = np.repeat(np.exp(0.5 * self.internal)[:, :, None], structure.points, axis=2)
         border = np.concatenate((structure.home, self.nominal_stress))
@@ -115,16 +115,16 @@ class Film(ByCase):
             return equations.pack(*membrane, self.field)
         return equations.pack(*membrane)
 
-    def reached(self, equations: Films, state: Floats, driven: Floats, time: Floats, next_step: Floats) -> Film:
+    def reached(self, equations: Films, state: Floats, driven: Floats, time: Floats, next_step: Floats) -> FilmState:
         """The films in a new `state` (rows, cases) at `time` (cases,) in s, under the prescribed values `driven` (3, cases)."""
         log_squared, nominal = equations.membrane(state, driven)
         acting, source = (driven[2], None) if self.points.circuit is None else (state[equations.border], driven[2])
         border = state[equations.border :] if isinstance(equations, FramedFilms) else None
         now = self.points, equations.internal(state), log_squared, nominal, acting, time, next_step
-        return Film(*now, self.symmetry, source, border, self.assembly, self.wires, self.drive, self.slack, driven[0])
+        return FilmState(*now, self.symmetry, source, border, self.assembly, self.wires, self.drive, self.slack, driven[0])
 
-    def moment(self, controls: Controls, cases: Cases, age: Floats) -> Moment:
+    def moment(self, controls: Controls, cases: Cases, age: Floats) -> FilmSnapshot:
         """The films as a moment for criteria; they are the `cases` (k,), and the voltage has been on for `age` (k,) s."""
         surroundings = None if self.assembly is None or self.border is None else Surroundings(self.assembly, self.border)
         membrane = self.log_squared_stretch, self.nominal_stress
-        return Moment(self.points, controls, cases, age, self.internal, *membrane, self.field, surroundings)
+        return FilmSnapshot(self.points, controls, cases, age, self.internal, *membrane, self.field, surroundings)

@@ -3,7 +3,7 @@
 import numpy as np
 
 from dielast.mechanics.electric import ELECTRIC
-from dielast.mechanics.point_material import SYMMETRIC, Points
+from dielast.mechanics.point_material import SYMMETRIC, PointMaterial
 from dielast.mechanics.span import Control, stretched
 from dielast.numerics.arrays import Flags, Floats
 
@@ -14,7 +14,7 @@ BALANCED = 1e-8  # Newton step in Lambda that an equilibrium may still have
 
 
 def jump(
-    points: Points,
+    points: PointMaterial,
     controls: tuple[Control, Control],
     target: Floats,
     internal: Floats,
@@ -67,7 +67,7 @@ def jump(
 
 
 def _equations(
-    points: Points, driven: Flags, applied: Floats, electrical: Floats, internal: Floats, log_squared: Floats
+    points: PointMaterial, driven: Flags, applied: Floats, electrical: Floats, internal: Floats, log_squared: Floats
 ) -> tuple[Floats, Floats, Floats]:
     """Mechanical true stress and imbalance (2, cases), and the tangent (2, 2, cases), the identity in rows of driven axes."""
     stress, spring_tangent = points.law.tangent(points.springs(internal, log_squared))

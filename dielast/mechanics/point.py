@@ -26,7 +26,7 @@ import numpy as np
 from dielast.material.springs import UNIAXIAL, Symmetry
 from dielast.mechanics.electric import ELECTRIC
 from dielast.mechanics.elimination import Eliminated, stress_of, tangent_of
-from dielast.mechanics.point_material import Points, in_both_axes
+from dielast.mechanics.point_material import PointMaterial, in_both_axes
 from dielast.mechanics.span import Control, Load, UnderLoad, stretched
 from dielast.numerics.arrays import Flags, Floats
 from dielast.numerics.stride import Inner
@@ -42,7 +42,7 @@ class LoadedPoints(UnderLoad):
     integrates. A nominal field is compatible only with equibiaxial symmetry.
     """
 
-    points: Points
+    points: PointMaterial
     load: Load
     symmetry: Symmetry | None = None
     slack: Flags | None = None

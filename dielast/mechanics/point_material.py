@@ -47,7 +47,7 @@ class EdgeSprings(ByCase):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Points(ByCase):
+class PointMaterial(ByCase):
     """The material of points.
 
     - `modulus` (n, cases): shear moduli in Pa, row 0 that of the equilibrium spring.
@@ -72,7 +72,9 @@ class Points(ByCase):
     edges: EdgeSprings | None = None
 
     @classmethod
-    def of(cls, material: Material | Sequence[Material], temperature: Floats, rtol: float, with_dielectric: bool = True) -> Points:
+    def of(
+        cls, material: Material | Sequence[Material], temperature: Floats, rtol: float, with_dielectric: bool = True
+    ) -> PointMaterial:
         """Points of one material, or of one material per case, at `temperature` (cases,) in degC, for integration to `rtol`.
 
         `with_dielectric` is False for films that never see a voltage. Branches of modulus 0 are omitted. Materials with fewer
@@ -105,11 +107,11 @@ class Points(ByCase):
         flow = Flow.of(flow_laws([member.flow for member in materials], width), fluidity, modulus)
         return cls(modulus, flow, gathered(laws, modulus > 0), permittivity, floor, stretching=stretching)
 
-    def undamped(self) -> Points:
+    def undamped(self) -> PointMaterial:
         """The points without stress in the last spring, the damper (`stability.damped`)."""
         return replace(self, modulus=np.concatenate((self.modulus[:-1], np.zeros_like(self.modulus[-1:]))))
 
-    def with_damper_floor(self, rtol: float) -> Points:
+    def with_damper_floor(self, rtol: float) -> PointMaterial:
         """The points with a stress floor that counts the rounding of the last spring, the damper, for films whose edges move."""
         return replace(self, stress_floor=self.stress_floor + ROUNDING / rtol * self.modulus[-1])
 

@@ -11,14 +11,14 @@ import numpy as np
 
 from dielast.mechanics.at_once import apply_at_once
 from dielast.mechanics.equations import films_of
-from dielast.mechanics.film import Film
+from dielast.mechanics.film import FilmState
 from dielast.mechanics.jump import jump
 from dielast.mechanics.point import LoadedPoints
 from dielast.mechanics.point_material import FLOOR
 from dielast.mechanics.span import Control, Controls, stretched
 from dielast.numerics.arrays import Cases, Flags, Floats, paired, where
 from dielast.numerics.roots import fall
-from dielast.numerics.stride import Stride
+from dielast.numerics.stride import TriedStep
 
 INSIGNIFICANT = 0.1  # tolerances by which a signal may be below zero
 START, END = 1e-9, 1e-12  # fractions of a step next to its ends that count as these
@@ -41,7 +41,7 @@ class Contact:
     _turned: Floats = field(default_factory=lambda: np.zeros(0))
     """Times (cases,) in s since the piece of load began of the last change of the equations; NaN before."""
 
-    def begin(self, film: Film, controls: Controls, start: Floats, jumped: Flags, status: Cases) -> Film:
+    def begin(self, film: FilmState, controls: Controls, start: Floats, jumped: Flags, status: Cases) -> FilmState:
         """The specimens at the beginning of a piece of load with these `controls`, which `start` (3, cases) prescribes, and to
         which the load of some has `jumped` (cases,). Where a slack specimen has no equilibrium, `status` (cases,) is changed.
         """
@@ -64,7 +64,7 @@ class Contact:
         gap = 0.5 * unknown - np.log(system.load.value(time)[0])
         return np.where(system.slack, gap, unknown * FLOOR / system.points.stress_floor)
 
-    def share(self, stride: Stride, landing: Flags) -> Floats:
+    def share(self, stride: TriedStep, landing: Flags) -> Floats:
         """The fractions (pool,) of the steps at which specimens go slack or taut; see `Turns`."""
         system = films_of(stride)
         assert isinstance(system, LoadedPoints)

@@ -9,17 +9,17 @@ import numpy as np
 from dielast.material.springs import Symmetry
 from dielast.mechanics.at_once import apply_at_once
 from dielast.mechanics.equations import films_of
-from dielast.mechanics.film import Film
+from dielast.mechanics.film import FilmState
 from dielast.mechanics.history import LATERAL
 from dielast.mechanics.load import Mode
 from dielast.mechanics.point import LoadedPoints
-from dielast.mechanics.point_material import Points
+from dielast.mechanics.point_material import PointMaterial
 from dielast.mechanics.slack import Contact
 from dielast.mechanics.span import Control, Load
 from dielast.mechanics.stretched import Histories, Steps
 from dielast.numerics.arrays import Cases, Flags, Floats
 from dielast.numerics.integrate import Status, integrate
-from dielast.numerics.stride import DenseSteps, Stride
+from dielast.numerics.stride import DenseSteps, TriedStep
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -49,7 +49,7 @@ class Grips:
 class _Borne(Steps):
     """Stores the nominal stress of axis 1 in every step, 0 where the specimen is slack."""
 
-    def __call__(self, stride: Stride) -> None:
+    def __call__(self, stride: TriedStep) -> None:
         """Store the step."""
         system = films_of(stride)
         assert isinstance(system, LoadedPoints)
@@ -61,13 +61,13 @@ class _Borne(Steps):
         self.begins.append(stride.begin[columns] + stride.time[columns])
 
 
-def borne(points: Points, mode: Mode, symmetry: Symmetry | None, histories: Histories, times: Floats, rtol: float) -> Floats:
+def borne(points: PointMaterial, mode: Mode, symmetry: Symmetry | None, histories: Histories, times: Floats, rtol: float) -> Floats:
     """The nominal stress (cases, k) in Pa at `times` (cases, k) in s of specimens that bear no pressure, to the tolerance `rtol`;
     NaN where a specimen cannot follow its history.
     """
     grips, every = Grips(histories, mode), np.arange(times.shape[0])
     opening = grips.span(every, np.zeros_like(every))[0]
-    film, status = Film.at_rest(points, symmetry), np.zeros(every.size, dtype=np.intp)
+    film, status = FilmState.at_rest(points, symmetry), np.zeros(every.size, dtype=np.intp)
     jumped, contact = opening.start[0] != 1, Contact(np.zeros(every.size, dtype=bool), rtol)
     if jumped.any():
         film = apply_at_once(film, opening.controls, opening.start, jumped, status, None)

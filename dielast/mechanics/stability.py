@@ -29,7 +29,7 @@ from dielast.errors import InputError
 from dielast.material.argument_types import checked
 from dielast.material.springs import EQUIBIAXIAL
 from dielast.mechanics.electric import ELECTRIC
-from dielast.mechanics.point_material import Points
+from dielast.mechanics.point_material import PointMaterial
 from dielast.mechanics.span import Control, stretched
 from dielast.numerics.arrays import Floats
 
@@ -89,7 +89,7 @@ class Stability:
 
 
 def stability(
-    points: Points,
+    points: PointMaterial,
     controls: tuple[Control, Control],
     internal: Floats,
     log_squared_stretch: Floats,
@@ -124,7 +124,7 @@ def stability(
 
 
 def _spring_tangent(
-    points: Points, internal: Floats, log_squared_stretch: Floats, watched: Floats | None
+    points: PointMaterial, internal: Floats, log_squared_stretch: Floats, watched: Floats | None
 ) -> tuple[Floats, Floats, Floats]:
     """The entries sum mu K11, sum mu K12 and sum mu K22, all (cases,), with the moduli that springs retain."""
     if len(internal) == 2:
@@ -144,7 +144,7 @@ def _spring_tangent(
     return k11, k12, k11
 
 
-def damped(points: Points) -> Points:
+def damped(points: PointMaterial) -> PointMaterial:
     """The points with an additional last spring, the damper: a branch so fast and stiff that it matters only where the film has no
     equilibrium.
 
@@ -172,7 +172,7 @@ class Fold:
     `watched` the time scale (cases,) in s, None if every spring is frozen.
     """
 
-    points: Points
+    points: PointMaterial
     controls: tuple[Control, Control]
     driven: Callable[[Floats], Floats]
     watched: Callable[[Floats], Floats] | None

@@ -20,7 +20,7 @@ from dielast.mechanics.elimination import Eliminated, stress_of, tangent_of
 from dielast.mechanics.flow import Flow
 from dielast.numerics.arrays import ByCase, Cases, Flags, Floats
 from dielast.numerics.integrate import Status, integrate
-from dielast.numerics.stride import DenseSteps, Inner, Stride
+from dielast.numerics.stride import DenseSteps, Inner, TriedStep
 
 ROUNDING = 3e-15  # least tolerance for an elastic strain: ten times the rounding error of A - C
 
@@ -134,7 +134,7 @@ class Steps:
     parts: list[DenseSteps] = field(default_factory=list)
     begins: list[Floats] = field(default_factory=list)
 
-    def __call__(self, stride: Stride) -> None:
+    def __call__(self, stride: TriedStep) -> None:
         """Store the step."""
         columns = np.flatnonzero(stride.accepted)
         self.parts.append(DenseSteps.of(stride, slice(None), columns))

@@ -14,14 +14,14 @@ from typing import Any
 import numpy as np
 
 from dielast.mechanics.brackets import Brackets, Exposure
-from dielast.mechanics.criteria.criterion import Criterion, Moment, Signal, WatchedFilms
+from dielast.mechanics.criteria.criterion import Criterion, FilmSnapshot, Signal, WatchedFilms
 from dielast.mechanics.criteria.pull_in import stability_at
 from dielast.mechanics.equations import Films, films_of
 from dielast.mechanics.span import Load
 from dielast.mechanics.stability import Stability
 from dielast.numerics.arrays import ByCase, Cases, Flags, Floats, paired, where
 from dielast.numerics.roots import CLOSE
-from dielast.numerics.stride import DenseSteps, Stride
+from dielast.numerics.stride import DenseSteps, TriedStep
 
 JUST_INSIDE = 0.01  # fraction of a span, from either end, at which the magnitude of the voltage shows whether it rises at that end
 
@@ -54,7 +54,7 @@ class VoltageClock:
         self.started = np.where(up & ~self.rising, time, self.started)
         self.rising = np.where(after == before, self.rising, up)
 
-    def follow(self, stride: Stride, load: Load, start: Floats) -> Cases:
+    def follow(self, stride: TriedStep, load: Load, start: Floats) -> Cases:
         """Follow a step of a piece that began at `start` (cases,) in s; returns the columns in which the clock restarted."""
         opening, ending = stride.accepted & (stride.time == 0), stride.accepted & (stride.until == stride.duration)
         restarted = np.zeros(0, dtype=np.intp)
@@ -106,7 +106,7 @@ class EventArrays(ByCase):
 
 
 @dataclass(slots=True, eq=False)
-class Lookout:
+class EventSearch:
     """The state of the search for one criterion.
 
     `signal` is None if the criterion has a rate or cannot be met, `exposure` is None unless it has a rate. `seen` (cases,) marks
@@ -143,7 +143,7 @@ class Watch:
         exposures = {criterion: Exposure(rate, cases) for criterion, rate in rates if rate is not None}
         self.exposures = list(exposures.values())
         self.lookouts = [
-            Lookout(
+            EventSearch(
                 criterion,
                 criterion.signal(films),
                 exposures.get(criterion),
@@ -198,7 +198,7 @@ class Watch:
         if not starting.any():
             return
         every = np.arange(start.size)
-        moment = Moment.of(system, every, self.clock.age(every, start), np.zeros_like(start), state)
+        moment = FilmSnapshot.of(system, every, self.clock.age(every, start), np.zeros_like(start), state)
         for lookout in self.lookouts:
             if lookout.signal is None:
                 continue
@@ -210,7 +210,7 @@ class Watch:
             if lookout.least is not None:
                 lookout.armed = (lookout.armed & (not changed)) | (starting & (value > lookout.least))
 
-    def __call__(self, stride: Stride) -> Flags | None:
+    def __call__(self, stride: TriedStep) -> Flags | None:
         """Store the brackets of signals that fall within the step; returns the mask (pool,) of columns whose case ends with it."""
         system, cases = films_of(stride), stride.cases
         restarted = self.clock.follow(stride, system.load, self._start)
@@ -273,7 +273,7 @@ class Watch:
             self.note(lookout, brackets.begin + time, moment, exposed)
             lookout.brackets = []
 
-    def note(self, lookout: Lookout, time: Floats, moment: Moment, exposed: Sequence[Floats] | None = None) -> None:
+    def note(self, lookout: EventSearch, time: Floats, moment: FilmSnapshot, exposed: Sequence[Floats] | None = None) -> None:
         """Store events at `time` (k,) in s since the programme began, of the films at a `moment`.
 
         `exposed` are the exposures (k,) at that time, by default those at the end of the last step.
@@ -294,12 +294,12 @@ class Watch:
         """The exposures (exposures, k) at the end of the last step."""
         return np.reshape([exposure.total[cases] for exposure in self.exposures], (len(self.exposures), cases.size))
 
-    def exposed_along(self, stride: Stride, columns: Cases, fraction: Floats) -> Floats:
+    def exposed_along(self, stride: TriedStep, columns: Cases, fraction: Floats) -> Floats:
         """The exposures (exposures, k) at fractions (k,) of the last step."""
         parts = [exposure.along(stride, films_of(stride), columns, fraction) for exposure in self.exposures]
         return np.reshape(parts, (len(self.exposures), columns.size))
 
-    def stability(self, moment: Moment) -> Stability:
+    def stability(self, moment: FilmSnapshot) -> Stability:
         """Determinant and margin (k,) of films at a moment; where edges move, the margin stands for both, as determinants of
         different axes cannot be compared.
         """
@@ -313,10 +313,10 @@ class Watch:
         """
         return self.clock.age(cases, self._start[cases] + begin + time)
 
-    def _moment(self, stride: Stride, time: Floats, state: Floats) -> Moment:
-        return Moment.of(films_of(stride), stride.cases, self.age(stride.cases, stride.begin, time), time, state)
+    def _moment(self, stride: TriedStep, time: Floats, state: Floats) -> FilmSnapshot:
+        return FilmSnapshot.of(films_of(stride), stride.cases, self.age(stride.cases, stride.begin, time), time, state)
 
-    def _brackets(self, stride: Stride, columns: Cases, last: Floats, value: Floats) -> Brackets:
+    def _brackets(self, stride: TriedStep, columns: Cases, last: Floats, value: Floats) -> Brackets:
         """Brackets for some columns (k,) of the step, over which the signal (pool,) goes from `last` to `value`."""
         columns = paired(columns)
         cases = stride.cases[columns]

@@ -17,7 +17,7 @@ import numpy as np
 
 from dielast.numerics.arrays import Cases, Flags, Floats, paired
 from dielast.numerics.rosenbrock import RODAS5P, Rosenbrock
-from dielast.numerics.stride import Observer, Spans, Stride, System, Turns, Whereabouts, advance
+from dielast.numerics.stride import Observer, PoolColumns, Spans, System, TriedStep, Turns, advance
 
 # numbers in the state of the cases that advance together: large enough to amortise Python calls, small enough to cache
 POOL = 32_000
@@ -143,7 +143,7 @@ class Stepper:
         self.turns, self.exponent = turns, 1 / method.order
         with np.errstate(all="ignore"):
             self.last_span = self._last_spans()
-        self.at = Whereabouts.start(np.zeros(0, dtype=np.intp), np.zeros(0), np.zeros(0))
+        self.at = PoolColumns.start(np.zeros(0, dtype=np.intp), np.zeros(0), np.zeros(0))
         self.active = np.zeros(0, dtype=bool)
         self.state = self.result.state[:, :0]
 
@@ -179,8 +179,8 @@ class Stepper:
     def _refill(self, starting: Cases) -> None:
         """Drop the columns of cases that have ended, and add columns of the `starting` cases."""
         keep, count = np.flatnonzero(self.active), starting.size
-        new_columns = Whereabouts.start(starting, self.durations[starting], self.longest_steps[starting])
-        at = Whereabouts.joined([self.at.take(keep), new_columns])
+        new_columns = PoolColumns.start(starting, self.durations[starting], self.longest_steps[starting])
+        at = PoolColumns.joined([self.at.take(keep), new_columns])
         state = np.concatenate((self.state[:, keep], self.result.state[:, starting]), axis=1)
         system: Any = self.system_of_all.take(at.cases)
         if self.turns is not None:
@@ -229,7 +229,7 @@ class Stepper:
             at.next_step[at_kink] = self._opening(self.system, self.state, at, kinks, proposed)
             at.last_step[at_kink] = at.last_error[at_kink] = 0.0
 
-    def _opening(self, system: System, state: Floats, at: Whereabouts, columns: Cases, proposed: Floats) -> Floats:
+    def _opening(self, system: System, state: Floats, at: PoolColumns, columns: Cases, proposed: Floats) -> Floats:
         """The first step (k,) of columns (k,) after the start or a kink, at most `proposed` (k,) where that is not 0."""
         step, left = np.zeros(columns.size), at.duration - at.time
         with_proposal = np.flatnonzero(proposed > 0)
@@ -324,11 +324,11 @@ class Stepper:
             self._turn(share, step)
         self._settle(accepted, finished, last, stop)
 
-    def _stride(self, accepted: Flags, step: Floats, until: Floats, after: Floats, elapsed: Floats) -> Stride:
+    def _stride(self, accepted: Flags, step: Floats, until: Floats, after: Floats, elapsed: Floats) -> TriedStep:
         """The step that was tried."""
         at = self.at
         tried = at.cases, accepted, at.time, step, until, self.state, after, self.increments
-        return Stride(self.system, self.method, *tried, at.span, at.begin, at.duration, elapsed)
+        return TriedStep(self.system, self.method, *tried, at.span, at.begin, at.duration, elapsed)
 
     def _turn(self, share: Floats, step: Floats) -> None:
         """Let columns whose equations change within the step end it there, and change those at whose start or end they do.

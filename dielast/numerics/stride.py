@@ -48,7 +48,7 @@ class System(Protocol):
 class Turns(Protocol):
     """Moments at which the equations of a case change, within a smooth span of load: a step ends exactly there."""
 
-    def share(self, stride: Stride, landing: Flags) -> Floats:
+    def share(self, stride: TriedStep, landing: Flags) -> Floats:
         """The fractions (pool,) of accepted steps at which their equations change: 0 at the start, 1 at the end, infinite where
         they do not. `landing` (pool,) marks steps that were shortened to end there.
         """
@@ -79,7 +79,7 @@ class Spans(Protocol):
 
 
 @dataclass(slots=True, eq=False)
-class Whereabouts(ByCase):
+class PoolColumns(ByCase):
     """The position of each column of a pool: all arrays (pool,).
 
     A column integrates a case of index `cases` through the span of index `span`, which lasts `duration` s and begins `begin` s
@@ -107,7 +107,7 @@ class Whereabouts(ByCase):
     landing: Flags
 
     @classmethod
-    def start(cls, cases: Cases, duration: Floats, longest_step: Floats) -> Whereabouts:
+    def start(cls, cases: Cases, duration: Floats, longest_step: Floats) -> PoolColumns:
         """Columns of `cases` (k,) at the beginning of their first span, which lasts `duration` (k,) s."""
         begin, time, rounding, next_step, last_step, last_error, milestone = np.zeros((7, cases.size))
         span, steps, rejected, tries = np.zeros((4, cases.size), dtype=np.intp)
@@ -135,7 +135,7 @@ def advance(system: System, method: Rosenbrock, time: Floats, state: Floats, ste
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Stride:
+class TriedStep:
     """One step of a pool of cases; all arrays (pool,) unless stated.
 
     `cases` are the indices of the cases, `accepted` marks the accepted steps. A step of `step` s starts `time` s after its `span`
@@ -174,7 +174,7 @@ class Stride:
         return np.asarray(state)
 
 
-Observer = Callable[[Stride], Flags | None]
+Observer = Callable[[TriedStep], Flags | None]
 """A function that is called after every step; returns a mask (pool,) of columns whose case stops at `stride.after`, or None."""
 
 
@@ -189,7 +189,7 @@ class DenseSteps(ByCase):
     coefficients: Floats
 
     @classmethod
-    def of(cls, stride: Stride, rows: slice, columns: Cases) -> DenseSteps:
+    def of(cls, stride: TriedStep, rows: slice, columns: Cases) -> DenseSteps:
         """The dense output of these rows and columns (k,) of a stride."""
         inner = np.einsum("is,srk->irk", stride.method.dense, stride.increments[:, rows, paired(columns)])[:, :, : columns.size]
         ends = np.stack((stride.before[rows, columns], stride.after[rows, columns]))

@@ -29,7 +29,7 @@ LONGEST_BESIDE = 28  # characters of a label in a legend with two columns
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Drawn:
+class LifetimeCurve:
     """A film in the figure: `time`, and `low` and `high` of its band, over voltage; its `index` sets colour, marker and dashes.
 
     `high` is infinite beyond the horizon. It `survives` if it lives longer than the horizon at every voltage.
@@ -102,7 +102,7 @@ def film_in_words(result: FailureMap, place: int) -> str:
 
 def films_of(
     panel: Panel, result: FailureMap, lines: Sequence[LifetimeLine], bounds: tuple[NDArray[np.float64], NDArray[np.float64]] | None
-) -> list[Drawn]:
+) -> list[LifetimeCurve]:
     """The films of a panel; the label of a film that fails at no voltage states that."""
     unknown = np.full(result.voltage.size, np.nan)
     drawn = []
@@ -114,11 +114,11 @@ def films_of(
             label += ": survives" if survives else ": no failure found"
         low, high = (unknown, unknown) if bounds is None else (bounds[0][i, j], bounds[1][i, j])
         line = lines[i * len(result.prestretch) + j]
-        drawn.append(Drawn(index, label, result.time_to_failure[i, j], low, high, line, survives))
+        drawn.append(LifetimeCurve(index, label, result.time_to_failure[i, j], low, high, line, survives))
     return drawn
 
 
-def draw_panels(all_axes: Sequence[Axes], result: FailureMap, all_films: Sequence[Sequence[Drawn]]) -> None:
+def draw_panels(all_axes: Sequence[Axes], result: FailureMap, all_films: Sequence[Sequence[LifetimeCurve]]) -> None:
     """Draw the panels, with one scale of time."""
     unit, factor = unit_for("V", float(result.voltage.max()))
     voltage = result.voltage * factor
@@ -148,7 +148,7 @@ def draw_panels(all_axes: Sequence[Axes], result: FailureMap, all_films: Sequenc
             axes.axhline(result.horizon, color="0.5", linestyle=":", linewidth=0.8)
 
 
-def _without_times(films: Sequence[Drawn]) -> str:
+def _without_times(films: Sequence[LifetimeCurve]) -> str:
     """What became of films without a time to failure above 0."""
     times = np.concatenate([film.time for film in films])
     if np.all(times == 0):
@@ -156,7 +156,7 @@ def _without_times(films: Sequence[Drawn]) -> str:
     return "every film survives" if all(film.survives for film in films) else "no time to failure to show"
 
 
-def _span(films: Sequence[Drawn], result: FailureMap, opened: bool) -> tuple[float, float]:
+def _span(films: Sequence[LifetimeCurve], result: FailureMap, opened: bool) -> tuple[float, float]:
     """The shortest and the longest time of the axis, with a margin."""
     values = [np.array([result.horizon])] if opened else []
     for film in films:
@@ -175,7 +175,7 @@ def _share(rows: int) -> float:
     return ROW * (rows + 0.5) if rows else 0.0
 
 
-def _band(axes: Axes, voltage: NDArray[np.float64], film: Drawn, low: float, high: float) -> None:
+def _band(axes: Axes, voltage: NDArray[np.float64], film: LifetimeCurve, low: float, high: float) -> None:
     """Draw the band of a film; an open band extends to the end of the axis."""
     within = np.isfinite(film.low) & ~np.isnan(film.high)
     down, up = film.low.clip(low, high), film.high.clip(low, high)
@@ -187,7 +187,7 @@ def _band(axes: Axes, voltage: NDArray[np.float64], film: Drawn, low: float, hig
         axes.vlines(voltage[alone], down[alone], up[alone], linewidth=4.0, **look)
 
 
-def _times(axes: Axes, voltage: NDArray[np.float64], factor: float, film: Drawn) -> None:
+def _times(axes: Axes, voltage: NDArray[np.float64], factor: float, film: LifetimeCurve) -> None:
     """Draw the times of a film, and the line through them."""
     fails = film.fails
     if not fails.any():
@@ -200,7 +200,7 @@ def _times(axes: Axes, voltage: NDArray[np.float64], factor: float, film: Drawn)
         axes.plot(along * factor, film.line.drawn(along), linewidth=0.9, **film.look)
 
 
-def _rows(axes: Axes, voltage: NDArray[np.float64], films: Sequence[Drawn], below: int) -> None:
+def _rows(axes: Axes, voltage: NDArray[np.float64], films: Sequence[LifetimeCurve], below: int) -> None:
     """Draw a row for each film at its voltages: arrows at open bands, with the marker of the film beside the first, or markers."""
     top = foot = 0
     for film in films:
@@ -221,7 +221,7 @@ def _rows(axes: Axes, voltage: NDArray[np.float64], films: Sequence[Drawn], belo
         axes.text(-0.02, _share(below) / 2, "0", transform=axes.transAxes, ha="right", va="center", fontsize=7.5)
 
 
-def _arrows(axes: Axes, along: NDArray[np.float64], up: float, marker: str, film: Drawn) -> None:
+def _arrows(axes: Axes, along: NDArray[np.float64], up: float, marker: str, film: LifetimeCurve) -> None:
     if not along.size:
         return
     along, place = _thinned(along), axes.get_xaxis_transform()
@@ -235,7 +235,7 @@ def _thinned(along: NDArray[np.float64]) -> NDArray[np.float64]:
     return along[:: max(1, -(-along.size // MOST_MARKERS))]
 
 
-def legend(axes: Axes, films: Sequence[Drawn], note: str | None) -> None:
+def legend(axes: Axes, films: Sequence[LifetimeCurve], note: str | None) -> None:
     """The legend of a panel and a `note`, below the axes, as the curves leave no corner within them free."""
     handles = []
     for film in films:
@@ -247,7 +247,7 @@ def legend(axes: Axes, films: Sequence[Drawn], note: str | None) -> None:
     row_legend(axes, handles, columns, title=note, title_fontsize=7, fontsize=6.5, handlelength=3.0, **place)
 
 
-def notes(all_films: Sequence[Sequence[Drawn]], interval: str | None, left_out: str | None) -> str | None:
+def notes(all_films: Sequence[Sequence[LifetimeCurve]], interval: str | None, left_out: str | None) -> str | None:
     """The note on lines, bands, arrows and markers at zero, and on the films that are `left_out`."""
     films = [film for panel in all_films for film in panel]
     laws = [law for law in (EXPONENTIAL_LAW, POWER_LAW) if any(film.line.drawn_law == law for film in films)]

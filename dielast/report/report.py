@@ -24,7 +24,7 @@ UNDETERMINED = "undetermined"
 
 
 @dataclass(frozen=True, slots=True)
-class Report:
+class RunReport:
     """The result of a run: `tables` and other `files` by name, headline numbers by section, and a function that draws the figure.
 
     `failures` has a line for each case that the solver could not finish; its table then ends at the last solved time.
@@ -50,7 +50,7 @@ class RecipeSource:
     settings: Sequence[str] = ()
 
 
-def summarise(kind: str, report: Report, inputs: Inputs, source: RecipeSource, warnings: Sequence[str], version: str) -> Summary:
+def summarise(kind: str, report: RunReport, inputs: Inputs, source: RecipeSource, warnings: Sequence[str], version: str) -> Summary:
     """The summary: `version` of dielast, recipe and inputs with their SHA-256, the headline numbers (9 digits), the warnings."""
     summary: dict[str, Any] = {"kind": kind, "version": version, "recipe": source.name}
     if source.settings:
@@ -70,7 +70,7 @@ def summarise(kind: str, report: Report, inputs: Inputs, source: RecipeSource, w
     return summary
 
 
-def drawn(kind: str, report: Report, plots: Sequence[str]) -> dict[str, bytes]:
+def drawn(kind: str, report: RunReport, plots: Sequence[str]) -> dict[str, bytes]:
     """The figures of the run, name -> bytes; `plots` lists the formats wanted.
 
     A figure that cannot be drawn is left out with a warning: it costs no result.
@@ -85,7 +85,7 @@ def drawn(kind: str, report: Report, plots: Sequence[str]) -> dict[str, bytes]:
     return files
 
 
-def contents(report: Report, figures: Mapping[str, bytes], summary: Summary) -> tuple[dict[str, bytes], Summary]:
+def contents(report: RunReport, figures: Mapping[str, bytes], summary: Summary) -> tuple[dict[str, bytes], Summary]:
     """Every file of the run, name -> bytes, with its `figures`, and the summary with a list of the others."""
     import tomli_w
 

@@ -22,10 +22,10 @@ from dielast.mechanics.equations import Films, films_of
 from dielast.mechanics.passive.framed import FramedFilms
 from dielast.mechanics.piece import Cycles, Piece
 from dielast.mechanics.point import LoadedPoints
-from dielast.mechanics.point_material import Points
+from dielast.mechanics.point_material import PointMaterial
 from dielast.mechanics.span import Control
 from dielast.numerics.arrays import Cases, Flags, Floats, paired
-from dielast.numerics.stride import DenseSteps, Stride
+from dielast.numerics.stride import DenseSteps, TriedStep
 from dielast.simulate.electrical import NODES, WEIGHTS, flow
 
 PLACES = np.concatenate(([0.0], NODES, [1.0]))  # fractions of a step: Gauss points and both ends
@@ -94,7 +94,7 @@ class CycleMeter:
     is computed if there is a `leakage`, even one of conductivity 0.
     """
 
-    points: Points
+    points: PointMaterial
     unit: Floats
     stress: bool
     leakage: Leakage | None = None
@@ -132,7 +132,7 @@ class CycleMeter:
         self._lap = piece.lap
         self._sums[PLANNED] += piece.duration[:, None]
 
-    def __call__(self, stride: Stride) -> None:
+    def __call__(self, stride: TriedStep) -> None:
         """Store the step until it is added to the sums."""
         if self._piece is None:
             return

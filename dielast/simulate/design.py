@@ -25,7 +25,7 @@ Bounds = tuple[Floats, Floats]
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class Drawn(Result):
+class DesignBounds(Result):
     """Results of the draws of films, arrays (films,), NaN where the design has no voltage.
 
     `voltage` are bounds of the voltage that reaches the goal, and `time_to_failure` those of the time to failure in s under the
@@ -85,7 +85,7 @@ class Design(TabularResult):
     because: Texts
     largest: Floats
     rounds: int
-    drawn: Drawn | None = None
+    drawn: DesignBounds | None = None
 
     def columns(self) -> Table:
         """The table, one row per film."""
@@ -242,7 +242,7 @@ def designed(
 
 def _drawn(
     plan: DesignPlan, drawn: Sequence[Designed], level: float, failure_probability: float, confidence: float | None
-) -> Drawn:
+) -> DesignBounds:
     """The results of the draws of all films."""
     voltage, time = np.full((2, plan.grid.draws * plan.films), np.nan)
     for part in drawn:
@@ -255,7 +255,7 @@ def _drawn(
     safe = interval(time, 1 - 2 * failure_probability)[0]
     share = np.where(finished.any(axis=0), share, np.nan)
     life = None if confidence is None else assured(time, confidence)
-    return Drawn(interval(voltage, level), interval(time, level), share, safe, life)
+    return DesignBounds(interval(voltage, level), interval(time, level), share, safe, life)
 
 
 def _best_first(result: Design) -> Design:

@@ -20,12 +20,12 @@ import numpy as np
 from dielast.material.leakage import Leakage
 from dielast.mechanics.electric import ELECTRIC, FIELD
 from dielast.mechanics.equations import Films, films_of
-from dielast.mechanics.film import Film
+from dielast.mechanics.film import FilmState
 from dielast.mechanics.piece import Piece
 from dielast.mechanics.point_material import SYMMETRIC
 from dielast.mechanics.span import Control, Controls, stretched
 from dielast.numerics.arrays import Cases, Flags, Floats, paired
-from dielast.numerics.stride import DenseSteps, Stride
+from dielast.numerics.stride import DenseSteps, TriedStep
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(8)
 NODES, WEIGHTS = 0.5 * (1 + _NODES), 0.5 * _WEIGHTS  # on a step of length 1
@@ -101,7 +101,7 @@ class ElectricMeter:
         self._evaluate()
         return self._totals
 
-    def leap(self, controls: Controls, before: Film, after: Film, moved: Flags) -> None:
+    def leap(self, controls: Controls, before: FilmState, after: FilmState, moved: Flags) -> None:
         """Add the work of a load applied at once, which takes the films `before` to those `after`; edges jump in the cases `moved`
         (cases,).
         """
@@ -130,7 +130,7 @@ class ElectricMeter:
         flowing = flow(films, self.leakage.take(cases), time, state, equilibrium_rate(films, time, state))
         self._ready.append(self._rows(flowing, totals[:, cases]))
 
-    def follow(self, stride: Stride, stopped: Flags) -> None:
+    def follow(self, stride: TriedStep, stopped: Flags) -> None:
         """Add a step; films of the columns `stopped` (pool,) stop within it, at times that are known when they have `ended`."""
         columns = paired(np.flatnonzero(stride.accepted))
         if not columns.size:
@@ -143,7 +143,7 @@ class ElectricMeter:
             self._stopped.append(self._size + last)
         self._size += columns.size
 
-    def ask(self, stride: Stride, columns: Cases, time: Floats) -> None:
+    def ask(self, stride: TriedStep, columns: Cases, time: Floats) -> None:
         """Ask for rows of columns (k,) at times (k,) in s since their spans began, within the step that was added last."""
         steps = self._kept[-1][0]
         first = self._size - steps.cases.size
@@ -295,6 +295,6 @@ def equilibrium_rate(films: Films, time: Floats, state: Floats) -> Floats:
     return rate
 
 
-def _stored(film: Film) -> Floats:
+def _stored(film: FilmState) -> Floats:
     """The energy (cases,) in J/m^3 stored in springs and dielectric."""
     return film.points.stored(film.internal, film.log_squared_stretch, film.field)

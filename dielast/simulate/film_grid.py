@@ -15,7 +15,7 @@ from dielast.material.breakdown import BreakdownLaw
 from dielast.material.material import Material
 from dielast.mechanics.criteria import CRITERIA, failures_of
 from dielast.mechanics.criteria.criterion import Criterion, WatchedFilms
-from dielast.mechanics.film import Film as FilmState
+from dielast.mechanics.film import FilmState
 from dielast.mechanics.line import Line
 from dielast.mechanics.span import Controls
 from dielast.mechanics.stability import TimeScale
@@ -35,7 +35,7 @@ DRAWN_RTOL = 5e-4  # default for draws; times are then accurate to 0.1 %, usuall
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Lives:
+class FilmEvents:
     """The events that `happened` to films (k,), their `Status`, and their relative stretches.
 
     `stretched` (2, times, k) are the relative stretches at the requested times, over those when the voltage is applied; NaN for
@@ -86,7 +86,7 @@ class Group(ByCase):
         until: Sequence[str] = (),
         ends: Sequence[str] = (),
         times: Sequence[float] = (),
-    ) -> Lives:
+    ) -> FilmEvents:
         """Simulate `columns` (k,) under a `voltage` (k,) in V, which is reached within `ramp` s and held up to `horizon` s.
 
         `watched` names the criteria to evaluate. A film ends when all events in `until`, or any event in `ends`, have happened.
@@ -106,7 +106,7 @@ class Group(ByCase):
         for recorder in followed.recorders:
             stretched = recorder.collect().stretch.transpose(0, 2, 1) / begin[:, None]
         happened = {criterion: entry.take(np.arange(count)) for criterion, entry in watch.happened.items()}
-        return Lives(happened, status[:count], stretched[..., :count], begin[:, :count])
+        return FilmEvents(happened, status[:count], stretched[..., :count], begin[:, :count])
 
 
 @dataclass(frozen=True, slots=True, eq=False)

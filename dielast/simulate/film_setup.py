@@ -18,7 +18,7 @@ from dielast.simulate.options import MESH_RTOL, Options, check_tolerance
 
 if TYPE_CHECKING:
     from dielast.mechanics.piece import Piece
-    from dielast.mechanics.point_material import Points
+    from dielast.mechanics.point_material import PointMaterial
 
 PER_CENT = 20  # a larger stretch may be meant in per cent
 CLOSEST = 1e-8  # smallest distance of a share from 0 and from 1; closer films differ by less than rounding
@@ -118,7 +118,7 @@ class Film(Options):
         moves = [axis - 1 for axis in prestretch if axis is not None]
         return np.asarray(np.max(moves, axis=0, initial=0.0) / positive(self.prestretch_rate, "prestretch_rate", "/s", cases))
 
-    def hung(self, thickness: Floats, prestretch: Stretched) -> Stretched:
+    def weight_stress(self, thickness: Floats, prestretch: Stretched) -> Stretched:
         """The nominal stress (cases,) in Pa of the weight along each axis, None without one; `InputError` for weights that are
         negative, incomplete, or not possible at this boundary and prestretch.
         """
@@ -207,7 +207,7 @@ def positive(value: ArrayLike, name: str, unit: str, cases: int) -> Floats:
 
 
 def check_limits(
-    points: Points, held: Sequence[Floats], at_once: Flags, prestretch: Stretched | None = None, step: int | None = None
+    points: PointMaterial, held: Sequence[Floats], at_once: Flags, prestretch: Stretched | None = None, step: int | None = None
 ) -> None:
     """`InputError` for stretches of the axes `held`, each (cases,), beyond the limit of a spring (see `out_of_reach`).
 
@@ -232,7 +232,7 @@ def _or_per_cent(stretch: float) -> str:
     return f"; is it in per cent? a strain of {stretch:g} % is a stretch of {1 + share:g}{as_stretch}"
 
 
-def out_of_reach(points: Points, held: Sequence[Floats], at_once: Flags) -> tuple[Flags, Cases]:
+def out_of_reach(points: PointMaterial, held: Sequence[Floats], at_once: Flags) -> tuple[Flags, Cases]:
     """Whether (cases,) the stretches of the axes `held`, each (cases,), are beyond the limit of a spring, and the spring (cases,)
     with the smallest margin.
 
@@ -249,7 +249,7 @@ def out_of_reach(points: Points, held: Sequence[Floats], at_once: Flags) -> tupl
     return np.asarray(np.min(margin, axis=0) <= 0), first
 
 
-def check_reach(points: Points, pieces: Sequence[Piece], rest: bool = True) -> None:
+def check_reach(points: PointMaterial, pieces: Sequence[Piece], rest: bool = True) -> None:
     """`InputError` for a stretch that pieces of load prescribe beyond the limit of the equilibrium spring, or of the branches if
     applied at once to films at `rest`.
     """

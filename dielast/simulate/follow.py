@@ -8,14 +8,14 @@ from typing import Any
 import numpy as np
 
 from dielast.mechanics.at_once import apply_at_once
-from dielast.mechanics.film import Film
+from dielast.mechanics.film import FilmState
 from dielast.mechanics.piece import Piece
 from dielast.mechanics.slack import Contact
 from dielast.mechanics.span import Controls
 from dielast.mechanics.watch import Watch
 from dielast.numerics.arrays import Cases, Flags, Floats
 from dielast.numerics.integrate import KEEPER, Status, Stepper
-from dielast.numerics.stride import Stride
+from dielast.numerics.stride import TriedStep
 from dielast.simulate.cycles import CycleMeter
 from dielast.simulate.record import Recorder
 
@@ -28,7 +28,7 @@ class Course:
     `steps` (cases,) tried. All that is needed to go on is here, and can be pickled between two steps.
     """
 
-    film: Film
+    film: FilmState
     pieces: Sequence[Piece]
     rtol: float
     watch: Watch | None
@@ -68,7 +68,7 @@ class Course:
         done = int(at.span[self.stepper.active].min(initial=self.piece.spans)) * count // self.piece.spans
         progress(done, count, "cycles" if self.piece.cycles else "rows of the load")
 
-    def _observe(self, stride: Stride) -> Flags | None:
+    def _observe(self, stride: TriedStep) -> Flags | None:
         observers = [observer for observer in (self.watch, *self.recorders, self.meter) if observer is not None]
         return next((done for done in [observer(stride) for observer in observers] if done is not None), None)
 
@@ -148,7 +148,7 @@ class Course:
 
 
 def follow(
-    film: Film,
+    film: FilmState,
     pieces: Sequence[Piece],
     *,
     rtol: float,

@@ -20,7 +20,7 @@ from dielast.material.material import Material
 from dielast.material.spectrum import Spectrum
 from dielast.mechanics.jump import jump
 from dielast.mechanics.load import Mode
-from dielast.mechanics.point_material import Points
+from dielast.mechanics.point_material import PointMaterial
 from dielast.mechanics.span import Control, Controls
 from dielast.mechanics.stability import stability
 from dielast.numerics.arrays import Flags, Floats
@@ -71,7 +71,7 @@ def film_limits(
         raise InputError(f"{material.name!r} has no permittivity, which a film under voltage needs", argument="material")
     there = material.reference_temperature if temperature is None else temperature
     relaxed = replace(material, spectrum=Spectrum(np.zeros(0), np.zeros(0)))
-    points = Points.of(relaxed, np.full(at.size, there), 1e-9)
+    points = PointMaterial.of(relaxed, np.full(at.size, there), 1e-9)
     second = {Mode.UNIAXIAL: at**-0.5, Mode.PURE_SHEAR: np.full_like(at, held)}.get(mode, at)
     begin = 2 * np.log(np.array((at, second)))
     if np.any(points.law.margin(np.exp(begin[:, None])) <= 0):

@@ -12,12 +12,12 @@ from dielast.errors import InputError, nearest, shown
 from dielast.material.material import Material, materials_of
 from dielast.material.springs import EQUIBIAXIAL, UNIAXIAL, Symmetry
 from dielast.mechanics.cases import numbers, spread, temperatures_of
-from dielast.mechanics.film import Film
+from dielast.mechanics.film import FilmState
 from dielast.mechanics.history import case_count, duration_of, pieces
 from dielast.mechanics.line import Line
 from dielast.mechanics.load import Mode, Step
 from dielast.mechanics.piece import Piece
-from dielast.mechanics.point_material import Points
+from dielast.mechanics.point_material import PointMaterial
 from dielast.mechanics.slack import Contact
 from dielast.mechanics.span import Control
 from dielast.numerics.arrays import Cases, Floats
@@ -62,7 +62,7 @@ class MembraneHistory(History):
     outcome: tuple[Outcome, ...]
     steps: Cases
     viscous_stretch: Floats | None
-    points: Points
+    points: PointMaterial
     cycles: CycleTable | None = None
     slack_events: tuple[tuple[SlackEvent, ...], ...] = ()
 
@@ -84,7 +84,7 @@ class MembraneHistory(History):
         power = 0.5 * np.einsum("nm,cnm,cnm->m", points.modulus, stress, points.flow.rate(stress))
         return np.asarray(power).reshape(self.time.shape)
 
-    def _springs(self) -> tuple[Points, Floats]:
+    def _springs(self) -> tuple[PointMaterial, Floats]:
         """The points (cases * times), and their squared elastic stretches (2, n, cases * times)."""
         if self.viscous_stretch is None:
             raise InputError("energies need the viscous stretches: ask for internal=True")
@@ -146,7 +146,7 @@ def prepare(
     for entry in materials if electric else ():
         if not entry.permittivity:
             raise InputError(f"{entry.name!r} has no permittivity, which a specimen under voltage needs", argument="material")
-    points = Points.of(materials, temperature, rtol, with_dielectric=electric)
+    points = PointMaterial.of(materials, temperature, rtol, with_dielectric=electric)
     stated = output.of_cases(cases, steps)
     history = pieces(steps, mode, cases)
     if electric:
@@ -162,7 +162,7 @@ def prepare(
     def simulated() -> MembraneHistory:
         recorder, meter = Recorder(stated), CycleMeter(points, np.ones(cases), stress_is_measured)
         contact = Contact(np.zeros(cases, dtype=bool), rtol) if slack == BEARS_NOTHING else None
-        film = Film.at_rest(points, symmetry_of(history))
+        film = FilmState.at_rest(points, symmetry_of(history))
         followed = follow(film, history, rtol=rtol, recorders=[recorder], meter=meter, contact=contact)
         # the duration of a step to a stress at a rate that begins at a stretch, or the reverse, is known only now
         check_end(stated.rows, np.where(followed.status == Status.COMPLETED, followed.time, np.inf), "history")

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from dielast.mechanics.point_material import Points
+from dielast.mechanics.point_material import PointMaterial
 from dielast.numerics.arrays import Floats
 from dielast.simulate.record import Record
 
@@ -74,7 +74,7 @@ class SolvedFilms:
     """
 
     record: Record
-    points: Points
+    points: PointMaterial
     wiring: Wiring
     thickness: Floats
     prestretch: Floats

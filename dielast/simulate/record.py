@@ -4,14 +4,14 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from dielast.mechanics.criteria.criterion import Moment
+from dielast.mechanics.criteria.criterion import FilmSnapshot
 from dielast.mechanics.electric import ELECTRIC
 from dielast.mechanics.equations import Films, films_of
 from dielast.mechanics.piece import Chain, Piece
 from dielast.mechanics.point import LoadedPoints
 from dielast.mechanics.watch import Watch
 from dielast.numerics.arrays import Cases, Flags, Floats, paired
-from dielast.numerics.stride import Stride
+from dielast.numerics.stride import TriedStep
 from dielast.simulate.electrical import EXTRA, ElectricMeter
 from dielast.simulate.output import Output
 
@@ -166,7 +166,7 @@ class Recorder:
         rows = rows[:, rows.shape[1] - int((rows >= 0).sum(axis=1).max()) :]
         return np.where(rows >= 0, rows, np.nan)
 
-    def __call__(self, stride: Stride) -> None:
+    def __call__(self, stride: TriedStep) -> None:
         """Store the output within the step."""
         pooled, rows = (paired(part) for part in self._due(stride))
         if self.electric is not None:
@@ -228,7 +228,7 @@ class Recorder:
         if self.output.internal:
             self._internal[-1][:, :, case, rows] = self._system.internal(state)
 
-    def _due(self, stride: Stride) -> tuple[Cases, Cases]:
+    def _due(self, stride: TriedStep) -> tuple[Cases, Cases]:
         """Columns and rows (k,) of the output times within the step."""
         reached = self._relative[stride.cases, self._next[stride.cases]] <= stride.elapsed
         columns = np.flatnonzero(stride.accepted & reached)
@@ -257,7 +257,7 @@ class Recorder:
             driven = system.driven(moment, state, pooled)
             system = system.take(pooled) if isinstance(system, LoadedPoints) and system.slack is not None else system
             return np.concatenate((*system.membrane(state, driven), driven[2:], np.full((1, case.size), np.nan)))
-        films = Moment.of(system.take(pooled), case, age, moment, state)
+        films = FilmSnapshot.of(system.take(pooled), case, age, moment, state)
         determinant = self.watch.stability(films).determinant
         field = films.points.nominal(films.log_squared_stretch, films.field)[0]
         return np.concatenate((films.log_squared_stretch, films.nominal_stress, field[None], determinant[None]))

@@ -9,16 +9,16 @@ from numpy.typing import ArrayLike
 from dielast.errors import InputError, NumericsError
 from dielast.material.breakdown import Breakdown, BreakdownLaw
 from dielast.material.law import DamageLaw
-from dielast.material.laws_of_cases import Endurance, FollowingField, LawsOfCases
+from dielast.material.laws_of_cases import FailureLaws, LawsOfCases, StretchDependentBreakdown
 from dielast.material.material import Material, materials_of
 from dielast.material.springs import EQUIBIAXIAL
 from dielast.mechanics.cases import of_case, one_set, temperatures_of
 from dielast.mechanics.criteria.criterion import WatchedFilms
-from dielast.mechanics.film import Film as FilmState
+from dielast.mechanics.film import FilmState
 from dielast.mechanics.line import Line
 from dielast.mechanics.passive.forms import Spread, across_disc, across_strip, disc, strip
 from dielast.mechanics.passive.mesh import points_needed
-from dielast.mechanics.point_material import EdgeSprings, Points
+from dielast.mechanics.point_material import EdgeSprings, PointMaterial
 from dielast.mechanics.span import Control, Controls
 from dielast.mechanics.stability import TimeScale, damped
 from dielast.numerics.arrays import Cases, Flags, Floats, paired
@@ -34,21 +34,21 @@ COARSER = 10.0 ** np.arange(-10, -1)  # tolerances to suggest where the requeste
 @dataclass(frozen=True, slots=True, eq=False)
 class Setup:
     """Films before the prestretch: `thickness` (cases,) in m; `prestretch` of both axes (cases,), None for a free axis, reached
-    within `ramp` (cases,) s and held for `relax` s; `hung` is the nominal stress (cases,) in Pa of a weight along each axis, or
-    None. With a passive part, `share` (cases,) is that of the electrode of a disc in a frame or of a strip, and `mesh` (cases,) the
-    number of points in the passive part of a disc, 0 for a strip. `spring` is the stiffness (cases,) in Pa of a spring at the edges
-    of each axis, or None.
+    within `ramp` (cases,) s and held for `relax` s; `weight_stress` is the nominal stress (cases,) in Pa of a weight along each
+    axis, or None. With a passive part, `share` (cases,) is that of the electrode of a disc in a frame or of a strip, and `mesh`
+    (cases,) the number of points in the passive part of a disc, 0 for a strip. `spring` is the stiffness (cases,) in Pa of a
+    spring at the edges of each axis, or None.
     """
 
-    points: Points
+    points: PointMaterial
     temperature: Floats
     thickness: Floats
     prestretch: Stretched
     ramp: Floats
     relax: float
     controls: Controls
-    endurance: Endurance
-    hung: Stretched = (None, None)
+    endurance: FailureLaws
+    weight_stress: Stretched = (None, None)
     share: Floats | None = None
     mesh: Cases = field(default_factory=lambda: np.zeros(0, dtype=np.intp))
     spring: Stretched = (None, None)
@@ -85,7 +85,7 @@ class Setup:
         """
         first, second = prestretch = _of_cases(self.prestretch, cases)
         film = FilmState.at_rest(self.points.take(cases), EQUIBIAXIAL if alike and self.alike[cases].all() else None)
-        film, status = prestretched(film, prestretch, self.ramp[cases], self.relax, rtol, _of_cases(self.hung, cases))
+        film, status = prestretched(film, prestretch, self.ramp[cases], self.relax, rtol, _of_cases(self.weight_stress, cases))
         if status.any():
             lost = int(np.argmax(status > 0))
             raise NumericsError(
@@ -130,18 +130,18 @@ def prestretched(
     duration: Floats,
     relax: float | Floats,
     rtol: float,
-    hung: Stretched = (None, None),
+    weight_stress: Stretched = (None, None),
 ) -> tuple[FilmState, Cases]:
     """Films at rest, prestretched, relaxed for `relax` s, one number or (cases,), and given a damper, and their `Status` (cases,).
 
     `stretch` (cases,) of each axis is reached within `duration` (cases,) s; None is an axis that is free, or under the nominal
-    stress `hung` (cases,) in Pa, all of it from the beginning. Use a film only where its status is COMPLETED.
+    stress `weight_stress` (cases,) in Pa, all of it from the beginning. Use a film only where its status is COMPLETED.
     """
     first, second = (Control.STRESS if target is None else Control.STRETCH for target in stretch)
     zero = np.zeros_like(duration)
     pieces = [Line.to((first, second), (*stretch, None), duration)]
-    if any(load is not None for load in hung):
-        pieces.insert(0, Line.to((first, second), (*hung, None), zero))
+    if any(load is not None for load in weight_stress):
+        pieces.insert(0, Line.to((first, second), (*weight_stress, None), zero))
     if np.any(np.asarray(relax) > 0):
         pieces.append(Line.to((first, second), (None, None, None), np.full_like(duration, relax)))
     # only the final viscous stretches matter, not the stress on the way
@@ -182,28 +182,30 @@ def set_up(
     cases = one_set([cases, len(materials), *map(np.size, (*film.varied(), temperature, *fields))])
     thickness, prestretch = positive(film.thickness, "thickness", "m", cases), film.stretched(cases)
     controls = film.controls
-    share, hung, ramp = (
+    share, weight_stress, ramp = (
         film.share(prestretch, cases, solver.mesh_rtol),
-        film.hung(thickness, prestretch),
+        film.weight_stress(thickness, prestretch),
         film.ramp(prestretch, cases),
     )
     temperatures = temperatures_of(temperature, cases)
-    points = Points.of(materials, temperatures, solver.rtol)
+    points = PointMaterial.of(materials, temperatures, solver.rtol)
     held = [axis for axis in prestretch if axis is not None]
     check_limits(points, held, ramp == 0, prestretch)
     _check_permittivity(points, prestretch)
     # the area of a free axis is that under uniaxial stress
     area = held[0] * held[1] if len(held) == 2 else np.sqrt(held[0]) if held else np.ones(cases)
     laws = [entry.breakdown for entry in materials] if breakdown_field is None else [breakdown_field]
-    if any(load is not None for load in hung) and any(isinstance(law, Breakdown) and len(law.prestretch) > 1 for law in laws):
+    if any(load is not None for load in weight_stress) and any(
+        isinstance(law, Breakdown) and len(law.prestretch) > 1 for law in laws
+    ):
         needed_number = "the prestretch under a weight is not known beforehand: state one number, not a table"
         raise InputError(needed_number, argument="breakdown_field")
     damage = LawsOfCases.of(_damage(materials, temperatures), cases) or None
-    endurance = Endurance(*_breakdown(laws, np.sqrt(area), thickness), damage)
+    endurance = FailureLaws(*_breakdown(laws, np.sqrt(area), thickness), damage)
     mesh = np.zeros(cases, dtype=np.intp)
     if share is not None and film.surrounded == "frame":
         mesh = _mesh(points, share, held[0], solver.mesh_rtol)
-    ends = controls, endurance, hung, share, mesh
+    ends = controls, endurance, weight_stress, share, mesh
     return Setup(points, temperatures, thickness, prestretch, ramp, film.relax, *ends, film.sprung(cases))
 
 
@@ -219,7 +221,7 @@ def _damage(materials: Sequence[Material], temperature: Floats) -> list[DamageLa
     ]
 
 
-def _mesh(points: Points, share: Floats, prestretch: Floats, mesh_rtol: float) -> Cases:
+def _mesh(points: PointMaterial, share: Floats, prestretch: Floats, mesh_rtol: float) -> Cases:
     """The number of points (cases,) in the passive part of discs; `InputError` for a `mesh_rtol` that no number meets."""
     needed = points_needed(points, share, prestretch, mesh_rtol)
     if not needed.all():
@@ -234,7 +236,7 @@ def _mesh(points: Points, share: Floats, prestretch: Floats, mesh_rtol: float) -
 
 def _breakdown(
     laws: Sequence[ArrayLike | BreakdownLaw | None], stretch: Floats, thickness: Floats
-) -> tuple[Floats, FollowingField | None]:
+) -> tuple[Floats, StretchDependentBreakdown | None]:
     """E_EB (cases,) in V/m at the prestretch sqrt(l1 l2) of films with an undeformed thickness in m, both (cases,), infinite where
     it is not known; and its change with the state of the film after the prestretch, None if no law has one.
 
@@ -250,10 +252,10 @@ def _breakdown(
         elif law is not None:
             fields = positive(law, "breakdown_field", "V/m", cases)
     followed = LawsOfCases.of(following, cases)
-    return fields, FollowingField.of(followed, thickness, stretch) if followed else None
+    return fields, StretchDependentBreakdown.of(followed, thickness, stretch) if followed else None
 
 
-def _check_permittivity(points: Points, prestretch: Stretched) -> None:
+def _check_permittivity(points: PointMaterial, prestretch: Stretched) -> None:
     """`InputError` for a prestretch at which the permittivity is not positive."""
     held = [axis for axis in prestretch if axis is not None]
     if not held:

@@ -9,7 +9,7 @@ from dielast.errors import InputError
 from dielast.material.leakage import Leakage
 from dielast.mechanics.cases import of_case, spread
 from dielast.mechanics.electric import Drive, Wires
-from dielast.mechanics.point_material import Points
+from dielast.mechanics.point_material import PointMaterial
 from dielast.numerics.arrays import Cases, Floats
 from dielast.simulate.film_setup import positive
 from dielast.simulate.options import Circuit
@@ -91,7 +91,7 @@ class Wiring:
         leakage = self.leakage.take(cases) if np.any(np.asarray(self.leakage.conductivity)[cases]) else None
         return Wires(leakage, resistance)
 
-    def wired(self, points: Points, cases: Cases) -> Points:
+    def wired(self, points: PointMaterial, cases: Cases) -> PointMaterial:
         """The points of the films `cases` (k,) with their electrical load and circuit at the beginning."""
         wires, drive = self.wires(cases), Drive.CHARGE if self.charge else Drive.VOLTAGE
         return replace(points, electric=wires.electric(drive), circuit=wires.circuit(drive))

@@ -23,7 +23,7 @@ from dielast.material.material import material_of, numbers_of
 from dielast.material.shift import SHIFTS
 from dielast.material.springs import EQUIBIAXIAL, SPRINGS, UNIAXIAL, Gent
 from dielast.mechanics.load import Step
-from dielast.mechanics.point_material import Points
+from dielast.mechanics.point_material import PointMaterial
 from dielast.registry import Registry
 
 Run = Callable[..., subprocess.CompletedProcess[str]]
@@ -68,7 +68,7 @@ def test_a_material_file_takes_the_laws_and_is_written_with_them() -> None:
     assert material.shift == Linear(20.0, 0.05)
     assert material.breakdown == Power(20e6, 1.0)
     assert material.permittivity == Cooling(4e-11, 0.02)
-    assert Points.of(material, np.array([20.0, 30.0]), 1e-6).permittivity == pytest.approx([4e-11, 3.2e-11])
+    assert PointMaterial.of(material, np.array([20.0, 30.0]), 1e-6).permittivity == pytest.approx([4e-11, 3.2e-11])
     assert isinstance(material.nonequilibrium_law, Varga)
     assert material.nonequilibrium_law.share == 0.7
     assert write_material(parse_material(write_material(material), "again.toml")) == write_material(material)

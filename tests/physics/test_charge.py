@@ -30,7 +30,7 @@ from dielast.material.laws_of_cases import StretchedDielectrics
 from dielast.material.shift import NoShift
 from dielast.mechanics.electric import CHARGE, FIELD, FilmCircuit
 from dielast.mechanics.flow import Flow
-from dielast.mechanics.point_material import Points
+from dielast.mechanics.point_material import PointMaterial
 
 MU, EPS, THICKNESS, AREA = 26e3, 4e-11, 0.5e-3, 1e-4
 ELASTIC = Material("elastic", MU, Spectrum(np.zeros(0), np.zeros(0)), NoShift(20.0), NeoHookean(), NeoHookean(), EPS)
@@ -219,7 +219,7 @@ def test_what_the_circuit_lets_flow_while_a_film_is_watched(coefficient: float) 
     law = LinearPermittivity(EPS, stretch_coefficient=coefficient)
     stretching = StretchedDielectrics.of([law], 1)
     circuit = FilmCircuit(Leakage(0 * one, np.inf * one), 2e9 * one)
-    points = Points(MU * one[None], Flow(0 * one[None]), Gent(), EPS * one, one, CHARGE, stretching, circuit)
+    points = PointMaterial(MU * one[None], Flow(0 * one[None]), Gent(), EPS * one, one, CHARGE, stretching, circuit)
     permittivity, _ = points.capacitance(log_squared)
     capacity = permittivity * np.exp(log_squared.sum(axis=0))
     charge = 1.3e-3 * one

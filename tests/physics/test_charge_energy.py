@@ -11,14 +11,14 @@ from films import SOFT
 from flat import actuate
 
 from dielast.material.dielectric import LinearPermittivity
-from dielast.material.laws_of_cases import Endurance
+from dielast.material.laws_of_cases import FailureLaws
 from dielast.material.leakage import Leakage
 from dielast.material.springs import EQUIBIAXIAL
 from dielast.mechanics.criteria.criterion import WatchedFilms
-from dielast.mechanics.film import Film
+from dielast.mechanics.film import FilmState
 from dielast.mechanics.history import electrical_pieces
 from dielast.mechanics.load import ChargeStep, ElectricalStep, VoltageStep, Waveform
-from dielast.mechanics.point_material import Points
+from dielast.mechanics.point_material import PointMaterial
 from dielast.mechanics.span import Control, Controls
 from dielast.mechanics.stability import ONE_PERCENT
 from dielast.simulate import electrical
@@ -49,7 +49,7 @@ CHARGES: list[ElectricalStep] = [
 ]
 
 
-def stored(points: Points, film: Film) -> float:
+def stored(points: PointMaterial, film: FilmState) -> float:
     """Energy of springs and dielectric in J/m^3."""
     squared = points.springs(film.internal, film.log_squared_stretch)
     field, charge = points.nominal(film.log_squared_stretch, film.field)
@@ -78,14 +78,14 @@ def test_energy_is_conserved(
 ) -> None:
     material = replace(SOFT, permittivity=LinearPermittivity(4e-11, stretch_coefficient=-0.05)) if prestretch[0] > 2.2 else SOFT
     rtol, one = 1e-9, np.ones(1)
-    points = Points.of(material, 20 * one, rtol)
+    points = PointMaterial.of(material, 20 * one, rtol)
     charge = isinstance(steps[0], ChargeStep)
     wiring = Wiring.of(charge, Circuit(resistance, leakage, AREA), THICKNESS * one)
     symmetry = EQUIBIAXIAL if prestretch[0] == prestretch[1] and controls[0] is controls[1] else None
-    film, _ = prestretched(Film.at_rest(points, symmetry), (prestretch[0] * one, prestretch[1] * one), 5 * one, 600.0, rtol)
+    film, _ = prestretched(FilmState.at_rest(points, symmetry), (prestretch[0] * one, prestretch[1] * one), 5 * one, 600.0, rtol)
     film = replace(film, points=wiring.wired(film.points, np.zeros(1, dtype=np.intp)))
     begin = film
-    watched = WatchedFilms(controls, Endurance(np.inf * one), ONE_PERCENT, begin.nominal_stress, points.stress_floor)
+    watched = WatchedFilms(controls, FailureLaws(np.inf * one), ONE_PERCENT, begin.nominal_stress, points.stress_floor)
     watch, meter = Dashpots(watched, wiring.resistance), ElectricMeter(wiring.leakage, 1)
     pieces = electrical_pieces(steps, controls, one if charge else THICKNESS * one)
     recorder = Recorder(Output(points_per_decade=2), watch, meter)

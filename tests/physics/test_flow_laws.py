@@ -32,7 +32,7 @@ from dielast.export.card import CODES
 from dielast.material.shift import NoShift
 from dielast.mechanics.passive import forms
 from dielast.mechanics.passive.mesh import points_needed
-from dielast.mechanics.point_material import Points
+from dielast.mechanics.point_material import PointMaterial
 
 MU, EPS, THICKNESS, STRESS = 26e3, 4e-11, 0.5e-3, 4e4
 MODULUS, TIME = np.array([3e4, 1e5, 1e6]), np.array([30.0, 1.0, 0.05])
@@ -168,7 +168,7 @@ def test_films_with_a_passive_part(boundary: str, share: float, prestretch: Any,
     field, lasts = voltage / THICKNESS, (np.max(prestretch) - 1) / RATE
     if boundary == "frame":
         one, pair = np.array([share]), np.array([prestretch])
-        (count,) = points_needed(Points.of(EYRING, np.array([20.0]), 1e-6), one, pair, 1e-6)
+        (count,) = points_needed(PointMaterial.of(EYRING, np.array([20.0]), 1e-6), one, pair, 1e-6)
         peer, frame = of_dielast(forms.disc(one, pair, int(count))), ((1 / prestretch, 1.0),)
     else:
         peer, frame = strip(share), tuple((1.0, stretch) for stretch in prestretch)

@@ -21,7 +21,7 @@ from dielast import ActuationHistory, Gent, Material, Spectrum, TimeScale, Volta
 from dielast.material.shift import NoShift
 from dielast.mechanics.passive import forms
 from dielast.mechanics.passive.mesh import points_needed
-from dielast.mechanics.point_material import Points
+from dielast.mechanics.point_material import PointMaterial
 
 MU, EPS, THICKNESS = 26e3, 4e-11, 0.5e-3
 UNIT = np.sqrt(MU / EPS) * THICKNESS  # V, of sqrt(eps/mu) E~
@@ -167,7 +167,7 @@ def test_histories_stability_and_events_are_those_of_the_same_film_by_radau(
     field, times = voltage / THICKNESS, np.array([0.1, 0.5, 1.0, 3.0, 10.0, 25.0])
     one = np.array([share])
     pair = np.broadcast_to(prestretch, 2)
-    (count,) = points_needed(Points.of(VISCOUS, np.array([20.0]), 1e-6), one, pair[:1], 1e-6)
+    (count,) = points_needed(PointMaterial.of(VISCOUS, np.array([20.0]), 1e-6), one, pair[:1], 1e-6)
     structure = forms.disc(one, pair[:1], int(count)) if boundary == "frame" else forms.strip(one, pair[:1], pair[1:])
     peer, film = of_dielast(structure), replace(PEER, breakdown=limit)
     drives = [Drive(up, (constant(1.0),), ramp(0.0, field, up)), Drive(hold, (constant(1.0),), constant(field))]

@@ -11,20 +11,20 @@ from dielast.material.shift import NoShift
 from dielast.material.spectrum import Spectrum
 from dielast.material.springs import Gent
 from dielast.mechanics.line import Line
-from dielast.mechanics.point_material import Points
+from dielast.mechanics.point_material import PointMaterial
 from dielast.mechanics.span import Control
 
 MU, PERMITTIVITY = 26e3, 3.98e-11
 FREE = (Control.STRESS, Control.STRESS)
 
 
-def film(limit: float, tau: tuple[float, ...] = (1e-2,), modulus: tuple[float, ...] = (0.0,)) -> Points:
+def film(limit: float, tau: tuple[float, ...] = (1e-2,), modulus: tuple[float, ...] = (0.0,)) -> PointMaterial:
     solid = Material("film", MU, Spectrum(tau, modulus), NoShift(20.0), Gent(limit), Gent(55.0), permittivity=PERMITTIVITY)
-    return Points.of(solid, np.array([20.0]), 1e-8)
+    return PointMaterial.of(solid, np.array([20.0]), 1e-8)
 
 
 def charge(
-    points: Points, field: float, stress: float, ramp: float, hold: float, controls: tuple[Control, Control] = FREE
+    points: PointMaterial, field: float, stress: float, ramp: float, hold: float, controls: tuple[Control, Control] = FREE
 ) -> Followed:
     """Dead load at once, then the field within `ramp`, then a hold; all targets equal in both axes."""
     pull = np.array([stress])
@@ -100,7 +100,7 @@ def test_a_clamped_film_stays_put_and_loses_tension() -> None:
 
 def test_a_case_that_ends_early_leaves_the_others_whole() -> None:
     solid = Material("film", MU, Spectrum([1.0], [1e5]), NoShift(20.0), Gent(), Gent(), permittivity=PERMITTIVITY)
-    points, critical = Points.of(solid, np.full(3, 20.0), 1e-8), 0.687365 * np.sqrt(MU / PERMITTIVITY)
+    points, critical = PointMaterial.of(solid, np.full(3, 20.0), 1e-8), 0.687365 * np.sqrt(MU / PERMITTIVITY)
     none, fields = np.zeros(3), critical * np.array([0.5, 1.5, 0.9])
     pieces = [Line.to(FREE, (none, none, fields), np.ones(3)), Line.to(FREE, (None, None, None), np.full(3, 100.0))]
     together = followed(points, pieces, rtol=1e-8)

@@ -6,21 +6,21 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from dielast.material.laws_of_cases import Endurance
+from dielast.material.laws_of_cases import FailureLaws
 from dielast.material.material import Material
 from dielast.material.shift import NoShift
 from dielast.material.spectrum import Spectrum
 from dielast.material.springs import EQUIBIAXIAL, Gent
 from dielast.mechanics.criteria.criterion import WatchedFilms
 from dielast.mechanics.equations import Films
-from dielast.mechanics.film import Film
+from dielast.mechanics.film import FilmState
 from dielast.mechanics.history import electrical_pieces
 from dielast.mechanics.load import VoltageStep
-from dielast.mechanics.point_material import Points
+from dielast.mechanics.point_material import PointMaterial
 from dielast.mechanics.span import Control
 from dielast.mechanics.stability import ONE_PERCENT
 from dielast.mechanics.watch import Watch
-from dielast.numerics.stride import Stride
+from dielast.numerics.stride import TriedStep
 from dielast.simulate.follow import follow
 from dielast.simulate.setup import prestretched
 
@@ -46,7 +46,7 @@ class Bookkeeper(Watch):
         self.electric = self.mechanical = self.dissipated = self.least = 0.0
         self.stored: list[float] = []
 
-    def __call__(self, stride: Stride) -> NDArray[np.bool_] | None:
+    def __call__(self, stride: TriedStep) -> NDArray[np.bool_] | None:
         if stride.accepted[0]:
             system = stride.system
             assert isinstance(system, Films)
@@ -67,7 +67,7 @@ class Bookkeeper(Watch):
                 self.least = min(self.least, power)
         return super().__call__(stride)
 
-    def at(self, system: Films, stride: Stride, fraction: float) -> tuple[tuple[Array, Array], float, float, float]:
+    def at(self, system: Films, stride: TriedStep, fraction: float) -> tuple[tuple[Array, Array], float, float, float]:
         """Nominal stresses and stretches, stored energy, power dissipated, and nominal charge density."""
         every = np.arange(stride.time.size)
         state = stride.dense(slice(None), every, np.full(every.size, fraction))
@@ -94,11 +94,13 @@ class Bookkeeper(Watch):
     ],
 )
 def test_energy_is_conserved(first: float, second: float, controls: tuple[Control, Control]) -> None:
-    points = Points.of(SOLID, np.array([20.0]), 1e-9)
+    points = PointMaterial.of(SOLID, np.array([20.0]), 1e-9)
     symmetry = EQUIBIAXIAL if first == second and controls[0] is controls[1] else None
-    rest = Film.at_rest(points, symmetry)
+    rest = FilmState.at_rest(points, symmetry)
     film, _ = prestretched(rest, (np.array([first]), np.array([second])), np.array([5.0]), 600.0, rtol=1e-9)
-    watch = Bookkeeper(WatchedFilms(controls, Endurance(np.array([np.inf])), ONE_PERCENT, film.nominal_stress, points.stress_floor))
+    watch = Bookkeeper(
+        WatchedFilms(controls, FailureLaws(np.array([np.inf])), ONE_PERCENT, film.nominal_stress, points.stress_floor)
+    )
     steps = [VoltageStep(2e3, duration=3.0), VoltageStep.hold(200.0), VoltageStep(-1e3, duration=10.0), VoltageStep.hold(50.0)]
     follow(film, electrical_pieces(steps, controls, np.array([THICKNESS])), rtol=1e-9, watch=watch)
     gained = watch.stored[-1] - watch.stored[0]

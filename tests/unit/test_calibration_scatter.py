@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from dielast import WLF, Free, Gent, Material, MeasuredTest, NoShift, Spectrum
-from dielast.calibration.estimate import PRIOR_FREEDOM, USUAL_ERROR, Left, estimate
+from dielast.calibration.estimate import PRIOR_FREEDOM, USUAL_ERROR, ResidualSpace, estimate
 from dielast.calibration.fit import fit_material
 from dielast.calibration.laboratory import Laboratory
 from dielast.calibration.scatter import CORRELATIONS, INTEGRALS, Curves, Scatter
@@ -35,7 +35,7 @@ def test_independent_differences_have_as_many_pieces_as_points_less_parameters()
     place = np.linspace(0.0, 100.0, 50)  # far apart
     curves, slopes = curves_of(2, place), np.random.default_rng(3).standard_normal((100, 3))
     weight = 1 / np.concatenate(curves.levels(0.5))
-    left = Left.of(curves, Scatter(np.zeros(2), 0.1, 1e-3, 0.0), weight, slopes / weight[:, None])
+    left = ResidualSpace.of(curves, Scatter(np.zeros(2), 0.1, 1e-3, 0.0), weight, slopes / weight[:, None])
     assert left.pieces == pytest.approx(100 - 3 - 2, rel=1e-6)  # the factors of two specimens, too
     assert left.expected == pytest.approx(95, rel=1e-6)
 
@@ -56,7 +56,7 @@ def test_the_size_of_the_error_of_a_model_is_found_again() -> None:
     assert np.median(sizes) == pytest.approx(0.08, rel=0.25)
     # where the fit has taken out all that differences could tell, the error is as usual
     curves, weight = curves_of(1, place[:4]), np.ones(4)
-    nothing = Left.of(curves, Scatter(np.zeros(1), 0.1, 10.0, 0.05), weight, np.eye(4) * curves.measured)
+    nothing = ResidualSpace.of(curves, Scatter(np.zeros(1), 0.1, 10.0, 0.05), weight, np.eye(4) * curves.measured)
     assert nothing.size(np.zeros(4)) == pytest.approx(USUAL_ERROR, rel=1e-3)
     assert nothing.known == pytest.approx(PRIOR_FREEDOM)
 

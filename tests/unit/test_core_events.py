@@ -10,22 +10,22 @@ from films import SOFT
 from flat import actuate
 from numpy.typing import NDArray
 
-from dielast.material.laws_of_cases import Endurance
+from dielast.material.laws_of_cases import FailureLaws
 from dielast.material.material import Material
 from dielast.material.shift import NoShift
 from dielast.material.spectrum import Spectrum
 from dielast.material.springs import Gent
-from dielast.mechanics.criteria.criterion import Moment, Signal, WatchedFilms
+from dielast.mechanics.criteria.criterion import FilmSnapshot, Signal, WatchedFilms
 from dielast.mechanics.criteria.pull_in import PullIn
 from dielast.mechanics.load import VoltageStep
 from dielast.mechanics.point import LoadedPoints
-from dielast.mechanics.point_material import Points
+from dielast.mechanics.point_material import PointMaterial
 from dielast.mechanics.span import Control, Load
 from dielast.mechanics.stability import ONE_PERCENT, damped
 from dielast.mechanics.watch import Watch
 from dielast.numerics.roots import fall, samples
 from dielast.numerics.rosenbrock import RODAS5P
-from dielast.numerics.stride import Stride
+from dielast.numerics.stride import TriedStep
 from dielast.simulate import actuation_history as module
 
 Array = NDArray[np.float64]
@@ -71,7 +71,7 @@ class Prescribed(PullIn):
     """
 
     def signal(self, films: WatchedFilms) -> Signal:
-        def margin(moment: Moment) -> Array:
+        def margin(moment: FilmSnapshot) -> Array:
             x = moment.age / AT - 1  # the voltage rises at 0 s
             dip = 0.1 * np.minimum(x**2, 1.0)
             falling, sudden = 0.1 * np.clip(-x, -1, 1), np.clip(-1e6 * x, -0.01, 1.0)
@@ -119,15 +119,15 @@ def test_a_parabola_that_dips_below_zero_is_found_wherever_it_does(depth: float,
     count = bottom.size
     solid = Material("soft", 26e3, Spectrum([1.0], [1e5]), NoShift(20.0), Gent(110.0), Gent(55.0), permittivity=4e-11)
     controls, zero, one, every = (Control.STRESS, Control.STRESS), np.zeros(count), np.ones(count), np.arange(count)
-    points = damped(Points.of(solid, np.full(count, 20.0), 1e-4))
+    points = damped(PointMaterial.of(solid, np.full(count, 20.0), 1e-4))
     system = LoadedPoints(points, Load.between(controls, np.zeros((3, count)), np.zeros((3, count)), one))
     state = np.zeros((2 * len(points.modulus) + 2, count))
-    films = WatchedFilms(controls, Endurance(np.full(count, np.inf)), ONE_PERCENT, np.zeros((2, count)), points.stress_floor)
+    films = WatchedFilms(controls, FailureLaws(np.full(count, np.inf)), ONE_PERCENT, np.zeros((2, count)), points.stress_floor)
     watch = Watch(films, [parabolas], ["pull-in"])
     watch.begin(system, state, zero, every >= 0)
     increments = np.zeros((RODAS5P.stages, *state.shape))
     steps = zero, one, one, state, state, increments, 0 * every, zero, one, one
-    over = watch(Stride(system, RODAS5P, every, every >= 0, *steps))
+    over = watch(TriedStep(system, RODAS5P, every, every >= 0, *steps))
     watch.finish(lambda cases, load: LoadedPoints(points.take(cases), load))
     time = watch.happened[parabolas].time
     if depth > 0:

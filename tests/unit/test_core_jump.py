@@ -10,20 +10,20 @@ from scipy.optimize import brentq
 from dielast.material.springs import Gent
 from dielast.mechanics.flow import Flow
 from dielast.mechanics.jump import jump
-from dielast.mechanics.point_material import Points
+from dielast.mechanics.point_material import PointMaterial
 from dielast.mechanics.span import Control
 
 FREE, HELD = Control.STRESS, Control.STRETCH
 Array = NDArray[np.float64]
 
 
-def film(cases: int, limit: float = np.inf, springs: int = 1) -> Points:
+def film(cases: int, limit: float = np.inf, springs: int = 1) -> PointMaterial:
     """Springs of 1 Pa and permittivity 1, so that the squared nominal field is eps E~^2/mu."""
     ones = np.ones((springs, cases))
-    return Points(ones, Flow(0 * ones), Gent(limit), np.ones(cases), np.full(cases, 1e-6))
+    return PointMaterial(ones, Flow(0 * ones), Gent(limit), np.ones(cases), np.full(cases, 1e-6))
 
 
-def carried(points: Points, internal: Array, log_squared: Array, field: Array) -> Array:
+def carried(points: PointMaterial, internal: Array, log_squared: Array, field: Array) -> Array:
     """Mechanical nominal stresses (2, cases)."""
     first, second = np.exp(log_squared[:, None] - internal)
     back = 1 / (first * second)

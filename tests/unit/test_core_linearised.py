@@ -19,7 +19,7 @@ from dielast.material.laws_of_cases import UNSTRETCHED, LawsOfCases, StretchedDi
 from dielast.material.springs import EQUIBIAXIAL, UNIAXIAL, Gent, Symmetry
 from dielast.mechanics.flow import Flow
 from dielast.mechanics.point import LoadedPoints
-from dielast.mechanics.point_material import Points
+from dielast.mechanics.point_material import PointMaterial
 from dielast.mechanics.span import Control, Load
 
 FREE, HELD = Control.STRESS, Control.STRETCH
@@ -35,7 +35,7 @@ COEFFICIENTS = (-0.05, 0.1, 0.0)  # of the permittivity in the stretches, by cas
 STRESSES = (2e5, None, 1e5)  # of an Eyring flow, by case
 
 
-def points(random: np.random.Generator, stretching: bool = False, activated: bool = False) -> Points:
+def points(random: np.random.Generator, stretching: bool = False, activated: bool = False) -> PointMaterial:
     limits = np.broadcast_to(np.array([[110.0], [55.0], [40.0], [np.inf]]), (SPRINGS, CASES)).copy()
     modulus, rate = random.uniform(2e4, 3e5, (SPRINGS, CASES)), random.uniform(0.01, 3.0, (SPRINGS, CASES))
     rate[0] = 0.0
@@ -43,7 +43,7 @@ def points(random: np.random.Generator, stretching: bool = False, activated: boo
     laws = [LinearPermittivity(1.0, stretch_coefficient=c) for c in COEFFICIENTS]
     dielectrics = StretchedDielectrics.of(laws, CASES) if stretching else UNSTRETCHED
     flow_laws = LawsOfCases[FlowLaw].of([Eyring(stress) if stress and activated else None for stress in STRESSES], CASES)
-    return Points(modulus, Flow.of(flow_laws, rate, modulus), Gent(limits), permittivity, floor, stretching=dielectrics)
+    return PointMaterial(modulus, Flow.of(flow_laws, rate, modulus), Gent(limits), permittivity, floor, stretching=dielectrics)
 
 
 def load(random: np.random.Generator, controls: tuple[Control, Control], electric: bool, constant: bool) -> Load:
@@ -57,7 +57,7 @@ def load(random: np.random.Generator, controls: tuple[Control, Control], electri
     return Load(controls, start, rate)
 
 
-def both_axes(material: Points, ramp: Load, case: int) -> Equations:
+def both_axes(material: PointMaterial, ramp: Load, case: int) -> Equations:
     """Rates of x in axis 1 and axis 2 and imbalances of both axes, as functions of time and (x_1, x_2, Lambda or stress)."""
     modulus, rate, limit = material.modulus[:, case], material.flow.fluidity[:, case], np.asarray(material.law.J_lim)[:, case]
     activating = STRESSES[case] if material.flow.depends_on_stress else None
@@ -88,7 +88,7 @@ def both_axes(material: Points, ramp: Load, case: int) -> Equations:
     return equations
 
 
-def one_axis(material: Points, ramp: Load, case: int, symmetry: Symmetry) -> Equations:
+def one_axis(material: PointMaterial, ramp: Load, case: int, symmetry: Symmetry) -> Equations:
     """The same of axis 1 alone, axis 2 following it."""
     full = both_axes(material, ramp, case)
     alike = symmetry is EQUIBIAXIAL

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from dielast.numerics.rosenbrock import RODAS5P
-from dielast.numerics.stride import Stride
+from dielast.numerics.stride import TriedStep
 
 NOTHING: Any = None  # dense output asks no system
 
@@ -22,7 +22,7 @@ def test_dense_output_meets_the_conditions_of_order_four(theta: float) -> None:
     # the increments of one stage alone, so that the state at theta is that stage's weight
     columns, none = np.arange(size), np.zeros(size)
     weights = method.a[-1] + np.eye(size)[-1]
-    stride = Stride(
+    stride = TriedStep(
         NOTHING,
         method,
         columns,
@@ -57,7 +57,9 @@ def test_dense_output_ends_where_the_step_does() -> None:
     random = np.random.default_rng(0)
     before, after, increments = random.normal(size=(3, 2)), random.normal(size=(3, 2)), random.normal(size=(8, 3, 2))
     one = np.ones(2)
-    stride = Stride(NOTHING, RODAS5P, np.arange(2), one > 0, one, one, one, before, after, increments, np.arange(2), one, one, one)
+    stride = TriedStep(
+        NOTHING, RODAS5P, np.arange(2), one > 0, one, one, one, before, after, increments, np.arange(2), one, one, one
+    )
     assert np.array_equal(stride.dense(slice(None), np.arange(2), np.zeros(2)), before)
     assert np.array_equal(stride.dense(slice(None), np.arange(2), one), after)
     assert np.array_equal(stride.dense(slice(1, None), np.array([1]), one[:1]), after[1:, 1:])

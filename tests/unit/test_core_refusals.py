@@ -22,7 +22,7 @@ from dielast.material.springs import Gent
 from dielast.material.springs.first_invariant import FirstInvariantLaw
 from dielast.mechanics.history import pieces
 from dielast.mechanics.load import Step, Track, VoltageStep, Waveform
-from dielast.mechanics.point_material import Points
+from dielast.mechanics.point_material import PointMaterial
 from dielast.numerics.arrays import Floats
 from dielast.simulate.film_setup import out_of_reach
 
@@ -176,7 +176,7 @@ def test_materials_of_different_laws_share_a_run() -> None:
 
 def test_a_load_without_equilibrium_ends_its_case_where_it_is_applied() -> None:
     # nothing finite balances what no number can hold
-    points = Points.of(SOLID, np.array([20.0, 20.0]), 1e-6)
+    points = PointMaterial.of(SOLID, np.array([20.0, 20.0]), 1e-6)
     steps = [Step.hold(2.0), Step(stress=[1e4, 1e308]), Step.hold(3.0)]
     record = followed(points, pieces(steps, "equibiaxial", 2), points_per_decade=3)
     assert record.outcome[0].completed
@@ -212,7 +212,7 @@ def test_each_case_has_its_own_material_whatever_the_others_are() -> None:
 
 def test_the_reach_of_a_stretch_is_the_limit_of_its_springs() -> None:
     """I1 = lambda^2 + 2/lambda with the other axis free, lambda_1^2 + lambda_2^2 + 1/(lambda_1 lambda_2)^2 with both held."""
-    points = Points.of(SOLID, np.full(4, 20.0), 1e-6)
+    points = PointMaterial.of(SOLID, np.full(4, 20.0), 1e-6)
     at_once, hair = np.array([False, False, True, True]), 1e-9
     uniaxial = [brentq(lambda x, j=j: x**2 + 2 / x - 3 - j, 2.0, 20.0, xtol=1e-14) for j in (110.0, 55.0)]
     beyond, spring = out_of_reach(

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from dielast.numerics import integrate as module
 from dielast.numerics.integrate import Status, integrate
 from dielast.numerics.rosenbrock import RODAS5P
-from dielast.numerics.stride import Stride
+from dielast.numerics.stride import TriedStep
 
 Array = NDArray[np.float64]
 
@@ -55,7 +55,7 @@ class Notes:
         self.steps: list[list[tuple[float, float, float]]] = [[] for _ in range(cases)]
         self.tries: list[list[tuple[float, float, float]]] = [[] for _ in range(cases)]
 
-    def __call__(self, stride: Stride) -> None:
+    def __call__(self, stride: TriedStep) -> None:
         for column, case in enumerate(stride.cases.tolist()):
             entry = (float(stride.time[column]), float(stride.step[column]), float(stride.until[column]))
             self.tries[case].append(entry)

@@ -18,7 +18,7 @@ from dielast import Ogden, Spectrum, VoltageStep
 from dielast.cli.app import application
 from dielast.errors import InputError
 from dielast.mechanics.criteria import CRITERIA, named, names
-from dielast.mechanics.criteria.criterion import Criterion, Moment, Signal, WatchedFilms
+from dielast.mechanics.criteria.criterion import Criterion, FilmSnapshot, Signal, WatchedFilms
 from dielast.numerics.arrays import Floats
 
 LARGEST = 1.6
@@ -54,7 +54,7 @@ class Overstretched(Criterion):
     marker: ClassVar[str] = "D"
 
     def signal(self, films: WatchedFilms) -> Signal:
-        def left(moment: Moment) -> Floats:
+        def left(moment: FilmSnapshot) -> Floats:
             return LARGEST - np.exp(0.5 * np.max(moment.log_squared_stretch, axis=0))
 
         return left

@@ -17,7 +17,7 @@ from dielast.material.dielectric import (
 )
 from dielast.material.laws_of_cases import StretchedDielectrics
 from dielast.mechanics.load import Step
-from dielast.mechanics.point_material import Points
+from dielast.mechanics.point_material import PointMaterial
 from dielast.mechanics.stability import TimeScale
 
 MATERIAL = """\
@@ -151,7 +151,9 @@ def test_a_table_is_asked_of_films_under_voltage_alone() -> None:
     relax(film, [Step(stretch=2.0), Step.hold(1.0)], temperature=-10.0, points_per_decade=2)
     with pytest.raises(InputError, match=r"case 1: temperature: 90 degC is outside the permittivity table, which is for 0 to 80"):
         actuate(film, [VoltageStep(1e3)], thickness=1e-3, temperature=[20.0, 90.0])
-    assert Points.of(film, np.array([0.0, 80.0]), 1e-6).permittivity == pytest.approx(np.array([4.9, 4.0]) * VACUUM_PERMITTIVITY)
+    assert PointMaterial.of(film, np.array([0.0, 80.0]), 1e-6).permittivity == pytest.approx(
+        np.array([4.9, 4.0]) * VACUUM_PERMITTIVITY
+    )
 
 
 def test_a_softening_dielectric_pulls_in_where_its_equation_says() -> None:

@@ -11,7 +11,7 @@ from dielast.material.springs import Gent
 from dielast.mechanics.electric import ChargeControl, ElectricalLoad, FieldControl
 from dielast.mechanics.flow import Flow
 from dielast.mechanics.jump import jump
-from dielast.mechanics.point_material import Points
+from dielast.mechanics.point_material import PointMaterial
 from dielast.mechanics.span import Control
 from dielast.mechanics.stability import stability
 
@@ -36,7 +36,7 @@ def test_a_charged_neo_hookean_film_never_pulls_in() -> None:
     modulus, permittivity = 2e4, 4e-11
     charge = np.sqrt(np.array([0.1, 1.0, 3.0, 30.0]) * modulus * permittivity)
     ones = np.ones(charge.size)
-    points = Points(modulus * ones[None], Flow(0 * ones[None]), Gent(), permittivity * ones, ones, ChargeControl())
+    points = PointMaterial(modulus * ones[None], Flow(0 * ones[None]), Gent(), permittivity * ones, ones, ChargeControl())
     target = np.stack((0 * ones, 0 * ones, charge))
     log_squared, nominal, stable = jump(points, FREE, target, np.zeros((2, 1, charge.size)), np.zeros((2, charge.size)))
     assert stable.all()

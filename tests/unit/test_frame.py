@@ -33,7 +33,7 @@ from dielast.mechanics.passive import forms
 from dielast.mechanics.passive.framed import Assembly, FramedFilms, Surroundings
 from dielast.mechanics.passive.mesh import points_needed
 from dielast.mechanics.passive.structure import Factors
-from dielast.mechanics.point_material import Points
+from dielast.mechanics.point_material import PointMaterial
 from dielast.mechanics.span import Control, Load
 from dielast.mechanics.stability import damped, stability
 from dielast.simulate.film_setup import Film
@@ -71,7 +71,7 @@ def test_the_points_of_an_annulus_integrate_and_strain_exactly(share: float) -> 
 
 def test_few_points_do_where_the_springs_end_next_to_the_prestretch() -> None:
     share, prestretch = np.array([1e-8, 0.3, 0.9, 1 - 1e-8]), 0.999 * np.sqrt(56.5)  # of the springs' limit, where I_1 = 113
-    needed = points_needed(Points.of(SOFT, np.full(4, 20.0), 1e-6), share, np.full(4, prestretch), 1e-6)
+    needed = points_needed(PointMaterial.of(SOFT, np.full(4, 20.0), 1e-6), share, np.full(4, prestretch), 1e-6)
     assert ((needed > 0) & (needed < 5)).all()
 
 
@@ -79,7 +79,7 @@ def test_the_stiffest_springs_find_their_points() -> None:
     """Around a disc of these the film goes slack soon, in a kink; more exactly asked for, there are no fewer points."""
     share = np.array([0.05, 0.3, 0.9])
     for exponent in (8.0, 20.0):
-        springs = Points.of(replace(SOFT, equilibrium_law=Ogden((1.0,), (exponent,))), np.full(3, 20.0), 1e-6)
+        springs = PointMaterial.of(replace(SOFT, equilibrium_law=Ogden((1.0,), (exponent,))), np.full(3, 20.0), 1e-6)
         counts = [points_needed(springs, share, np.full(3, 1.9), tolerance) for tolerance in (1e-2, 1e-4, 1e-6)]
         assert (counts[0] > 0).all()
         assert (np.diff(counts, axis=0) >= 0).all()
@@ -194,7 +194,7 @@ def test_stability_of_a_strip_with_next_to_no_active_part_is_that_under_a_dead_l
 def test_without_a_passive_part_the_stiffness_at_the_rim_is_the_factor_of_the_determinant_that_falls() -> None:
     """2 (ds_1/dl_1 + ds_1/dl_2) of an equibiaxial film, (t11 - t12)(t11 + t12) being the determinant of dead load."""
     cases, stretch = 30, 2.0
-    points, one = damped(Points.of(SOFT, np.full(30, 20.0), 1e-6)), np.ones(cases)
+    points, one = damped(PointMaterial.of(SOFT, np.full(30, 20.0), 1e-6)), np.ones(cases)
     alone = forms.Structure(one[None], np.ones((2, 1, 1, cases)), np.zeros((2, 1, cases)), one[None], one[None])
     rng = np.random.default_rng(1)
     viscous = np.exp(0.2 * rng.normal(size=(1, len(points.modulus), cases))) * stretch
@@ -219,7 +219,7 @@ def test_a_film_without_equilibrium_modulus_is_divided_as_one_of_any_modulus() -
     spectrum = Spectrum(np.array([100.0]), np.array([6e4]))
     materials = [Material("one branch", modulus, spectrum, NoShift(20.0), permittivity=3.98e-11) for modulus in (0.0, 1e-3, 26e3)]
     share, prestretch = np.array([0.01, 0.3, 0.9]), np.full(3, 2.0)
-    counts = [points_needed(Points.of(each, np.full(3, 20.0), 1e-6), share, prestretch, 1e-6).tolist() for each in materials]
+    counts = [points_needed(PointMaterial.of(each, np.full(3, 20.0), 1e-6), share, prestretch, 1e-6).tolist() for each in materials]
     assert min(counts[0]) > 0
     assert counts[0] == counts[1] == counts[2]
     liquid, softest = (actuate(each, steps, **film) for each in materials[:2])
@@ -399,15 +399,15 @@ def test_a_weight_is_a_dead_load() -> None:
     """It stretches the film from the beginning; what was at rest under a stress moves as under a prestretch to that stretch."""
     given: dict[str, Any] = {"thickness": 5e-4, "stop_at": "end", "times": [0.0, 10.0], "boundary": ("dead-load", "clamped")}
     force, width, relax = 0.6, 0.02, 1e8
-    hung = actuate(SOFT, STEPS, **given, relax=relax, prestretch=(None, 2.0), force=force, width=width)
-    assert hung.nominal_stress_1[0] == pytest.approx(force / (width * 5e-4), rel=1e-9)
-    held = actuate(SOFT, STEPS, **given, relax=relax, prestretch=(float(hung.stretch_1[0, 0]), 2.0))
-    assert hung.stretch_1[0] == pytest.approx(held.stretch_1[0], rel=1e-5)
-    assert hung.relative_stretch_1[0, 0] == 1.0
+    weight_stress = actuate(SOFT, STEPS, **given, relax=relax, prestretch=(None, 2.0), force=force, width=width)
+    assert weight_stress.nominal_stress_1[0] == pytest.approx(force / (width * 5e-4), rel=1e-9)
+    held = actuate(SOFT, STEPS, **given, relax=relax, prestretch=(float(weight_stress.stretch_1[0, 0]), 2.0))
+    assert weight_stress.stretch_1[0] == pytest.approx(held.stretch_1[0], rel=1e-5)
+    assert weight_stress.relative_stretch_1[0, 0] == 1.0
     asked: dict[str, Any] = {"voltage": [3e3], "prestretch": [(1.0, 2.0)], "thickness": 5e-4, "horizon": 1e4, "relax": relax}
     given = asked | {"boundary": ("dead-load", "clamped"), "breakdown_field": 3e7}
     times = failure_map(SOFT, **given, force=force, width=width).time_to_failure
-    pair = [(float(hung.stretch_1[0, 0]), 2.0)]
+    pair = [(float(weight_stress.stretch_1[0, 0]), 2.0)]
     assert times == pytest.approx(failure_map(SOFT, **(given | {"prestretch": pair})).time_to_failure, rel=1e-4, nan_ok=True)
     # all of it, while the other axis is slowly stretched: by next to nothing, which is creep in pure shear
     slow: dict[str, Any] = {"prestretch": (None, 1 + 1e-9), "prestretch_rate": 1e-11, "thickness": 5e-4}

@@ -10,7 +10,7 @@ import pytest
 from dielast.numerics import integrate as module
 from dielast.numerics.integrate import Status, integrate
 from dielast.numerics.rosenbrock import RODAS5P
-from dielast.numerics.stride import Stride
+from dielast.numerics.stride import TriedStep
 
 
 def butcher() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -99,7 +99,7 @@ def solve_with_fixed_steps(count: int, stiffness: float) -> tuple[float, float]:
         after = stage + increments[-1]
         one = np.zeros(1, int)
         made = time, step, time + step, state, after, np.array(increments), one, 0 * time, 0 * time + 1, time + step
-        stride = Stride(system, RODAS5P, one, np.ones(1, bool), *made)
+        stride = TriedStep(system, RODAS5P, one, np.ones(1, bool), *made)
         fractions = np.linspace(0.1, 0.9, 9)
         dense = stride.dense(slice(None), np.zeros(9, int), fractions)
         within = max(within, float(np.max(np.abs(dense - np.sin(time + fractions * step)))))
@@ -130,7 +130,7 @@ def test_tolerance_and_status_of_many_cases() -> None:
 
 
 def test_an_observer_may_stop_a_case() -> None:
-    def stop(stride: Stride) -> np.ndarray:
+    def stop(stride: TriedStep) -> np.ndarray:
         return stride.after[0] > 0.5
 
     result = integrate(Oscillating(np.ones(3)), np.zeros((2, 3)), np.array([0.1, 2.0, 3.0]), rtol=1e-6, observe=stop)
@@ -180,7 +180,7 @@ def test_a_first_step_is_shortened_where_the_rates_have_a_transient() -> None:
     stiff, start = Oscillating(np.full(2, 1e6)), np.array([[0.0, 1e-3], [0.0, 0.0]])
     first: list[float] = []
 
-    def look(stride: Stride) -> None:
+    def look(stride: TriedStep) -> None:
         if not first:
             first.extend(stride.step.tolist())
 

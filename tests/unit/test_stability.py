@@ -13,7 +13,7 @@ from dielast.material.material import Material
 from dielast.material.shift import NoShift
 from dielast.material.spectrum import Spectrum
 from dielast.material.springs import Gent
-from dielast.mechanics.point_material import Points
+from dielast.mechanics.point_material import PointMaterial
 from dielast.mechanics.span import Control
 from dielast.mechanics.stability import ONE_PERCENT, TimeScale, damped, stability
 
@@ -80,7 +80,7 @@ def equilibrium_stress(stretch: Array, viscous: Array, field: float) -> Array:
 @pytest.mark.parametrize("seed", range(8))
 def test_the_tangent_is_the_hessian_of_the_free_energy(seed: int) -> None:
     stretch, viscous, field = state(seed)
-    points = Points.of(SOLID, np.array([20.0]), 1e-6)
+    points = PointMaterial.of(SOLID, np.array([20.0]), 1e-6)
     points = replace(points, modulus=np.array([[26e3], [8e4], [3e4]]))
     internal, log_squared = 2 * np.log(viscous.T)[:, :, None], 2 * np.log(stretch)[:, None]
     nominal = equilibrium_stress(stretch, viscous, field)[:, None]
@@ -99,7 +99,7 @@ def test_the_tangent_is_the_hessian_of_the_free_energy(seed: int) -> None:
 
 
 def test_alike_axes_need_only_one_of_them() -> None:
-    points = Points.of(SOLID, np.array([20.0, 20.0]), 1e-6)
+    points = PointMaterial.of(SOLID, np.array([20.0, 20.0]), 1e-6)
     internal = np.log([[[1.0, 1.0], [1.2, 1.4], [1.1, 1.3]]])
     log_squared, nominal, field = np.full((2, 2), 0.9), np.full((2, 2), 3e4), np.array([2e6, 1e7])
     one = stability(points, (FREE, FREE), internal, log_squared, nominal, field)
@@ -109,7 +109,7 @@ def test_alike_axes_need_only_one_of_them() -> None:
 
 
 def test_a_film_without_load_has_the_margin_of_its_springs() -> None:
-    points = Points.of(SOLID, np.array([20.0]), 1e-6)
+    points = PointMaterial.of(SOLID, np.array([20.0]), 1e-6)
     zero = np.zeros((2, 1))
     found = stability(points, (FREE, FREE), np.zeros((2, 3, 1)), zero, zero, np.zeros(1))
     assert found.margin[0] == 1.0
@@ -117,7 +117,7 @@ def test_a_film_without_load_has_the_margin_of_its_springs() -> None:
 
 
 def test_stiffness_falls_from_frozen_to_relaxed() -> None:
-    points = Points.of(SOLID, np.array([20.0]), 1e-6)
+    points = PointMaterial.of(SOLID, np.array([20.0]), 1e-6)
 
     def retained(scale: TimeScale, time: float) -> list[float]:
         stress = np.zeros((2, *points.modulus.shape))
@@ -137,7 +137,7 @@ def test_a_time_scale_must_make_sense(make: type[TimeScale], value: float) -> No
 
 
 def test_the_damper_is_one_spring_more() -> None:
-    points = Points.of(SOLID, np.array([20.0, 20.0]), 1e-6)
+    points = PointMaterial.of(SOLID, np.array([20.0, 20.0]), 1e-6)
     held = damped(points)
     assert held.modulus.shape == (4, 2)
     assert np.all(held.modulus[-1] >= 1e4 * 26e3)

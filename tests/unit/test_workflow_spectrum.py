@@ -22,7 +22,7 @@ from dielast.recipe.cases import Case
 from dielast.recipe.validate import check
 from dielast.relaxation.fit import fit_spectrum
 from dielast.relaxation.interconversion import retardation_from_relaxation
-from dielast.report.report import Report
+from dielast.report.report import RunReport
 from dielast.sharing.execution import Execution
 
 Array = NDArray[np.float64]
@@ -63,7 +63,7 @@ def write_folder(folder: Path, measurement: str, data: str | None = None) -> Pat
     return folder
 
 
-def spectrum(folder: Path, **document: Any) -> Report:
+def spectrum(folder: Path, **document: Any) -> RunReport:
     recipe = SpectrumRecipe.model_validate({"kind": "spectrum", **document}, context={"folder": folder})
     return run([Case(recipe, {})], Inputs(folder), Execution())
 

@@ -23,7 +23,7 @@ from dielast.material.material import Material
 from dielast.mechanics.criteria import names
 from dielast.numerics.arrays import Floats
 from dielast.recipe.cases import Case
-from dielast.report.report import Report
+from dielast.report.report import RunReport
 from dielast.sharing.execution import Execution
 from dielast.simulate.actuate import prepare
 from dielast.simulate.actuation_history import ActuationHistory
@@ -35,17 +35,17 @@ from dielast.simulate.output import Output
 PASSIVE_POINTS = 8  # usually; the solver chooses their number
 
 
-def run(cases: Sequence[Case[ActuateRecipe]], inputs: Inputs, execution: Execution) -> Report:
+def run(cases: Sequence[Case[ActuateRecipe]], inputs: Inputs, execution: Execution) -> RunReport:
     """Simulate every case, report."""
-    return report_of(Films([case.recipe for case in cases]), cases, inputs, execution)
+    return report_of(ActuateSimulation([case.recipe for case in cases]), cases, inputs, execution)
 
 
 def prepared(cases: Sequence[Case[ActuateRecipe]], inputs: Inputs) -> Prepared:
     """The cases, read and checked, but not solved."""
-    return Prepared.of(Films([case.recipe for case in cases]), cases, inputs)
+    return Prepared.of(ActuateSimulation([case.recipe for case in cases]), cases, inputs)
 
 
-class Films(Simulation):
+class ActuateSimulation(Simulation):
     """Films under voltage."""
 
     measured = "relative_stretch_1 [1]"
@@ -250,8 +250,8 @@ def _spring(film: FilmSection, factor: float) -> tuple[float | None, float | Non
 def _prestretch(films: Sequence[FilmSection]) -> tuple[Floats | None, Floats | None]:
     """The prestretch (cases,) of both axes, None for an axis with a weight."""
     first, second = np.array([film.prestretch for film in films]).T
-    hung = films[0].weights[0]
-    return None if hung[0] is not None else first, None if hung[1] is not None else second
+    weight_stress = films[0].weights[0]
+    return None if weight_stress[0] is not None else first, None if weight_stress[1] is not None else second
 
 
 def _over_films(pairs: Sequence[tuple[float | None, float | None]]) -> tuple[Floats | None, Floats | None]:

@@ -33,7 +33,7 @@ from dielast.io.table import Column, Table
 from dielast.material.material import SCALE, Material, paths_of
 from dielast.mechanics.load import Mode
 from dielast.recipe.cases import Case
-from dielast.report.report import Report
+from dielast.report.report import RunReport
 from dielast.sharing.execution import Execution
 
 DRAWS = "draws.csv"
@@ -66,7 +66,7 @@ class Candidate:
         return None if self.found is None else self.found.relative_error
 
 
-def run(cases: Sequence[Case[CalibrateRecipe]], inputs: Inputs, execution: Execution) -> Report:
+def run(cases: Sequence[Case[CalibrateRecipe]], inputs: Inputs, execution: Execution) -> RunReport:
     """Fit every material, rank them, report the best, with draws of all that cannot be told apart from it."""
     recipe = cases[0].recipe
     task = read_task(recipe, inputs)
@@ -137,7 +137,7 @@ def run(cases: Sequence[Case[CalibrateRecipe]], inputs: Inputs, execution: Execu
 
         return plot_calibration(best, recipe.title)
 
-    return Report(tables, headline(best), figure, files, failures, interrupted=interrupted)
+    return RunReport(tables, headline(best), figure, files, failures, interrupted=interrupted)
 
 
 def drawn_beside(ranked: Sequence[Candidate]) -> list[Candidate]:

@@ -204,9 +204,9 @@ def _of_its_material(
 
 def _simulation(recipe: Any) -> Simulation:
     if recipe.kind == "actuate":
-        from dielast.commands.actuate.run import Films
+        from dielast.commands.actuate.run import ActuateSimulation
 
-        return Films([recipe])
+        return ActuateSimulation([recipe])
     from dielast.commands.membrane.run import Membranes
 
     return Membranes([recipe])

@@ -14,7 +14,7 @@ from dielast.commands.simulation.recipe import KEYS
 from dielast.errors import in_keys, placed
 from dielast.io.files import Inputs
 from dielast.recipe.cases import Case
-from dielast.report.report import Report
+from dielast.report.report import RunReport
 from dielast.sharing.execution import Execution
 from dielast.sharing.study import Study, Work
 from dielast.simulate.design import YES, Design, check_draws, designed, plan_design, under_way
@@ -54,7 +54,7 @@ def _levels(recipe: DesignRecipe) -> tuple[float, float]:
     return level, recipe.goal.failure_probability or FAILURE_PROBABILITY
 
 
-def run(cases: Sequence[Case[DesignRecipe]], inputs: Inputs, execution: Execution) -> Report:
+def run(cases: Sequence[Case[DesignRecipe]], inputs: Inputs, execution: Execution) -> RunReport:
     """Plan the films, find their voltages, report."""
     recipe, ready = cases[0].recipe, prepared(cases, inputs)
     material, sample, stated = ready.material, ready.sample, recipe.uncertainty
@@ -90,7 +90,7 @@ def run(cases: Sequence[Case[DesignRecipe]], inputs: Inputs, execution: Executio
         from dielast.commands.simulation.uncertainty import uncertainty_headline
 
         sections |= uncertainty_headline([stated], [sample])
-    return Report({"design.csv": result.columns()}, sections, figure, failures=first_of_each(failures, "films"))
+    return RunReport({"design.csv": result.columns()}, sections, figure, failures=first_of_each(failures, "films"))
 
 
 def film_of(result: Design, film: int) -> str:

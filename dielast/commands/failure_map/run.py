@@ -14,7 +14,7 @@ from dielast.errors import placed
 from dielast.io.files import Inputs
 from dielast.io.table import Table
 from dielast.recipe.cases import Case
-from dielast.report.report import Report
+from dielast.report.report import RunReport
 from dielast.sharing.execution import Execution
 from dielast.sharing.study import Study, Work
 from dielast.simulate.failure_map import FailureMap, HeldVoltages, assembled, plan_failure_map
@@ -42,7 +42,7 @@ def prepared(cases: Sequence[Case[FailureMapRecipe]], inputs: Inputs) -> Prepare
     return PreparedGrid(material, sample, stated, in_recipe_terms, variation)
 
 
-def run(cases: Sequence[Case[FailureMapRecipe]], inputs: Inputs, execution: Execution) -> Report:
+def run(cases: Sequence[Case[FailureMapRecipe]], inputs: Inputs, execution: Execution) -> RunReport:
     """Plan the map, solve its cells, report."""
     recipe, ready = cases[0].recipe, prepared(cases, inputs)
     material, sample, variation, stated = ready.material, ready.sample, ready.variation, recipe.uncertainty
@@ -87,7 +87,7 @@ def run(cases: Sequence[Case[FailureMapRecipe]], inputs: Inputs, execution: Exec
 
         more = sensitivity_outputs([sensitivity_of_map(variation, result, every)], cases, [material])
         tables, sections, figures = tables | more[0], sections | more[1], figures | more[2]
-    return Report(tables, sections, figure, failures=failures(result), figures=figures)
+    return RunReport(tables, sections, figure, failures=failures(result), figures=figures)
 
 
 def failures(result: FailureMap) -> list[str]:

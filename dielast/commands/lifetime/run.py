@@ -22,13 +22,13 @@ from dielast.io.table import Table
 from dielast.material.checks import warn_of_material
 from dielast.material.material import Material, paths_of
 from dielast.recipe.cases import Case
-from dielast.report.report import Report
+from dielast.report.report import RunReport
 from dielast.sharing.execution import Execution
 
 DRAWS = "draws.csv"
 
 
-def run(cases: Sequence[Case[LifetimeRecipe]], inputs: Inputs, execution: Execution) -> Report:
+def run(cases: Sequence[Case[LifetimeRecipe]], inputs: Inputs, execution: Execution) -> RunReport:
     """Simulate the specimens, fit the laws, report."""
     recipe = cases[0].recipe
     material = parse_material(inputs.read(recipe.material), recipe.material)
@@ -66,7 +66,7 @@ def run(cases: Sequence[Case[LifetimeRecipe]], inputs: Inputs, execution: Execut
         line = lines.lives("inverse-power", lives, recipe.film.thickness, usual, 0.5)[0]
         return plot_failures(tested, fitted, lives, recipe.title, line)
 
-    return Report(tables, sections, figure, files)
+    return RunReport(tables, sections, figure, files)
 
 
 def with_origin(material: Material, fitted: FittedLaw, file: str) -> Material:

@@ -16,7 +16,7 @@ from dielast.material.measurement_kind import MeasurementKind
 from dielast.readings.read import Dataset, read_all
 from dielast.readings.values import ONE_TEMPERATURE
 from dielast.recipe.cases import Case
-from dielast.report.report import Report
+from dielast.report.report import RunReport
 from dielast.sharing.execution import Execution
 from dielast.superposition.bootstrap import MasterCurveDraws, bootstrap_master_curve
 from dielast.superposition.checks import LAST_STRETCH, PLATEAU_SLOPE
@@ -24,7 +24,7 @@ from dielast.superposition.mastercurve import build_master_curve
 from dielast.superposition.result import MasterCurve
 
 
-def run(cases: Sequence[Case[MasterCurveRecipe]], inputs: Inputs, execution: Execution) -> Report:
+def run(cases: Sequence[Case[MasterCurveRecipe]], inputs: Inputs, execution: Execution) -> RunReport:
     """Read the tests, shift them, report."""
     recipe = cases[0].recipe
     dataset = read_all(recipe.data, inputs)
@@ -62,7 +62,7 @@ def run(cases: Sequence[Case[MasterCurveRecipe]], inputs: Inputs, execution: Exe
 
         return plot_master_curve(result, dataset.measurements, recipe.title)
 
-    return Report(written, numbers, figure)
+    return RunReport(written, numbers, figure)
 
 
 def _levels_off(result: MasterCurve) -> bool:

@@ -20,7 +20,7 @@ from dielast.photographs.find import reduced, separability
 from dielast.photographs.outline import Outline, find_outline
 from dielast.photographs.series import BREAKDOWN, DOUBTFUL, LOST, OK, WRINKLES, Stretches, stretches
 from dielast.recipe.cases import Case
-from dielast.report.report import Report
+from dielast.report.report import RunReport
 from dielast.sharing.execution import Execution
 from dielast.sharing.study import Study
 
@@ -166,7 +166,7 @@ def _colour(content: bytes, name: str, region: tuple[int, ...] | None) -> str:
     return max((MEAN, *CHANNELS), key=parted)
 
 
-def run(cases: Sequence[Case[MeasureRecipe]], inputs: Inputs, execution: Execution) -> Report:
+def run(cases: Sequence[Case[MeasureRecipe]], inputs: Inputs, execution: Execution) -> RunReport:
     """Measure every photograph, put them together, report."""
     recipe = cases[0].recipe
     ready = Prepared(recipe, inputs)
@@ -188,7 +188,7 @@ def run(cases: Sequence[Case[MeasureRecipe]], inputs: Inputs, execution: Executi
         return plot_photographs(result, [(entry.thumbnail, entry.factor) for entry in photographs], recipe.title)
 
     figures: dict[str, Callable[[], Any]] = {"photographs": sheet}
-    return Report({"electrode.csv": result.columns()}, headline(result, ready), figure, figures=figures)
+    return RunReport({"electrode.csv": result.columns()}, headline(result, ready), figure, figures=figures)
 
 
 def _together(recipe: MeasureRecipe, ready: Prepared, photographs: Sequence[Photograph]) -> Stretches:

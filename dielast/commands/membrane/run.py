@@ -17,7 +17,7 @@ from dielast.io.table import Column, Table, split_header
 from dielast.material.material import Material
 from dielast.numerics.arrays import Floats
 from dielast.recipe.cases import Case
-from dielast.report.report import Report
+from dielast.report.report import RunReport
 from dielast.sharing.execution import Execution
 from dielast.simulate.membrane import MembraneHistory, prepare
 from dielast.simulate.options import Solver
@@ -26,7 +26,7 @@ from dielast.simulate.output import Output
 MEASURED = {"relax": "nominal_stress_1 [Pa]", "creep": "stretch_1 [1]"}
 
 
-def run(cases: Sequence[Case[Recipe]], inputs: Inputs, execution: Execution) -> Report:
+def run(cases: Sequence[Case[Recipe]], inputs: Inputs, execution: Execution) -> RunReport:
     """Simulate every case, report."""
     return report_of(Membranes([case.recipe for case in cases]), cases, inputs, execution)
 

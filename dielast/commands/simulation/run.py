@@ -32,7 +32,7 @@ from dielast.material.material import Material
 from dielast.material.scatter import Sample
 from dielast.numerics.arrays import Floats
 from dielast.recipe.cases import MOST_WRONG_CASES, Case
-from dielast.report.report import Report
+from dielast.report.report import RunReport
 from dielast.sharing.execution import Execution
 from dielast.sharing.study import Study
 
@@ -162,7 +162,7 @@ class Prepared:
         return cls(stated, batches)
 
 
-def report_of(simulation: Simulation, cases: Sequence[Case[Any]], inputs: Inputs, execution: Execution) -> Report:
+def report_of(simulation: Simulation, cases: Sequence[Case[Any]], inputs: Inputs, execution: Execution) -> RunReport:
     """Simulate every case, report."""
     prepared, recipes = Prepared.of(simulation, cases, inputs, execution.jobs), [case.recipe for case in cases]
     study = Study.of(cases, inputs, execution)
@@ -221,4 +221,4 @@ def report_of(simulation: Simulation, cases: Sequence[Case[Any]], inputs: Inputs
     if cycling:
         tables["cycles.csv"] = case_table(cycling)
     sections = simulation.headline(cases, results) | (cycle_headline(results) if many else {}) | sections
-    return Report(tables, sections | compared | intervals, figure, failures=failures(results), figures=more_figures | figures)
+    return RunReport(tables, sections | compared | intervals, figure, failures=failures(results), figures=more_figures | figures)

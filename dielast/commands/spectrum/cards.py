@@ -16,7 +16,7 @@ from dielast.material.checks import warn_of_material
 from dielast.material.material import Material, paths_of
 from dielast.material.springs import Gent
 from dielast.relaxation.result import SpectrumFit
-from dielast.report.report import Report
+from dielast.report.report import RunReport
 
 
 def card_of(recipe: SpectrumRecipe, inputs: Inputs) -> tuple[Material, dict[str, str]]:
@@ -43,7 +43,7 @@ def card_of(recipe: SpectrumRecipe, inputs: Inputs) -> tuple[Material, dict[str,
     return material, {} if export is None else exported(material, export, export.options())
 
 
-def run_card(recipe: SpectrumRecipe, inputs: Inputs) -> Report:
+def run_card(recipe: SpectrumRecipe, inputs: Inputs) -> RunReport:
     """The report on a Prony series that exists."""
     material, cards = card_of(recipe, inputs)
     spectrum, equilibrium = material.spectrum, material.equilibrium_modulus
@@ -68,7 +68,7 @@ def run_card(recipe: SpectrumRecipe, inputs: Inputs) -> Report:
         },
     }
     files = {"material.toml": write_material(material)} | {name: text.encode() for name, text in cards.items()}
-    return Report({"spectrum.csv": spectrum.columns()}, numbers, figure, files)
+    return RunReport({"spectrum.csv": spectrum.columns()}, numbers, figure, files)
 
 
 def exported(material: Material, export: ExportSection, options: CardOptions) -> dict[str, str]:

@@ -39,14 +39,14 @@ from dielast.relaxation.fit import fit_oscillation, fit_spectrum
 from dielast.relaxation.reduce import Reduction, reduce_spectrum
 from dielast.relaxation.result import SpectrumFit
 from dielast.relaxation.spectrum_draws import CurveDraws, draw_spectra
-from dielast.report.report import Report
+from dielast.report.report import RunReport
 from dielast.sharing.execution import Execution
 
 SHARED_BY_FITS = {"branches", "equilibrium_modulus", "glassy_modulus", "liquid"}  # keys that are arguments of every fit
 BEYOND = 3.0  # factor beyond the ends of a master curve up to which its processes still act
 
 
-def run(cases: Sequence[Case[SpectrumRecipe]], inputs: Inputs, execution: Execution) -> Report:
+def run(cases: Sequence[Case[SpectrumRecipe]], inputs: Inputs, execution: Execution) -> RunReport:
     """Read the master curve, fit the spectrum, and make the report."""
     recipe = cases[0].recipe
     if recipe.prony is not None:
@@ -74,7 +74,7 @@ def run(cases: Sequence[Case[SpectrumRecipe]], inputs: Inputs, execution: Execut
         numbers["data"] = dict(curve.data)
     if drawn is not None:
         written[DRAWS], numbers["uncertainty"] = drawn
-    return Report(written, numbers, figure, files)
+    return RunReport(written, numbers, figure, files)
 
 
 def curve_of(recipe: SpectrumRecipe, inputs: Inputs) -> ReducedCurve:

@@ -4,7 +4,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from dielast.mechanics.criteria.criterion import Criterion, Moment, Signal, WatchedFilms
+from dielast.mechanics.criteria.criterion import Criterion, FilmSnapshot, Signal, WatchedFilms
 from dielast.numerics.arrays import Floats
 
 
@@ -21,7 +21,7 @@ class ElectricalBreakdown(Criterion):
         if not np.any(np.isfinite(field)):
             return None
 
-        def margin(moment: Moment) -> Floats:
+        def margin(moment: FilmSnapshot) -> Floats:
             limit = field[moment.cases]
             if following is not None:
                 limit = limit * following.ratio(moment.cases, moment.log_area)

@@ -1,9 +1,9 @@
 """The interface of a criterion: a name, and a signal of a film that is positive until the event of the criterion happens.
 
 A new criterion is a subclass of `Criterion` in a module of this folder, and a line in `CRITERIA`. Its signal is a function of a
-`Moment`. A criterion on a quantity that accumulates over time has a rate instead; its signal is 1 minus the integral of the rate.
-The rest follows: the first fall of the signal to zero is an event with a row in events.csv, a marker in figures and a name for
-`stop.at`; if the criterion is a failure, it is also a failure mode of maps.
+`FilmSnapshot`. A criterion on a quantity that accumulates over time has a rate instead; its signal is 1 minus the integral of the
+rate. The rest follows: the first fall of the signal to zero is an event with a row in events.csv, a marker in figures and a name
+for `stop.at`; if the criterion is a failure, it is also a failure mode of maps.
 """
 
 from __future__ import annotations
@@ -14,19 +14,19 @@ from typing import ClassVar
 
 import numpy as np
 
-from dielast.material.laws_of_cases import Endurance
+from dielast.material.laws_of_cases import FailureLaws
 from dielast.material.material import Material
 from dielast.mechanics.equations import Films
 from dielast.mechanics.passive.framed import FramedFilms, Surroundings
 from dielast.mechanics.point import LoadedPoints
-from dielast.mechanics.point_material import Points
+from dielast.mechanics.point_material import PointMaterial
 from dielast.mechanics.span import Controls, Load
 from dielast.mechanics.stability import Stability, TimeScale
 from dielast.numerics.arrays import ByCase, Cases, Floats
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Moment(ByCase):
+class FilmSnapshot(ByCase):
     """Films at a moment, in columns (k,) that belong to `cases` (k,).
 
     `internal` is x (2, n, k), or (1, n, k) if both axes are equal; Lambda and the mechanical nominal stress in Pa are (2, k).
@@ -37,7 +37,7 @@ class Moment(ByCase):
     (2, n, P, k) of all points; `surroundings` describes the passive part.
     """
 
-    points: Points
+    points: PointMaterial
     controls: Controls
     cases: Cases
     age: Floats
@@ -48,7 +48,7 @@ class Moment(ByCase):
     surroundings: Surroundings | None = None
 
     @classmethod
-    def of(cls, system: Films, cases: Cases, age: Floats, time: Floats, state: Floats) -> Moment:
+    def of(cls, system: Films, cases: Cases, age: Floats, time: Floats, state: Floats) -> FilmSnapshot:
         """Films with the equations `system` in the `state` (rows, k), at `time` (k,) in s since the span of load began.
 
         For signals that do not depend on the springs, the rows of the border are enough.
@@ -78,7 +78,7 @@ class Moment(ByCase):
         return self.nominal_stress if self.surroundings is None else self.surroundings.tension
 
 
-Signal = Callable[[Moment], Floats]
+Signal = Callable[[FilmSnapshot], Floats]
 """The signal (k,) of a moment, positive until the event happens."""
 
 
@@ -92,7 +92,7 @@ class WatchedFilms(ByCase):
     """
 
     controls: Controls
-    endurance: Endurance
+    endurance: FailureLaws
     timescale: TimeScale
     nominal_stress: Floats
     stress_floor: Floats
@@ -138,7 +138,7 @@ class Criterion:
         """Whether films of these materials may have this event; if none may, maps omit it."""
         return True
 
-    def refined(self, films: WatchedFilms, time: Floats, moment: Moment, load: Load) -> tuple[Floats, Moment]:
+    def refined(self, films: WatchedFilms, time: Floats, moment: FilmSnapshot, load: Load) -> tuple[Floats, FilmSnapshot]:
         """The time (k,) in s since a span of `load` began, and the moment, of a zero of the signal, located more accurately.
 
         `time` and `moment` are those of the zero as located on the steps.

@@ -6,7 +6,7 @@ from typing import ClassVar
 import numpy as np
 
 from dielast.material.material import Material
-from dielast.mechanics.criteria.criterion import Criterion, Moment, Signal, WatchedFilms
+from dielast.mechanics.criteria.criterion import Criterion, FilmSnapshot, Signal, WatchedFilms
 from dielast.numerics.arrays import Floats
 
 
@@ -27,7 +27,7 @@ class Damage(Criterion):
         if laws is None:
             return None
 
-        def rate(moment: Moment) -> Floats:
+        def rate(moment: FilmSnapshot) -> Floats:
             field = moment.true_field
             return np.asarray(laws.values(moment.cases, lambda law, columns: law.rate(field[columns]), 0.0))
 

@@ -7,7 +7,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from dielast.mechanics.criteria.criterion import Criterion, Moment, Signal, WatchedFilms
+from dielast.mechanics.criteria.criterion import Criterion, FilmSnapshot, Signal, WatchedFilms
 from dielast.mechanics.point_material import FLOOR
 from dielast.mechanics.span import Control
 from dielast.numerics.arrays import Floats
@@ -28,7 +28,7 @@ class LossOfTension(Criterion):
         if films.moved:
             scale = self._scale(films)
 
-            def present(moment: Moment) -> Floats:
+            def present(moment: FilmSnapshot) -> Floats:
                 if moment.controls[self.axis] is Control.STRESS:
                     return np.full(moment.cases.size, np.nan)
                 return np.asarray(moment.tension[self.axis] / scale[moment.cases])
@@ -40,7 +40,7 @@ class LossOfTension(Criterion):
         has_tension = tension > films.stress_floor
         scale = np.where(has_tension, tension, 1.0)
 
-        def remaining(moment: Moment) -> Floats:
+        def remaining(moment: FilmSnapshot) -> Floats:
             stress = moment.tension[self.axis]
             return np.where(has_tension[moment.cases], stress / scale[moment.cases], 1.0)
 

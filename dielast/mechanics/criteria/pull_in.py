@@ -5,7 +5,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from dielast.mechanics.criteria.criterion import Criterion, Moment, Signal, WatchedFilms
+from dielast.mechanics.criteria.criterion import Criterion, FilmSnapshot, Signal, WatchedFilms
 from dielast.mechanics.span import Control, Load
 from dielast.mechanics.stability import Fold, Stability, TimeScale, stability
 from dielast.numerics.arrays import Floats, where
@@ -14,7 +14,7 @@ NO_MARGIN = 1e-3  # a smaller margin at pull-in is rounding: it is 0 by definiti
 FOLD_MARGIN = 0.02  # margin with all branches frozen, below which a pull-in is at the end of an equilibrium
 
 
-def stability_at(moment: Moment, timescale: TimeScale) -> Stability:
+def stability_at(moment: FilmSnapshot, timescale: TimeScale) -> Stability:
     """Determinant and margin (k,) of films watched for a time scale."""
     watched = timescale.watched(moment.age)
     if moment.surroundings is not None:
@@ -39,7 +39,7 @@ class PullIn(Criterion):
             return None
         return lambda moment: stability_at(moment, films.timescale).margin
 
-    def refined(self, films: WatchedFilms, time: Floats, moment: Moment, load: Load) -> tuple[Floats, Moment]:
+    def refined(self, films: WatchedFilms, time: Floats, moment: FilmSnapshot, load: Load) -> tuple[Floats, FilmSnapshot]:
         """A pull-in at the end of an equilibrium, where the damper takes over, is moved to the exact fold.
 
         A film with a circuit has no fold, as it is stable at frozen charge. In a film with a passive part, the steps around the

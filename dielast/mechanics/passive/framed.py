@@ -26,7 +26,7 @@ from dielast.mechanics.electric import ELECTRIC
 from dielast.mechanics.elimination import Eliminated
 from dielast.mechanics.passive.structure import Factors, Structure
 from dielast.mechanics.point import FOLLOWER_WEIGHT
-from dielast.mechanics.point_material import SYMMETRIC, Points
+from dielast.mechanics.point_material import SYMMETRIC, PointMaterial
 from dielast.mechanics.span import Control, Controls, Load, UnderLoad
 from dielast.numerics.arrays import ByCase, Cases, Floats
 from dielast.numerics.stride import Inner
@@ -38,12 +38,12 @@ class Assembly:
     couples them. Arrays over the points are (..., P, cases).
     """
 
-    points: Points
-    all_points: Points
+    points: PointMaterial
+    all_points: PointMaterial
     structure: Structure
 
     @classmethod
-    def of(cls, points: Points, structure: Structure) -> Assembly:
+    def of(cls, points: PointMaterial, structure: Structure) -> Assembly:
         """Films of one material throughout."""
         return cls(points, points.take(np.tile(np.arange(points.stress_floor.size), structure.points)), structure)
 
@@ -99,7 +99,7 @@ class FramedFilms(UnderLoad):
     load: Load
 
     @property
-    def points(self) -> Points:
+    def points(self) -> PointMaterial:
         """The points of the active parts."""
         return self.assembly.points
 

@@ -17,7 +17,7 @@ import numpy as np
 from dielast.mechanics.passive.forms import disc
 from dielast.mechanics.passive.framed import Assembly
 from dielast.mechanics.passive.structure import Factors
-from dielast.mechanics.point_material import SYMMETRIC, Points
+from dielast.mechanics.point_material import SYMMETRIC, PointMaterial
 from dielast.numerics.arrays import Cases, Floats
 
 LEAST, MOST = 2, 20  # number of points
@@ -27,7 +27,7 @@ ITERATIONS, SETTLED = 30, 1e-9  # of Newton's method, and its last step relative
 FEW_AND_MANY = (LEAST, LEAST + 4, LEAST + 9)  # numbers of points with all of which the stretch must be reached
 
 
-def points_needed(points: Points, share: Floats, prestretch: Floats, tolerance: float) -> Cases:
+def points_needed(points: PointMaterial, share: Floats, prestretch: Floats, tolerance: float) -> Cases:
     """The number of points (cases,) with which the field of each disc (see `forms.disc`) is accurate to a relative `tolerance`, 0
     where no number is enough.
     """
@@ -45,7 +45,7 @@ def points_needed(points: Points, share: Floats, prestretch: Floats, tolerance: 
     return np.where(np.any(exact, axis=0), LEAST + np.argmax(exact, axis=0), 0)
 
 
-def _errors(points: Points, share: Floats, prestretch: Floats, finest: float, taut: bool) -> Floats:
+def _errors(points: PointMaterial, share: Floats, prestretch: Floats, finest: float, taut: bool) -> Floats:
     """Errors (counts, cases) of the field with `LEAST` points, and more up to `MOST`, until all are below `finest`.
 
     They hold at stretches that the springs can reach, and, if `taut`, that leave the film at least half of its tension.
@@ -71,7 +71,7 @@ def _errors(points: Points, share: Floats, prestretch: Floats, finest: float, ta
     return np.array(errors)
 
 
-def _pull(points: Points, share: Floats, prestretch: Floats, stretch: Floats, count: int) -> tuple[Floats, Floats]:
+def _pull(points: PointMaterial, share: Floats, prestretch: Floats, stretch: Floats, count: int) -> tuple[Floats, Floats]:
     """The Maxwell stress in Pa that holds relaxed discs at a `stretch`, and the smallest nominal stress in the film around them,
     all (cases,); NaN where the springs cannot reach the stretch.
     """
