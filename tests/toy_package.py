@@ -138,12 +138,12 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from dielast.io.table import Column
-from dielast.report.report import Report
+from dielast.report.report import RunReport
 
 
 def run(cases, inputs, execution):
     x = np.array(cases[0].recipe.numbers)
-    return Report({"squares.csv": [Column("x", "1", x), Column("square", "1", x**2)]}, {"squares": {"n": x.size}}, Figure)
+    return RunReport({"squares.csv": [Column("x", "1", x), Column("square", "1", x**2)]}, {"squares": {"n": x.size}}, Figure)
 """
 READINGS = """
 def readings(cases, inputs):
