@@ -64,7 +64,7 @@ def drawn_case(case: StatedCase, sample: Sample, result: CaseResult) -> list[Sta
     the result, including the last row.
     """
     if result.events is None:
-        return [StatedCase(case.recipe, member, case.steps, None) for member in sample.materials]
+        return [StatedCase(case.recipe, member, case.steps, None) for member in sample.specimens()]
     stated = breakdown(case.recipe.breakdown)
     output = case.recipe.output.model_copy(update={"times": _times_for_draws(result.columns["time [s]"]), "profile": None})
     recipe = case.recipe.model_copy(update={"breakdown": None, "output": output})

@@ -14,7 +14,7 @@ from dielast.handover.material_draws import beside, further_constants, parse_dra
 from dielast.handover.material_file import parse_file
 from dielast.io.files import Inputs
 from dielast.material.material import Material
-from dielast.material.scatter import Sample, damage_scatter, draw_sample, fewest_draws, field_scatter, of_area
+from dielast.material.scatter import Sample, damage_scatter, draw_sample, fewest_draws, field_scatter, of_area, specimen_scatter
 from dielast.material.spectrum import Spectrum
 from dielast.recipe.cases import Case
 
@@ -56,7 +56,10 @@ def sample_of(case: Case[Any], material: Material, inputs: Inputs) -> Sample:
     stated = films and (field_scatter(material) is not None or damage_scatter(material) is not None)
     if films and uncertainty.failure_share is not None and not (scatter or stated):
         raise InputError("nothing scatters from film to film, of which this could be a share", key="uncertainty.failure_share")
-    if not members and not scatter and not stated:
+    specimens = uncertainty.specimens and specimen_scatter(material) is not None
+    if uncertainty.specimens and not specimens and "specimens" in uncertainty.model_fields_set:
+        warn(f"{name} states no scatter of specimens in [calibrated], which calibrate writes", key="uncertainty.specimens")
+    if not members and not scatter and not stated and not specimens:
         raise InputError(
             f"{name} names no draws, and no scatter is stated: mastercurve with [uncertainty] and then spectrum write a "
             "material with draws",
@@ -64,13 +67,14 @@ def sample_of(case: Case[Any], material: Material, inputs: Inputs) -> Sample:
         )
     draws = uncertainty.draws
     share = uncertainty.failure_share if films else None
-    if members and not (scatter and share is None) and not (stated and share is None) and draws > len(members):
+    random = specimens or (share is None and (scatter or stated))
+    if members and not random and draws > len(members):
         # a draw that is used again adds no information
         if "draws" in uncertainty.model_fields_set:
             less = f"{name} has {len(members)} draws, and nothing else scatters: {len(members)} draws are used instead of {draws}"
             warn(less, key="uncertainty.draws")
         draws = len(members)
-    return draw_sample(members or (material,), draws, seed=uncertainty.seed, share=share, area=area, **scatter)
+    return draw_sample(members or (material,), draws, seed=uncertainty.seed, share=share, area=area, specimens=specimens, **scatter)
 
 
 def read_members(name: str, inputs: Inputs, material: Material, changes: Mapping[str, Any]) -> tuple[Material, ...]:
