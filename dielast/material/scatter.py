@@ -12,7 +12,7 @@ from dielast.io.table import Column, Table
 from dielast.material.argument_types import checked
 from dielast.material.material import Material
 from dielast.material.spectrum import Spectrum
-from dielast.numerics.arrays import Floats
+from dielast.numerics.arrays import Floats, Index
 from dielast.numerics.random_streams import stream
 
 
@@ -150,6 +150,13 @@ class Sample(TabularResult):
         if self.typical_damage == 1 or material.damage is None:
             return material
         return replace(material, damage=material.damage.lasting(self.typical_damage))
+
+    @property
+    def laws(self) -> Index | None:
+        """The number (draws,) of the pair of spring laws of each draw, None if all have the same: see `interval`."""
+        pairs = [(material.equilibrium_law.name, material.nonequilibrium_law.name) for material in self.materials]
+        known = list(dict.fromkeys(pairs))
+        return None if len(known) == 1 else np.array([known.index(pair) for pair in pairs])
 
     def specimens(self) -> tuple[Material, ...]:
         """The material of each draw, with the factor of its specimen on all moduli."""
@@ -305,29 +312,44 @@ def fewest_draws(level: float) -> int:
     return int(np.ceil(2 / (1 - level) - 1 - 1e-9))
 
 
-def assured(values: Floats, confidence: float) -> Floats:
+def assured(values: Floats, confidence: float, laws: Index | None = None) -> Floats:
     """The value (...) that a further draw exceeds with this `confidence`, above 0.5, from `values` (draws, ...); NaN for too few
-    draws.
+    draws. `laws` as for an `interval`.
     """
-    return interval(values, 2 * confidence - 1)[0]
+    return interval(values, 2 * confidence - 1, laws)[0]
 
 
-def interval(values: Floats, level: float) -> tuple[Floats, Floats]:
+def interval(values: Floats, level: float, laws: Index | None = None) -> tuple[Floats, Floats]:
     """Lower and upper bound (...) of an interval that covers a further draw with probability `level`, from `values` (draws, ...).
 
     The bounds, in the unit of the values, are order statistics without interpolation, so that infinite values (events that have
     not happened) are allowed. NaN does not count as a draw; with too few draws the bounds are NaN. Raises `InputError` for a level
     that is not between 0 and 1.
+
+    Where the draws are of several `laws` (draws,), by number, that tests cannot tell apart, the interval is from the least lower to
+    the largest upper bound of those of each law: it covers a draw with this probability whichever of the laws holds, as no
+    probability of a law is known where none was tested (Walley, Statistical Reasoning with Imprecise Probabilities, 1991). A law
+    with too few draws of its own has its least and largest draw as bounds.
     """
     fewest_draws(level)
     values = np.asarray(values, dtype=float)
     if not (values.ndim and len(values)):
         raise InputError("at least one draw is needed", argument="values")
+    low, high = _ordered(values, level)
+    if laws is None:
+        return low, high
+    lows, highs = zip(*(_ordered(values[laws == law], level, few=True) for law in np.unique(laws)), strict=True)
+    enough = ~np.isnan(low)
+    return np.where(enough, np.fmin.reduce(lows), np.nan), np.where(enough, np.fmax.reduce(highs), np.nan)
+
+
+def _ordered(values: Floats, level: float, few: bool = False) -> tuple[Floats, Floats]:
+    """The bounds (...) of an `interval` from draws of one law; those of too `few` are the least and the largest, instead of NaN."""
     ordered = np.sort(values, axis=0)  # NaN last
     count = np.sum(~np.isnan(values), axis=0)
     tail = 0.5 * (1 - level) * (count + 1)
     first = np.floor(tail + 1e-9).astype(int) - 1
-    enough = first >= 0
+    enough = (first >= 0) | (few & (count > 0))
     first = np.maximum(first, 0)
     low = np.take_along_axis(ordered, first[None], axis=0)[0]
     high = np.take_along_axis(ordered, np.maximum(count - 1 - first, 0)[None], axis=0)[0]
