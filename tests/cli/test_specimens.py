@@ -137,3 +137,17 @@ def test_without_specimens_results_are_those_of_a_material_that_states_none(diel
         assert ("states no scatter of specimens" in done.stderr) == (name == "c")
     tables = [(folder / name / "actuate.csv").read_bytes() for name in "abcd"]
     assert tables[0] == tables[1] == tables[2] != tables[3]
+
+
+def test_draws_that_cannot_be_prestretched_are_left_out_by_name(dielast: Run, folder: Path) -> None:
+    law = MATERIAL.replace('law = "neo-hookean"', "J_lim = 90").replace("\n[equilibrium]", '\ndraws = "d.csv"\n[equilibrium]')
+    (folder / "m.toml").write_text(law.replace(SEEN, ""))
+    rows = [f"{k},{MODULUS + 10 * k},{14.5 if k < 2 else 90}" for k in range(26)]
+    (folder / "d.csv").write_text("\n".join(["draw,equilibrium_shear_modulus [Pa],equilibrium.J_lim [1]", *rows]) + "\n")
+    steps = f'{FILM}[[step]]\nvoltage = "1 kV"\nduration = "1 s"\n[uncertainty]\ndraws = 20\n[sweep]\n"film.prestretch" = [2, 3]\n'
+    (folder / "r.toml").write_text(f'kind = "actuate"\nmaterial = "m.toml"\n{steps}')
+    done = dielast("actuate", "r.toml", "--plot", "none")
+    assert done.returncode == 0, done.stderr
+    assert "2 of 26 draws lock below a prestretch of 3; they are left out" in done.stderr
+    (folder / "r.toml").write_text(f'kind = "actuate"\nmaterial = "m.toml"\n{steps.replace("[2, 3]", "[2, 2.5]")}')
+    assert "draws lock" not in dielast("actuate", "r.toml", "--plot", "none").stderr
