@@ -122,7 +122,7 @@ class CycleMeter:
         self._piece = piece if isinstance(piece, Cycles) or piece.lap else None
         if self._piece is None:
             return
-        self.points, cases = system.points, self.unit.size
+        self.points, cases = system.points.without_springs(), self.unit.size
         if not self._lap:
             self._sums = np.zeros((SUMS, cases, piece.cycles or 1))
             self._sums[0], self._sums[1] = np.inf, -np.inf
