@@ -25,7 +25,7 @@ from dielast.mechanics.piece import Piece
 from dielast.mechanics.point import LoadedPoints
 from dielast.mechanics.point_material import SYMMETRIC
 from dielast.mechanics.span import Control, Controls, stretched
-from dielast.numerics.arrays import Cases, Flags, Floats, paired
+from dielast.numerics.arrays import Cases, Flags, Floats, where
 from dielast.numerics.stride import DenseSteps, TriedStep
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(8)
@@ -135,12 +135,12 @@ class ElectricMeter:
 
     def follow(self, stride: TriedStep, stopped: Flags) -> None:
         """Add a step; films of the columns `stopped` (pool,) stop within it, at times that are known when they have `ended`."""
-        columns = paired(np.flatnonzero(stride.accepted))
+        columns = where(stride.accepted)
         if not columns.size:
             return
         if self._size >= MANY:
             self._evaluate()
-        steps = DenseSteps.of(stride, slice(films_of(stride).border, None), columns)
+        steps = stride.of_border(films_of(stride).border)
         self._kept.append((steps, stride.span[columns], stride.begin[columns]))
         if (last := np.flatnonzero(stopped[columns])).size:
             self._stopped.append(self._size + last)
