@@ -82,7 +82,7 @@ class Contact:
         # the dense output of a taut specimen leaves its chord by a quarter of the sum of its coefficients at most
         bulge = np.abs(np.einsum("is,sk->ik", stride.method.dense, stride.increments[:, row][:, 0])).sum(axis=0)
         least = np.minimum(first - zero, last) - 0.25 * bulge * FLOOR / system.points.stress_floor
-        near = where(np.asarray(stride.accepted & (system.slack | (least < 0))))
+        near = where(np.logical_and(stride.accepted, np.logical_or(system.slack, least < 0)))
         if not near.size:
             return share
         part = system.take(near)

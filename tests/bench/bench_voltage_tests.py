@@ -18,7 +18,7 @@ from dielast.calibration.experiment import Experiment
 from dielast.calibration.fit import fit_material
 from dielast.calibration.laboratory import Laboratory
 from dielast.calibration.laws import cross_validation, law_weights, mixed_draws, pieces_of
-from dielast.calibration.result import assessed, calibrate
+from dielast.calibration.result import Intervals, assessed, calibrate
 from dielast.calibration.spring_pairs import reach_of, trial
 from dielast.commands.calibrate.run import ALIKE
 from dielast.material.material import VACUUM_PERMITTIVITY
@@ -92,7 +92,7 @@ def band(tests: Sequence[Experiment], laws: Sequence[str] = LAWS, draws: int = 1
         found.append((law, fit, cross_validation(fit)))
     weights = law_weights([each for _, _, each in found if each is not None], pieces_of(found[0][1]))
     kept = [(law, fit, weight) for (law, fit, _), weight in zip(found, weights, strict=True) if weight >= ALIKE]
-    results = [assessed(fit, draws=draws) for _, fit, _ in kept]
+    results = [assessed(fit, intervals=Intervals(draws=draws)) for _, fit, _ in kept]
     members = mixed_draws(results, [weight for _, _, weight in kept])
     return wanted(members), [f"{law} {weight:.2f} ({fit.misfit:.1%})" for law, fit, weight in kept]
 
