@@ -88,7 +88,7 @@ class Contact:
         part = system.take(near)
         values, fractions = samples(lambda fraction: along(near, fraction, part), (first - zero)[near], last[near])
         fallen = values < -self.rtol
-        some = where(fallen.any(axis=0))
+        some = paired(np.flatnonzero(fallen.any(axis=0)))
         if not some.size:
             return share
         falls, fallen, values, fractions = near[some], fallen[:, some], values[:, some], fractions[:, some]
