@@ -135,10 +135,7 @@ def test_what_is_broken_is_refused_with_one_line(law: str, message: str, dielast
     ("law", "message"),
     [
         ("raises", "toy-laws 1.2: raises of dielast.springs: ZeroDivisionError: division by zero (more.py:"),
-        (
-            "shapeless",
-            "shapeless of dielast.springs, toy-laws 1.2: varga of dielast.springs: what one of these gives cannot be used: ValueError: ",
-        ),
+        ("shapeless", "varga of dielast.springs: what one of these gives cannot be used: ValueError: "),
     ],
 )
 @pytest.mark.parametrize("jobs", ["1", "2"])
@@ -149,7 +146,7 @@ def test_a_law_that_fails_in_use_is_named_in_one_line(law: str, message: str, jo
     done = dielast("actuate", "film.toml", "-q", "--plot", "none", "--jobs", jobs, expected=2)
     (line,) = done.stderr.splitlines()
     assert message in line
-    assert "division\n" not in line
+    assert f"toy-laws 1.2: {law} of dielast.springs" in line
     assert not (tmp_path / "film").exists()
 
 
