@@ -19,7 +19,7 @@ package-data = {{ "toylaws.squares" = ["starters/*.toml"] }}
 {points}
 """
 POINTS = {
-    "springs": 'varga = "toylaws.laws:Varga"',
+    "springs": 'varga = "toylaws.laws:Varga"\nraises = "toylaws.more:Raises"\nshapeless = "toylaws.more:Shapeless"',
     "shift": 'linear = "toylaws.laws:Linear"',
     "dielectric": 'cooling = "toylaws.laws:Cooling"',
     "breakdown": 'power-of-prestretch = "toylaws.laws:Power"',
@@ -41,6 +41,7 @@ import numpy as np
 from dielast.export.code import Code
 from dielast.material.damage import InversePower
 from dielast.mechanics.criteria.criterion import Criterion
+from toylaws.laws import Varga
 
 
 class Twice(InversePower):
@@ -52,6 +53,26 @@ class Twice(InversePower):
 
     def rate(self, field):
         return 2 * super().rate(field)
+
+
+class Raises(Varga):
+    """A law that fails in use."""
+
+    __slots__ = ()
+    name: ClassVar = "raises"
+
+    def tangent(self, squared_stretch):
+        raise ZeroDivisionError("division\\nby zero")
+
+
+class Shapeless(Varga):
+    """A law whose stress has a wrong shape."""
+
+    __slots__ = ()
+    name: ClassVar = "shapeless"
+
+    def tangent(self, squared_stretch):
+        return np.zeros(7), np.zeros((3, 7))
 
 
 class Wide(Criterion):
