@@ -104,7 +104,7 @@ def install(folder: Path, tests: Path) -> Path:
     (package / "more.py").write_text(MORE)
     (package / "leaves.py").write_text("raise SystemExit(7)\n")
     (package / "toymeter.py").write_text(METER)
-    command = {"__init__.py": SQUARES, "recipe.py": RECIPE, "run.py": RUN, "readings.py": READINGS}
+    command = {"__init__.py": SQUARES, "recipe.py": RECIPE, "run.py": RUN}
     for name, text in command.items():
         (package / "squares" / name).write_text(text)
     for name in ("squares.toml", "squares.short.toml"):
@@ -138,14 +138,14 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from dielast.io.table import Column
-from dielast.report.report import Report
+from dielast.report.report import RunReport
 
 
 def run(cases, inputs, execution):
     x = np.array(cases[0].recipe.numbers)
-    return Report({"squares.csv": [Column("x", "1", x), Column("square", "1", x**2)]}, {"squares": {"n": x.size}}, Figure)
-"""
-READINGS = """
+    return RunReport({"squares.csv": [Column("x", "1", x), Column("square", "1", x**2)]}, {"squares": {"n": x.size}}, Figure)
+
+
 def readings(cases, inputs):
     yield from ()
 """

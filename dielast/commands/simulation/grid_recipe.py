@@ -22,11 +22,11 @@ from dielast.commands.simulation.uncertainty_recipe import FilmUncertainty
 from dielast.errors import InputError
 from dielast.handover.law_section import BreakdownField, breakdown
 from dielast.recipe.fields import Temperatures
-from dielast.simulate.film_setup import Film
 from dielast.simulate.options import Failure, Solver
 
 if TYPE_CHECKING:
     from dielast.material.scatter import Sample
+    from dielast.simulate.film_setup import Film
 
 Value = TypeVar("Value")
 
@@ -80,18 +80,9 @@ class GridFilm(FilmBase):
 
     def at(self, temperatures: Sequence[float]) -> Film:
         """The films at temperatures in degC."""
-        force, width = self.weights
-        return Film(
-            np.array(self.thickness),
-            np.array(self.prestretch),
-            self.prestretch_rate,
-            self.relax,
-            self.boundary,
-            None if self.shares is None else np.array(self.shares),
-            force,
-            width,
-            np.array(temperatures),
-        )
+        shares = None if self.shares is None else np.array(self.shares)
+        sizes = {"thickness": np.array(self.thickness), "prestretch": np.array(self.prestretch), "electrode_share": shares}
+        return self.setup(**sizes, temperature=np.array(temperatures))
 
 
 class GridSolver(FilmSolver):
