@@ -100,11 +100,12 @@ COMMANDS = Commands(
     ),
     Command(
         "failure-map",
-        "dielast.commands.failure_map",
+        "dielast.commands.grids",
         "Time to breakdown and to pull-in over voltage, prestretch and temperature.",
         "Voltages, prestretches -> time to failure.",
         ("failure-map.csv", "fit.csv", "sensitivity.csv", *_forms("operating-map", "sensitivity")),
         can_share=True,
+        module="failure_map",
     ),
     Command(
         "lifetime",
@@ -115,11 +116,12 @@ COMMANDS = Commands(
     ),
     Command(
         "design",
-        "dielast.commands.design",
+        "dielast.commands.grids",
         "Films -> the voltage that takes each film to a goal at a time, and the life of the film under it.",
         "Films, a goal -> voltage, life, the best film first.",
         ("design.csv",),
         can_share=True,
+        module="design",
     ),
 )
 

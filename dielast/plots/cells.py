@@ -13,7 +13,7 @@ from matplotlib.typing import ColorType
 from numpy.typing import NDArray
 
 from dielast.mechanics.criteria import named
-from dielast.plots.quantities import unit_for
+from dielast.plots.texts import unit_for
 from dielast.simulate.failure_map import FailureMap
 
 UNFINISHED = "#E6A0A0"

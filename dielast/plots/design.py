@@ -12,11 +12,9 @@ from matplotlib.patches import Rectangle
 from matplotlib.transforms import ScaledTranslation
 from numpy.typing import NDArray
 
-from dielast.plots.quantities import unit_for
-from dielast.plots.strips import limits, ticks_within
-from dielast.plots.style import legend_below, letter, line_look, open_marker, panels, say, spread_indices, style
-from dielast.plots.texts import degrees, lasting, number, prestretched
-from dielast.plots.ticks import log_axis
+from dielast.plots.style import entry, legend_below, letter, line_look, open_marker, panels, say, spread_indices, style
+from dielast.plots.texts import degrees, lasting, number, prestretched, unit_for
+from dielast.plots.ticks import limits, log_axis, ticks_within
 from dielast.simulate.design import FAILS_FIRST, OUT_OF_REACH, Design
 
 MOST_LINES = 7
@@ -80,7 +78,7 @@ def plot_design(result: Design, title: str | None = None, interval: str | None =
             looks.append(look)
             if others:
                 label = ", ".join(text for axis in others if (text := axis.texts[int(films[0])]))
-                handles.append(Line2D([], [], label=label, **look))
+                handles.append(entry(label=label, **look))
         _lives(right, along, result, life, lines, looks)
         left.set_ylabel(f"voltage [{unit}]")
         name = "time to failure" if result.drawn is None else f"life that {number(100 * share)} % of films do not reach"
@@ -223,9 +221,9 @@ def _marks(frontier: bool, interval: str | None, left_out: int) -> list[Line2D]:
     """Legend entries for marks that belong to no single film."""
     marks = []
     if interval is not None:
-        marks.append(Line2D([], [], color="0.35", linewidth=1.0, label=f"bars: {interval}"))
+        marks.append(entry(color="0.35", linewidth=1.0, label=f"bars: {interval}"))
     if frontier:
-        marks.append(Line2D([], [], label="frontier: the longest life", **FRONTIER))
+        marks.append(entry(label="frontier: the longest life", **FRONTIER))
     if left_out:
-        marks.append(Line2D([], [], linestyle="none", label=f"{left_out} more films are not shown"))
+        marks.append(entry(linestyle="none", label=f"{left_out} more films are not shown"))
     return marks

@@ -7,13 +7,12 @@ from typing import Any
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
-from matplotlib.lines import Line2D
 from matplotlib.transforms import ScaledTranslation
 from numpy.typing import NDArray
 
 from dielast.mechanics.criteria import named, names
 from dielast.plots.looks import Arrangement
-from dielast.plots.style import SHADE
+from dielast.plots.style import SHADE, entry
 
 BAR = 0.8  # line width of the bar through an event
 TIP = 3.0  # points, between the end of the axes and the middle of a marker at it
@@ -102,7 +101,7 @@ def _event_look(name: str, colour: Any) -> dict[str, Any]:
 def event_handle(name: str, bar: bool, alone: bool, arranged: Arrangement) -> Artist:
     """The legend entry for events of a `name`, with a `bar` if one is visible; in the colour of the case if that is `alone`."""
     look = _event_look(name, arranged.looks[0]["color"] if alone else "black")
-    return Line2D([], [], linestyle="-" if bar else "none", linewidth=BAR, label=name, **look)
+    return entry(linestyle="-" if bar else "none", linewidth=BAR, label=name, **look)
 
 
 def _span(axes: Axes, span: Span, factor: float, up: float, colour: Any, logarithmic: bool) -> bool:

@@ -129,8 +129,7 @@ def _map(figure: Figure, axes: Axes, result: FailureMap) -> None:
         row_legend(axes, handles, columns, loc="upper center", bbox_to_anchor=(0.5, -0.2))
     if result.temperature.size > 1:
         axes.set_title(degrees(result.temperature[0]), loc="right")
-    axes.set_xlabel(f"voltage [{cells.unit}]")
-    axes.set_ylabel("prestretch")
+    axes.set(xlabel=f"voltage [{cells.unit}]", ylabel="prestretch")
 
 
 def _contours(axes: Axes, voltage: NDArray[np.float64], prestretch: NDArray[np.float64], decades: Any) -> None:

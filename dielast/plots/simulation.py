@@ -1,4 +1,4 @@
-"""The figure of simulated cases, with measured points."""
+"""The figures of simulated cases: columns with measured points, and many cycles by their number."""
 
 import textwrap
 from collections.abc import Mapping, Sequence
@@ -10,17 +10,31 @@ from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
+from dielast.io.table import split_header
 from dielast.plots.events import Band, Mark, Span, View, draw_bands, draw_marks, event_handle
 from dielast.plots.looks import Arrangement, Look, Swept, arrange
-from dielast.plots.quantities import axis_of
-from dielast.plots.style import LONGEST_LABEL, SHADE, TEMPERATURES, grid, grid_of, legend_below, open_marker, say, sheet, style
-from dielast.plots.texts import FIXED, number, shortened, typeset
+from dielast.plots.style import (
+    LONGEST_LABEL,
+    SHADE,
+    TEMPERATURES,
+    entry,
+    grid,
+    grid_of,
+    legend_below,
+    letter,
+    open_marker,
+    panels as row_of_panels,
+    say,
+    sheet,
+    style,
+)
+from dielast.plots.texts import FIXED, axis_of, number, shortened, typeset
 from dielast.plots.ticks import log_axis
 
+SHOWN = "amplitude", "phase", "work"  # of cycles
 MOST_MARKED = 12  # points of a line with markers
 MOST_TICKS = 8
 OF_POINTS: Any = {"linestyle": "none", "markeredgewidth": 0.8}
@@ -72,7 +86,7 @@ def plot_cases(
         view, names = _view(cases, measured, x, y, scales)
         handles = _legend(arranged, labels, measured)
         more = len({name for _, name, _, _ in marks}) + any(band is not None for band in bands)
-        rows = grid_of([*handles, *[Line2D([], []) for _ in range(more)]], 1 if len(arranged.panels) == 1 else 2)[0]
+        rows = grid_of([*handles, *[entry("") for _ in range(more)]], 1 if len(arranged.panels) == 1 else 2)[0]
         below = 0.15 * rows if len(handles) + more > 1 or len(cases) > 1 else 0.0
         figure, panels = _panels(arranged, title, below)
         for axes, panel in zip(panels, arranged.panels, strict=True):
@@ -198,14 +212,14 @@ def _legend(arranged: Arrangement, labels: Sequence[str], measured: Sequence[Mea
     handles: list[Artist] = []
     count = len(labels)
     for case, name in arranged.named.items():
-        handles.append(Line2D([], [], label=_fitting(name or "model"), linewidth=arranged.width, **arranged.looks[case]))
+        handles.append(entry(label=_fitting(name or "model"), linewidth=arranged.width, **arranged.looks[case]))
     if 0 < len(arranged.named) < count and len(arranged.panels) == 1:
-        handles.append(Line2D([], [], linestyle="none", label=f"and {count - len(arranged.named)} more"))
+        handles.append(entry(linestyle="none", label=f"and {count - len(arranged.named)} more"))
     for index, points in enumerate(measured):
         if points.case in arranged.shown:
             marker = open_marker(index, arranged.looks[points.case]["color"]) | OF_POINTS
             parts = [labels[points.case]] if count > 1 and labels[points.case] else []
-            handles.append(Line2D([], [], label=_fitting(*parts, points.label), **marker))
+            handles.append(entry(label=_fitting(*parts, points.label), **marker))
     return handles
 
 
@@ -229,3 +243,41 @@ def _colour_bar(figure: Figure, panels: Sequence[Axes], scale: Swept) -> None:
     bar.set_ticks(list(chosen), labels=[number(steps[index]) for index in chosen])
     bar.minorticks_off()
     bar.ax.tick_params(length=0)
+
+
+def plot_cycles(
+    cases: Sequence[Mapping[str, NDArray[np.float64]]],
+    labels: Sequence[str],
+    swept: Sequence[Swept],
+    measured: str,
+    title: str | None = None,
+) -> Figure:
+    """Amplitude of the `measured` quantity, phase, and work of each cycle; each case maps headers to columns (cycles,)."""
+    with style():
+        arranged = arrange(labels, swept)
+        shown = arranged.shown if len(arranged.panels) == 1 else list(range(len(cases)))
+        figure, axes = row_of_panels(len(SHOWN), title)
+        for place, name in zip(axes, SHOWN, strict=True):
+            header = next(header for header in cases[0] if split_header(header)[0] == name)
+            label, factor = axis_of(header, [cases[case][header] for case in shown])
+            for case in shown:
+                place.plot(cases[case]["cycle"], factor * cases[case][header], linewidth=arranged.width, **arranged.looks[case])
+            place.set_xlabel("cycle")
+            place.set_ylabel(
+                f"amplitude of the {axis_of(measured)[0].partition(' [')[0]}{_unit(label)}" if name == SHOWN[0] else label
+            )
+            if max(float(np.max(cases[case]["cycle"], initial=1.0)) for case in shown) > 10:
+                place.set_xscale("log")
+                log_axis(place, "x")
+        letter(axes)
+        named = {case: name for case, name in arranged.named.items() if name}
+        handles = [entry(label=name, linewidth=arranged.width, **arranged.looks[case]) for case, name in named.items()]
+        if handles and len(cases) > 1:
+            legend_below(figure, handles, None)
+    return figure
+
+
+def _unit(label: str) -> str:
+    """The unit of a label, in brackets."""
+    _, bracket, rest = label.partition(" [")
+    return bracket + rest

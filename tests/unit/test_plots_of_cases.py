@@ -20,9 +20,8 @@ from dielast.commands.simulation.solver_steps import solver_steps
 from dielast.commands.simulation.uncertainty import interval_label
 from dielast.io.files import Inputs
 from dielast.plots.looks import Swept
-from dielast.plots.quantities import axis_of
 from dielast.plots.simulation import plot_cases
-from dielast.plots.texts import number
+from dielast.plots.texts import axis_of, number
 from dielast.recipe.cases import Case
 
 TIME = np.geomspace(1e-2, 1e3, 20)

@@ -18,12 +18,10 @@ from dielast.material.material import Material
 from dielast.mechanics.criteria import named
 from dielast.mechanics.load import Waveform
 from dielast.numerics.arrays import Flags, Floats
-from dielast.plots.cycles import plot_cycles
 from dielast.plots.events import Band, Mark
 from dielast.plots.looks import Swept
-from dielast.plots.quantities import unit_for
-from dielast.plots.simulation import plot_cases
-from dielast.plots.texts import lasting, number
+from dielast.plots.simulation import plot_cases, plot_cycles
+from dielast.plots.texts import lasting, number, unit_for
 from dielast.recipe.cases import Case
 
 if TYPE_CHECKING:

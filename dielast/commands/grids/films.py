@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 import numpy as np
 
+from dielast.commands.grids.recipe import DesignRecipe, FailureMapRecipe, GridFilm
 from dielast.commands.simulation.checks import AT_ONCE, prestretching, warn_of_no_breakdown, warn_of_setups
-from dielast.commands.simulation.grid_recipe import GridFilm
 from dielast.commands.simulation.memory_needed import check_cells
 from dielast.errors import Problem, placed, warn
 from dielast.handover.law_section import breakdown
@@ -23,8 +23,6 @@ from dielast.numerics.arrays import Floats
 from dielast.recipe.cases import Case
 
 if TYPE_CHECKING:
-    from dielast.commands.design.recipe import DesignRecipe
-    from dielast.commands.failure_map.recipe import FailureMapRecipe
     from dielast.material.scatter import Sample
     from dielast.simulate.design import Design
     from dielast.simulate.failure_map import FailureMap

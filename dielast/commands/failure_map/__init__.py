@@ -1,1 +1,0 @@
-"""`dielast failure-map`."""
