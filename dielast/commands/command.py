@@ -78,7 +78,7 @@ class Command:
         stated: Readings | None = getattr(module, "readings", None)
         if stated is not None:
             return stated
-        from dielast.commands.simulation.readings import checked_readings
+        from dielast.commands.inspect import checked_readings
 
         return partial(checked_readings, module.prepared)
 
