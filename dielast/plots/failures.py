@@ -8,12 +8,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
+from numpy.typing import NDArray
 
 from dielast.failures.fits import FittedLaw, Lives
 from dielast.failures.likelihood import Seen
 from dielast.failures.specimens import Simulated
-from dielast.material.scatter import interval
-from dielast.numerics.arrays import Floats
 from dielast.plots.style import COLOURS, SHADE, entry, legend_below, letter, open_marker, panels, shade, style
 from dielast.plots.ticks import log_axis
 
@@ -23,7 +22,7 @@ PERCENT = (0.1, 1, 5, 10, 25, 50, 75, 90, 99, 99.9)
 
 
 def plot_failures(
-    tested: Simulated, fitted: Sequence[FittedLaw], lives: Lives, title: str | None = None, line: Floats | None = None
+    tested: Simulated, fitted: Sequence[FittedLaw], lives: Lives, title: str | None = None, line: NDArray[np.float64] | None = None
 ) -> Figure:
     """The share of failed specimens over their exposure, and their times over the voltage with the predicted lives; a `line`
     (films,) has the times in s within which half of the films fail by a power law of the voltage.
@@ -40,7 +39,7 @@ def _dashes(number: int) -> str:
     return DASHES[number % len(DASHES)]
 
 
-def _scale(share: Floats, law: FittedLaw) -> Floats:
+def _scale(share: NDArray[np.float64], law: FittedLaw) -> NDArray[np.float64]:
     """The quantile on which the shares of the scatter law are a straight line over its exposure."""
     return law.law.model.scatter.standard.quantile(np.clip(share, 1e-12, 1 - 1e-12))
 
@@ -73,7 +72,7 @@ def _probability(axes: Axes, fitted: Sequence[FittedLaw]) -> list[Line2D | Patch
             drawn = law.draws[:200]
             moved = np.median(law.law.model.places(drawn)[0] - law.law.model.places(law.fit.at[None])[0], axis=1)
             w = np.array([scatter.place(v + shift, at[-1:], np.zeros(1))[0] for shift, at in zip(moved, drawn, strict=True)])
-            low_band, high_band = interval(w, law.level)
+            low_band, high_band = law.bounds(w)
             shade(axes, np.exp(v), low_band, high_band, colour)
             handles.append(Patch(color=colour, alpha=SHADE, label=f"{100 * law.level:g} % interval{called}"))
     law = fitted[0]
@@ -92,7 +91,7 @@ def _probability(axes: Axes, fitted: Sequence[FittedLaw]) -> list[Line2D | Patch
     return handles
 
 
-def _lives(axes: Axes, tested: Simulated, lives: Lives, without: Floats | None) -> list[Line2D | Patch]:
+def _lives(axes: Axes, tested: Simulated, lives: Lives, without: NDArray[np.float64] | None) -> list[Line2D | Patch]:
     """Times to failure over voltage: measured, and the band between the first and the last share of films that fail."""
     specimens = tested.specimens
     pairs = sorted(set(map(tuple, lives.prestretch.tolist())))

@@ -9,7 +9,6 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from dielast.numerics.arrays import Floats
 from dielast.plots.style import entry, legend_below, line_look, panels, spread_indices, style
 from dielast.plots.texts import lasting, unit_for
 from dielast.simulate.limits import Limits
@@ -22,7 +21,7 @@ INSIDE = 2  # rows of the table for the active part
 FAR = 8.0  # radii of the electrode that are shown: the film beyond hardly moves
 
 
-def plot_limits(limits: Limits, cycles: Sequence[Mapping[str, Floats]], title: str | None = None) -> Figure:
+def plot_limits(limits: Limits, cycles: Sequence[Mapping[str, NDArray[np.float64]]], title: str | None = None) -> Figure:
     """The limits over the stretch of axis 1, each a line, what lies beyond one of them grey, and the course of each case of
     `cycles`, by the headers of its columns.
     """

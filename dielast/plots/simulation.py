@@ -13,7 +13,6 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
-from dielast.io.table import split_header
 from dielast.plots.events import Band, Mark, Span, View, draw_bands, draw_marks, event_handle
 from dielast.plots.looks import Arrangement, Look, Swept, arrange
 from dielast.plots.style import (
@@ -258,7 +257,7 @@ def plot_cycles(
         shown = arranged.shown if len(arranged.panels) == 1 else list(range(len(cases)))
         figure, axes = row_of_panels(len(SHOWN), title)
         for place, name in zip(axes, SHOWN, strict=True):
-            header = next(header for header in cases[0] if split_header(header)[0] == name)
+            header = next(header for header in cases[0] if header.partition(" [")[0] == name)
             label, factor = axis_of(header, [cases[case][header] for case in shown])
             for case in shown:
                 place.plot(cases[case]["cycle"], factor * cases[case][header], linewidth=arranged.width, **arranged.looks[case])

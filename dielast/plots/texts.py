@@ -6,7 +6,6 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import NDArray
 
-from dielast.io.table import spoken
 from dielast.simulate import durations
 from dielast.simulate.quantities import quantity_of
 
@@ -93,7 +92,7 @@ def axis_of(header: str, values: Iterable[NDArray[np.float64]] = ()) -> tuple[st
     """The label of an axis that shows these `values` of a column, and the factor from SI into the unit shown."""
     name, _, rest = header.partition(" [")
     unit, quantity = rest.rstrip("]"), quantity_of(header)
-    called = spoken(name) if quantity is None or not quantity.label else quantity.label
+    called = name.replace("_", " ") if quantity is None or not quantity.label else quantity.label
     if name.endswith("modulus") and unit == "Pa":
         return f"{called} [{MODULUS}]", 1e-6
     finite = [np.abs(column[np.isfinite(column)]) for column in values]
