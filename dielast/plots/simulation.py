@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
-from dielast.plots.events import Band, Mark, Span, View, draw_bands, draw_marks, event_handle
+from dielast.plots.events import Curve, View, draw_bands, draw_marks, event_handle
 from dielast.plots.looks import Arrangement, Look, Swept, arrange
 from dielast.plots.style import (
     LONGEST_LABEL,
@@ -57,54 +57,48 @@ class Measured(Protocol):
 
 
 def plot_cases(
-    cases: Sequence[Mapping[str, NDArray[np.float64]]],
-    labels: Sequence[str],
-    measured: Sequence[Measured],
+    curves: Sequence[Curve],
     x: str,
     y: str,
     scales: tuple[str, str] = ("log", "linear"),
     title: str | None = None,
-    marks: Sequence[Mark] = (),
+    *,
+    measured: Sequence[Measured] = (),
     swept: Sequence[Swept] = (),
-    bands: Sequence[Band | None] = (),
     interval: str = "interval",
-    spans: Sequence[Span | None] = (),
-    failed: Sequence[int | None] = (),
 ) -> Figure:
-    """Column `y` over column `x` of every case, each a mapping of columns (times,) by header; `measured` points as markers.
+    """The `curves` of column `y` over column `x`, with `measured` points as markers.
 
-    `marks` are events: the case, the name, x and y. A few cases share a panel, with different colours and line styles; more cases
-    are distributed over panels by the values of `swept` quantities, or coloured on a scale if one number is swept. `bands` are x
-    and the lower and upper bounds of y by case, None for a case without bounds; the legend names them `interval` if they are wide
-    enough to be visible. A band with an infinite upper bound is open. `spans` are lower and upper bounds of x by mark, infinite for
-    an event that may never happen. `failed` is the row at which a case failed, after which its line is dimmed.
+    A few cases share a panel, with different colours and line styles; more cases are distributed over panels by the values of
+    `swept` quantities, or coloured on a scale if one number is swept. The legend names bands `interval` if they are wide enough to
+    be visible.
     """
-    bands = [*bands, *[None] * (len(cases) - len(bands))]
+    labels = [curve.label for curve in curves]
+    banded = sum(curve.band is not None for curve in curves)
     with style():
-        arranged = arrange(labels, swept, sum(band is not None for band in bands))
-        view, names = _view(cases, measured, x, y, scales)
+        arranged = arrange(labels, swept, banded)
+        view, names = _view(curves, measured, x, y, scales)
         handles = _legend(arranged, labels, measured)
-        more = len({name for _, name, _, _ in marks}) + any(band is not None for band in bands)
+        more = len({mark.name for curve in curves for mark in curve.marks}) + bool(banded)
         rows = grid_of([*handles, *[entry("") for _ in range(more)]], 1 if len(arranged.panels) == 1 else 2)[0]
-        below = 0.15 * rows if len(handles) + more > 1 or len(cases) > 1 else 0.0
+        below = 0.15 * rows if len(handles) + more > 1 or len(curves) > 1 else 0.0
         figure, panels = _panels(arranged, title, below)
         for axes, panel in zip(panels, arranged.panels, strict=True):
             parts = typeset(panel.title).replace(" ", FIXED).replace(f",{FIXED}", ", ")
             axes.set_title(textwrap.fill(parts, ROOM[arranged.across]).replace(FIXED, " "), loc="left", fontsize=7, pad=3)
             for case in panel.cases:
-                failure = failed[case] if case < len(failed) else None
-                _line(axes, view, cases[case], arranged.looks[case], arranged.width, failure)
+                _line(axes, view, curves[case], arranged.looks[case], arranged.width)
             for index, points in enumerate(measured):
                 if points.case in panel.cases:
                     marker = open_marker(index, arranged.looks[points.case]["color"]) | OF_POINTS
                     axes.plot(points.x * view.factors[0], points.y * view.factors[1], **marker)
-        banded = draw_bands(panels, arranged, view, bands)
-        happened = draw_marks(panels, arranged, view, marks, spans)
+        opened = draw_bands(panels, arranged, view, curves)
+        happened = draw_marks(panels, arranged, view, curves)
         for which, logarithmic in zip("xy", view.log, strict=True):
             if logarithmic:
                 for axes in panels:
                     log_axis(axes, which)
-        if view.log[0] and (begins := _beginning(cases, measured, view)) is not None:
+        if view.log[0] and (begins := _beginning(curves, measured, view)) is not None:
             panels[0].set_xlim(left=begins)
         _name_axes(panels, arranged.across, names)
         empty = [axes for axes in panels if not np.isfinite(axes.dataLim.get_points()).all()]
@@ -112,38 +106,38 @@ def plot_cases(
             say(axes, "no value to show")
             if len(empty) == len(panels):
                 axes.set(xticks=[], yticks=[])
-        handles += [event_handle(name, bar, len(cases) == 1, arranged) for name, bar in happened.items()]
-        if banded is not None:
-            alone = arranged.looks[0]["color"] if len(cases) == 1 else "black"
-            handles.append(Patch(label=interval + banded, facecolor=alone, alpha=SHADE, linewidth=0.0))
+        handles += [event_handle(name, bar, len(curves) == 1, arranged) for name, bar in happened.items()]
+        if opened is not None:
+            alone = arranged.looks[0]["color"] if len(curves) == 1 else "black"
+            handles.append(Patch(label=interval + opened, facecolor=alone, alpha=SHADE, linewidth=0.0))
         if arranged.scale is not None:
             _colour_bar(figure, panels, arranged.scale)
-        if len(cases) == 1 and len(handles) == 1 and arranged.named:
+        if len(curves) == 1 and len(handles) == 1 and arranged.named:
             handles = []
-        if handles or len(arranged.shown) < len(cases):
-            left_out = f"{len(arranged.shown)} of {len(cases)} cases" if len(arranged.shown) < len(cases) else None
+        if handles or len(arranged.shown) < len(curves):
+            left_out = f"{len(arranged.shown)} of {len(curves)} cases" if len(arranged.shown) < len(curves) else None
             legend_below(figure, handles, left_out)
     return figure
 
 
 def _view(
-    cases: Sequence[Mapping[str, NDArray[np.float64]]], measured: Sequence[Measured], x: str, y: str, scales: tuple[str, str]
+    curves: Sequence[Curve], measured: Sequence[Measured], x: str, y: str, scales: tuple[str, str]
 ) -> tuple[View, tuple[str, str]]:
     """The axes for these columns, and their labels."""
-    along = [[case[header] for case in cases] for header in (x, y)]
+    along = [curve.x for curve in curves], [curve.y for curve in curves]
     across, up = axis_of(x, [*along[0], *(points.x for points in measured)]), axis_of(y, [*along[1], *(p.y for p in measured)])
     # a log axis needs positive values
     log_x, log_y = (
         scale == "log" and any(bool(np.any(column > 0)) for column in values) for scale, values in zip(scales, along, strict=True)
     )
-    return View(x, y, (across[1], up[1]), (log_x, log_y)), (across[0], up[0])
+    return View((across[1], up[1]), (log_x, log_y)), (across[0], up[0])
 
 
-def _beginning(cases: Sequence[Mapping[str, NDArray[np.float64]]], measured: Sequence[Measured], view: View) -> float | None:
+def _beginning(curves: Sequence[Curve], measured: Sequence[Measured], view: View) -> float | None:
     """Where a log axis of x begins: a little before the first measured point or change of a curve; None if there is none."""
     firsts = [float(points.x[points.x > 0].min()) for points in measured if np.any(points.x > 0)]
-    for case in cases:
-        across, up = case[view.x], case[view.y]
+    for curve in curves:
+        across, up = curve.x, curve.y
         seen = view.seen(across, up) & (across > 0)
         if np.any(seen):
             shown = np.log(up[seen]) if view.log[1] else up[seen]
@@ -178,9 +172,9 @@ def _name_axes(panels: Sequence[Axes], across: int, names: tuple[str, str]) -> N
             axes.set_ylabel(names[1])
 
 
-def _line(axes: Axes, view: View, case: Mapping[str, NDArray[np.float64]], look: Look, width: float, failed: int | None) -> None:
+def _line(axes: Axes, view: View, curve: Curve, look: Look, width: float) -> None:
     """Draw a case, dimmed from the row at which it failed; few points have markers, as a single point makes no line."""
-    across, up = case[view.x], case[view.y]
+    across, up, failed = curve.x, curve.y, curve.failed
     seen = view.seen(across, up)
     marker: Any = {}
     if np.count_nonzero(seen) <= MOST_MARKED:
