@@ -13,8 +13,7 @@ from matplotlib.patheffects import withStroke
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from dielast.plots.cells import AT_ONCE, UNFINISHED, Cells, patch
-from dielast.plots.failure_map import is_map
+from dielast.plots.failure_map import AT_ONCE, UNFINISHED, Cells, is_map, patch
 from dielast.plots.lifetimes import film_in_words
 from dielast.plots.style import TEMPERATURES, entry, grid, letter, line_look, row_legend, sheet, spread_indices, style
 from dielast.plots.texts import YEAR, degrees, lasting, number, unit_for
