@@ -125,7 +125,7 @@ def install(folder: Path, tests: Path) -> Path:
     (package / "more.py").write_text(MORE)
     (package / "leaves.py").write_text("raise SystemExit(7)\n")
     (package / "toymeter.py").write_text(METER)
-    command = {"__init__.py": SQUARES, "recipe.py": RECIPE, "run.py": RUN, "readings.py": READINGS}
+    command = {"__init__.py": SQUARES, "recipe.py": RECIPE, "run.py": RUN}
     for name, text in command.items():
         (package / "squares" / name).write_text(text)
     for name in ("squares.toml", "squares.short.toml"):
@@ -165,8 +165,8 @@ from dielast.report.report import RunReport
 def run(cases, inputs, execution):
     x = np.array(cases[0].recipe.numbers)
     return RunReport({"squares.csv": [Column("x", "1", x), Column("square", "1", x**2)]}, {"squares": {"n": x.size}}, Figure)
-"""
-READINGS = """
+
+
 def readings(cases, inputs):
     yield from ()
 """

@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from dielast.commands.failure_map.recipe import FailureMapRecipe
+from dielast.commands.grids.films import PreparedGrid, in_words, planned, sample_for, warn_of_failures, warn_of_map
+from dielast.commands.grids.recipe import FailureMapRecipe
 from dielast.commands.simulation.cases import first_of_each, material_of
-from dielast.commands.simulation.grid import PreparedGrid, in_words, planned, sample_for, warn_of_failures, warn_of_map
 from dielast.commands.simulation.recipe import KEYS
 from dielast.errors import placed
 from dielast.io.files import Inputs
