@@ -1,4 +1,4 @@
-"""Entropic springs: the modulus of a network is proportional to the absolute temperature and the density of its chains."""
+"""Laws of moduli over temperature."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -8,9 +8,23 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from dielast.errors import InputError
-from dielast.material.law import Constant, ModulusLaw
+from dielast.material.law import Constant, ModulusLaw as ModulusLaw
 from dielast.numerics.arrays import Floats
+from dielast.registry import Registry
 from dielast.units import THERMAL_EXPANSION, ZERO_CELSIUS, parse
+
+
+@dataclass(frozen=True, slots=True)
+class ConstantModulus(ModulusLaw):
+    """The modulus at the reference temperature, at all temperatures."""
+
+    name: ClassVar = "constant"
+    title: ClassVar = "constant moduli"
+    depends_on_temperature: ClassVar = False
+
+    def factor(self, temperature: ArrayLike, reference_temperature: float) -> Floats:
+        """1."""
+        return np.ones(np.shape(temperature))
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,3 +60,7 @@ class EntropicModulus(ModulusLaw):
         """The law behind a "density-temperature" vertical shift, as a master curve's summary states it; raises `InputError`."""
         stated = shift.get("thermal_expansion")
         return cls() if stated is None else cls(parse(stated, THERMAL_EXPANSION))
+
+
+CONSTANT_MODULUS = ConstantModulus()
+MODULI: Registry[type[ModulusLaw]] = Registry("law of moduli over temperature", ConstantModulus, EntropicModulus)
