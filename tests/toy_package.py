@@ -25,7 +25,7 @@ POINTS = {
     "breakdown": 'power-of-prestretch = "toylaws.laws:Power"',
     "damage": 'twice = "toylaws.more:Twice"',
     "criteria": 'wide = "toylaws.more:WIDE"',
-    "instruments": 'toymeter = "toylaws.toymeter"',
+    "instruments": 'toymeter = "toylaws.toymeter:TOYMETER"',
     "cards": 'plain = "toylaws.more:PLAIN"',
     "commands": 'squares = "toylaws.squares:SQUARES"\nhollow = "toylaws.more:nothing"',
 }
@@ -75,9 +75,7 @@ def files(card):
 PLAIN = Code("plain", {"gent": lambda spring, card: []}, {"linear": lambda law, card: []}, files, separate_limits=True, flows=True)
 '''
 METER = """
-from dielast.readings.instruments.export import Export
-
-NAME = "Toymeter"
+from dielast.readings.instruments.export import Export, Layout
 
 
 def sniff(text):
@@ -88,6 +86,9 @@ def read(text, source):
     export = Export.of(text, source, ";")
     names, units = export.rows[1], export.rows[2]
     return [export.step("sweep", (names, units), [row for row in export.rows[3:] if row.has_number], deformation="tension")]
+
+
+TOYMETER = Layout("Toymeter", sniff, read)
 """
 
 
@@ -138,12 +139,12 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from dielast.io.table import Column
-from dielast.report.report import Report
+from dielast.report.report import RunReport
 
 
 def run(cases, inputs, execution):
     x = np.array(cases[0].recipe.numbers)
-    return Report({"squares.csv": [Column("x", "1", x), Column("square", "1", x**2)]}, {"squares": {"n": x.size}}, Figure)
+    return RunReport({"squares.csv": [Column("x", "1", x), Column("square", "1", x**2)]}, {"squares": {"n": x.size}}, Figure)
 """
 READINGS = """
 def readings(cases, inputs):

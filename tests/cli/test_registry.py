@@ -42,7 +42,7 @@ from matplotlib.figure import Figure
 
 from dielast.errors import InputError
 from dielast.io.table import Column, parse_csv
-from dielast.report.report import Report
+from dielast.report.report import RunReport
 
 
 def read(recipe, inputs):
@@ -55,7 +55,7 @@ def read(recipe, inputs):
 def run(cases, inputs, execution):
     x = read(cases[0].recipe, inputs)
     table = [Column("x", "1", x), Column("square", "1", x ** cases[0].recipe.power)]
-    return Report({"squares.csv": table}, {"toy": {"largest_Pa": float(table[1].values.max())}}, Figure)
+    return RunReport({"squares.csv": table}, {"toy": {"largest_Pa": float(table[1].values.max())}}, Figure)
 """,
     "readings.py": """
 from toy.run import read
