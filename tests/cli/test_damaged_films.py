@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 import csv
-import subprocess
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
+from processes import Run
 
 from dielast.handover.material_file import parse_material, write_material
 from dielast.material.damage import InversePower
-
-Run = Callable[..., subprocess.CompletedProcess[str]]
 
 MATERIAL = """\
 name = "film"

@@ -3,20 +3,17 @@
 from __future__ import annotations
 
 import csv
-import subprocess
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
+from processes import Run
 
 from dielast import Yeoh, write_material
 from dielast.handover.material_draws import draw_columns
 from dielast.handover.material_file import parse_material
 from dielast.io.table import to_csv
 from dielast.material.springs import NeoHookean
-
-Run = Callable[..., subprocess.CompletedProcess[str]]
 
 TEMPLATE = """\
 name = "film"

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import re
 import subprocess
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from processes import Run
 
-Run = Callable[..., subprocess.CompletedProcess[str]]
 RELAX = 'kind = "relax"\nmaterial = "example:vhb4905.toml"\n'
 HOLD = '[[step]]\nhold = "1 s"\n'
 COMPARE = '[[compare]]\nfile = "points.csv"\nx = "time [s]"\ny = "stretch_1 [1]"\n'

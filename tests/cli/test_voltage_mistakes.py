@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import re
-import subprocess
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from processes import Run
 
 from dielast.commands.actuate import run as actuate
 from dielast.commands.failure_map import run as failure_map
@@ -17,7 +16,6 @@ from dielast.errors import InputError
 from dielast.io.files import Inputs, read_file, resolve
 from dielast.sharing.execution import Execution
 
-Run = Callable[..., subprocess.CompletedProcess[str]]
 WORKFLOWS = {"actuate": actuate, "failure-map": failure_map, "relax": relax}
 ACTUATE = """
 kind = "actuate"
