@@ -25,7 +25,7 @@ POINTS = {
     "breakdown": 'power-of-prestretch = "toylaws.laws:Power"',
     "damage": 'twice = "toylaws.more:Twice"',
     "criteria": 'wide = "toylaws.more:WIDE"',
-    "instruments": 'toymeter = "toylaws.toymeter"',
+    "instruments": 'toymeter = "toylaws.toymeter:TOYMETER"',
     "cards": 'plain = "toylaws.more:PLAIN"',
     "commands": 'squares = "toylaws.squares:SQUARES"\nhollow = "toylaws.more:nothing"',
 }
@@ -96,9 +96,7 @@ def files(card):
 PLAIN = Code("plain", {"gent": lambda spring, card: []}, {"linear": lambda law, card: []}, files, separate_limits=True, flows=True)
 '''
 METER = """
-from dielast.readings.instruments.export import Export
-
-NAME = "Toymeter"
+from dielast.readings.instruments.export import Export, Layout
 
 
 def sniff(text):
@@ -109,6 +107,9 @@ def read(text, source):
     export = Export.of(text, source, ";")
     names, units = export.rows[1], export.rows[2]
     return [export.step("sweep", (names, units), [row for row in export.rows[3:] if row.has_number], deformation="tension")]
+
+
+TOYMETER = Layout("Toymeter", sniff, read)
 """
 
 
