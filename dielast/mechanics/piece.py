@@ -34,6 +34,11 @@ LEAST_STEPS = 16  # steps in a cycle of a sine, 8 in a cycle of its square, whic
 TURN_DECADES = 5  # of log-spaced rows after a triangle turns around, with a third of the usual rows per decade
 
 
+def rows_after_turn(per_decade: int) -> Floats:
+    """Suitable times of output after the load has turned around, as parts of the time until it does so again."""
+    return np.logspace(-TURN_DECADES, 0, TURN_DECADES * max(per_decade // 3, 1) + 1)
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Cycles(ByCase):
     """Cycles from `low` to `high` (3, cases) and back in a `period` (cases,) in s, of a sine or a triangle.
@@ -191,7 +196,7 @@ class Cycles(ByCase):
         decades = JUMP_DECADES if self.electrical else RAMP_DECADES
         phases_of_rows, spaced = np.linspace(0.0, 1.0, 2 * EVEN_ROWS + 1), np.logspace(-decades, 0, decades * per_decade + 1)
         if self.triangle:  # fast branches relax after each turn
-            turned = 0.5 * np.logspace(-TURN_DECADES, 0, TURN_DECADES * max(per_decade // 3, 1) + 1)
+            turned = 0.5 * rows_after_turn(per_decade)
             phases_of_rows = merged(phases_of_rows, np.concatenate((turned, 0.5 + turned)))
         phases = np.concatenate(([0.0], *(cycle + phases_of_rows for cycle in kept), [float(self.cycles)]))
         phases = phases[np.diff(phases, prepend=-1.0) > 0]  # one cycle ends where the next begins

@@ -25,7 +25,7 @@ from dielast.mechanics.piece import Cycles, Piece
 from dielast.mechanics.point import LoadedPoints
 from dielast.mechanics.point_material import PointMaterial
 from dielast.mechanics.span import Control
-from dielast.numerics.arrays import Cases, Flags, Floats, paired
+from dielast.numerics.arrays import Cases, Flags, Floats, paired, where
 from dielast.numerics.stride import DenseSteps, TriedStep
 from dielast.simulate.electrical import NODES, WEIGHTS, flow
 
@@ -123,7 +123,7 @@ class CycleMeter:
         self._piece = piece if isinstance(piece, Cycles) or piece.lap else None
         if self._piece is None:
             return
-        self.points, cases = system.points, self.unit.size
+        self.points, cases = system.points.without_springs(), self.unit.size
         if not self._lap:
             self._sums = np.zeros((SUMS, cases, piece.cycles or 1))
             self._sums[0], self._sums[1] = np.inf, -np.inf
@@ -137,11 +137,11 @@ class CycleMeter:
         """Store the step until it is added to the sums."""
         if self._piece is None:
             return
-        columns = np.flatnonzero(stride.accepted)
-        if stride.cases.size == 2 and stride.cases[0] == stride.cases[1]:
-            columns = columns[:1]  # a single case occupies two columns
+        columns = where(stride.accepted)
+        if not columns.size:
+            return
         self._system = system = films_of(stride)
-        steps = DenseSteps.of(stride, slice(system.border, None), columns)
+        steps = stride.of_border(system.border)
         slack = (
             system.slack[columns] if isinstance(system, LoadedPoints) and system.slack is not None else np.zeros(columns.size, bool)
         )
@@ -208,6 +208,11 @@ class CycleMeter:
         steps = DenseSteps.joined([kept[0] for kept in self._buffer])
         span, begin, ends_span, slack = (np.concatenate([kept[index] for kept in self._buffer]) for index in (1, 2, 3, 4))
         self._buffer, self._size = [], 0
+        # a case that occupies two columns counts once
+        twice = np.append(False, (np.diff(steps.cases) == 0) & (np.diff(span) == 0) & (np.diff(steps.time) == 0))
+        if twice.any():
+            once = np.flatnonzero(~twice)
+            steps, span, begin, ends_span, slack = steps.take(once), span[once], begin[once], ends_span[once], slack[once]
         load, cycle = piece.span(steps.cases, span)[0], np.zeros_like(span)
         if isinstance(piece, Cycles):
             cycle = span // piece.spans_of_cycle
