@@ -263,7 +263,7 @@ REFUSED = [
         "[repeat]\ntimes = 2\nsteps = [3, 9]\n[breakdown]",
         r"repeat\.steps: \[3, 9\]: two numbers in order are needed, from 0 to 4",
     ),
-    ('voltage = "2 kV"\nduration', 'voltage = "2 kV"\nphase = "9 deg"\nduration', r"step\[1\]\.phase: goes with waveforms"),
+    ('voltage = "2 kV"\nduration', 'voltage = "2 kV"\nphase = "9 deg"\nduration', r"step\[1\]: phase goes with waveform"),
     ("[breakdown]", 'control = "charge"\n[breakdown]', r"control"),
     ('force = ["0.5 N", "0.4 N"]\n', "", r"step\[4\]: one of hold, table, .* force is needed$"),
     (
