@@ -12,7 +12,7 @@ A table is a text file. It begins with the files of a folder that is in order. E
       a line that stays, two blanks before it: what follows comes after it
     @@ in film.toml       the changes that follow, to the end of the mistake, are those of another file
     % a setting, as --set has it
-    > a line of the message
+    > a line of the message; one that ends in " ..." goes on with a list that grows
 """
 
 from __future__ import annotations
@@ -72,6 +72,12 @@ def written(files: dict[str, str], mistakes: list[Mistake]) -> str:
             lines += [*([] if name == next(iter(files)) else [f"@@ in {name}"]), *changes]
         lines += [f"% {override}" for override in mistake.overrides] + [f"> {message}" for message in mistake.messages]
     return "".join(f"@@ file {name}\n{content}" for name, content in files.items()) + "@@ mistakes\n" + "\n".join(lines) + "\n"
+
+
+def kept(said: list[str], found: list[str]) -> list[str]:
+    """The messages that are found, those that were said to go on as they were said."""
+    short = [old if old.endswith(" ...") and new.startswith(old[:-3]) else new for old, new in zip(said, found, strict=False)]
+    return short + found[len(short) :]
 
 
 def changed(content: str, changes: list[str]) -> str:
