@@ -19,8 +19,8 @@ DIELAST = (sys.executable, "-c", "from dielast.cli import main; main()")
 # many chunks, though few cells: what is left to itself for a while is not at its end
 SMALL_CHUNKS = """
 from dielast.sharing import study
-from dielast.commands.failure_map import run as maps
-from dielast.commands.design import run as designs
+from dielast.commands.grids import failure_map as maps
+from dielast.commands.grids import design as designs
 from dielast.commands.simulation import cases
 study.PAUSE, maps.CHUNK, designs.CHUNK, cases.PART = 0.0, 128, 8, 400
 """

@@ -19,7 +19,7 @@ package-data = {{ "toylaws.squares" = ["starters/*.toml"] }}
 {points}
 """
 POINTS = {
-    "springs": 'varga = "toylaws.laws:Varga"',
+    "springs": 'varga = "toylaws.laws:Varga"\nraises = "toylaws.more:Raises"\nshapeless = "toylaws.more:Shapeless"',
     "shift": 'linear = "toylaws.laws:Linear"',
     "dielectric": 'cooling = "toylaws.laws:Cooling"',
     "breakdown": 'power-of-prestretch = "toylaws.laws:Power"',
@@ -41,6 +41,7 @@ import numpy as np
 from dielast.export.code import Code
 from dielast.material.damage import InversePower
 from dielast.mechanics.criteria.criterion import Criterion
+from toylaws.laws import Varga
 
 
 class Twice(InversePower):
@@ -52,6 +53,26 @@ class Twice(InversePower):
 
     def rate(self, field):
         return 2 * super().rate(field)
+
+
+class Raises(Varga):
+    """A law that fails in use."""
+
+    __slots__ = ()
+    name: ClassVar = "raises"
+
+    def tangent(self, squared_stretch):
+        raise ZeroDivisionError("division\\nby zero")
+
+
+class Shapeless(Varga):
+    """A law whose stress has a wrong shape."""
+
+    __slots__ = ()
+    name: ClassVar = "shapeless"
+
+    def tangent(self, squared_stretch):
+        return np.zeros(7), np.zeros((3, 7))
 
 
 class Wide(Criterion):
@@ -105,7 +126,7 @@ def install(folder: Path, tests: Path) -> Path:
     (package / "more.py").write_text(MORE)
     (package / "leaves.py").write_text("raise SystemExit(7)\n")
     (package / "toymeter.py").write_text(METER)
-    command = {"__init__.py": SQUARES, "recipe.py": RECIPE, "run.py": RUN, "readings.py": READINGS}
+    command = {"__init__.py": SQUARES, "recipe.py": RECIPE, "run.py": RUN}
     for name, text in command.items():
         (package / "squares" / name).write_text(text)
     for name in ("squares.toml", "squares.short.toml"):
@@ -145,8 +166,8 @@ from dielast.report.report import RunReport
 def run(cases, inputs, execution):
     x = np.array(cases[0].recipe.numbers)
     return RunReport({"squares.csv": [Column("x", "1", x), Column("square", "1", x**2)]}, {"squares": {"n": x.size}}, Figure)
-"""
-READINGS = """
+
+
 def readings(cases, inputs):
     yield from ()
 """

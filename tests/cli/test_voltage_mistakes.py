@@ -9,7 +9,7 @@ import pytest
 from processes import Run
 
 from dielast.commands.actuate import run as actuate
-from dielast.commands.failure_map import run as failure_map
+from dielast.commands.grids import failure_map
 from dielast.commands.membrane import run as relax
 from dielast.commands.registry import read_cases
 from dielast.errors import InputError

@@ -61,7 +61,7 @@ CHARGED = 'step=[{{charge="{}"}},{{hold="1 s"}}]'
         ("creep", [], "step[0] takes 17 s, but the fastest branch takes 393 s"),
         ("actuate", [], "step[0] takes 10 s, but the fastest branch takes 393 s"),
         ("relax", ["step.0={stretch=2.0}"], "step[0] comes at once, and the first thousandth of what follows takes 7.2 s"),
-        ("relax", ["step.0={stretch=2.0}", 'output.times=["10 s"]'], "the first output after it is after 10 s"),
+        ("relax", ["step.0={stretch=2.0}", 'output.times=["10 s"]'], "step[0] is first looked at after 10 s"),
         ("relax", ['output.times=["4 s","1 h"]'], "step[0] takes 8 s"),
         ("relax", ['output.times=["50 s","1 h"]'], "step[0] is first looked at after 50 s"),
         ("actuate", [ONE_KILOVOLT_SINE.format("20 s")], "step[0] goes up or down within 10 s"),

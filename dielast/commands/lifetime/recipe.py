@@ -4,7 +4,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from dielast.commands.failure_map.recipe import VoltageAxis
+from dielast.commands.grids.recipe import VoltageAxis
 from dielast.commands.simulation.film_recipe import SHARE_TEXT, FilmBase, FilmSolver, Prestretch, PullInSection, Share
 from dielast.commands.simulation.recipe import Cell
 from dielast.errors import InputError

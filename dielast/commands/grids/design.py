@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from dielast.commands.design.recipe import DesignRecipe
+from dielast.commands.grids.films import PreparedGrid, in_words, planned, sample_for, warn_of_design, warn_of_grid
+from dielast.commands.grids.recipe import DesignRecipe
 from dielast.commands.simulation.cases import first_of_each, material_of
-from dielast.commands.simulation.grid import PreparedGrid, in_words, planned, sample_for, warn_of_design, warn_of_grid
 from dielast.commands.simulation.recipe import KEYS
 from dielast.errors import in_keys, placed
 from dielast.io.files import Inputs
@@ -71,7 +71,7 @@ def run(cases: Sequence[Case[DesignRecipe]], inputs: Inputs, execution: Executio
     plan = under_way(plan, solved)
     drawn = study.solve(Work(solve_draws, "films of draws"), plan, plan.chunks(True, size(plan.films * plan.grid.draws)))
     confidence = None if stated is None else stated.assurance
-    result = designed(plan, solved, drawn, level, share, confidence)
+    result = designed(plan, solved, drawn, level, share, confidence, None if sample is None else sample.laws)
     warn_of_design(recipe, material, result)
 
     def figure() -> Any:

@@ -10,9 +10,8 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 import numpy as np
 
+from dielast.commands.grids.recipe import DesignRecipe, FailureMapRecipe, GridFilm
 from dielast.commands.simulation.checks import AT_ONCE, prestretching, warn_of_no_breakdown, warn_of_setups
-from dielast.commands.simulation.grid_recipe import GridFilm
-from dielast.commands.simulation.memory_needed import check_cells
 from dielast.errors import Problem, placed, warn
 from dielast.handover.law_section import breakdown
 from dielast.io.files import Inputs
@@ -21,10 +20,9 @@ from dielast.material.material import Material
 from dielast.material.use_checks import Pace, fastest_branch, warn_of_lasting, warn_of_paces, warn_of_stretches, warn_of_use
 from dielast.numerics.arrays import Floats
 from dielast.recipe.cases import Case
+from dielast.sharing.memory import check_memory
 
 if TYPE_CHECKING:
-    from dielast.commands.design.recipe import DesignRecipe
-    from dielast.commands.failure_map.recipe import FailureMapRecipe
     from dielast.material.scatter import Sample
     from dielast.simulate.design import Design
     from dielast.simulate.failure_map import FailureMap
@@ -32,6 +30,7 @@ if TYPE_CHECKING:
     from dielast.simulate.sensitivity import Variation
 
 Plan = TypeVar("Plan")
+CELL = 200  # bytes of a cell of a map in each draw: three times, mode and outcome, with intermediate arrays
 
 
 def sample_for(case: Case[Any], material: Material, inputs: Inputs) -> Sample | None:
@@ -77,6 +76,12 @@ def planned(
     in_recipe_terms = partial(_in_grid_terms, sizes=grid, temperatures=temperatures, keys=keys)
     with placed(in_recipe_terms):
         return plan(material, recipe.film.at(temperatures), **recipe.solving(sample)), in_recipe_terms
+
+
+def check_cells(cells: int, draws: int) -> None:
+    """Raise `NumericsError` if the times of so many `cells` of a map, and of each of its `draws`, do not fit in memory."""
+    what = f"{cells} cells{f' of {draws} draws each' if draws else ''}"
+    check_memory(float(CELL) * cells * (1 + draws), what, "state fewer voltages, prestretches, temperatures or draws")
 
 
 def _in_grid_terms(problem: Problem, sizes: Sequence[int], temperatures: Sequence[float], keys: Mapping[str, str]) -> Problem:
