@@ -118,7 +118,7 @@ def found(files: dict[str, str], mistake: Mistake, folder: Path, runs: bool = Tr
     """The messages for a mistake, of `validate` and, if it `runs`, of the run."""
     folder.mkdir()
     for name in {**files, **mistake.changes}:
-        (folder / name).write_text(changed(files.get(name, ""), mistake.changes.get(name, [])))
+        (folder / name).write_text(changed(files.get(name, ""), mistake.changes.get(name, [])), encoding="utf-8")
     there, before = sorted(folder.iterdir()), Path.cwd()
     os.chdir(folder)
     try:
