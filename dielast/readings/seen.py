@@ -271,8 +271,8 @@ def look(content: bytes, name: str) -> SeenFile:
     if layout is not None:
         steps = [step for step in layout.read(text, name) if step.table.lines.size]
         if not steps:
-            raise InputError(f"this {layout.NAME} export has no steps with readings", file=name)
-        return SeenFile(name, layout.NAME, tuple(SeenTable(step.table, step.name, step.deformation) for step in steps))
+            raise InputError(f"this {layout.name} export has no steps with readings", file=name)
+        return SeenFile(name, layout.name, tuple(SeenTable(step.table, step.name, step.deformation) for step in steps))
     table = read_measured(content, name, units={}, with_texts=True)
     table = _numeric(content, name) or table
     parts = by_temperature(table, None, "modulus")
