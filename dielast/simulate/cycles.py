@@ -11,6 +11,7 @@ energy that one of source and edges receives over that which the other delivers.
 waveforms, or the laps of the steps that repeat, which have neither a load of one period nor a phase.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -186,6 +187,9 @@ class CycleMeter:
             if self.density is not None:
                 table["energy_per_mass"] = -net / self.density[:, None]
         self._tables.append({name: np.where(ended, values, np.nan) for name, values in table.items()})
+        # many small arrays would take far more memory than their numbers
+        while len(self._tables) > 1 and self._tables[-2]["mean"].shape[1] <= self._tables[-1]["mean"].shape[1]:
+            self._tables[-2:] = [_joined(self._tables[-2:])]
         self._lap = 0
 
     def collect(self) -> CycleTable | None:
@@ -194,8 +198,7 @@ class CycleMeter:
             self._close()
         if not self._tables:
             return None
-        columns = {name: np.concatenate([table[name] for table in self._tables], axis=1) for name in self._tables[0]}
-        return CycleTable("Pa" if self.stress else "1", **columns)
+        return CycleTable("Pa" if self.stress else "1", **_joined(self._tables))
 
     def _add(self) -> None:
         """Add the stored steps to the sums."""
@@ -277,6 +280,11 @@ class CycleMeter:
             np.add.at(by_edges, where, integral(edge_power, edge_term))
         for summed, part in zip((delivered, returned), () if sent is None else sent, strict=False):
             np.add.at(summed, where, steps.step * part)
+
+
+def _joined(tables: Sequence[dict[str, Floats]]) -> dict[str, Floats]:
+    """Tables of arrays (cases, cycles) as one, with the names of the first."""
+    return {name: np.concatenate([table[name] for table in tables], axis=1) for name in tables[0]}
 
 
 def _applied(weights: Floats, values: Floats) -> Floats:
