@@ -54,12 +54,23 @@ class Calibration(TabularResult):
     @property
     def material(self) -> Material:
         """The fitted material, with the range of the tests."""
-        return replace(self.fit.material, calibrated=range_of(self.fit))
+        return replace(self.fit.material, calibrated=self.range)
+
+    @property
+    def range(self) -> CalibratedRange:
+        """The range of the tests, with the scatter of further specimens and of the model about draws of the parameters."""
+        scatters = self.likelihood.scatters
+        specimen, error = (
+            float(np.sqrt(scatters.mean(np.array([getattr(member, name) ** 2 for member in scatters.members]))))
+            for name in ("specimen", "model_error")
+        )
+        freedom = float(self.likelihood.value_freedom)
+        return replace(range_of(self.fit), specimen_scatter=specimen, model_error=error, scatter_freedom=freedom)
 
     @property
     def materials(self) -> tuple[Material, ...]:
         """The material of each draw."""
-        known = range_of(self.fit)
+        known = self.range
         return tuple(
             replace(material, calibrated=known) for material in self.fit.space.materials(self.draws) if material is not None
         )

@@ -172,12 +172,9 @@ class Recorder:
         """
         self._write()
         times = self.output.rows
-        if times is None:
-            relative = self._rows(piece, start, jumped)
+        relative = self._rows(piece, start, jumped) if times is None else self._within(times, start, piece.duration, last)
+        if not self._values or (times is None and relative.shape[1]):
             self._times.append(start[:, None] + relative)
-        else:
-            relative = self._within(times, start, piece.duration, last)
-        if times is None or not self._values:
             self._values.append(np.full((self.rows, *relative.shape), np.nan))
             if self.output.internal:
                 self._internal.append(np.full((2, system.points.modulus.shape[0], *relative.shape), np.nan))

@@ -328,7 +328,7 @@ def test_a_material_knows_its_tests(exact: tuple[MeasuredTest, ...]) -> None:
         # all modes lie between uniaxial and equibiaxial ones
         both = replace(found.material, calibrated=replace(known, modes=("equibiaxial", "uniaxial")))
         warn_of_range(both, np.array([[2.5], [1.0]]), "pure-shear")
-    with pytest.warns(DielastWarning, match="reach I1 = 18.01, but the material was calibrated by uniaxial tests up to I1 = 9.38"):
+    with pytest.warns(DielastWarning, match="calibrated by uniaxial tests up to I1 = 9.38 only: .* at I1 = 18.01 its law"):
         warn_of_range(found.material, np.array([[3.0], [3.0]]), "equibiaxial")
     with pytest.warns(DielastWarning, match="only: in equibiaxial loading its law is extrapolated"):
         warn_of_range(found.material, np.array([[1.7], [1.7]]), "equibiaxial")

@@ -24,6 +24,7 @@ from dielast.calibration.profiles import Verdict
 from dielast.calibration.proposals import film_voltages, proposal_columns, proposals
 from dielast.calibration.result import Calibration, Intervals, assessed, range_of
 from dielast.commands.calibrate.checks import warn_of_fit, warn_of_laws_alike, warn_of_springs
+from dielast.commands.calibrate.readings import readings as readings
 from dielast.commands.calibrate.recipe import CalibrateRecipe
 from dielast.commands.calibrate.task import CalibrationTask, check_conditions, read_task
 from dielast.errors import NumericsError, in_keys, warn
