@@ -157,7 +157,7 @@ def test_a_stiff_material_turns_once_and_has_rows_there() -> None:
         for event in events:
             row = np.flatnonzero(np.abs(rows["time [s]"] - event.time) <= 1e-8 * event.time)
             assert row.size
-            assert np.all(rows["nominal_stress_1 [Pa]"][row] == 0)
+            assert rows["nominal_stress_1 [Pa]"][row] == pytest.approx(0.0, abs=1e-6 * rows["nominal_stress_1 [Pa]"].max())
             assert rows["stretch_1 [1]"][row] == pytest.approx(event.stretch, rel=1e-6)
         assert np.all(np.diff(rows["time [s]"]) > 0)
         assert rows["nominal_stress_1 [Pa]"].min() == 0
