@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from dielast.calibration.comparison import hull
 from dielast.calibration.experiment import MeasuredTest
 from dielast.calibration.fit import Fit, Watch, fit_material
 from dielast.calibration.laws import (
@@ -94,7 +95,7 @@ def run(cases: Sequence[Case[CalibrateRecipe]], inputs: Inputs, execution: Execu
     ranked = _weighed(_ranked(candidates))
     alike = drawn_beside(ranked)
     results = [_assessed(recipe, task, each.fit, watch) for each in (ranked[0], *([] if interrupted else alike))]
-    best = results[0]
+    best = replace(results[0], comparisons=hull([each.comparisons for each in results]))
     interrupted = interrupted or any(not each.fit.finished for each in results)
     failures += [f"test {name}: left out, the material cannot follow it" for name in dict.fromkeys(best.not_followed)]
     if interrupted:
