@@ -24,7 +24,7 @@ from dielast.calibration.experiment import Experiment
 from dielast.calibration.fit import Fit, fit_material
 from dielast.calibration.laboratory import Laboratory
 from dielast.calibration.laws import CrossValidation, cross_validation, law_weights, pieces_of
-from dielast.calibration.result import assessed, calibrate
+from dielast.calibration.result import Intervals, assessed, calibrate
 from dielast.calibration.spring_pairs import reach_of, trial
 from dielast.commands.calibrate.run import ALIKE
 from dielast.material.material import VACUUM_PERMITTIVITY
@@ -157,8 +157,9 @@ def bands(laboratories: Sequence[Sequence[Experiment]], draws: int) -> list[dict
     bands: list[dict[str, tuple[float, Floats]]] = [{} for _ in laboratories]
     for number, law in enumerate(LAWS):
         alike = [k for k, weight in enumerate(weights) if weight[number] >= ALIKE]
+        print(f"{law}: draws of {len(alike)} laboratories after {time.process_time():.0f} s of the processor", flush=True)
         if alike:
-            results = together([partial(assessed, found[law][k][0], draws=draws) for k in alike])
+            results = together([partial(assessed, found[law][k][0], intervals=Intervals(draws=draws)) for k in alike])
             for k, result in zip(alike, results, strict=True):
                 bands[k][law] = float(weights[k][number]), wanted(result.materials)
     return bands
