@@ -106,12 +106,10 @@ def run(cases: Sequence[Case[CalibrateRecipe]], inputs: Inputs, execution: Execu
     warn_of_fit(best)
     warn_of_springs(ranked[0].stability)
     spread = None
-    if len(results) > 1:
-        drawn = (ranked[0], *alike)
-        volts = [each.film_voltage for each in drawn]
-        warn_of_laws_alike({each.name: each.weight for each in drawn}, volts)
-        if np.all(np.array(volts) > 0):
-            spread = max(volts) / min(volts)
+    drawn = (ranked[0], *alike)
+    volts = [each.film_voltage for each in drawn]
+    if len(results) > 1 and np.all(np.array(volts) > 0):
+        spread = max(volts) / min(volts)
     members = mixed_draws(results, [each.weight for each in (ranked[0], *alike)])
     fitted = with_origin(best)
     if spread is not None and fitted.calibrated is not None:
@@ -133,6 +131,8 @@ def run(cases: Sequence[Case[CalibrateRecipe]], inputs: Inputs, execution: Execu
         heat = float(np.mean(calibrated.temperature))
         if proposed := proposals(members, calibrated.largest_invariant, heat, scatter.specimen, scatter.model_error):
             tables["next_tests.csv"] = proposal_columns(proposed)
+    if len(results) > 1:
+        warn_of_laws_alike({each.name: each.weight for each in drawn}, volts, tables)
 
     def figure() -> Any:
         from dielast.plots.calibration import plot_calibration
