@@ -71,7 +71,7 @@ def run(cases: Sequence[Case[DesignRecipe]], inputs: Inputs, execution: Executio
     plan = under_way(plan, solved)
     drawn = study.solve(Work(solve_draws, "films of draws"), plan, plan.chunks(True, size(plan.films * plan.grid.draws)))
     confidence = None if stated is None else stated.assurance
-    result = designed(plan, solved, drawn, level, share, confidence)
+    result = designed(plan, solved, drawn, level, share, confidence, None if sample is None else sample.laws)
     warn_of_design(recipe, material, result)
 
     def figure() -> Any:

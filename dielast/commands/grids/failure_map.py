@@ -50,7 +50,7 @@ def run(cases: Sequence[Case[FailureMapRecipe]], inputs: Inputs, execution: Exec
         plan = ready.plan.relaxed()
     solved = Study.of(cases, inputs, execution).solve(Work(solve_cells, "cells"), plan, plan.chunks(CHUNK))
     result, *every = assembled(plan, solved)
-    drawn = every[: 0 if sample is None else len(sample)]
+    drawn, laws = every[: 0 if sample is None else len(sample)], None if sample is None else sample.laws
     warn_of_failures(recipe, material, result)
     lines = fit_lifetime(result)
 
@@ -60,7 +60,7 @@ def run(cases: Sequence[Case[FailureMapRecipe]], inputs: Inputs, execution: Exec
         from dielast.commands.simulation.uncertainty import interval_label
         from dielast.plots.failure_map import plot_failure_map
 
-        bounds = None if stated is None else map_bounds(drawn, stated.level)["time_to_failure"]
+        bounds = None if stated is None else map_bounds(drawn, stated.level, laws)["time_to_failure"]
         return plot_failure_map(result, lines, titled(recipe.title, cases, [material]), bounds, interval_label([recipe]))
 
     def operating_map() -> Any:
@@ -76,10 +76,10 @@ def run(cases: Sequence[Case[FailureMapRecipe]], inputs: Inputs, execution: Exec
         from dielast.commands.simulation.bounds import bounded_line_columns, bounded_map_columns
         from dielast.commands.simulation.uncertainty import uncertainty_headline
 
-        columns = bounded_map_columns(tables["failure-map.csv"], drawn, stated.level, stated.assurance)
+        columns = bounded_map_columns(tables["failure-map.csv"], drawn, stated.level, stated.assurance, laws)
         tables["failure-map.csv"] = columns
         lines_drawn = [fit_lifetime(draw) for draw in drawn]
-        tables["fit.csv"] = bounded_line_columns(tables["fit.csv"], lines_drawn, stated.level)
+        tables["fit.csv"] = bounded_line_columns(tables["fit.csv"], lines_drawn, stated.level, laws)
         sections |= uncertainty_headline([stated], [sample])
     if variation is not None:
         from dielast.commands.simulation.sensitivity import sensitivity_outputs

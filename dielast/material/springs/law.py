@@ -5,7 +5,8 @@ stretches, shape (2, ...): A = lambda_1^2 and B = lambda_2^2, with C = 1/(A B) =
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from copy import copy
+from dataclasses import dataclass, fields
 from typing import Any, ClassVar, Self
 
 import numpy as np
@@ -151,9 +152,14 @@ class SpringLaw(Law):
 
     def take(self, cases: Cases) -> Self:
         """The law for the selected cases (k,), with arrays (..., n, k): a product with an array (..., n, 1) takes longer."""
-        first = np.zeros_like(cases)
-        arrays = {name: value.take(cases if value.shape[-1] > 1 else first, axis=-1) for name, value in self.arrays().items()}
-        return self.with_values(arrays) if arrays else self
+        if not self.arrays():
+            return self
+        law, first = copy(self), np.zeros_like(cases)
+        for name in (known.name for known in fields(self)):  # type: ignore[arg-type]
+            value = getattr(self, name)
+            if np.ndim(value) >= 2:  # a constant, or what the law computes from it
+                object.__setattr__(law, name, value.take(cases if value.shape[-1] > 1 else first, axis=-1))
+        return law
 
     def of_spring(self, spring: int, case: int) -> Self:
         """The law of one spring in one case."""
