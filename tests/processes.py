@@ -12,6 +12,8 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 Process = subprocess.Popen[str]
+Run = Callable[..., subprocess.CompletedProcess[str]]
+"""The command line, run with some arguments."""
 PYTHON = (sys.executable, "-W", "error::SyntaxWarning")
 DIELAST = (sys.executable, "-c", "from dielast.cli import main; main()")
 # many chunks, though few cells: what is left to itself for a while is not at its end

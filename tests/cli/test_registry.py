@@ -5,14 +5,13 @@ from __future__ import annotations
 import json
 import subprocess
 import tomllib
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from processes import Run
 
 from dielast.commands.registry import COMMANDS
 
-Run = Callable[..., subprocess.CompletedProcess[str]]
 REGISTER = """
 import sys
 sys.path.insert(0, "")

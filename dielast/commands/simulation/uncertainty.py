@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from pathlib import PurePosixPath
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,7 @@ from dielast.commands.simulation.cases import material_key, one_or_list
 from dielast.commands.simulation.uncertainty_recipe import FilmUncertainty, Uncertainty
 from dielast.errors import InputError, in_keys, warn
 from dielast.handover.law_section import breakdown
-from dielast.handover.material_draws import beside, further_constants, parse_draws
+from dielast.handover.material_draws import beside, check_pair, further_constants, parse_draws
 from dielast.handover.material_file import parse_file
 from dielast.io.files import Inputs
 from dielast.material.material import Material
@@ -112,6 +113,8 @@ def read_members(name: str, inputs: Inputs, material: Material, changes: Mapping
     if file.draws is None:
         return ()
     table = beside(name, file.draws)
+    draws = inputs.read(table)
+    check_pair(inputs.folder, name, {PurePosixPath(name).name: content, file.draws: draws})
     if changes:
         plain = file.material()
         drawn = [
@@ -125,12 +128,12 @@ def read_members(name: str, inputs: Inputs, material: Material, changes: Mapping
             if changed
         ]
         # the draws of a calibration have all constants of a law
-        sections = {path.partition(".")[0] for path in further_constants(inputs.read(table))}
+        sections = {path.partition(".")[0] for path in further_constants(draws)}
         drawn += [f"[{section}]" for section in sorted(sections & {key.partition(".")[0] for key in changes})]
         if drawn:
             what = f"the draws of {name} differ in {' and '.join(drawn)}"
             raise InputError(f"{what}, which {', '.join(changes)} cannot change", key="uncertainty")
-    return parse_draws(inputs.read(table), table, material)
+    return parse_draws(draws, table, material)
 
 
 def _differ(first: Spectrum, second: Spectrum) -> bool:
