@@ -41,7 +41,7 @@ if TYPE_CHECKING:  # the public names, of which this is the only list: type chec
     from dielast.calibration.comparison import Comparison as Comparison
     from dielast.calibration.experiment import MeasuredTest as MeasuredTest
     from dielast.calibration.parameters import Free as Free
-    from dielast.calibration.result import Calibration as Calibration, calibrate as calibrate
+    from dielast.calibration.result import Calibration as Calibration, Intervals as Intervals, calibrate as calibrate
     from dielast.calibration.voltage import VoltageTest as VoltageTest
     from dielast.errors import (
         DielastError as DielastError,

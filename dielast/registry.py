@@ -125,8 +125,8 @@ def _register(group: str, point: EntryPoint, package: str) -> None:
         del _ADOPTED[group, point.name]
         text = " ".join(str(error).split()) or "no message"
         raise InputError(f"{where}: {point.value} cannot be loaded: {type(error).__name__}: {text}") from None
-    called = getattr(thing, "name", getattr(thing, "NAME", None))
-    fits = isinstance(thing, base) or (isinstance(thing, type) and group != INSTRUMENTS and issubclass(thing, base))
+    called = getattr(thing, "name", None)
+    fits = isinstance(thing, base) or (isinstance(thing, type) and issubclass(thing, base))
     if not fits or (group != INSTRUMENTS and called != point.name):
         del _ADOPTED[group, point.name]
         wrong = f"it is called {shown(called)}" if fits else f"a {base.__name__} is needed"

@@ -25,7 +25,7 @@ POINTS = {
     "breakdown": 'power-of-prestretch = "toylaws.laws:Power"',
     "damage": 'twice = "toylaws.more:Twice"',
     "criteria": 'wide = "toylaws.more:WIDE"',
-    "instruments": 'toymeter = "toylaws.toymeter"',
+    "instruments": 'toymeter = "toylaws.toymeter:TOYMETER"',
     "cards": 'plain = "toylaws.more:PLAIN"',
     "commands": 'squares = "toylaws.squares:SQUARES"\nhollow = "toylaws.more:nothing"',
 }
@@ -96,9 +96,7 @@ def files(card):
 PLAIN = Code("plain", {"gent": lambda spring, card: []}, {"linear": lambda law, card: []}, files, separate_limits=True, flows=True)
 '''
 METER = """
-from dielast.readings.instruments.export import Export
-
-NAME = "Toymeter"
+from dielast.readings.instruments.export import Export, Layout
 
 
 def sniff(text):
@@ -109,6 +107,9 @@ def read(text, source):
     export = Export.of(text, source, ";")
     names, units = export.rows[1], export.rows[2]
     return [export.step("sweep", (names, units), [row for row in export.rows[3:] if row.has_number], deformation="tension")]
+
+
+TOYMETER = Layout("Toymeter", sniff, read)
 """
 
 
@@ -125,7 +126,7 @@ def install(folder: Path, tests: Path) -> Path:
     (package / "more.py").write_text(MORE)
     (package / "leaves.py").write_text("raise SystemExit(7)\n")
     (package / "toymeter.py").write_text(METER)
-    command = {"__init__.py": SQUARES, "recipe.py": RECIPE, "run.py": RUN, "readings.py": READINGS}
+    command = {"__init__.py": SQUARES, "recipe.py": RECIPE, "run.py": RUN}
     for name, text in command.items():
         (package / "squares" / name).write_text(text)
     for name in ("squares.toml", "squares.short.toml"):
@@ -165,8 +166,8 @@ from dielast.report.report import RunReport
 def run(cases, inputs, execution):
     x = np.array(cases[0].recipe.numbers)
     return RunReport({"squares.csv": [Column("x", "1", x), Column("square", "1", x**2)]}, {"squares": {"n": x.size}}, Figure)
-"""
-READINGS = """
+
+
 def readings(cases, inputs):
     yield from ()
 """

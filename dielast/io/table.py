@@ -108,6 +108,13 @@ def case_table(cases: Mapping[int, Mapping[str, NDArray[np.float64]]], temperatu
     return columns
 
 
+def joined(tables: Sequence[Table]) -> Table:
+    """Tables with the same columns, one below the other."""
+    values = [[part.values for part in parts] for parts in zip(*tables, strict=True)]
+    whole = [np.concatenate(part) if isinstance(part[0], np.ndarray) else [cell for row in part for cell in row] for part in values]
+    return [Column(column.name, column.unit, cells) for column, cells in zip(tables[0], whole, strict=True)]
+
+
 def to_frame(table: Table) -> Frame:
     """The table as a pandas data frame, for a notebook; columns are called as in the CSV."""
     import pandas as pd

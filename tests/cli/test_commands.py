@@ -9,12 +9,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from processes import Run
 
 from dielast import __file__ as package, __version__
 from dielast.commands.registry import COMMANDS
 from dielast.io.table import parse_csv
 
-Run = Callable[..., subprocess.CompletedProcess[str]]
 Starter = Callable[[str], Path]
 NUMBER = re.compile(r"-?\d+(\.\d+)?(e[+-]\d+)?")
 SIMULATED = [

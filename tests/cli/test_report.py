@@ -6,15 +6,13 @@ import base64
 import io
 import shutil
 import subprocess
-from collections.abc import Callable
 from html.parser import HTMLParser
 from pathlib import Path
 
 import pytest
 from PIL import Image
-from processes import ENDS
+from processes import ENDS, Run
 
-Run = Callable[..., subprocess.CompletedProcess[str]]
 EMPTY = {"meta", "img", "br", "hr", "link", "input"}
 HOSTILE = '<script>alert("1")</script> & <img src=x onerror=alert(1)>'
 PAGE = "report.html"

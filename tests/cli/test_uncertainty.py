@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 import shutil
-import subprocess
 import tomllib
 from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
+from processes import Run
 from uncertain import FILM, SCATTER, columns
 
 import dielast as library
 from dielast.commands.simulation.uncertainty import _warn_of_draws
 
-Run = Callable[..., subprocess.CompletedProcess[str]]
 UNCERTAIN = "\n[uncertainty]\ndraws = 24\n"
 MAP = f"""
 kind = "failure-map"
