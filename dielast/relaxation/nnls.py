@@ -110,8 +110,8 @@ def fit_strengths(
 
     `total` prescribes a sum, `least` is the smallest smoothing to try, and `smoothing` prescribes it. Scores closer than the share
     `even` count as equal, and the smoothest fit wins: cross-validation alone sometimes fits noise. By default, this is the noise of
-    one degree of freedom, so that the curve is missed by its standard error at most, even if it is missed at one end alone. Raises
-    `NumericsError` if the active set does not converge.
+    one degree of freedom: of many points, a share of the score would be many, and all that the fit misses may be at the end of the
+    curve. Raises `NumericsError` if the active set does not converge.
     """
     processes = process_time.size
     scale = np.exp(np.interp(np.log(process_time), np.log(curve.time), np.log(curve.size)))
