@@ -28,18 +28,20 @@ The words of this package:
 - batch: cases with histories of one shape that one process solves together; a chunk is a batch of cells or films of a grid.
 """
 
-from functools import cache
-from importlib import import_module
-from types import FunctionType
-from typing import TYPE_CHECKING, Any
+from __future__ import annotations
 
+from functools import cache
+
+TYPE_CHECKING = False  # typing, importlib and types take longer than all else here, and Ctrl-C meanwhile is a traceback
 __version__ = "0.1.0"
 
 if TYPE_CHECKING:  # the public names, of which this is the only list: type checkers read it, and so does `_modules`
+    from typing import Any
+
     from dielast.calibration.comparison import Comparison as Comparison
     from dielast.calibration.experiment import MeasuredTest as MeasuredTest
     from dielast.calibration.parameters import Free as Free
-    from dielast.calibration.result import Calibration as Calibration, calibrate as calibrate
+    from dielast.calibration.result import Calibration as Calibration, Intervals as Intervals, calibrate as calibrate
     from dielast.calibration.voltage import VoltageTest as VoltageTest
     from dielast.errors import (
         DielastError as DielastError,
@@ -163,6 +165,9 @@ def __getattr__(name: str) -> Any:
 @cache
 def _public(name: str) -> Any:
     """What a public name stands for; a function with a check of its arguments."""
+    from importlib import import_module
+    from types import FunctionType
+
     public = getattr(import_module(_modules()[name]), name)
     if not isinstance(public, FunctionType):
         return public

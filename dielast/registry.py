@@ -12,6 +12,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from importlib import import_module
+from pathlib import Path
+from traceback import walk_tb
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, TypeVar
 
 from dielast.errors import InputError, nearest, shown, warn
@@ -31,6 +33,7 @@ _SECTIONS = {"equilibrium": "springs", "nonequilibrium": "springs"} | {
 INSTRUMENTS = "dielast.instruments"
 _REGISTRIES: dict[str, tuple[type, Callable[[Any], object]]] = {}
 _ADOPTED: dict[tuple[str, str], str] = {}
+_MODULES: dict[tuple[str, str], str] = {}  # outermost, of what was loaded
 
 
 def opened(group: str, base: type, register: Callable[[Any], object]) -> None:
@@ -80,6 +83,29 @@ def adopted() -> list[tuple[str, str, str]]:
     return [(group, name, package) for (group, name), package in sorted(_ADOPTED.items())]
 
 
+def blame(error: BaseException) -> str:
+    """A line about an error that nobody foresaw, if the code of installed packages is in use: the last of it that ran, or else all.
+
+    Empty if nothing was loaded from packages.
+    """
+    text = " ".join(str(error).split()) or "no message"
+    frames = [frame for frame, _ in walk_tb(error.__traceback__)]
+    theirs = [frame for frame in frames if _outermost(frame.f_globals) in _MODULES.values()]
+    for frame in theirs[-1:]:
+        name = getattr(frame.f_locals.get("self"), "name", None)
+        keys = [key for key, module in _MODULES.items() if module == _outermost(frame.f_globals)]
+        group, known = next((key for key in keys if key[1] == name), keys[0])
+        place = f"{Path(frame.f_code.co_filename).name}:{frame.f_lineno}"
+        return f"{_ADOPTED[group, known]}: {known} of {group}: {type(error).__name__}: {text} ({place})"
+    used = [f"{package}: {name} of {group}" for group, name, package in adopted()]
+    what = "what it gives" if len(used) == 1 else "what one of these gives"
+    return f"{', '.join(used)}: {what} cannot be used: {type(error).__name__}: {text}" if used else ""
+
+
+def _outermost(names: Mapping[str, Any]) -> str:
+    return str(names.get("__name__", "")).partition(".")[0]
+
+
 def _points() -> list[tuple[str, EntryPoint]]:
     from importlib.metadata import entry_points  # pydantic has imported it where recipes are read
 
@@ -99,12 +125,13 @@ def _register(group: str, point: EntryPoint, package: str) -> None:
         del _ADOPTED[group, point.name]
         text = " ".join(str(error).split()) or "no message"
         raise InputError(f"{where}: {point.value} cannot be loaded: {type(error).__name__}: {text}") from None
-    called = getattr(thing, "name", getattr(thing, "NAME", None))
-    fits = isinstance(thing, base) or (isinstance(thing, type) and group != INSTRUMENTS and issubclass(thing, base))
+    called = getattr(thing, "name", None)
+    fits = isinstance(thing, base) or (isinstance(thing, type) and issubclass(thing, base))
     if not fits or (group != INSTRUMENTS and called != point.name):
         del _ADOPTED[group, point.name]
         wrong = f"it is called {shown(called)}" if fits else f"a {base.__name__} is needed"
         raise InputError(f"{where}: {point.value}: {wrong}")
+    _MODULES[group, point.name] = point.value.partition(":")[0].partition(".")[0]
     register(thing)
 
 

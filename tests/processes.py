@@ -12,13 +12,15 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 Process = subprocess.Popen[str]
+Run = Callable[..., subprocess.CompletedProcess[str]]
+"""The command line, run with some arguments."""
 PYTHON = (sys.executable, "-W", "error::SyntaxWarning")
 DIELAST = (sys.executable, "-c", "from dielast.cli import main; main()")
 # many chunks, though few cells: what is left to itself for a while is not at its end
 SMALL_CHUNKS = """
 from dielast.sharing import study
-from dielast.commands.failure_map import run as maps
-from dielast.commands.design import run as designs
+from dielast.commands.grids import failure_map as maps
+from dielast.commands.grids import design as designs
 from dielast.commands.simulation import cases
 study.PAUSE, maps.CHUNK, designs.CHUNK, cases.PART = 0.0, 128, 8, 400
 """

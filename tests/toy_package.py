@@ -19,13 +19,13 @@ package-data = {{ "toylaws.squares" = ["starters/*.toml"] }}
 {points}
 """
 POINTS = {
-    "springs": 'varga = "toylaws.laws:Varga"',
+    "springs": 'varga = "toylaws.laws:Varga"\nraises = "toylaws.more:Raises"\nshapeless = "toylaws.more:Shapeless"',
     "shift": 'linear = "toylaws.laws:Linear"',
     "dielectric": 'cooling = "toylaws.laws:Cooling"',
     "breakdown": 'power-of-prestretch = "toylaws.laws:Power"',
     "damage": 'twice = "toylaws.more:Twice"',
     "criteria": 'wide = "toylaws.more:WIDE"',
-    "instruments": 'toymeter = "toylaws.toymeter"',
+    "instruments": 'toymeter = "toylaws.toymeter:TOYMETER"',
     "cards": 'plain = "toylaws.more:PLAIN"',
     "commands": 'squares = "toylaws.squares:SQUARES"\nhollow = "toylaws.more:nothing"',
 }
@@ -41,6 +41,7 @@ import numpy as np
 from dielast.export.code import Code
 from dielast.material.damage import InversePower
 from dielast.mechanics.criteria.criterion import Criterion
+from toylaws.laws import Varga
 
 
 class Twice(InversePower):
@@ -52,6 +53,26 @@ class Twice(InversePower):
 
     def rate(self, field):
         return 2 * super().rate(field)
+
+
+class Raises(Varga):
+    """A law that fails in use."""
+
+    __slots__ = ()
+    name: ClassVar = "raises"
+
+    def tangent(self, squared_stretch):
+        raise ZeroDivisionError("division\\nby zero")
+
+
+class Shapeless(Varga):
+    """A law whose stress has a wrong shape."""
+
+    __slots__ = ()
+    name: ClassVar = "shapeless"
+
+    def tangent(self, squared_stretch):
+        return np.zeros(7), np.zeros((3, 7))
 
 
 class Wide(Criterion):
@@ -75,9 +96,7 @@ def files(card):
 PLAIN = Code("plain", {"gent": lambda spring, card: []}, {"linear": lambda law, card: []}, files, separate_limits=True, flows=True)
 '''
 METER = """
-from dielast.readings.instruments.export import Export
-
-NAME = "Toymeter"
+from dielast.readings.instruments.export import Export, Layout
 
 
 def sniff(text):
@@ -88,6 +107,9 @@ def read(text, source):
     export = Export.of(text, source, ";")
     names, units = export.rows[1], export.rows[2]
     return [export.step("sweep", (names, units), [row for row in export.rows[3:] if row.has_number], deformation="tension")]
+
+
+TOYMETER = Layout("Toymeter", sniff, read)
 """
 
 
@@ -104,7 +126,7 @@ def install(folder: Path, tests: Path) -> Path:
     (package / "more.py").write_text(MORE)
     (package / "leaves.py").write_text("raise SystemExit(7)\n")
     (package / "toymeter.py").write_text(METER)
-    command = {"__init__.py": SQUARES, "recipe.py": RECIPE, "run.py": RUN, "readings.py": READINGS}
+    command = {"__init__.py": SQUARES, "recipe.py": RECIPE, "run.py": RUN}
     for name, text in command.items():
         (package / "squares" / name).write_text(text)
     for name in ("squares.toml", "squares.short.toml"):
@@ -138,14 +160,14 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from dielast.io.table import Column
-from dielast.report.report import Report
+from dielast.report.report import RunReport
 
 
 def run(cases, inputs, execution):
     x = np.array(cases[0].recipe.numbers)
-    return Report({"squares.csv": [Column("x", "1", x), Column("square", "1", x**2)]}, {"squares": {"n": x.size}}, Figure)
-"""
-READINGS = """
+    return RunReport({"squares.csv": [Column("x", "1", x), Column("square", "1", x**2)]}, {"squares": {"n": x.size}}, Figure)
+
+
 def readings(cases, inputs):
     yield from ()
 """

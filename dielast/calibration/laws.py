@@ -86,11 +86,14 @@ def pieces_of(fit: Fit) -> Floats:
 
 
 def mixed_draws(results: Sequence[Calibration], weights: Sequence[float]) -> tuple[Material, ...]:
-    """Draws of the material of several laws, as many of each as its share of the weights, at least one."""
+    """Draws of the material of several laws, as many of each as its share of the weights, at least one. They take turns, so that
+    the first of them have about the same shares.
+    """
     share = np.array(weights[: len(results)]) if len(results) > 1 else np.ones(1)
     parts = [result.materials for result in results]
     counts = [max(round(part * len(drawn)), 1) for part, drawn in zip(share / np.sum(share), parts, strict=True)]
-    return tuple(member for drawn, count in zip(parts, counts, strict=True) for member in drawn[:count])
+    turns = [((k + 0.5) / count, law, k) for law, count in enumerate(counts) for k in range(min(count, len(parts[law])))]
+    return tuple(parts[law][k] for _, law, k in sorted(turns))
 
 
 @dataclass(frozen=True, slots=True)

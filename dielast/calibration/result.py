@@ -23,6 +23,17 @@ from dielast.numerics.arrays import Floats
 LEVEL = 0.9
 
 
+@dataclass(frozen=True, slots=True)
+class Intervals:
+    """`level` is the probability that an interval covers, `draws` the number of draws of the parameters from their posterior, 0 for
+    none, made with `seed`.
+    """
+
+    level: float = LEVEL
+    draws: int = 200
+    seed: int = 1
+
+
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Calibration(TabularResult):
     """A material fitted to tests: the `fit`, the uncertainty of its parameters, and the comparison with the tests.
@@ -43,12 +54,23 @@ class Calibration(TabularResult):
     @property
     def material(self) -> Material:
         """The fitted material, with the range of the tests."""
-        return replace(self.fit.material, calibrated=range_of(self.fit))
+        return replace(self.fit.material, calibrated=self.range)
+
+    @property
+    def range(self) -> CalibratedRange:
+        """The range of the tests, with the scatter of further specimens and of the model about draws of the parameters."""
+        scatters = self.likelihood.scatters
+        specimen, error = (
+            float(np.sqrt(scatters.mean(np.array([getattr(member, name) ** 2 for member in scatters.members]))))
+            for name in ("specimen", "model_error")
+        )
+        freedom = float(self.likelihood.value_freedom)
+        return replace(range_of(self.fit), specimen_scatter=specimen, model_error=error, scatter_freedom=freedom)
 
     @property
     def materials(self) -> tuple[Material, ...]:
         """The material of each draw."""
-        known = range_of(self.fit)
+        known = self.range
         return tuple(
             replace(material, calibrated=known) for material in self.fit.space.materials(self.draws) if material is not None
         )
@@ -177,35 +199,29 @@ def calibrate(
     validate: Sequence[Experiment] = (),
     starts: int = STARTS,
     specimen_scatter: float | None = None,
-    draws: int = 200,
-    seed: int = 1,
-    level: float = LEVEL,
+    intervals: Intervals = Intervals(),
     watch: Watch | None = None,
 ) -> Calibration:
     """Fit the `free` constants of a material, by their path in a material file, to `tests`, with the uncertainty of each constant.
 
-    Tests to `validate` are only predicted. Tests that the material cannot follow are left out and named in the result. `draws` is
-    the number of draws of the parameters from their posterior, 0 for none, made with `seed`; `level` is the probability that an
-    interval covers. The fit begins at `starts` points; `specimen_scatter` is the relative standard deviation of stress between
-    specimens, estimated by default. `watch` is called with the name of the task, its
-    steps done, its greatest number of steps, and the relative rms misfit.
+    Tests to `validate` are only predicted. Tests that the material cannot follow are left out and named in the result. The
+    fit begins at `starts` points; `specimen_scatter` is the relative standard deviation of stress between specimens, estimated by
+    default. `watch` is called with the name of the task, its steps done, its greatest number of steps, and the relative rms misfit.
 
     Raises `InputError` for a constant that the material does not have, tests without enough points, and temperatures at which its
-    shift law does not hold; `NumericsError` if no start can follow the tests. The method is generalised least squares, with
+    shift law does not hold; `NumericsError` if no start can follow the tests. The method is weighted least squares, with
     profiles of the likelihood.
     """
-    fewest_draws(level)  # refuses what is no probability
+    fewest_draws(intervals.level)  # refuses what is no probability
     fit = fit_material(material, tests, free, starts=starts, specimen_scatter=specimen_scatter, watch=watch)
-    return assessed(fit, validate=validate, draws=draws, seed=seed, level=level, watch=watch)
+    return assessed(fit, validate=validate, intervals=intervals, watch=watch)
 
 
 def assessed(
     fit: Fit,
     *,
     validate: Sequence[Experiment] = (),
-    draws: int = 200,
-    seed: int = 1,
-    level: float = LEVEL,
+    intervals: Intervals = Intervals(),
     watch: Watch | None = None,
 ) -> Calibration:
     """The uncertainty of a fit, and the comparison with all tests; arguments as those of `calibrate`."""
@@ -216,14 +232,18 @@ def assessed(
     try:
         if fit.finished:
             report("profiles", 0, 1, misfit)
-            profiles = tuple(map(possible_values, profiles_of(likelihood, level), fit.space.parameters))
-            if draws:
-                drawn = draw(likelihood, profiles, draws, seed=seed, watch=lambda done, total: report("draws", done, total, misfit))
+            profiles = tuple(map(possible_values, profiles_of(likelihood, intervals.level), fit.space.parameters))
+            if intervals.draws:
+
+                def moved(done: int, total: int) -> None:
+                    report("draws", done, total, misfit)
+
+                drawn = draw(likelihood, profiles, intervals.draws, seed=intervals.seed, watch=moved)
     except KeyboardInterrupt:
         fit = replace(fit, finished=False)
-    comparisons = compare_tests(fit, likelihood, drawn, validate, level)
+    comparisons = compare_tests(fit, likelihood, drawn, validate, intervals.level)
     lost = tuple(comparison.test.name for comparison in comparisons if not comparison.followed)
-    return Calibration(fit, likelihood, profiles, drawn, comparisons, level, (*fit.left_out, *lost))
+    return Calibration(fit, likelihood, profiles, drawn, comparisons, intervals.level, (*fit.left_out, *lost))
 
 
 def _stderr(value: float, scale: float | None, error: float) -> float:

@@ -5,14 +5,17 @@ import os
 import signal
 import sys
 
-from dielast.cli.terminal import leave, mend_streams, report_refusal
-
 
 def main() -> None:
     """Run the command line: exit 0 done, 2 bad input, 3 the numerics gave up, 4 golden mismatch, 130 interrupted, 1 a bug."""
     if _in_worker():
         return
-    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:  # the shell may ignore Ctrl-C for a job in the background
+    ignored = signal.getsignal(signal.SIGINT) is not signal.default_int_handler  # as the shell does for a job in the background
+    if not ignored:
+        signal.signal(signal.SIGINT, lambda *_: os._exit(130))  # before anything that takes time
+    from dielast.cli.terminal import leave, mend_streams, report_refusal
+
+    if not ignored:
         signal.signal(signal.SIGINT, leave)
     mend_streams()
     gc.disable()  # until the modules of a run are loaded: loading makes no garbage, and is faster

@@ -13,6 +13,7 @@ from dielast.cli.help import EXIT_CODES, START, PlainUsage, RecipeCommand, liste
 from dielast.cli.terminal import give_up_output, is_unread, leave, report_refusal
 from dielast.commands.registry import COMMANDS
 from dielast.errors import InputError, NumericsError, Problem, nearest, shown
+from dielast.registry import blame
 
 
 class PlotFormat(StrEnum):
@@ -99,6 +100,11 @@ def _exits(command: Callable[..., int]) -> Callable[..., None]:
                 code = 0
             else:
                 code = report_refusal(error)
+        except (Exception, SystemExit) as error:
+            if not (line := blame(error)):
+                raise
+            print(line, file=sys.stderr)
+            code = 2
         raise typer.Exit(code)
 
     return run

@@ -17,8 +17,9 @@ from dielast.cli.terminal import Bar, leave, working
 from dielast.commands.registry import COMMANDS, others_in, read_cases
 from dielast.errors import DielastError, DielastWarning, InputError, messages_of
 from dielast.io.files import STORE, Inputs, as_text, check_folder, check_targets, depfile, read_file, write_files
+from dielast.io.manifest import SUMMARY
 from dielast.recipe.cases import Case, settings
-from dielast.report.report import RecipeSource, contents, drawn, left_over, summarise
+from dielast.report.report import RecipeSource, drawn, left_over, summarise, with_warnings, written
 from dielast.report.summary import print_summary
 from dielast.sharing.execution import EARLIER, NOTHING_KEPT, Execution
 
@@ -113,6 +114,8 @@ def compute(
     source: RecipeSource | None = None,
 ) -> tuple[dict[str, bytes], Mapping[str, Any], Inputs, list[str]]:
     """Every file of the result (name -> bytes), its summary with the `source`, the inputs, and the warnings."""
+    import tomli_w
+
     inputs = Inputs(path.parent)
     run_cases = COMMANDS[kind].run
     gc.enable()
@@ -132,11 +135,13 @@ def compute(
 
             logging.getLogger("matplotlib").setLevel(logging.ERROR)  # no messages about the folder of its cache
             _import_matplotlib()
-        figures = drawn(kind, report, plots)
+        files = written(report)
+        plain = summarise(kind, report, files, inputs, source or RecipeSource(as_text(path.name)), __version__)
+        figures = drawn(kind, report, plots, plain)
     caught = messages_of(record)
-    summary = summarise(kind, report, inputs, source or RecipeSource(as_text(path.name)), caught, __version__)
-    files, summary = contents(report, figures, summary)
-    return files, summary, inputs, caught
+    summary = with_warnings(plain, caught)
+    # the summary is written last: a folder with a summary holds a complete result
+    return files | {**figures, SUMMARY: tomli_w.dumps(summary).encode()}, summary, inputs, caught
 
 
 def _import_matplotlib() -> None:

@@ -34,9 +34,8 @@ class Command:
     Its `package` holds
 
     - `recipe.py` with the recipe's model, whose `kind` is the command's name,
-    - `run.py` with the function `run`, of type `Run`,
-    - `readings.py` with the function `readings`, of type `Readings`; without it, `validate` reads what all simulations read, and
-      checks what the function `prepared` of `run.py` does with the cases before it solves anything,
+    - `run.py`, or another `module`, with the function `run`, of type `Run`, and with `readings`, of type `Readings`, or else
+      `prepared`: `validate` then reads what all simulations read, and checks what `prepared` does before anything is solved,
     - `from_data.py` with the function `from_data(name, given)`, which writes the recipe for given files, if it takes any,
     - `starters/NAME.toml` and `starters/NAME.short.toml`, the recipes that `dielast new` and the help print.
 
@@ -53,6 +52,8 @@ class Command:
     """Every file that the command may write, besides its figures and its summary."""
     can_share: bool = False
     """Whether several processes or a cluster can share the work."""
+    module: str = "run"
+    """The module of the package that runs it."""
 
     @property
     def model(self) -> type[RecipeBase]:
@@ -67,18 +68,19 @@ class Command:
     @property
     def run(self) -> Run:
         """The function that computes the cases of a recipe."""
-        run: Run = import_module(f"{self.package}.run").run
+        run: Run = import_module(f"{self.package}.{self.module}").run
         return run
 
     @property
     def readings(self) -> Readings:
         """The function that lists what `dielast validate` reads."""
-        if find_spec(f"{self.package}.readings") is None:
-            from dielast.commands.simulation.readings import checked_readings
+        module = import_module(f"{self.package}.{self.module}")
+        stated: Readings | None = getattr(module, "readings", None)
+        if stated is not None:
+            return stated
+        from dielast.commands.inspect import checked_readings
 
-            return partial(checked_readings, import_module(f"{self.package}.run").prepared)
-        readings: Readings = import_module(f"{self.package}.readings").readings
-        return readings
+        return partial(checked_readings, module.prepared)
 
     def from_data(self, given: Given) -> RecipeLines:
         """The recipe for `given` files, as far as they are recognised; raises `InputError` for files that it does not take."""

@@ -1,9 +1,8 @@
-"""The registry of the subcommands that run recipes: one line for each subcommand."""
+"""The registry of the subcommands that run recipes: an entry for each subcommand."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,45 +14,116 @@ if TYPE_CHECKING:
 
 
 class Commands(Mapping[str, Command]):
-    """The commands by name, in the order of a workflow; a command is imported on first use."""
+    """The commands by name, in the order of a workflow."""
 
-    def __init__(self) -> None:
-        self._homes: dict[str, str | Command] = {}
-        opened("dielast.commands", Command, lambda command: self.register(command.name, command))
+    def __init__(self, *commands: Command) -> None:
+        self._commands = {command.name: command for command in commands}
+        opened("dielast.commands", Command, self.register)
 
-    def register(self, name: str, home: str | Command) -> None:
-        """Add a command, or where it is, stated as `package:ATTRIBUTE`."""
-        self._homes[name] = home
+    def register(self, command: Command) -> None:
+        """Add a command."""
+        self._commands[command.name] = command
 
     def __getitem__(self, name: str) -> Command:
-        home = self._homes[name]
-        if isinstance(home, Command):
-            return home
-        package, attribute = home.split(":")
-        command: Command = getattr(import_module(package), attribute)
-        return command
+        return self._commands[name]
 
     def __iter__(self) -> Iterator[str]:
-        return iter(self._homes)
+        return iter(self._commands)
 
     def __len__(self) -> int:
-        return len(self._homes)
+        return len(self._commands)
 
     def __contains__(self, name: object) -> bool:
-        return name in self._homes or adopt(name, "dielast.commands")
+        return name in self._commands or adopt(name, "dielast.commands")
 
 
-COMMANDS = Commands()
-COMMANDS.register("mastercurve", "dielast.commands.mastercurve:MASTERCURVE")
-COMMANDS.register("measure", "dielast.commands.measure:MEASURE")
-COMMANDS.register("spectrum", "dielast.commands.spectrum:SPECTRUM")
-COMMANDS.register("calibrate", "dielast.commands.calibrate:CALIBRATE")
-COMMANDS.register("relax", "dielast.commands.membrane:RELAX")
-COMMANDS.register("creep", "dielast.commands.membrane:CREEP")
-COMMANDS.register("actuate", "dielast.commands.actuate:ACTUATE")
-COMMANDS.register("failure-map", "dielast.commands.failure_map:FAILURE_MAP")
-COMMANDS.register("lifetime", "dielast.commands.lifetime:LIFETIME")
-COMMANDS.register("design", "dielast.commands.design:DESIGN")
+def _forms(*names: str) -> tuple[str, ...]:
+    """The files of further figures."""
+    return tuple(f"{name}.{form}" for name in names for form in ("png", "svg", "pdf"))
+
+
+COMMANDS = Commands(
+    Command(
+        "mastercurve",
+        "dielast.commands.mastercurve",
+        "Relaxation tests, creep tests or frequency sweeps at several temperatures -> shift factors, shift law, master curve.",
+        "Tests at several temperatures -> shift factors, master curve.",
+        ("shift-factors.csv", "mastercurve.csv", "draws.csv", "draw-laws.csv", "draw-curves.csv"),
+    ),
+    Command(
+        "measure",
+        "dielast.commands.measure",
+        "Photographs of an electrode -> stretches over time with standard errors.",
+        "Photographs of an electrode -> stretches over time.",
+        ("electrode.csv", *_forms("photographs")),
+        can_share=True,
+    ),
+    Command(
+        "spectrum",
+        "dielast.commands.spectrum",
+        "Master curve -> discrete relaxation spectrum and material file.",
+        "Master curve -> spectrum, material file.",
+        (
+            *("spectrum.csv", "fit.csv", "continuous-spectrum.csv", "reduction.csv", "material.toml", "draws.csv"),
+            *("material.inp", "material.mac", "material.feb", "material.mfront"),
+            *(f"material-comsol-{name}.txt" for name in ("parameters", "branches-energy-factor", "branches-shear-modulus")),
+            *("material-comsol-shift.txt", "material-comsol-notes.txt"),
+        ),
+    ),
+    Command(
+        "calibrate",
+        "dielast.commands.calibrate",
+        "Tests of a testing machine -> the material's constants with intervals and verdicts, and a material file with draws.",
+        "Tests of any kind -> material file with intervals.",
+        (
+            *("parameters.csv", "tests.csv", "correlations.csv", "residuals.csv", "profiles.csv", "laws.csv", "next_tests.csv"),
+            *("material.toml", "draws.csv"),
+        ),
+    ),
+    *(
+        Command(name, "dielast.commands.membrane", text, short, (f"{name}.csv", "events.csv", "cycles.csv", "cases.csv"), True)
+        for name, text, short in (
+            ("relax", "Prescribed stretch -> stress.", "Prescribed stretch -> stress."),
+            ("creep", "Prescribed force or nominal stress -> stretch.", "Prescribed force or stress -> stretch."),
+        )
+    ),
+    Command(
+        "actuate",
+        "dielast.commands.actuate",
+        "Voltage history -> stretch of a prestretched film; breakdown, pull-in, loss of tension.",
+        "Voltage history -> stretch of a film, and its failure.",
+        (
+            *("actuate.csv", "events.csv", "cycles.csv", "cases.csv", "profile.csv", "limits.csv", "sensitivity.csv"),
+            *_forms("profile", "limits", "sensitivity"),
+        ),
+        can_share=True,
+    ),
+    Command(
+        "failure-map",
+        "dielast.commands.grids",
+        "Time to breakdown and to pull-in over voltage, prestretch and temperature.",
+        "Voltages, prestretches -> time to failure.",
+        ("failure-map.csv", "fit.csv", "sensitivity.csv", *_forms("operating-map", "sensitivity")),
+        can_share=True,
+        module="failure_map",
+    ),
+    Command(
+        "lifetime",
+        "dielast.commands.lifetime",
+        "Measured failures, and what has not failed yet -> the breakdown field or damage of a material, with scatter and draws.",
+        "Measured failures -> breakdown or damage, with scatter.",
+        ("parameters.csv", "specimens.csv", "life.csv", "laws.csv", "lines.csv", "plan.csv", "material.toml", "draws.csv"),
+    ),
+    Command(
+        "design",
+        "dielast.commands.grids",
+        "Films -> the voltage that takes each film to a goal at a time, and the life of the film under it.",
+        "Films, a goal -> voltage, life, the best film first.",
+        ("design.csv",),
+        can_share=True,
+        module="design",
+    ),
+)
 
 
 def read_cases(

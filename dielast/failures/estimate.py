@@ -9,6 +9,7 @@ which says how often they do, and which is thus no independent check of the choi
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -279,15 +280,17 @@ def draw(fit: Estimate, draws: int, seed: int = 1) -> Floats:
         return np.tile(fit.at, (draws, 1))
     bounds = fit.model.bounds
     covariance = fit.covariance[np.ix_(free, free)]
-    if not np.all(np.isfinite(covariance)):
+    if not (np.all(np.isfinite(covariance)) and np.all(np.linalg.eigvalsh(covariance) > 0)):
         information = -fit.hessian[np.ix_(free, free)]
         scale = np.sqrt(np.maximum(np.abs(np.diag(information)), 1e-8))
         roots, axes = np.linalg.eigh(information / np.outer(scale, scale))
         covariance = (axes / np.maximum(np.abs(roots), 1e-3)) @ axes.T / np.outer(scale, scale)
     centre, spread = fit.at[free], 1.5 * covariance
+    factor: Floats = np.eye(p)
     for turn in range(ROUNDS):
         count = PROPOSED
-        factor = np.linalg.cholesky(spread + 1e-14 * np.diag(np.diag(spread) + 1e-300))
+        with suppress(np.linalg.LinAlgError):  # all weight on too few draws to span a volume: as wide as before
+            factor = np.asarray(np.linalg.cholesky(spread + 1e-14 * np.diag(np.diag(spread) + 1e-300)), dtype=float)
         normal = random.standard_normal((count, p))
         chi = random.chisquare(HEAVY, count) / HEAVY
         away = normal / np.sqrt(chi)[:, None]

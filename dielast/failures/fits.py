@@ -63,6 +63,10 @@ class FittedLaw(TabularResult):
         at = float(self.fit.at[coordinate])
         return self.intervals[int(place[0])] if place.size else ProfileInterval(at, at, Verdict.DETERMINED)
 
+    def bounds(self, drawn: Floats) -> tuple[Floats, Floats]:
+        """Lower and upper bounds (n,) at the level, of what was `drawn` (draws, n)."""
+        return interval(drawn, self.level)
+
     def columns(self) -> Table:
         """A row for each parameter, in SI; numbers that the specimens do not determine are NaN."""
         rows: list[tuple[float, ...]] = []

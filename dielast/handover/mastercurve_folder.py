@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from dielast.errors import InputError, in_keys, located, warn
-from dielast.io.files import Inputs, exists, resolve, sha256
-from dielast.io.manifest import strangers
+from dielast.errors import InputError, in_keys, located
+from dielast.io.files import Inputs, exists, resolve
+from dielast.io.manifest import check_whole
 from dielast.io.table import finite_columns, number_columns
 from dielast.io.toml import parse_toml
 from dielast.material.measurement_kind import KINDS, MeasurementKind
@@ -70,10 +70,9 @@ def read_master_curve(folder: str, inputs: Inputs) -> ReducedCurve:
 
 
 def _read_beside(summary: Mapping[str, Any], folder: str, file: str, inputs: Inputs) -> bytes:
-    """A file beside the summary; warns if another run wrote it."""
+    """A file beside the summary; raises `InputError` if it is not the one that its run wrote."""
     content = inputs.read(f"{folder}/{file}")
-    if message := strangers(summary, {file: sha256(content)}):
-        warn(message, file=folder)
+    check_whole(folder, summary, {file: content})
     return content
 
 

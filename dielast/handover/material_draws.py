@@ -1,5 +1,6 @@
 """The draws of a material: a table beside the material file, with one row for each draw."""
 
+import os
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -13,7 +14,9 @@ from numpy.typing import NDArray
 from dielast.errors import InputError, Problem, located
 from dielast.handover.material_file import parse_file
 from dielast.io.files import EXAMPLE, Inputs, read_file, resolve
+from dielast.io.manifest import SUMMARY, check_whole
 from dielast.io.table import Column, Table, as_number, finite_columns, parse_csv
+from dielast.io.toml import parse_toml
 from dielast.material.material import Material, constants_of, material_of, numbers_of
 from dielast.material.spectrum import Spectrum
 from dielast.material.springs import SPRINGS, SpringLaw
@@ -197,18 +200,24 @@ def beside(source: str, name: str) -> str:
 
 
 def read_draws_beside(inputs: Inputs, name: str, material: Material) -> tuple[Material, ...]:
-    """The draws of the material in the file `name` among the inputs; empty if it names no table of draws."""
-    stated = parse_file(inputs.read(name), name)
+    """The draws of the material in the file `name` among the inputs; empty if it names no table of draws.
+
+    Raises `InputError` if the two files are not of one run.
+    """
+    content = inputs.read(name)
+    stated = parse_file(content, name)
     if stated.draws is None:
         return ()
     table = beside(name, stated.draws)
-    return parse_draws(inputs.read(table), table, material)
+    draws = inputs.read(table)
+    check_pair(inputs.folder, name, {PurePosixPath(name).name: content, stated.draws: draws})
+    return parse_draws(draws, table, material)
 
 
 def read_draws(path: str | Path) -> tuple[Material, ...]:
     """The draws of the material in a material file, which is found as by `read_material`.
 
-    Raises `InputError` with a line for every mistake, and if the material has no draws.
+    Raises `InputError` with a line for every mistake, if the material has no draws, and if the two files are not of one run.
     """
     content = read_file(resolve(Path(), path), str(path))
     stated = parse_file(content, str(path))
@@ -217,4 +226,13 @@ def read_draws(path: str | Path) -> tuple[Material, ...]:
             "the material has no draws: mastercurve with [uncertainty] and then spectrum make them, or calibrate", file=path
         )
     table = beside(str(path), stated.draws)
-    return parse_draws(read_file(resolve(Path(), table), table), table, stated.material())
+    draws = read_file(resolve(Path(), table), table)
+    check_pair(Path(), str(path), {PurePosixPath(path).name: content, stated.draws: draws})
+    return parse_draws(draws, table, stated.material())
+
+
+def check_pair(home: Path, name: str, contents: Mapping[str, bytes]) -> None:
+    """Raise `InputError` if a material file and its draws are not as the summary beside them lists them; nothing without one."""
+    summary = beside(name, SUMMARY)
+    if not name.startswith(EXAMPLE) and os.path.isfile(home / summary):
+        check_whole(Path(name).parent, parse_toml(read_file(home / summary, summary), summary), contents)

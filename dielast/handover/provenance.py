@@ -9,6 +9,8 @@ from dielast.io.table import rounded
 from dielast.material.material import CalibratedRange, Material, Window, constants_of
 from dielast.recipe.fields import Section, Temperature, Time
 
+Share = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+
 
 class CalibratedSection(Section):
     """The range of the tests that the material was fitted to; a simulation outside this range warns."""
@@ -24,11 +26,24 @@ class CalibratedSection(Section):
         description="Largest ratio between laws that these tests cannot tell apart of the voltage of an equibiaxial film. Default: "
         "no other laws were tried.",
     )
+    specimen_scatter: Share | None = Field(
+        None,
+        description="Scatter of the stress of specimens over the stress, as the tests showed it, for [uncertainty] specimens. "
+        "Default: none is known.",
+    )
+    model_error: Share | None = Field(
+        None,
+        description="Error of the model along the curves of the tests over the stress, for the same. Default: none is known.",
+    )
+    scatter_freedom: Annotated[float, Field(gt=0, allow_inf_nan=False)] | None = Field(
+        None, description="Degrees of freedom of the estimates of both together. Default: they are exact."
+    )
 
     def stated(self) -> CalibratedRange:
         """The range of the tests."""
         (first, last), (coldest, hottest) = self.time, self.temperature
-        return CalibratedRange(tuple(self.modes), self.largest_I1, (first, last), (coldest, hottest), self.law_spread)
+        seen = self.law_spread, self.specimen_scatter, self.model_error, self.scatter_freedom
+        return CalibratedRange(tuple(self.modes), self.largest_I1, (first, last), (coldest, hottest), *seen)
 
 
 class WindowSection(Section):
@@ -50,6 +65,7 @@ class WindowSection(Section):
 
 
 ORIGINS = "stated", "measured", "fitted"
+SEEN = "law_spread", "specimen_scatter", "model_error", "scatter_freedom"  # what the tests showed beside their range
 
 
 def origins(value: Any) -> dict[str, str]:
@@ -87,7 +103,7 @@ def stated_provenance(material: Material) -> dict[str, Any]:
             "largest_I1": rounded(calibrated.largest_invariant),
             "time": [f"{value:.9g} s" for value in calibrated.time],
             "temperature": [f"{value:.9g} degC" for value in calibrated.temperature],
-            **({} if calibrated.law_spread is None else {"law_spread": rounded(calibrated.law_spread)}),
+            **{key: rounded(value) for key in SEEN if (value := getattr(calibrated, key)) is not None},
         }
     document |= {"origin": dict(material.origin)} if material.origin else {}
     if (window := material.window) is not None:

@@ -1,5 +1,6 @@
 """Tables: named columns with units, written as CSV with 9 significant digits."""
 
+import io
 import math
 import re
 from collections.abc import Mapping, Sequence
@@ -107,6 +108,13 @@ def case_table(cases: Mapping[int, Mapping[str, NDArray[np.float64]]], temperatu
     return columns
 
 
+def joined(tables: Sequence[Table]) -> Table:
+    """Tables with the same columns, one below the other."""
+    values = [[part.values for part in parts] for parts in zip(*tables, strict=True)]
+    whole = [np.concatenate(part) if isinstance(part[0], np.ndarray) else [cell for row in part for cell in row] for part in values]
+    return [Column(column.name, column.unit, cells) for column, cells in zip(tables[0], whole, strict=True)]
+
+
 def to_frame(table: Table) -> Frame:
     """The table as a pandas data frame, for a notebook; columns are called as in the CSV."""
     import pandas as pd
@@ -119,12 +127,13 @@ def to_csv(table: Table) -> bytes:
     rows = {len(column.values) for column in table}
     if len(rows) > 1:
         raise ValueError("columns of one table differ in length")
-    blocks = [",".join(_quoted(column.header) for column in table).encode()]
+    text = io.BytesIO()  # which gives its bytes without a copy
+    text.write(",".join(_quoted(column.header) for column in table).encode() + b"\n")
     # in blocks, because cells take ten times the memory of their text
     for first in range(0, max(rows, default=0), BLOCK):
         cells = [_cells(column.values[first : first + BLOCK]) for column in table]
-        blocks.append("\n".join(map(",".join, zip(*cells, strict=True))).encode())
-    return b"\n".join([*blocks, b""])
+        text.write("\n".join(map(",".join, zip(*cells, strict=True))).encode() + b"\n")
+    return text.getvalue()
 
 
 def _cells(values: NDArray[np.float64] | NDArray[np.int64] | Sequence[str]) -> list[str]:
@@ -146,7 +155,6 @@ def _quoted(text: str) -> str:
 def parse_csv(content: bytes, name: str) -> dict[str, list[str]]:
     """The cells of a CSV that dielast wrote, by header; raises `InputError` if it is not such a table."""
     import csv
-    import io
 
     try:
         rows = list(csv.reader(io.StringIO(content.decode()), strict=True))

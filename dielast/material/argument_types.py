@@ -4,6 +4,7 @@ import typing
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from functools import cache, wraps
 from inspect import signature
+from itertools import repeat
 from types import NoneType, UnionType
 from typing import Any, Literal, TypeVar, Union, get_args, get_origin
 
@@ -13,14 +14,14 @@ from numpy.typing import ArrayLike
 from dielast.errors import InputError, shown
 from dielast.numerics.arrays import Floats
 
-IN_WORDS: dict[Any, str] = {
-    float: "a number in SI units",
-    int: "a whole number",
-    bool: "True or False",
-    str: "text",
-    Callable: "a function",
+WORDS: dict[Any, tuple[str, str]] = {  # one value, and the entries of a list
+    float: ("a number in SI units", "numbers"),
+    int: ("a whole number", "whole numbers"),
+    bool: ("True or False", "truth values"),
+    str: ("text", "names"),
+    Callable: ("a function", "functions"),
+    np.ndarray: ("a number in SI units or a list of numbers", "numbers"),
 }
-ENTRIES: dict[Any, str] = {float: "numbers", int: "whole numbers", str: "names", np.ndarray: "numbers"}
 # kinds that numpy converts without a warning: a duration to its count of nanoseconds, a complex number to its real part
 NO_NUMBERS = {"m": "durations", "M": "dates", "c": "complex numbers", "U": "text", "S": "text"}
 _LIKE_ARRAYS = {*get_args(ArrayLike)}
@@ -45,8 +46,8 @@ def checked(public: Public) -> Public:
     def call(*arguments: Any, **named: Any) -> Any:
         types = _types(public)
         for name, value in (*zip(names, arguments, strict=False), *named.items()):
-            if name in types:
-                check(value, types[name], name)
+            if name in types and (wrong := mistake(value, types[name])):
+                raise InputError(wrong, argument=name)
         return made(*arguments, **named)
 
     if not is_class:
@@ -66,99 +67,84 @@ def _alternatives(hint: Any) -> Types:
     if get_origin(hint) not in (Union, UnionType):
         return (hint,)
     types = get_args(hint)
-    if not {*types} >= _LIKE_ARRAYS:
-        return types
-    return Floats, *(other for other in types if other not in _LIKE_ARRAYS)
+    return (Floats, *(other for other in types if other not in _LIKE_ARRAYS)) if {*types} >= _LIKE_ARRAYS else types
 
 
-def check(value: Any, types: Types, name: str) -> None:
-    """`InputError` with the argument `name` unless the value has one of the types."""
+def mistake(value: Any, types: Types) -> str:
+    """What is wrong with a value that has none of the types; empty if it has one."""
     # most values, at little cost
     is_array = type(value) is np.ndarray and value.dtype == np.float64
     if type(value) in types or ((is_array or type(value) is float) and Floats in types):
-        return
-    reason = None
-    for kind in types:
-        try:
-            _check(value, kind, name)
-        except InputError as error:
-            reason = error if kind is not NoneType else reason
-        else:
-            return
-    several = [kind for kind in types if kind is not NoneType]
-    raise reason if len(several) == 1 and reason is not None else _refused(value, several, name)
+        return ""
+    wrong = {kind: _mistake(value, kind) for kind in types}
+    stated = [kind for kind in types if kind is not NoneType]
+    return (wrong[stated[0]] if len(stated) == 1 else _needs(value, stated)) if all(wrong.values()) else ""
 
 
-def _check(value: Any, kind: Any, name: str) -> None:
-    """`InputError` with the argument `name` unless the value has this type."""
+def _mistake(value: Any, kind: Any) -> str:
+    """What is wrong with a value that is not of this type; empty if it is."""
     origin, inner = get_origin(kind) or kind, get_args(kind)
-    if kind is float:
-        real_number(value, name)
-    elif kind is int:
-        whole_number(value, name)
-    elif origin is np.ndarray:
-        real_numbers(value, name)
-    elif origin is Literal:
-        _need(isinstance(value, str), value, kind, name)
-    elif origin is Callable:
-        _need(callable(value), value, kind, name)
-    elif kind is bool:
-        _need(isinstance(value, bool | np.bool_), value, kind, name)
-    elif not isinstance(origin, type):  # Any
-        return
-    elif issubclass(origin, Mapping) and inner:
-        _need(isinstance(value, Mapping), value, kind, name)
-        for key, entry in value.items():
-            check(key, _alternatives(inner[0]), name)
-            check(entry, _alternatives(inner[1]), name)
-    elif issubclass(origin, Iterable) and inner:
-        if isinstance(value, Iterator):  # its entries can be read once only
-            return
-        listed = isinstance(value, Collection) and not isinstance(value, str | bytes | Mapping) and getattr(value, "ndim", 1) > 0
-        _need(listed, value, kind, name)
-        repeated = origin is not tuple or Ellipsis in inner
-        _need(repeated or len(value) == len(inner), value, kind, name)
-        for k, entry in enumerate(value):
-            check(entry, _alternatives(inner[0 if repeated else k]), name)
+    if kind in (float, int) or origin is np.ndarray:
+        return _no_numbers(value, kind)
+    entries: Iterable[tuple[Any, Any]] = ()
+    if origin is Any or (inner and isinstance(value, Iterator)):  # whose entries can be read once only
+        return ""
+    if origin is Literal:
+        fits = isinstance(value, str)
+    elif inner and issubclass(origin, Mapping):
+        fits = isinstance(value, Mapping)
+        entries = ((entry, hint) for item in value.items() for entry, hint in zip(item, inner, strict=True)) if fits else ()
+    elif inner and issubclass(origin, Iterable):
+        fits = isinstance(value, Collection) and not isinstance(value, str | bytes | Mapping) and getattr(value, "ndim", 1) > 0
+        pair = origin is tuple and Ellipsis not in inner
+        fits = fits and not (pair and len(value) != len(inner))
+        entries = zip(value, inner if pair else repeat(inner[0]), strict=False) if fits else ()
     else:
-        _need(isinstance(value, origin), value, kind, name)
+        fits = isinstance(value, bool | np.bool_ if kind is bool else origin)
+    return (
+        next(filter(None, (mistake(entry, _alternatives(hint)) for entry, hint in entries)), "") if fits else _needs(value, [kind])
+    )
 
 
-def _need(fits: bool, value: Any, kind: Any, name: str) -> None:
-    if not fits:
-        raise _refused(value, [kind], name)
-
-
-def _refused(value: Any, types: typing.Sequence[Any], name: str) -> InputError:
+def _needs(value: Any, types: typing.Sequence[Any]) -> str:
     *others, last = dict.fromkeys(words for kind in types for words in _in_words(kind))
-    needed = f"{', '.join(others)} or {last}" if others else last
-    return InputError(f"{shown(value)}: {needed} is needed", argument=name)
+    return f"{shown(value)}: {', '.join(others)} or {last} is needed" if others else f"{shown(value)}: {last} is needed"
 
 
 def _in_words(kind: Any) -> list[str]:
     """What a value of this type is, as in "a Material is needed"."""
     origin, inner = get_origin(kind) or kind, get_args(kind)
-    if origin in IN_WORDS:
-        return [IN_WORDS[origin]]
-    if origin is np.ndarray:
-        return ["a number in SI units", "a list of numbers"]
+    if origin in WORDS:
+        return WORDS[origin][0].split(" or ") if origin is np.ndarray else [WORDS[origin][0]]
     if origin is Literal:
         return [f'"{choice}"' for choice in inner]
     if issubclass(origin, Mapping):
         return ["a dict"]
     if issubclass(origin, Iterable) and inner:
-        kinds = [entry for entry in _alternatives(inner[0]) if entry is not NoneType]
-        entries = [ENTRIES.get(get_origin(entry) or entry) or entry.__name__ + "s" for entry in kinds]
-        listed = "list" if origin is not tuple or Ellipsis in inner else "pair"
-        return [f"a {listed} of {' or '.join(dict.fromkeys(entries))}"]
+        kinds = [get_origin(entry) or entry for entry in _alternatives(inner[0]) if entry is not NoneType]
+        entries = dict.fromkeys(WORDS[entry][1] if entry in WORDS else f"{entry.__name__}s" for entry in kinds)
+        return [f"a {'list' if origin is not tuple or Ellipsis in inner else 'pair'} of {' or '.join(entries)}"]
     return [f"{'an' if origin.__name__[0] in 'AEIOU' else 'a'} {origin.__name__}"]
 
 
-def real_numbers(values: Any, name: str) -> Floats:
-    """The values as an array of any shape; `InputError` with the argument `name` for text, dates, durations, complex numbers,
-    masked values, and all other values that are no array of numbers.
+def _no_numbers(values: Any, kind: Any) -> str:
+    """What is wrong with values that are no numbers of this type; empty if they are."""
+    try:
+        array = real_numbers(values)
+    except InputError as error:
+        return error.problems[0].text
+    if kind not in (float, int):
+        return ""
+    if array.ndim:
+        return f"an array of shape {array.shape}: one number is needed"
+    return "" if kind is float or float(array).is_integer() else f"{float(array):g}: a whole number is needed"
+
+
+def real_numbers(values: Any) -> Floats:
+    """The values as an array of any shape; `InputError` for text, dates, durations, complex numbers, masked values, and all other
+    values that are no array of numbers.
     """
-    needed = "a number in SI units, or a list of numbers, is needed"
+    needed = f"{shown(values)}: a number in SI units, or a list of numbers, is needed"
     try:
         array = np.asanyarray(values)
         if array.dtype.kind == "O":
@@ -166,27 +152,16 @@ def real_numbers(values: Any, name: str) -> Floats:
                 raise TypeError
             array = np.array([float(value) for value in array.ravel()]).reshape(array.shape)
         if array.dtype.kind in NO_NUMBERS and array.size:
-            raise InputError(f"{shown(values)}: {needed}, not {NO_NUMBERS[array.dtype.kind]}", argument=name)
+            raise InputError(f"{needed}, not {NO_NUMBERS[array.dtype.kind]}")
         if np.any(getattr(array, "mask", False)):  # without an import of numpy.ma, which is slow
-            raise InputError(f"some values are masked: leave them out ({name}.compressed())", argument=name)
+            raise InputError("some values are masked: leave them out, by their method compressed()")
         return np.asarray(array, dtype=float)
     except (TypeError, ValueError) as error:
-        if isinstance(error, InputError):
-            raise
-        raise InputError(f"{shown(values)}: {needed}", argument=name) from None
+        raise (error if isinstance(error, InputError) else InputError(needed)) from None
 
 
 def real_number(value: Any, name: str) -> float:
-    """One number; `InputError` with the argument `name` as in `real_numbers`, and for several numbers."""
-    array = real_numbers(value, name)
-    if array.ndim:
-        raise InputError(f"an array of shape {array.shape}: one number is needed", argument=name)
-    return float(array)
-
-
-def whole_number(value: Any, name: str) -> int:
-    """One whole number; `InputError` with the argument `name` as in `real_number`, and for a fraction."""
-    number = real_number(value, name)
-    if not number.is_integer():
-        raise InputError(f"{number:g}: a whole number is needed", argument=name)
-    return int(number)
+    """One number; `InputError` with the argument `name` for anything else."""
+    if wrong := _no_numbers(value, float):
+        raise InputError(wrong, argument=name)
+    return float(real_numbers(value))

@@ -1,7 +1,7 @@
 """Bases of the laws of a material (for springs and shifts in their packages), with constants in units.
 
 A law is a frozen dataclass whose methods hold all that is particular to it, so that no other module depends on its type. To add a
-law, write its module and register its class in the package of its family.
+law, write its class and register it in the registry of its family.
 """
 
 from collections.abc import Mapping, Sequence
@@ -278,7 +278,7 @@ class BreakdownLaw(Law):
 
 
 class DamageLaw(Law):
-    """Base of the damage laws; a law defines `rate`, `lasting` and `scaled`.
+    """Base of the damage laws; a law defines `rate` and `scaled`, and `lasting` if its life is not in proportion to a `time`.
 
     Its constants are numbers, and it must also take arrays of them. Its fields `shape` and `reference_area`, None if not stated,
     are the scatter of the damage at failure; with an `activation_energy` in J/mol, lives follow Arrhenius' law.
@@ -288,6 +288,9 @@ class DamageLaw(Law):
     shape: float | Floats | None = None
     reference_area: float | Floats | None = None
     activation_energy: float | Floats | None = None
+
+    def __post_init__(self) -> None:
+        self.check_constants()
 
     def at(self, temperature: float, reference_temperature: float) -> Self:
         """The law at a temperature in degC; its constants hold at the reference temperature."""
@@ -302,7 +305,7 @@ class DamageLaw(Law):
 
     def lasting(self, factor: float) -> Self:
         """The law of a film that fails at `factor` times the damage."""
-        raise NotImplementedError
+        return self.with_values({"time": factor * self.values()["time"]})
 
     def scaled(self, factor: float) -> Self:
         """The law of a film that withstands a field `factor` times as large for the same damage."""

@@ -53,6 +53,12 @@ class CalibratedRange(Result):
     """The largest ratio between laws that these tests cannot tell apart of the voltage of an equibiaxial film; None if no others
     were tried.
     """
+    specimen_scatter: float | None = None
+    """Standard deviation of the logarithm of the factor of a specimen on its stress; None if unknown."""
+    model_error: float | None = None
+    """Standard deviation of the error of the model along a curve, over the level of the stress; None if unknown."""
+    scatter_freedom: float | None = None
+    """Degrees of freedom of both together; None if they are known exactly."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,7 +11,8 @@ from dielast.io.result import TabularResult
 from dielast.io.table import Column, Table
 from dielast.material.argument_types import checked
 from dielast.material.material import Material
-from dielast.numerics.arrays import Floats
+from dielast.material.spectrum import Spectrum
+from dielast.numerics.arrays import Floats, Index
 from dielast.numerics.random_streams import stream
 
 
@@ -91,10 +92,43 @@ class DamageScatter:
 
 
 @checked
+@dataclass(frozen=True, slots=True)
+class SpecimenScatter:
+    """Scatter of the stiffness of specimens about a calibrated model: a factor exp(s t) on all moduli, with Student's t of this
+    `freedom` (1), as s = `relative` (1) was estimated from few specimens.
+
+    s^2 is the variance of the specimens' factors plus that of the model's error. The error of the model changes along a curve: its
+    variance at a point, over the squared stress, is that of the estimate, and its correlation along the curve is taken as 1. Bands
+    of stresses then have the width of those of a test; quantities that are integrals over a history, such as a creep strain or a
+    life, have the widest bands that errors of this size give. Raises `InputError` for numbers that are not positive.
+    """
+
+    relative: float
+    freedom: float = np.inf
+
+    def __post_init__(self) -> None:
+        if not 0 < self.relative < np.inf:
+            raise InputError(f"{self.relative:g}: a positive number is needed", argument="relative")
+        if not self.freedom > 0:
+            raise InputError(f"{self.freedom:g}: a positive number is needed", argument="freedom")
+
+    def factors(self, quantile: Floats) -> Floats:
+        """The factors on all moduli, with the shape of `quantile`."""
+        from scipy.special import stdtrit  # a slow import
+
+        deviate = stdtrit(min(self.freedom, MOST_FREEDOM), np.clip(quantile, 1e-15, 1 - 1e-15))
+        return np.asarray(np.exp(self.relative * deviate))
+
+
+MOST_FREEDOM = 1e6  # degrees of freedom beyond which no quantile changes
+
+
+@checked
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Sample(TabularResult):
     """Draws of films: the material of each draw, and factors (draws,) on the breakdown field and on the undeformed thickness.
 
+    `specimen_factor` (draws,) is that of each specimen on all moduli of its material, None for the materials themselves.
     `damage_factor` (draws,) is the damage at which a film fails, None unless it has a separate scatter. `typical_damage` is the
     damage at which the film without scatter fails, to which the draws belong; not 1 if its area differs from that for which the
     constants of the damage hold.
@@ -107,6 +141,7 @@ class Sample(TabularResult):
     typical_damage: float = 1.0
     area: float | None = None
     """Area in m^2 of the electrodes on the undeformed films, for which the materials hold; None if it is their reference area."""
+    specimen_factor: Floats | None = None
 
     def typical(self, material: Material) -> Material:
         """The material of the film without scatter, with a damage law whose integral reaches 1 at the `typical_damage`."""
@@ -116,8 +151,22 @@ class Sample(TabularResult):
             return material
         return replace(material, damage=material.damage.lasting(self.typical_damage))
 
+    @property
+    def laws(self) -> Index | None:
+        """The number (draws,) of the pair of spring laws of each draw, None if all have the same: see `interval`."""
+        pairs = [(material.equilibrium_law.name, material.nonequilibrium_law.name) for material in self.materials]
+        known = list(dict.fromkeys(pairs))
+        return None if len(known) == 1 else np.array([known.index(pair) for pair in pairs])
+
+    def specimens(self) -> tuple[Material, ...]:
+        """The material of each draw, with the factor of its specimen on all moduli."""
+        if self.specimen_factor is None:
+            return self.materials
+        pairs = zip(self.materials, self.specimen_factor.tolist(), strict=True)
+        return tuple(of_specimen(material, factor) for material, factor in pairs)
+
     def aged(self) -> tuple[Material, ...]:
-        """The material of each draw, with a damage law whose integral reaches 1 when the film fails.
+        """The material of each specimen, with a damage law whose integral reaches 1 when the film fails.
 
         Without a separate scatter of the damage, the factor on the breakdown field also applies to the field of the damage law: a
         stronger film lives longer. If that factor has a Weibull distribution of shape m, D at failure then has the shape beta =
@@ -126,7 +175,7 @@ class Sample(TabularResult):
         """
         factors = (self.breakdown_factor if self.damage_factor is None else self.damage_factor).tolist()
         aged = []
-        for material, factor in zip(self.materials, factors, strict=True):
+        for material, factor in zip(self.specimens(), factors, strict=True):
             law = material.damage
             if law is not None:
                 law = law.scaled(factor) if self.damage_factor is None else law.lasting(factor)
@@ -145,6 +194,7 @@ class Sample(TabularResult):
             Column("breakdown_factor", "1", self.breakdown_factor),
             Column("thickness_factor", "1", self.thickness_factor),
             *([] if self.damage_factor is None else [Column("damage_factor", "1", self.damage_factor)]),
+            *([] if self.specimen_factor is None else [Column("specimen_factor", "1", self.specimen_factor)]),
         ]
 
 
@@ -158,14 +208,16 @@ def draw_sample(
     damage: DamageScatter | None = None,
     share: float | None = None,
     area: float | None = None,
+    specimens: bool = True,
 ) -> Sample:
     """A sample of `draws` films: materials from `members` (a single member is a material known exactly), with scatter.
 
     The first draws are the members in their order; further draws repeat members at random. Draw k depends only on `seed` and k.
     Scatter of the breakdown field or of the damage that is not stated is that of the materials, if their laws state one. With a
     `share`, every film is one that this share of the films of its material fails before, instead of a film at random: intervals
-    are then those of a quantile. The members hold for electrodes of this `area` in m^2 (see `of_area`). Arrays of the sample are
-    (draws,). Raises `InputError` if there is nothing to draw.
+    are then those of a quantile. The members hold for electrodes of this `area` in m^2 (see `of_area`). With `specimens`, each
+    draw of a calibrated material is another specimen (see `SpecimenScatter`). Arrays of the sample are (draws,). Raises
+    `InputError` if there is nothing to draw.
     """
     if draws < 1 or not members:
         raise InputError(f"{draws} draws of {len(members)} materials: at least one of each is needed")
@@ -177,7 +229,7 @@ def draw_sample(
     materials = tuple(members[k] for k in which)
 
     def factors(
-        stated: Scatter | DamageScatter | None, of: Callable[[Material], Scatter | DamageScatter | None], name: str
+        stated: _Law | None, of: Callable[[Material], _Law | None], name: str, share: float | None = share
     ) -> Floats | None:
         """The factors (draws,) by the stated scatter, or else by that of each material; None for neither."""
         laws = [of(material) for material in materials] if stated is None else [stated]
@@ -197,7 +249,11 @@ def draw_sample(
         factors(damage, damage_scatter, "damage"),
         1.0 if damage is None else damage.typical,
         area,
+        factors(None, specimen_scatter, "specimen", share=None) if specimens else None,
     )
+
+
+_Law = Scatter | DamageScatter | SpecimenScatter
 
 
 def field_scatter(material: Material) -> Scatter | None:
@@ -212,6 +268,21 @@ def damage_scatter(material: Material) -> DamageScatter | None:
     """The scatter of the damage at failure that the law of a material states."""
     law = material.damage
     return None if law is None or law.shape is None else DamageScatter(float(law.shape))
+
+
+def specimen_scatter(material: Material) -> SpecimenScatter | None:
+    """The scatter of specimens about the model, as the calibration of the material estimated it; None for other materials."""
+    known = material.calibrated
+    if known is None:
+        return None
+    size = float(np.hypot(known.specimen_scatter or 0.0, known.model_error or 0.0))
+    return SpecimenScatter(size, known.scatter_freedom or np.inf) if size > 0 else None
+
+
+def of_specimen(material: Material, factor: float) -> Material:
+    """The material of a specimen whose moduli are all larger by a `factor` (1)."""
+    spectrum = Spectrum(material.spectrum.relaxation_time, factor * material.spectrum.shear_modulus)
+    return replace(material, equilibrium_modulus=factor * material.equilibrium_modulus, spectrum=spectrum)
 
 
 def of_area(material: Material, area: float) -> Material:
@@ -241,29 +312,44 @@ def fewest_draws(level: float) -> int:
     return int(np.ceil(2 / (1 - level) - 1 - 1e-9))
 
 
-def assured(values: Floats, confidence: float) -> Floats:
+def assured(values: Floats, confidence: float, laws: Index | None = None) -> Floats:
     """The value (...) that a further draw exceeds with this `confidence`, above 0.5, from `values` (draws, ...); NaN for too few
-    draws.
+    draws. `laws` as for an `interval`.
     """
-    return interval(values, 2 * confidence - 1)[0]
+    return interval(values, 2 * confidence - 1, laws)[0]
 
 
-def interval(values: Floats, level: float) -> tuple[Floats, Floats]:
+def interval(values: Floats, level: float, laws: Index | None = None) -> tuple[Floats, Floats]:
     """Lower and upper bound (...) of an interval that covers a further draw with probability `level`, from `values` (draws, ...).
 
     The bounds, in the unit of the values, are order statistics without interpolation, so that infinite values (events that have
     not happened) are allowed. NaN does not count as a draw; with too few draws the bounds are NaN. Raises `InputError` for a level
     that is not between 0 and 1.
+
+    Where the draws are of several `laws` (draws,), by number, that tests cannot tell apart, the interval is from the least lower to
+    the largest upper bound of those of each law: it covers a draw with this probability whichever of the laws holds, as no
+    probability of a law is known where none was tested (Walley, Statistical Reasoning with Imprecise Probabilities, 1991). A law
+    with too few draws of its own has its least and largest draw as bounds.
     """
     fewest_draws(level)
     values = np.asarray(values, dtype=float)
     if not (values.ndim and len(values)):
         raise InputError("at least one draw is needed", argument="values")
+    low, high = _ordered(values, level)
+    if laws is None:
+        return low, high
+    lows, highs = zip(*(_ordered(values[laws == law], level, few=True) for law in np.unique(laws)), strict=True)
+    enough = ~np.isnan(low)
+    return np.where(enough, np.fmin.reduce(lows), np.nan), np.where(enough, np.fmax.reduce(highs), np.nan)
+
+
+def _ordered(values: Floats, level: float, few: bool = False) -> tuple[Floats, Floats]:
+    """The bounds (...) of an `interval` from draws of one law; those of too `few` are the least and the largest, instead of NaN."""
     ordered = np.sort(values, axis=0)  # NaN last
     count = np.sum(~np.isnan(values), axis=0)
     tail = 0.5 * (1 - level) * (count + 1)
     first = np.floor(tail + 1e-9).astype(int) - 1
-    enough = first >= 0
+    enough = (first >= 0) | (few & (count > 0))
     first = np.maximum(first, 0)
     low = np.take_along_axis(ordered, first[None], axis=0)[0]
     high = np.take_along_axis(ordered, np.maximum(count - 1 - first, 0)[None], axis=0)[0]

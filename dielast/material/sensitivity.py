@@ -27,7 +27,12 @@ PARTS: dict[str, tuple[str, ...]] = {
     "damage law": ("damage",),
 }
 """The parts of a material that may differ between draws, with their fields."""
-FACTORS = {"breakdown field": "breakdown_factor", "thickness": "thickness_factor", "damage": "damage_factor"}
+FACTORS = {
+    "breakdown field": "breakdown_factor",
+    "thickness": "thickness_factor",
+    "damage": "damage_factor",
+    "specimen": "specimen_factor",
+}
 """Sources that scatter from film to film -> the field of a sample."""
 WHOLE = "material"
 

@@ -62,14 +62,15 @@ def warn_of_range(material: Material, stretch: ArrayLike, mode: str | None) -> N
     invariant = first**2 + second**2 + (first * second) ** -2.0
     largest = float(np.max(invariant[np.isfinite(invariant)], initial=3.0))
     tested = f"{' and '.join(calibrated.modes)} tests up to I1 = {calibrated.largest_invariant:.4g}"
-    if largest > calibrated.largest_invariant * (1 + BEYOND_TESTS):
-        warn(f"the stretches reach I1 = {largest:.4g}, but the material was calibrated by {tested}: it is extrapolated")
-    elif is_untested(mode, calibrated.modes) and largest > 3 + UNTESTED * (calibrated.largest_invariant - 3):
-        other = "loading with unequal stretches" if mode is None else f"{mode} loading"
-        apart = ""
+    where = [f"at I1 = {largest:.4g}"] if largest > calibrated.largest_invariant * (1 + BEYOND_TESTS) else []
+    apart = ""
+    if is_untested(mode, calibrated.modes) and largest > 3 + UNTESTED * (calibrated.largest_invariant - 3):
+        where.insert(0, "in loading with unequal stretches" if mode is None else f"in {mode} loading")
+        apart = ": [springs] try of calibrate finds how far laws that fit these tests alike differ there"
         if calibrated.law_spread is not None:
             apart = f"; laws that fit these tests alike differ by a factor of {calibrated.law_spread:.3g} in the voltage of a film"
-        warn(f"the material was calibrated by {tested} only: in {other} its law is extrapolated{apart}")
+    if where:
+        warn(f"the material was calibrated by {tested} only: {', and '.join(where)} its law is extrapolated{apart}")
 
 
 def is_untested(mode: str | None, tested: Collection[str]) -> bool:

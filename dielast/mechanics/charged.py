@@ -13,6 +13,8 @@ evaluation of f.
 
 from __future__ import annotations
 
+from typing import ClassVar
+
 import numpy as np
 
 from dielast.mechanics.electric import ELECTRIC
@@ -27,10 +29,7 @@ class ChargedPoints(LoadedPoints):
 
     __slots__ = ()
 
-    @property
-    def border(self) -> int:
-        """Index of the row of the charge, counted from the end of the state."""
-        return -self.axes - 1
+    CHARGES: ClassVar[int] = 1
 
     @property
     def electric(self) -> bool:

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from dielast.errors import InputError, located, shown
 from dielast.mechanics.cases import numbers, one_set, spread
 from dielast.mechanics.electric import ELECTRIC, Drive
+from dielast.mechanics.laps import Pieces
 from dielast.mechanics.line import Line, lasts_at
 from dielast.mechanics.load import ElectricalStep, FilmStep, Mode, Path, Repeat, Step, Track, VoltageStep, Waveform
 from dielast.mechanics.piece import Chain, Cycles, Piece
@@ -44,7 +45,7 @@ def electrical_pieces(
     mode: Mode | str = Mode.EQUIBIAXIAL,
     repeat: Repeat | None = None,
     programme: bool = False,
-) -> list[Piece]:
+) -> Pieces:
     """The steps of a programme of electrodes, or of edges and electrodes, as pieces of load that start from 0 at these controls.
 
     Their values are divided by `unit` (cases,): the thickness of the films in m for voltages, 1 for charges per area; in a
@@ -54,14 +55,14 @@ def electrical_pieces(
     if not steps:
         raise InputError("at least one step is needed", argument="steps")
     if programme:
-        order = (repeat or Repeat(1)).expanded(len(steps))
-        if repeat is None:
-            order = [(step, 0) for step, _ in order]
-        elif any(step.cycles for step in steps):
-            raise InputError("a waveform repeats itself: leave repeat out, or state the cycle in steps", argument="repeat")
+        order = [(step, 0) for step in range(len(steps))]
+        if repeat is not None:
+            order = replace(repeat, times=min(repeat.times, 2)).expanded(len(steps))
+            if any(step.cycles for step in steps):
+                raise InputError("a waveform repeats itself: leave repeat out, or state the cycle in steps", argument="repeat")
         made = _pieces_of_films(((step, lap, steps[step]) for step, lap in order), Mode.of(mode), controls, unit)
-        return [piece for of_step in made for piece in of_step]
-    return _numbered(_pieces_of_programme(steps, controls, unit))
+        return Pieces([piece for of_step in made for piece in of_step], 0 if repeat is None else repeat.times)
+    return Pieces(_numbered(_pieces_of_programme(steps, controls, unit)))
 
 
 def is_programme(steps: Sequence[ElectricalStep]) -> bool:
@@ -197,7 +198,10 @@ def _pieces_of_film(
         source = spread(electrodes.last if isinstance(electrodes, Path) else electrodes, "voltage", cases)
     if any(isinstance(row, Path) for row in rows):
         _check_paths(step, rows)
-        along = _along(rows, controls, cases, scale, spread(step.phase, "phase", cases))
+        # beside waveforms of the edges the electrodes go straight to their target, and the reverse
+        waved = [any(isinstance(row, Path) for row in of) for of in (rows[:ELECTRIC], rows[ELECTRIC:])]
+        straight = (not waved[0], not waved[0], not waved[1])
+        along = _along(rows, controls, cases, scale, spread(step.phase, "phase", cases), straight)
         return [*closing, *(replace(piece, drive=drive) for piece in along)], controls, source
     if step.edges is None and step.electrodes is None and (step.rate is not None or step.duration is step.circuit is None):
         raise InputError("a stretch, a stress, a voltage, a charge, a circuit, or the duration of a hold is needed")
@@ -258,8 +262,9 @@ def _check_paths(step: FilmStep, rows: Sequence[ArrayLike | Path | None]) -> Non
         raise InputError("a waveform or a track states its times itself: leave out rate and duration")
     paths = [row for row in rows if isinstance(row, Path)]
     alone = step.electrodes if any(isinstance(row, Path) for row in rows[:ELECTRIC]) else step.edges
-    if alone is not None and not any(isinstance(row, Path) for row in (alone if isinstance(alone, tuple) else (alone,))):
-        raise InputError("a waveform goes with a waveform, and a track with a track: the other quantity needs one, or is left out")
+    single = alone is not None and not any(isinstance(row, Path) for row in (alone if isinstance(alone, tuple) else (alone,)))
+    if single and any(isinstance(row, Track) for row in paths):
+        raise InputError("a track goes with a track: the other quantity needs one, or is left out")
     for first, other in pairwise(paths):
         if isinstance(first, Waveform) and isinstance(other, Waveform):
             alike = (first.shape, first.cycles) == (other.shape, other.cycles) and np.array_equal(first.period, other.period)
@@ -279,28 +284,38 @@ def _hold(step: Step | ElectricalStep, controls: Controls, cases: int, needed: s
 
 
 def _along(
-    rows: Sequence[ArrayLike | Path | None], controls: Controls, cases: int, unit: ArrayLike = 1.0, phase: Floats | None = None
+    rows: Sequence[ArrayLike | Path | None],
+    controls: Controls,
+    cases: int,
+    unit: ArrayLike = 1.0,
+    phase: Floats | None = None,
+    straight: tuple[bool, bool, bool] = (False, False, False),
 ) -> list[Piece]:
     """A step that follows paths: `rows` of its load follow a path, are constant, or stay as they are (None).
 
-    The electrical row is divided by `unit`; its waveform is ahead by the `phase` (cases,) in rad. A ramp leads to the first point
-    of a track whose time is later than the beginning of the step.
+    The electrical row is divided by `unit`; its waveform is ahead by the `phase` (cases,) in rad. Beside a waveform, the rows that
+    go `straight` reach their value at its end. A ramp leads to the first point of a track whose time is later than the beginning of
+    the step.
     """
     path = next(row for row in rows if isinstance(row, Path))
     factors = [np.ones(cases), np.ones(cases), np.broadcast_to(1 / np.asarray(unit), cases)]
     if isinstance(path, Waveform):
-        low, high = np.full((2, 3, cases), np.nan)
+        low, high, aim = np.full((3, 3, cases), np.nan)
         for index, row in enumerate(rows):
             if isinstance(row, Waveform):
                 low[index], high[index] = (spread(end, "waveform", cases) * factors[index] for end in (row.low, row.high))
             elif row is not None:
                 assert not isinstance(row, Track)
-                low[index] = high[index] = spread(row, "step", cases) * factors[index]
+                value = spread(row, "step", cases) * factors[index]
+                if straight[index]:
+                    aim[index] = value
+                else:
+                    low[index] = high[index] = value
         lead = None
         if phase is not None and phase.any():
             lead = np.zeros((3, cases))
             lead[ELECTRIC] = phase / (2 * np.pi)
-        return [Cycles.of(controls, low, high, path, lead)]
+        return [Cycles.of(controls, low, high, path, lead, None if np.isnan(aim).all() else aim)]
     time, value = np.asarray(path.time, dtype=float), np.tile(path.values()[:, None], 3)
     base, scale = np.full((3, cases), np.nan), np.zeros((3, cases))
     for index, row in enumerate(rows):

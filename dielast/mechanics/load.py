@@ -236,7 +236,8 @@ class ChargeStep(_SourceStep):
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class FilmStep(_AnyStep):
     """One step of a programme of edges and electrodes, each of which goes to its target within the step's one `duration` (s), at a
-    `rate`, or at once; or both follow waveforms of one period, or tracks of equal times. What is left out stays as it was.
+    `rate`, or at once; or both follow waveforms of one period, or tracks of equal times; or one of them goes straight to its target
+    during the waveform of the other. What is left out stays as it was.
 
     `stretch` or nominal `stress` (Pa) is what holds the edges from here on, as in `Step`. `voltage` (V), `charge` (C/m^2 of
     undeformed area) or `circuit` is what drives the electrodes: a voltage begins at that of the film; a charge is that on the film,

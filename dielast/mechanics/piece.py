@@ -22,6 +22,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from dielast.errors import InputError
 from dielast.mechanics.cases import spread
 from dielast.mechanics.electric import Drive
 from dielast.mechanics.line import EVEN_ROWS, JUMP_DECADES, RAMP_DECADES, Line, merged, whole
@@ -33,13 +34,19 @@ LEAST_STEPS = 16  # steps in a cycle of a sine, 8 in a cycle of its square, whic
 TURN_DECADES = 5  # of log-spaced rows after a triangle turns around, with a third of the usual rows per decade
 
 
+def rows_after_turn(per_decade: int) -> Floats:
+    """Suitable times of output after the load has turned around, as parts of the time until it does so again."""
+    return np.logspace(-TURN_DECADES, 0, TURN_DECADES * max(per_decade // 3, 1) + 1)
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Cycles(ByCase):
     """Cycles from `low` to `high` (3, cases) and back in a `period` (cases,) in s, of a sine or a triangle.
 
     `edges` (m + 1, cases) are the phases, from 0 to 1, at which the spans of a cycle begin and end: the kinks of a triangle, and,
     if `electrical`, the phases at which the magnitude of the voltage begins to rise, `rising` (2, cases). Each row is ahead of the
-    cycle by its `lead` (3, cases), a part of the period.
+    cycle by its `lead` (3, cases), a part of the period. Rows with an `aim` (3, cases) that is not NaN go straight to it meanwhile,
+    from their low, which is their high.
     """
 
     controls: Controls
@@ -52,12 +59,21 @@ class Cycles(ByCase):
     edges: Floats
     rising: Floats
     lead: Floats | None = None
+    aim: Floats | None = None
     step: int = 0
     drive: Drive | None = None
     lap: int = 0
 
     @classmethod
-    def of(cls, controls: Controls, low: Floats, high: Floats, wave: Waveform, lead: Floats | None = None) -> Cycles:
+    def of(
+        cls,
+        controls: Controls,
+        low: Floats,
+        high: Floats,
+        wave: Waveform,
+        lead: Floats | None = None,
+        aim: Floats | None = None,
+    ) -> Cycles:
         """Cycles between these values (3, cases), with the period, the number and the shape of a waveform."""
         period = spread(wave.period, "period", low.shape[1])
         triangle, electrical = wave.shape == "triangle", not np.isnan(low[2]).any()
@@ -76,17 +92,21 @@ class Cycles(ByCase):
             kinks = [(part - row) % 1.0 for row in lead for part in (0.0, 0.5)] if triangle else []
             inner = np.sort(np.array([np.where(np.isnan(phase), 1.0, phase) for phase in (*rising, *kinks)]), axis=0)
             edges = [zero, *inner, one]
-        return cls(controls, low, high, period, wave.cycles, triangle, electrical, np.array(edges), rising, lead)
+        return cls(controls, low, high, period, wave.cycles, triangle, electrical, np.array(edges), rising, lead, aim)
 
     def begin(self, present: Floats) -> Cycles:
         """The cycles of films with the `present` values (3, cases)."""
         low, high = (np.where(np.isnan(values), present, values) for values in (self.low, self.high))
+        if self.aim is not None and np.any(low[2] * self.aim[2] < 0):
+            opposite = "a voltage or a charge that changes its sign beside a waveform needs two steps: one to 0, one from 0"
+            raise InputError(opposite, step=self.step)
         return replace(self, low=low, high=high)
 
     @property
     def targets(self) -> tuple[Floats, ...]:
-        """The values at which it turns around, after the first ones."""
-        return (self.low, self.high) if self.lead is None else (self.start, self.low, self.high)
+        """The values at which it turns around, after the first ones, and those that it goes to."""
+        turns = (self.low, self.high) if self.lead is None else (self.start, self.low, self.high)
+        return turns if self.aim is None else (*turns, self.end)
 
     @property
     def at_once(self) -> Flags:
@@ -113,8 +133,8 @@ class Cycles(ByCase):
 
     @property
     def end(self) -> Floats:
-        """The values (3, cases) at the end, which are those at the beginning."""
-        return self.start
+        """The values (3, cases) at the end, which are those at the beginning but for the rows with an aim."""
+        return self.start if self.aim is None else np.where(np.isnan(self.aim), self.start, self.aim)
 
     @staticmethod
     def _up(phase: Floats) -> Floats:
@@ -132,8 +152,17 @@ class Cycles(ByCase):
         return None if self.triangle else self.period / LEAST_STEPS
 
     def span(self, cases: Cases, index: Cases) -> tuple[Load, Floats]:
-        """The load and the durations (k,) in s of spans; all cycles are equal."""
-        part, period = index % self.spans_of_cycle, self.period[cases]
+        """The load and the durations (k,) in s of spans; all cycles are equal, but for the rows with an aim."""
+        load, lasts = self._span(cases, index % self.spans_of_cycle)
+        if self.aim is None:
+            return load, lasts
+        ahead, turns = (self.end - self.start)[:, cases], index // self.spans_of_cycle
+        before = (turns + self.edges[index % self.spans_of_cycle, cases]) / self.cycles
+        return replace(load, start=load.start + before * ahead, rate=load.rate + ahead / self.duration[cases]), lasts
+
+    def _span(self, cases: Cases, part: Cases) -> tuple[Load, Floats]:
+        """The load and the durations (k,) in s of the spans `part` (k,) of a cycle, as if there were no aim."""
+        period = self.period[cases]
         begin, end = self.edges[part, cases], self.edges[part + 1, cases]
         low, high = (values.take(cases, axis=-1) for values in (self.low, self.high))
         swing, lasts = 0.5 * (high - low), period * (end - begin)
@@ -154,9 +183,11 @@ class Cycles(ByCase):
         return (index > 0) & (~np.isin(part, (0, self.spans_of_cycle // 2)) if self.triangle else True)
 
     def rises(self, kept: Cases) -> Floats:
-        """The times (cases, k) in the cycles `kept` at which the voltage is closest to 0, on the way up and on the way down."""
+        """The times (cases, k) in the cycles `kept` at which the voltage is closest to 0, on the way up and on the way down; where
+        it has an aim, the beginning.
+        """
         if not self.electrical:
-            return np.full((self.period.size, 1), np.nan)
+            return np.where(np.abs(self.end[2]) > np.abs(self.start[2]), 0.0, np.nan)[:, None]
         return np.asarray(self.period[:, None] * np.concatenate([kept + phase[:, None] for phase in self.rising], axis=1))
 
     def rows(self, per_decade: int, kept: Cases, before: Floats) -> Floats:
@@ -165,7 +196,7 @@ class Cycles(ByCase):
         decades = JUMP_DECADES if self.electrical else RAMP_DECADES
         phases_of_rows, spaced = np.linspace(0.0, 1.0, 2 * EVEN_ROWS + 1), np.logspace(-decades, 0, decades * per_decade + 1)
         if self.triangle:  # fast branches relax after each turn
-            turned = 0.5 * np.logspace(-TURN_DECADES, 0, TURN_DECADES * max(per_decade // 3, 1) + 1)
+            turned = 0.5 * rows_after_turn(per_decade)
             phases_of_rows = merged(phases_of_rows, np.concatenate((turned, 0.5 + turned)))
         phases = np.concatenate(([0.0], *(cycle + phases_of_rows for cycle in kept), [float(self.cycles)]))
         phases = phases[np.diff(phases, prepend=-1.0) > 0]  # one cycle ends where the next begins

@@ -19,7 +19,8 @@ is then a column (n + 1,), x of axis 1 and its unknown, and every solve is one o
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import ClassVar
 
 import numpy as np
 
@@ -48,23 +49,23 @@ class LoadedPoints(UnderLoad):
     slack: Flags | None = None
     """The points (cases,) whose axis 1 is free of stress although a load prescribes the distance of its grips; None: no point."""
 
-    @property
-    def held(self) -> tuple[bool | Flags, ...]:
-        """Whether the stretch of each axis is prescribed, for all points alike, or in flags (cases,)."""
-        held: list[bool | Flags] = [control is Control.STRETCH for control in self.load.controls[: self.axes]]
+    axes: int = field(init=False)
+    """The number of axes in the state."""
+    border: int = field(init=False)
+    """Index of the first row of the border, counted from the end of the state."""
+    held: tuple[bool | Flags, ...] = field(init=False)
+    """Whether the stretch of each axis is prescribed, for all points alike, or in flags (cases,)."""
+
+    CHARGES: ClassVar[int] = 0
+    """The number of charges among the unknowns."""
+
+    def __post_init__(self) -> None:
+        axes = 2 if self.symmetry is None else 1
+        held: list[bool | Flags] = [control is Control.STRETCH for control in self.load.controls[:axes]]
         if self.slack is not None and held[0] and self.slack.any():
             held[0] = ~self.slack
-        return tuple(held)
-
-    @property
-    def axes(self) -> int:
-        """The number of axes in the state."""
-        return 2 if self.symmetry is None else 1
-
-    @property
-    def border(self) -> int:
-        """Index of the first row of the border, counted from the end of the state."""
-        return -self.axes
+        for name, value in (("axes", axes), ("border", -axes - self.CHARGES), ("held", tuple(held))):
+            object.__setattr__(self, name, value)
 
     def pack(self, internal: Floats, log_squared_stretch: Floats, nominal_stress: Floats) -> Floats:
         """State (rows, cases) from x (2, n, cases), Lambda and nominal stress (2, cases)."""
@@ -116,15 +117,17 @@ class LoadedPoints(UnderLoad):
 
     def error(self, state: Floats, increment: Floats, inner: Inner | None = None) -> Floats:
         """Largest relative error (cases,) of stretches, stresses and viscous stretches due to an `increment` of the `state`."""
-        worst = 0.5 * np.abs(increment[: self.border]).max(axis=0)
+        load, worst = self.load, 0.5 * np.maximum.reduce(np.abs(increment[: self.border]), axis=0)
+        following = 0.5 if load.still else np.where(load.moving, 0.5 * FOLLOWER_WEIGHT, 0.5)
         for axis, held in enumerate(self.held):
             row = axis - self.axes
             change = np.abs(increment[row])
-            of_stretch = change * np.where(self.load.moving, 0.5 * FOLLOWER_WEIGHT, 0.5) if held is not True else change
+            of_stretch = change * following
             if held is not False:
-                change = change * FOLLOWER_WEIGHT if inner is None or self.load.wave is None else np.maximum(change, inner(row))
-                change = change / (np.abs(state[row]) + self.points.stress_floor)
-            worst = np.maximum(worst, np.where(held, change, of_stretch))
+                change = change * FOLLOWER_WEIGHT if inner is None or load.wave is None else np.maximum(change, inner(row))
+                change /= np.abs(state[row]) + self.points.stress_floor
+                of_stretch = change if held is True else np.where(held, change, of_stretch)
+            worst = np.maximum(worst, of_stretch)
         return np.asarray(worst)
 
     def linearise(self, times: Floats, state: Floats, step: Floats, gamma: float) -> Arrowhead:
@@ -140,9 +143,10 @@ class Arrowhead:
     """
 
     def __init__(self, system: LoadedPoints, times: Floats, state: Floats, step: Floats, gamma: float) -> None:
-        self.system, self.hold, self.axes, self.border = system, 1 / gamma, system.axes, system.border
         points, load, symmetry = system.points, system.load, system.symmetry
-        self.held = system.held
+        self.system, self.points, self.symmetry, self.hold = system, points, symmetry, 1 / gamma
+        self.axes, self.border, self.held = system.axes, system.border, system.held
+        self.moves, self.electric = not load.still, system.electric
         self.free = [axis for axis, held in enumerate(self.held) if held is not True]
         self.stretched = any(held is not False for held in self.held)
         self.driven = load.values(times)
@@ -156,8 +160,8 @@ class Arrowhead:
         mobility = self.flow.mobility(self.stress)
         self.springs = Eliminated.of(tangent, mobility, self.hold)
         self.following = mobility.times(self.springs.share)
-        change = None if load.still else step * load.slope(times[0])
-        self._condense(load, change, driven, log_squared, nominal)
+        change = step * load.slope(times[0]) if self.moves else None
+        self._condense(change, driven, log_squared, nominal)
 
     def _driven(self, stage: int, state: Floats) -> Floats:
         """The prescribed values (3, cases) of a stage at `state`."""
@@ -168,7 +172,7 @@ class Arrowhead:
         """Lambda, the stretch and the nominal stress (axes, cases) in a stage."""
         if not self.free:
             return self.held_log_squared[stage], self.held_stretch[stage], state[-self.axes :]
-        if self.stretched or self.system.points.edges is not None:
+        if self.stretched or self.points.edges is not None:
             log_squared, nominal = self.system.unknown(state, driven)
         else:
             log_squared, nominal = state[-self.axes :], driven[: self.axes]
@@ -178,22 +182,22 @@ class Arrowhead:
                 stretch[axis] = np.where(held, driven[axis], stretch[axis])
         return log_squared, stretch, nominal
 
-    def _condense(self, load: Load, change: Floats | None, driven: Floats, log_squared: Floats, nominal: Floats) -> None:
+    def _condense(self, change: Floats | None, driven: Floats, log_squared: Floats, nominal: Floats) -> None:
         """Set the inverse (axes, axes, cases) of the border's matrix, and the right-hand side due to the rates of the prescribed
         values; `change` (3, cases) is these rates times the step, None for a load that is still.
         """
-        stretch, axes = self.stretch, self.axes
-        tangent = np.einsum("nm,bcnm->bcm", self.system.points.modulus, self.springs.share)
+        stretch, axes, points = self.stretch, self.axes, self.points
+        tangent = np.einsum("nm,bcnm->bcm", points.modulus, self.springs.share)
         tangent *= self.hold
         for axis in range(axes):
             tangent[axis, axis] -= 0.5 * nominal[axis] * stretch[axis]
-        if (edges := self.system.points.edges) is not None:
+        if (edges := points.edges) is not None:
             held = edges.tangent(in_both_axes(log_squared))
             for axis in self.free:
                 tangent[axis, axis] += held[axis]
         self.load_term = np.zeros(stretch.shape)
-        if self.system.electric:
-            _, by_stretch, by_load = self.system.points.maxwell_tangent(log_squared, driven[ELECTRIC])
+        if self.electric:
+            _, by_stretch, by_load = points.maxwell_tangent(log_squared, driven[ELECTRIC])
             tangent -= by_stretch
             self._drive(by_load, change)
         matrix = tangent
@@ -226,29 +230,29 @@ class Arrowhead:
 
     def increment(self, stage: int, state: Floats, history: Floats | None, gamma_i: float, out: Floats) -> Floats:
         """The increment u_i of a stage at `state`, in `out`; `history` is sum_j c_ij u_j, None in the first stage."""
-        system, points, axes, border, shape = self.system, self.system.points, self.axes, self.border, self.stress.shape
-        driven = self._driven(stage, state)
+        points, axes, border, shape, stress = self.points, self.axes, self.border, self.stress.shape, self.stress
+        driven, follows = self._driven(stage, state), gamma_i != 0 and self.moves
         log_squared, stretch, nominal = self._membrane(stage, state, driven)
-        stress = self.stress
-        if history is not None:
-            stress = stress_of(points.law, system.symmetry, log_squared[:, None] - state[:border].reshape(shape))
-        right = self.flow.rate(stress)
-        if history is not None:
+        if history is None:
+            right = self.flow.rate(stress)
+        else:
+            stress = stress_of(points.law, self.symmetry, log_squared[:, None] - state[:border].reshape(shape))
+            right = self.flow.rate(stress)
             right += history[:border].reshape(shape)
         carried = self.springs.carried(right)
         carried -= stress
         residual = np.einsum("nm,cnm->cm", points.modulus, carried)
         residual += nominal * stretch
-        if system.electric:
+        if self.electric:
             residual += points.maxwell_stress(log_squared, driven[ELECTRIC])
-        if gamma_i and not system.load.still:
+        if follows:
             residual += gamma_i * self.load_term
         self._border(residual, out=out[-axes:])
         self._charge(stage, log_squared, state, history, gamma_i, out)
         assert out.flags.c_contiguous  # otherwise `reshape` copies, and the increments of the springs are lost
         internal = out[:border].reshape(shape)
         self.springs.solve(right, out=internal)
-        if self.free or (gamma_i and not system.load.still):
+        if self.free or follows:
             internal += self._followed(self._change_of_stretch(out[-axes:], gamma_i))
         return out
 

@@ -111,6 +111,10 @@ class PointMaterial(ByCase):
         """The points without stress in the last spring, the damper (`stability.damped`)."""
         return replace(self, modulus=np.concatenate((self.modulus[:-1], np.zeros_like(self.modulus[-1:]))))
 
+    def without_springs(self) -> PointMaterial:
+        """The points without springs, for what only the border of a state tells: many of them are quickly selected."""
+        return replace(self, modulus=self.modulus[:0], flow=Flow(self.flow.fluidity[:0]), law=self.law.of_spring(0, 0))
+
     def with_damper_floor(self, rtol: float) -> PointMaterial:
         """The points with a stress floor that counts the rounding of the last spring, the damper, for films whose edges move."""
         return replace(self, stress_floor=self.stress_floor + ROUNDING / rtol * self.modulus[-1])

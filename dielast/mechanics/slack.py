@@ -17,12 +17,9 @@ from dielast.mechanics.point import LoadedPoints
 from dielast.mechanics.point_material import FLOOR
 from dielast.mechanics.span import Control, Controls, stretched
 from dielast.numerics.arrays import Cases, Flags, Floats, paired, where
-from dielast.numerics.roots import fall
+from dielast.numerics.integrate import SHRINK
+from dielast.numerics.roots import fall, samples
 from dielast.numerics.stride import TriedStep
-
-INSIGNIFICANT = 0.1  # tolerances by which a signal may be below zero
-START, END = 1e-9, 1e-12  # fractions of a step next to its ends that count as these
-AGAIN = 0.1  # share of a step that begins where the equations have just changed, and seems to end beyond another change
 
 
 @dataclass(slots=True)
@@ -31,7 +28,7 @@ class Contact:
     the stretch there, and whether the specimen goes slack (else taut).
 
     A signal falls to zero at an event: of a taut specimen the stress over a modulus, of a slack one the logarithm of its length
-    over the distance of the grips. `rtol` is the tolerance of the integration.
+    over the distance of the grips. It is known to the tolerance `rtol` of the integration, and is zero where it is smaller.
     """
 
     slack: Flags
@@ -40,16 +37,19 @@ class Contact:
     _start: Floats = field(default_factory=lambda: np.zeros(0))
     _turned: Floats = field(default_factory=lambda: np.zeros(0))
     """Times (cases,) in s since the piece of load began of the last change of the equations; NaN before."""
+    _zero: Floats = field(default_factory=lambda: np.zeros(0))
+    """Where the signals (cases,) have their zero: below 0 by the error of the last event, until they have risen above 0."""
 
     def begin(self, film: FilmState, controls: Controls, start: Floats, jumped: Flags, status: Cases) -> FilmState:
         """The specimens at the beginning of a piece of load with these `controls`, which `start` (3, cases) prescribes, and to
         which the load of some has `jumped` (cases,). Where a slack specimen has no equilibrium, `status` (cases,) is changed.
         """
         self._start, self._turned = film.time, np.full(self.slack.size, np.nan)
+        self._zero = np.where(jumped, 0.0, self._zero) if self._zero.size else np.zeros(self.slack.size)
         if controls[0] is not Control.STRETCH:
             self.slack = np.zeros_like(self.slack)
             return replace(film, slack=None)
-        pressed = film.nominal_stress[0] < -INSIGNIFICANT * self.rtol * film.points.stress_floor / FLOOR
+        pressed = film.nominal_stress[0] * FLOOR / film.points.stress_floor < self._zero - self.rtol
         loose = (jumped | ~self.slack) & (status == 0) & pressed
         if loose.any():
             free = np.concatenate((np.zeros((1, loose.size)), start[1:]))
@@ -68,30 +68,40 @@ class Contact:
         """The fractions (pool,) of the steps at which specimens go slack or taut; see `Turns`."""
         system = films_of(stride)
         assert isinstance(system, LoadedPoints)
-        row, every = slice(-system.axes, 1 - system.axes or None), np.arange(landing.size)
+        assert system.slack is not None
+        row = slice(-system.axes, 1 - system.axes or None)
 
-        def along(columns: Cases, fraction: Floats, within: LoadedPoints = system) -> Floats:
+        def along(columns: Cases, fraction: Floats, within: LoadedPoints) -> Floats:
             time = stride.time[columns] + fraction * stride.step[columns]
-            return self.signal(within, time, stride.dense(row, columns, fraction)[0])
+            return self.signal(within, time, stride.dense(row, columns, fraction)[0]) - zero[columns]
 
         first = self.signal(system, stride.time, stride.before[row][0])
-        half = along(every, np.full(every.size, 0.5))
-        last = self.signal(system, stride.until, stride.after[row][0])
-        least = INSIGNIFICANT * self.rtol
-        share = np.where(landing & (np.abs(last) <= least), 1.0, np.inf)
-        falls = where(stride.accepted & ((half < -least) | (last < -least)))
-        if not falls.size:
+        zero = self._zero[stride.cases] = np.minimum(np.maximum(self._zero[stride.cases], first), 0.0)
+        last = self.signal(system, stride.until, stride.after[row][0]) - zero
+        share = np.where(landing & (np.abs(last) <= self.rtol), 1.0, np.inf)
+        # the dense output of a taut specimen leaves its chord by a quarter of the sum of its coefficients at most
+        bulge = np.abs(np.einsum("is,sk->ik", stride.method.dense, stride.increments[:, row][:, 0])).sum(axis=0)
+        least = np.minimum(first - zero, last) - 0.25 * bulge * FLOOR / system.points.stress_floor
+        near = where(np.logical_and(stride.accepted, np.logical_or(system.slack, least < 0)))
+        if not near.size:
             return share
-        early = half[falls] < 0
+        part = system.take(near)
+        values, fractions = samples(lambda fraction: along(near, fraction, part), (first - zero)[near], last[near])
+        fallen = values < -self.rtol
+        some = paired(np.flatnonzero(fallen.any(axis=0)))
+        if not some.size:
+            return share
+        falls, fallen, values, fractions = near[some], fallen[:, some], values[:, some], fractions[:, some]
         just = self._turned[stride.cases[falls]] == (stride.begin + stride.time)[falls]
-        # beside a change, the signal begins at zero: it must have risen by the middle of the step to fall again
-        inside = np.where(early, first[falls] > least, half[falls] > 0) & ~(just & early)
-        system = system.take(falls)
-        low, high = np.where(early, 0.0, 0.5), np.where(early, 0.5, 1.0)
-        root = fall(lambda fraction: np.where(inside, along(falls, fraction, system), 0.5 - fraction), low, high)
-        tiny = stride.step[falls] <= START * stride.duration[falls]
-        root = np.where(inside, root, np.where(just, np.where(tiny, np.inf, AGAIN), 0.0))
-        share[falls] = np.where(root < START, 0.0, np.where((root > 1 - END) & np.isfinite(root), 1.0, root))
+        positive = values > 0
+        positive[0] &= ~just  # beside an event the signal begins at zero: it must have risen to fall again
+        end = np.argmax(fallen, axis=0)
+        positive &= np.arange(len(values))[:, None] < end
+        inside, begin = positive.any(axis=0), len(values) - 1 - np.argmax(positive[::-1], axis=0)
+        each, part = np.arange(falls.size), system.take(falls)
+        low, high = fractions[np.where(inside, begin, 0), each], fractions[end, each]
+        root = fall(lambda fraction: np.where(inside, along(falls, fraction, part), 0.5 - fraction), low, high)
+        share[falls] = np.where(inside, root, np.where(just, SHRINK, 0.0))
         return share
 
     def present(self, system: LoadedPoints, cases: Cases) -> LoadedPoints:
@@ -117,9 +127,11 @@ class Contact:
                 log_squared, nominal, _ = jump(points, controls, target, inside, membrane[:, turned])
                 state[-system.axes :, turned] = np.where(stretched(controls), nominal, log_squared)[: system.axes]
         stretch = driven[0]
+        changed = replace(system, slack=slack)
         self._turned[cases] = elapsed
+        self._zero[cases] = np.minimum(self.signal(changed, moment, state[-system.axes])[columns], 0.0)
         self.note(cases, self._start[cases] + elapsed, stretch[columns], slack[columns])
-        return replace(system, slack=slack)
+        return changed
 
     def note(self, cases: Cases, time: Floats, stretch: Floats, slack: Flags) -> None:
         """Specimens of the `cases` (k,) go slack or taut at `time` (k,) in s, where the distance of the grips is `stretch` (k,)."""

@@ -58,7 +58,7 @@ class VoltageClock:
         """Follow a step of a piece that began at `start` (cases,) in s; returns the columns in which the clock restarted."""
         opening, ending = stride.accepted & (stride.time == 0), stride.accepted & (stride.until == stride.duration)
         restarted = np.zeros(0, dtype=np.intp)
-        if opening.any() or ending.any():
+        if np.count_nonzero(opening) or np.count_nonzero(ending):
             # within a span the magnitude is monotonic, or rises and then falls
             begin, after_begin, before_end, end = (
                 np.abs(load.value(share * stride.duration)[2]) for share in (0.0, JUST_INSIDE, 1 - JUST_INSIDE, 1.0)
@@ -158,10 +158,14 @@ class Watch:
         self.clock = VoltageClock.at_rest(cases)
         self._start = np.zeros(cases)
         self._begun = False
+        self.done = self._ended()
+        """Mask (cases,) of the cases that have ended."""
+        self._twice: tuple[Films, Films] | None = None
+        """The films of the last steps, and the same with every column twice."""
 
     def __getstate__(self) -> dict[str, Any]:
         # without what the criteria make of the films: such functions cannot be pickled
-        return {**vars(self), "lookouts": [replace(lookout, signal=None) for lookout in self.lookouts]}
+        return {**vars(self), "lookouts": [replace(lookout, signal=None) for lookout in self.lookouts], "_twice": None}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         vars(self).update(state)
@@ -175,8 +179,7 @@ class Watch:
         """The events so far, by criterion."""
         return {lookout.criterion: lookout.happened for lookout in self.lookouts}
 
-    @property
-    def done(self) -> Flags:
+    def _ended(self) -> Flags:
         """Mask (cases,) of the cases that have ended."""
         possible = [lookout for lookout in self.lookouts if lookout.signal is not None or lookout.exposure is not None]
         awaited = [name for name in self.until if any(lookout.criterion.name == name for lookout in possible)]
@@ -216,43 +219,47 @@ class Watch:
         restarted = self.clock.follow(stride, system.load, self._start)
         for exposure in self.exposures:
             exposure.follow(stride, system)
-        opening = halfway = ending = None
+        opening = within = None
+        pool, fallen_anywhere = cases.size, False
         for lookout in self.lookouts:
+            if lookout.signal is None and lookout.exposure is None:
+                continue
             watched = stride.accepted & ~lookout.seen[cases]
-            if lookout.least is not None and lookout.signal is not None:
-                value = lookout.signal(ending := ending or self._moment(stride, stride.until, stride.after))
-                waking = watched & ~lookout.armed[cases]
-                lookout.armed[cases[waking]] = (value > lookout.least[cases])[waking]
-                lookout.last[cases[waking]] = value[waking]
-                watched = watched & ~waking
-            if (lookout.signal is None and lookout.exposure is None) or not watched.any():
+            if not np.count_nonzero(watched):
                 continue
             if lookout.exposure is not None:
                 last, value = lookout.exposure.before, lookout.exposure.after
                 fallen = watched & ~(value < 1)
             else:
                 assert lookout.signal is not None
-                halfway = halfway or self._moment(stride, stride.time + 0.5 * stride.step, stride.halfway())
-                ending = ending or self._moment(stride, stride.until, stride.after)
+                within = within or self._halfway_and_after(stride)
+                signals = lookout.signal(within)
+                half, value = signals[:pool], signals[pool:]
                 if restarted.size:  # signals depend on the clock, and jump where it restarts
                     opening = opening or self._moment(stride, stride.time, stride.before)
                     lookout.last[cases[restarted]] = lookout.signal(opening)[restarted]
-                last, half, value = lookout.last[cases], lookout.signal(halfway), lookout.signal(ending)
+                if lookout.least is not None and np.count_nonzero(waking := watched & ~lookout.armed[cases]):
+                    lookout.armed[cases[waking]] = (value > lookout.least[cases])[waking]
+                    lookout.last[cases[waking]] = value[waking]
+                    watched = watched & ~waking
+                last = lookout.last[cases]
                 fallen = watched & ~((half > 0) & (value > 0))
                 # the minimum of the parabola, where it lies within the step
                 curvature = last - 2 * half + value
                 bottom = half - np.square(value - last) / (8 * np.where(curvature > 0, curvature, np.inf))
-                dips = where(watched & ~fallen & (bottom < CLOSE) & (np.abs(value - last) < 2 * curvature))
-                if dips.size:
-                    brackets = self._brackets(stride, dips, last, value)
+                dipping = watched & ~fallen & (bottom < CLOSE) & (np.abs(value - last) < 2 * curvature)
+                if np.count_nonzero(dipping):
+                    brackets = self._brackets(stride, dips := where(dipping), last, value)
                     sampled = brackets.sampled(lookout.signal, system.take(dips), lookout.criterion.needs_springs)
                     fallen[dips] = np.any(sampled <= 0, axis=0)
-            if fallen.any():
+            if np.count_nonzero(fallen):
                 lookout.brackets.append(self._brackets(stride, where(fallen), last, value))
-                lookout.seen[cases[fallen]] = True
+                lookout.seen[cases[fallen]] = fallen_anywhere = True
             lookout.last[cases[watched]] = value[watched]
+        if fallen_anywhere:
+            self.done = self._ended()
         done = self.done[cases]
-        return done if done.any() else None
+        return done if np.count_nonzero(done) else None
 
     def finish(self, equations: Callable[[Cases, Load], Films]) -> None:
         """End a piece of load: locate its events. `equations` returns the films of given cases under a load."""
@@ -281,6 +288,7 @@ class Watch:
         if not moment.cases.size:
             return
         lookout.seen[moment.cases] = True
+        self.done = self._ended()
         determinant = lookout.criterion.determinant(self.stability(moment))
         membrane = moment.log_squared_stretch, moment.nominal_stress
         added = self.exposed(moment.cases) if exposed is None else np.reshape(exposed, (len(self.exposures), time.size))
@@ -315,6 +323,15 @@ class Watch:
 
     def _moment(self, stride: TriedStep, time: Floats, state: Floats) -> FilmSnapshot:
         return FilmSnapshot.of(films_of(stride), stride.cases, self.age(stride.cases, stride.begin, time), time, state)
+
+    def _halfway_and_after(self, stride: TriedStep) -> FilmSnapshot:
+        """The films (2 pool,) in the middle of a step, and then those at its end: one evaluation takes half as long as two."""
+        system, cases = films_of(stride), np.concatenate((stride.cases, stride.cases))
+        if self._twice is None or self._twice[0] is not system:
+            self._twice = system, system.take(np.tile(np.arange(stride.cases.size), 2))
+        time = np.concatenate((stride.time + 0.5 * stride.step, stride.until))
+        age = self.age(cases, np.concatenate((stride.begin, stride.begin)), time)
+        return FilmSnapshot.of(self._twice[1], cases, age, time, np.concatenate((stride.halfway(), stride.after), axis=1))
 
     def _brackets(self, stride: TriedStep, columns: Cases, last: Floats, value: Floats) -> Brackets:
         """Brackets for some columns (k,) of the step, over which the signal (pool,) goes from `last` to `value`."""

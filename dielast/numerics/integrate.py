@@ -154,8 +154,7 @@ class Stepper:
         """Advance until all cases have ended; `keep` is called after each step."""
         self.observe = observe
         with np.errstate(all="ignore"):  # a step whose result is not finite is rejected
-            while self.waiting.size or self.active.any():
-                running = int(np.count_nonzero(self.active))
+            while (running := np.count_nonzero(self.active)) or self.waiting.size:
                 vacant = self.size - running
                 if (self.waiting.size and vacant >= self.size // 8) or (
                     not self.waiting.size and running <= 0.75 * self.active.size > 2
@@ -277,7 +276,7 @@ class Stepper:
 
     def _advance(self) -> None:
         """Try one step in every column, and accept the steps that are accurate enough."""
-        at = self.at
+        at, cases = self.at, self.at.cases
         left = (at.duration - at.time) - at.rounding
         step = np.minimum(at.next_step, at.longest_step)
         step = np.where(step >= 0.99 * left, left, np.minimum(step, 0.5 * left))
@@ -285,42 +284,43 @@ class Stepper:
             step = np.where(at.landing, np.minimum(at.next_step, left), step)
         after = advance(self.system, self.method, at.time, self.state, step, self.increments)
         error = self.system.error(after, self.increments[-1], partial(self.method.inner_error, self.increments)) / self.rtol
-        error = np.where(np.isfinite(error), np.maximum(error, 1e-6), np.inf)
+        error = np.maximum(error, 1e-6)  # NaN, as the comparisons and `fmax` below need it, where the step is not finite
         accepted = (error <= 1) & self.active
-        total = at.time + step
-        share = np.full(step.shape, np.inf)
-        until = np.where(step >= left, at.duration, total)
-        if self.turns is not None and accepted.any():
+        total, ends = at.time + step, step >= left
+        until = np.where(ends, at.duration, total)
+        share = None
+        if self.turns is not None and np.count_nonzero(accepted):
             stride = self._stride(accepted, step, until, after, at.begin + until)
             share = np.where(accepted, self.turns.share(stride, at.landing), np.inf)
             accepted = accepted & ~(share < 1)
-        finished = accepted & (step >= left)
-        last = finished & (at.span == self.last_span[at.cases])
-        stop = None
-        if self.observe is not None and accepted.any():
-            elapsed = np.where(last, self.durations[at.cases], at.begin + until)
+        finished = accepted & ends
+        last, elapsed = finished, at.begin + until
+        if np.count_nonzero(finished):
+            last = finished & (at.span == self.last_span[cases])
+            elapsed = np.where(last, self.durations[cases], elapsed)
+        stop, count = None, np.count_nonzero(accepted)
+        if self.observe is not None and count:
             stop = self.observe(self._stride(accepted, step, until, after, elapsed))
         factor = SAFETY * error**-self.exponent
-        # Gustafsson's predictive controller extrapolates the trend of the errors
+        # Gustafsson's predictive controller extrapolates the trend of the errors (ACM Trans. Math. Softw. 20 (1994) 496): after a
+        # kink, steps grow from one to the next, and without the trend their errors would stay at a fifth of the tolerance
         trend = factor * (step / at.last_step) * (at.last_error / error) ** self.exponent
-        factor = np.where(
-            accepted, np.minimum(np.where(at.last_step > 0, np.minimum(factor, trend), factor), GROW), np.minimum(factor, SAFETY)
-        )
-        following = step * np.maximum(factor, SHRINK)
+        factor = np.where(accepted, np.minimum(np.where(at.last_step > 0, trend, factor), GROW), np.minimum(factor, SAFETY))
+        following = step * np.fmax(factor, SHRINK)
         if self.spans is not None:  # a step cut short by the end of its span must not shorten the next one
             following = np.where(finished, np.maximum(following, at.next_step), following)
         opening = accepted & (at.time == 0)  # the first step of a span
-        if opening.any():
-            self.result.next_step[at.cases[opening]] = following[opening]
+        if np.count_nonzero(opening):
+            self.result.next_step[cases[opening]] = following[opening]
         shift = total - at.time
         rounding = at.rounding + (at.time - (total - shift)) + (step - shift)
         now: tuple[Floats, ...] = after, total, rounding, step, np.maximum(error, 1e-2)
-        if not accepted.all():
+        if count < accepted.size:
             before = self.state, at.time, at.rounding, at.last_step, at.last_error
             now = tuple(np.where(accepted, new, old) for new, old in zip(now, before, strict=True))
         self.state, at.time, at.rounding, at.last_step, at.last_error = now
         at.next_step = following
-        if np.isfinite(share).any():
+        if share is not None and np.isfinite(share).any():
             self._turn(share, step)
         self._settle(accepted, finished, last, stop)
 
@@ -356,19 +356,19 @@ class Stepper:
         cases = at.cases
         at.steps, at.rejected, at.tries = at.steps + accepted, at.rejected + ~accepted, at.tries + 1
         stopped = accepted & stop if stop is not None else np.zeros(accepted.shape, dtype=bool)
-        if (ready := finished & ~stopped & ~last).any():
+        if np.count_nonzero(ready := finished & ~stopped & ~last):
             self._onward(ready)
             finished = finished & ~ready
-        vanished = self.active & ~finished & ((at.next_step < LEAST_STEP * at.time) | (at.next_step < NO_STEP))
-        endless = self.active & (at.tries >= MOST_STEPS)
-        stalled = at.tries >= STALL_STEPS
-        if stalled.any():
-            stalled &= self.active & (at.tries % STALL_STEPS == 0)
+        vanished = self.active & ~finished & (at.next_step < np.maximum(LEAST_STEP * at.time, NO_STEP))
+        endless = stalled = at.tries >= min(STALL_STEPS, MOST_STEPS)
+        if np.count_nonzero(stalled):
+            endless = self.active & (at.tries >= MOST_STEPS)
+            stalled = self.active & (at.tries % STALL_STEPS == 0)
             due = np.flatnonzero(stalled)
             stalled[due] = at.time[due] - at.milestone[due] < STALL_REACH * at.duration[due]
             at.milestone[due] = at.time[due]
         ended = finished | vanished | endless | stalled | stopped
-        if not ended.any():
+        if not np.count_nonzero(ended):
             return
         outcomes = (  # the last one that holds counts; a call of np.select takes longer
             (endless, Status.TOO_MANY_STEPS),

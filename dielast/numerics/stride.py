@@ -5,12 +5,12 @@ position of the cases in time, and the states within a step (dense output).
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any, Protocol, Self
 
 import numpy as np
 
-from dielast.numerics.arrays import ByCase, Cases, Flags, Floats, paired
+from dielast.numerics.arrays import ByCase, Cases, Flags, Floats, paired, where
 from dielast.numerics.rosenbrock import Rosenbrock
 
 Inner = Callable[[int], Floats]
@@ -159,6 +159,15 @@ class TriedStep:
     begin: Floats
     duration: Floats
     elapsed: Floats
+    _of_border: list[DenseSteps] = field(default_factory=list, repr=False)
+
+    def of_border(self, border: int) -> DenseSteps:
+        """The dense output of the rows from `border` on, of the accepted columns, for all observers alike; a case that occupies
+        two columns appears twice.
+        """
+        if not self._of_border:
+            self._of_border.append(DenseSteps.of(self, slice(border, None), where(self.accepted)))
+        return self._of_border[0]
 
     def dense(self, rows: slice, columns: Cases, fraction: Floats) -> Floats:
         """States (rows, k) of the columns (k,) at fractions (k,) of their steps, by the dense output of the method."""

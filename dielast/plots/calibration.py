@@ -5,7 +5,6 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure, SubFigure
-from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 from scipy.interpolate import PchipInterpolator
@@ -14,9 +13,8 @@ from dielast.calibration.comparison import Comparison
 from dielast.calibration.profiles import DECISIVE, Profile
 from dielast.calibration.result import Calibration
 from dielast.calibration.voltage import VoltageTest
-from dielast.plots.quantities import axis_of, unit_for
-from dielast.plots.style import ACROSS, COLOURS, SHADE, row_of, shade, sheet, spread, spread_indices, style
-from dielast.plots.texts import number, shortened, typeset
+from dielast.plots.style import ACROSS, COLOURS, SHADE, entry, row_of, shade, sheet, spread, spread_indices, style
+from dielast.plots.texts import axis_of, number, shortened, typeset, unit_for
 from dielast.plots.ticks import log_axis
 
 KILO = 1e-3  # from Pa
@@ -66,18 +64,18 @@ def _draw_tests(part: Figure | SubFigure, calibration: Calibration, tests: Seque
         unused.remove()
     percent = f"{100 * calibration.level:g} % interval of measurements"
     handles = [
-        Line2D([], [], color="0.35", marker="o", linestyle="none", markerfacecolor="white", label="measured, fitted"),
-        Line2D([], [], color=COLOURS[1], marker="s", linestyle="none", markerfacecolor="white", label="measured, predicted only"),
-        Line2D([], [], color=COLOURS[0], label="model"),
+        entry(color="0.35", marker="o", linestyle="none", markerfacecolor="white", label="measured, fitted"),
+        entry(color=COLOURS[1], marker="s", linestyle="none", markerfacecolor="white", label="measured, predicted only"),
+        entry(color=COLOURS[0], label="model"),
         Patch(color=COLOURS[2], alpha=SHADE, label=percent),
     ]
     used = {comparison.fitted for comparison in tests}
     if len(used) == 1:
         handles.pop(1 if True in used else 0)
     if any(comparison.test.unused.size for comparison in tests):
-        handles.append(Line2D([], [], color=LEFT_OUT, marker="x", linestyle="none", label="measured, left out"))
+        handles.append(entry(color=LEFT_OUT, marker="x", linestyle="none", label="measured, left out"))
     if len(tests) < len(calibration.comparisons):
-        handles.append(Line2D([], [], linestyle="none", label=f"{len(tests)} of {len(calibration.comparisons)} tests"))
+        handles.append(entry(linestyle="none", label=f"{len(tests)} of {len(calibration.comparisons)} tests"))
     part.legend(handles=handles, loc="outside upper center", ncols=len(handles), fontsize=6.5)
 
 
@@ -111,8 +109,8 @@ def _draw_test(axes: Axes, comparison: Comparison) -> None:
     time, stretch, values = test.unused
     axes.plot(time if over_time else stretch, factor * values, "x", color=LEFT_OUT, markersize=2.4, mew=0.6)
     axes.plot(x[order], factor * (comparison.model + test.rest)[order], "-", color=COLOURS[0], linewidth=1.0)
-    axes.set_xlabel("time [s]" if over_time else test.measure.replace("_", " ") if isinstance(test, VoltageTest) else "stretch")
-    axes.set_ylabel(called if " [" in called else f"{called} [1]")
+    across = test.measure.replace("_", " ") if isinstance(test, VoltageTest) else "stretch"
+    axes.set(xlabel="time [s]" if over_time else across, ylabel=called if " [" in called else f"{called} [1]")
     if over_time:
         log_axis(axes, "x")
     name = shortened(test.name, LONGEST)

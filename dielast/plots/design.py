@@ -1,7 +1,6 @@
 """The figure of a design: the voltage that takes each film to its goal, and its life under this voltage."""
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -12,11 +11,10 @@ from matplotlib.patches import Rectangle
 from matplotlib.transforms import ScaledTranslation
 from numpy.typing import NDArray
 
-from dielast.plots.quantities import unit_for
-from dielast.plots.strips import limits, ticks_within
-from dielast.plots.style import legend_below, letter, line_look, open_marker, panels, say, spread_indices, style
-from dielast.plots.texts import degrees, lasting, number, prestretched
-from dielast.plots.ticks import log_axis
+from dielast.plots.looks import Swept
+from dielast.plots.style import entry, legend_below, letter, line_look, open_marker, panels, say, spread_indices, style
+from dielast.plots.texts import degrees, lasting, number, prestretched, unit_for
+from dielast.plots.ticks import limits, log_axis, ticks_within
 from dielast.simulate.design import FAILS_FIRST, OUT_OF_REACH, Design
 
 MOST_LINES = 7
@@ -37,20 +35,6 @@ MEANINGS: Mapping[str, str] = {
 }
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Axis:
-    """A quantity in which films differ: its label, the `values` (films,), and their `texts` in a legend."""
-
-    label: str
-    values: NDArray[np.float64]
-    texts: Sequence[str]
-
-    @property
-    def levels(self) -> NDArray[np.float64]:
-        """The distinct values, ascending."""
-        return np.unique(self.values)
-
-
 def plot_design(result: Design, title: str | None = None, interval: str | None = None, share: float = 0.05) -> Figure:
     """Voltage and life over the goal, if there are several, else over the quantity with most values; a line for each other film.
 
@@ -59,7 +43,8 @@ def plot_design(result: Design, title: str | None = None, interval: str | None =
     times; films that do not reach the goal have crosses in a strip below.
     """
     along, others = _axes(result)
-    differing = np.stack([axis.values for axis in others], axis=1) if others else np.zeros((result.target.size, 1))
+    place, levels = np.array(along.values), np.array(along.levels)
+    differing = np.array([axis.values for axis in others]).T if others else np.zeros((result.target.size, 1))
     combinations, inverse = np.unique(differing, axis=0, return_inverse=True)
     line = inverse.ravel()  # the shape of the inverse depends on the version of NumPy
     shown = _shown(result, line, len(combinations))
@@ -67,21 +52,21 @@ def plot_design(result: Design, title: str | None = None, interval: str | None =
     with style():
         figure, (left, right) = panels(2, title, height=2.9)
         unit, factor = unit_for("V", float(np.nanmax(result.voltage, initial=1.0)))
-        frontier = along.label.startswith(result.goal.replace("_", " ")) and _frontier(right, along, life)
+        frontier = along.label.startswith(result.goal.replace("_", " ")) and _frontier(right, place, life)
         handles, lines, looks = [], [], []
         for index, combination in enumerate(shown):
             films = np.flatnonzero(line == combination)
-            films = films[np.argsort(along.values[films], kind="stable")]
+            films = films[np.argsort(place[films], kind="stable")]
             look: Any = line_look(index) | {"linewidth": 1.1}
             look |= open_marker(index, look["color"])
             aside = BARS_APART * (index - 0.5 * (len(shown) - 1))
-            _voltages(left, along, result, films, factor, look, aside)
+            _voltages(left, place, result, films, factor, look, aside)
             lines.append(films)
             looks.append(look)
             if others:
                 label = ", ".join(text for axis in others if (text := axis.texts[int(films[0])]))
-                handles.append(Line2D([], [], label=label, **look))
-        _lives(right, along, result, life, lines, looks)
+                handles.append(entry(label=label, **look))
+        _lives(right, place, result, life, lines, looks)
         left.set_ylabel(f"voltage [{unit}]")
         name = "time to failure" if result.drawn is None else f"life that {number(100 * share)} % of films do not reach"
         right.set_ylabel(f"{name} [s]")
@@ -89,10 +74,9 @@ def plot_design(result: Design, title: str | None = None, interval: str | None =
             left.set_yticks([])
             say(left, "no film reaches the goal")
         letter((left, right))
-        for place in (left, right):
-            place.set_xlabel(along.label)
-            room = max(0.04, 0.5 * APART * (_side_by_side(along, len(shown)) + 1) / WIDTH) * float(np.ptp(along.levels)) or 0.1
-            place.set_xlim(along.levels[0] - room, along.levels[-1] + room)
+        room = max(0.04, 0.5 * APART * (_side_by_side(levels, len(shown)) + 1) / WIDTH) * float(np.ptp(levels)) or 0.1
+        for axes in (left, right):
+            axes.set(xlabel=along.label, xlim=(levels[0] - room, levels[-1] + room))
         bars = result.drawn is not None and _wider_than_marks(left, *(factor * bound for bound in result.drawn.voltage))
         handles += _marks(frontier, interval if bars else None, len(combinations) - len(shown))
         if handles:
@@ -100,29 +84,31 @@ def plot_design(result: Design, title: str | None = None, interval: str | None =
     return figure
 
 
-def _axes(result: Design) -> tuple[_Axis, list[_Axis]]:
+def _axes(result: Design) -> tuple[Swept, list[Swept]]:
     """The quantity along the horizontal axis, and the others in which films differ."""
     name = result.goal.replace("_", " ")
     strain = result.goal == "area_strain"
     target = 100 * result.target if strain else result.target
     after = f" after {lasting(result.at)}"
     texts = [f"{name} {number(value)}" + " %" * strain for value in target.tolist()]
-    goal = _Axis(f"{name}{after}" + " [%]" * strain, np.round(target, 9), texts)
+    goal = _swept(f"{name}{after}" + " [%]" * strain, np.round(target, 9), texts)
     first, second = result.prestretch.T
     axes = [
-        _Axis("prestretch", first, list(map(prestretched, result.prestretch))),
-        _Axis("temperature [°C]", result.temperature, [degrees(value) for value in result.temperature.tolist()]),
-        _Axis("thickness [mm]", 1e3 * result.thickness, [f"{number(1e3 * value)} mm" for value in result.thickness.tolist()]),
+        _swept("prestretch", first, map(prestretched, result.prestretch)),
+        _swept("temperature [°C]", result.temperature, map(degrees, result.temperature.tolist())),
+        _swept("thickness [mm]", 1e3 * result.thickness, [f"{number(1e3 * value)} mm" for value in result.thickness.tolist()]),
     ]
     if result.electrode_share is not None:
         texts = [f"electrode share {number(value)}" for value in result.electrode_share.tolist()]
-        axes.insert(1, _Axis("electrode share", result.electrode_share, texts))
+        axes.insert(1, _swept("electrode share", result.electrode_share, texts))
     if np.any(first != second):
-        axes.insert(1, _Axis("prestretch along axis 2", second, [""] * second.size))
-    if goal.levels.size > 1:
-        return goal, [axis for axis in axes if axis.levels.size > 1]
-    along = max(axes, key=lambda axis: axis.levels.size)
-    return along, [axis for axis in axes if axis is not along and axis.levels.size > 1]
+        axes.insert(1, _swept("prestretch along axis 2", second, [""] * second.size))
+    along = goal if len(goal.levels) > 1 else max(axes, key=lambda axis: len(axis.levels))
+    return along, [axis for axis in axes if axis is not along and len(axis.levels) > 1]
+
+
+def _swept(label: str, values: NDArray[np.float64], texts: Iterable[str]) -> Swept:
+    return Swept(label, tuple(values.tolist()), tuple(texts))
 
 
 def _shown(result: Design, line: NDArray[np.intp], lines: int) -> list[int]:
@@ -135,14 +121,16 @@ def _shown(result: Design, line: NDArray[np.intp], lines: int) -> list[int]:
     return sorted([*first, *(others[index] for index in spread_indices(len(others), MOST_LINES - len(first)))])
 
 
-def _voltages(axes: Axes, along: _Axis, result: Design, films: NDArray[np.intp], factor: float, look: Any, aside: float) -> None:
+def _voltages(
+    axes: Axes, along: NDArray[np.float64], result: Design, films: NDArray[np.intp], factor: float, look: Any, aside: float
+) -> None:
     """Draw the voltages, with bars a few points `aside`, where they do not hide those of the other films."""
-    axes.plot(along.values[films], result.voltage[films] * factor, **look)
+    axes.plot(along[films], result.voltage[films] * factor, **look)
     if result.drawn is not None:
         low, high = (bound[films] * factor for bound in result.drawn.voltage)
         known = np.isfinite(low) & np.isfinite(high)
         beside = axes.transData + ScaledTranslation(aside / 72, 0, axes.figure.dpi_scale_trans)
-        place, ends = along.values[films][known], (low[known], high[known])
+        place, ends = along[films][known], (low[known], high[known])
         axes.vlines(place, *ends, color=look["color"], linewidth=1.0, transform=beside, zorder=1.5)
         axes.update_datalim(np.column_stack((np.tile(place, 2), np.concatenate(ends))))
         axes.autoscale_view()
@@ -155,14 +143,19 @@ def _untimed(result: Design, life: NDArray[np.float64]) -> tuple[NDArray[np.str_
     return np.where(np.isposinf(life), "film", ""), below
 
 
-def _side_by_side(along: _Axis, lines: int) -> int:
+def _side_by_side(levels: NDArray[np.float64], lines: int) -> int:
     """The number of marks that fit side by side before the next value along the axis; further marks stand in rows."""
-    gaps = np.diff(along.levels) / max(float(np.ptp(along.levels)), 1e-9)
+    gaps = np.diff(levels) / max(float(np.ptp(levels)), 1e-9)
     return max(1, min(lines, int(WIDTH * float(gaps.min(initial=1.0)) / APART) - 1))
 
 
 def _lives(
-    axes: Axes, along: _Axis, result: Design, life: NDArray[np.float64], lines: Sequence[NDArray[np.intp]], looks: Sequence[Any]
+    axes: Axes,
+    along: NDArray[np.float64],
+    result: Design,
+    life: NDArray[np.float64],
+    lines: Sequence[NDArray[np.intp]],
+    looks: Sequence[Any],
 ) -> None:
     """The times, above them marks of films that live longer than the horizon, and below them those of films without a life."""
     above, below = _untimed(result, life)
@@ -170,14 +163,14 @@ def _lives(
     shown = (float(known.min()) / ROOM if known.size else min(result.at, result.horizon / 100), result.horizon)
     if not np.any(above != "") and known.size:
         shown = shown[0], float(known.max()) * ROOM
-    side = _side_by_side(along, len(lines))
+    side = _side_by_side(np.unique(along), len(lines))
     height = WORDS + ROW * (-(-len(lines) // side) + 0.5)
     axes.set_ylim(*limits(shown, *(height if np.any(marks != "") else 0.0 for marks in (above, below))))
     log_axis(axes, "y")
     ticks_within(axes, shown)
     for films, look in zip(lines, looks, strict=True):
         timed = np.where(np.isfinite(life[films]) & (life[films] > 0), life[films], np.nan)
-        axes.plot(along.values[films], timed, **look)
+        axes.plot(along[films], timed, **look)
     crosses = ", ".join(MEANINGS[mark] for mark in CROSSES.values() if mark in below)
     strips = (
         (above, shown[1], 1 - height, 1 - 0.6 * WORDS, f"longer than {lasting(result.horizon)}"),
@@ -198,18 +191,19 @@ def _lives(
                 some = films[marks[films] == marker]
                 mark = {} if marker == "film" else {"marker": marker, "markersize": 4.0}
                 if marker:
-                    axes.plot(along.values[some], np.full(some.size, foot + ROW * (row + 0.75)), **look | at | mark)
+                    axes.plot(along[some], np.full(some.size, foot + ROW * (row + 0.75)), **look | at | mark)
 
 
-def _frontier(axes: Axes, along: _Axis, life: NDArray[np.float64]) -> bool:
+def _frontier(axes: Axes, along: NDArray[np.float64], life: NDArray[np.float64]) -> bool:
     """Draw the longest life of all films at each goal if it is known at two goals; returns whether it is."""
     lives = np.where(np.isnan(life), 0.0, life)
-    best = np.array([np.max(lives[along.values == level]) for level in along.levels])
+    levels = np.unique(along)
+    best = np.array([np.max(lives[along == level]) for level in levels])
     known = np.where(np.isfinite(best) & (best > 0), best, np.nan)
     if np.count_nonzero(np.isfinite(known)) < 2:
         return False
-    axes.plot(along.levels, known, **FRONTIER)
-    axes.plot(along.levels, known, linestyle="none", marker="o", **{"color": FRONTIER["color"], "markersize": 5.0}, zorder=1)
+    axes.plot(levels, known, **FRONTIER)
+    axes.plot(levels, known, linestyle="none", marker="o", **{"color": FRONTIER["color"], "markersize": 5.0}, zorder=1)
     return True
 
 
@@ -223,9 +217,9 @@ def _marks(frontier: bool, interval: str | None, left_out: int) -> list[Line2D]:
     """Legend entries for marks that belong to no single film."""
     marks = []
     if interval is not None:
-        marks.append(Line2D([], [], color="0.35", linewidth=1.0, label=f"bars: {interval}"))
+        marks.append(entry(color="0.35", linewidth=1.0, label=f"bars: {interval}"))
     if frontier:
-        marks.append(Line2D([], [], label="frontier: the longest life", **FRONTIER))
+        marks.append(entry(label="frontier: the longest life", **FRONTIER))
     if left_out:
-        marks.append(Line2D([], [], linestyle="none", label=f"{left_out} more films are not shown"))
+        marks.append(entry(linestyle="none", label=f"{left_out} more films are not shown"))
     return marks

@@ -1,4 +1,4 @@
-"""Bands and events in the figure of cases, with bars for the intervals of the events."""
+"""Curves of cases, with their bands and events, and bars for the intervals of the events."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -7,29 +7,49 @@ from typing import Any
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
-from matplotlib.lines import Line2D
 from matplotlib.transforms import ScaledTranslation
 from numpy.typing import NDArray
 
 from dielast.mechanics.criteria import named, names
 from dielast.plots.looks import Arrangement
-from dielast.plots.style import SHADE
+from dielast.plots.style import SHADE, entry
 
 BAR = 0.8  # line width of the bar through an event
 TIP = 3.0  # points, between the end of the axes and the middle of a marker at it
 LEAST_SEEN = 0.02  # share of the height of the axes: a narrower band is hidden by its line
 
-Mark = tuple[int, str, float, float]
 Span = tuple[float, float]
 Band = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]
 
 
 @dataclass(frozen=True, slots=True)
-class View:
-    """The axes of all panels: columns for x and y, factors into the units shown, and which axes are logarithmic."""
+class Mark:
+    """An event at `x` and `y` in SI, with lower and upper bounds of x, the upper one infinite if it may never happen."""
 
-    x: str
-    y: str
+    name: str
+    x: float
+    y: float
+    span: Span | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Curve:
+    """A case: `x` and `y` (rows,) in SI and a `band`, which are x and the lower and upper bounds of y, open where the upper one is
+    infinite. From the row `failed` on, at which the case failed, its line is dimmed.
+    """
+
+    label: str
+    x: NDArray[np.float64]
+    y: NDArray[np.float64]
+    band: Band | None = None
+    marks: Sequence[Mark] = ()
+    failed: int | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class View:
+    """The axes of all panels: factors into the units shown, and which axes are logarithmic."""
+
     factors: tuple[float, float]
     log: tuple[bool, bool]
 
@@ -38,13 +58,13 @@ class View:
         return np.isfinite(x) & np.isfinite(y) & ((x > 0) | (not self.log[0])) & ((y > 0) | (not self.log[1]))
 
 
-def draw_bands(panels: Sequence[Axes], arranged: Arrangement, view: View, bands: Sequence[Band | None]) -> str | None:
+def draw_bands(panels: Sequence[Axes], arranged: Arrangement, view: View, curves: Sequence[Curve]) -> str | None:
     """Draw the bands; returns the text that the legend adds to their name, or None if no band is visible."""
     seen = opened = False
     place = np.log10 if view.log[1] else np.asarray
     for axes, panel in zip(panels, arranged.panels, strict=True):
         for case in panel.cases:
-            band, look = bands[case], arranged.looks[case]
+            band, look = curves[case].band, arranged.looks[case]
             if band is None:
                 continue
             along, low, high = band
@@ -69,21 +89,17 @@ def draw_bands(panels: Sequence[Axes], arranged: Arrangement, view: View, bands:
     return " (\N{UPWARDS ARROW} open: too many films have failed)" if opened else ""
 
 
-def draw_marks(
-    panels: Sequence[Axes], arranged: Arrangement, view: View, marks: Sequence[Mark], spans: Sequence[Span | None]
-) -> dict[str, bool]:
+def draw_marks(panels: Sequence[Axes], arranged: Arrangement, view: View, curves: Sequence[Curve]) -> dict[str, bool]:
     """Draw the events; returns, by name in the order of the legend, whether an interval is visible as a bar."""
     happened: dict[str, bool] = {}
     of_case = {case: axes for axes, panel in zip(panels, arranged.panels, strict=True) for case in panel.cases}
-    drawn = [(mark, spans[index] if index < len(spans) else None) for index, mark in enumerate(marks) if mark[0] in of_case]
-    for (case, name, across, up), _ in drawn:
-        colour = arranged.looks[case]["color"]
-        of_case[case].plot(across * view.factors[0], up * view.factors[1], linestyle="none", **_event_look(name, colour))
-        happened.setdefault(name, False)
-    for (case, name, _, up), span in drawn:
-        if span is not None and np.isfinite(span[0]):
-            colour = arranged.looks[case]["color"]
-            happened[name] |= _span(of_case[case], span, view.factors[0], up * view.factors[1], colour, view.log[0])
+    drawn = [(of_case[case], arranged.looks[case]["color"], mark) for case in sorted(of_case) for mark in curves[case].marks]
+    for axes, colour, mark in drawn:
+        axes.plot(mark.x * view.factors[0], mark.y * view.factors[1], linestyle="none", **_event_look(mark.name, colour))
+        happened.setdefault(mark.name, False)
+    for axes, colour, mark in drawn:
+        if mark.span is not None and np.isfinite(mark.span[0]):
+            happened[mark.name] |= _span(axes, mark.span, view.factors[0], mark.y * view.factors[1], colour, view.log[0])
     return {name: happened[name] for name in names() if name in happened}
 
 
@@ -102,7 +118,7 @@ def _event_look(name: str, colour: Any) -> dict[str, Any]:
 def event_handle(name: str, bar: bool, alone: bool, arranged: Arrangement) -> Artist:
     """The legend entry for events of a `name`, with a `bar` if one is visible; in the colour of the case if that is `alone`."""
     look = _event_look(name, arranged.looks[0]["color"] if alone else "black")
-    return Line2D([], [], linestyle="-" if bar else "none", linewidth=BAR, label=name, **look)
+    return entry(linestyle="-" if bar else "none", linewidth=BAR, label=name, **look)
 
 
 def _span(axes: Axes, span: Span, factor: float, up: float, colour: Any, logarithmic: bool) -> bool:

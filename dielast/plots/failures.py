@@ -8,35 +8,38 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
+from numpy.typing import NDArray
 
 from dielast.failures.fits import FittedLaw, Lives
 from dielast.failures.likelihood import Seen
 from dielast.failures.specimens import Simulated
-from dielast.material.scatter import interval
-from dielast.numerics.arrays import Floats
-from dielast.plots.style import COLOURS, MARKERS, SHADE, legend_below, letter, panels, shade, style
+from dielast.plots.style import COLOURS, SHADE, entry, legend_below, letter, open_marker, panels, shade, style
 from dielast.plots.ticks import log_axis
 
-DASHES: Any = ("-", "--", "-.", ":")
+DASHES = ("-", "--", "-.", ":")
+WITHOUT: Any = {"color": "0.25", "linestyle": (0, (1, 1.5)), "linewidth": 1.0}
 PERCENT = (0.1, 1, 5, 10, 25, 50, 75, 90, 99, 99.9)
 
 
 def plot_failures(
-    tested: Simulated, fitted: Sequence[FittedLaw], lives: Lives, title: str | None = None, line: Floats | None = None
+    tested: Simulated, fitted: Sequence[FittedLaw], lives: Lives, title: str | None = None, line: NDArray[np.float64] | None = None
 ) -> Figure:
     """The share of failed specimens over their exposure, and their times over the voltage with the predicted lives; a `line`
     (films,) has the times in s within which half of the films fail by a power law of the voltage.
     """
     with style():
         figure, (left, right) = panels(2, title)
-        handles = _probability(left, fitted)
-        handles += _lives(right, tested, lives, line)
+        handles = [*_probability(left, fitted), *_lives(right, tested, lives, line)]
         letter((left, right))
         legend_below(figure, handles)
     return figure
 
 
-def _scale(share: Floats, law: FittedLaw) -> Floats:
+def _dashes(number: int) -> str:
+    return DASHES[number % len(DASHES)]
+
+
+def _scale(share: NDArray[np.float64], law: FittedLaw) -> NDArray[np.float64]:
     """The quantile on which the shares of the scatter law are a straight line over its exposure."""
     return law.law.model.scatter.standard.quantile(np.clip(share, 1e-12, 1 - 1e-12))
 
@@ -54,36 +57,22 @@ def _probability(axes: Axes, fitted: Sequence[FittedLaw]) -> list[Line2D | Patch
         if failed.any():
             place = _scale(ranks[failed], law)
             lowest, highest = min(lowest, float(place.min())), max(highest, float(place.max()))
-            axes.plot(
-                np.exp(standing[failed]), place, MARKERS[number % len(MARKERS)], color=colour, markerfacecolor="white", zorder=3
-            )
-            handles.append(
-                Line2D(
-                    [],
-                    [],
-                    marker=MARKERS[number % len(MARKERS)],
-                    color=colour,
-                    markerfacecolor="white",
-                    linestyle="none",
-                    label=f"failed{called}",
-                )
-            )
+            points = open_marker(number, colour) | {"linestyle": "none", "zorder": 3}
+            handles += axes.plot(np.exp(standing[failed]), place, label=f"failed{called}", **points)
         alive = standing[(seen == Seen.SUSPENDED) & np.isfinite(standing)]
         if number == 0 and alive.size:
-            low = axes.get_xaxis_transform()
-            axes.plot(np.exp(alive), np.full(alive.size, 0.03), "|", color="0.3", markersize=6, transform=low)
-            handles.append(Line2D([], [], marker="|", color="0.3", linestyle="none", markersize=6, label="suspended"))
-        share = np.linspace(-6.5 if scatter.scales_with_area else -3.2, 2.0 if scatter.scales_with_area else 3.2, 60)
+            points = {"marker": "|", "linestyle": "none", "color": "0.3", "markersize": 6, "label": "suspended"}
+            handles += axes.plot(np.exp(alive), np.full(alive.size, 0.03), transform=axes.get_xaxis_transform(), **points)
+        share = np.linspace(-6.5, 2.0, 60) if scatter.scales_with_area else np.linspace(-3.2, 3.2, 60)
         k = law.fit.at[-1]
         v = np.log1p(np.maximum(np.exp(k) * share, -0.999)) if scatter.linear else np.exp(k) * share
-        axes.plot(np.exp(v), share, color=colour, linestyle=DASHES[number % len(DASHES)], zorder=2)
-        handles.append(Line2D([], [], color=colour, linestyle=DASHES[number % len(DASHES)], label=f"{law.name}{called}"))
+        handles += axes.plot(np.exp(v), share, color=colour, linestyle=_dashes(number), zorder=2, label=f"{law.name}{called}")
         if law.fit.free.size:
             # the same films under the laws of the draws, by the mean shift of all specimens
             drawn = law.draws[:200]
             moved = np.median(law.law.model.places(drawn)[0] - law.law.model.places(law.fit.at[None])[0], axis=1)
             w = np.array([scatter.place(v + shift, at[-1:], np.zeros(1))[0] for shift, at in zip(moved, drawn, strict=True)])
-            low_band, high_band = interval(w, law.level)
+            low_band, high_band = law.bounds(w)
             shade(axes, np.exp(v), low_band, high_band, colour)
             handles.append(Patch(color=colour, alpha=SHADE, label=f"{100 * law.level:g} % interval{called}"))
     law = fitted[0]
@@ -94,18 +83,15 @@ def _probability(axes: Axes, fitted: Sequence[FittedLaw]) -> list[Line2D | Patch
     axes.set_yticks(ticks[shown], [f"{100 * value:g}" for value in percent[shown]])
     axes.minorticks_off()
     law_of = "damage" if law.law.is_damage else "field over breakdown field"
-    axes.set_xlabel(f"{law_of} [1]")
-    axes.set_ylabel("failed [%]")
+    axes.set(xlabel=f"{law_of} [1]", ylabel="failed [%]")
     log_axis(axes, "x")
     everything = np.concatenate([np.exp(one.standing()[np.isfinite(one.standing())]) for one in fitted])
-    axes.set_xlim(
-        0.7 * float(everything.min()) if law.law.is_damage else 0.95 * float(everything.min()),
-        (1.8 if law.law.is_damage else 1.06) * float(everything.max()),
-    )
+    before, after = (0.7, 1.8) if law.law.is_damage else (0.95, 1.06)
+    axes.set_xlim(before * float(everything.min()), after * float(everything.max()))
     return handles
 
 
-def _lives(axes: Axes, tested: Simulated, lives: Lives, without: Floats | None) -> list[Line2D | Patch]:
+def _lives(axes: Axes, tested: Simulated, lives: Lives, without: NDArray[np.float64] | None) -> list[Line2D | Patch]:
     """Times to failure over voltage: measured, and the band between the first and the last share of films that fail."""
     specimens = tested.specimens
     pairs = sorted(set(map(tuple, lives.prestretch.tolist())))
@@ -120,9 +106,9 @@ def _lives(axes: Axes, tested: Simulated, lives: Lives, without: Floats | None) 
         order = np.argsort(volt)
         line = lives.time[middle, here][order]
         known = np.isfinite(line) & (line > 0)
-        axes.plot(volt[order][known], line[known], color=colour, linestyle=DASHES[number % len(DASHES)])
+        axes.plot(volt[order][known], line[known], color=colour, linestyle=_dashes(number))
         if without is not None:
-            axes.plot(volt[order], without[here][order], color="0.25", linestyle=(0, (1, 1.5)), linewidth=1.0)
+            axes.plot(volt[order], without[here][order], **WITHOUT)
         first, last = (lives.time[k, here][order] for k in (low, -1))
         filled = np.isfinite(first) & np.isfinite(last) & (first > 0)
         if filled.any():
@@ -130,31 +116,15 @@ def _lives(axes: Axes, tested: Simulated, lives: Lives, without: Floats | None) 
         mine = np.all(np.isclose(specimens.prestretch, pair), axis=1) & (tested.end > 0)
         failed = mine & (tested.seen != Seen.SUSPENDED)
         alive = mine & (tested.seen == Seen.SUSPENDED)
-        marker = MARKERS[number % len(MARKERS)]
-        axes.plot(tested.voltage[failed] / 1e3, tested.end[failed], marker, color=colour, markerfacecolor="white", zorder=3)
-        axes.plot(tested.voltage[alive] / 1e3, tested.end[alive], marker, color=colour, markersize=2.0, zorder=3)
-        for k in np.flatnonzero(alive)[:200]:
-            axes.annotate(
-                "",
-                (tested.voltage[k] / 1e3, tested.end[k] * 1.6),
-                (tested.voltage[k] / 1e3, tested.end[k]),
-                arrowprops={"arrowstyle": "->", "color": colour, "lw": 0.6},
-            )
-        handles.append(
-            Line2D(
-                [],
-                [],
-                color=colour,
-                marker=marker,
-                markerfacecolor="white",
-                linestyle=DASHES[number % len(DASHES)],
-                label=f"{name}: measured, B50",
-            )
-        )
+        look = open_marker(number, colour) | {"linestyle": "none", "zorder": 3}
+        axes.plot(tested.voltage[failed] / 1e3, tested.end[failed], **look)
+        axes.plot(tested.voltage[alive] / 1e3, tested.end[alive], **look | {"markersize": 2.0, "markerfacecolor": colour})
+        for volts, end in zip(tested.voltage[alive][:200] / 1e3, tested.end[alive], strict=False):
+            axes.annotate("", (volts, end * 1.6), (volts, end), arrowprops={"arrowstyle": "->", "color": colour, "lw": 0.6})
+        handles.append(entry(f"{name}: measured, B50", **look | {"linestyle": _dashes(number)}))
     handles.append(Patch(color="0.4", alpha=SHADE, label=f"B{100 * lives.shares[low]:g} to B{100 * lives.shares[-1]:g}"))
     if without is not None and np.any(np.isfinite(without)):
-        handles.append(Line2D([], [], color="0.25", linestyle=(0, (1, 1.5)), linewidth=1.0, label="power law of the voltage: B50"))
-    axes.set_xlabel("voltage [kV]")
-    axes.set_ylabel("time to failure [s]")
+        handles.append(entry("power law of the voltage: B50", **WITHOUT))
+    axes.set(xlabel="voltage [kV]", ylabel="time to failure [s]")
     log_axis(axes, "y")
     return handles

@@ -6,16 +6,13 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.lines import Line2D
 from matplotlib.transforms import ScaledTranslation
 from numpy.typing import NDArray
 
 from dielast.plots.looks import Panel
-from dielast.plots.quantities import unit_for
-from dielast.plots.strips import limits, ticks_within
-from dielast.plots.style import SHADE, line_look, open_marker, row_legend, say, spread_indices
-from dielast.plots.texts import degrees, number, prestretched
-from dielast.plots.ticks import log_axis
+from dielast.plots.style import SHADE, entry, line_look, open_marker, row_legend, say, spread_indices
+from dielast.plots.texts import degrees, number, prestretched, unit_for
+from dielast.plots.ticks import limits, log_axis, ticks_within
 from dielast.simulate.failure_map import FailureMap
 from dielast.simulate.lifetime import EXPONENTIAL_LAW, POWER_LAW, ROOM, LifetimeLine
 
@@ -240,7 +237,7 @@ def legend(axes: Axes, films: Sequence[LifetimeCurve], note: str | None) -> None
     handles = []
     for film in films:
         dashes: Any = film.look["linestyle"] if film.line.drawn_law else "none"
-        handles.append(Line2D([], [], linestyle=dashes, linewidth=0.9, label=film.label, **film.marker))
+        handles.append(entry(linestyle=dashes, linewidth=0.9, label=film.label, **film.marker))
     # a legend wider than the figure would spoil its layout
     columns = 2 if len(films) > 1 and max(len(film.label) for film in films) <= LONGEST_BESIDE else 1
     place: Any = {"loc": "upper center", "bbox_to_anchor": (0.5, -0.2)}

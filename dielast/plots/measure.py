@@ -6,11 +6,10 @@ from typing import Any
 import numpy as np
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 from dielast.photographs.series import BREAKDOWN, DOUBTFUL, LOST, OK, Stretches
-from dielast.plots.style import COLOURS, legend_below, open_marker, panels, sheet, spread_indices, style
+from dielast.plots.style import COLOURS, entry, legend_below, open_marker, panels, sheet, spread_indices, style
 
 LEVEL, QUANTILE = "90 %", 1.645
 MOST = 600  # photographs in a contact sheet
@@ -33,20 +32,19 @@ def plot_stretches(result: Stretches, title: str | None = None) -> Figure:
                 if shown.any():
                     axes.errorbar(time[shown], values[shown], bars[shown], linestyle="", linewidth=0.8, capsize=1.5, **look)
                     label = f"along {name}" if kind == OK else f"doubtful, along {name}"
-                    handles.append(Line2D([], [], linestyle="", label=label, **look))
+                    handles.append(entry(linestyle="", label=label, **look))
         lost = time[state == LOST]
         if lost.size:
             low, high = axes.get_ylim()
             axes.vlines(lost, low, low + 0.07 * (high - low), color="0.4", linewidth=0.8)
             axes.set_ylim(low, high)
-            handles.append(Line2D([], [], marker="|", linestyle="", color="0.4", label="lost (at the lower edge)"))
+            handles.append(entry(marker="|", linestyle="", color="0.4", label="lost (at the lower edge)"))
         for kind, number in result.events.items():
             line: Any = "--" if kind == BREAKDOWN else ":"
             at = time[number] if number == 0 else 0.5 * (time[number - 1] + time[number])
             axes.axvline(at, color="0.4", linestyle=line, linewidth=0.8)
-            handles.append(Line2D([], [], color="0.4", linestyle=line, linewidth=0.8, label=kind))
-        axes.set_xlabel(f"time [{unit}]")
-        axes.set_ylabel("relative stretch")
+            handles.append(entry(color="0.4", linestyle=line, linewidth=0.8, label=kind))
+        axes.set(xlabel=f"time [{unit}]", ylabel="relative stretch")
         legend_below(figure, handles, f"bars: {LEVEL} intervals")
     return figure
 

@@ -8,18 +8,15 @@ from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import BoundaryNorm, LinearSegmentedColormap
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.patheffects import withStroke
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from dielast.plots.cells import AT_ONCE, UNFINISHED, Cells, patch
-from dielast.plots.failure_map import is_map
+from dielast.plots.failure_map import AT_ONCE, UNFINISHED, Cells, is_map, patch
 from dielast.plots.lifetimes import film_in_words
-from dielast.plots.quantities import unit_for
-from dielast.plots.style import TEMPERATURES, grid, letter, line_look, row_legend, sheet, spread_indices, style
-from dielast.plots.texts import YEAR, degrees, lasting, number
+from dielast.plots.style import TEMPERATURES, entry, grid, letter, line_look, row_legend, sheet, spread_indices, style
+from dielast.plots.texts import YEAR, degrees, lasting, number, unit_for
 from dielast.simulate.failure_map import FailureMap
 
 # ends of the bands of time in s: rounded seconds, minutes, hours, days and years
@@ -96,7 +93,7 @@ def _maps(figure: Figure, axes: Sequence[Axes], result: FailureMap, panels: Sequ
         bar.set_ticks(np.log10(levels).tolist(), labels=[lasting(level) for level in levels])
         bar.ax.tick_params(which="both", length=0)
     white = patch(SURVIVES, f"lives longer than {lasting(result.horizon)}")
-    line = Line2D([], [], color="black", linewidth=1.0, label="relative stretch")
+    line = entry(color="black", linewidth=1.0, label="relative stretch")
     handles = [line] * lined + [white] * bool(np.any(result.failure_mode == "none")) + list(modes.values())
     row_legend(figure, handles, min(len(handles), 3), loc="outside lower center", fontsize=7)
 
@@ -168,8 +165,8 @@ def _curves(figure: Figure, axes: Sequence[Axes], result: FailureMap, panels: Se
                 )
             if lived.size == 1:
                 place.plot(result.voltage[lived] * factor, stretch[lived], marker=".", color=line["color"])
-        handles.append(Line2D([], [], label=film_in_words(result, film), **line))
+        handles.append(entry(label=film_in_words(result, film), **line))
     if crossed:
         cross = "highest voltage under which the film lives to this time"
-        handles.append(Line2D([], [], marker="x", color="0.3", linestyle="none", markersize=4.5, label=cross))
+        handles.append(entry(marker="x", color="0.3", linestyle="none", markersize=4.5, label=cross))
     row_legend(figure, handles, min(len(handles), 2), loc="outside lower center", fontsize=6.5)

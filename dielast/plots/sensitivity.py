@@ -11,9 +11,8 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
-from dielast.plots.quantities import unit_for
 from dielast.plots.style import COLOURS, grid, legend_below, say, sheet, spread_indices, style
-from dielast.plots.texts import degrees, number, prestretched
+from dielast.plots.texts import degrees, number, prestretched, unit_for
 from dielast.simulate.sensitivity import LifeShares, Sensitivity
 
 MOST_PANELS = 6

@@ -1,4 +1,4 @@
-"""The figure of simulated cases, with measured points."""
+"""The figures of simulated cases: columns with measured points, and many cycles by their number."""
 
 import textwrap
 from collections.abc import Mapping, Sequence
@@ -10,17 +10,30 @@ from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
-from dielast.plots.events import Band, Mark, Span, View, draw_bands, draw_marks, event_handle
+from dielast.plots.events import Curve, View, draw_bands, draw_marks, event_handle
 from dielast.plots.looks import Arrangement, Look, Swept, arrange
-from dielast.plots.quantities import axis_of
-from dielast.plots.style import LONGEST_LABEL, SHADE, TEMPERATURES, grid, grid_of, legend_below, open_marker, say, sheet, style
-from dielast.plots.texts import FIXED, number, shortened, typeset
+from dielast.plots.style import (
+    LONGEST_LABEL,
+    SHADE,
+    TEMPERATURES,
+    entry,
+    grid,
+    grid_of,
+    legend_below,
+    letter,
+    open_marker,
+    panels as row_of_panels,
+    say,
+    sheet,
+    style,
+)
+from dielast.plots.texts import FIXED, axis_of, number, shortened, typeset
 from dielast.plots.ticks import log_axis
 
+SHOWN = "amplitude", "phase", "work"  # of cycles
 MOST_MARKED = 12  # points of a line with markers
 MOST_TICKS = 8
 OF_POINTS: Any = {"linestyle": "none", "markeredgewidth": 0.8}
@@ -44,54 +57,48 @@ class Measured(Protocol):
 
 
 def plot_cases(
-    cases: Sequence[Mapping[str, NDArray[np.float64]]],
-    labels: Sequence[str],
-    measured: Sequence[Measured],
+    curves: Sequence[Curve],
     x: str,
     y: str,
     scales: tuple[str, str] = ("log", "linear"),
     title: str | None = None,
-    marks: Sequence[Mark] = (),
+    *,
+    measured: Sequence[Measured] = (),
     swept: Sequence[Swept] = (),
-    bands: Sequence[Band | None] = (),
     interval: str = "interval",
-    spans: Sequence[Span | None] = (),
-    failed: Sequence[int | None] = (),
 ) -> Figure:
-    """Column `y` over column `x` of every case, each a mapping of columns (times,) by header; `measured` points as markers.
+    """The `curves` of column `y` over column `x`, with `measured` points as markers.
 
-    `marks` are events: the case, the name, x and y. A few cases share a panel, with different colours and line styles; more cases
-    are distributed over panels by the values of `swept` quantities, or coloured on a scale if one number is swept. `bands` are x
-    and the lower and upper bounds of y by case, None for a case without bounds; the legend names them `interval` if they are wide
-    enough to be visible. A band with an infinite upper bound is open. `spans` are lower and upper bounds of x by mark, infinite for
-    an event that may never happen. `failed` is the row at which a case failed, after which its line is dimmed.
+    A few cases share a panel, with different colours and line styles; more cases are distributed over panels by the values of
+    `swept` quantities, or coloured on a scale if one number is swept. The legend names bands `interval` if they are wide enough to
+    be visible.
     """
-    bands = [*bands, *[None] * (len(cases) - len(bands))]
+    labels = [curve.label for curve in curves]
+    banded = sum(curve.band is not None for curve in curves)
     with style():
-        arranged = arrange(labels, swept, sum(band is not None for band in bands))
-        view, names = _view(cases, measured, x, y, scales)
+        arranged = arrange(labels, swept, banded)
+        view, names = _view(curves, measured, x, y, scales)
         handles = _legend(arranged, labels, measured)
-        more = len({name for _, name, _, _ in marks}) + any(band is not None for band in bands)
-        rows = grid_of([*handles, *[Line2D([], []) for _ in range(more)]], 1 if len(arranged.panels) == 1 else 2)[0]
-        below = 0.15 * rows if len(handles) + more > 1 or len(cases) > 1 else 0.0
+        more = len({mark.name for curve in curves for mark in curve.marks}) + bool(banded)
+        rows = grid_of([*handles, *[entry("") for _ in range(more)]], 1 if len(arranged.panels) == 1 else 2)[0]
+        below = 0.15 * rows if len(handles) + more > 1 or len(curves) > 1 else 0.0
         figure, panels = _panels(arranged, title, below)
         for axes, panel in zip(panels, arranged.panels, strict=True):
             parts = typeset(panel.title).replace(" ", FIXED).replace(f",{FIXED}", ", ")
             axes.set_title(textwrap.fill(parts, ROOM[arranged.across]).replace(FIXED, " "), loc="left", fontsize=7, pad=3)
             for case in panel.cases:
-                failure = failed[case] if case < len(failed) else None
-                _line(axes, view, cases[case], arranged.looks[case], arranged.width, failure)
+                _line(axes, view, curves[case], arranged.looks[case], arranged.width)
             for index, points in enumerate(measured):
                 if points.case in panel.cases:
                     marker = open_marker(index, arranged.looks[points.case]["color"]) | OF_POINTS
                     axes.plot(points.x * view.factors[0], points.y * view.factors[1], **marker)
-        banded = draw_bands(panels, arranged, view, bands)
-        happened = draw_marks(panels, arranged, view, marks, spans)
+        opened = draw_bands(panels, arranged, view, curves)
+        happened = draw_marks(panels, arranged, view, curves)
         for which, logarithmic in zip("xy", view.log, strict=True):
             if logarithmic:
                 for axes in panels:
                     log_axis(axes, which)
-        if view.log[0] and (begins := _beginning(cases, measured, view)) is not None:
+        if view.log[0] and (begins := _beginning(curves, measured, view)) is not None:
             panels[0].set_xlim(left=begins)
         _name_axes(panels, arranged.across, names)
         empty = [axes for axes in panels if not np.isfinite(axes.dataLim.get_points()).all()]
@@ -99,38 +106,38 @@ def plot_cases(
             say(axes, "no value to show")
             if len(empty) == len(panels):
                 axes.set(xticks=[], yticks=[])
-        handles += [event_handle(name, bar, len(cases) == 1, arranged) for name, bar in happened.items()]
-        if banded is not None:
-            alone = arranged.looks[0]["color"] if len(cases) == 1 else "black"
-            handles.append(Patch(label=interval + banded, facecolor=alone, alpha=SHADE, linewidth=0.0))
+        handles += [event_handle(name, bar, len(curves) == 1, arranged) for name, bar in happened.items()]
+        if opened is not None:
+            alone = arranged.looks[0]["color"] if len(curves) == 1 else "black"
+            handles.append(Patch(label=interval + opened, facecolor=alone, alpha=SHADE, linewidth=0.0))
         if arranged.scale is not None:
             _colour_bar(figure, panels, arranged.scale)
-        if len(cases) == 1 and len(handles) == 1 and arranged.named:
+        if len(curves) == 1 and len(handles) == 1 and arranged.named:
             handles = []
-        if handles or len(arranged.shown) < len(cases):
-            left_out = f"{len(arranged.shown)} of {len(cases)} cases" if len(arranged.shown) < len(cases) else None
+        if handles or len(arranged.shown) < len(curves):
+            left_out = f"{len(arranged.shown)} of {len(curves)} cases" if len(arranged.shown) < len(curves) else None
             legend_below(figure, handles, left_out)
     return figure
 
 
 def _view(
-    cases: Sequence[Mapping[str, NDArray[np.float64]]], measured: Sequence[Measured], x: str, y: str, scales: tuple[str, str]
+    curves: Sequence[Curve], measured: Sequence[Measured], x: str, y: str, scales: tuple[str, str]
 ) -> tuple[View, tuple[str, str]]:
     """The axes for these columns, and their labels."""
-    along = [[case[header] for case in cases] for header in (x, y)]
+    along = [curve.x for curve in curves], [curve.y for curve in curves]
     across, up = axis_of(x, [*along[0], *(points.x for points in measured)]), axis_of(y, [*along[1], *(p.y for p in measured)])
     # a log axis needs positive values
     log_x, log_y = (
         scale == "log" and any(bool(np.any(column > 0)) for column in values) for scale, values in zip(scales, along, strict=True)
     )
-    return View(x, y, (across[1], up[1]), (log_x, log_y)), (across[0], up[0])
+    return View((across[1], up[1]), (log_x, log_y)), (across[0], up[0])
 
 
-def _beginning(cases: Sequence[Mapping[str, NDArray[np.float64]]], measured: Sequence[Measured], view: View) -> float | None:
+def _beginning(curves: Sequence[Curve], measured: Sequence[Measured], view: View) -> float | None:
     """Where a log axis of x begins: a little before the first measured point or change of a curve; None if there is none."""
     firsts = [float(points.x[points.x > 0].min()) for points in measured if np.any(points.x > 0)]
-    for case in cases:
-        across, up = case[view.x], case[view.y]
+    for curve in curves:
+        across, up = curve.x, curve.y
         seen = view.seen(across, up) & (across > 0)
         if np.any(seen):
             shown = np.log(up[seen]) if view.log[1] else up[seen]
@@ -165,9 +172,9 @@ def _name_axes(panels: Sequence[Axes], across: int, names: tuple[str, str]) -> N
             axes.set_ylabel(names[1])
 
 
-def _line(axes: Axes, view: View, case: Mapping[str, NDArray[np.float64]], look: Look, width: float, failed: int | None) -> None:
+def _line(axes: Axes, view: View, curve: Curve, look: Look, width: float) -> None:
     """Draw a case, dimmed from the row at which it failed; few points have markers, as a single point makes no line."""
-    across, up = case[view.x], case[view.y]
+    across, up, failed = curve.x, curve.y, curve.failed
     seen = view.seen(across, up)
     marker: Any = {}
     if np.count_nonzero(seen) <= MOST_MARKED:
@@ -198,14 +205,14 @@ def _legend(arranged: Arrangement, labels: Sequence[str], measured: Sequence[Mea
     handles: list[Artist] = []
     count = len(labels)
     for case, name in arranged.named.items():
-        handles.append(Line2D([], [], label=_fitting(name or "model"), linewidth=arranged.width, **arranged.looks[case]))
+        handles.append(entry(label=_fitting(name or "model"), linewidth=arranged.width, **arranged.looks[case]))
     if 0 < len(arranged.named) < count and len(arranged.panels) == 1:
-        handles.append(Line2D([], [], linestyle="none", label=f"and {count - len(arranged.named)} more"))
+        handles.append(entry(linestyle="none", label=f"and {count - len(arranged.named)} more"))
     for index, points in enumerate(measured):
         if points.case in arranged.shown:
             marker = open_marker(index, arranged.looks[points.case]["color"]) | OF_POINTS
             parts = [labels[points.case]] if count > 1 and labels[points.case] else []
-            handles.append(Line2D([], [], label=_fitting(*parts, points.label), **marker))
+            handles.append(entry(label=_fitting(*parts, points.label), **marker))
     return handles
 
 
@@ -229,3 +236,41 @@ def _colour_bar(figure: Figure, panels: Sequence[Axes], scale: Swept) -> None:
     bar.set_ticks(list(chosen), labels=[number(steps[index]) for index in chosen])
     bar.minorticks_off()
     bar.ax.tick_params(length=0)
+
+
+def plot_cycles(
+    cases: Sequence[Mapping[str, NDArray[np.float64]]],
+    labels: Sequence[str],
+    swept: Sequence[Swept],
+    measured: str,
+    title: str | None = None,
+) -> Figure:
+    """Amplitude of the `measured` quantity, phase, and work of each cycle; each case maps headers to columns (cycles,)."""
+    with style():
+        arranged = arrange(labels, swept)
+        shown = arranged.shown if len(arranged.panels) == 1 else list(range(len(cases)))
+        figure, axes = row_of_panels(len(SHOWN), title)
+        for place, name in zip(axes, SHOWN, strict=True):
+            header = next(header for header in cases[0] if header.partition(" [")[0] == name)
+            label, factor = axis_of(header, [cases[case][header] for case in shown])
+            for case in shown:
+                place.plot(cases[case]["cycle"], factor * cases[case][header], linewidth=arranged.width, **arranged.looks[case])
+            place.set_xlabel("cycle")
+            place.set_ylabel(
+                f"amplitude of the {axis_of(measured)[0].partition(' [')[0]}{_unit(label)}" if name == SHOWN[0] else label
+            )
+            if max(float(np.max(cases[case]["cycle"], initial=1.0)) for case in shown) > 10:
+                place.set_xscale("log")
+                log_axis(place, "x")
+        letter(axes)
+        named = {case: name for case, name in arranged.named.items() if name}
+        handles = [entry(label=name, linewidth=arranged.width, **arranged.looks[case]) for case, name in named.items()]
+        if handles and len(cases) > 1:
+            legend_below(figure, handles, None)
+    return figure
+
+
+def _unit(label: str) -> str:
+    """The unit of a label, in brackets."""
+    _, bracket, rest = label.partition(" [")
+    return bracket + rest

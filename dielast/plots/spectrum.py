@@ -42,8 +42,7 @@ def plot_spectrum(
         lines.plot(tau, mu, "o", color=COLOURS[2], markersize=3.5 if tau.size <= 60 else 2.0, label=count)
         if equilibrium > 0:
             lines.axhline(equilibrium, color=COLOURS[1], linestyle="--", label="equilibrium modulus")
-        lines.set_xlabel("relaxation time [s]")
-        lines.set_ylabel("shear modulus [MPa]")
+        lines.set(xlabel="relaxation time [s]", ylabel="shear modulus [MPa]")
         if continuous is not None:
             density = np.where(MEGA * continuous.density > floor, MEGA * continuous.density, np.nan)
             lines.plot(continuous.relaxation_time, density, "-", color=COLOURS[0], label="continuous, per unit of ln time")
@@ -89,8 +88,7 @@ def _draw_fit(axes: Axes, result: SpectrumFit, reference_temperature: float | No
         axes.plot(abscissa, factor * model, "-", color=COLOURS[0], label=None if index else "discrete model")
     at = "" if reference_temperature is None else f" at {degrees(reference_temperature)}"
     reduced = "reduced " if called == "master curve" else ""
-    axes.set_xlabel(f"{reduced}{kind.abscissa[0].replace('_', ' ')}{at} [{kind.abscissa[1]}]")
-    axes.set_ylabel(kind.label)
+    axes.set(xlabel=f"{reduced}{kind.abscissa[0].replace('_', ' ')}{at} [{kind.abscissa[1]}]", ylabel=kind.label)
 
 
 def _draw_reduced(axes: Axes, result: SpectrumFit, reduction: Reduction) -> None:

@@ -20,6 +20,7 @@ from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.legend import Legend
+from matplotlib.lines import Line2D
 from matplotlib.patches import PathPatch
 from matplotlib.path import Path as Outline
 from matplotlib.ticker import NullFormatter, NullLocator, ScalarFormatter
@@ -229,6 +230,11 @@ def shade(axes: Axes, x: NDArray[np.float64], lower: NDArray[np.float64], upper:
         outlines.append(Outline(np.column_stack((x[around], height)), closed=True))
     axes.add_patch(PathPatch(Outline.make_compound_path(*outlines), color=colour, alpha=SHADE, linewidth=0))
     axes.autoscale_view()
+
+
+def entry(label: str, **look: Any) -> Line2D:
+    """The entry of a legend for a line, a marker, or both."""
+    return Line2D([], [], label=label, **look)
 
 
 def legend_below(figure: Figure, handles: Sequence[Artist], title: str | None = None) -> Legend:

@@ -1,8 +1,8 @@
-"""The ticks of axes, the numbers at them, and what their labels say of these numbers."""
+"""The ticks of axes, the numbers at them, what their labels say of these numbers, and strips beyond the times of an axis."""
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter
+from matplotlib.ticker import FixedLocator, LogLocator, MaxNLocator, NullFormatter
 
 from dielast.plots.texts import number, power_of_ten
 
@@ -59,3 +59,20 @@ def log_axis(axes: Axes, which: str) -> None:
 
     axis.set_major_formatter(plain)
     axis.set_minor_formatter(plain)
+
+
+def limits(shown: tuple[float, float], above: float, below: float) -> tuple[float, float]:
+    """The ends of a log axis of time with strips for films that live longer or fail at once; `above` and `below` are their shares
+    of the height of the axes.
+    """
+    decades = np.log10(shown[1] / shown[0]) / (1 - above - below)
+    return float(shown[0] * 10 ** (-decades * below)), float(shown[1] * 10 ** (decades * above))
+
+
+def ticks_within(axes: Axes, shown: tuple[float, float]) -> None:
+    """Remove ticks from the strips, which have no times."""
+    for locate, ticks in (
+        (axes.yaxis.set_major_locator, axes.get_yticks()),
+        (axes.yaxis.set_minor_locator, axes.get_yticks(minor=True)),
+    ):
+        locate(FixedLocator([tick for tick in ticks if shown[0] <= tick <= shown[1]]))

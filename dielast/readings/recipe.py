@@ -7,8 +7,7 @@ from pydantic import Field, field_validator
 
 from dielast.errors import InputError
 from dielast.material.measurement_kind import KindName
-from dielast.readings.columns_recipe import ROLES, Columns
-from dielast.readings.specimen_recipe import Specimen, unmeasured
+from dielast.readings.columns_recipe import ROLES, Columns, Specimen, unmeasured
 from dielast.recipe.base import TextTable, units_of
 from dielast.recipe.fields import PositiveTime, RelativeDeviation, Temperature, TemperatureDifference, TemperatureError, Time
 from dielast.recipe.file_fields import InputFile, InputFiles, Step

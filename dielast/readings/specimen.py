@@ -5,8 +5,7 @@ from numpy.typing import NDArray
 
 from dielast.errors import InputError, as_toml
 from dielast.io.text_table import MeasuredTable
-from dielast.readings.columns_recipe import ROLES
-from dielast.readings.specimen_recipe import GAUGE, SECTION, MachineColumns, Specimen, unmeasured
+from dielast.readings.columns_recipe import GAUGE, ROLES, SECTION, MachineColumns, Specimen, unmeasured
 from dielast.units import FORCE, LARGEST, LENGTH, MASS, STIFFNESS, STRAIN, STRESS, TORQUE, kind_of
 
 

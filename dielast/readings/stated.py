@@ -8,12 +8,11 @@ import numpy as np
 
 from dielast.errors import InputError, as_toml
 from dielast.material.measurement_kind import KINDS
-from dielast.readings.columns_recipe import MODULI
+from dielast.readings.columns_recipe import MODULI, unmeasured
 from dielast.readings.isotherms import WIDEST
 from dielast.readings.named import TOLERANCE, celsius, levels_of, specimen_above, temperatures_in_names
 from dielast.readings.recipe import CurveData, MeasurementData
 from dielast.readings.seen import DIMENSIONS, Given, SeenColumn, SeenFile, SeenTable
-from dielast.readings.specimen_recipe import unmeasured
 from dielast.readings.steps import Part, parts_of
 from dielast.readings.values import is_held, reached_at
 from dielast.recipe.lines import FILL, RecipeLines

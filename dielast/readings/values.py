@@ -11,10 +11,10 @@ from dielast.errors import warn
 from dielast.io.table import spoken
 from dielast.material.checks import warn_of_strain
 from dielast.material.measurement_kind import RELAXATION
+from dielast.readings.columns_recipe import Specimen
 from dielast.readings.isotherms import WIDEST
 from dielast.readings.recipe import CurveData, MeasuredData, MeasurementData
 from dielast.readings.specimen import nominal_stress, strain_of
-from dielast.readings.specimen_recipe import Specimen
 from dielast.readings.steps import Part
 from dielast.units import LARGEST, ZERO_CELSIUS
 

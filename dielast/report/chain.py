@@ -9,7 +9,7 @@ from typing import Any
 
 from dielast.errors import InputError, Mistakes
 from dielast.io.files import as_text, read_file, sha256
-from dielast.io.manifest import SUMMARY, strangers
+from dielast.io.manifest import SUMMARY, changed_on_purpose, check_whole, is_of_run, unlisted
 from dielast.io.toml import parse_toml
 
 SHOWN_FORMS = ("svg", "png")
@@ -23,8 +23,8 @@ class StoredResult:
 
     `tables` are CSV by file name; `figures` are by file name, in one format. `files` holds the SHA-256 of every file of the result,
     `inputs` the name in the recipe and the SHA-256 of every file that the run read. `home` is the name of the folder in the file
-    system, `folder` its path as stated. `warnings` include what the run could not finish. `mixed` is a message on files that
-    are not those of the run; empty if all are.
+    system, `folder` its path as stated. `warnings` include what the run could not finish. `apart` has a line for each file of
+    another run, which is left out, and for each that was changed on purpose.
     """
 
     folder: str
@@ -37,7 +37,7 @@ class StoredResult:
     paths: tuple[Path, ...]
     inputs: tuple[tuple[str, str], ...]
     warnings: tuple[str, ...]
-    mixed: str
+    apart: tuple[str, ...]
     settings: tuple[str, ...]
 
 
@@ -45,7 +45,7 @@ def read_results(folders: Iterable[Path], names: Mapping[str, Sequence[str]]) ->
     """The results in the `folders`, each result before those that were made from it; a folder that is stated twice counts once.
 
     `names` are the files that each kind of run may write, besides its figures and its summary. Raises `InputError` with a line for
-    each folder that holds no result.
+    each folder that holds no result, or files that are not those of its run.
     """
     results: dict[str, StoredResult] = {}
     wrong = Mistakes()
@@ -67,11 +67,11 @@ def makers(results: Sequence[StoredResult]) -> dict[str, list[tuple[int, str]]]:
 
 
 def outdated(results: Sequence[StoredResult]) -> list[tuple[int, str]]:
-    """(number of a result, message) for files that are not of its run, and for each input that has the name of another result's
-    file, but other content.
+    """(number of a result, message) for files that are not of its run or were changed, and for each input that has the name of
+    another result's file, but other content.
     """
     holders = makers(results)
-    messages = [(index, result.mixed) for index, result in enumerate(results) if result.mixed]
+    messages = [(index, line) for index, result in enumerate(results) for line in result.apart]
     for index, result in enumerate(results):
         for stated, digest in result.inputs:
             path = PurePath(stated)
@@ -108,9 +108,14 @@ def _read(folder: Path, names: Mapping[str, Sequence[str]]) -> StoredResult:
     kind = summary.get("kind")
     if not isinstance(kind, str) or kind not in names:
         raise InputError(f"unknown kind of result; {_NEEDED}", file=source, key="kind")
-    figures = _figures(folder, kind, names[kind])
-    stated = [name for name in names[kind] if os.path.isfile(folder / name)]
-    held = {name: read_file(folder / name, str(folder / name)) for name in dict.fromkeys([*figures, *stated])}
+    present = [name for name in names[kind] if os.path.isfile(folder / name) and not name.endswith(SHOWN_FORMS)]
+    strange = unlisted(summary, present)
+    figures, others = _figures(folder, kind, names[kind], summary)
+    own = {name: read_file(folder / name, str(folder / name)) for name in present if name not in strange}
+    check_whole(folder, summary, own)
+    held = figures | own
+    left_out = [f"{name} is left out, as the run of {SUMMARY} did not write it" for name in (*others, *strange)]
+    changed = [f"{name} was changed after the run, as {SUMMARY} states" for name in changed_on_purpose(summary) if name in held]
     digests = {SUMMARY: sha256(content), **{name: sha256(text) for name, text in held.items()}}
     return StoredResult(
         folder=as_text(str(folder)),
@@ -118,21 +123,30 @@ def _read(folder: Path, names: Mapping[str, Sequence[str]]) -> StoredResult:
         kind=kind,
         summary=summary,
         tables={name: text for name, text in held.items() if name.endswith(".csv")},
-        figures={name: held[name] for name in figures},
+        figures=figures,
         files=digests,
         paths=(source, *(folder / name for name in held)),
         inputs=_inputs(summary, source),
         warnings=_lines(summary, "unfinished", source) + _lines(summary, "warnings", source),
-        mixed=strangers(summary, digests),
+        apart=(*left_out, *changed),
         settings=_lines(summary, "set", source),
     )
 
 
-def _figures(folder: Path, kind: str, names: Sequence[str]) -> list[str]:
-    """The names of the figures, that of the `kind` first, each in its preferred format."""
-    stems = [kind, *(PurePath(name).stem for name in names if name.endswith(SHOWN_FORMS))]
-    present = [[f"{stem}.{form}" for form in SHOWN_FORMS if os.path.isfile(folder / f"{stem}.{form}")] for stem in stems]
-    return list(dict.fromkeys(forms[0] for forms in present if forms))
+def _figures(folder: Path, kind: str, names: Sequence[str], summary: Mapping[str, Any]) -> tuple[dict[str, bytes], list[str]]:
+    """The figures of the run by name, that of the `kind` first, each in its preferred format, and names of those of other runs."""
+    own: dict[str, bytes] = {}
+    others: list[str] = []
+    for stem in dict.fromkeys([kind, *(PurePath(name).stem for name in names if name.endswith(SHOWN_FORMS))]):
+        for path in (folder / f"{stem}.{form}" for form in SHOWN_FORMS):
+            if not os.path.isfile(path):
+                continue
+            content = read_file(path, str(path))
+            if is_of_run(summary, path.name, content):
+                own[path.name] = content
+                break
+            others.append(path.name)
+    return own, others
 
 
 def _lines(summary: Mapping[str, Any], key: str, source: Path) -> tuple[str, ...]:

@@ -17,8 +17,8 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from dielast.errors import InputError, located
-from dielast.io.files import read_file, sha256
-from dielast.io.manifest import SUMMARY, strangers
+from dielast.io.files import read_file
+from dielast.io.manifest import SUMMARY, altered, not_of_the_run
 from dielast.io.table import as_number, parse_csv
 from dielast.io.toml import parse_toml
 
@@ -67,9 +67,8 @@ def foreign(golden: Path) -> str:
     contents = {name: read_file(path, str(path)) for name, path in files.items()}
     if SUMMARY not in contents:
         return ""
-    # a version control may write lines with CRLF
-    digests = {name: sha256(content.replace(b"\r\n", b"\n")) for name, content in contents.items()}
-    return strangers(parse_toml(contents[SUMMARY], str(files[SUMMARY])), digests)
+    others = altered(parse_toml(contents[SUMMARY], str(files[SUMMARY])), contents)
+    return not_of_the_run(others) if others else ""
 
 
 def golden_files(golden: Path) -> dict[str, Path]:

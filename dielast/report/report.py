@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from dielast.errors import warn
 from dielast.io.files import Inputs, sha256
-from dielast.io.manifest import FIGURES, LISTED, SUMMARY, listing
+from dielast.io.manifest import FIGURES, LISTED, listing, mark
 from dielast.io.table import Table, rounded, to_csv
 from dielast.registry import adopted
 
@@ -50,13 +50,20 @@ class RecipeSource:
     settings: Sequence[str] = ()
 
 
-def summarise(kind: str, report: RunReport, inputs: Inputs, source: RecipeSource, warnings: Sequence[str], version: str) -> Summary:
-    """The summary: `version` of dielast, recipe and inputs with their SHA-256, the headline numbers (9 digits), the warnings."""
+def written(report: RunReport) -> dict[str, bytes]:
+    """Tables and other files of the run, name -> bytes."""
+    return {name: to_csv(table) for name, table in report.tables.items()} | dict(report.files)
+
+
+def summarise(
+    kind: str, report: RunReport, files: Mapping[str, bytes], inputs: Inputs, source: RecipeSource, version: str
+) -> dict[str, Any]:
+    """The summary without warnings: `version` of dielast, recipe, inputs and `files` with their SHA-256, the headline numbers (9
+    digits).
+    """
     summary: dict[str, Any] = {"kind": kind, "version": version, "recipe": source.name}
     if source.settings:
         summary["set"] = list(source.settings)
-    if warnings:
-        summary["warnings"] = list(warnings)
     if report.failures:
         summary["unfinished"] = list(report.failures)
     if report.interrupted:
@@ -67,11 +74,12 @@ def summarise(kind: str, report: RunReport, inputs: Inputs, source: RecipeSource
         summary[section] = _stated(values)
     recipe = () if source.content is None else ((source.name, sha256(source.content)),)
     summary["inputs"] = [{"file": name, "sha256": digest} for name, digest in (*recipe, *inputs.digests)]
+    summary[LISTED] = listing(files)
     return summary
 
 
-def drawn(kind: str, report: RunReport, plots: Sequence[str]) -> dict[str, bytes]:
-    """The figures of the run, name -> bytes; `plots` lists the formats wanted.
+def drawn(kind: str, report: RunReport, plots: Sequence[str], summary: Summary) -> dict[str, bytes]:
+    """The figures of the run with this `summary`, name -> bytes; `plots` lists the formats wanted.
 
     A figure that cannot be drawn is left out with a warning: it costs no result.
     """
@@ -79,26 +87,22 @@ def drawn(kind: str, report: RunReport, plots: Sequence[str]) -> dict[str, bytes
     for name, draw in {kind: report.figure, **report.figures}.items() if plots else ():
         try:
             figure = draw()
-            files.update({f"{name}.{form}": _saved(figure, form) for form in plots})
+            files.update({f"{name}.{form}": _saved(figure, form, mark(summary)) for form in plots})
         except Exception as error:
             warn(f"the figure {name} cannot be drawn and is left out ({type(error).__name__}: {error})")
     return files
 
 
-def contents(report: RunReport, figures: Mapping[str, bytes], summary: Summary) -> tuple[dict[str, bytes], Summary]:
-    """Every file of the run, name -> bytes, with its `figures`, and the summary with a list of the others."""
-    import tomli_w
-
-    files = {name: to_csv(table) for name, table in report.tables.items()} | dict(report.files)
-    summary = {**summary, LISTED: listing(files)}
-    # written last: a folder with a summary then holds a complete result
-    return files | {**figures, SUMMARY: tomli_w.dumps(summary).encode()}, summary
+def with_warnings(summary: Summary, warnings: Sequence[str]) -> Summary:
+    """The summary with the warnings of the run, before its sections."""
+    first = {key: summary[key] for key in ("kind", "version", "recipe", "set") if key in summary}
+    return first | ({"warnings": list(warnings)} if warnings else {}) | dict(summary)
 
 
-def _saved(figure: Figure, form: str) -> bytes:
-    """The figure as png, svg or pdf."""
+def _saved(figure: Figure, form: str, run: str) -> bytes:
+    """The figure as png, svg or pdf, with the mark of its `run`."""
     buffer = io.BytesIO()
-    figure.savefig(buffer, format=form)
+    figure.savefig(buffer, format=form, metadata={"Keywords" if form == "pdf" else "Source": run})
     return buffer.getvalue()
 
 

@@ -42,8 +42,12 @@ class Kept:
     def packed(self, key: str) -> bytes:
         """The content of a file that keeps this under a key."""
         count = {many: size(outermost(results)) for many, results in self.results.items() if results}
-        content = pickle.dumps((key, count, self.results, self.states), protocol=5)
-        return hashlib.sha256(content).digest() + content
+        content = io.BytesIO(bytes(DIGEST))  # no second copy: it may be of LARGEST
+        content.seek(DIGEST)
+        pickle.dump((key, count, self.results, self.states), content, protocol=5)
+        with content.getbuffer() as whole:
+            whole[:DIGEST] = hashlib.sha256(whole[DIGEST:]).digest()
+        return content.getvalue()
 
 
 def load(store: Path, key: str) -> tuple[Kept, str]:
@@ -51,7 +55,7 @@ def load(store: Path, key: str) -> tuple[Kept, str]:
     try:
         if store.stat().st_size > LARGEST:
             return Kept(), UNREADABLE
-        content = store.read_bytes()
+        content = memoryview(store.read_bytes())
         if hashlib.sha256(content[DIGEST:]).digest() != content[:DIGEST]:
             return Kept(), UNREADABLE
         known, count, results, states = restored(content[DIGEST:])
@@ -62,7 +66,7 @@ def load(store: Path, key: str) -> tuple[Kept, str]:
         return Kept(), UNREADABLE
 
 
-def restored(content: bytes) -> Any:
+def restored(content: bytes | memoryview) -> Any:
     """What was pickled, of nothing but arrays and objects of dielast; raises whatever pickle raises."""
     return _Unpickler(io.BytesIO(content)).load()
 

@@ -68,7 +68,7 @@ def prepare(
     unit = np.ones(cases) if charge and not programme else setup.thickness
     pieces = electrical_pieces(steps, setup.controls, unit, mode, repeat, programme)
     if programme:
-        _check_edges(setup, pieces)
+        _check_edges(setup, pieces.stored)
     if setup.share is not None and wiring.stated:
         only = "a film with a passive part, boundary frame or strip, can only be driven by an ideal source of voltage"
         raise InputError(f"{only}; its charge and energies are not computed", argument=wiring.stated[0])
@@ -79,7 +79,7 @@ def prepare(
         raise InputError("a profile needs a film with a passive part, boundary frame or strip", argument="profile")
     check_end(stated.profile_rows, duration, "programme", "profile")
     stops = _stops(stop_at, materials_of(material), setup)
-    alike = _alike(pieces, cases) if programme else np.ones(cases, dtype=bool)
+    alike = _alike(pieces.stored, cases) if programme else np.ones(cases, dtype=bool)
     parts = setup.groups(wiring.kinds, alike)
     density = _density(materials_of(material), cases)
 

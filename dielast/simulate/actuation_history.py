@@ -8,7 +8,7 @@ import numpy as np
 
 from dielast.io.table import Frame, to_frame
 from dielast.mechanics.criteria import CRITERIA
-from dielast.mechanics.piece import Piece
+from dielast.mechanics.laps import Pieces
 from dielast.mechanics.stability import TimeScale
 from dielast.mechanics.watch import Watch
 from dielast.numerics.arrays import Cases, Floats
@@ -59,7 +59,7 @@ def run_films(
     setup: Setup,
     part: Cases,
     wiring: Wiring,
-    pieces: Sequence[Piece],
+    pieces: Pieces,
     output: Output,
     *,
     timescale: TimeScale,
@@ -83,11 +83,11 @@ def run_films(
     begin = np.exp(0.5 * relaxed.log_squared_stretch)
     leakage = wiring.leakage.take(part) if wiring.electrical else None
     electric = None if leakage is None else ElectricMeter(leakage, part.size)
-    recorders = [Recorder(output.take(part), watch, electric, max(piece.lap for piece in pieces))]
+    recorders = [Recorder(output.take(part), watch, electric, pieces.laps)]
     if output.profile_rows is not None and (spread := setup.spread(part)) is not None:
         recorders.append(ProfileRecorder(Output(output.profile_rows[part]), spread=spread))
     meter = CycleMeter(points, begin[0], False, leakage, wiring.programme, None if density is None else density[part])
-    followed = follow(film, [piece.take(part) for piece in pieces], rtol=rtol, watch=watch, recorders=recorders, meter=meter)
+    followed = follow(film, pieces.take(part), rtol=rtol, watch=watch, recorders=recorders, meter=meter)
     # those of a course that was kept, if there was one
     watch, recorders, meter = followed.watch or watch, list(followed.recorders), followed.meter or meter
     electric = recorders[0].electric

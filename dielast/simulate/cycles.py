@@ -11,6 +11,7 @@ energy that one of source and edges receives over that which the other delivers.
 waveforms, or the laps of the steps that repeat, which have neither a load of one period nor a phase.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -24,7 +25,7 @@ from dielast.mechanics.piece import Cycles, Piece
 from dielast.mechanics.point import LoadedPoints
 from dielast.mechanics.point_material import PointMaterial
 from dielast.mechanics.span import Control
-from dielast.numerics.arrays import Cases, Flags, Floats, paired
+from dielast.numerics.arrays import Cases, Flags, Floats, paired, where
 from dielast.numerics.stride import DenseSteps, TriedStep
 from dielast.simulate.electrical import NODES, WEIGHTS, flow
 
@@ -122,7 +123,7 @@ class CycleMeter:
         self._piece = piece if isinstance(piece, Cycles) or piece.lap else None
         if self._piece is None:
             return
-        self.points, cases = system.points, self.unit.size
+        self.points, cases = system.points.without_springs(), self.unit.size
         if not self._lap:
             self._sums = np.zeros((SUMS, cases, piece.cycles or 1))
             self._sums[0], self._sums[1] = np.inf, -np.inf
@@ -136,11 +137,11 @@ class CycleMeter:
         """Store the step until it is added to the sums."""
         if self._piece is None:
             return
-        columns = np.flatnonzero(stride.accepted)
-        if stride.cases.size == 2 and stride.cases[0] == stride.cases[1]:
-            columns = columns[:1]  # a single case occupies two columns
+        columns = where(stride.accepted)
+        if not columns.size:
+            return
         self._system = system = films_of(stride)
-        steps = DenseSteps.of(stride, slice(system.border, None), columns)
+        steps = stride.of_border(system.border)
         slack = (
             system.slack[columns] if isinstance(system, LoadedPoints) and system.slack is not None else np.zeros(columns.size, bool)
         )
@@ -186,6 +187,9 @@ class CycleMeter:
             if self.density is not None:
                 table["energy_per_mass"] = -net / self.density[:, None]
         self._tables.append({name: np.where(ended, values, np.nan) for name, values in table.items()})
+        # many small arrays would take far more memory than their numbers
+        while len(self._tables) > 1 and self._tables[-2]["mean"].shape[1] <= self._tables[-1]["mean"].shape[1]:
+            self._tables[-2:] = [_joined(self._tables[-2:])]
         self._lap = 0
 
     def collect(self) -> CycleTable | None:
@@ -194,8 +198,7 @@ class CycleMeter:
             self._close()
         if not self._tables:
             return None
-        columns = {name: np.concatenate([table[name] for table in self._tables], axis=1) for name in self._tables[0]}
-        return CycleTable("Pa" if self.stress else "1", **columns)
+        return CycleTable("Pa" if self.stress else "1", **_joined(self._tables))
 
     def _add(self) -> None:
         """Add the stored steps to the sums."""
@@ -205,6 +208,11 @@ class CycleMeter:
         steps = DenseSteps.joined([kept[0] for kept in self._buffer])
         span, begin, ends_span, slack = (np.concatenate([kept[index] for kept in self._buffer]) for index in (1, 2, 3, 4))
         self._buffer, self._size = [], 0
+        # a case that occupies two columns counts once
+        twice = np.append(False, (np.diff(steps.cases) == 0) & (np.diff(span) == 0) & (np.diff(steps.time) == 0))
+        if twice.any():
+            once = np.flatnonzero(~twice)
+            steps, span, begin, ends_span, slack = steps.take(once), span[once], begin[once], ends_span[once], slack[once]
         load, cycle = piece.span(steps.cases, span)[0], np.zeros_like(span)
         if isinstance(piece, Cycles):
             cycle = span // piece.spans_of_cycle
@@ -272,6 +280,11 @@ class CycleMeter:
             np.add.at(by_edges, where, integral(edge_power, edge_term))
         for summed, part in zip((delivered, returned), () if sent is None else sent, strict=False):
             np.add.at(summed, where, steps.step * part)
+
+
+def _joined(tables: Sequence[dict[str, Floats]]) -> dict[str, Floats]:
+    """Tables of arrays (cases, cycles) as one, with the names of the first."""
+    return {name: np.concatenate([table[name] for table in tables], axis=1) for name in tables[0]}
 
 
 def _applied(weights: Floats, values: Floats) -> Floats:

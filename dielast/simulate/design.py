@@ -12,7 +12,7 @@ from dielast.io.result import Result, TabularResult
 from dielast.io.table import Column, Table
 from dielast.material.material import Material
 from dielast.material.scatter import Sample, assured, fewest_draws, interval
-from dielast.numerics.arrays import Cases, Floats, Texts
+from dielast.numerics.arrays import Cases, Floats, Index, Texts
 from dielast.numerics.edged_roots import EDGE, FAR, FOUND, LOW, OPEN
 from dielast.simulate.design_plan import UNFINISHED, Designed, DesignPlan, Goal, Targets, solve_draws, solve_films
 from dielast.simulate.film_grid import lay_out
@@ -155,7 +155,7 @@ def design(
     solved = [solve_films(plan, *chunk) for chunk in plan.chunks()]
     plan = under_way(plan, solved)
     drawn = [solve_draws(plan, *chunk) for chunk in plan.chunks(drawn=True)]
-    return designed(plan, solved, drawn, level, goal.failure_probability)
+    return designed(plan, solved, drawn, level, goal.failure_probability, laws=None if sample is None else sample.laws)
 
 
 def check_draws(draws: int, level: float, failure_probability: float) -> None:
@@ -206,9 +206,10 @@ def designed(
     level: float,
     failure_probability: float,
     confidence: float | None = None,
+    laws: Index | None = None,
 ) -> Design:
     """The design from the solved films, in any order, and from their draws; with a `confidence`, these are those of the film before
-    which a required share fails.
+    which a required share fails. `laws` (draws,) as in `interval`.
     """
     place = np.argsort(np.concatenate([part.films for part in solved]))
 
@@ -235,13 +236,18 @@ def designed(
         because,
         goal.reached(whole("missed")),
         max(part.rounds for part in solved),
-        _drawn(plan, drawn, level, failure_probability, confidence) if plan.grid.draws else None,
+        _drawn(plan, drawn, level, failure_probability, confidence, laws) if plan.grid.draws else None,
     )
     return _best_first(result)
 
 
 def _drawn(
-    plan: DesignPlan, drawn: Sequence[Designed], level: float, failure_probability: float, confidence: float | None
+    plan: DesignPlan,
+    drawn: Sequence[Designed],
+    level: float,
+    failure_probability: float,
+    confidence: float | None,
+    laws: Index | None,
 ) -> DesignBounds:
     """The results of the draws of all films."""
     voltage, time = np.full((2, plan.grid.draws * plan.films), np.nan)
@@ -252,10 +258,10 @@ def _drawn(
     voltage, time = (values.reshape(plan.grid.draws, plan.films) for values in (voltage, time))
     finished = ~np.isnan(time)
     share = np.sum(np.isfinite(time), axis=0) / np.maximum(finished.sum(axis=0), 1)
-    safe = interval(time, 1 - 2 * failure_probability)[0]
+    safe = interval(time, 1 - 2 * failure_probability, laws)[0]
     share = np.where(finished.any(axis=0), share, np.nan)
-    life = None if confidence is None else assured(time, confidence)
-    return DesignBounds(interval(voltage, level), interval(time, level), share, safe, life)
+    life = None if confidence is None else assured(time, confidence, laws)
+    return DesignBounds(interval(voltage, level, laws), interval(time, level, laws), share, safe, life)
 
 
 def _best_first(result: Design) -> Design:

@@ -13,7 +13,7 @@ viscous stretches. The work of the source is then the stored energy less the wor
 edges is the stored energy less int E~ dD~, exact if field or charge stays.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -22,9 +22,10 @@ from dielast.mechanics.electric import ELECTRIC, FIELD
 from dielast.mechanics.equations import Films, films_of
 from dielast.mechanics.film import FilmState
 from dielast.mechanics.piece import Piece
+from dielast.mechanics.point import LoadedPoints
 from dielast.mechanics.point_material import SYMMETRIC
 from dielast.mechanics.span import Control, Controls, stretched
-from dielast.numerics.arrays import Cases, Flags, Floats, paired
+from dielast.numerics.arrays import Cases, Flags, Floats, where
 from dielast.numerics.stride import DenseSteps, TriedStep
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(8)
@@ -122,7 +123,9 @@ class ElectricMeter:
     def begin(self, start: Floats, piece: Piece, system: Films) -> None:
         """Begin a piece of load at `start` (cases,) in s, with the films in its first span."""
         self._evaluate()
-        self._start, self._piece, self._system = start, piece, system
+        assert isinstance(system, LoadedPoints)
+        self._start, self._piece = start, piece
+        self._system = replace(system, points=system.points.without_springs())
 
     def ask_now(self, films: Films, state: Floats, cases: Cases) -> None:
         """Ask for rows at the beginning of a piece, from the complete state (rows, k)."""
@@ -132,12 +135,12 @@ class ElectricMeter:
 
     def follow(self, stride: TriedStep, stopped: Flags) -> None:
         """Add a step; films of the columns `stopped` (pool,) stop within it, at times that are known when they have `ended`."""
-        columns = paired(np.flatnonzero(stride.accepted))
+        columns = where(stride.accepted)
         if not columns.size:
             return
         if self._size >= MANY:
             self._evaluate()
-        steps = DenseSteps.of(stride, slice(films_of(stride).border, None), columns)
+        steps = stride.of_border(films_of(stride).border)
         self._kept.append((steps, stride.span[columns], stride.begin[columns]))
         if (last := np.flatnonzero(stopped[columns])).size:
             self._stopped.append(self._size + last)

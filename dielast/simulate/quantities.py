@@ -20,7 +20,6 @@ if TYPE_CHECKING:
 
 ELECTRICAL = "output.electrical = true"
 SOURCE, LEAKAGE = "[source]", "[leakage]"
-PROGRAMME = "steps that move the edges or open the circuit"
 ELECTRODE = "the size of the electrode: state film.electrode_diameter"
 
 
@@ -84,9 +83,8 @@ class SolvedFilms:
     stored: Floats
 
     def energies(self, *rows: int) -> Floats | None:
-        """The sum of rows of `EXTRA` in the record, in a programme of edges and electrodes."""
-        wanted = self.wiring.electrical and self.wiring.programme
-        return np.asarray(sum(self.record.electrical[row] for row in rows)) if wanted else None
+        """The sum of rows of `EXTRA` in the record."""
+        return np.asarray(sum(self.record.electrical[row] for row in rows)) if self.wiring.electrical else None
 
     def dissipated(self) -> Floats | None:
         """The energy that the dashpots have turned into heat: what source and edges have done, less what leaked, was lost in the
@@ -203,9 +201,9 @@ FILMS: list[Quantity] = [
         lambda film: film.if_stated("resistance", film.electrical(5)),
         needs=(SOURCE, ELECTRICAL),
     ),
-    Quantity("mechanical_work", "J/m^3", lambda film: film.energies(6), needs=(PROGRAMME, ELECTRICAL)),
-    Quantity("stored_energy", "J/m^3", lambda film: film.energies(7), needs=(PROGRAMME, ELECTRICAL)),
-    Quantity("dissipated_energy", "J/m^3", SolvedFilms.dissipated, needs=(PROGRAMME, ELECTRICAL)),
+    Quantity("mechanical_work", "J/m^3", lambda film: film.energies(6), needs=(ELECTRICAL,)),
+    Quantity("stored_energy", "J/m^3", lambda film: film.energies(7), needs=(ELECTRICAL,)),
+    Quantity("dissipated_energy", "J/m^3", SolvedFilms.dissipated, needs=(ELECTRICAL,)),
     Quantity(
         "area_strain",
         "1",

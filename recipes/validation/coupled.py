@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from section import Section, picture, table
 from vhb4905 import FREE, HANDLES, START, draw, read, summary
 
-from dielast import VACUUM_PERMITTIVITY, Calibration, MeasuredTest, NoShift, Spectrum, calibrate
+from dielast import VACUUM_PERMITTIVITY, Calibration, Intervals, MeasuredTest, NoShift, Spectrum, calibrate
 from dielast.plots.style import COLOURS, grid, legend_below, sheet, style
 
 THICKNESS = 0.5e-3  # m
@@ -52,7 +52,7 @@ def coupled(data: Path) -> Section:
             shift=NoShift(bare.temperature),
             permittivity=permittivity(data, bare.temperature),
         )
-        result = calibrate([bare], start, FREE_HERE, validate=[charged], starts=4, draws=60)
+        result = calibrate([bare], start, FREE_HERE, validate=[charged], starts=4, intervals=Intervals(draws=60))
         found.append(result)
         for each in result.comparisons:
             numbers = ["pulls in", "", ""] if each.runaway is not None else summary([each])[1:]

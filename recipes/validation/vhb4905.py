@@ -14,7 +14,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from section import Section, picture, table
 
-from dielast import WLF, Calibration, Comparison, Free, Gent, Material, MeasuredTest, Spectrum, calibrate
+from dielast import WLF, Calibration, Comparison, Free, Gent, Intervals, Material, MeasuredTest, Spectrum, calibrate
 from dielast.plots.style import COLOURS, MARKERS, SHADE, grid, legend_below, shade, sheet, spread, style
 from dielast.plots.texts import typeset
 
@@ -68,7 +68,9 @@ def holds(data: Path) -> list[MeasuredTest]:
 def calibrated(data: Path) -> Calibration:
     """Every second curve fitted, all else predicted."""
     others = [*(loading(data, number) for number in (*PREDICTED, *FAR)), *holds(data)]
-    return calibrate([loading(data, number) for number in FITTED], START, FREE, validate=others, starts=2, draws=60)
+    return calibrate(
+        [loading(data, number) for number in FITTED], START, FREE, validate=others, starts=2, intervals=Intervals(draws=60)
+    )
 
 
 def parts(data: Path) -> tuple[list[Comparison], list[Comparison], list[Comparison], list[Comparison]]:

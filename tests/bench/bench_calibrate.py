@@ -18,7 +18,7 @@ from scipy.optimize import least_squares
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from flat import relax
 
-from dielast import WLF, Free, Gent, Material, MeasuredTest, NoShift, Spectrum, Yeoh, calibrate
+from dielast import WLF, Free, Gent, Intervals, Material, MeasuredTest, NoShift, Spectrum, Yeoh, calibrate
 from dielast.calibration.fit import STARTS, fit_material
 from dielast.calibration.laboratory import Laboratory
 from dielast.calibration.levenberg import minimise
@@ -171,7 +171,7 @@ def bench_coupled() -> None:
         test, measured = coupled(without), coupled(under)
         permittivity = VACUUM_PERMITTIVITY * np.interp(test.temperature, slow.temp - 273.15, slow.dielec)
         material = replace(START, permittivity=float(permittivity), shift=NoShift(20.0))
-        result = calibrate([test], material, FREE, validate=[measured], draws=200)
+        result = calibrate([test], material, FREE, validate=[measured], intervals=Intervals(draws=200))
         print(to_frame(result.test_columns()).to_string())
         model = result.comparisons[1].model
         for top in (1.5, 2.0, 2.5, 3.0):

@@ -10,9 +10,7 @@ from pathlib import Path
 
 import pytest
 from client import ask
-from processes import ENDS, PYTHON
-
-Run = Callable[..., subprocess.CompletedProcess[str]]
+from processes import ENDS, PYTHON, Run
 
 
 @pytest.fixture(scope="session")

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import re
-import subprocess
 import tomllib
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from machines import QUIET, Machine, cycles, hold, softened
+from processes import Run
 
 from dielast import Gent, Material, MeasuredTest, NoShift, Spectrum, VoltageTest, read_draws, read_material
 from dielast.calibration.laboratory import Laboratory
@@ -21,7 +20,6 @@ from dielast.io.files import Inputs
 from dielast.io.table import parse_csv
 from dielast.simulate.film_setup import Film
 
-Run = Callable[..., subprocess.CompletedProcess[str]]
 SPECIMEN = 'specimen = { gauge_length = "80 mm", width = "22 mm", thickness = "1 mm" }'
 TEST = f'[[test]]\nfile = "example:tensile/hold.csv"\n{SPECIMEN}\n'
 FREE = '[free]\n"equilibrium.shear_modulus" = {}\n'

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import subprocess
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
+from processes import Run
 
 from dielast.commands.registry import read_cases
 from dielast.commands.simulation.solver_steps import solver_steps
@@ -15,7 +14,6 @@ from dielast.errors import InputError
 from dielast.io.files import Inputs
 from dielast.io.table import number_columns, parse_csv
 
-Run = Callable[..., subprocess.CompletedProcess[str]]
 CHARGE = """
 kind = "actuate"
 material = "example:vhb4905.toml"

@@ -8,7 +8,7 @@ import signal
 import socket
 import subprocess
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
@@ -17,7 +17,7 @@ import distributed
 import numpy as np
 import pytest
 from maps import map_of
-from processes import ENDS, SMALL_CHUNKS, Process, half_done, until
+from processes import ENDS, SMALL_CHUNKS, Process, Run, half_done, until
 
 from dielast.commands.actuate import run as actuate
 from dielast.commands.registry import read_cases
@@ -27,7 +27,6 @@ from dielast.io.table import to_csv
 from dielast.sharing import cluster
 from dielast.sharing.execution import Execution
 
-Run = Callable[..., subprocess.CompletedProcess[str]]
 MAP = map_of(2)
 PATIENCE = 3  # s, within which a busy machine can connect
 IMPATIENT = ("DASK_DISTRIBUTED__COMM__TIMEOUTS__CONNECT", f"{PATIENCE}s")

@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 import csv
-import subprocess
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
+from processes import Run
 
 from dielast.handover.material_file import parse_material, write_material
 from dielast.material.damage import InversePower
-
-Run = Callable[..., subprocess.CompletedProcess[str]]
 
 MATERIAL = """\
 name = "film"
@@ -169,21 +166,3 @@ def test_the_law_is_read_and_written() -> None:
     assert material.damage == InversePower(30e6, 600.0, 18.5)
     assert parse_material(write_material(material), "again.toml").damage == material.damage
     assert b"damage" not in write_material(parse_material(MATERIAL.encode(), "film.toml"))
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "message"),
-    [
-        ("exponent = 18.5\n", "", 'film.toml: damage: law "inverse-power" needs exponent'),
-        ("18.5", "-18.5", "film.toml: damage.exponent: -18.5: a number above 0 is needed"),
-        ('"10 min"', '"10 mm"', "film.toml: damage.time: "),
-        ('"30 MV/m"', '["30 MV/m", "40 MV/m"]', "film.toml: damage.field: "),
-        (DAMAGE, "", 'stop.at: "damage" cannot happen: the material file needs [damage] with field, time and exponent'),
-    ],
-)
-def test_what_is_wrong_is_named(folder: Path, dielast: Run, old: str, new: str, message: str) -> None:
-    (folder / "film.toml").write_text((MATERIAL + DAMAGE).replace(old, new))
-    done = dielast("actuate", "actuate.toml", "-o", "out")
-    assert done.returncode == 2
-    assert message in done.stderr
-    assert done.stderr.count("\n") == 1

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import csv
-import subprocess
 from collections.abc import Callable
 from pathlib import Path
 
 import pandas as pd
 import pytest
-
-Run = Callable[..., subprocess.CompletedProcess[str]]
+from processes import Run
 
 MATERIAL = """\
 name = "film"

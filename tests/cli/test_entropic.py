@@ -4,15 +4,12 @@ from __future__ import annotations
 
 import csv
 import shutil
-import subprocess
 import tomllib
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
-
-Run = Callable[..., subprocess.CompletedProcess[str]]
+from processes import Run
 
 TIMES, MODULI, LEVEL, EXPANSION = np.array([1e3, 10.0, 0.1]), np.array([3e5, 1e6, 3e6]), 2e5, 6e-4
 CURVE = """\

@@ -131,6 +131,25 @@ def test_what_is_broken_is_refused_with_one_line(law: str, message: str, dielast
     assert done.stderr == f"toy-laws 1.2: entry point {law} of dielast.springs: {message}\n"
 
 
+@pytest.mark.parametrize(
+    ("law", "message"),
+    [
+        ("raises", "toy-laws 1.2: raises of dielast.springs: ZeroDivisionError: division by zero (more.py:"),
+        ("shapeless", "varga of dielast.springs: what one of these gives cannot be used: ValueError: "),
+    ],
+)
+@pytest.mark.parametrize("jobs", ["1", "2"])
+def test_a_law_that_fails_in_use_is_named_in_one_line(law: str, message: str, jobs: str, dielast: Dielast, tmp_path: Path) -> None:
+    springs = '[equilibrium]\nlaw = "varga"'
+    (tmp_path / "toy.toml").write_text(MATERIAL.replace(springs, springs.replace("varga", law)))
+    (tmp_path / "film.toml").write_text(FILM.replace('at = "wide"', 'at = "end"'))
+    done = dielast("actuate", "film.toml", "-q", "--plot", "none", "--jobs", jobs, expected=2)
+    (line,) = done.stderr.splitlines()
+    assert message in line
+    assert f"toy-laws 1.2: {law} of dielast.springs" in line
+    assert not (tmp_path / "film").exists()
+
+
 def test_a_command_that_is_none_is_refused_and_unknown_names_stay_unknown(dielast: Dielast, tmp_path: Path) -> None:
     done = dielast("hollow", "x.toml", expected=2)
     assert len(done.stderr.splitlines()) == 1

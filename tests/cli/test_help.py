@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import json
-import subprocess
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
+from processes import Run
 
 from dielast.commands.registry import COMMANDS
-
-Run = Callable[..., subprocess.CompletedProcess[str]]
 
 
 @pytest.fixture

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import subprocess
 import tomllib
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from processes import Run
 from uncertain import FILM, SCATTER, columns
 
 import dielast as library
@@ -19,7 +18,6 @@ from dielast.handover.material_file import write_material
 from dielast.io.files import resolve
 from dielast.io.table import to_csv
 
-Run = Callable[..., subprocess.CompletedProcess[str]]
 MEMBERS = 24
 RELAX = """
 kind = "relax"

@@ -90,7 +90,7 @@ def test_an_interrupt_before_the_first_cell_leaves_what_an_earlier_run_kept(diel
     (tmp_path / "m.toml").write_text(MAP.format(points=3))
     (tmp_path / "m").mkdir()
     (tmp_path / "m/.unfinished").write_bytes(b"of an earlier run")
-    ran = dielast("failure-map", "m.toml", prelude=PRESS.format(module="commands.failure_map.run", function="prepared"))
+    ran = dielast("failure-map", "m.toml", prelude=PRESS.format(module="commands.grids.failure_map", function="prepared"))
     assert (ran.returncode, ran.stderr) == (130, f"interrupted: {EARLIER}\n")
     assert (tmp_path / "m/.unfinished").read_bytes() == b"of an earlier run"
 

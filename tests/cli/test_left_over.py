@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import subprocess
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from processes import Run
 
 import dielast as library
 from dielast.commands.registry import COMMANDS
@@ -17,7 +17,6 @@ from dielast.io.files import resolve
 from dielast.material.spectrum import Spectrum
 from dielast.report.report import left_over
 
-Run = Callable[..., subprocess.CompletedProcess[str]]
 GOLDEN = Path(__file__).parents[1] / "golden"
 
 

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import io
 import os
-import subprocess
 import tomllib
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -14,10 +12,10 @@ import numpy as np
 import pytest
 from photographs import Scene, render, saved
 from PIL import Image
+from processes import Run
 
 from dielast.io.table import parse_csv
 
-Run = Callable[..., subprocess.CompletedProcess[str]]
 SCENE = Scene((96, 90), (47.0, 44.5), (50.0, 50.0), noise=0.02)
 FRAMES = [render(replace(SCENE, axes=(50.0 + 2 * k, 50.0 + k), seed=k)) for k in range(3)]
 RECIPE = 'kind = "measure"\nfiles = "photo-*"\ninterval = "8 s"\n'

@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-import subprocess
 import tomllib
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
+from processes import Run
 
 from dielast import WLF, Material, Spectrum, read_material, write_material
 from dielast.calibration.parameters import Free, parameter_space
 from dielast.io.table import parse_csv
 from dielast.plots.calibration import _symbol
 
-Run = Callable[..., subprocess.CompletedProcess[str]]
 START = """
 name = "start"
 reference_temperature = "20 degC"

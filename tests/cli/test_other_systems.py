@@ -10,20 +10,18 @@ import os
 import shutil
 import subprocess
 import sys
-from collections.abc import Callable
 from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
 from maps import map_of
-from processes import ENDS
+from processes import ENDS, Run
 
 from dielast.cli import terminal
 from dielast.io import workbook
 from dielast.io.files import depfile
 from dielast.sharing import processes
 
-Run = Callable[..., subprocess.CompletedProcess[str]]
 # every process that a test starts imports this first, also those that processes start
 SIMULATED = """
 import os, pathlib, signal, sys, warnings

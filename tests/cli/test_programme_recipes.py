@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import re
-import subprocess
 from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
+from processes import Run
 
 from dielast.commands.registry import read_cases
 from dielast.commands.simulation.naming import TIMES
@@ -16,7 +16,6 @@ from dielast.errors import InputError
 from dielast.io.table import number_columns
 from dielast.plots.texts import FIXED
 
-Run = Callable[..., subprocess.CompletedProcess[str]]
 MATERIAL = """
 name = "m"
 reference_temperature = "20 degC"

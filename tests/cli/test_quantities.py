@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import subprocess
 import tomllib
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
 from flat import failure_map
+from processes import Run
 
 from dielast import read_material
 from dielast.commands.simulation.bounds import bounded_map_columns
@@ -17,7 +16,6 @@ from dielast.io.table import number_columns
 from dielast.simulate import quantities
 from dielast.simulate.quantities import Quantity
 
-Run = Callable[..., subprocess.CompletedProcess[str]]
 FILM = """
 kind = "actuate"
 material = "example:vhb4905.toml"

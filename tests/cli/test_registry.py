@@ -5,15 +5,20 @@ from __future__ import annotations
 import json
 import subprocess
 import tomllib
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from processes import Run
 
 from dielast.commands.registry import COMMANDS
 
-Run = Callable[..., subprocess.CompletedProcess[str]]
-REGISTER = 'import sys; sys.path.insert(0, ""); from dielast.commands.registry import COMMANDS; COMMANDS.register("toy", "toy:TOY")'
+REGISTER = """
+import sys
+sys.path.insert(0, "")
+from dielast.commands.registry import COMMANDS
+from toy import TOY
+COMMANDS.register(TOY)
+"""
 PACKAGE = {
     "__init__.py": """
 from dielast.commands.command import Command
@@ -42,7 +47,7 @@ from matplotlib.figure import Figure
 
 from dielast.errors import InputError
 from dielast.io.table import Column, parse_csv
-from dielast.report.report import Report
+from dielast.report.report import RunReport
 
 
 def read(recipe, inputs):
@@ -55,10 +60,7 @@ def read(recipe, inputs):
 def run(cases, inputs, execution):
     x = read(cases[0].recipe, inputs)
     table = [Column("x", "1", x), Column("square", "1", x ** cases[0].recipe.power)]
-    return Report({"squares.csv": table}, {"toy": {"largest_Pa": float(table[1].values.max())}}, Figure)
-""",
-    "readings.py": """
-from toy.run import read
+    return RunReport({"squares.csv": table}, {"toy": {"largest_Pa": float(table[1].values.max())}}, Figure)
 
 
 def readings(cases, inputs):

@@ -6,15 +6,13 @@ import base64
 import io
 import shutil
 import subprocess
-from collections.abc import Callable
 from html.parser import HTMLParser
 from pathlib import Path
 
 import pytest
 from PIL import Image
-from processes import ENDS
+from processes import ENDS, Run
 
-Run = Callable[..., subprocess.CompletedProcess[str]]
 EMPTY = {"meta", "img", "br", "hr", "link", "input"}
 HOSTILE = '<script>alert("1")</script> & <img src=x onerror=alert(1)>'
 PAGE = "report.html"
@@ -114,20 +112,56 @@ def test_a_chain_on_one_page(results: Path, dielast: Run) -> None:
     assert (results / "again.html").read_bytes() == first
 
 
-def test_a_result_that_was_made_anew_is_warned_of(results: Path, dielast: Run) -> None:
+def test_a_changed_result_is_refused_until_its_summary_says_so(results: Path, dielast: Run) -> None:
     material = results / "out/spectrum/material.toml"
     material.write_text(material.read_text() + "# another\n")
+    refused = dielast("report", "out/curve", "out/spectrum", "out/relax")
+    assert refused.returncode == 2
+    assert refused.stderr == (
+        "out/spectrum/summary.toml: material.toml is not the file that its run wrote (changed since, or another run was ended "
+        'while it wrote): run it again; where that was on purpose, write changed = ["material.toml"] at the top of this '
+        "summary.toml\n"
+    )
+    assert not (results / PAGE).exists()
+    summary = results / "out/spectrum/summary.toml"
+    summary.write_text('changed = ["material.toml"]\n' + summary.read_text())
     done = dielast("report", "out/curve", "out/spectrum", "out/relax")
     text = "was made from another material.toml than the one in out/spectrum now: run it again"
     changed, made = done.stderr.splitlines()
-    assert changed.startswith(
-        "warning: out/spectrum: material.toml is not a file of the run that wrote summary.toml: another run was"
-    )
+    assert changed == "warning: out/spectrum: material.toml was changed after the run, as summary.toml states"
     assert made == f"warning: out/relax: {text}"
     assert done.returncode == 0
     page = Parsed((results / PAGE).read_text("utf-8"))
     assert text in page.text
     assert "relax in out/relax, 1 warning" in page.text
+
+
+def test_lines_that_a_version_control_ended_otherwise_are_no_change(results: Path, dielast: Run) -> None:
+    table = results / "out/relax/relax.csv"
+    table.write_bytes(table.read_bytes().replace(b"\n", b"\r\n"))
+    done = dielast("report", "out/relax")
+    assert (done.returncode, done.stderr) == (0, "")
+
+
+def test_what_another_run_left_in_the_folder_is_left_out(results: Path, dielast: Run) -> None:
+    home = results / "out/relax"
+    (results / "relax.toml").write_text(dielast("new", "relax").stdout)
+    later = dielast("relax", "relax.toml", "-o", "out/relax", "-q", "--plot", "png", "--set", "temperature='30 degC'")
+    assert later.returncode == 0, later.stderr
+    (home / "cycles.csv").write_text("case\n1\n")
+    done = dielast("report", "out/relax")
+    left_out = "is left out, as the run of summary.toml did not write it"
+    assert done.stderr.splitlines() == [f"warning: out/relax: {name} {left_out}" for name in ("relax.svg", "cycles.csv")]
+    page = Parsed((results / PAGE).read_text("utf-8"))
+    (figure,) = page.all("img")
+    assert figure["src"].startswith("data:image/png")  # not the SVG of the earlier run
+    assert "cycles.csv" not in page.text.replace("cycles.csv is left out", "")
+    (home / "relax.png").unlink()
+    summary = home / "summary.toml"
+    summary.write_text('changed = ["relax.svg"]\n' + summary.read_text())  # the user knows better
+    dielast("report", "out/relax")
+    (figure,) = Parsed((results / PAGE).read_text("utf-8")).all("img")
+    assert figure["src"].startswith("data:image/svg")
 
 
 def test_names_and_texts_are_no_markup(results: Path, dielast: Run) -> None:
@@ -136,6 +170,9 @@ def test_names_and_texts_are_no_markup(results: Path, dielast: Run) -> None:
     summary = home / "summary.toml"
     text = summary.read_text().replace('recipe = "relax.toml"', f"recipe = '{HOSTILE}'\nwarnings = ['{HOSTILE}', \"bell \\u0007\"]")
     summary.write_text(text.replace("[[inputs]]", f"[more]\n'{HOSTILE}' = '{HOSTILE}'\n\n[[inputs]]", 1))
+    for name in ("cases.csv", "cycles.csv"):
+        summary.write_text(f'{summary.read_text()}\n[[outputs]]\nfile = "{name}"\nsha256 = ""\n')
+    summary.write_text(f'changed = ["cases.csv", "cycles.csv", "relax.svg"]\n{summary.read_text()}')
     (home / "cases.csv").write_text(f'"{HOSTILE.replace(chr(34), chr(34) * 2)}"\n"{HOSTILE.replace(chr(34), chr(34) * 2)}"\n')
     (home / "cycles.csv").write_text("".join(f"column{index}," for index in range(40)) + "last\n" + "1," * 40 + "1\n")
     done = dielast("report", home.name)
@@ -176,7 +213,7 @@ def test_wrong_folders_and_names(results: Path, dielast: Run, arguments: tuple[s
         ('kind = "relax"', "kind = 3", "kind: unknown kind of result"),
         ('kind = "relax"', 'kind = "relax"\nwarnings = "one"', "warnings: a list of text is needed"),
         ('kind = "relax"', 'kind = "relax', "line 1: "),
-        ("sha256 =", "sha =", "inputs: every entry needs a file and its sha256"),
+        ("[[inputs]]\nfile =", "[[inputs]]\nname =", "inputs: every entry needs a file and its sha256"),
     ],
 )
 def test_a_summary_that_was_edited(results: Path, dielast: Run, before: str, after: str, message: str) -> None:
@@ -190,6 +227,8 @@ def test_a_summary_that_was_edited(results: Path, dielast: Run, before: str, aft
 
 def test_a_table_that_was_edited(results: Path, dielast: Run) -> None:
     (results / "out/relax/relax.csv").write_text("a,b\n1\n")
+    summary = results / "out/relax/summary.toml"
+    summary.write_text('changed = ["relax.csv"]\n' + summary.read_text())
     done = dielast("report", "out/relax")
     assert (done.returncode, done.stderr) == (2, "out/relax/relax.csv: not a table that dielast wrote: rows differ in length\n")
 
@@ -219,6 +258,9 @@ def test_a_browser_shows_the_figures(results: Path, dielast: Run) -> None:
     browser = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
     if browser is None:
         pytest.skip("no Chromium is installed")
+    for name in ("out/curve/mastercurve.png", "out/relax/relax.svg"):
+        summary = (results / name).with_name("summary.toml")
+        summary.write_text(f'changed = ["{Path(name).name}"]\n{summary.read_text()}')
     (results / "out/curve/mastercurve.png").write_bytes(picture("#ff00ff"))
     (results / "out/relax/relax.svg").write_text(
         '<svg xmlns="http://www.w3.org/2000/svg" width="400" height="200"><rect width="400" height="200" fill="#00ff00"/></svg>'

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import tomllib
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 
 from dielast.cli.run import compute
 from dielast.commands.registry import read_cases
-from dielast.errors import InputError
 from dielast.io.table import parse_csv
 from dielast.sharing.execution import Execution
 
@@ -99,21 +97,3 @@ def test_films_that_live_on_are_left_out_and_said_to_be(tmp_path: Path) -> None:
         "sensitivity: 2 of 2 cases have no sensitivity: some of their changes survive" in line for line in warnings_of(files)
     )
     assert files["sensitivity.png"].startswith(b"\x89PNG")
-
-
-@pytest.mark.parametrize(
-    ("recipe", "message"),
-    [
-        (MAP.replace("= true", "= 1"), "sensitivity: 1: true or false is needed"),
-        (
-            'kind = "relax"\nmaterial = "example:vhb4905.toml"\nsensitivity = true\n[[step]]\nstretch = 2.0\n',
-            "sensitivity: relax and creep have no time to failure",
-        ),
-    ],
-)
-def test_mistakes_are_one_line(tmp_path: Path, recipe: str, message: str) -> None:
-    with pytest.raises(InputError) as caught:
-        run(tmp_path, recipe)
-    lines: list[Any] = list(caught.value.messages)
-    assert len(lines) == 1
-    assert message in lines[0]

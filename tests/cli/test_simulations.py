@@ -1,16 +1,15 @@
 from __future__ import annotations
 
-import subprocess
 import tomllib
 from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
+from processes import Run
 
 from dielast.io.table import number_columns
 
-Run = Callable[..., subprocess.CompletedProcess[str]]
 RELAX = """
 kind = "relax"
 material = "example:vhb4905.toml"

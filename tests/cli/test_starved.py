@@ -11,15 +11,14 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from processes import ENDS
+from processes import ENDS, Run
 
+from dielast.commands.grids.films import check_cells
 from dielast.commands.registry import read_cases
-from dielast.commands.simulation.memory_needed import check_cells, check_series
+from dielast.commands.simulation.run import check_series
 from dielast.errors import NumericsError
 from dielast.io.files import Inputs
 from dielast.sharing import memory
-
-Run = Callable[..., subprocess.CompletedProcess[str]]
 
 
 def limited(arguments: list[str], folder: Path, what: int, least: int) -> subprocess.CompletedProcess[str]:

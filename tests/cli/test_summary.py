@@ -3,20 +3,19 @@
 from __future__ import annotations
 
 import hashlib
-import subprocess
 import tomllib
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
+from processes import Run
 
 import dielast as library
 from dielast.errors import DielastWarning
 from dielast.io.files import Inputs
 from dielast.report.report import RecipeSource, RunReport, drawn, summarise
 
-Run = Callable[..., subprocess.CompletedProcess[str]]
 Starter = Callable[[str], Path]
 
 

@@ -6,13 +6,11 @@ import json
 import os
 import subprocess
 import sys
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from processes import ENDS
+from processes import ENDS, Run
 
-Run = Callable[..., subprocess.CompletedProcess[str]]
 CODE = "from dielast.cli import main; main()"
 RECIPE = 'kind = "relax"\nmaterial = "example:vhb4905.toml"\n[[step]]\nstretch = 1.1\nrate = "0.1 /s"\n'
 WARNED = RECIPE + '[[compare]]\nfile = "m.csv"\nx = "time [s]"\ny = "stretch_1 [1]"\n'

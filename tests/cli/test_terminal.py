@@ -6,15 +6,13 @@ import os
 import pty
 import subprocess
 import sys
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from processes import ENDS
+from processes import ENDS, Run
 
 from dielast.report.summary import rows
 
-Run = Callable[..., subprocess.CompletedProcess[str]]
 CODE = "from dielast.cli import main; main()"
 WARNED = 'kind = "relax"\nmaterial = "example:vhb4905.toml"\n[[step]]\nhold = "10 s"\n' + (
     '[[compare]]\nfile = "m.csv"\nx = "time [s]"\ny = "stretch_1 [1]"\n'

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import csv
-import subprocess
 import tomllib
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 import pytest
 from flat import creep
 from keys import keys
+from processes import Run
 from toys import MATERIAL, Cooling, Eyring, Linear, Power, Varga, register
 
 from dielast import CardOptions, InputError, Material, NoShift, Spectrum, export_card, write_material
@@ -25,8 +25,6 @@ from dielast.material.springs import EQUIBIAXIAL, SPRINGS, UNIAXIAL, Gent
 from dielast.mechanics.load import Step
 from dielast.mechanics.point_material import PointMaterial
 from dielast.registry import Registry
-
-Run = Callable[..., subprocess.CompletedProcess[str]]
 
 TESTS = Path(__file__).parents[1]
 PRELUDE = f"import sys; sys.path.insert(0, {str(TESTS)!r}); import toys; toys.register()"

@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 import shutil
-import subprocess
 import tomllib
 from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
+from processes import Run
 from uncertain import FILM, SCATTER, columns
 
 import dielast as library
 from dielast.commands.simulation.uncertainty import _warn_of_draws
 
-Run = Callable[..., subprocess.CompletedProcess[str]]
 UNCERTAIN = "\n[uncertainty]\ndraws = 24\n"
 MAP = f"""
 kind = "failure-map"
@@ -57,11 +56,10 @@ def changed(table: str, header: str, value: str) -> str:
 
 
 def refused(command: Run, folder: Path, *arguments: str) -> str:
-    """The one line that the command line says of a mistake; before it, the warning of a file that was changed."""
+    """The one line that the command line says of a mistake."""
     run = command(folder, *arguments)
     assert run.returncode == 2
-    *before, line = run.stderr.splitlines()
-    assert all("is not a file of the run that wrote summary.toml" in warning for warning in before)
+    (line,) = run.stderr.splitlines()
     return line
 
 
@@ -235,10 +233,27 @@ def test_damaged_draws_of_a_master_curve(command: Run, made: Path, tmp_path: Pat
     assert old in laws
     (tmp_path / "mc/draw-laws.csv").write_text(laws.replace(old, new, 1) if old != "C1 [1]" else changed(laws, old, new))
     shutil.copy(made / "sp.toml", tmp_path / "sp.toml")
+    whole = "mc/summary.toml: draw-laws.csv is not the file that its run wrote"
+    assert refused(command, tmp_path, "spectrum", "sp.toml", "--plot", "none").startswith(whole)
+    summary = tmp_path / "mc/summary.toml"
+    summary.write_text('changed = ["draw-laws.csv"]\n' + summary.read_text())
     assert message in refused(command, tmp_path, "spectrum", "sp.toml", "--plot", "none")
     checked = refused(command, tmp_path, "validate", "sp.toml")
     assert checked.startswith("sp.toml: mastercurve: ")
     assert message in checked
+
+
+def test_draws_beside_a_changed_material(command: Run, made: Path, tmp_path: Path) -> None:
+    home = tmp_path / "sp"
+    shutil.copytree(made / "sp", home)
+    (tmp_path / "m.toml").write_text((MAP + UNCERTAIN).replace("material.toml", "sp/material.toml"))
+    (home / "material.toml").write_text(f"# by hand\n{(home / 'material.toml').read_text()}")
+    whole = "sp/summary.toml: material.toml is not the file that its run wrote"
+    assert whole in refused(command, tmp_path, "failure-map", "m.toml", "--plot", "none")
+    with pytest.raises(library.InputError, match=whole):
+        library.read_draws(home / "material.toml")
+    (home / "summary.toml").write_text(f'changed = ["material.toml"]\n{(home / "summary.toml").read_text()}')
+    assert command(tmp_path, "failure-map", "m.toml", "--plot", "none").returncode == 0
 
 
 def test_draws_of_another_material_are_doubted(command: Run, folder: Path) -> None:

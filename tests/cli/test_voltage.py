@@ -3,7 +3,6 @@ from __future__ import annotations
 import re
 import shutil
 import signal
-import subprocess
 import tomllib
 from collections.abc import Callable
 from pathlib import Path
@@ -11,11 +10,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 from maps import MAP, map_of
-from processes import ENDS, SMALL_CHUNKS, alive, half_done, until
+from processes import ENDS, SMALL_CHUNKS, Run, alive, half_done, until
 
 from dielast.io.table import number_columns, parse_csv
 
-Run = Callable[..., subprocess.CompletedProcess[str]]
 ACTUATE = """
 kind = "actuate"
 material = "example:vhb4905.toml"

@@ -21,5 +21,5 @@ SCATTER = 'breakdown_field = { law = "weibull", shape = 20 }\nthickness = "2 %"\
 def columns(path: Path) -> dict[str, np.ndarray]:
     """The numbers of a table by their headers."""
     content = path.read_bytes()
-    headers = [header for header in parse_csv(content, path.name) if header not in ("event", "failure_mode")]
+    headers = [header for header in parse_csv(content, path.name) if header not in ("event", "failure_mode", "reached")]
     return dict(zip(headers, number_columns(content, path.name, headers), strict=True))

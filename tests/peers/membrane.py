@@ -37,6 +37,7 @@ Course = Callable[[Any], Any]  # a load over the time since its piece began, num
 NEWTON_STEPS, ENOUGH, ACCEPTABLE = 60, 1e-13, 1e-10  # steps; the change of ln l that is the last; at which they may stagnate
 LARGEST_STEP, SLOW = 0.2, 0.1  # in ln l; contraction a step above which the tangent is computed anew
 JUMP_PARTS, SAMPLES = 40, 4  # parts in which a load at once is applied; looks per step of the solver for roots of events
+TRIALS = 50  # stages of a piece that may lie beyond the end of the equilibrium
 FLOW = np.array([[2.0, -1.0], [-1.0, 2.0]]) / 6
 
 
@@ -259,10 +260,11 @@ class History:
 class _Segment:
     """One piece of load, solved: the dense solution y(t) = (ln xi_1, ln xi_2, d/charge_unit, damage) from `start` s on."""
 
-    def __init__(self, film: Film, piece: Piece, state: State, rtol: float, atol: float) -> None:
+    def __init__(self, film: Film, piece: Piece, state: State, rtol: float, atol: float, theta: Course | None = None) -> None:
+        """With `theta`, the piece is cut short where the film pulls in."""
         self.film, self.piece, self.start, self.count = film, piece, state.time, film.modulus.size
         self.balance = balance = _Balance(film, piece, state.log_stretch)
-        self.unit = film.charge_unit
+        self.unit, self.lost = film.charge_unit, 0
         self._jump(state)
         y = np.concatenate((state.log_viscous.ravel(), [state.charge / self.unit, state.damage]))
         self.sol: OdeSolution | None = None
@@ -270,10 +272,13 @@ class _Segment:
         self.reference: tuple[Floats, Floats, Floats] = y, balance.guess, np.zeros((2, y.size))
         if piece.duration > 0:
             tight: Any = {"method": "Radau", "rtol": rtol, "atol": atol, "dense_output": True, "jac": self._jacobian}
+            if theta is not None:
+                tight["events"] = self._until_pull_in(theta)
             solved = solve_ivp(self._rate, (0.0, piece.duration), y, **tight)
             if not solved.success:
                 raise FloatingPointError(solved.message)
             self.sol, self.knots = solved.sol, solved.t
+            self.piece = balance.piece = replace(piece, duration=float(solved.t[-1]))
             self.path = np.empty((2, self.knots.size))
             balance.matrix, guess = None, balance.guess
             for row, t in enumerate(self.knots):
@@ -325,7 +330,13 @@ class _Segment:
         x, charge, _ = self._unpack(y)
         last, log, move = self.reference  # d ln l/dy is known from the Jacobian
         guess = log + (move @ (y - last))[:, None]
-        log, hard, _ = self.balance.solve(x, self.balance.loads(t, charge), guess)
+        try:
+            log, hard, _ = self.balance.solve(x, self.balance.loads(t, charge), guess)
+        except FloatingPointError:  # a trial beyond the end of the equilibrium: the solver takes a shorter step
+            self.lost += 1
+            if self.lost > TRIALS:
+                raise
+            return np.full_like(y, np.nan)
         self.reference = y, log, move
         return np.concatenate((flow_rate(self.film, hard).ravel(), self._currents(t, log, charge).ravel()))
 
@@ -377,17 +388,43 @@ class _Segment:
         return History(self.start + t, np.exp(log), total / np.exp(log), field, charge, true, damage, x)
 
     def determinant(self, t: Floats, theta: Course) -> Floats:
-        """Determinant of ds_i/dl_j of the axes under stress, at fixed nominal field (at fixed charge under a charge or a
-        source), in Pa^2, Pa or 1, at times (k,); each branch with the weight exp(-theta `relaxation_rate`), `theta` in s of the
-        time in s.
+        """Determinant of ds_i/dl_j of the axes under stress, at fixed nominal field (at fixed charge under a charge), in Pa^2, Pa
+        or 1, at times (k,); each branch with the weight exp(-theta `relaxation_rate`), `theta` in s of the time in s, and under a
+        source with the charge that flows within theta.
         """
         log, _, x, charge, _ = self._at(t)
-        weight = np.exp(-theta(self.start + t) * relaxation_rate(self.film, branch_stress(self.film, log, x)))
-        matrix = tangent(self.film, log, x, self.balance.kind, self.balance.loads(t, charge)[2], weight)
+        return self._watched(t, log, x, charge, theta(self.start + t))
+
+    def _watched(self, t: Floats, log: Floats, x: Floats, charge: Floats, theta: Any) -> Floats:
+        """The determinant (k,) of films with ln l (2, k), ln xi (2, N, k) and charge (k,), watched for theta in s."""
+        weight = np.exp(-theta * relaxation_rate(self.film, branch_stress(self.film, log, x)))
+        electric = self.balance.loads(t, charge)[2]
+        matrix = tangent(self.film, log, x, self.balance.kind, electric, weight)[[0, 1, 1, 2]].reshape(2, 2, -1)
+        if self.piece.electric[0] == "source":
+            # dq/dt = a dl + b dq after a change dl, so that dq = a (exp(b theta) - 1)/b dl; p goes with q^2
+            shift = 1e-6
+            moves = [shift * axis for axis in np.eye(2)[:, :, None]]
+            a = [(self._currents(t, log + move, charge) - self._currents(t, log - move, charge))[0] for move in moves]
+            more = shift * self.unit
+            b = (self._currents(t, log, charge + more) - self._currents(t, log, charge - more))[0] / (2 * shift)
+            flown = self.unit * np.array(a) / (2 * shift) * np.where(b < 0, np.expm1(b * theta) / np.where(b < 0, b, 1.0), theta)
+            squeeze = log_stress(potential(self.film, "charge", electric), log)
+            matrix = matrix + 2 * (squeeze / np.where(charge == 0, 1.0, charge))[:, None] * flown
         free, stretch = self.balance.free, np.exp(log)
         if len(free) == 2:
-            return (matrix[0] * matrix[2] - matrix[1] ** 2) / (stretch[0] * stretch[1]) ** 2
-        return matrix[2 * free[0]] / stretch[free[0]] ** 2 if free else np.ones_like(t)
+            return (matrix[0, 0] * matrix[1, 1] - matrix[0, 1] * matrix[1, 0]) / (stretch[0] * stretch[1]) ** 2
+        return matrix[free[0], free[0]] / stretch[free[0]] ** 2 if free else np.ones_like(t)
+
+    def _until_pull_in(self, theta: Course) -> Callable[[float, Floats], float]:
+        """The determinant, as a terminal event of the solver."""
+
+        def pulled_in(t: float, y: Floats) -> float:
+            x, charge, _ = self._unpack(y)
+            log = self.balance.solve(x, self.balance.loads(t, charge), self.reference[1])[0]
+            return float(self._watched(np.array([t]), log, x, charge, theta(self.start + t))[0])
+
+        pulled_in.terminal, pulled_in.direction = True, -1  # type: ignore[attr-defined]
+        return pulled_in
 
 
 def falls(signal: Callable[[Floats], Floats], knots: Floats, before: float) -> tuple[list[float], float]:
@@ -407,7 +444,8 @@ def falls(signal: Callable[[Floats], Floats], knots: Floats, before: float) -> t
 class Run:
     """A film through pieces of load, from `state` (at rest by default); `theta` in s of the time in s watches for pull-in.
 
-    Radau's tolerances are `rtol` and `atol`. Raises `FloatingPointError` where the equilibrium ends.
+    Radau's tolerances are `rtol` and `atol`. Raises `FloatingPointError` where the equilibrium ends, or `until_pull_in` cuts the
+    last piece short at pull-in; `pulled_in` is its time, None without one.
     """
 
     def __init__(
@@ -419,13 +457,21 @@ class Run:
         theta: Course = lambda t: 0.01 * t,
         rtol: float = 1e-10,
         atol: float = 1e-13,
+        until_pull_in: bool = False,
     ) -> None:
         self.film, self.theta = film, theta
+        self.pulled_in: float | None = None
         self.segments: list[_Segment] = []
         state = at_rest(film) if state is None else state
-        for piece in pieces:
-            segment = _Segment(film, piece, state, rtol, atol)
+        for stated in pieces:
+            if until_pull_in:
+                first = _Segment(film, replace(stated, duration=0.0), state, rtol, atol)
+                if first.determinant(np.zeros(1), theta)[0] <= 0:
+                    self.pulled_in = state.time
+                    break
+            segment = _Segment(film, stated, state, rtol, atol, theta if until_pull_in else None)
             self.segments.append(segment)
+            piece = segment.piece
             end = segment.history(np.array([piece.duration]))
             state = State(
                 end.log_viscous[..., 0],
@@ -436,6 +482,9 @@ class Run:
                 float(end.damage[0]),
                 state.time + piece.duration,
             )
+            if piece.duration < stated.duration:
+                self.pulled_in = state.time
+                break
         self.final = state
 
     def at(self, times: ArrayLike) -> History:
@@ -465,7 +514,7 @@ class Run:
         the equilibrium goes on: with theta > 0 it comes before the end; for theta = 0 see `fold`.
         """
         found: list[float] = []
-        before = np.inf
+        before = 0.0 if name.startswith("loss") else np.inf  # a film can lose only a tension that it had
         for segment in self.segments:
             times, before = falls(lambda t, segment=segment: self._signal(name, segment, t), segment.knots, before)
             found += [segment.start + t for t in times]
@@ -482,7 +531,7 @@ class Run:
         if name == "damage":
             return 1 - here.damage
         axis = {"loss-of-tension-1": 0, "loss-of-tension-2": 1}[name]
-        return here.stress[axis] if axis not in segment.balance.free else np.ones_like(t)
+        return here.stress[axis] if axis not in segment.balance.free else np.full_like(t, np.nan)
 
 
 def fold(film: Film, piece: Piece, state: State, rtol: float = 1e-10) -> State:

@@ -14,10 +14,12 @@ from scipy.integrate import quad, solve_ivp
 from scipy.optimize import brentq
 from springs import SPRINGS
 
-from dielast import Breakdown, FilmStep, Material, Repeat, Spectrum, VoltageStep, Waveform, film_limits
+from dielast import Breakdown, FilmStep, Material, Repeat, Spectrum, Track, VoltageStep, Waveform, film_limits
 from dielast.errors import InputError
 from dielast.material.leakage import Leakage
 from dielast.material.shift import NoShift
+from dielast.mechanics.history import electrical_pieces
+from dielast.mechanics.span import Control
 
 MU, EPS, THICKNESS, DENSITY, AREA = 3e4, 4e-11, 1e-3, 960.0, 1e-4
 ELASTIC = Material("neo-Hookean", MU, Spectrum(np.zeros(0), np.zeros(0)), NoShift(20.0), permittivity=EPS, density=DENSITY)
@@ -146,14 +148,11 @@ def test_the_blocked_force_of_a_film_with_branches() -> None:
 def test_random_programmes_against_the_peer(seed: int) -> None:
     stated = programme(seed)
     assert stated is not None
-    history = actuate(stated.springs.material, stated.steps, rtol=1e-9, stop_at="end", **stated.arguments)
-    there = stated.there
-    assert np.stack((history.stretch_1[0], history.stretch_2[0])) == pytest.approx(there.stretch, rel=1e-7)
-    stress = np.stack((history.nominal_stress_1[0], history.nominal_stress_2[0]))
-    assert stress == pytest.approx(there.stress, abs=1e-7 * np.abs(there.stress).max())
-    assert history.charge_density[0] == pytest.approx(there.charge, abs=1e-7 * np.abs(there.charge).max())
-    first = next(event.time for event in history.events[0] if event.name == "breakdown")
-    assert first == pytest.approx(stated.events["breakdown"], rel=1e-6)
+    off = stated.differences()
+    events = {name: off.pop(name) for name in stated.events}
+    assert set(off) == {"stretch", "stress", "voltage", "charge"}
+    assert max(off.values()) < 1e-7
+    assert max(events.values()) < 1e-6
 
 
 def test_energy_is_conserved_over_cycles_with_all_losses(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -217,6 +216,50 @@ def test_waveforms_of_edges_and_electrodes_with_a_phase() -> None:
         wanted = quad(power, 0.0, 1.0, points=kinks, epsrel=1e-10)[0]
         assert history.cycles.electrical_energy[0] == pytest.approx(wanted, rel=1e-6)
         assert history.cycles.mechanical_work[0] == pytest.approx(-wanted, rel=1e-6)
+
+
+@pytest.mark.parametrize("shape", ["sine", "triangle"])
+def test_a_ramp_beside_a_waveform(shape: str) -> None:
+    """The electrodes go straight to their target over all cycles of the edges, and the reverse; elastic, held at both axes."""
+    period, cycles = 2.0, 3
+    begin = [FilmStep(stretch=2.0, voltage=500.0, duration=1.0)]
+
+    def up(time: np.ndarray) -> np.ndarray:
+        turn = time / period
+        return 0.5 * (1 - np.cos(2 * np.pi * turn)) if shape == "sine" else 1 - np.abs(2 * (turn % 1) - 1)
+
+    wave = {"period": period, "cycles": cycles, "shape": shape}
+    for step, stretches, volts in (
+        (FilmStep(stretch=Waveform(2.0, 3.0, **wave), voltage=2e3), (2, 1, 0), (500, 0, 1500)),
+        (FilmStep(stretch=(3.0, 2.0), voltage=Waveform(500.0, 2e3, **wave)), (2, 0, 1), (500, 1500, 0)),
+    ):
+        history = run([*begin, step, FilmStep.hold(1.0)])
+        late = (history.time[0] > 1.0) & (history.time[0] <= 7.0)
+        time = history.time[0, late] - 1
+        stretch, voltage = (low + wave_ * up(time) + ramp_ * time / 6 for low, wave_, ramp_ in (stretches, volts))
+        assert history.stretch_1[0, late] == pytest.approx(stretch, rel=1e-9)
+        assert history.voltage[0, late] == pytest.approx(voltage, rel=1e-9)
+        area = stretch * (stretch if step.stretch is not None and not isinstance(step.stretch, tuple) else 2.0)
+        assert history.charge_density[0, late] == pytest.approx(EPS * voltage / THICKNESS * area**2, rel=1e-8)
+        assert history.voltage[0, -1] == pytest.approx(volts[0] + volts[2], rel=1e-9)
+        stored = history.stored_energy[0] - history.mechanical_work[0] - history.electrical_energy[0]
+        assert np.abs(stored).max() < 1e-8 * history.stored_energy.max()
+        assert history.cycles.mean.shape == (1, cycles)
+    with pytest.raises(InputError, match="changes its sign beside a waveform needs two steps") as refused:
+        run([*begin, FilmStep(stretch=Waveform(2.0, 3.0, **wave), voltage=-2e3)])
+    assert refused.value.problems[0].step == 1
+
+
+def test_laps_take_no_memory_but_their_rows() -> None:
+    steps = [FilmStep(stretch=2.0), *generator(3.0, 2.0, 1.5), FilmStep(circuit="closed", duration=1.0)]
+    pieces = electrical_pieces(steps, (Control.STRESS,) * 2, np.full(1, THICKNESS), "equibiaxial", Repeat(50, 1, 5), True)
+    assert len(pieces) == 1 + 50 * 5 + 2
+    assert len(pieces.stored) == 1 + 2 * 5 + 2
+    assert [piece.lap for piece in pieces] == [0, *np.repeat(np.arange(1, 51), 5), 0, 0]
+    assert [piece.step for piece in pieces] == [0, *50 * [1, 2, 3, 4, 5], 6, 6]
+    assert pieces[-1] is pieces.stored[-1]
+    with pytest.raises(IndexError):
+        pieces[len(pieces)]
 
 
 def test_a_film_against_a_spring() -> None:
@@ -322,7 +365,7 @@ def test_edges_at_once_do_the_work_of_a_slow_move() -> None:
         (FilmStep(stress=-1e4), "no compression"),
         (FilmStep(circuit="ajar"), '"open" or "closed"'),
         (FilmStep(stretch=0.0), "must be positive"),
-        (FilmStep(stretch=Waveform(1.0, 2.0, 1.0), voltage=1e3), "a waveform goes with a waveform"),
+        (FilmStep(stretch=Track([0.0, 1.0], [1.0, 2.0]), voltage=1e3), "a track goes with a track"),
         (FilmStep(stretch=Waveform(1.0, 2.0, 1.0), voltage=Waveform(0.0, 1e3, 2.0)), "of one shape, period"),
         (FilmStep(), "is needed"),
     ],

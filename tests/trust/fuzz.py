@@ -149,7 +149,7 @@ def main() -> None:
                 total += guided(known[name], options.seconds, options.seed, options.keep)
             else:
                 total += fuzz(known[name], options.inputs, options.seed, options.show, options.keep)
-        left = [name for name in litter(scratch, before) if name != OWN]
+        left = [name for name in litter(scratch, before) if name != OWN and not name.startswith("runs/")]
         print(f"files left behind: {', '.join(left) or 'none'}")
         sys.exit(1 if total or left else 0)
 

@@ -6,15 +6,20 @@ infinity, no figure may be lost, and every error is one that dielast raises on p
 
 from __future__ import annotations
 
+import contextlib
+import os
 import random
 import re
+import tomllib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from fuzz_targets import TOP, Target
 
 from dielast.cli.run import compute
+from dielast.commands.new import described, given, started
 from dielast.commands.registry import COMMANDS, read_cases
+from dielast.errors import InputError
 from dielast.sharing.execution import Execution
 
 RECIPE = "recipe.toml"
@@ -35,7 +40,16 @@ BODIES = {
     "lifetime": f'{FILM}[data]\nfile = "failures.csv"\n[fit]\nlaw = "inverse-power"\n',
     "measure": 'files = "example:photographs/photo-*.png"\ninterval = "8 s"\n',
 }
-DRAWS = "[uncertainty]\ndraws = 12\n"
+DRAWS = "[uncertainty]\ndraws = 20\n"
+SCATTER = f'{DRAWS}thickness = "2 %"\nbreakdown_field = {{ law = "weibull", shape = 20 }}\n'
+MORE = {  # what a further input of the kind ends with
+    "mastercurve": (DRAWS,),
+    "actuate": (SCATTER, '[sweep]\ntemperature = ["10 degC", "20 degC"]\n'),
+    "failure-map": (SCATTER,),
+    "design": (SCATTER,),
+    "calibrate": (DRAWS,),
+    "lifetime": (DRAWS,),
+}
 SIZES = ("0", "-1", "1e9", "1e-9", "1e15", "1e-15", "1e30", "1e-30", "1e99", "1e-99", "1e200", "1e-320", "inf", "nan")
 UNITS = {"mm": ("nm", "km", "m"), "kV": ("V", "GV", "nV"), "MPa": ("Pa", "GPa"), "kPa": ("uPa", "TPa"), "h": ("us", "d", "ns")}
 _NUMBER = re.compile(r"(?<![\w.])-?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?")
@@ -95,7 +109,7 @@ class Run(Target):
         for part in data.decode().split(MARK)[1:]:
             name, _, text = part.partition("\n")
             path = self.folder / name
-            path.parent.mkdir(exist_ok=True)
+            path.parent.mkdir(parents=True, exist_ok=True)
             path.write_text(text)
         recipe = self.folder / RECIPE
         cases = read_cases(recipe, self.kind, ())
@@ -116,14 +130,29 @@ def unsaid(text: str) -> str:
     return "" if found is None else repr(text[max(0, found.start() - 40) : found.end() + 5])
 
 
+def _golden(recipe: Path) -> bytes:
+    """A recipe of the golden tests with the files that it names, and those that these name."""
+    text, root = recipe.read_text("utf-8").replace('"../', '"'), recipe.parents[1]
+    files = {RECIPE: text}
+    for name in re.findall(r'"((?:data|mastercurve)[^"]*)"', text):
+        found = sorted((root / name).glob("*.[ct]*")) if (root / name).is_dir() else sorted(root.glob(name))
+        files |= {path.relative_to(root).as_posix(): path.read_text("utf-8") for path in found}
+    if "data/history.toml" in files:
+        files["data/voltage.csv"] = (root / "data" / "voltage.csv").read_text("utf-8")
+    return bundle(files)
+
+
 def runs(scratch: Path) -> dict[str, Target]:
     """The targets by name; their files lie in `scratch`."""
     golden = TOP / "tests" / "golden" / "data"
     laws = [path.read_text("utf-8") for path in (EXAMPLES / "vhb4905.toml", golden / "arrhenius.toml", golden / "neo-hookean.toml")]
+    tensile, failures = (
+        (EXAMPLES / name).read_text("utf-8").splitlines() for name in ("tensile/fast.csv", "lifetime/failures.csv")
+    )
     examples = {
         "mastercurve": {"data.csv": (EXAMPLES / "relaxation-test.csv").read_text("utf-8")},
-        "calibrate": {"fast.csv": (EXAMPLES / "tensile" / "fast.csv").read_text("utf-8")},
-        "lifetime": {"failures.csv": (EXAMPLES / "lifetime" / "failures.csv").read_text("utf-8")},
+        "calibrate": {"fast.csv": "\n".join(tensile[::5])},  # few rows: a fit takes as long as all other runs
+        "lifetime": {"failures.csv": "\n".join([failures[0], *failures[1::3]])},
         "spectrum": {
             f"curve/{name}": (EXAMPLES / "mastercurve" / name).read_text("utf-8")
             for name in ("summary.toml", "mastercurve.csv", "shift-factors.csv")
@@ -132,14 +161,42 @@ def runs(scratch: Path) -> dict[str, Target]:
     result: dict[str, Target] = {}
     for kind in COMMANDS:
         seeds = []
-        for law in laws if kind not in ("mastercurve", "spectrum", "measure") else [""]:
+        for law in laws[: 1 if kind == "lifetime" else None] if kind not in ("mastercurve", "spectrum", "measure") else [""]:
             material = 'material = "material.toml"\n' if law else 'mastercurve = "curve"\n' if kind == "spectrum" else ""
             head = f'kind = "{kind}"\n{material}'
             files = {**({"material.toml": law} if law else {}), **examples.get(kind, {})}
             seeds.append(bundle({RECIPE: head + BODIES[kind], **files}))
-            if kind == "mastercurve":
-                seeds.append(bundle({RECIPE: head + BODIES[kind] + DRAWS, **files}))
+            seeds += [bundle({RECIPE: head + BODIES[kind] + more, **files}) for more in MORE.get(kind, ())]
+        seeds += [_golden(recipe) for recipe in sorted(golden.parent.glob(f"{kind}-*/recipe.toml"))]
         folder = scratch / "runs" / kind
         folder.mkdir(parents=True, exist_ok=True)
         result[f"run-{kind}"] = Run(kind, folder, seeds)
+    result["new-data"] = _new(scratch / "runs" / "new")
     return result
+
+
+def _new(folder: Path) -> Target:
+    """`new --data` for damaged files: a recipe of every kind or what they hold, which the commands then take or refuse."""
+    folder.mkdir(parents=True, exist_ok=True)
+    home = TOP / "tests"
+    paths = [*(home / "instruments").glob("*.*"), *(home / "golden" / "data").glob("*.csv"), *EXAMPLES.rglob("*.csv")]
+    names = [f"data{ending}" for ending in (".csv", ".txt")]
+
+    def read(data: bytes) -> None:
+        path = folder / names[len(data) % 2]
+        path.write_bytes(data)
+        here = Path.cwd()
+        os.chdir(folder)
+        try:
+            text, doubts = described(given([path.name]))
+            for kind in (kind for kind, command in COMMANDS.items() if command.takes_data):
+                with contextlib.suppress(InputError):
+                    text, further = started(kind, given([path.name]))
+                    doubts = [*doubts, *further]
+                    tomllib.loads(text)
+        finally:
+            os.chdir(here)
+        if said := [line for line in doubts if unsaid(line)]:
+            raise AssertionError(f"a doubt holds {said[0]}")
+
+    return Target("new-data", [path.read_bytes() for path in sorted(paths)], read, [*names, "no "])

@@ -25,8 +25,7 @@ from collections import Counter
 from pathlib import Path
 
 from dielast.commands.registry import COMMANDS
-from dielast.io.files import sha256
-from dielast.io.manifest import SUMMARY, strangers
+from dielast.io.manifest import FIGURES, SUMMARY, altered, is_of_run, unlisted
 
 TOP = Path(__file__).resolve().parents[2]
 SIGNALS = (signal.SIGKILL, signal.SIGTERM, signal.SIGINT)
@@ -99,9 +98,11 @@ def whole(now: dict[str, bytes], older: dict[str, bytes], newer: dict[str, bytes
 
 def passes(now: dict[str, bytes]) -> bool:
     """Whether the files of a folder pass for those of one run."""
-    return SUMMARY in now and not strangers(
-        tomllib.loads(now[SUMMARY].decode()), {name: sha256(each) for name, each in now.items() if not name.startswith(".")}
-    )
+    if SUMMARY not in now:
+        return False
+    summary, shown = tomllib.loads(now[SUMMARY].decode()), {name: each for name, each in now.items() if not name.startswith(".")}
+    own = all(is_of_run(summary, name, each) for name, each in shown.items() if name.endswith(FIGURES))
+    return own and not altered(summary, shown) and not unlisted(summary, shown)
 
 
 def wait(process: subprocess.Popen[str], seconds: float) -> float:

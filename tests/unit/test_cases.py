@@ -27,14 +27,6 @@ rate = "12.5 %/s"
 [[step]]
 hold = "2 h"
 """
-CREEP = """
-kind = "creep"
-material = "example:vhb4905.toml"
-specimen = { width = "6 mm", thickness = "0.5 mm" }
-[[step]]
-force = "0.17 N"
-rate = "0.01 N/s"
-"""
 ACTUATE = """
 kind = "actuate"
 material = "example:vhb4905.toml"
@@ -111,49 +103,6 @@ def test_a_mistake_in_a_load_file_is_told_of_that_file(tmp_path: Path) -> None:
     assert "no such file" in mistakes(tmp_path, text.replace("history", "gone"))[0]
 
 
-@pytest.mark.parametrize(
-    ("text", "expected"),
-    [
-        (RELAX.replace('"12.5 %/s"', '"10 kg"'), 'step[0].rate: "10 kg": a strain rate is needed, such as "12.5 %/s"'),
-        (RELAX.replace("stretch = 2.0", "stretch = -2.0"), "step[0].stretch: -2.0: a number above 0 is needed"),
-        (RELAX.replace("stretch = 2.0", 'stretch = "2"'), 'step[0].stretch: "2": a bare number is needed'),
-        (RELAX.replace("stretch = 2.0\n", ""), "step[0]: one of hold, table, waveform, stretch is needed"),
-        (RELAX.replace('hold = "2 h"', 'hold = "2 h"\nrate = "1 %/s"'), "step[1]: rate does not go with hold"),
-        (RELAX.replace('hold = "2 h"', 'hold = "2 h"\nstretch = 3.0'), "not hold and stretch together"),
-        (RELAX.replace('rate = "12.5 %/s"', 'rate = "1 %/s"\nduration = "1 s"'), "rate and duration do not go together"),
-        (RELAX.split("[[step]]")[0], "step: is needed"),
-        (RELAX.replace("example:vhb4905.toml", "gone.toml"), 'material: "gone.toml": no such file'),
-        (RELAX + "[sweep]\n", "sweep: lists of values by key path are needed"),
-        (RELAX + '[sweep]\n"step.0.rate" = "1 %/s"\n', 'sweep."step.0.rate": a list of values is needed'),
-        (RELAX + '[sweep]\n"step.9.rate" = ["1 %/s"]\n', 'sweep."step.9.rate": step has entries 0 to 1'),
-        (RELAX + '[sweep]\n"step.0.rte" = ["1 %/s"]\n', 'step[0].rte: unknown key; did you mean "rate"?'),
-        (RELAX + '[sweep]\nmode = "product"\ntemperature = ["0 degC"]\n', 'sweep.mode: "product": "zip" is needed'),
-        (RELAX + "[output]\nnoise = 2\n", "output.noise: 2: at most 1 is needed"),
-        (RELAX + '[output]\ntimes = ["2 s", "1 s"]\n', "output: times must ascend"),
-        (RELAX + "[solver]\nrtol = 1.0\n", "solver.rtol: 1.0: at most 0.01 is needed"),
-        (CREEP.replace('specimen = { width = "6 mm", thickness = "0.5 mm" }', ""), "step[0].force: a force needs [specimen]"),
-        (CREEP.replace("0.01 N/s", "1 kPa/s"), "step[0].rate: a force rate is needed with force"),
-        (
-            CREEP.replace("0.01 N/s", "1 %/s"),
-            'step[0].rate: "1 %/s": a force or stress rate is needed, such as "0.01 N/s" or "1 kPa/s"',
-        ),
-        (CREEP.replace('"6 mm"', '"0 mm"'), 'specimen.width: "0 mm": a length above 0 m is needed'),
-        (RELAX.replace("2 h", "1e300 h"), 'step[1].hold: "1e300 h": a time from 1e-15 to 1e+15 s is needed'),
-        (RELAX.replace("2 h", "0 s"), 'step[1].hold: "0 s": a time above 0 s is needed'),
-        (RELAX.replace('rate = "12.5 %/s"', 'duration = "1e-300 s"'), 'step[0].duration: "1e-300 s": a time from 1e-15 to 1e+15 s'),
-        (RELAX.replace("12.5 %/s", "-1e300 /s"), 'step[0].rate: "-1e300 /s": a strain rate from 1e-15 to 1e+15 1/s is needed'),
-        (CREEP + '[uncertainty]\nthickness = "2 %"\n', "uncertainty.thickness: relax and creep draw only the material"),
-        (
-            RELAX + '[uncertainty]\nbreakdown_field = { law = "weibull" }\n',
-            "uncertainty.breakdown_field: relax and creep draw only",
-        ),
-    ],
-)
-def test_each_mistake_says_what_is_needed(tmp_path: Path, text: str, expected: str) -> None:
-    found = mistakes(tmp_path, text)
-    assert any(expected in line for line in found), found
-
-
 def table_of(folder: Path, sweep: str, recipe: str = RELAX) -> str:
     return to_csv(case_columns(read_cases(write(folder, f"{recipe}[sweep]\n{sweep}\n")))).decode()
 
@@ -186,29 +135,6 @@ def test_a_key_within_a_swept_table_is_the_cases_own(tmp_path: Path) -> None:
     cases = read_cases(write(tmp_path, RELAX + sweep))
     assert [case.recipe.output.points_per_decade for case in cases] == [4, 5]
     assert [case.settings["output"] for case in cases] == [{"points_per_decade": 3}] * 2
-
-
-@pytest.mark.parametrize(
-    ("recipe", "sweep", "said"),
-    [
-        (RELAX, 'title = ["a", "b"]', 'sweep."title": title holds for all cases together and cannot be swept'),
-        (
-            RELAX,
-            '"compare.0.file" = ["a.csv", "b.csv"]',
-            'sweep."compare.0.file": compare holds for all cases together and cannot be swept',
-        ),
-        (
-            'kind = "relax"\nmaterial = "example:vhb4905.toml"\nload = "h.toml"\n',
-            "step = [[{ stretch = 2.0 }], [{ stretch = 3.0 }]]",
-            'sweep."step": the steps are in a load file: sweep load, or "step.0.rate"',
-        ),
-    ],
-)
-def test_keys_that_cannot_be_swept(tmp_path: Path, recipe: str, sweep: str, said: str) -> None:
-    (tmp_path / "h.toml").write_text("[[step]]\nstretch = 1.5\n")
-    with pytest.raises(InputError) as caught:
-        read_cases(write(tmp_path, f"{recipe}[sweep]\n{sweep}\n"))
-    assert caught.value.messages[0].endswith(said)
 
 
 TEXT = st.text(st.characters(exclude_categories=["Cs"], exclude_characters="\x7f"), max_size=8)

@@ -198,11 +198,6 @@ def test_a_pole_tells_what_the_reference_temperature_was_in_kelvin() -> None:
         WLF(20.0, 13.7, 187.1).log10_shift_factor(-200.0)
 
 
-def test_moduli_that_would_dissipate_negatively_are_refused() -> None:
-    with pytest.raises(ValueError, match="not negative"):
-        Spectrum(np.array([1.0, 10.0]), np.array([1e3, -1.0]))
-
-
 def test_a_prestretch_beyond_the_breakdown_fields_takes_the_nearest_and_says_how_to_state_one() -> None:
     known = Breakdown((1.7, 1.9), (4e7, 4.8e7))
     np.testing.assert_allclose(known.at([1.0, 1.7, 1.8, 1.9, 5.0]), [4e7, 4e7, 4.4e7, 4.8e7, 4.8e7])

@@ -103,18 +103,6 @@ def test_a_limit_that_all_cases_share_is_stored_for_each_case() -> None:
     assert np.array_equal(law.take(some).stress(squared[..., some]), law.stress(squared)[..., some])
 
 
-def test_hardening_is_the_slope_of_the_stiffness_and_energy_its_integral() -> None:
-    law, step = Gent(40.0), 1e-5
-    invariant = np.linspace(3.0, 40.0, 20)
-    stiffness, slope = law.hardening(invariant)
-    assert np.array_equal(stiffness, law.stiffness(invariant))
-    assert slope == pytest.approx((law.stiffness(invariant + step) - law.stiffness(invariant - step)) / (2 * step), rel=1e-8)
-    assert 0.5 * stiffness == pytest.approx(
-        (law.energy_of(invariant + step) - law.energy_of(invariant - step)) / (2 * step), rel=1e-8
-    )
-    assert law.energy_of(np.array([3.0]))[0] == 0.0
-
-
 def test_moduli_in_frequency_are_the_transforms_of_relaxation() -> None:
     """G' = w int (G - mu_eq) sin wt dt + mu_eq and G'' = w int (G - mu_eq) cos wt dt."""
     spectrum = Spectrum(np.array([3.0, 0.2]), np.array([5e4, 2e5]))

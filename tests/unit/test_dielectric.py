@@ -102,39 +102,6 @@ def test_a_material_file_states_the_laws_by_their_keys() -> None:
         assert write_material(parse_material(write_material(material), "again.toml")) == write_material(material)
 
 
-@pytest.mark.parametrize(
-    ("lines", "message"),
-    [
-        (["stretch_coefficient = -0.05"], "film.toml: dielectric: a permittivity linear in stretch needs permittivity or"),
-        (['permittivity = "4e-11 F/m"', 'stretch_coefficient = "5 %"'], "dielectric.stretch_coefficient: .*bare number is needed"),
-        (['permittivity = "4e-11 F/m"', "relative_permittivity = 4.5", "stretch_coefficient = 0.1"], "not both"),
-        (['temperature = ["0 degC"]'], 'dielectric: law "table" needs relative_permittivity'),
-        (["relative_permittivity = [4.7, 4.6]"], "dielectric: relative_permittivity: one value is needed, not 2"),
-        (['relative_permittivity = "4.7"'], "dielectric.relative_permittivity: .* a bare number is needed"),
-        (["relative_permittivity = 0.7"], "dielectric.relative_permittivity: 0.7: at least 1 is needed"),
-        (['temperature = ["0 degC", "20 degC"]', "relative_permittivity = [4.7]"], "has 2 temperatures but 1 relative permitt"),
-        (['temperature = ["20 degC", "0 degC"]', "relative_permittivity = [4.7, 4]"], "must ascend"),
-        (["temperature = [0, 20]", "relative_permittivity = [4.7, 4]"], "dielectric.temperature: 0: a temperature"),
-        (
-            ['law = "table"', 'permittivity = "4e-11 F/m"', 'temperature = "20 degC"', "relative_permittivity = 4.7"],
-            'law "table" does not take permittivity',
-        ),
-        (
-            ['law = "constant"', 'permittivity = "4e-11 F/m"', "stretch_coefficient = 0.1"],
-            'law "constant" does not take stretch_coefficient',
-        ),
-        (
-            ['permittivity = "4e-11 F/m"', 'frequency = "1 Hz"'],
-            "dielectric.frequency: .* leave this out, and state values at one as",
-        ),
-    ],
-)
-def test_mistakes_of_a_dielectric_are_one_line(lines: list[str], message: str) -> None:
-    with pytest.raises(InputError, match=message) as caught:
-        read(*lines)
-    assert "\n" not in str(caught.value)
-
-
 def test_a_prestretch_at_which_nothing_is_left_is_refused() -> None:
     film = Material(
         "film", 2e4, Spectrum(np.zeros(0), np.zeros(0)), NoShift(20.0), permittivity=LinearPermittivity(4e-11, None, -0.6)

@@ -67,30 +67,3 @@ def test_mistakes_in_keys_that_contradict_each_other_come_at_once() -> None:
     with pytest.raises(InputError) as caught:
         check(ExportSection, {"formats": ["febio", "febio"], "bulk_modulus": "2 GPa", "poisson_ratio": 0.4}, "r.toml", Path())
     assert [line.split(": ")[1] for line in caught.value.messages] == ["bulk_modulus", "formats must differ"]
-
-
-@pytest.mark.parametrize(
-    ("section", "line"),
-    [
-        ({}, "formats: is needed"),
-        ({"formats": []}, "formats: []: at least 1 entry is needed"),
-        ({"formats": "abaqus"}, 'formats: "abaqus": a list is needed'),
-        ({"formats": ["nastran"]}, 'formats[0]: "nastran": one of "abaqus", '),
-        ({"formats": ["febio", "febio"]}, "formats must differ"),
-        ({"formats": ["febio"], "unit": "SI"}, 'unit: unknown key; did you mean "units"?'),
-        ({"formats": ["febio"], "units": "cgs"}, 'units: "cgs": one of "SI", '),
-        ({"formats": ["febio"], "poisson_ratio": 0.5}, "poisson_ratio: 0.5: a number below 0.5 is needed"),
-        ({"formats": ["febio"], "J_lim": 0.0}, "J_lim: 0.0: a number above 0 is needed"),
-        ({"formats": ["febio"], "bulk_modulus": 2e9}, "bulk_modulus: 2000000000.0: a stress or modulus is needed with its unit"),
-        (
-            {"formats": ["febio"], "bulk_modulus": "2 GPa", "poisson_ratio": 0.4},
-            "bulk_modulus: state bulk_modulus or poisson_ratio, not both",
-        ),
-        ({"formats": ["febio"], "density": "1 kPa"}, 'density: "1 kPa": a density is needed, such as "960 kg/m^3"'),
-    ],
-)
-def test_mistakes_in_the_section_are_one_line_each(section: dict[str, Any], line: str) -> None:
-    with pytest.raises(InputError) as caught:
-        check(ExportSection, section, "r.toml", Path())
-    (message,) = caught.value.messages
-    assert message.startswith(f"r.toml: {line}")

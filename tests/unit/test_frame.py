@@ -314,7 +314,6 @@ boundary = "frame"
 [[step]]
 voltage = "4 kV"
 """
-CHARGE = 'control = "charge"\n[film]'
 DIAMETERS = 'electrode_diameter = "{}"\nframe_diameter = "{}"'
 
 
@@ -331,68 +330,6 @@ def test_a_recipe_states_a_share_or_both_diameters(tmp_path: Path) -> None:
     sweep = '[sweep]\n"film.boundary" = ["dead-load", "frame"]\n'
     (tmp_path / "s.toml").write_text(RECIPE.format(DIAMETERS.format("10 mm", "190.5 mm")) + sweep)
     assert [case.recipe.film.shares for case in read_cases(tmp_path / "s.toml")] == [None, (10 / 190.5,)]
-
-
-@pytest.mark.parametrize(
-    ("film", "message"),
-    [
-        ("", 'film.boundary: "frame" needs the electrode\'s share of the film: state film.electrode_share, or electrode_diameter'),
-        (
-            DIAMETERS.format("190 mm", "190 mm"),
-            "film.electrode_diameter: an electrode of 0.19 m leaves no film in a frame of 0.19 m",
-        ),
-        (
-            'frame_diameter = "190 mm"',
-            "film.frame_diameter: the diameter of the electrode is needed as well: state film.electrode_diameter",
-        ),
-        (
-            'electrode_share = 0.1\nframe_diameter = "190 mm"',
-            "film.frame_diameter: electrode_share and frame_diameter state the same",
-        ),
-        (
-            "electrode_share = 1.0",
-            'film.electrode_share: 1.0: a share between 0 and 1 is needed, such as 0.05 or "5 %": an electrode as large',
-        ),
-        ('electrode_share = "120 %"', 'film.electrode_share: "120 %": a share between 0 and 1 is needed'),
-        (RECIPE.format("").replace('"frame"', '"Frame"'), 'film.boundary: "Frame": did you mean "frame"?'),
-        (
-            RECIPE.format("").replace('"frame"', '"clamped"') + "[solver]\nmesh_rtol = 1e-4\n",
-            'solver.mesh_rtol: has no effect without boundary = "frame"',
-        ),
-        *(
-            (f'electrode_share = 0.1\nelectrode_diameter = "1 cm"\n{more}', f'{key}: a film with boundary = "frame" takes an ideal')
-            for key, more in (
-                ("source", '[source]\nresistance = "1 Mohm"'),
-                ("leakage", '[leakage]\nconductivity = "1e-12 S/m"'),
-                ("output.electrical", "[output]\nelectrical = true"),
-            )
-        ),
-        (
-            RECIPE.format("electrode_share = 0.1").replace('voltage = "4 kV"', 'charge = "3 mC/m^2"').replace("[film]", CHARGE),
-            'control: a film with boundary = "frame" takes an ideal source of voltage alone',
-        ),
-        ("electrode_share = [0.1]", "film.electrode_share: [0.1]: a share between 0 and 1 is needed"),
-        (
-            RECIPE.format("electrode_share = 0.1").replace("1.9", "[1.9, 1.5]"),
-            "film.prestretch: [1.9, 1.5]: a round frame needs an",
-        ),
-        (
-            RECIPE.format("electrode_share = 0.1").replace('"frame"', '"dead-load"'),
-            'film.electrode_share: needs boundary = "frame" or "strip"',
-        ),
-        (RECIPE.format('frame_diameter = "9 mm"').replace('"frame"', '"strip"'), "film.frame_diameter: a strip has no frame"),
-        (RECIPE.format("").replace('"frame"', '["frame", "clamped"]'), 'film.boundary: ["frame", "clamped"]: "dead-load" or'),
-        (
-            RECIPE.format("").replace('boundary = "frame"', "") + '[output]\nprofile = ["0 s"]\n',
-            "output.profile: a profile needs a film with a passive part",
-        ),
-    ],
-)
-def test_bad_recipes(tmp_path: Path, film: str, message: str) -> None:
-    with pytest.raises(InputError) as caught:
-        recipe(tmp_path, film)
-    (line,) = caught.value.messages
-    assert message in line
 
 
 def test_a_weight_is_a_dead_load() -> None:
@@ -461,22 +398,6 @@ def test_bad_weights(change: dict[str, Any], message: str) -> None:
     weighted: dict[str, Any] = {"boundary": "dead-load", "electrode_share": None, "force": 1.0, "width": 0.02}
     with pytest.raises(InputError, match=message):
         driven(**(weighted | {"prestretch": (None, 2.0)} | change))
-
-
-@pytest.mark.parametrize(
-    ("film", "message"),
-    [
-        ('force = "1 N"', "film.width: a width for each force is needed: 1 and 0 are stated"),
-        ('force = ["1 N", "1 N", "1 N"]', "film.force: 3 forces: one, or one for each of two axes"),
-        ('force = "1 N"\nwidth = "2 cm"', "film.prestretch: axis 1 is stretched by its weight: its prestretch must be 1"),
-        ('force = "-1 N"\nwidth = "2 cm"', 'film.force: "-1 N": a force of at least 0 N is needed'),
-    ],
-)
-def test_bad_weights_of_recipes(tmp_path: Path, film: str, message: str) -> None:
-    with pytest.raises(InputError) as caught:
-        recipe(tmp_path, RECIPE.replace('boundary = "frame"\n', "").format(film))
-    (line,) = caught.value.messages
-    assert message in line
 
 
 @pytest.mark.parametrize("boundary", ["frame", "strip"])

@@ -63,49 +63,6 @@ def test_a_table_of_strain_is_a_load(tmp_path: Path) -> None:
     assert followed(tmp_path, "relax", '[[step]]\ntable = "machine.csv"\n')[0] == [1.5, 1.2]
 
 
-@pytest.mark.parametrize(
-    ("kind", "rest", "message"),
-    [
-        ("relax", "", 'machine.csv: column "extension": an extension needs the undeformed specimen: specimen = { gauge_length = '),
-        ("creep", "", 'machine.csv: column "force": a force needs the undeformed specimen: specimen = { width = "6 mm", thick'),
-        (
-            "creep",
-            'specimen = { gauge_length = "1 mm" }\n',
-            'column "force": a force needs the undeformed specimen: specimen = { width',
-        ),
-    ],
-)
-def test_a_missing_specimen_is_said(tmp_path: Path, kind: str, rest: str, message: str) -> None:
-    machine(tmp_path)
-    with pytest.raises(InputError) as caught:
-        followed(tmp_path, kind, rest + '[[step]]\ntable = "machine.csv"\n')
-    assert message in str(caught.value)
-
-
-@pytest.mark.parametrize(
-    ("kind", "rest", "message"),
-    [
-        (
-            "relax",
-            '[[step]]\ntable = "machine.csv"\ncolumns = { strain = "x", extension = "y" }\n',
-            "strain and columns.extension are the same",
-        ),
-        ("relax", '[[step]]\nstretch = 2.0\ncolumns = { strain = "x" }\n', "columns goes with table"),
-        ("creep", '[[step]]\nforce = "1 N"\n[specimen]\nwidth = "1 mm"\n', "specimen: width and thickness go together"),
-        (
-            "creep",
-            '[[step]]\nforce = "1 N"\n[specimen]\ngauge_length = "1 mm"\n',
-            "a force needs [specimen] with width and thickness",
-        ),
-    ],
-)
-def test_wrong_recipes_say_what_is_needed(tmp_path: Path, kind: str, rest: str, message: str) -> None:
-    machine(tmp_path)
-    with pytest.raises(InputError) as caught:
-        followed(tmp_path, kind, rest)
-    assert message in str(caught.value)
-
-
 def test_what_no_column_holds_is_said_with_the_key(tmp_path: Path) -> None:
     machine(tmp_path, "time [s],Weg [mm],Kraft [N]")
     said = 'there are "time", "Weg", "Kraft": state columns.stretch, columns.strain or'

@@ -61,44 +61,6 @@ def test_relative_permittivity_is_times_that_of_vacuum() -> None:
     assert parse_material(text.encode(), "vhb.toml").permittivity == pytest.approx(3.984e-11, rel=1e-3)
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "message"),
-    [
-        ('"26 kPa"', "26", "equilibrium.shear_modulus: 26: a stress or modulus is needed with its unit"),
-        ("[159000.0, 58000.0]", "[159000.0]", "nonequilibrium: 1 relaxation times but 2 shear moduli"),
-        ("[1017.5, 1377.0]", "[1017.5, -1.0]", "nonequilibrium.shear_modulus_Pa[1]: -1.0: at least 0 is needed"),
-        ("relaxation_time_s", "relaxation_times", 'unknown key; did you mean "relaxation_time_s"?'),
-        ('C2 = "187.1 K"', "", 'shift: law "wlf" needs C2'),
-        ('law = "wlf"', 'law = "none"', 'shift: law "none" does not take C1 and C2'),
-        ("C1 = 13.7", "C1 = -13.7", "shift.C1: -13.7: a number above 0 is needed"),
-        ("prestretch = [1.7, 1.9]", "prestretch = [1.7]", "1 prestretches but 2 fields"),
-        ("J_lim = 55.0", "J_lim = 0", "nonequilibrium.J_lim: 0: at least 1e-06 is needed"),
-        ("[shift]", "[shift", "not TOML"),
-    ],
-)
-def test_a_wrong_material_says_where(old: str, new: str, message: str) -> None:
-    with pytest.raises(InputError) as caught:
-        parse_material(VHB.replace(old, new).encode(), "vhb.toml")
-    assert message in str(caught.value)
-    assert all(line.startswith("vhb.toml: ") for line in caught.value.messages)
-
-
-def test_every_wrong_branch_is_told() -> None:
-    text = VHB.replace("[159000.0, 58000.0]", "[0.0, inf]").replace("[1017.5, 1377.0]", "[1017.5, -1.0]")
-    with pytest.raises(InputError) as caught:
-        parse_material(text.encode(), "vhb.toml")
-    assert caught.value.messages == (
-        "vhb.toml: nonequilibrium.relaxation_time_s[0]: 0.0: a number above 0 is needed",
-        "vhb.toml: nonequilibrium.relaxation_time_s[1]: inf: a finite number is needed",
-        "vhb.toml: nonequilibrium.shear_modulus_Pa[1]: -1.0: at least 0 is needed",
-    )
-
-
-def test_a_material_that_carries_nothing_is_refused() -> None:
-    with pytest.raises(InputError, match="every shear modulus is zero"):
-        parse_material(VHB.replace('"26 kPa"', '"0 Pa"').replace("[1017.5, 1377.0]", "[0.0, 0.0]").encode(), "vhb.toml")
-
-
 @pytest.mark.parametrize("where", ["-1 degC", "61 degC"])
 def test_a_shift_table_must_hold_the_reference_temperature(where: str) -> None:
     table = '[shift]\nlaw = "table"\ntemperature_degC = [0.0, 60.0]\nlog10_shift_factor = [1.0, -2.0]\n'

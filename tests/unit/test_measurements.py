@@ -11,19 +11,12 @@ import exports
 import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
-from pydantic import BaseModel
 from readings import expect_sweeps, read, sweep_file, sweep_rows, table
 
 from dielast.errors import DielastWarning, InputError
 from dielast.material.measurement import CreepCurve, FrequencySweep, RelaxationCurve
-from dielast.readings.recipe import MeasurementData
-from dielast.recipe.validate import check
 
 SWEEP = {"temperature": "T", "frequency": "f", "storage": "E'", "loss": "E''"}
-
-
-class MeasurementRecipe(BaseModel):
-    data: MeasurementData
 
 
 @pytest.mark.parametrize("roles", [("storage", "loss"), ("storage", "tan_delta"), ("complex_modulus", "tan_delta")])
@@ -229,50 +222,6 @@ def test_wrong_numbers_say_where(tmp_path: Path, change: dict[int, float], messa
     with pytest.raises(InputError) as caught:
         read(tmp_path, file="sweep.csv", columns=SWEEP)
     assert str(caught.value).startswith(message)
-
-
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [
-        (
-            {"columns": {"temperature": "T", "tan_delta": "d", "frequency": "f"}},
-            "data.columns: tan_delta alone gives no modulus",
-        ),
-        (
-            {"columns": {"temperature": "T", "storage": "E", "loss": "L"}},
-            "columns: frequency (in Hz) or angular_frequency (in rad/s)",
-        ),
-        ({"columns": {"temperature": "T", "storage": "E", "frequency": "f"}}, "storage and loss, or storage and tan_delta, or"),
-        (
-            {"columns": {"temperature": "T", "storage": "E", "loss": "L", "tan_delta": "d", "frequency": "f"}},
-            "are needed, not storage and loss and tan_delta",
-        ),
-        (
-            {"columns": SWEEP | {"modulus": "E"}},
-            "columns of a test over time (modulus) and of a frequency sweep (frequency, storage, loss)",
-        ),
-        ({"columns": {"temperature": "T", "modulus": "E", "compliance": "J"}}, "not modulus and compliance"),
-        ({"columns": SWEEP | {"loss": "E'"}}, 'storage and loss are the same column, "E\'"'),
-        ({"columns": SWEEP, "measurement": "creep"}, 'measurement = "creep", but the columns are those of "oscillation"'),
-        (
-            {"columns": {"temperature": "T", "strain": "e", "stress": "s"}, "measurement": "oscillation"},
-            'measurement = "oscillation", but strain and stress are columns of a test over time',
-        ),
-        ({"columns": SWEEP, "ramp": "1 s"}, "leave them out for a frequency sweep"),
-        ({"columns": SWEEP, "discard_before": "1 s"}, "leave them out for a frequency sweep"),
-        ({"skip_rows": 2}, "columns are needed for a plain table"),
-        ({"columns": SWEEP, "steps": [0]}, "data.steps[0]: 0: a step's name, or its number from 1, is needed"),
-        ({"columns": SWEEP, "units": {"frequency": "1/s"}}, "1/s may mean a frequency or an angular frequency"),
-        ({"columns": SWEEP, "units": {"compliance": "Pa"}}, 'compliance = "Pa": a compliance is needed, such as "1e-6 /Pa"'),
-        ({"columns": SWEEP | {"tan_dleta": "d"}}, "data.columns.tan_dleta: unknown key; did you mean"),
-    ],
-)
-def test_wrong_recipes_say_what_is_needed(tmp_path: Path, options: dict[str, Any], message: str) -> None:
-    sweep_file(tmp_path)
-    with pytest.raises(InputError) as caught:
-        check(MeasurementRecipe, {"data": {"file": "sweep.csv", **options}}, "recipe.toml", tmp_path)
-    assert message in str(caught.value)
-    assert all("\n" not in line for line in caught.value.messages)
 
 
 def test_a_table_needs_columns(tmp_path: Path) -> None:

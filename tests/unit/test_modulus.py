@@ -109,27 +109,6 @@ def test_material_files_state_it() -> None:
         write_material(replace(two, equilibrium_scaling=EntropicModulus()))
 
 
-@pytest.mark.parametrize(
-    ("lines", "message"),
-    [
-        (
-            ['equilibrium = "entropy"'],
-            r'film.toml: temperature.equilibrium: "entropy": one of "constant" or "entropic" is needed',
-        ),
-        (['scaling = "entropic"'], "film.toml: temperature.scaling: unknown key"),
-        (['thermal_expansion = "6e-4 /K"'], 'film.toml: temperature.thermal_expansion: belongs to moduli that are "entropic"'),
-        (
-            ['equilibrium = "entropic"', 'thermal_expansion = "6e-4 K"'],
-            "film.toml: temperature.thermal_expansion: .*thermal expansion coefficient",
-        ),
-    ],
-)
-def test_mistakes_are_one_line(lines: list[str], message: str) -> None:
-    with pytest.raises(InputError, match=message) as caught:
-        read(*lines)
-    assert "\n" not in str(caught.value)
-
-
 def test_cards_hold_at_their_temperature_and_say_so() -> None:
     material = replace(ENTROPIC, shift=WLF(20.0, 13.7, 187.1))
     options = CardOptions(hyperelastic="neo-hookean")

@@ -8,13 +8,12 @@ from typing import Any
 import pytest
 from pydantic import BaseModel, Field, ValidationError
 
-from dielast.commands.registry import COMMANDS, read_cases
+from dielast.commands.registry import COMMANDS
 from dielast.errors import InputError
 from dielast.recipe.fields import Section
 from dielast.recipe.validate import _PLAIN, _models, check
 from dielast.report.summary import print_summary
 
-HEAD = 'kind = "relax"\nmaterial = "example:vhb4905.toml"\n[[step]]\nstretch = 2.0\n'
 ODD: list[Any] = [
     *(True, 3, 2.5, "x", "", -1, 1e9, 10**12, float("nan"), float("inf")),
     *([], [1], [[]], ["1 s"], ["1 s", "2 s", "3 s"], [1, 2, 3], {}, {"a": 1}, {"a": [1]}, {"a": {}}),
@@ -40,28 +39,6 @@ def test_every_kind_of_mistake_has_words_of_its_own(kind: str, tmp_path: Path) -
                 except ValidationError as error:
                     types = {problem["type"] for problem in error.errors()} - {"value_error", "extra_forbidden"}
                     assert types <= _PLAIN.keys(), (model, name, value)
-
-
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        ('kind = "spectrum"\nmastercurve = "."\n[reduce]\nwindow = ["1 s", "2 s", "3 s"]\n', "at most 2 entries are allowed"),
-        ('kind = "spectrum"\nmastercurve = "."\n[reduce]\nwindow = ["1 s"]\n', '["1 s"]: at least 2 entries are needed'),
-        ('kind = "spectrum"\nmastercurve = "."\n[export]\nformats = []\n', "export.formats: []: at least 1 entry is needed"),
-        (
-            'kind = "spectrum"\nmastercurve = "."\n[uncertainty]\ndraws = 40\n',
-            "uncertainty: the draws of a spectrum are those of its master curve: state [uncertainty] in the recipe of",
-        ),
-        (HEAD + '[sweep]\n"sweep.x" = [1, 2]\n', 'sweep."sweep.x": a sweep cannot be swept'),
-        (HEAD + "[sweep]\nsweep = [1, 2]\n", 'sweep."sweep": a sweep cannot be swept'),
-    ],
-)
-def test_counted_in_words(tmp_path: Path, text: str, message: str) -> None:
-    (tmp_path / "r.toml").write_text(text)
-    with pytest.raises(InputError) as caught:
-        read_cases(tmp_path / "r.toml")
-    assert any(message in line for line in caught.value.messages)
-    assert not any(word in line for line in caught.value.messages for word in ("validation", "Input should", "List should"))
 
 
 class Named(Section):

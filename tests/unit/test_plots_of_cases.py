@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from io import BytesIO
+from itertools import zip_longest
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -19,20 +20,42 @@ from dielast.commands.simulation.pictures import _Curve
 from dielast.commands.simulation.solver_steps import solver_steps
 from dielast.commands.simulation.uncertainty import interval_label
 from dielast.io.files import Inputs
+from dielast.plots.events import Curve, Mark
 from dielast.plots.looks import Swept
-from dielast.plots.quantities import axis_of
 from dielast.plots.simulation import plot_cases
-from dielast.plots.texts import number
+from dielast.plots.texts import axis_of, number
 from dielast.recipe.cases import Case
 
 TIME = np.geomspace(1e-2, 1e3, 20)
+
+
+def figure_of(
+    cases: Any,
+    labels: Any,
+    measured: Any,
+    x: str,
+    y: str,
+    scales: Any = ("log", "linear"),
+    marks: Any = (),
+    bands: Any = (),
+    spans: Any = (),
+    **more: Any,
+) -> Figure:
+    """The figure of columns of cases; `marks` are the case, the name, x and y of each event, `spans` those of the first of them."""
+    of_case: list[list[Mark]] = [[] for _ in cases]
+    for (case, *mark), span in zip_longest(marks, spans):
+        of_case[case].append(Mark(*mark, span))
+    all_bands = [*bands, *[None] * (len(cases) - len(bands))]
+    shown = zip(labels, cases, all_bands, of_case, strict=True)
+    found = [Curve(label, case[x], case[y], band, of) for label, case, band, of in shown]
+    return plot_cases(found, x, y, scales, measured=measured, **more)
 
 
 def drawn(count: int, scales: list[Swept], label: str = "rate = {} %/s", **others: Any) -> Figure:
     cases = [{"time [s]": TIME, "stretch_1 [1]": 1 + 0.1 * (case + 1) * TIME**0.1} for case in range(count)]
     marks = [(case, name, 10.0, 1.5) for case in range(count) for name in ("breakdown", "pull-in")]
     labels = [label.format(case) for case in range(count)]
-    figure = plot_cases(cases, labels, [], "time [s]", "stretch_1 [1]", marks=marks, swept=scales, **others)
+    figure = figure_of(cases, labels, [], "time [s]", "stretch_1 [1]", marks=marks, swept=scales, **others)
     figure.draw_without_rendering()  # any warning is an error here
     return figure
 
@@ -118,7 +141,7 @@ def test_swept_quantities_keep_the_unit_of_the_recipe() -> None:
 def test_the_legend_says_what_the_bands_are() -> None:
     cases = [{"time [s]": TIME, "stretch_1 [1]": 1 + 0.1 * TIME**0.1}]
     bands = [(TIME, 1 + 0.09 * TIME**0.1, 1 + 0.11 * TIME**0.1)]
-    figure = plot_cases(cases, [""], [], "time [s]", "stretch_1 [1]", bands=bands, interval="90 % interval")
+    figure = figure_of(cases, [""], [], "time [s]", "stretch_1 [1]", bands=bands, interval="90 % interval")
     assert named(figure) == ["model", "90 % interval"]
     assert named(drawn(3, [], bands=[*bands, None, None], interval="50 % interval"))[-1] == "50 % interval"
     assert not any("interval" in text for text in named(drawn(3, [], bands=[None, None, None])))
@@ -127,14 +150,14 @@ def test_the_legend_says_what_the_bands_are() -> None:
 def test_a_band_within_its_line_is_not_promised() -> None:
     cases = [{"time [s]": TIME, "stretch_1 [1]": 1 + 0.1 * TIME**0.1}]
     bands = [(TIME, 0.9999 * (1 + 0.1 * TIME**0.1), 1.0001 * (1 + 0.1 * TIME**0.1))]
-    figure = plot_cases(cases, [""], [], "time [s]", "stretch_1 [1]", bands=bands, interval="90 % interval")
+    figure = figure_of(cases, [""], [], "time [s]", "stretch_1 [1]", bands=bands, interval="90 % interval")
     assert named(figure) == []
 
 
 def test_a_bar_within_its_mark_is_not_promised() -> None:
     cases = [{"time [s]": TIME, "stretch_1 [1]": 1 + 0.1 * TIME**0.1}]
     for span, line in (((499.0, 501.0), "None"), ((300.0, 900.0), "-")):
-        figure = plot_cases(
+        figure = figure_of(
             cases, [""], [], "time [s]", "stretch_1 [1]", ("linear", "linear"), marks=[(0, "breakdown", 500.0, 1.18)], spans=[span]
         )
         (legend,) = figure.legends
@@ -181,7 +204,7 @@ def test_an_event_has_a_bar_for_its_time() -> None:
     marks = [(0, "breakdown", 500.0, 1.18), (0, "pull-in", 800.0, 1.19), (0, "loss-of-tension", 900.0, 1.195)]
     spans = [(200.0, 2000.0), (300.0, np.inf), (np.inf, np.inf)]
     for scale in ("linear", "log"):
-        figure = plot_cases(cases, [""], [], "time [s]", "stretch_1 [1]", (scale, "linear"), marks=marks, spans=spans)
+        figure = figure_of(cases, [""], [], "time [s]", "stretch_1 [1]", (scale, "linear"), marks=marks, spans=spans)
         figure.draw_without_rendering()
         axes = figure.axes[0]
         bars = {
@@ -201,7 +224,7 @@ def test_an_event_has_a_bar_for_its_time() -> None:
 
 def test_a_bar_from_zero_on_a_log_axis_begins_at_the_first_time() -> None:
     cases = [{"time [s]": TIME, "stretch_1 [1]": 1 + 0.1 * TIME**0.1}]
-    figure = plot_cases(cases, [""], [], "time [s]", "stretch_1 [1]", marks=[(0, "breakdown", 5.0, 1.18)], spans=[(0.0, 7.0)])
+    figure = figure_of(cases, [""], [], "time [s]", "stretch_1 [1]", marks=[(0, "breakdown", 5.0, 1.18)], spans=[(0.0, 7.0)])
     figure.draw_without_rendering()
     (bar,) = [line for line in figure.axes[0].get_lines() if line.get_marker() == "|"]
     assert np.asarray(bar.get_xdata()).tolist() == [TIME[0], 7.0]
@@ -213,7 +236,7 @@ def test_measured_points_say_to_which_case_they_belong(count: int) -> None:
     labels = ["" if count == 1 else f"temperature = {case} °C" for case in range(count)]
     points: Any = SimpleNamespace(label="measured, a.csv", case=count - 1, x=TIME, y=1 + 0.1 * TIME**0.1)
     scales = [Swept("temperature [°C]", tuple(map(float, range(count))))]
-    figure = plot_cases(cases, labels, [points], "time [s]", "stretch_1 [1]", swept=scales)
+    figure = figure_of(cases, labels, [points], "time [s]", "stretch_1 [1]", swept=scales)
     assert named(figure)[-1] == ("measured, a.csv" if count == 1 else f"temperature = {count - 1} °C: measured, a.csv")
 
 
@@ -241,7 +264,7 @@ def test_a_line_is_broken_at_the_cycles_that_are_left_out_alone(tmp_path: Path) 
 
 def test_a_log_axis_begins_before_the_first_of_few_points() -> None:
     case = {"time [s]": np.array([1.0, 3600.0]), "stretch_1 [1]": np.array([1.2, 1.4])}
-    figure = plot_cases([case], [""], [], "time [s]", "stretch_1 [1]")
+    figure = figure_of([case], [""], [], "time [s]", "stretch_1 [1]")
     figure.draw_without_rendering()
     low, high = figure.axes[0].get_xlim()
     assert 0.1 < low < 1.0 < 3600.0 < high
@@ -258,7 +281,7 @@ def test_a_log_axis_begins_before_the_first_of_few_points() -> None:
 )
 def test_what_the_numbers_of_an_axis_leave_out_is_in_its_label(times: Any, values: Any, labels: tuple[str, str]) -> None:
     cases = [{"time [s]": times, "stretch_1 [1]": values}]
-    figure = plot_cases(cases, [""], [], "time [s]", "stretch_1 [1]", scales=("linear", "linear"))
+    figure = figure_of(cases, [""], [], "time [s]", "stretch_1 [1]", scales=("linear", "linear"))
     for _ in range(2):
         figure.draw_without_rendering()
         axes = figure.axes[0]
@@ -269,7 +292,7 @@ def test_what_the_numbers_of_an_axis_leave_out_is_in_its_label(times: Any, value
 def test_a_power_law_on_log_axes_is_drawn_from_its_first_time() -> None:
     times = np.geomspace(1e-9, 1e12, 50)
     case = {"time [s]": times, "nominal_stress_1 [Pa]": 1e3 * times**0.3}
-    figure = plot_cases([case], [""], [], "time [s]", "nominal_stress_1 [Pa]", scales=("log", "log"))
+    figure = figure_of([case], [""], [], "time [s]", "nominal_stress_1 [Pa]", scales=("log", "log"))
     assert figure.axes[0].get_xlim()[0] < 3e-9
 
 
@@ -282,7 +305,7 @@ def test_long_names_of_cases_differ_in_the_legend() -> None:
 
 def test_axes_without_a_value_say_so() -> None:
     case = {"time [s]": TIME, "stretch_1 [1]": np.full(TIME.size, np.nan)}
-    (axes,) = plot_cases([case], [""], [], "time [s]", "stretch_1 [1]").axes
+    (axes,) = figure_of([case], [""], [], "time [s]", "stretch_1 [1]").axes
     assert [text.get_text() for text in axes.texts] == ["no value to show"]
     assert not len(axes.get_xticks())
 

@@ -71,79 +71,6 @@ def test_relaxation_times_may_be_longer_than_any_test(folder: Path) -> None:
     assert (recipe.fit.relaxation_time.min, recipe.fit.relaxation_time.max) == (1e-20, 1e20)
 
 
-def test_five_mistakes_make_five_lines(folder: Path) -> None:
-    text = """
-kind = "mastercurve"
-[data]
-file = "gone.csv"
-columns = { temperatur = "T", time = 3.5, modulus = "E" }
-discard_before = "1 kg"
-[shift]
-reference_temperature = 20
-law = "wfl"
-"""
-    assert sorted(mistakes(folder, text)) == [
-        'data.columns.temperatur: unknown key; did you mean "temperature"?',
-        "data.columns.time: 3.5: a column's name, or its number from 1, is needed",
-        'data.discard_before: "1 kg": a time is needed, such as "1.5 h"',
-        'data.file: "gone.csv": no such file',
-        'shift.law: "wfl": one of "wlf", "arrhenius", "table" or "vft" is needed',
-        'shift.reference_temperature: 20: a temperature is needed with its unit, such as "20 degC"',
-    ]
-
-
-@pytest.mark.parametrize(
-    ("text", "expected"),
-    [
-        ("", "kind: is needed: one of"),
-        ('kind = "mastercurv"', 'kind: "mastercurv": did you mean "mastercurve"?'),
-        ("kind = 3", "kind: 3: one of"),
-        ('kind = "spectrum"', "either mastercurve (a folder), [data] (a file) or prony (a card) is needed"),
-        ("kind = ", "line 1: not TOML: "),
-        ('kind = "spectrum"\nkind = "spectrum"', "line 2: not TOML: "),
-        (SPECTRUM + "[fit]\nbranches = 0", "fit.branches: 0: at least 1 is needed"),
-        (SPECTRUM + "[fit]\nbranches = 2.5", "fit.branches: 2.5: a whole number is needed"),
-        (SPECTRUM + '[fit]\nrelaxation_time = { min = "2 s", max = "1 s" }', "min (2 s) must be below max (1 s)"),
-        (SPECTRUM + '[fit]\nequilibrium_modulus = "-1 Pa"', "a stress or modulus of at least 0 Pa is needed"),
-        (SPECTRUM + "fit = 3", "fit: 3: a table of keys is needed"),
-        (
-            SPECTRUM + '[material]\nbreakdown = { prestretch = [1.9, 1.7], field = ["1 MV/m", "2 MV/m"] }',
-            "prestretches of a breakdown",
-        ),
-        (SPECTRUM + "[truncate]", "truncate.keep: is needed"),
-        (SPECTRUM + '[reduce]\nwindow = ["1 s", "1e300 h"]', 'reduce.window[1]: "1e300 h": a time from 1e-15 to 1e+15 s is needed'),
-        (SPECTRUM.replace('"."', '"dma.csv"'), 'mastercurve: "dma.csv": a folder is needed'),
-        (MASTERCURVE.replace('file = "dma.csv"', 'files = "*.txt"'), 'data.files: "*.txt": no file matches'),
-        (MASTERCURVE.replace('modulus = "E [Pa]"', 'stress = "s"'), "or extension) and stress (or force) go together"),
-        (
-            MASTERCURVE.replace('modulus = "E [Pa]"', 'modulus = "E [Pa]", stress = "s"'),
-            "data.columns: either modulus, or strain and stress, is needed, or compliance, not modulus and stress",
-        ),
-        (MASTERCURVE.replace("file =", 'files = ["dma.csv"]\nfile ='), "data: either file or files is needed, not both"),
-        (
-            MASTERCURVE + 'thermal_expansion = "6e-4 /K"',
-            'shift: thermal_expansion acts only with vertical = "density-temperature", not with vertical = "none"',
-        ),
-        (MASTERCURVE.replace(', modulus = "E [Pa]"', ""), "data.columns: either modulus, or strain and stress, is needed"),
-        (
-            MASTERCURVE.replace('temperature = "T [degC]", ', "").replace("file =", "files =").replace('"dma.csv"', '["dma.csv"]'),
-            "data: temperatures are needed from one of columns.temperature, temperatures, temperature_in_name",
-        ),
-        (MASTERCURVE.replace("[shift]", 'units = { tme = "s" }\n[shift]'), 'data.units: unit of an unknown column "tme"'),
-        (MASTERCURVE.replace('"20 degC"', '"-300 degC"'), "a temperature above -273.15 degC is needed"),
-        (MASTERCURVE.replace("[shift]", 'units = { time = "parsec" }\n[shift]'), 'data.units: time = "parsec": unknown unit'),
-        (MASTERCURVE.replace("[shift]", 'units = { time = "kg" }\n[shift]'), 'data.units: time = "kg": a time is needed'),
-        (MASTERCURVE.replace("[shift]", 'separator = "\\n"\n[shift]'), 'data.separator: "\\n": one character is needed'),
-        (MASTERCURVE.replace("[shift]", 'separator = ","\ndecimal = ","\n[shift]'), "cannot be both separator and decimal"),
-        (MASTERCURVE.replace("[shift]", 'encoding = "a\\u0000b"\n[shift]'), "unknown encoding"),
-        (MASTERCURVE.replace("dma.csv", "x" * 300), "no such file"),
-        (MASTERCURVE.replace("dma.csv", "a\\nb"), "no such file"),
-    ],
-)
-def test_each_mistake_says_what_is_needed(folder: Path, text: str, expected: str) -> None:
-    assert any(expected in line for line in mistakes(folder, text))
-
-
 def test_a_recipe_under_another_command_names_the_right_one(folder: Path) -> None:
     with pytest.raises(InputError, match='the recipe is for "spectrum": run it with "dielast spectrum"'):
         read_recipe(write(folder, SPECTRUM), "mastercurve")
@@ -154,20 +81,6 @@ def test_keys_are_overridden_by_path(folder: Path) -> None:
     recipe = read_recipe(path, overrides=["fit.branches=20", 'fit.relaxation_time.max="10 s"', "fit.method=nnls", "title=a b"])
     assert isinstance(recipe, SpectrumRecipe)
     assert (recipe.fit.branches, recipe.fit.relaxation_time.max, recipe.fit.method, recipe.title) == (20, 10.0, "nnls", "a b")
-
-
-@pytest.mark.parametrize(
-    ("override", "expected"),
-    [
-        ("fit.branches", "PATH=VALUE is needed"),
-        ("fit..x=1", "PATH=VALUE is needed"),
-        ("fit.branch=3", 'fit.branch: unknown key; did you mean "branches"?'),
-        ("kind.x=3", "kind is not a table"),
-        ("fit.branches=many", 'fit.branches: "many": a whole number is needed'),
-    ],
-)
-def test_a_wrong_override_is_told(folder: Path, override: str, expected: str) -> None:
-    assert any(expected in line for line in mistakes(folder, SPECTRUM, override))
 
 
 def test_lists_are_overridden_by_index(folder: Path) -> None:

@@ -30,7 +30,6 @@ TOLD = [
     'output.times[1]: "2 kg": a time is needed, such as "1.5 h"',
     'material: "gone.toml": no such file',
 ]
-COMMA = "a decimal comma? write 1.5"
 NO_COLUMN = 'compare[0].y: "foo" is no column of the result; there are time [s], stretch_1 [1], '
 
 
@@ -128,47 +127,6 @@ def test_a_path_with_brackets_is_the_same_path(tmp_path: Path) -> None:
         ("a[1]", "b"),
         ("[0]", "b"),
     )
-
-
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        (HEAD + "[[step]]\nstretch = 1,5\n", "line 4: not TOML: expected newline or end of document after a statement; " + COMMA),
-        (HEAD + "step = [{ stretch = 1,5 }]\n", "line 3: not TOML: expected '=' after a key in a key/value pair; " + COMMA),
-        (HEAD + '"a b" = 1,250', COMMA[:-3] + "1.250 or 1250"),
-        (HEAD + '[[step]]\nstretch = "1,5"\n', f'step[0].stretch: "1,5": a bare number is needed; {COMMA}'),
-        (HEAD + STEP + "a = [1,2] 3\n", "line 6: not TOML: expected newline or end of document after a statement"),
-        ("kind = relax\n", 'line 1: not TOML: invalid value; text needs quotes: "relax"'),
-        (HEAD + "a = { b = 1, c = True }", "invalid value; write true"),
-        (HEAD + "temperature = 20 degC  # warm", 'after a statement; a quantity needs quotes: "20 degC"'),
-        (HEAD + "times = [1 s, 2 s]", 'unclosed array; a quantity needs quotes: "1 s"'),
-        (HEAD + "kind = 3", "line 3: not TOML: kind is stated twice"),
-        (HEAD + "[film]\n[film]", "line 4: not TOML: [film] is stated twice"),
-        (HEAD + "[step]\n[[step]]", "line 4: not TOML: [[step]] is stated twice; write [[step]] each time"),
-        (HEAD + '"a b" = 1\n"a b" = 2', 'line 4: not TOML: "a b" is stated twice'),
-        (HEAD + "a = 1\na = [\n2]", "line 5: not TOML: a key is stated twice"),
-        (HEAD.replace("relax", "creep") + '[[step]]\nstress = "9 Pa"\nrate = "1,5 Pa/s"\n', f"stress rate is needed; {COMMA}"),
-        (HEAD + "a = { b = 1, b = 2 }", "line 3: not TOML: b is stated twice"),
-        (
-            HEAD + '[[step]]\nstretch = 0.5\nrate = "5 %/s"\n',
-            "so the rate must be negative; a stretch is 1 + strain: if 0.5 is a strain, write 1.5",
-        ),
-        (
-            HEAD + '[[step]]\nstretch = "50 %"\n',
-            'stretch: "50 %": a bare number is needed, and a stretch is 1 + strain, so this would be 1.5',
-        ),
-        (HEAD + 'voltage = "1 kV"\n' + STEP, "voltage: unknown key; voltage belongs to failure-map"),
-        (HEAD + STEP + 'voltage = "1 kV"\n', "step[0].voltage: unknown key; voltage belongs to actuate"),
-        (
-            HEAD + STEP + "[uncertainty]\ndraws = 15\n",
-            "uncertainty.draws: 15 are too few for an interval of level 0.9: at least 19 are needed",
-        ),
-        (HEAD + STEP + '[plot]\ny = "nominal_stress_1"\n', 'no column of the result; did you mean "nominal_stress_1 [Pa]"?'),
-    ],
-)
-def test_usual_mistakes_have_hints(tmp_path: Path, text: str, message: str) -> None:
-    (line,) = mistakes(tmp_path, text)
-    assert line.endswith(message)
 
 
 def test_a_table_is_no_recipe_and_no_load_file(tmp_path: Path) -> None:

@@ -40,7 +40,9 @@ def results() -> dict[str, Any]:
     time = np.linspace(1.0, 20.0, 12)
     test = dielast.MeasuredTest("test", time, 1 + 0.1 * time, 3e4 * time**0.5, 20.0)
     retardation = dielast.retardation_from_relaxation(fit.spectrum, fit.equilibrium_shear_modulus)
-    calibration = dielast.calibrate([test], film_of_few, {"nonequilibrium.scale": dielast.Free()}, starts=1, draws=0)
+    calibration = dielast.calibrate(
+        [test], film_of_few, {"nonequilibrium.scale": dielast.Free()}, starts=1, intervals=dielast.Intervals(draws=0)
+    )
     return {
         "curve": curves[0],
         "test": test,

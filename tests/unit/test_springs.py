@@ -41,6 +41,9 @@ LAWS: list[tuple[SpringLaw, Callable[[Any, Any], Any]]] = [
     (Ogden(MU, ALPHA), lambda l1, l2: energies.ogden(l1, l2, MU, ALPHA)),
     (GentI2(90.0, 0.4, 0.9), lambda l1, l2: energies.gent_i2(l1, l2, 0.6, 90.0, 0.4, 0.9)),
     (GentI2(90.0, 0.3), lambda l1, l2: energies.gent_i2(l1, l2, 0.7, 90.0, 0.3, 0)),
+    (Gent(55.0), lambda l1, l2: energies.gent(l1, l2, 1.0, 55.0)),
+    (Gent(), lambda l1, l2: energies.neo_hookean(l1, l2, 1.0)),
+    (NeoHookean(), lambda l1, l2: energies.neo_hookean(l1, l2, 1.0)),
 ]
 NEO_HOOKEAN = [
     (Yeoh(3.0), 1e-15),
@@ -53,6 +56,7 @@ NEO_HOOKEAN = [
     (Ogden((2.0, 1.0, 0.0), (2.0, 2.0, -3.0)), 1e-14),
     (GentI2(), 1e-15),
     (GentI2(1e18, 0.0, 0.7), 1e-15),
+    (Gent(1e14), 1e-12),
 ]
 IDS = [f"{law.name}-{k}" for k, (law, _) in enumerate(LAWS)]
 STRETCHES = np.exp(np.random.default_rng(1).uniform(-0.7, 1.1, (2, 500)))
@@ -282,6 +286,25 @@ def test_a_soft_yeoh_spring_falls_where_its_slope_vanishes() -> None:
 def test_wrong_constants_are_refused(make: Callable[[], SpringLaw], message: str) -> None:
     with pytest.raises(InputError, match=message):
         make()
+
+
+def test_beyond_the_limit_of_gent_nothing_is_finite() -> None:
+    beyond = np.array([[36.0], [36.0]])
+    with np.errstate(divide="ignore"):
+        assert not np.isfinite(Gent(55.0).stress(beyond)).any()
+    assert np.isinf(Gent(55.0).energy(beyond)).all()
+    assert Gent(55.0).largest_invariant() == 58.0
+
+
+def test_one_invariant_is_as_good_as_many() -> None:
+    for law in (Gent(), Gent(110.0), Gent(55.0)):
+        many = np.array([3.0, 5.0, 40.0])
+        for k, one in enumerate(many):
+            invariant = np.array(one)
+            assert law.stiffness(invariant) == law.stiffness(one) == law.stiffness(many)[k]
+            assert law.hardening(invariant) == (law.hardening(many)[0][k], law.hardening(many)[1][k])
+            assert law.energy_of(invariant) == law.energy_of(many)[k]
+        assert many.tolist() == [3.0, 5.0, 40.0]
 
 
 def test_terms_of_ogden_stand_beside_cases() -> None:

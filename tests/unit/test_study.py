@@ -23,8 +23,7 @@ from flat import plan_failure_map
 from processes import ENDS
 
 from dielast.cli.run import compute
-from dielast.commands.design import run as designs
-from dielast.commands.failure_map import run as maps
+from dielast.commands.grids import design as designs, failure_map as maps
 from dielast.commands.registry import read_cases
 from dielast.commands.simulation import cases
 from dielast.commands.simulation.cases import PART, divided, one_or_all

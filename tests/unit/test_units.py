@@ -4,10 +4,12 @@ import contextlib
 import math
 
 import pytest
+import scipy.constants
 from hypothesis import given, strategies as st
 
 from dielast import units
 from dielast.errors import InputError
+from dielast.material.dielectric import VACUUM_PERMITTIVITY
 
 
 @pytest.mark.parametrize(
@@ -168,3 +170,9 @@ def test_a_mass_where_a_force_is_needed_gets_its_weight() -> None:
             units.parse(text, units.FORCE)
     with pytest.raises(InputError, match=r'^"3 mm": a force is needed, such as "0.17 N"$'):
         units.parse("3 mm", units.FORCE)
+
+
+def test_constants_of_nature() -> None:
+    assert pytest.approx(units.GAS_CONSTANT, rel=1e-9) == scipy.constants.R
+    assert scipy.constants.epsilon_0 == pytest.approx(VACUUM_PERMITTIVITY, rel=1e-9)
+    assert scipy.constants.zero_Celsius == units.ZERO_CELSIUS

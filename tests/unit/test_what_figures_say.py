@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from dielast import fit_spectrum
 from dielast.commands.registry import COMMANDS, read_cases
 from dielast.io.files import Inputs
+from dielast.plots.events import Curve
 from dielast.plots.looks import Swept
 from dielast.plots.simulation import plot_cases
 from dielast.plots.spectrum import plot_spectrum
@@ -82,7 +83,7 @@ def test_the_panels_of_a_sweep_share_y() -> None:
     time = np.linspace(1.0, 2.0, 5)
     cases = [{x: time, y: 1 + time * (1.0 if case % 2 else 1e-3)} for case in range(16)]
     factors = [Swept("a", tuple(float(case % 2) for case in range(16))), Swept("b", tuple(float(case // 2) for case in range(16)))]
-    figure = plot_cases(cases, [str(case) for case in range(16)], (), x, y, swept=factors)
+    figure = plot_cases([Curve(str(number), case[x], case[y]) for number, case in enumerate(cases)], x, y, swept=factors)
     shown = {axes.get_ylim() for axes in figure.axes if axes.lines}
     assert len(shown) == 1
 

@@ -122,45 +122,6 @@ def test_a_long_table_is_not_taken_for_a_wide_one(tmp_path: Path) -> None:
     assert [one.temperature for one in found] == [20, 40]
 
 
-@pytest.mark.parametrize(
-    ("header", "options", "message"),
-    [
-        ("time [s],E [kPa],F [kPa],G [kPa]", {"columns": KNOWN, "layout": "wide"}, "no header states a temperature, such as"),
-        (
-            "time [s],20 °C,30 °C,-10 °C",
-            {},
-            'column "modulus" has no unit: call it "modulus [Pa]" or state units = { modulus = "Pa" }',
-        ),
-        (
-            "time [s],E-20C [kPa],E-30C [kPa],E-40C [kPa]",
-            {"columns": KNOWN},
-            'column "E-20C [kPa]": 20 or -20 C? call it "E (-20 C)"',
-        ),
-        ("time [s],x 20 °C [kPa],x 30 °C [kPa],x 40 °C [kPa]", {}, 'columns are needed: at 20 degC there are "time", "x"'),
-        (
-            "time [s],x 20 °C [kPa],E 30 °C [kPa],E 40 °C [kPa]",
-            {"columns": KNOWN},
-            'no column "E" for modulus; there are "time [s]", "x',
-        ),
-        (
-            "time [s],E [kPa],F [kPa],G [kPa]",
-            {"columns": KNOWN},
-            'temperatures are needed from columns.temperature, or from headers such as "E (20 °C) [MPa]"',
-        ),
-        (
-            "time [s],E 20 °C [kPa],E 30 °C [kPa],E 40 °C [kPa]",
-            {"columns": {**KNOWN, "temperature": "x"}, "layout": "wide"},
-            "so leave",
-        ),
-    ],
-)
-def test_what_lacks_is_said(tmp_path: Path, header: str, options: dict[str, Any], message: str) -> None:
-    (tmp_path / "wide.csv").write_text(shared(header))
-    with pytest.raises(InputError) as caught:
-        read(tmp_path, file="wide.csv", **options)
-    assert message in str(caught.value)
-
-
 def test_a_gap_within_a_pair_names_its_line(tmp_path: Path) -> None:
     lines = pairs([f"{name} {T:g} degC" for T in TEMPERATURES for name in ("time [s]", "E [kPa]")]).splitlines()
     cells = lines[3].split(",")

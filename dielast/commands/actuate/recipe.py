@@ -16,7 +16,7 @@ from dielast.errors import InputError, Mistakes, Problem
 from dielast.handover.law_section import BreakdownField
 from dielast.mechanics.criteria import END, names
 from dielast.recipe.fields import OneOf, Section, Time, WithUnit
-from dielast.simulate.quantities import ELECTRICAL, ELECTRODE, FILMS, LEAKAGE, PROGRAMME, SOURCE, Quantity
+from dielast.simulate.quantities import ELECTRICAL, ELECTRODE, FILMS, LEAKAGE, SOURCE, Quantity
 from dielast.units import (
     CHARGE,
     CHARGE_DENSITY,
@@ -173,7 +173,6 @@ class ActuateRecipe(SimulationRecipe):
             LEAKAGE: self.leakage is not None,
             ELECTRICAL: self.electrical,
             ELECTRODE: self.film.electrode_diameter is not None,
-            PROGRAMME: self.programme,
         }
         return [needed for needed in quantity.needs if not stated[needed]]
 

@@ -167,7 +167,7 @@ class ActuateSimulation(Simulation):
 
         def figure() -> Any:
             from dielast.commands.simulation.naming import labels, titled
-            from dielast.plots.profile import plot_profile
+            from dielast.plots.films import plot_profile
 
             which = labels(cases, materials)[shown]  # named if there is a sweep
             first = cases[shown].recipe
@@ -223,7 +223,7 @@ def _limits(stated: StatedCase, case: Case[ActuateRecipe], results: Sequence[Cas
 
     def figure() -> Any:
         from dielast.commands.simulation.naming import titled
-        from dielast.plots.limits import plot_limits
+        from dielast.plots.films import plot_limits
 
         return plot_limits(found, [result.columns for result in results], titled(recipe.title, [case], [stated.material]))
 

@@ -115,7 +115,9 @@ class SourceStep(HistoryStep):
 
     CONTROL: ClassVar = "voltage"
 
-    voltage: Voltage | None = Field(None, description="Voltage to reach.")
+    voltage: Voltage | None = Field(
+        None, description="Voltage to reach; beside a waveform of the edges, in a straight line over all its cycles."
+    )
     charge: Charge | None = Field(
         None,
         description='With control = "charge": the total charge that the source has delivered at the end of the step, in C, which '
@@ -129,7 +131,7 @@ class SourceStep(HistoryStep):
     stretch: Stretch | None = Field(
         None,
         description="Stretch of the edges, which hold stretches from here on: one number in the mode of the recipe, or a pair, one "
-        "for each axis. With waveform: { low, high }.",
+        "for each axis. With waveform: { low, high }, or, beside low and high of the voltage, the value that it goes to meanwhile.",
     )
     stress: Stress | None = Field(
         None, description="Nominal stress at the edges, which are under dead load from here on; else as stretch."
@@ -178,7 +180,7 @@ class SourceStep(HistoryStep):
             return
         if self.period is None:
             raise InputError("a waveform needs period")
-        if any(ends.low is None for ends in edges):
+        if self.high is None and any(ends.low is None for ends in edges):
             raise InputError("a waveform of the edges goes from low to high: state { low = ..., high = ... }")
         if self.high is not None:
             self._check_ends()
@@ -222,10 +224,13 @@ class SourceStep(HistoryStep):
                 f"does not go with {(edges or electrodes)[0]}: state duration, the time in which the step reaches it", key="hold"
             )
         if self.waveform is not None:
-            for key in ("rate", "duration", "voltage", "charge"):
+            for key in ("rate", "duration", *(("voltage", "charge") if self.high is not None else ())):
                 if getattr(self, key) is not None:
                     instead = ": low and high state those of the waveform" if key in ELECTRODES else ""
                     raise InputError(f"{key} does not go with waveform{instead}")
+            still = self.high is None or not any(getattr(self, key).low for key in edges)
+            if self.phase is not None and still:
+                raise InputError("goes with waveforms of edges and electrodes", key="phase")
             if self.circuit is not None and self.high is not None:
                 raise InputError("a waveform of the voltage or charge is stated: leave circuit out", key="circuit")
             return

@@ -6,7 +6,7 @@ from pydantic import AfterValidator, Field
 
 from dielast.commands.simulation.film_recipe import SHARE_TEXT, FilmBase, FilmSolver, Prestretch, Shares
 from dielast.errors import InputError
-from dielast.readings.specimen_recipe import MachineColumns
+from dielast.readings.columns_recipe import MachineColumns
 from dielast.recipe.fields import WithUnit
 from dielast.recipe.file_fields import ColumnName
 from dielast.units import NUMBER, STRAIN, TIME, TIMES, VOLTAGE, VOLTAGE_RATE

@@ -8,7 +8,7 @@ from dielast.commands.calibrate.film_recipe import VOLTAGE_COLUMNS, RampRates, T
 from dielast.commands.membrane.recipe import SLACK, Slack
 from dielast.commands.simulation.recipe import Cell, LoadingMode
 from dielast.errors import InputError
-from dielast.readings.specimen_recipe import Specimen
+from dielast.readings.columns_recipe import Specimen
 from dielast.recipe.base import RecipeBase, TextTable, units_of
 from dielast.recipe.fields import RelativeDeviation, Section, StrainRate, Temperature, Time, Voltage
 from dielast.recipe.file_fields import NAMES_FILES, PATH, InputFile, existing_file

@@ -21,8 +21,9 @@ from dielast.calibration.laws import (
 )
 from dielast.calibration.profiles import Verdict
 from dielast.calibration.proposals import film_voltages, proposal_columns, proposals
-from dielast.calibration.result import Calibration, assessed, range_of
+from dielast.calibration.result import Calibration, Intervals, assessed, range_of
 from dielast.commands.calibrate.checks import warn_of_fit, warn_of_laws_alike, warn_of_springs
+from dielast.commands.calibrate.readings import readings as readings
 from dielast.commands.calibrate.recipe import CalibrateRecipe
 from dielast.commands.calibrate.task import CalibrationTask, check_conditions, read_task
 from dielast.errors import NumericsError, in_keys, warn
@@ -217,7 +218,8 @@ def _candidate(
 def _assessed(recipe: CalibrateRecipe, task: CalibrationTask, fit: Fit, watch: Watch | None) -> Calibration:
     """The uncertainty of a fit, as the recipe asks for it."""
     wanted = recipe.uncertainty
-    return assessed(fit, validate=task.predicted, draws=wanted.draws, seed=wanted.seed, level=wanted.level, watch=watch)
+    intervals = Intervals(wanted.level, wanted.draws, wanted.seed)
+    return assessed(fit, validate=task.predicted, intervals=intervals, watch=watch)
 
 
 def _weighed(ranked: Sequence[Candidate]) -> list[Candidate]:

@@ -8,18 +8,17 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from dielast.commands.lifetime.films import film_of, solver_of
+from dielast.commands.lifetime.lives import fine_enough, simulated
 from dielast.commands.lifetime.recipe import LifetimeRecipe
 from dielast.errors import InputError, NumericsError, Problem, in_keys, warn, without_warnings
 from dielast.failures.fits import FittedLaw, bounded_law, fit_law, history_error, left_out_score
 from dielast.failures.law_models import law_model
 from dielast.failures.laws import LawModel, LawOptions
 from dielast.failures.likelihood import Seen
-from dielast.failures.specimens import POINTS_PER_DECADE, Simulated, Specimens, simulate_specimens
+from dielast.failures.specimens import POINTS_PER_DECADE, Simulated, Specimens
 from dielast.material.material import Material
 
 KEYS = {"scatter": "fit.scatter", "thickness": "film.thickness", "relax": "film.relax", "boundary": "film.boundary"}
-MOST = 16  # times as many rows as usual, at most, in histories
 
 
 def accepted(specimens: int) -> float:
@@ -43,24 +42,18 @@ class Ranked:
 
 def simulated_and_ranked(recipe: LifetimeRecipe, material: Material, specimens: Specimens) -> tuple[Simulated, list[Ranked]]:
     """Simulate the specimens and fit the laws to each kind of failure, with rows close enough for the fitted laws."""
-    for factor in (2**k for k in range(MOST.bit_length())):
+
+    def solve(factor: int) -> tuple[tuple[Simulated, list[Ranked]], float]:
         with nullcontext() if factor == 1 else without_warnings():  # no warning twice
             with in_keys(KEYS):
-                tested = simulate_specimens(
-                    material,
-                    specimens,
-                    film=film_of(recipe),
-                    pull_in_timescale=recipe.pull_in.criterion,
-                    solver=solver_of(recipe),
-                    points_per_decade=factor * POINTS_PER_DECADE,
-                )
+                tested = simulated(recipe, material, specimens, factor * POINTS_PER_DECADE)
             ranks = [ranked(recipe, material, tested, mode) for mode in modes_of(specimens)]
-        error = max(rank.error for rank in ranks)
-        if error <= accepted(len(specimens)):
-            break
-    else:
+        return (tested, ranks), max(rank.error for rank in ranks)
+
+    found, error = fine_enough(solve, accepted(len(specimens)))
+    if error > accepted(len(specimens)):
         warn(f"log exposures of specimens have numerical errors of {error / 3:.1g} of their scatter: is the scatter so small?")
-    return tested, ranks
+    return found
 
 
 def modes_of(specimens: Specimens) -> list[str]:

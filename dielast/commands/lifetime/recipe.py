@@ -4,12 +4,12 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from dielast.commands.failure_map.recipe import VoltageAxis
+from dielast.commands.grids.recipe import VoltageAxis
 from dielast.commands.simulation.film_recipe import SHARE_TEXT, FilmBase, FilmSolver, Prestretch, PullInSection, Share
 from dielast.commands.simulation.recipe import Cell
 from dielast.errors import InputError
 from dielast.failures.law_names import DAMAGE_LAWS, LAWS
-from dielast.readings.specimen_recipe import NamedColumns
+from dielast.readings.columns_recipe import NamedColumns
 from dielast.recipe.base import RecipeBase, TextTable, units_of
 from dielast.recipe.fields import Area, Numbers, OneOf, PositiveTime, RelativeDeviation, Section, Temperature, Voltage, WithUnit
 from dielast.recipe.file_fields import ColumnName, InputFile

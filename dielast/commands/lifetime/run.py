@@ -2,34 +2,42 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from typing import Any
+from functools import partial
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from dielast.commands.lifetime.films import lives_under, planned
-from dielast.commands.lifetime.lines import lines_of
-from dielast.commands.lifetime.ranking import chosen_of, simulated_and_ranked, warn_of_fit
 from dielast.commands.lifetime.recipe import LifetimeRecipe
 from dielast.commands.lifetime.table import read_specimens
-from dielast.commands.lifetime.tables import headline, joined, law_columns, specimen_columns
-from dielast.failures.fits import FittedLaw
+from dielast.errors import InputError, without_warnings
+from dielast.failures.likelihood import Seen
 from dielast.handover.material_draws import draw_columns, read_draws_beside
 from dielast.handover.material_file import parse_material, write_material
 from dielast.io.files import Inputs
-from dielast.io.table import Table
+from dielast.io.table import Column, Table, joined
 from dielast.material.checks import warn_of_material
 from dielast.material.material import Material, paths_of
+from dielast.recipe.base import Reading
 from dielast.recipe.cases import Case
 from dielast.report.report import RunReport
 from dielast.sharing.execution import Execution
+
+if TYPE_CHECKING:
+    from dielast.commands.lifetime.ranking import Ranked
+    from dielast.failures.fits import FittedLaw
+    from dielast.failures.specimens import Simulated
 
 DRAWS = "draws.csv"
 
 
 def run(cases: Sequence[Case[LifetimeRecipe]], inputs: Inputs, execution: Execution) -> RunReport:
     """Simulate the specimens, fit the laws, report."""
+    # readings need none of these
+    from dielast.commands.lifetime.lives import lines_of, lives_under, planned
+    from dielast.commands.lifetime.ranking import chosen_of, simulated_and_ranked, warn_of_fit
+
     recipe = cases[0].recipe
     material = parse_material(inputs.read(recipe.material), recipe.material)
     warn_of_material(material)
@@ -78,3 +86,90 @@ def with_origin(material: Material, fitted: FittedLaw, file: str) -> Material:
         if parameter.name.startswith(f"{law}.") and not fitted.fit.fixed[parameter.coordinate]:
             origin[parameter.name.partition("[")[0]] = f"fitted: {file}"
     return replace(material, origin=origin)
+
+
+def readings(cases: Sequence[Case[LifetimeRecipe]], inputs: Inputs) -> Iterator[Reading]:
+    """The material, then the specimens."""
+    recipe = cases[0].recipe
+    yield "material", recipe.material, lambda: parse_material(inputs.read(recipe.material), recipe.material)
+    yield "data.file", recipe.data, partial(_specimens, recipe, inputs)
+
+
+def _specimens(recipe: LifetimeRecipe, inputs: Inputs) -> None:
+    """The specimens; a mistake in the material is stated by its reading."""
+    try:
+        with without_warnings():
+            material = parse_material(inputs.read(recipe.material), recipe.material)
+    except InputError:
+        return
+    read_specimens(recipe, material, inputs)
+
+
+def specimen_columns(tested: Simulated, fitted: Sequence[FittedLaw]) -> Table:
+    """A row for each specimen: its state at its end, and its rank among the failures of its kind."""
+    specimens, n = tested.specimens, len(tested.specimens)
+    field, stretch = tested.state
+    rank, exposure = np.full(n, np.nan), np.full(n, np.nan)
+    for law in fitted:
+        rows = law.law.rows
+        ranks = law.ranks()
+        rank[rows] = np.where(np.isfinite(ranks), ranks, rank[rows])
+        mine = np.array([not law.mode or specimens.mode[row] in (law.mode, "") for row in rows])
+        exposure[rows] = np.where(mine, np.exp(law.plain_standing()), exposure[rows])
+    return [
+        Column("specimen", None, list(specimens.name)),
+        Column("voltage", "V", tested.voltage),
+        Column("prestretch_1", "1", specimens.prestretch[:, 0]),
+        Column("prestretch_2", "1", specimens.prestretch[:, 1]),
+        Column("time", "s", tested.end),
+        Column("suspended", None, ["yes" if seen == Seen.SUSPENDED else "no" for seen in tested.seen]),
+        Column("true_field", "V/m", field),
+        Column("stretch", "1", stretch),
+        Column("exposure", "1", exposure),
+        Column("rank", None, rank),
+        *([Column("batch", None, list(specimens.batch))] if any(specimens.batch) else []),
+        *([Column("mode", None, list(specimens.mode))] if any(specimens.mode) else []),
+    ]
+
+
+def law_columns(ranks: Sequence[Ranked]) -> Table:
+    """A row for each law and kind of failure, the best first."""
+    rows = [
+        (rank.mode, law.name, law.law.options.scatter, law.law.rows.size, law.fit.free.size, law.fit.value, law.fit.aic, score)
+        for rank in ranks
+        for law, score in zip(rank.fitted, rank.scores, strict=True)
+    ]
+    mode, name, scatter, count, free, value, aic, score = zip(*rows, strict=True)
+    return [
+        *([Column("mode", None, list(mode))] if any(mode) else []),
+        Column("law", None, list(name)),
+        Column("scatter", None, list(scatter)),
+        Column("specimens", None, np.array(count)),
+        Column("parameters", None, np.array(free)),
+        Column("log_likelihood", "1", np.array(value)),
+        Column("aic", "1", np.array(aic)),
+        Column("left_out_log_likelihood", "1", np.array(score)),
+    ]
+
+
+def headline(tested: Simulated, best: FittedLaw) -> dict[str, dict[str, Any]]:
+    """The numbers of specimens, and the fitted law."""
+    table = {column.name: list(column.values) for column in best.columns()}
+    options = best.law.options
+    references = {
+        "reference_area_m2": options.reference_area,
+        "reference_humidity": options.reference_humidity if "humidity_exponent" in table["parameter"] else None,
+    }
+    return {
+        "lifetime": {
+            "specimens": len(tested.specimens),
+            "failed": int(np.count_nonzero(tested.seen != Seen.SUSPENDED)),
+            "law": best.name,
+            "log_likelihood": best.fit.value,
+            **{name: value for name, value in references.items() if value is not None},
+        },
+        "parameters": {
+            name.replace(".", "_").replace("[", "_").replace("]", ""): float(value)
+            for name, value in zip(table["parameter"], table["value"], strict=True)
+        },
+    }

@@ -1,8 +1,10 @@
 """`mastercurve`: relaxation tests, creep tests or frequency sweeps at several temperatures -> master curve and shift factors."""
 
+from __future__ import annotations
+
 import math
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -15,17 +17,22 @@ from dielast.material.checks import warn_of_curve, warn_of_temperature
 from dielast.material.measurement_kind import MeasurementKind
 from dielast.readings.read import Dataset, read_all
 from dielast.readings.values import ONE_TEMPERATURE
+from dielast.recipe.base import Reading
 from dielast.recipe.cases import Case
 from dielast.report.report import RunReport
 from dielast.sharing.execution import Execution
-from dielast.superposition.bootstrap import MasterCurveDraws, bootstrap_master_curve
-from dielast.superposition.checks import LAST_STRETCH, PLATEAU_SLOPE
-from dielast.superposition.mastercurve import build_master_curve
-from dielast.superposition.result import MasterCurve
+
+if TYPE_CHECKING:
+    from dielast.superposition.bootstrap import MasterCurveDraws
+    from dielast.superposition.result import MasterCurve
 
 
 def run(cases: Sequence[Case[MasterCurveRecipe]], inputs: Inputs, execution: Execution) -> RunReport:
     """Read the tests, shift them, report."""
+    # readings need none of these
+    from dielast.superposition.bootstrap import bootstrap_master_curve
+    from dielast.superposition.mastercurve import build_master_curve
+
     recipe = cases[0].recipe
     dataset = read_all(recipe.data, inputs)
     shift, uncertainty = recipe.shift, recipe.uncertainty
@@ -65,8 +72,16 @@ def run(cases: Sequence[Case[MasterCurveRecipe]], inputs: Inputs, execution: Exe
     return RunReport(written, numbers, figure)
 
 
+def readings(cases: Sequence[Case[MasterCurveRecipe]], inputs: Inputs) -> Iterator[Reading]:
+    """The measurements."""
+    data = cases[0].recipe.data
+    yield "data.file" if data.file else "data.files", data, lambda: read_all(data, inputs)
+
+
 def _levels_off(result: MasterCurve) -> bool:
     """Whether the smooth curve has a plateau for its equilibrium modulus."""
+    from dielast.superposition.checks import LAST_STRETCH, PLATEAU_SLOPE
+
     log_time = result.kind.time_power * np.log10(result.smooth_abscissa)
     end = np.log10(result.smooth_ordinates[0])[log_time >= np.max(log_time) - LAST_STRETCH]
     return float(np.ptp(end)) <= PLATEAU_SLOPE * LAST_STRETCH

@@ -1,7 +1,7 @@
 """`measure`: photographs of an electrode -> stretches over time."""
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +19,7 @@ from dielast.photographs.decode import CHANNELS, MEAN, count_pictures, read_pict
 from dielast.photographs.find import reduced, separability
 from dielast.photographs.outline import Outline, find_outline
 from dielast.photographs.series import BREAKDOWN, DOUBTFUL, LOST, OK, WRINKLES, Stretches, stretches
+from dielast.recipe.base import Reading
 from dielast.recipe.cases import Case
 from dielast.report.report import RunReport
 from dielast.sharing.execution import Execution
@@ -189,6 +190,11 @@ def run(cases: Sequence[Case[MeasureRecipe]], inputs: Inputs, execution: Executi
 
     figures: dict[str, Callable[[], Any]] = {"photographs": sheet}
     return RunReport({"electrode.csv": result.columns()}, headline(result, ready), figure, figures=figures)
+
+
+def readings(cases: Sequence[Case[MeasureRecipe]], inputs: Inputs) -> Iterator[Reading]:
+    """The reference, and the times: a photograph of the series that cannot be read does not stop a run."""
+    yield "", cases[0].recipe, lambda: Prepared(cases[0].recipe, inputs)
 
 
 def _together(recipe: MeasureRecipe, ready: Prepared, photographs: Sequence[Photograph]) -> Stretches:

@@ -8,7 +8,7 @@ from pydantic import BeforeValidator, Field
 from dielast.commands.simulation.recipe import LoadingMode, SimulationRecipe
 from dielast.commands.simulation.step_recipe import Aim, AnyOf, HistoryStep, starting
 from dielast.errors import InputError, shown
-from dielast.readings.specimen_recipe import MachineColumns, Specimen, unmeasured
+from dielast.readings.columns_recipe import MachineColumns, Specimen, unmeasured
 from dielast.recipe.fields import Force, StrainRate, Stress
 from dielast.units import FORCE, FORCE_RATE, STRESS, STRESS_RATE, Dimension
 

@@ -16,7 +16,7 @@ from dielast.io.table import Column, Table, split_header
 from dielast.material.scatter import Sample, assured, interval
 from dielast.mechanics.cases import of_case
 from dielast.mechanics.criteria import named
-from dielast.numerics.arrays import Flags, Floats
+from dielast.numerics.arrays import Flags, Floats, Index
 from dielast.sharing.study import Draws, Study
 from dielast.simulate.events import EVENT_UNITS, Event, event_columns
 from dielast.simulate.failure_map import FailureMap
@@ -34,7 +34,9 @@ def bounded_cases(batches: Batches, cases: Sequence[SolvedCase], study: Study) -
     for number, case in enumerate(cases):
         if case.sample is not None:
             parts = draws_of(batches, case, case.sample, case.result, "uncertainty", of_case(number, len(cases)))
-            drawn[number] = Draws(len(drawn), parts, partial(_bounded, case.result, uncertainty=case.recipe.uncertainty))
+            drawn[number] = Draws(
+                len(drawn), parts, partial(_bounded, case.result, uncertainty=case.recipe.uncertainty, laws=case.sample.laws)
+            )
     bounds = dict(zip(drawn, study.batches(list(drawn.values()), "draws"), strict=True))
     return [bounds.get(number, case.result) for number, case in enumerate(cases)]
 
@@ -48,15 +50,15 @@ def draws_of(
     return [replace(part, place={"key": key, "case": number}) for part in parts]
 
 
-def _bounded(result: CaseResult, drawn: Sequence[CaseResult], uncertainty: Uncertainty) -> CaseResult:
+def _bounded(result: CaseResult, drawn: Sequence[CaseResult], uncertainty: Uncertainty, laws: Index | None) -> CaseResult:
     """The result of a case with bounds from its draws, a film's events too."""
     level = uncertainty.level
     if result.events is None:
-        return bounded(result, drawn, level)
+        return bounded(result, drawn, level, laws=laws)
     events = [draw.events or () for draw in drawn]
     failed = [any(named(event.name).is_failure for event in draw) for draw in events]
-    bounds = bounded_events(result.events, events, level, uncertainty.assurance)
-    return replace(bounded(result, drawn, level, failed), bounded_events=bounds)
+    bounds = bounded_events(result.events, events, level, uncertainty.assurance, laws)
+    return replace(bounded(result, drawn, level, failed, laws), bounded_events=bounds)
 
 
 def drawn_case(case: StatedCase, sample: Sample, result: CaseResult) -> list[StatedCase]:
@@ -64,7 +66,7 @@ def drawn_case(case: StatedCase, sample: Sample, result: CaseResult) -> list[Sta
     the result, including the last row.
     """
     if result.events is None:
-        return [StatedCase(case.recipe, member, case.steps, None) for member in sample.materials]
+        return [StatedCase(case.recipe, member, case.steps, None) for member in sample.specimens()]
     stated = breakdown(case.recipe.breakdown)
     output = case.recipe.output.model_copy(update={"times": _times_for_draws(result.columns["time [s]"]), "profile": None})
     recipe = case.recipe.model_copy(update={"breakdown": None, "output": output})
@@ -87,8 +89,14 @@ def _passed(time: Floats) -> Flags:
     return np.asarray(~last & (~first | (time == 0)))
 
 
-def bounded(result: CaseResult, drawn: Sequence[CaseResult], level: float, failed: Sequence[bool] | None = None) -> CaseResult:
-    """The result of a case, with lower and upper bounds of each column in which the draws differ.
+def bounded(
+    result: CaseResult,
+    drawn: Sequence[CaseResult],
+    level: float,
+    failed: Sequence[bool] | None = None,
+    laws: Index | None = None,
+) -> CaseResult:
+    """The result of a case, with lower and upper bounds of each column in which the draws differ; `laws` (draws,) as in `interval`.
 
     For films, `failed` says which draws end by failure. From then on, such a draw counts as above every upper bound of stretches
     and field, and as below every lower bound of stress and stability; a bound among failed draws is infinite. A further column
@@ -105,7 +113,7 @@ def bounded(result: CaseResult, drawn: Sequence[CaseResult], level: float, faile
         if header not in result.stated and (quantity is None or quantity.written):
             table = _stacked([draw.columns[header] for draw in drawn], time.size)
             beyond = -np.inf if quantity is not None and quantity.falls else np.inf
-            low, high = interval(np.where(determined, np.where(lost, beyond, table), np.nan), level)
+            low, high = interval(np.where(determined, np.where(lost, beyond, table), np.nan), level, laws)
             columns[_beside(header, "lower")], columns[_beside(header, "upper")] = low, high
     if failed is not None:
         columns[SURVIVING] = np.sum(there, axis=0) / np.maximum(np.sum(there | lost, axis=0), 1)
@@ -133,7 +141,11 @@ def _stacked(columns: Sequence[Floats], rows: int) -> Floats:
 
 
 def bounded_events(
-    events: Sequence[Event], drawn: Sequence[Sequence[Event]], level: float, confidence: float | None = None
+    events: Sequence[Event],
+    drawn: Sequence[Sequence[Event]],
+    level: float,
+    confidence: float | None = None,
+    laws: Index | None = None,
 ) -> list[BoundedEvent]:
     """The events of a case with bounds, and the events that happen in draws only.
 
@@ -153,10 +165,10 @@ def bounded_events(
         bounds = {}
         for number in EVENT_UNITS:
             absent = np.inf if number == "time" else np.nan
-            low, high = interval(np.array([float(getattr(draw[0], number)) if draw else absent for draw in same]), level)
+            low, high = interval(np.array([float(getattr(draw[0], number)) if draw else absent for draw in same]), level, laws)
             bounds[number] = float(low), float(high)
         times = np.array([draw[0].time if draw else np.inf for draw in same])
-        life = None if confidence is None else float(assured(times, confidence))
+        life = None if confidence is None else float(assured(times, confidence, laws))
         result.append(BoundedEvent(name, central, bounds, sum(map(len, same)) / len(same), life))
     return result
 
@@ -185,7 +197,7 @@ def _between_bounds(columns: Sequence[Column], bounds: Mapping[str, Iterable[Flo
     return result
 
 
-def map_bounds(drawn: Sequence[FailureMap], level: float) -> dict[str, tuple[Floats, Floats]]:
+def map_bounds(drawn: Sequence[FailureMap], level: float, laws: Index | None = None) -> dict[str, tuple[Floats, Floats]]:
     """Lower and upper bounds of times and stretches of a map by column name; infinite for a time beyond the horizon, and for the
     stretch of a film that has failed before.
     """
@@ -193,22 +205,26 @@ def map_bounds(drawn: Sequence[FailureMap], level: float) -> dict[str, tuple[Flo
     bounds = {}
     for name in (*drawn[0].times, FAILURE):
         times = np.array([draw.time_to_failure if name == FAILURE else draw.times[name] for draw in drawn])
-        bounds[column_of(name)] = interval(np.where(np.isnan(times), np.where(finished, np.inf, np.nan), times), level)
+        bounds[column_of(name)] = interval(np.where(np.isnan(times), np.where(finished, np.inf, np.nan), times), level, laws)
     for when in drawn[0].relative_stretch:
         # a failed film counts as above every stretch
         failed = np.array([draw.time_to_failure < draw.stretch_at[when] for draw in drawn])
         for axis in range(len(drawn[0].relative_stretch[when])):
             stretch = np.array([draw.relative_stretch[when][axis] for draw in drawn])
-            bounds[f"relative_stretch_{axis + 1} after {when}"] = interval(np.where(failed, np.inf, stretch), level)
+            bounds[f"relative_stretch_{axis + 1} after {when}"] = interval(np.where(failed, np.inf, stretch), level, laws)
     for quantity in CELLS:
         values = np.array([quantity.of(draw) for draw in drawn])
         lost = np.isnan(values) & finished
-        bounds[quantity.name] = interval(np.where(lost, -np.inf if quantity.falls else np.inf, values), level)
+        bounds[quantity.name] = interval(np.where(lost, -np.inf if quantity.falls else np.inf, values), level, laws)
     return bounds
 
 
 def bounded_map_columns(
-    columns: Sequence[Column], drawn: Sequence[FailureMap], level: float, confidence: float | None = None
+    columns: Sequence[Column],
+    drawn: Sequence[FailureMap],
+    level: float,
+    confidence: float | None = None,
+    laws: Index | None = None,
 ) -> list[Column]:
     """The table of a map with bounds of each time, and the probability of failure: the share of the draws that fail within the
     horizon, among those with a known result; with a `confidence`, also the life that the draws exceed, infinite beyond the horizon.
@@ -216,15 +232,17 @@ def bounded_map_columns(
     failed = np.array([np.isfinite(draw.time_to_failure) for draw in drawn])
     finished = np.array([draw.failure_mode != "unfinished" for draw in drawn])
     probability = np.sum(failed, axis=0) / np.maximum(np.sum(finished, axis=0), 1)
-    result = [*_between_bounds(columns, map_bounds(drawn, level)), Column("failure_probability", "1", probability.ravel())]
+    result = [*_between_bounds(columns, map_bounds(drawn, level, laws)), Column("failure_probability", "1", probability.ravel())]
     if confidence is not None:
         lives = np.array([np.where(np.isnan(draw.time_to_failure), np.inf, draw.time_to_failure) for draw in drawn])
-        result.append(Column("assured_life", "s", assured(np.where(finished, lives, np.nan), confidence).ravel()))
+        result.append(Column("assured_life", "s", assured(np.where(finished, lives, np.nan), confidence, laws).ravel()))
     return result
 
 
-def bounded_line_columns(columns: Sequence[Column], drawn: Sequence[Sequence[LifetimeLine]], level: float) -> list[Column]:
+def bounded_line_columns(
+    columns: Sequence[Column], drawn: Sequence[Sequence[LifetimeLine]], level: float, laws: Index | None = None
+) -> list[Column]:
     """The table of lifetime lines with bounds of each number, from the lines of all draws."""
     names = (*LINE_UNITS, *POWER)
     numbers = {name: np.array([[getattr(line, name) for line in lines] for lines in drawn], dtype=float) for name in names}
-    return _between_bounds(columns, {name: interval(values, level) for name, values in numbers.items()})
+    return _between_bounds(columns, {name: interval(values, level, laws) for name, values in numbers.items()})

@@ -1,13 +1,11 @@
 """Warnings of valid simulations that look like mistakes, by `dielast.material.checks`, from recipes, steps and results."""
 
 from collections.abc import Iterable, Iterator, Sequence
-from itertools import groupby
 from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from dielast.commands.membrane.recipe import CreepRecipe, RelaxRecipe
 from dielast.commands.simulation.cases import last
 from dielast.commands.simulation.result import CaseResult, SolvedCase, StatedCase
 from dielast.commands.simulation.solver_steps import TimedStep, reached_at_once, targets
@@ -26,6 +24,7 @@ from dielast.material.checks import (
 )
 from dielast.material.material import Material
 from dielast.material.use_checks import Pace, fastest_branch, warn_of_lasting, warn_of_paces, warn_of_stretches, warn_of_use
+from dielast.mechanics.load import Waveform
 from dielast.numerics.arrays import Floats
 from dielast.simulate.profile import unresolved
 
@@ -34,8 +33,8 @@ if TYPE_CHECKING:
 
 AnyCase = TypeVar("AnyCase", bound=StatedCase)
 
-WHOLE = 0.5  # of the range of a step through many points: a monotonic run of points over this part counts as a load
-EARLY = 1e-3  # of the duration after a load at once: the response before that is not of interest, though tables begin there
+EARLY, EARLIEST = 1e-3, "the first thousandth of what follows takes"
+"""The part of the duration after a load at once in which the response is not of interest, though tables begin there."""
 SLACK = 0.01  # of the highest stress: a larger compressive stress gives a warning
 AT_ONCE = "as the voltage comes on"
 
@@ -105,7 +104,7 @@ def warn_of_films(cases: Sequence[SolvedCase]) -> None:
     leaks = [case.recipe.leakage for case in cases]
     scale = [np.inf if leak is None or leak.field is None or not leak.conductivity else leak.field for leak in leaks]
     warn_of_leak([np.max(np.abs(case.result.columns["true_field [V/m]"]), initial=0.0) for case in cases], scale)
-    paces, broken = list(_paces(cases)), []
+    paces, broken = list(_paces(cases)), [""] * len(cases)
     for index, case in enumerate(cases):
         at_once = AT_ONCE.replace("voltage", case.recipe.control)
         for event in case.result.events or ():
@@ -113,15 +112,13 @@ def warn_of_films(cases: Sequence[SolvedCase]) -> None:
                 continue
             before_motion, limit = _fields(case)
             if reached_at_once(case.steps) * before_motion >= limit:
-                broken.append((index, at_once))
+                broken[index] = at_once
             else:
                 what = f"{_of_case(index, len(cases))}the film breaks down {at_once}, after"
                 paces.append(Pace(what, 0.0, fastest_branch(case.material, case.temperature), case.temperature))
     warn_of_paces(paces)
     _warn_of_profiles([case.result for case in cases])
-    if broken:
-        beyond = f"the film breaks down {broken[0][1]}: it is beyond the breakdown field from the start"
-        warn(_cases([index for index, _ in broken]) + beyond)
+    _warn_of_cases("the film breaks down", broken, ": it is beyond the breakdown field from the start")
 
 
 def _limit(case: StatedCase) -> BreakdownLaw | None:
@@ -194,28 +191,23 @@ def _stretches(result: CaseResult) -> Floats:
 
 def _warn_of_slack(results: Sequence[CaseResult]) -> None:
     """Warn of specimens that are unloaded faster than they contract: they go slack, or are pushed where that is stated."""
-    loose = [index for index, result in enumerate(results) if result.slack]
-    if loose:
-        first = results[loose[0]].slack[0]
-        goes = f"the specimen goes slack after {first.time:.4g} s, at a stretch of {first.stretch:.6g}, and bears nothing"
-        pushed = 'where grips press it, state slack = "pushes"'
-        warn(f"{_cases(loose) if len(results) > 1 else ''}{goes}; {pushed}")
-    lowest = [float(np.min(result.columns["nominal_stress_1 [Pa]"], initial=0.0)) for result in results]
-    highest = [float(np.max(result.columns["nominal_stress_1 [Pa]"], initial=0.0)) for result in results]
-    slack = [index for index, (low, high) in enumerate(zip(lowest, highest, strict=True)) if -low > SLACK * high > 0]
-    if slack:
-        pushed = f"the stress falls to {lowest[slack[0]]:.3g} Pa, by which the film is pushed"
-        warn(f"{_cases(slack) if len(results) > 1 else ''}{pushed}: a thin one goes slack instead")
+    loose, pushed = list[str](), list[str]()
+    for result in results:
+        stress, (first, *_) = result.columns["nominal_stress_1 [Pa]"], (*result.slack, None)
+        low, high = float(np.min(stress, initial=0.0)), float(np.max(stress, initial=0.0))
+        loose.append("" if first is None else f"after {first.time:.4g} s, at a stretch of {first.stretch:.6g}")
+        pushed.append(f"to {low:.3g} Pa" if -low > SLACK * high > 0 else "")
+    grips = 'where grips press it, state slack = "pushes"'
+    _warn_of_cases("the specimen goes slack", loose, f", and bears nothing; {grips}")
+    _warn_of_cases("the stress falls", pushed, ", by which the film is pushed: a thin one goes slack instead")
 
 
 def _warn_of_profiles(results: Sequence[CaseResult]) -> None:
     """Warn of profiles in which the mesh does not resolve the film next to the electrode."""
     times = [np.zeros(0) if result.profile is None else unresolved(result.profile) for result in results]
-    coarse = [index for index, late in enumerate(times) if late.size]
-    if coarse:
-        first = f"{_cases(coarse) if len(results) > 1 else ''}the profile after {times[coarse[0]][0]:g} s"
-        there = "stretches there are inexact, or empty where none is possible"
-        warn(f"{first} is not resolved next to the electrode: {there}; a smaller solver.mesh_rtol may help")
+    there = "stretches there are inexact, or empty where none is possible"
+    late = f" is not resolved next to the electrode: {there}; a smaller solver.mesh_rtol may help"
+    _warn_of_cases("the profile", [f"after {found[0]:g} s" if found.size else "" for found in times], late)
 
 
 def _permittivity(case: StatedCase) -> float:
@@ -224,9 +216,12 @@ def _permittivity(case: StatedCase) -> float:
     return 1.0 if law is None else float(law.at(np.array([case.temperature]))[0])
 
 
-def _cases(numbers: Sequence[int]) -> str:
-    """The number of the first of these cases, and the number of the others."""
-    return f"case {numbers[0]}{and_more(len(numbers) - 1, 'cases' if len(numbers) > 2 else 'case')}: "
+def _warn_of_cases(what: str, found: Sequence[str], why: str) -> None:
+    """Warn of `what` was `found` in cases, empty where it was not: of the first of them, and how many others there are."""
+    numbers = [number for number, text in enumerate(found) if text]
+    if numbers:
+        others = and_more(len(numbers) - 1, "cases" if len(numbers) > 2 else "case")
+        warn(f"{f'case {numbers[0]}{others}: ' if len(found) > 1 else ''}{what} {found[numbers[0]]}{why}")
 
 
 def _of_case(index: int, cases: int) -> str:
@@ -236,16 +231,13 @@ def _of_case(index: int, cases: int) -> str:
 def _paces(cases: Sequence[SolvedCase]) -> Iterator[Pace]:
     """The durations of all loads in all cases."""
     for index, case in enumerate(cases):
-        temperature, recipe = case.temperature, case.recipe
-        fastest, of_case = fastest_branch(case.material, temperature), _of_case(index, len(cases))
-        if isinstance(recipe, RelaxRecipe | CreepRecipe):
-            times = recipe.output.times
-        else:
-            film, times = recipe.film, None  # a film under voltage may fail at any time, not only at output times
-            took = prestretching(film.prestretch, film.prestretch_rate, film.relax)
-            yield Pace(f"{of_case}prestretch and relaxation take", took, fastest, temperature)
-        for what, took in _loads(case.steps, last(case.result.columns["time [s]"]), times):
-            yield Pace(of_case + what, took, fastest, temperature)
+        recipe, film = case.recipe, getattr(case.recipe, "film", None)
+        fastest, of_case = fastest_branch(case.material, case.temperature), _of_case(index, len(cases))
+        # a film under voltage may fail at any time, not only at output times
+        loads = _loads(case.steps, last(case.result.columns["time [s]"]), recipe.output.times if film is None else None)
+        took = () if film is None else [prestretching(film.prestretch, film.prestretch_rate, film.relax)]
+        for what, lasting in [*(("prestretch and relaxation take", time) for time in took), *loads]:
+            yield Pace(of_case + what, lasting, fastest, case.temperature)
 
 
 def prestretching(prestretch: tuple[float, float], rate: float | None, relax: float) -> float:
@@ -255,40 +247,20 @@ def prestretching(prestretch: tuple[float, float], rate: float | None, relax: fl
 
 
 def _loads(steps: Sequence[TimedStep], end: float, outputs: Sequence[float] | None) -> Iterator[tuple[str, float]]:
-    """For each load of the recipe's steps up to the `end`: a clause about it, and its duration in s; for a load at once, the time
+    """For each step that changes the load before the `end`: a clause about it, and its duration in s; for a load at once, the time
     until the first output of interest, which is among the times of the `outputs` in s if these are stated.
     """
-    groups = [list(group) for _, group in groupby(steps, key=lambda timed: timed.number)]
-    for number, group in enumerate(groups):
-        corners = [corner for timed in group for corner in timed.corners]
-        values, durations = [group[0].before, *(value for value, _ in corners)], [lasts for _, lasts in corners]
-        moves, times = np.diff(values), group[0].begin + np.append(0.0, np.cumsum(durations))
-        at_once = np.array(durations) == 0
-        # runs of points that go one way
-        new = np.append(True, (np.sign(moves[1:]) != np.sign(moves[:-1])) | at_once[1:] | at_once[:-1])
-        first = np.flatnonzero(new)
-        last_of = np.append(first[1:], moves.size)
-        at = np.array(values)
-        moved = np.abs(at[last_of] - at[first])
-        whole = (moved > 0) & (moved >= WHOLE * np.ptp(at)) & ~(times[first] >= end)
-        for a, b in zip(first[whole].tolist(), last_of[whole].tolist(), strict=True):
-            step, begins, ends = f"step[{group[0].number}]", float(times[a]), float(times[b])
-            first_output = next((time - begins for time in outputs or () if time > begins), None)
-            if ends > begins:
-                verb = "takes" if b - a == moves.size else "goes up or down within"
-                took = min(ends, end) - begins
-                if first_output is not None and first_output >= took:
-                    yield f"{step} is first looked at after", first_output
-                elif first_output is not None or outputs is None:
-                    yield f"{step} {verb}", took
-            elif first_output is not None:
-                yield f"{step} comes at once, and the first output after it is after", first_output
-            elif outputs is None and end > begins:
-                # the stated duration after it, in this step or in the next one
-                follows = float(times[-1]) - begins
-                if follows == 0 and number + 1 < len(groups):
-                    follows = groups[number + 1][-1].end - groups[number + 1][0].begin
-                if end - begins < EARLY * follows:  # the film has failed
-                    yield f"{step} comes at once, and the simulation ends after", end - begins
-                elif follows > 0:
-                    yield f"{step} comes at once, and the first thousandth of what follows takes", EARLY * follows
+    for timed, following in zip(steps, [*steps[1:], None], strict=True):
+        if timed.begin >= end or all(value == timed.before for value, _ in timed.corners):
+            continue
+        step, wave = f"step[{timed.number}]", timed.driven if isinstance(timed.driven, Waveform) else None
+        took = timed.lasts if wave is None else 0.5 * float(np.asarray(wave.period))
+        looked_at = next((time - timed.begin for time in outputs or () if time > timed.begin), None)
+        if looked_at is not None and looked_at >= took:
+            yield f"{step} is first looked at after", looked_at
+        elif took > 0 and (looked_at is not None or outputs is None):
+            yield f"{step} {'takes' if wave is None else 'goes up or down within'}", min(took, end - timed.begin)
+        elif outputs is None and following is not None and end > timed.begin:
+            early, ended = EARLY * following.lasts, end - timed.begin
+            if early > 0:
+                yield f"{step} comes at once, and {'the simulation ends after' if ended < early else EARLIEST}", min(early, ended)

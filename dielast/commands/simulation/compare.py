@@ -19,8 +19,8 @@ from dielast.io.table import split_header
 from dielast.io.text_table import MeasuredTable, read_measured
 from dielast.material.checks import warn_of_measured_stretch
 from dielast.numerics.arrays import Flags, Floats, rms
+from dielast.readings.columns_recipe import Specimen
 from dielast.readings.specimen import KNOWN_AS, read_as, role_in
-from dielast.readings.specimen_recipe import Specimen
 from dielast.recipe.cases import Case
 
 FINE = 4000  # points along a history for a comparison over another quantity than time

@@ -17,6 +17,7 @@ from dielast.units import COMPUTABLE, FORCE, LENGTH, STRAIN, TIME, parse
 
 if TYPE_CHECKING:
     from dielast.mechanics.stability import TimeScale
+    from dielast.simulate.film_setup import Film
 
 BOUNDARIES = ("dead-load", "clamped")
 PASSIVE = ("frame", "strip")
@@ -202,6 +203,14 @@ class FilmBase(Section):
         weights, count = self.force or (), len(self.force or ())
         forces, widths = ((*values[:count], None, None) for values in (weights, self.width or ()))
         return (forces[0], forces[1]), (widths[0], widths[1])
+
+    def setup(self, **of_films: Any) -> Film:
+        """The films as the library takes them, with what else of them is stated: prestretch, electrode share, temperature."""
+        from dielast.simulate.film_setup import Film  # slow to import
+
+        force, width = self.weights
+        shared = {"prestretch_rate": self.prestretch_rate, "relax": self.relax, "boundary": self.boundary}
+        return Film(**{"thickness": self.thickness, **shared, "force": force, "width": width, **of_films})
 
     def check_weights(self, spare_widths: bool = False) -> None:
         """`InputError` for weights that cannot hang on the film; `spare_widths` are for other forces."""

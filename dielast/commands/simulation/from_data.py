@@ -1,4 +1,4 @@
-"""Recipes of `relax`, `creep` and `actuate` that follow given tables and compare with them, and the tables of testing machines."""
+"""Tables of testing machines, and how recipes for given files name their columns."""
 
 from collections.abc import Iterable, Mapping
 from pathlib import Path
@@ -9,8 +9,7 @@ from numpy.typing import NDArray
 
 from dielast.errors import InputError, as_toml
 from dielast.readings.named import celsius, levels_of, temperatures_in_names
-from dielast.readings.seen import Given, SeenColumn, SeenFile
-from dielast.readings.stated import specimen_of, without_unit
+from dielast.readings.seen import SeenColumn, SeenFile
 from dielast.recipe.lines import FILL, RecipeLines
 
 STRETCHES, STRESSES = ("stretch", "strain", "extension"), ("stress", "force")
@@ -85,62 +84,3 @@ def temperature_of(seen: SeenFile, columns: Mapping[str, SeenColumn], rows: Any 
         quantity = named.quantities[0]
         return (f"{quantity} {FILL}", named.doubt) if named.doubt else (f"{celsius(quantity):g} degC", "from the name of the file")
     return FILL, "of the test; neither a column nor the name of the file states it with its unit"
-
-
-def follow(kind: str, given: Given) -> RecipeLines:
-    """The recipe of `relax` or `creep` that follows the first table and compares with all of them."""
-    recipe = RecipeLines(kind, "A measured history -> what a material makes of it, with the measured points.")
-    first = given.seen[0]
-    columns = machine_columns(first, ("label",))
-    labels, chosen, rows = curves(first, columns), dict[str, float | str](), np.ones(first.first.table.lines.size, dtype=bool)
-    if labels:
-        chosen, rows = of_curve(first, columns["label"], labels[0])
-    load, response = (of(columns, STRETCHES), of(columns, STRESSES))[:: 1 if kind == "relax" else -1]
-    recipe.key("material", "example:vhb4905.toml", MATERIAL)
-    recipe.key("temperature", *temperature_of(first, columns, rows))
-    recipe.option('mode = "equibiaxial"', "CHECK: uniaxial is the default; or pure-shear")
-    stated = specimen_of(first.first, [role for role in (load, response) if role])
-    if stated is not None:
-        recipe.section("[specimen]", stated[1])
-        for name, value in stated[0].items():
-            recipe.key(name, value)
-    recipe.section("[[step]]")
-    control = "stretch" if kind == "relax" else "stress"
-    if load is not None and "time" in columns:
-        if labels:
-            raise InputError(f"{len(labels)} curves, and a step follows one: dielast calibrate takes them", file=first.name)
-        recipe.key("table", first.name, f"{first.first.table.lines.size} rows")
-        state_columns(recipe, first, {role: columns[role] for role in ("time", load)})
-        if unknown := without_unit({role: columns[role] for role in ("time", load)}):
-            units = ", ".join(f"of {role}" for role in unknown)
-            recipe.key("hold", FILL, f"no key of a step states the unit {units}: write it into the header, and delete this line")
-    elif load in ("stretch", "strain"):
-        numbers = first.first.numbers(columns[load])
-        peak = FILL if numbers is None else float(f"{np.nanmax(numbers[rows]) + (load == 'strain'):.6g}")
-        recipe.key("stretch", peak, "the largest of the table")
-        recipe.key("rate", FILL, "the table has no times")
-    else:
-        recipe.key(control, FILL, f"no column of a {control} and of times was recognised" if load is None else "to reach")
-        recipe.key("rate", FILL)
-    if response is None:
-        return recipe
-    over_time = "time" in columns
-    for seen in given.seen:
-        compared = machine_columns(seen, ("label",))
-        x, y = ("time" if over_time else of(compared, (load or "stretch",))), of(compared, (response,))
-        if x is None or y is None:
-            raise InputError(
-                f"the column of the {response} or of what it is over is missing, which {first.name} has", file=seen.name
-            )
-        recipe.section("[[compare]]")
-        recipe.key("file", seen.name)
-        if chosen:
-            recipe.key("where", chosen, f"the first of {len(labels)} curves")
-        recipe.key("x", "time [s]" if over_time else "stretch_1 [1]" if kind == "relax" else "nominal_stress_1 [Pa]")
-        recipe.key("y", "nominal_stress_1 [Pa]" if kind == "relax" else "stretch_1 [1]")
-        state_columns(recipe, seen, {x: compared[x], y: compared[y]})
-        axes = {"x": compared[x], "y": compared[y]}
-        if unknown := [axis for axis, column in axes.items() if without_unit({column.role: column})]:
-            recipe.key("units", dict.fromkeys(unknown, FILL), "the headers state no unit that fits")
-        recipe.doubts += [f"{seen.name}: {text}" for text in seen.first.contradictions()]
-    return recipe

@@ -8,8 +8,7 @@ from typing import Any
 from dielast.commands.simulation.film_recipe import FilmBase
 from dielast.material.material import Material
 from dielast.plots.looks import Swept
-from dielast.plots.quantities import UNITS, unit_for
-from dielast.plots.texts import FIXED, degrees, lasting, number, prestretched, typeset
+from dielast.plots.texts import FIXED, UNITS, degrees, lasting, number, prestretched, typeset, unit_for
 from dielast.recipe.cases import Case
 
 UNNAMED = "unnamed"  # default name in a material file

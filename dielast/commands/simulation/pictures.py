@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import zip_longest
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -18,12 +19,10 @@ from dielast.material.material import Material
 from dielast.mechanics.criteria import named
 from dielast.mechanics.load import Waveform
 from dielast.numerics.arrays import Flags, Floats
-from dielast.plots.cycles import plot_cycles
-from dielast.plots.events import Band, Mark
+from dielast.plots.events import Band, Curve, Mark
 from dielast.plots.looks import Swept
-from dielast.plots.quantities import unit_for
-from dielast.plots.simulation import plot_cases
-from dielast.plots.texts import lasting, number
+from dielast.plots.simulation import plot_cases, plot_cycles
+from dielast.plots.texts import lasting, number, unit_for
 from dielast.recipe.cases import Case
 
 if TYPE_CHECKING:
@@ -33,31 +32,20 @@ SKIPPED = 0.75  # of a period: rows of one cycle are closer together
 ROUNDING = 1e-9  # relative, of the times at which steps begin and end
 
 
-@dataclass(frozen=True, slots=True)
-class _Mark:
-    """An event of a film: its name, its time in s, `x` and `y` in SI, and whether it is a failure."""
-
-    name: str
-    time: float
-    x: float
-    y: float
-    is_failure: bool
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class _Curve:
-    """What the figure shows of one case: its `steps`, the `table` of its columns (rows,), its bounds, and its events."""
+    """What the figure shows of one case: its `steps`, the `table` of its columns (rows,), its bounds, and its events by time."""
 
     case: Case[Any]
     steps: Sequence[TimedStep]
     table: Mapping[str, Floats]
     band: Band | None
-    marks: Sequence[_Mark]
+    marks: Sequence[tuple[float, Mark]]
 
     @property
     def failed(self) -> float | None:
         """The time of the first failure."""
-        return next((mark.time for mark in self.marks if mark.is_failure), None)
+        return next((time for time, mark in self.marks if named(mark.name).is_failure), None)
 
     def left_out(self, time: Floats) -> Flags:
         """The last row (times,) before cycles that the table leaves out, where the line is broken."""
@@ -113,37 +101,21 @@ def picture(
     interval = interval_label([case.recipe for case in cases])
     if is_key or _joined(x, curves):
         return _across_cases(x, y, scales, curves, materials, interval)
-    lines: list[Mapping[str, Floats]] = []
-    failed: list[int | None] = []
-    bands: list[Band | None] = []
-    for curve in curves:
+    lines = []
+    for curve, label in zip(curves, labels(cases, materials), strict=True):
         # the line includes the events, as the rows of the table may be sparse
-        time = np.append(curve.table["time [s]"], [mark.time for mark in curve.marks])
+        marks = [mark for _, mark in curve.marks]
+        time = np.append(curve.table["time [s]"], [time for time, _ in curve.marks])
         order = np.argsort(time, kind="stable")
-        extra = {x: [mark.x for mark in curve.marks], y: [mark.y for mark in curve.marks]}
-        line = {header: np.append(curve.table[header], values)[order] for header, values in extra.items()}
-        line[y] = np.where(curve.left_out(time[order]), np.nan, line[y])
-        lines.append(line)
-        rows = time.size - len(curve.marks)
-        failures = [rows + place for place, mark in enumerate(curve.marks) if mark.is_failure]
-        failed.append(int(np.flatnonzero(np.isin(order, failures))[0]) if failures else None)
-        bands.append(_parted(curve))
-    spans = [event.bounds["time"] for result in results for event in result.bounded_events if event.event is not None]
-    return plot_cases(
-        lines,
-        labels(cases, materials),
-        [entry for entry in matches if entry.headers == (x, y)],
-        x,
-        y,
-        scales,
-        titled(cases[0].recipe.title, cases, materials, voltage_in_words(cases, results, histories)),
-        [(index, mark.name, mark.x, mark.y) for index, curve in enumerate(curves) for mark in curve.marks],
-        swept(cases, materials),
-        bands,
-        interval,
-        spans if x == "time [s]" else (),
-        failed,
-    )
+        along = np.append(curve.table[x], [mark.x for mark in marks])[order]
+        up = np.append(curve.table[y], [mark.y for mark in marks])[order]
+        up = np.where(curve.left_out(time[order]), np.nan, up)
+        failures = [time.size - len(marks) + place for place, mark in enumerate(marks) if named(mark.name).is_failure]
+        failed = int(np.flatnonzero(np.isin(order, failures))[0]) if failures else None
+        lines.append(Curve(label, along, up, _parted(curve), marks, failed))
+    title = titled(cases[0].recipe.title, cases, materials, voltage_in_words(cases, results, histories))
+    shown = [entry for entry in matches if entry.headers == (x, y)]
+    return plot_cases(lines, x, y, scales, title, measured=shown, swept=swept(cases, materials), interval=interval)
 
 
 def voltage_in_words(cases: Sequence[Case[Any]], results: Sequence[CaseResult], histories: Sequence[Sequence[TimedStep]]) -> str:
@@ -177,13 +149,14 @@ def picture_of_cycles(
     return plot_cycles(tables, labels(cases, materials), swept(cases, materials), quantity, title)
 
 
-def _marks(case: Case[Any], result: CaseResult, table: Mapping[str, Floats], x: str, y: str) -> list[_Mark]:
-    """The events of a case."""
-    marks = []
-    for event in result.events or ():
+def _marks(case: Case[Any], result: CaseResult, table: Mapping[str, Floats], x: str, y: str) -> list[tuple[float, Mark]]:
+    """The events of a case by time, with bars where the horizontal axis is that of their bounds."""
+    spans = [event.bounds["time"] for event in result.bounded_events if event.event is not None and x == "time [s]"]
+    found = []
+    for event, span in zip_longest(result.events or (), spans):
         along, up = (at_event(event, table, header, case.recipe) for header in (x, y))
-        marks.append(_Mark(event.name, event.time, along, up, named(event.name).is_failure))
-    return marks
+        found.append((event.time, Mark(event.name, along, up, span)))
+    return found
 
 
 def _parted(curve: _Curve) -> Band | None:
@@ -233,34 +206,35 @@ def _across_cases(
     groups: dict[tuple[str, ...], list[int]] = {}
     for case in sorted(range(len(cases)), key=lambda case: axis.levels.index(axis.level(case))):
         groups.setdefault(tuple(factor.text(case) for factor in factors), []).append(case)
-    series: list[dict[str, Floats]] = []
-    bands: list[Band | None] = []
+    several = times is not None and len(times) > 1
+    series: list[Curve] = []
     members: list[int] = []
-    marks: list[Mark] = []
     for group in groups.values():
         # marks are drawn with the first line of the group
-        marks += [
-            (len(series), mark.name, axis.values[case] if is_key else mark.x, mark.y)
+        marks = [
+            Mark(mark.name, axis.values[case] if is_key else mark.x, mark.y)
             for case in group
-            for mark in curves[case].marks
-            if mark.is_failure and mark.time == curves[case].failed
+            for time, mark in curves[case].marks
+            if named(mark.name).is_failure and time == curves[case].failed
         ]
-        for time in [None] if times is None else times:
+        for place, time in enumerate([None] if times is None else times):
             rows = [curves[case].row(time) for case in group]
             tables = [curves[case].table for case in group]
             along = np.array([axis.values[case] for case in group]) if is_key else _taken([table[x] for table in tables], rows)
-            series.append({header: along, y: _taken([table[y] for table in tables], rows)})
             known = [curves[case].band for case in group]
             low, high = (_taken([None if bounds is None else bounds[side] for bounds in known], rows) for side in (1, 2))
-            bands.append((along, low, high) if np.any(np.isfinite(low)) else None)
+            band = (along, low, high) if np.any(np.isfinite(low)) else None
+            after = [f"after {lasting(time)}"] if several and time is not None else []
+            label = ", ".join([*(factor.text(group[0]) for factor in factors), *after])
+            up = _taken([table[y] for table in tables], rows)
+            series.append(Curve(label, along, up, band, marks if place == 0 else ()))
             members.append(group[0])
     lines = [Swept(factor.label, *_of(factor, members)) for factor in factors]
-    if times is not None and len(times) > 1:
+    if times is not None and several:
         texts = tuple(f"after {lasting(time)}" for time in times)
         lines.append(Swept("time [s]", tuple(times) * len(groups), texts * len(groups)))
-    names = [", ".join(line.text(index) for line in lines) for index in range(len(series))]
     title = titled(cases[0].recipe.title, cases, materials, _after(curves, times))
-    return plot_cases(series, names, (), header, y, scales, title, marks, lines, bands, interval)
+    return plot_cases(series, header, y, scales, title, swept=lines, interval=interval)
 
 
 def _of(factor: Swept, members: Sequence[int]) -> tuple[tuple[float, ...], tuple[str, ...]]:

@@ -11,7 +11,7 @@ from dielast.errors import InputError, shown, shown_path
 from dielast.handover.material_file import MaterialFile, material_file
 from dielast.io.table import split_header
 from dielast.mechanics.load import Mode
-from dielast.readings.specimen_recipe import MachineColumns, Specimen
+from dielast.readings.columns_recipe import MachineColumns, Specimen
 from dielast.recipe.base import RecipeBase, TextTable, units_of
 from dielast.recipe.fields import OneOf, Section, Temperature, Time, on_one_scale
 from dielast.recipe.file_fields import InputFile

@@ -10,7 +10,7 @@ from dielast.commands.simulation.bounds import draws_of
 from dielast.commands.simulation.cases import Batches
 from dielast.commands.simulation.result import CaseResult, SolvedCase
 from dielast.errors import InputError, warn
-from dielast.io.table import Column, Table
+from dielast.io.table import Column, Table, joined
 from dielast.material.material import Material
 from dielast.material.scatter import Sample
 from dielast.mechanics.cases import of_case
@@ -64,11 +64,7 @@ def sensitivity_outputs(
     """Table, section of the summary and figure of sensitivities of one kind. Warns of films that have draws without a time to
     failure.
     """
-    tables = [result.columns() for result in results]
-    whole = [
-        Column(first.name, first.unit, _one_below_the_other([table[place].values for table in tables]))
-        for place, first in enumerate(tables[0])
-    ]
+    whole = joined([result.columns() for result in results])
     what = "cases" if results[0].films[0].name == "case" else "cells"
     films, left_out = sum(len(result.films[0].values) for result in results), sum(result.left_out for result in results)
     if left_out:
@@ -83,7 +79,3 @@ def sensitivity_outputs(
         return plot_sensitivity(results, titled(cases[0].recipe.title, cases, materials), labels(cases, materials))
 
     return {f"{SENSITIVITY}.csv": whole}, {SENSITIVITY: {what: films, "left_out": left_out}}, {SENSITIVITY: figure}
-
-
-def _one_below_the_other(values: Sequence[Any]) -> Any:
-    return np.concatenate(values) if isinstance(values[0], np.ndarray) else [text for part in values for text in part]

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from pathlib import PurePosixPath
 from typing import Any
 
 import numpy as np
@@ -10,11 +11,11 @@ from dielast.commands.simulation.cases import material_key, one_or_list
 from dielast.commands.simulation.uncertainty_recipe import FilmUncertainty, Uncertainty
 from dielast.errors import InputError, in_keys, warn
 from dielast.handover.law_section import breakdown
-from dielast.handover.material_draws import beside, further_constants, parse_draws
+from dielast.handover.material_draws import beside, check_pair, further_constants, parse_draws
 from dielast.handover.material_file import parse_file
 from dielast.io.files import Inputs
 from dielast.material.material import Material
-from dielast.material.scatter import Sample, damage_scatter, draw_sample, fewest_draws, field_scatter, of_area
+from dielast.material.scatter import Sample, damage_scatter, draw_sample, fewest_draws, field_scatter, of_area, specimen_scatter
 from dielast.material.spectrum import Spectrum
 from dielast.recipe.cases import Case
 
@@ -22,8 +23,10 @@ BESIDE = 1.1  # factor by which a material may lie outside the range of its draw
 NOTHING = 1e-6  # of the instantaneous modulus, which a melt falls below soon after its slowest time
 
 
-def sample_of(case: Case[Any], material: Material, inputs: Inputs) -> Sample:
-    """The draws of the material of a case; raises `InputError` if nothing differs between them."""
+def sample_of(case: Case[Any], material: Material, inputs: Inputs, cases: Sequence[Case[Any]] = ()) -> Sample:
+    """The draws of the material of a case, and of further `cases` with the same; raises `InputError` if nothing differs between
+    them.
+    """
     name, uncertainty = case.recipe.material, case.recipe.uncertainty
     members = read_members(name, inputs, material, case.of_material)
     if members and len(members) < (fewest := fewest_draws(uncertainty.level)):
@@ -34,6 +37,10 @@ def sample_of(case: Case[Any], material: Material, inputs: Inputs) -> Sample:
         )
     if members:
         _warn_of_draws(name, material, members)
+        if films := [each.recipe.film for each in cases or (case,) if hasattr(each.recipe, "film")]:
+            at_once = any(film.prestretch_rate is None for film in films)
+            furthest = list(dict.fromkeys(pair for film in films for pair in film.prestretches))
+            members = _stretchable(members, furthest, at_once, uncertainty.level)
     scatter: dict[str, Any] = uncertainty.scatter() if isinstance(uncertainty, FilmUncertainty) else {}
     if "damage" in scatter and material.damage is None:
         raise InputError(f"{name} has no [damage] that could scatter", key="uncertainty.damage")
@@ -44,8 +51,8 @@ def sample_of(case: Case[Any], material: Material, inputs: Inputs) -> Sample:
     limit = breakdown(getattr(case.recipe, "breakdown", None))
     if limit is not None:  # whose scatter is that of the recipe's law
         members, material = tuple(replace(member, breakdown=limit) for member in members), replace(material, breakdown=limit)
-    films = isinstance(uncertainty, FilmUncertainty)
-    area = uncertainty.area if films else None
+    of_films = isinstance(uncertainty, FilmUncertainty)
+    area = uncertainty.area if of_films else None
     if area is not None:
         if limit is not None:
             raise InputError(
@@ -53,24 +60,47 @@ def sample_of(case: Case[Any], material: Material, inputs: Inputs) -> Sample:
             )
         with in_keys({"area": "uncertainty.area"}):
             members, material = tuple(of_area(member, area) for member in members), of_area(material, area)
-    stated = films and (field_scatter(material) is not None or damage_scatter(material) is not None)
-    if films and uncertainty.failure_share is not None and not (scatter or stated):
+    stated = of_films and (field_scatter(material) is not None or damage_scatter(material) is not None)
+    if of_films and uncertainty.failure_share is not None and not (scatter or stated):
         raise InputError("nothing scatters from film to film, of which this could be a share", key="uncertainty.failure_share")
-    if not members and not scatter and not stated:
+    specimens = uncertainty.specimens and specimen_scatter(material) is not None
+    if uncertainty.specimens and not specimens and "specimens" in uncertainty.model_fields_set:
+        warn(f"{name} states no scatter of specimens in [calibrated], which calibrate writes", key="uncertainty.specimens")
+    if not members and not scatter and not stated and not specimens:
         raise InputError(
             f"{name} names no draws, and no scatter is stated: mastercurve with [uncertainty] and then spectrum write a "
             "material with draws",
             key="uncertainty",
         )
     draws = uncertainty.draws
-    share = uncertainty.failure_share if films else None
-    if members and not (scatter and share is None) and not (stated and share is None) and draws > len(members):
+    share = uncertainty.failure_share if of_films else None
+    random = specimens or (share is None and (scatter or stated))
+    if members and not random and draws > len(members):
         # a draw that is used again adds no information
         if "draws" in uncertainty.model_fields_set:
             less = f"{name} has {len(members)} draws, and nothing else scatters: {len(members)} draws are used instead of {draws}"
             warn(less, key="uncertainty.draws")
         draws = len(members)
-    return draw_sample(members or (material,), draws, seed=uncertainty.seed, share=share, area=area, **scatter)
+    return draw_sample(members or (material,), draws, seed=uncertainty.seed, share=share, area=area, specimens=specimens, **scatter)
+
+
+def _stretchable(
+    members: Sequence[Material], prestretches: Sequence[tuple[float, float]], at_once: bool, level: float
+) -> tuple[Material, ...]:
+    """The draws whose springs can be prestretched so far: that a film was prestretched rules the others out, with a warning."""
+    squared = np.square(prestretches).T
+
+    slowly = [bool(member.equilibrium_modulus == 0 or np.all(member.equilibrium_law.margin(squared) > 0)) for member in members]
+    branches = [
+        not (at_once and len(each.spectrum)) or bool(np.all(each.nonequilibrium_law.margin(squared) > 0)) for each in members
+    ]
+    kept = tuple(member for member, *holds in zip(members, slowly, branches, strict=True) if all(holds))
+    if len(kept) == len(members) or len(kept) < fewest_draws(level):
+        return tuple(members)  # none, or most: a mistake that the first of them names
+    slower = ", at once: state film.prestretch_rate" if sum(slowly) > len(kept) else ""
+    furthest = " x ".join(f"{axis:g}" for axis in dict.fromkeys(max(prestretches, key=max)))
+    warn(f"{len(members) - len(kept)} of {len(members)} draws lock below a prestretch of {furthest}{slower}; they are left out")
+    return kept
 
 
 def read_members(name: str, inputs: Inputs, material: Material, changes: Mapping[str, Any]) -> tuple[Material, ...]:
@@ -83,6 +113,8 @@ def read_members(name: str, inputs: Inputs, material: Material, changes: Mapping
     if file.draws is None:
         return ()
     table = beside(name, file.draws)
+    draws = inputs.read(table)
+    check_pair(inputs.folder, name, {PurePosixPath(name).name: content, file.draws: draws})
     if changes:
         plain = file.material()
         drawn = [
@@ -96,12 +128,12 @@ def read_members(name: str, inputs: Inputs, material: Material, changes: Mapping
             if changed
         ]
         # the draws of a calibration have all constants of a law
-        sections = {path.partition(".")[0] for path in further_constants(inputs.read(table))}
+        sections = {path.partition(".")[0] for path in further_constants(draws)}
         drawn += [f"[{section}]" for section in sorted(sections & {key.partition(".")[0] for key in changes})]
         if drawn:
             what = f"the draws of {name} differ in {' and '.join(drawn)}"
             raise InputError(f"{what}, which {', '.join(changes)} cannot change", key="uncertainty")
-    return parse_draws(inputs.read(table), table, material)
+    return parse_draws(draws, table, material)
 
 
 def _differ(first: Spectrum, second: Spectrum) -> bool:
@@ -146,14 +178,12 @@ def uncertainty_headline(
 
 def samples_of(cases: Sequence[Case[Any]], materials: Sequence[Material], inputs: Inputs) -> list[Sample | None]:
     """The draws of every case, none in cases without `[uncertainty]`."""
+    keys = [f"{material_key(case)}\n{case.recipe.uncertainty!r}" for case in cases]
     drawn: dict[str, Sample] = {}
-    samples: list[Sample | None] = []
-    for case, material in zip(cases, materials, strict=True):
-        key = f"{material_key(case)}\n{case.recipe.uncertainty!r}"
+    for key, case, material in zip(keys, cases, materials, strict=True):
         if case.recipe.uncertainty is not None and key not in drawn:
-            drawn[key] = sample_of(case, material, inputs)
-        samples.append(drawn.get(key))
-    return samples
+            drawn[key] = sample_of(case, material, inputs, [each for each, its in zip(cases, keys, strict=True) if its == key])
+    return [drawn.get(key) for key in keys]
 
 
 def typical_materials(materials: Sequence[Material], samples: Sequence[Sample | None]) -> list[Material]:

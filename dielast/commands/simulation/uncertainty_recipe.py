@@ -15,6 +15,12 @@ SENSITIVITY_TEXT = (
     "variance of the log life, with standard errors; for each source, as many more films are simulated as there are draws. "
     "Without [uncertainty]: the derivative of the log life by the log of each constant."
 )
+SPECIMENS = Field(
+    True,
+    description="Whether each draw is another specimen of a calibrated material, with a model that is wrong by as much as the "
+    "tests showed: a factor on all moduli with the scatter of [calibrated] in the material file, if it states one. "
+    "With false, intervals are those of the material's constants alone.",
+)
 DrawCount = Annotated[int, Field(ge=2, le=100_000)]
 Level = Annotated[float, Field(gt=0, lt=1)]
 
@@ -29,13 +35,17 @@ class Uncertainty(Section):
 
     draws: DrawCount = Field(
         200,
-        description="Number of draws of the material, taken from the top of its table; at most all of them. An interval of level "
-        "0.9 needs at least 19.",
+        description="Number of draws of the material, taken from the top of its table, then some of these again for further "
+        "specimens; without specimens at most all of them. An interval of level 0.9 needs at least 19.",
     )
     seed: int = Field(
-        1, ge=0, description="Seed of the random numbers; without effect here, as all draws come from the material's table."
+        1,
+        ge=0,
+        description="Seed of the random numbers for specimens; without these it has no effect, as all draws come from the "
+        "material's table.",
     )
     level: Level = Field(0.9, description="Probability that an interval covers.")
+    specimens: bool = SPECIMENS
 
     def _check(self) -> None:
         if self.draws < (fewest := fewest_draws(self.level)):
@@ -104,8 +114,8 @@ class FilmUncertainty(Uncertainty):
     seed: int = Field(
         1,
         ge=0,
-        description="Seed of the random numbers for breakdown_field, thickness and damage, and for the draws of the material that "
-        "are used again; without these it has no effect.",
+        description="Seed of the random numbers for specimens, breakdown_field, thickness and damage, and for the draws of the "
+        "material that are used again; without these it has no effect.",
     )
     level: Level = Field(
         0.9,

@@ -1,13 +1,13 @@
 """`spectrum`: master curve -> discrete relaxation spectrum and material file."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from dielast.commands.spectrum.cards import exported, run_card
+from dielast.commands.spectrum.cards import card_of, exported, run_card
 from dielast.commands.spectrum.recipe import (
     FIT_KEYS,
     REDUCE_KEYS,
@@ -31,6 +31,7 @@ from dielast.material.shift import ShiftLaw
 from dielast.material.spectrum import Spectrum
 from dielast.material.springs import Gent
 from dielast.numerics.arrays import Floats
+from dielast.recipe.base import Reading
 from dielast.recipe.cases import Case
 from dielast.relaxation.beyond import OpenEnd, end_of
 from dielast.relaxation.continuous import ContinuousSpectrum, continuous_spectrum
@@ -75,6 +76,25 @@ def run(cases: Sequence[Case[SpectrumRecipe]], inputs: Inputs, execution: Execut
     if drawn is not None:
         written[DRAWS], numbers["uncertainty"] = drawn
     return RunReport(written, numbers, figure, files)
+
+
+def readings(cases: Sequence[Case[SpectrumRecipe]], inputs: Inputs) -> Iterator[Reading]:
+    """The master curve or the test, and its fit: without the fit it is not known what a card or fewer branches can hold."""
+    recipe = cases[0].recipe
+    if recipe.prony is not None:
+        yield "prony", recipe, lambda: card_of(recipe, inputs)
+        return
+    folder = recipe.mastercurve
+    curves: list[ReducedCurve] = []
+
+    def read() -> None:
+        curves.append(curve_of(recipe, inputs))
+        if folder is not None:
+            read_curve_draws(folder, curves[0], inputs)
+
+    yield "data.file" if folder is None else "mastercurve", folder or recipe.data, read
+    if curves:
+        yield "", recipe, lambda: characterise(recipe, curves[0])
 
 
 def curve_of(recipe: SpectrumRecipe, inputs: Inputs) -> ReducedCurve:

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from dielast.errors import InputError
+from dielast.material.argument_types import checked
 from dielast.material.law import Constant, Law
 from dielast.numerics.arrays import Floats
 
@@ -140,6 +141,23 @@ class ShiftLaw(Law):
         """The law from the constants in a `summary`; `measured` are temperatures (degC) and log10 a, if they are needed."""
         named = {constant.name: float(summary[key]) for key, constant in cls.summary_names().items()}
         return cls(reference_temperature, **named)  # type: ignore[call-arg]
+
+
+@checked
+@dataclass(frozen=True, slots=True)
+class NoShift(ShiftLaw):
+    """Relaxation times that do not depend on temperature: log10 a = 0 at all temperatures; `reference_temperature` in degC."""
+
+    reference_temperature: float
+
+    name: ClassVar = "none"
+    title: ClassVar = "no shift"
+    is_fitted: ClassVar = False
+    depends_on_temperature: ClassVar = False
+
+    def log10_shift_factor(self, temperature: ArrayLike) -> Floats:
+        """0 at every temperature."""
+        return np.zeros(np.shape(temperature))
 
 
 def refuse_frozen(temperature: ArrayLike, above: Floats, limit: str) -> None:

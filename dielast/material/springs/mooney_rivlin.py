@@ -7,8 +7,7 @@ import numpy as np
 
 from dielast.material.argument_types import checked
 from dielast.material.law import Constant
-from dielast.material.springs.law import CardForm
-from dielast.material.springs.scaled import ScaledLaw
+from dielast.material.springs.law import CardForm, ScaledLaw
 from dielast.numerics.arrays import Floats
 from dielast.units import STRESS
 

@@ -8,8 +8,7 @@ import numpy as np
 from dielast.errors import InputError
 from dielast.material.argument_types import checked
 from dielast.material.law import Constant
-from dielast.material.springs.law import CardForm, Symmetry
-from dielast.material.springs.scaled import ScaledLaw
+from dielast.material.springs.law import CardForm, ScaledLaw, Symmetry
 from dielast.numerics.arrays import Floats
 from dielast.units import STRESS
 

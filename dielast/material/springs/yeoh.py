@@ -10,8 +10,7 @@ from dielast.errors import InputError
 from dielast.material.argument_types import checked
 from dielast.material.law import Constant
 from dielast.material.springs.first_invariant import FirstInvariantLaw
-from dielast.material.springs.law import CardForm
-from dielast.material.springs.scaled import ScaledLaw
+from dielast.material.springs.law import CardForm, ScaledLaw
 from dielast.numerics.arrays import Floats
 from dielast.units import STRESS
 

@@ -1,47 +1,24 @@
 """Exports of instruments, recognised by their content and divided into steps; units and names come from the file.
 
-A format is a module with a `NAME`, `sniff(text)` and `read(text, source) -> list[ExportedStep]`, entered in `FORMATS`. `sniff`
-looks for features that no hand-made table has, so that an ordinary table is never taken as an export.
+A format is a `Layout`, entered in `FORMATS`. Its `sniff` looks for features that no hand-made table has, so that an ordinary table
+is never taken as an export.
 """
 
-from typing import Protocol, runtime_checkable
-
-from dielast.readings.instruments import (
-    eplexor,
-    proteus,
-    reptate,
-    rheocompass,
-    rheology_advantage,
-    rheoplus,
-    trios,
-    universal_analysis,
-)
-from dielast.readings.instruments.export import ExportedStep
+from dielast.readings.instruments.anton_paar import RHEOCOMPASS, RHEOPLUS
+from dielast.readings.instruments.export import ExportedStep, Layout
+from dielast.readings.instruments.netzsch import EPLEXOR, PROTEUS
+from dielast.readings.instruments.reptate import REPTATE
+from dielast.readings.instruments.ta_instruments import RHEOLOGY_ADVANTAGE, TRIOS, UNIVERSAL_ANALYSIS
 from dielast.registry import INSTRUMENTS, adopt_all, opened
 
-__all__ = ["FORMATS", "ExportedStep", "Format", "recognise"]
+__all__ = ["FORMATS", "ExportedStep", "Layout", "recognise"]
 
 
-@runtime_checkable
-class Format(Protocol):
-    """The layout of the exports of one instrument software."""
-
-    @property
-    def NAME(self) -> str:
-        """The name in the summary."""
-
-    def sniff(self, text: str, /) -> object:
-        """A true value if `text` is in this layout, complete or not."""
-
-    def read(self, text: str, source: str) -> list[ExportedStep]:
-        """The steps in `text`, in their order; raises `InputError` with `source` and the line."""
+FORMATS: list[Layout] = [TRIOS, RHEOCOMPASS, RHEOPLUS, UNIVERSAL_ANALYSIS, RHEOLOGY_ADVANTAGE, PROTEUS, EPLEXOR, REPTATE]
+opened(INSTRUMENTS, Layout, FORMATS.append)
 
 
-FORMATS: list[Format] = [trios, rheocompass, rheoplus, universal_analysis, rheology_advantage, proteus, eplexor, reptate]
-opened(INSTRUMENTS, Format, FORMATS.append)
-
-
-def recognise(text: str) -> Format | None:
+def recognise(text: str) -> Layout | None:
     """The format of `text`, None if it is not an export."""
     found = next((layout for layout in FORMATS if layout.sniff(text)), None)
     if found is None:

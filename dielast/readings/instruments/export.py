@@ -50,6 +50,16 @@ _PER_SECOND = ("1/s", "s-1", "s^-1", "s⁻¹", "/s")
 _BRACKETS = ("[]", "()")
 
 
+class Layout(NamedTuple):
+    """The layout of the exports of one instrument software: its `NAME` in the summary, `sniff`, whose result is true for a text in
+    this layout, complete or not, and `read`, which returns the steps of a text of a file, or raises `InputError` with the line.
+    """
+
+    NAME: str
+    sniff: Callable[[str], object]
+    read: Callable[[str, str], "list[ExportedStep]"]
+
+
 class Row(NamedTuple):
     """A line of an export: its number in the file, from 1, and its cells."""
 

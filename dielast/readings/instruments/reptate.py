@@ -10,9 +10,7 @@ from pathlib import Path
 
 from dielast.errors import InputError
 from dielast.io.cells import is_number, split_cells, split_lines
-from dielast.readings.instruments.export import Export, ExportedStep, Row, cut_off, plain
-
-NAME = "RepTate"
+from dielast.readings.instruments.export import Export, ExportedStep, Layout, Row, cut_off, plain
 
 _PARAMETERS = re.compile(r"\s*(?:[A-Za-z_]\w*\s*=[^;=\n]*;\s*)+(?:[A-Za-z_]\w*\s*=[^;=\n]*)?\s*")
 _OSCILLATION = ("w", "G'", 'G"')
@@ -36,7 +34,7 @@ _NAMES = {
 }
 
 
-def sniff(text: str) -> bool:
+def _sniff(text: str) -> bool:
     """Whether `text` is such a file: parameters in its first line, numbers soon after it, and names of RepTate in between."""
     first, *below = split_lines(text[:5000])
     if len(first) > 1000 or _PARAMETERS.fullmatch(first) is None:
@@ -50,7 +48,7 @@ def sniff(text: str) -> bool:
     return sum(plain(cell) in _NAMES for cell in _cells(header[0])) > 1
 
 
-def read(text: str, source: str) -> list[ExportedStep]:
+def _read(text: str, source: str) -> list[ExportedStep]:
     """The table of the file as its only step, named after its temperature; raises `InputError` naming file and line."""
     first, *lines = split_lines(text)
     parameters = _parameters(first)
@@ -113,3 +111,6 @@ def _parameters(line: str) -> dict[str, str]:
 
 def _is_reading(cells: list[str]) -> bool:
     return len(cells) > 1 and all(is_number(cell, ".") for cell in cells)
+
+
+REPTATE = Layout("RepTate", _sniff, _read)

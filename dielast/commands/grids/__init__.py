@@ -1,0 +1,1 @@
+"""`dielast failure-map` and `dielast design`."""
