@@ -5,6 +5,9 @@
 By default the master curve is made with the true shift factors, so that its noise is its only error; with `--chain`, shift factors
 are fitted and drawn, and the shapes of the laboratories take turns. The ratio is that of stated half widths over 1.645 to actual
 errors, both of the logarithm, as root mean squares; an error is counted as three half widths at most.
+
+`--experiments 24 --first 7300`: mu_eq and lives held, reached 96 and 73 %, short by 20 K 92 and 94 %, by 40 K 96 and 54 %. With
+the plateau reached, lives are stated to 0.1 to 0.5 %; of this, 30 branches for a spectrum of 108 are up to 0.1 %.
 """
 
 from __future__ import annotations
