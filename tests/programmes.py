@@ -103,7 +103,7 @@ def programme(seed: int, rtol: float = 1e-8) -> Programme | None:
         edges = _edges(draw, mode, stiffness, ["stretch"] if number == 0 else ["stress", "mixed"] if fails else EDGES)
         electrodes = _electrodes(draw, resistance is None and not conductivity, number)
         if fails:
-            electrodes = {"voltage": float(draw.uniform(2, 5)) * HIGHEST}
+            electrodes = {"voltage": float(draw.uniform(8, 16)) * HIGHEST}
         waves = any(isinstance(value, Waveform) for value in edges.values())
         edges = {key: replace(value, period=lasts / 2) if waves else value for key, value in edges.items()}
         steps.append(FilmStep(**edges, **electrodes, duration=None if waves else lasts))

@@ -113,6 +113,19 @@ phase = "90 deg"
 [[step]]
 table = "t.csv"
 columns = { voltage = "voltage", stretch = "stretch" }
+[[step]]
+waveform = "triangle"
+stretch = { low = 2.3, high = 2.5 }
+voltage = "500 V"
+period = "1 s"
+cycles = 2
+[[step]]
+waveform = "triangle"
+stretch = 2.6
+low = "0.5 kV"
+high = "1 kV"
+period = "1 s"
+cycles = 2
 """
     time = np.linspace(0.0, 1.0, 21)
     rows = [f"{at},{1000 + 500 * at},{2.0 + 0.3 * at}" for at in time]
@@ -125,7 +138,12 @@ columns = { voltage = "voltage", stretch = "stretch" }
         assert done.returncode == 0, done.stderr
     names = ["time [s]", "voltage [V]", "stretch_1 [1]", "stretch_2 [1]"]
     time, voltage, first, second = number_columns((folder / "w/actuate.csv").read_bytes(), "w", names)
-    in_wave, in_table = (time > 1e-6) & (time < 2), time > 2 + 1e-9
+    in_wave, in_table = (time > 1e-6) & (time < 2), (time > 2 + 1e-9) & (time <= 3)
+    for begin, stretches, volts in ((3, (2.3, 0, 0.2), (1500, -1000, 0)), (5, (2.3, 0.3, 0), (500, 0, 500))):
+        here = (time > begin) & (time <= begin + 2)
+        share, up = (time[here] - begin) / 2, 1 - np.abs(2 * ((time[here] - begin) % 1) - 1)
+        assert first[here] == pytest.approx(stretches[0] + stretches[1] * share + stretches[2] * up, rel=1e-8)
+        assert voltage[here] == pytest.approx(volts[0] + volts[1] * share + volts[2] * up, rel=1e-6)
     assert first[in_wave] == pytest.approx(2.25 - 0.25 * np.cos(2 * np.pi * time[in_wave]), rel=1e-8)
     assert voltage[in_wave] == pytest.approx(1000 - 1000 * np.cos(2 * np.pi * time[in_wave] + np.pi / 2), rel=1e-6)
     assert first[in_table] == pytest.approx(2.0 + 0.3 * (time[in_table] - 2), rel=1e-8)
@@ -245,8 +263,34 @@ REFUSED = [
         "[repeat]\ntimes = 2\nsteps = [3, 9]\n[breakdown]",
         r"repeat\.steps: \[3, 9\]: two numbers in order are needed, from 0 to 4",
     ),
-    ('voltage = "2 kV"\nduration', 'voltage = "2 kV"\nphase = "9 deg"\nduration', r"step\[1\]\.phase: goes with waveforms"),
+    ('voltage = "2 kV"\nduration', 'voltage = "2 kV"\nphase = "9 deg"\nduration', r"step\[1\]: phase goes with waveform"),
     ("[breakdown]", 'control = "charge"\n[breakdown]', r"control"),
+    ('force = ["0.5 N", "0.4 N"]\n', "", r"step\[4\]: one of hold, table, .* force is needed$"),
+    (
+        'rate = "100 %/s"',
+        'waveform = "sine"\nperiod = "1 s"',
+        r"step\[0\]: a waveform of the edges goes from low to high",
+    ),
+    (
+        'stretch = 3.0\nrate = "100 %/s"',
+        'stretch = { low = 1.5, high = 3.0 }\nvoltage = "1 kV"\nhigh = "1 kV"\nwaveform = "sine"\nperiod = "1 s"',
+        r"step\[0\]: voltage does not go with waveform: low and high",
+    ),
+    (
+        'stretch = 3.0\nrate = "100 %/s"',
+        'stretch = { low = 1.5, high = 3.0 }\nvoltage = "1 kV"\nphase = "9 deg"\nwaveform = "sine"\nperiod = "1 s"',
+        r"step\[0\].phase: goes with waveforms of edges and electrodes",
+    ),
+    (
+        "[[step]]",
+        'boundary = "frame"\nelectrode_share = 0.1\n[repeat]\ntimes = 2\n[[step]]',
+        r'repeat: the steps of a film with boundary = "frame" do not repeat',
+    ),
+    (
+        "[[step]]",
+        'boundary = "frame"\nelectrode_share = 0.1\n[limits]\nstretch = [1.0, 3.0]\n[[step]]',
+        r'limits: the states of a film with boundary = "frame" are not those of one stretch',
+    ),
 ]
 
 

@@ -144,10 +144,13 @@ def test_the_blocked_force_of_a_film_with_branches() -> None:
     assert here.nominal_stress_1[0] == pytest.approx(there.at(times).stress[0], rel=1e-7)
 
 
-@pytest.mark.parametrize("seed", [1, 7, pytest.param(3, marks=pytest.mark.trust), pytest.param(6, marks=pytest.mark.trust)])
+@pytest.mark.parametrize("seed", [0, 3, *(pytest.param(seed, marks=pytest.mark.trust) for seed in (1, 4, 5, 6, 15))])
 def test_random_programmes_against_the_peer(seed: int) -> None:
+    """0 breaks down, loses tension and pulls in; 3 is held by a spring. All of them: bench_programmes."""
     stated = programme(seed)
     assert stated is not None
+    assert seed != 0 or set(stated.events) == {"breakdown", "loss-of-tension", "pull-in"}
+    assert seed != 3 or any(stated.stiffness)
     off = stated.differences()
     events = {name: off.pop(name) for name in stated.events}
     assert set(off) == {"stretch", "stress", "voltage", "charge"}
@@ -315,6 +318,27 @@ def test_events_of_moving_edges() -> None:
     # mu (lambda^2 - lambda^-4) = D~^2/(eps lambda^4)
     slack = brentq(lambda x: MU * (x**6 - 1) - EPS * (81 * FIELD) ** 2, 1.5, 3.0, xtol=1e-14)
     assert times["loss-of-tension"] == pytest.approx(1.1 + (3.0 - slack) / 1.5, rel=1e-9)
+
+
+def test_energies_of_a_film_whose_edges_stay() -> None:
+    """Those of a programme of the electrodes alone are the same; dead load does its stress times the way, and an elastic film loses
+    nothing."""
+    branches = Material("m", MU, Spectrum(np.array([0.5]), np.array([2e4])), NoShift(20.0), permittivity=EPS)
+    steps, film = (
+        [VoltageStep(VOLTAGE, duration=1.0), VoltageStep(0.0, duration=1.0)],
+        {"prestretch": (2.0, 1.5), "times": [1.0, 2.0]},
+    )
+    for material in (ELASTIC, branches):
+        alone = run(steps, material, electrical=True, **film)
+        both = run([FilmStep(voltage=step.voltage, duration=1.0) for step in steps], material, **film)
+        scale = np.abs(both.electrical_energy).max()
+        for name in ("electrical_energy", "mechanical_work", "stored_energy", "dissipated_energy"):
+            assert getattr(alone, name) == pytest.approx(getattr(both, name), abs=1e-8 * scale), name
+        way = (alone.stretch_1[0] - 2.0, alone.stretch_2[0] - 1.5)
+        work = alone.nominal_stress_1[0] * way[0] + alone.nominal_stress_2[0] * way[1]
+        assert alone.mechanical_work[0] == pytest.approx(work, abs=1e-8 * scale)
+        lost = alone.dissipated_energy[0, -1] / scale
+        assert lost > 1e-3 if material is branches else abs(lost) < 1e-8
 
 
 def test_edges_let_go_of_a_film_that_only_they_held() -> None:

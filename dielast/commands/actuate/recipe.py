@@ -37,8 +37,8 @@ class Stop(Section):
     at: Annotated[str, OneOf(lambda: [*names(), END])] | None = Field(
         None,
         description="The event at which the simulation stops, or the end of the last step. Default: breakdown, or the first "
-        "failure where no breakdown field is known. With breakdown, or by default, a film whose boundary holds its edges or a "
-        "passive part also stops at loss of tension; one whose edges steps move does not.",
+        "failure where no breakdown field is known. With breakdown, or by default, a film whose boundary is clamped along an axis, "
+        "frame or strip also stops at loss of tension; where only steps hold its edges it goes on, and the event is listed.",
     )
 
 
@@ -69,8 +69,9 @@ class ElectricalOutput(OutputSection):
 
     electrical: bool | None = Field(
         None,
-        description="Whether to write charge, current and energies, and the efficiency of cycles. Default: true with charges, "
-        "[source] or [leakage]. Charge and current are per undeformed area; with film.electrode_diameter also in C and A. "
+        description="Whether to write charge, current, work of the edges and energies, and the efficiency of cycles. Default: true "
+        "with charges, [source], [leakage], or steps that move the edges, open the circuit or repeat. Charge and current are per "
+        "undeformed area; with film.electrode_diameter also in C and A. "
         'Not with boundary = "frame" or "strip".',
     )
 
@@ -179,6 +180,13 @@ class ActuateRecipe(SimulationRecipe):
     def _check_programme(self) -> None:
         """`InputError` for steps of edges and electrodes that the film, the source or the other steps do not allow."""
         wrong = Mistakes()
+        if self.film.shares is not None:
+            framed = f'of a film with boundary = "{self.film.boundary[0]}"'
+            if self.repeat is not None:
+                wrong.append(Problem(f"the steps {framed} do not repeat: state a waveform, or each step", key="repeat"))
+            if self.limits is not None:
+                text = f"the states {framed} are not those of one stretch: leave it out, or see failure-map and design"
+                wrong.append(Problem(text, key="limits"))
         held = f'with boundary = "{self.film.boundary[0]}" the edges of the film stay, and its circuit is closed'
         for index, step in enumerate(self.step):
             if self.film.shares is not None:

@@ -234,8 +234,6 @@ class SourceStep(HistoryStep):
             if self.circuit is not None and self.high is not None:
                 raise InputError("a waveform of the voltage or charge is stated: leave circuit out", key="circuit")
             return
-        if self.phase is not None:
-            raise InputError("goes with waveforms of edges and electrodes", key="phase")
         if self.rate is not None and self.duration is not None:
             raise InputError("rate and duration do not go together")
         if self.rate is not None and self.stretch is None and self.circuit is None:

@@ -65,7 +65,7 @@ class Aim(NamedTuple):
         return wrong_way(self.rate, move, self.quantity, self.unit) + hint
 
 
-OF_A_TABLE, OF_A_WAVEFORM = ("columns", "sheet"), ("low", "high", "period", "cycles")
+OF_A_TABLE, OF_A_WAVEFORM = ("columns", "sheet"), ("low", "high", "period", "cycles", "phase")
 """Keys of a step that go with its table, and with its waveform."""
 
 
@@ -99,7 +99,7 @@ class HistoryStep(Section):
 
     def _check_waveform(self) -> None:
         """`InputError` for keys of a waveform without it, and for a waveform that lacks keys."""
-        stated = [key for key in OF_A_WAVEFORM if getattr(self, key) is not None]
+        stated = [key for key in OF_A_WAVEFORM if getattr(self, key, None) is not None]
         if self.waveform is None and stated:
             raise InputError(f"{stated[0]} goes with waveform")
         if self.waveform is not None and (missing := [key for key in ("high", "period") if key not in stated]):
