@@ -233,9 +233,9 @@ def conversion(unit: str, dimension: Dimension) -> tuple[float, float]:
 def _near_unit(unit: str, dimension: Dimension) -> str | None:
     """The common unit of `dimension` that differs from `unit` in upper and lower case alone, if no other can be meant."""
     word = _ABROAD.get(unit.casefold())
-    if word is not None and _converts(word, dimension):
+    if word is not None and converts(word, dimension):
         return word
-    near = [common for common in _COMMON if common.casefold() == unit.casefold() and _converts(common, dimension)]
+    near = [common for common in _COMMON if common.casefold() == unit.casefold() and converts(common, dimension)]
     # MPa and mPa, mm and Mm
     doubtful = any(parse_unit(common[0].swapcase() + common[1:]) is not None for common in near if common[0] != unit[0])
     return near[0] if len(near) == 1 and not doubtful else None
@@ -243,7 +243,7 @@ def _near_unit(unit: str, dimension: Dimension) -> str | None:
 
 def is_ambiguous(unit: str, dimension: Dimension) -> bool:
     """Whether a frequency or an angular frequency is needed and `unit`, such as 1/s, does not say which of them it is."""
-    return dimension in (FREQUENCY, ANGULAR_FREQUENCY) and "Hz" not in unit and "rad" not in unit and _converts(unit, STRAIN_RATE)
+    return dimension in (FREQUENCY, ANGULAR_FREQUENCY) and "Hz" not in unit and "rad" not in unit and converts(unit, STRAIN_RATE)
 
 
 def _tell_frequencies_apart(unit: str, dimension: Dimension) -> None:
@@ -269,10 +269,11 @@ def recognise(text: str) -> tuple[float, str]:
 
 def kind_of(unit: str) -> Dimension | None:
     """What the quantity in `unit` is, of those that columns of a test are taken for by mistake; None for any other."""
-    return next((dimension for dimension in MISTAKEN if _converts(unit, dimension)), None)
+    return next((dimension for dimension in MISTAKEN if converts(unit, dimension)), None)
 
 
-def _converts(unit: str, dimension: Dimension) -> bool:
+def converts(unit: str, dimension: Dimension) -> bool:
+    """Whether `unit` is one of the dimension; a sign for none is not."""
     if unit.strip() in ("", "-"):
         return False
     try:

@@ -1,7 +1,7 @@
 """A test beside what the calibrated material gives in it, with the band that a further specimen would lie in."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -135,6 +135,19 @@ def compare_tests(
             lower, upper = np.where(known & np.all(np.isfinite(ends), axis=0), ends, np.nan)
             lost = float(np.mean(~np.isfinite(drawn[:, known][:, -1])))
         found.append(Comparison(test, k < len(fitted), model, lower, upper, lost))
+    return tuple(found)
+
+
+def hull(of_laws: Sequence[Sequence[Comparison]]) -> tuple[Comparison, ...]:
+    """The comparisons of the first law, with intervals that hold those of every law that could follow the test; none where a law
+    has none.
+    """
+    first, *others = of_laws
+    found = []
+    for each in first:
+        alike = [each, *(other for law in others for other in law if other.test is each.test and other.followed)]
+        lower, upper = np.minimum.reduce([other.lower for other in alike]), np.maximum.reduce([other.upper for other in alike])
+        found.append(replace(each, lower=lower, upper=upper, lost=max(other.lost for other in alike)))
     return tuple(found)
 
 

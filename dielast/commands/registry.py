@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections import UserDict
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,28 +14,19 @@ if TYPE_CHECKING:
     from dielast.recipe.cases import Case
 
 
-class Commands(Mapping[str, Command]):
-    """The commands by name, in the order of a workflow."""
+class Commands(UserDict[str, Command]):
+    """The commands by name, in the order of a workflow; installed packages add theirs."""
 
     def __init__(self, *commands: Command) -> None:
-        self._commands = {command.name: command for command in commands}
+        super().__init__({command.name: command for command in commands})
         opened("dielast.commands", Command, self.register)
 
     def register(self, command: Command) -> None:
         """Add a command."""
-        self._commands[command.name] = command
-
-    def __getitem__(self, name: str) -> Command:
-        return self._commands[name]
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._commands)
-
-    def __len__(self) -> int:
-        return len(self._commands)
+        self[command.name] = command
 
     def __contains__(self, name: object) -> bool:
-        return name in self._commands or adopt(name, "dielast.commands")
+        return name in self.data or adopt(name, "dielast.commands")
 
 
 def _forms(*names: str) -> tuple[str, ...]:

@@ -9,14 +9,13 @@ which says how often they do, and which is thus no independent check of the choi
 
 from __future__ import annotations
 
-from contextlib import suppress
 from dataclasses import dataclass, field
 
 import numpy as np
 from scipy.special import ndtri
 
 from dielast.calibration.profiles import DECISIVE, VERDICTS, Verdict
-from dielast.errors import InputError, NumericsError
+from dielast.errors import InputError, NumericsError, warn
 from dielast.failures.likelihood import Anchored, FailureModel, Mixed, Seen
 from dielast.failures.newton import Maxima, maximise
 from dielast.io.result import Result
@@ -28,6 +27,7 @@ WIDTHS = np.array([0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0, 128.0, 256.0
 """Distances from the maximum, in standard errors, at which the end of an interval is looked for."""
 CLOSE = 1e-7  # of the end of an interval, over the standard error
 PROPOSED, ROUNDS = 4000, 4  # proposals in a round of draws
+FEWEST = 100  # draws of a round that count; an interval of 90 % then leaves five of them out on each side
 RAYS = 1000  # about the fit, on which the ends of intervals are looked for
 SHARES = (1e-3, 0.01, 0.1, 0.5, 0.9)  # of films that fail, to whose lives some of the rays are directed
 HEAVY = 5.0  # degrees of freedom of the proposals
@@ -285,12 +285,10 @@ def draw(fit: Estimate, draws: int, seed: int = 1) -> Floats:
         scale = np.sqrt(np.maximum(np.abs(np.diag(information)), 1e-8))
         roots, axes = np.linalg.eigh(information / np.outer(scale, scale))
         covariance = (axes / np.maximum(np.abs(roots), 1e-3)) @ axes.T / np.outer(scale, scale)
-    centre, spread = fit.at[free], 1.5 * covariance
-    factor: Floats = np.eye(p)
-    for turn in range(ROUNDS):
+    centre, spread, good = fit.at[free], 1.5 * covariance, 0
+    for turn in range(3 * ROUNDS):
         count = PROPOSED
-        with suppress(np.linalg.LinAlgError):  # all weight on too few draws to span a volume: as wide as before
-            factor = np.asarray(np.linalg.cholesky(spread + 1e-14 * np.diag(np.diag(spread) + 1e-300)), dtype=float)
+        factor = np.linalg.cholesky(spread + 1e-14 * np.diag(np.diag(spread) + 1e-300))
         normal = random.standard_normal((count, p))
         chi = random.chisquare(HEAVY, count) / HEAVY
         away = normal / np.sqrt(chi)[:, None]
@@ -301,6 +299,7 @@ def draw(fit: Estimate, draws: int, seed: int = 1) -> Floats:
         log = np.full(count, -np.inf)
         for part in np.array_split(np.flatnonzero(inside), max(1, count // 1500)):
             log[part] = fit.share_known * fit.model.total(at[part], fit.weight) + fit.model.log_prior(at[part])
+        best = proposed[np.argmax(log)]
         log -= -0.5 * (HEAVY + p) * np.log1p(np.sum(away**2, axis=1) / HEAVY)
         log = np.where(np.isfinite(log), log, -np.inf)
         if not np.isfinite(log.max()):
@@ -308,9 +307,14 @@ def draw(fit: Estimate, draws: int, seed: int = 1) -> Floats:
         weight = np.exp(log - log.max())
         weight /= weight.sum()
         mean = weight @ proposed
-        if turn < ROUNDS - 1:
-            moved = proposed - mean
-            centre, spread = mean, 1.3 * (moved * weight[:, None]).T @ moved
+        few = 1 / np.sum(weight**2) < FEWEST  # their effective number (Kish 1965, sec. 11.7)
+        good = 0 if few else good + 1
+        if turn >= ROUNDS - 1 and good > 1:
+            break
+        moved = proposed - mean
+        centre, spread = (best, spread / 100) if few else (mean, 1.3 * (moved * weight[:, None]).T @ moved)
+    else:
+        warn(f"fewer than {FEWEST} draws of the parameters have a likelihood that counts: intervals may be too narrow", key="fit")
     # systematic resampling, then a random order
     place = (np.arange(draws) + random.random()) / draws
     chosen = np.minimum(np.searchsorted(np.cumsum(weight), place), count - 1)

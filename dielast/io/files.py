@@ -22,9 +22,6 @@ STORE = ".unfinished"
 KEPT = "what is solved is kept, and the same command goes on from there"
 PAUSES = (0.05, 0.1, 0.2, 0.4)  # s after each attempt to replace a file
 LONGEST_WAIT = 5.0  # s until another process has written its files; it takes milliseconds
-LOCK = ".lock"
-"""The file that is locked where folders cannot be, as on Windows; it is removed afterwards."""
-Locking = Callable[[int], None]
 _TEMPORARY = re.compile(r"\.dielast-[0-9a-f]{32}\.part")
 # what a depfile cannot hold: make takes these for ends of names, of rules or of lists, or for assignments, and has no way to quote
 # them, nor a backslash before a blank or at the end, nor & at the end
@@ -271,53 +268,26 @@ def _replace(part: Path, target: Path) -> None:
 def alone_in(folder: Path) -> Iterator[bool]:
     """Wait until no other process writes into `folder`, at most `LONGEST_WAIT`; True if this process is then the only one.
 
-    False if the file system has no locks, or if another process keeps its lock, as a suspended process does. Ctrl-C just as this
-    process gets the lock may leave it locked, too.
+    False where folders have no locks, as on Windows, or if another process keeps its lock, as a suspended process does.
     """
-    locking, of_file = _locking()
     handle = None
-    with contextlib.suppress(OSError):
-        if locking is not None:
-            handle = (
-                os.open(folder / LOCK, os.O_RDWR | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0))
-                if of_file
-                else os.open(folder, os.O_RDONLY)
-            )
+    with contextlib.suppress(OSError, ImportError):
+        from fcntl import LOCK_EX, LOCK_NB, flock
+
+        handle = os.open(folder, os.O_RDONLY)
     try:
-        yield locking is not None and handle is not None and _acquired(locking, handle)
+        deadline, alone = time.monotonic() + LONGEST_WAIT, False
+        with contextlib.suppress(OSError):  # a file system without locks
+            while handle is not None and not alone and time.monotonic() < deadline:
+                try:
+                    flock(handle, LOCK_EX | LOCK_NB)
+                    alone = True
+                except BlockingIOError:  # another process has the lock
+                    time.sleep(0.01)
+        yield alone
     finally:
         if handle is not None:
             os.close(handle)  # releases the lock
-            if of_file:
-                with contextlib.suppress(OSError):  # another process has opened the file, and will remove it
-                    os.unlink(folder / LOCK)
-
-
-def _acquired(locking: Locking, handle: int) -> bool:
-    deadline = time.monotonic() + LONGEST_WAIT
-    while time.monotonic() < deadline:
-        try:
-            locking(handle)
-        except (BlockingIOError, PermissionError):  # another process has the lock (POSIX, Windows)
-            time.sleep(0.01)
-        except OSError:  # the file system has no locks
-            return False
-        else:
-            return True
-    return False
-
-
-def _locking() -> tuple[Locking | None, bool]:
-    """A function that locks an open file or raises `OSError` at once (None if there is none), and whether it locks only files."""
-    with contextlib.suppress(ImportError):
-        import fcntl
-
-        return lambda handle: fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB), False
-    with contextlib.suppress(ImportError):
-        import msvcrt
-
-        return lambda handle: msvcrt.locking(handle, msvcrt.LK_NBLCK, 1), True  # type: ignore[attr-defined, unused-ignore]
-    return None, False
 
 
 def depfile(targets: Iterable[Path], dependencies: Iterable[Path]) -> str:

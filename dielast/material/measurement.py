@@ -4,8 +4,8 @@ Moduli are Young's and compliances tensile; the material is incompressible, so t
 compliances three times the tensile ones.
 """
 
-from dataclasses import dataclass, fields, replace
-from typing import Any, ClassVar, Self
+from dataclasses import dataclass, fields
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -54,10 +54,6 @@ class Measurement(Result):
     def columns(self) -> Floats:
         """Abscissa and ordinates, (1 + c, n)."""
         return np.stack([getattr(self, name) for name in self.names()])
-
-    def with_columns(self, columns: Floats) -> Self:
-        """The measurement with other values (1 + c, n)."""
-        return replace(self, **dict(zip(self.names(), columns, strict=True)))
 
     def __post_init__(self) -> None:
         where, kind = f"{float(self.temperature):g} degC", type(self).KIND

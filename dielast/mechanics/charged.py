@@ -87,6 +87,9 @@ class ChargedArrowhead(Arrowhead):
         driven[ELECTRIC] = state[self.border]
         return driven
 
+    def _known_maxwell_stress(self) -> None:
+        """None: it depends on the charge, an unknown."""
+
     def _drive(self, by_load: Floats, change: Floats | None) -> None:
         """Keep the derivatives in the charge: the charge is an unknown, not prescribed."""
         self.by_load = by_load

@@ -153,6 +153,7 @@ class Arrowhead:
         if not self.free:  # the stretches of all stages are known
             self.held_stretch = self.driven[:, : self.axes]
             self.held_log_squared = 2.0 * np.log(self.held_stretch)
+        self.maxwell = self._known_maxwell_stress() if self.electric and not self.free else None
         driven = self._driven(0, state)
         log_squared, self.stretch, nominal = self._membrane(0, state, driven)
         self.stress, tangent = tangent_of(points.law, symmetry, log_squared[:, None] - system.packed(state))
@@ -167,6 +168,13 @@ class Arrowhead:
         """The prescribed values (3, cases) of a stage at `state`."""
         driven: Floats = self.driven[stage]
         return driven
+
+    def _known_maxwell_stress(self) -> Floats | None:
+        """The Maxwell stress (stages, 1, cases) in Pa at the prescribed stretches, None where it needs the state."""
+        if not self.points.stretching.absent:
+            return None
+        log_area = self.held_log_squared[:, 0] + self.held_log_squared[:, -1]
+        return self.points.electric.stress(self.points.permittivity, log_area, self.driven[:, ELECTRIC])[:, None]
 
     def _membrane(self, stage: int, state: Floats, driven: Floats) -> tuple[Floats, Floats, Floats]:
         """Lambda, the stretch and the nominal stress (axes, cases) in a stage."""
@@ -243,7 +251,9 @@ class Arrowhead:
         carried -= stress
         residual = np.einsum("nm,cnm->cm", points.modulus, carried)
         residual += nominal * stretch
-        if self.electric:
+        if self.maxwell is not None:
+            residual += self.maxwell[stage]
+        elif self.electric:
             residual += points.maxwell_stress(log_squared, driven[ELECTRIC])
         if follows:
             residual += gamma_i * self.load_term

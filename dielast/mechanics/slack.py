@@ -14,11 +14,11 @@ from dielast.mechanics.equations import films_of
 from dielast.mechanics.film import FilmState
 from dielast.mechanics.jump import jump
 from dielast.mechanics.point import LoadedPoints
-from dielast.mechanics.point_material import FLOOR
+from dielast.mechanics.point_material import FLOOR, ROUNDING
 from dielast.mechanics.span import Control, Controls, stretched
 from dielast.numerics.arrays import Cases, Flags, Floats, paired, where
 from dielast.numerics.integrate import SHRINK
-from dielast.numerics.roots import fall, samples
+from dielast.numerics.roots import ROOT, fall, samples
 from dielast.numerics.stride import TriedStep
 
 
@@ -28,7 +28,7 @@ class Contact:
     the stretch there, and whether the specimen goes slack (else taut).
 
     A signal falls to zero at an event: of a taut specimen the stress over a modulus, of a slack one the logarithm of its length
-    over the distance of the grips. It is known to the tolerance `rtol` of the integration, and is zero where it is smaller.
+    over the distance of the grips. It is known to the tolerance `rtol` of the integration.
     """
 
     slack: Flags
@@ -78,16 +78,18 @@ class Contact:
         first = self.signal(system, stride.time, stride.before[row][0])
         zero = self._zero[stride.cases] = np.minimum(np.maximum(self._zero[stride.cases], first), 0.0)
         last = self.signal(system, stride.until, stride.after[row][0]) - zero
-        share = np.where(landing & (np.abs(last) <= self.rtol), 1.0, np.inf)
+        # a step that ends at a zero does so to the tolerance of a stress of zero; other falls are sure beyond that of the stretch
+        least = np.where(landing, max(self.rtol * FLOOR, ROUNDING), self.rtol)
+        share = np.where(landing & (np.abs(last) <= least), 1.0, np.inf)
         # the dense output of a taut specimen leaves its chord by a quarter of the sum of its coefficients at most
         bulge = np.abs(np.einsum("is,sk->ik", stride.method.dense, stride.increments[:, row][:, 0])).sum(axis=0)
-        least = np.minimum(first - zero, last) - 0.25 * bulge * FLOOR / system.points.stress_floor
-        near = where(np.logical_and(stride.accepted, np.logical_or(system.slack, least < 0)))
+        lowest = np.minimum(first - zero, last) - 0.25 * bulge * FLOOR / system.points.stress_floor
+        near = where(np.logical_and(stride.accepted, np.logical_or(system.slack, lowest < 0)))
         if not near.size:
             return share
         part = system.take(near)
         values, fractions = samples(lambda fraction: along(near, fraction, part), (first - zero)[near], last[near])
-        fallen = values < -self.rtol
+        fallen = values < -least[near]
         some = paired(np.flatnonzero(fallen.any(axis=0)))
         if not some.size:
             return share
@@ -101,6 +103,7 @@ class Contact:
         each, part = np.arange(falls.size), system.take(falls)
         low, high = fractions[np.where(inside, begin, 0), each], fractions[end, each]
         root = fall(lambda fraction: np.where(inside, along(falls, fraction, part), 0.5 - fraction), low, high)
+        root = np.where(root <= ROOT, 0.0, np.where(root >= 1 - ROOT, 1.0, root))  # at an end
         share[falls] = np.where(inside, root, np.where(just, SHRINK, 0.0))
         return share
 

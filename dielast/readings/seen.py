@@ -31,6 +31,7 @@ from dielast.units import (
     VOLTAGE_RATE,
     Dimension,
     conversion,
+    converts,
     is_ambiguous,
     is_unit,
     kind_of,
@@ -143,7 +144,7 @@ class SeenTable:
             if role in found or role not in _BY_UNIT or dimension is None:
                 continue
             units = self.table.units
-            of_dimension = [k for k, unit in enumerate(units) if unit is not None and converts(unit, dimension)]
+            of_dimension = [k for k, unit in enumerate(units) if unit is not None and states(unit, dimension)]
             free = [k for k in of_dimension if k not in taken and not self._is_known(k)]
             if len(free) == 1 and self.has_numbers(free[0]):
                 found[role] = self._column(free[0], role, f"its unit, {units[free[0]]}")
@@ -199,7 +200,7 @@ class SeenTable:
 
     def _column(self, place: int, role: str, reason: str) -> SeenColumn:
         unit, dimension = self.table.units[place], DIMENSIONS.get(role)
-        known = unit is not None and dimension is not None and converts(unit, dimension)
+        known = unit is not None and dimension is not None and states(unit, dimension)
         return SeenColumn(place, self.name_of(place), role, unit if known else None, reason)
 
     def _called(self, name: str, letter: bool) -> list[int]:
@@ -218,7 +219,7 @@ class SeenTable:
         unit, dimension = self.table.units[place], DIMENSIONS.get(role)
         if dimension is None:
             return True
-        fits = unit is None or not is_unit(unit) or converts(unit, dimension) or is_ambiguous(unit, dimension)
+        fits = unit is None or not is_unit(unit) or states(unit, dimension) or is_ambiguous(unit, dimension)
         return fits and self.has_numbers(place)
 
 
@@ -270,8 +271,8 @@ def look(content: bytes, name: str) -> SeenFile:
     if layout is not None:
         steps = [step for step in layout.read(text, name) if step.table.lines.size]
         if not steps:
-            raise InputError(f"this {layout.NAME} export has no steps with readings", file=name)
-        return SeenFile(name, layout.NAME, tuple(SeenTable(step.table, step.name, step.deformation) for step in steps))
+            raise InputError(f"this {layout.name} export has no steps with readings", file=name)
+        return SeenFile(name, layout.name, tuple(SeenTable(step.table, step.name, step.deformation) for step in steps))
     table = read_measured(content, name, units={}, with_texts=True)
     table = _numeric(content, name) or table
     parts = by_temperature(table, None, "modulus")
@@ -291,12 +292,6 @@ def _numeric(content: bytes, name: str) -> MeasuredTable | None:
         return None
 
 
-def converts(unit: str, dimension: Dimension) -> bool:
-    """Whether a cell with a unit, or with a sign for none, states a unit of the dimension."""
-    if not unit.strip() or (unit.strip() in ("-",) and dimension not in (NUMBER, STRAIN)):
-        return False
-    try:
-        conversion(unit, dimension)
-    except InputError:
-        return False
-    return True
+def states(unit: str, dimension: Dimension) -> bool:
+    """Whether a cell with a unit, or with a dash for none, states a unit of the dimension."""
+    return converts(unit, dimension) or (unit.strip() == "-" and dimension in (NUMBER, STRAIN))

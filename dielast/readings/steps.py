@@ -86,7 +86,7 @@ def parts_of(content: bytes, source: str, file: int, data: MeasuredData) -> tupl
     except InputError as error:
         if data.columns is None:
             raise
-        raise error.adding(f' (or is it no {layout.NAME} export? say format = "table")') from None
+        raise error.adding(f' (or is it no {layout.name} export? say format = "table")') from None
     decimal = None if is_workbook(content) else data.decimal
     steps = [
         replace(step, table=replace(step.table, stated_units=data.units, decimal=decimal or step.table.decimal)) for step in steps
@@ -104,11 +104,11 @@ def parts_of(content: bytes, source: str, file: int, data: MeasuredData) -> tupl
         kind, columns = measured
         if not kind.over_frequency and number > 1:
             _refuse_running_clock(step, steps[number - 2], columns)
-        parts.append(Part(step.table, columns, kind, file, layout.NAME, step.deformation, step.name))
+        parts.append(Part(step.table, columns, kind, file, layout.name, step.deformation, step.name))
     if not parts:
         tests = KINDS[data.measurement].tests if data.measurement else "frequency sweep, relaxation or creep test"
         there = "; ".join(_what_is_there(step) for step in steps[:3]) + (" ..." if len(steps) > 3 else "")
-        raise InputError(f"no {tests} found in this {layout.NAME} export: {there or 'it has no steps'}", file=source)
+        raise InputError(f"no {tests} found in this {layout.name} export: {there or 'it has no steps'}", file=source)
     return parts, left_out
 
 

@@ -9,6 +9,7 @@ from dielast.errors import InputError, and_more, warn
 from dielast.io.table import plural, spoken
 from dielast.material.measurement_kind import MeasurementKind
 from dielast.numerics.arrays import Floats, rms
+from dielast.relaxation.ends import away
 from dielast.relaxation.nnls import WeightedCurve
 
 TimeRange = tuple[float | None, float | None]
@@ -38,6 +39,20 @@ def sorted_points(kind: MeasurementKind, columns: Sequence[ArrayLike]) -> list[F
         raise InputError(f"{at_one}: at least two different {plural(name)} are needed")
     order = np.lexsort((*arrays[:0:-1], abscissa))
     return [values[order] for values in arrays]
+
+
+def without_strays(kind: MeasurementKind, abscissa: Floats, *values: Floats) -> list[Floats]:
+    """Abscissa (n,) and ordinates without stray points, whose relative error would decide the whole fit; warns of them."""
+    off = np.array([away(each) for each in values])
+    stray = np.any(off != 1, axis=0)
+    if np.any(stray):
+        worst = int(np.argmax(np.max(np.abs(np.log(off)), axis=0)))
+        ratio = off[np.argmax(np.abs(np.log(off[:, worst]))), worst]
+        place = f"at {abscissa[worst]:.4g} {kind.abscissa[1]} {ratio:.3g} times its neighbours"
+        many = int(np.count_nonzero(stray))
+        said = f"a point is {place}: it is" if many == 1 else f"{many} points stray, one {place}: they are"
+        warn(f"{said} left out of the fit")
+    return [each[~stray] for each in (abscissa, *values)]
 
 
 def checked_counts(method: str, branches: int, fewest: int, keep: int | None) -> tuple[int, int | None]:
@@ -107,7 +122,8 @@ def what_rises(curve: WeightedCurve) -> str:
     from scipy.optimize import isotonic_regression
 
     kind, values = curve.kind, curve.values[0]
-    falling = isotonic_regression(values, weights=values**-2, increasing=kind.stiffness_power < 0)
+    weights = np.maximum((values / values.min()) ** -2, 1e-300)  # of values beyond all others, too
+    falling = isotonic_regression(values, weights=weights, increasing=kind.stiffness_power < 0)
     least = rms(falling.x / values - 1) / len(curve.values) ** 0.5  # a loss modulus may rise and fall
     if least <= POOR_FIT:
         return ""

@@ -14,7 +14,7 @@ from dielast.io.result import TabularResult
 from dielast.io.table import Column, Table
 from dielast.numerics.arrays import Floats, rms
 from dielast.relaxation.ends import votes
-from dielast.relaxation.nnls import WeightedCurve, fit_strengths
+from dielast.relaxation.nnls import EVEN, WeightedCurve, fit_strengths
 from dielast.relaxation.result import SpectrumFit
 
 LEAST_SMOOTHING = 1e-2  # less splits H into lines if there is no noise, and no measurement is so accurate
@@ -63,7 +63,7 @@ def continuous_spectrum(fit: SpectrumFit, points_per_decade: int = 10) -> Contin
     within = slice(beyond, beyond + inside + 1)
     kind = fit.kind
     curve = WeightedCurve(time, np.atleast_2d(fit.measured) / 3, votes(np.log10(time)), kind)
-    solution = fit_strengths(curve, grid, (fit.equilibrium_shear_modulus,), least=LEAST_SMOOTHING)
+    solution = fit_strengths(curve, grid, (fit.equilibrium_shear_modulus,), least=LEAST_SMOOTHING, even=EVEN)
     model = kind.processes(time, grid) @ solution.strength + kind.constants(time)[0] * fit.equilibrium_shear_modulus
     strength = solution.strength[within]
     pieces = int(np.count_nonzero(np.diff((strength > 0).astype(int)) > 0)) + int(strength[0] > 0)

@@ -17,7 +17,7 @@ from dielast.material.spectrum import Spectrum
 from dielast.numerics.arrays import Floats
 from dielast.relaxation.checks import TimeRange
 from dielast.relaxation.interconversion import RetardationSpectrum, relaxation_from_retardation, retardation_from_relaxation
-from dielast.relaxation.nnls import Known, Solution, Total, WeightedCurve, fit_strengths
+from dielast.relaxation.nnls import EVEN, Known, Solution, Total, WeightedCurve, fit_strengths
 from dielast.relaxation.result import SpectrumFit
 from dielast.relaxation.task import LEVEL_SLOPE, FitTask
 
@@ -119,7 +119,7 @@ def _demands_flow(curve: WeightedCurve, process_time: Floats, glassy_compliance:
     """Whether a fluidity, in addition to processes at these times (s), improves the fit significantly."""
     from scipy.special import stdtr
 
-    fluid = fit_strengths(curve, process_time, (glassy_compliance, None))
+    fluid = fit_strengths(curve, process_time, (glassy_compliance, None), even=EVEN)
     if fluid.constants[1] == 0:
         return False
     solid = fit_strengths(curve, process_time, (glassy_compliance, 0.0), smoothing=fluid.smoothing)

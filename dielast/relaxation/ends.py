@@ -1,4 +1,4 @@
-"""The two ends of a relaxation curve, and weights of points by their density in log time, without any model."""
+"""The two ends of a relaxation curve, weights of points by their density in log time, and stray points, without any model."""
 
 from typing import NamedTuple
 
@@ -10,6 +10,10 @@ from dielast.numerics.arrays import Flags, Floats
 _NEIGHBOURHOOD = 0.025 + 1e-6  # decades to either side: at most twenty units of weight a decade, about the width of one process
 _END = 1.0 + 1e-6  # decades at either end of the curve, through which a line is fitted
 _LAST = 0.25 + 1e-6
+_AROUND, _NEARBY = 4, 10  # neighbours that a point is compared with, and points on either side with theirs
+# A point is no noise if it is farther outside the range of its neighbours than this many such ranges, each about two standard
+# deviations of the noise, and a share. A curve with more such points than the last share has another fault, such as wrong shifts.
+_FAR, _FACTOR, _FEW = 4.0, 0.05, 0.05
 
 
 def votes(log10_time: Floats) -> Floats:
@@ -22,6 +26,25 @@ def votes(log10_time: Floats) -> Floats:
     first = np.searchsorted(log10_time, log10_time - _NEIGHBOURHOOD, side="left")
     last = np.searchsorted(log10_time, log10_time + _NEIGHBOURHOOD, side="right")
     return 1.0 / (last - first)
+
+
+def away(values: Floats) -> Floats:
+    """The ratio (n,) of each of the positive `values` (n,), in order of time, to the nearest of its neighbours if it is a stray
+    point, far outside their range; 1 for all other points.
+
+    Where a curve is steep, the range of neighbours is large, and so is the distance that is allowed.
+    """
+    y, n = np.log(values), values.size
+    if n <= 2 * _NEARBY:
+        return np.ones(n)
+    place = np.arange(n)[:, None]
+    around = np.clip(place - _AROUND // 2, 0, n - _AROUND - 1) + np.arange(_AROUND + 1)
+    others = y[around[around != place].reshape(n, _AROUND)]
+    low, high = np.min(others, axis=1), np.max(others, axis=1)
+    beyond = y - np.clip(y, low, high)
+    nearby = np.lib.stride_tricks.sliding_window_view(np.pad(high - low, _NEARBY, "reflect"), 2 * _NEARBY + 1)
+    far = np.abs(beyond) > _FAR * np.median(nearby, axis=1) + _FACTOR
+    return np.where(far & (np.mean(far) <= _FEW), np.exp(beyond), 1.0)
 
 
 class End(NamedTuple):

@@ -24,7 +24,7 @@ Known = tuple[float | None, ...]
 
 _COARSE = np.geomspace(1e-6, 1e2, 17)  # trials of s, besides 0, before finer trials around the best
 _FINER = 10 ** np.array([-0.25, 0.25])
-_EVEN = 0.02  # scores closer than this count as equal, and the smoother fit wins: cross-validation alone sometimes fits noise
+EVEN = 0.02  # scores that count as equal where the course of a spectrum matters more than the end of its curve
 _HELD = 1e4  # weight of a prescribed sum of moduli, in units of the weight of all points
 _CELL = 0.05  # decades over which points are averaged for placing the processes
 _WORTHWHILE = 0.98  # ratio of misfits below which a change of the times is accepted, so that noise causes none
@@ -104,11 +104,14 @@ def fit_strengths(
     total: Total | None = None,
     least: float = 0.0,
     smoothing: float | None = None,
+    even: float | None = None,
 ) -> Solution:
     """Strengths of processes at `process_time` (s, shape (m,)) and the constants; `known` are the prescribed constants, else None.
 
-    `total` prescribes a sum, `least` is the smallest smoothing to try, and `smoothing` prescribes it. Raises `NumericsError` if the
-    active set does not converge.
+    `total` prescribes a sum, `least` is the smallest smoothing to try, and `smoothing` prescribes it. Scores closer than the share
+    `even` count as equal, and the smoothest fit wins: cross-validation alone sometimes fits noise. By default, this is the noise of
+    one degree of freedom: of many points, a share of the score would be many, and all that the fit misses may be at the end of the
+    curve. Raises `NumericsError` if the active set does not converge.
     """
     processes = process_time.size
     scale = np.exp(np.interp(np.log(process_time), np.log(curve.time), np.log(curve.size)))
@@ -145,7 +148,8 @@ def fit_strengths(
     if smoothing is None:
         trials |= {value: trial(value) for value in best * _FINER if value > least}
     least = min(score for score, *_ in trials.values())
-    best = max(value for value, (score, *_) in trials.items() if score <= (1 + _EVEN) * least)
+    even = float(np.sum(weight**2)) / count**2 if even is None else even
+    best = max(value for value, (score, *_) in trials.items() if score <= (1 + even) * least)
     _, strength, freedom = trials[best]
     misfit, rough = float(np.sum((rows @ strength - values) ** 2)), float(np.sum((roughness @ strength) ** 2))
     constants = np.array([0.0 if value is None else value for value in known])

@@ -94,6 +94,8 @@ def draw_spectra(
                 drawn = refit(abscissa, ordinates * np.exp(deviation))
             except (InputError, NumericsError):
                 continue
+        if drawn.reduced_time.size != fit.reduced_time.size:  # a point strays in this draw alone
+            continue
         level, moduli = drawn.equilibrium_shear_modulus, drawn.spectrum.shear_modulus
         if not _begins_with(drawn.spectrum, fitted):
             stiffer = drawn.spectrum.relaxation_modulus(change.time, level) / change.modulus - 1

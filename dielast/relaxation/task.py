@@ -19,6 +19,7 @@ from dielast.relaxation.checks import (
     checked_times,
     sorted_points,
     what_rises,
+    without_strays,
 )
 from dielast.relaxation.ends import extremes, last_quarter, long_time_end, votes
 from dielast.relaxation.interconversion import response
@@ -60,7 +61,7 @@ class FitTask:
 
         `columns` are abscissa and ordinates (n,) of a master curve in Pa or 1/Pa (Young's or tensile), in any order.
         """
-        abscissa, *values = sorted_points(kind, columns)
+        abscissa, *values = without_strays(kind, *sorted_points(kind, columns))
         self.branches, self.keep = checked_counts(method, branches, fewest, keep)
         self.times = checked_times(times, "retardation_time" if kind is CREEP else "relaxation_time")
         ascending = slice(None, None, kind.time_power)

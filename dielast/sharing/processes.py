@@ -109,27 +109,14 @@ def _finished(futures: Sequence[Future[Solved]]) -> Iterator[Future[Solved]]:
 @contextmanager
 def _undisturbed() -> Iterator[None]:
     """Block signals while worker processes start, until they ignore them; where the system can."""
-    if hasattr(signal, "pthread_sigmask"):
-        before = signal.pthread_sigmask(signal.SIG_BLOCK, FROM_OUTSIDE)
-        try:
-            yield
-        finally:
-            signal.pthread_sigmask(signal.SIG_SETMASK, before)
-    elif console := _console():
-        console.SetConsoleCtrlHandler(None, True)  # ignored by this process for now, and by the processes that it starts for good
-        try:
-            yield
-        finally:
-            console.SetConsoleCtrlHandler(None, False)
-    else:
+    if not hasattr(signal, "pthread_sigmask"):
         yield
-
-
-def _console() -> Any:
-    """The functions of the Windows console, None on other systems."""
-    import ctypes
-
-    return getattr(getattr(ctypes, "windll", None), "kernel32", None)
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, FROM_OUTSIDE)
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 @contextmanager

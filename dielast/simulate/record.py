@@ -264,7 +264,8 @@ class Recorder:
         case, system = stride.cases[pooled], films_of(stride)
         moment = at - stride.begin[pooled]
         part = slice(None) if self.needs_springs else slice(system.border, None)
-        fraction = np.minimum((moment - stride.time[pooled]) / stride.step[pooled], 1.0)
+        # beside an event a step may be as short as the rounding of its time
+        fraction = np.clip((moment - stride.time[pooled]) / stride.step[pooled], 0.0, 1.0)
         more = [] if self.watch is None else [self.watch.exposed_along(stride, pooled, fraction)]
         if self.electric is not None:
             self.electric.ask(stride, pooled, moment)

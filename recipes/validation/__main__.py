@@ -26,11 +26,19 @@ from coupled import coupled
 from gallery import shrink
 from intervals import shift_intervals
 from polystyrene import other_tests, shifts
+from raw import raw_tests
 from vhb4905 import halves
 
 from dielast import DielastWarning
 
-SECTIONS = {"shifts": shifts, "other-tests": other_tests, "halves": halves, "coupled": coupled, "intervals": shift_intervals}
+SECTIONS = {
+    "shifts": shifts,
+    "other-tests": other_tests,
+    "halves": halves,
+    "coupled": coupled,
+    "raw-tests": raw_tests,
+    "intervals": shift_intervals,
+}
 HEAD = """# Validation on measured data
 
 What dielast makes of measurements that others made and published, and where it fails. `python recipes/validation --data DIR`

@@ -5,6 +5,9 @@
 By default the master curve is made with the true shift factors, so that its noise is its only error; with `--chain`, shift factors
 are fitted and drawn, and the shapes of the laboratories take turns. The ratio is that of stated half widths over 1.645 to actual
 errors, both of the logarithm, as root mean squares; an error is counted as three half widths at most.
+
+`--experiments 24 --first 7300`: mu_eq and lives held, reached 96 and 73 %, short by 20 K 92 and 94 %, by 40 K 96 and 54 %. With
+the plateau reached, lives are stated to 0.1 to 0.5 %; of this, 30 branches for a spectrum of 108 are up to 0.1 %.
 """
 
 from __future__ import annotations
@@ -77,15 +80,9 @@ def experiment(seed: int, hottest: float, noise: float, draws: int, chain: bool)
         modulus = np.concatenate([curve.modulus for curve in curves])
         order = np.argsort(time)
         abscissa, ordinates = time[order], modulus[None, order]
-        # noise moves a smooth curve by as much as the mean of the points in a third of a decade
-        grid = np.geomspace(abscissa[0], abscissa[-1], 100)
-        count = np.sum(np.abs(np.log10(abscissa) - np.log10(grid)[:, None]) < 1 / 6, axis=1)
-        knots = np.arange(0, 100, 2)
-        moved = (
-            np.random.default_rng([43, seed]).standard_normal((draws, knots.size)) * noise / np.sqrt(np.maximum(count[knots], 1))
-        )
-        level = np.interp(np.log(grid), np.log(abscissa), np.log(ordinates[0]))
-        smooth = CurveDraws(grid, np.exp(level + np.array([np.interp(np.arange(100), knots, row) for row in moved]))[:, None])
+        # each point moves as its noise allows, and so does the fit
+        scatter = np.random.default_rng([43, seed]).standard_normal((draws, 1, abscissa.size))
+        smooth = CurveDraws(abscissa, ordinates * (1 + noise * scatter))
     fit = fit_spectrum(abscissa, ordinates[0])
     tau = fit.spectrum.relaxation_time
 

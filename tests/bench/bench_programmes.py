@@ -4,7 +4,8 @@
 
 Of N random programmes it prints the worst relative difference of stretches, stresses, voltage, charge and events; of N cycles with
 branches, resistance and leakage, what the balance of energy lacks; and the time of one of N generator cycles of 30 branches, with
-that of a creep test of 6 h beside it, and the memory.
+that of a creep test of 6 h beside it, and the memory. A cycle has four kinks and about 275 steps, the creep test two and 99: 154
+and 44 ms, 3.5 creep tests a cycle; from 10 to 1,000 cycles the largest memory grew from 95 to 104 MiB.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ import argparse
 import resource
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -47,21 +49,30 @@ def balance(cycles: int) -> float:
 
 
 def timed(cycles: int) -> None:
-    """Print the time of a generator cycle and of a creep test, and the memory."""
+    """Print the processor time of a generator cycle beside that of a creep test before and after it, and the largest memory."""
     film = {"thickness": 0.5e-3, "prestretch": 2.0, "relax": 600.0, "stop_at": "end"}
     material = read_material("example:vhb4905")
     load = [Step(stress=57e3, duration=17.0), Step.hold(6 * 3600.0)]
-    creep(material, load, mode="uniaxial")
-    begin = time.perf_counter()
-    creep(material, load, mode="uniaxial")
-    alone = time.perf_counter() - begin
-    for count in (max(cycles // 10, 1), cycles):
-        begin = time.perf_counter()
+
+    def creeping() -> float:
+        return min(seconds(lambda: creep(material, load, mode="uniaxial")) for _ in range(5))
+
+    creeping()
+    for count in sorted({max(cycles // 100, 1), max(cycles // 10, 1), cycles}):
+        before, begin = creeping(), time.process_time()
         history = actuate(material, CYCLE, repeat=Repeat(count), cycles="last", **film)
-        took, memory = time.perf_counter() - begin, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+        took = (time.process_time() - begin) / count
+        alone, memory = 0.5 * (before + creeping()), resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
         last = history.cycles.electrical_energy[0, -1]
-        print(f"{count} cycles: {1e3 * took / count:.0f} ms a cycle, {memory:.0f} MiB, {last:.9g} J/m^3 in the last")
-    print(f"the creep test takes {1e3 * alone:.0f} ms")
+        cost = f"{1e3 * took:.0f} ms a cycle, creep test {1e3 * alone:.0f} ms, ratio {took / alone:.2f}"
+        print(f"{count} cycles: {cost}, {memory:.0f} MiB, {last:.9g} J/m^3 in the last", flush=True)
+
+
+def seconds(job: Callable[[], object]) -> float:
+    """The seconds of processor time that a job takes."""
+    begin = time.process_time()
+    job()
+    return time.process_time() - begin
 
 
 def main() -> None:

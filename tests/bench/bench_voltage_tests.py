@@ -3,6 +3,9 @@
 A laboratory has a material whose springs are gent-i2, and six uniaxial tests of it; with "films", two films under voltage, too. The
 voltage for a relative stretch of 1.2 at prestretch 3 is predicted from draws of all laws that the tests cannot tell apart. The
 laboratories are calibrated side by side, with one start, 12 points of a curve, and at most 48 moves of a chain.
+
+Measured: `uniaxial 4` 2 of 4 hold the truth (1 of 4 by the draws of all laws together), 1.11 times as wide as from the truth to the
+laws; `films 2` 2 of 2. The law of the truth alone holds it in the same 2: an exponent of 0.9 is in a tail of its uniform prior.
 """
 
 from __future__ import annotations
@@ -24,7 +27,7 @@ from dielast.calibration.experiment import Experiment
 from dielast.calibration.fit import Fit, fit_material
 from dielast.calibration.laboratory import Laboratory
 from dielast.calibration.laws import CrossValidation, cross_validation, law_weights, pieces_of
-from dielast.calibration.result import assessed, calibrate
+from dielast.calibration.result import Intervals, assessed, calibrate
 from dielast.calibration.spring_pairs import reach_of, trial
 from dielast.commands.calibrate.run import ALIKE
 from dielast.material.material import VACUUM_PERMITTIVITY
@@ -157,8 +160,9 @@ def bands(laboratories: Sequence[Sequence[Experiment]], draws: int) -> list[dict
     bands: list[dict[str, tuple[float, Floats]]] = [{} for _ in laboratories]
     for number, law in enumerate(LAWS):
         alike = [k for k, weight in enumerate(weights) if weight[number] >= ALIKE]
+        print(f"{law}: draws of {len(alike)} laboratories after {time.process_time():.0f} s of the processor", flush=True)
         if alike:
-            results = together([partial(assessed, found[law][k][0], draws=draws) for k in alike])
+            results = together([partial(assessed, found[law][k][0], intervals=Intervals(draws=draws)) for k in alike])
             for k, result in zip(alike, results, strict=True):
                 bands[k][law] = float(weights[k][number]), wanted(result.materials)
     return bands
@@ -179,14 +183,14 @@ def bench_laboratories(what: str, count: int = 12, first: int = 0, draws: int = 
         low, high = interval(volts, 0.9, laws)
         share = np.concatenate([np.full(values.size, weight / values.size) for weight, values in found.values()])
         below = float(np.sum(share[volts < truth]) / np.sum(share))
-        middle = [float(np.median(values)) for _, values in found.values()]
+        middle = [float(np.nanmedian(values)) for _, values in found.values()]
         best = middle[int(np.argmax([weight for weight, _ in found.values()]))]
         inside.append(low <= truth <= high)
         mixed.append(0.05 <= below <= 0.95)
         width.append(np.log(high / low) / np.log(max(*middle, truth) / min(*middle, truth)))
         far.append(best / truth - 1)
         each = ", ".join(
-            f"{law} {weight:.2f} ({np.quantile(values, 0.05):.0f} to {np.quantile(values, 0.95):.0f})"
+            f"{law} {weight:.2f} ({np.nanquantile(values, 0.05):.0f} to {np.nanquantile(values, 0.95):.0f})"
             for law, (weight, values) in found.items()
         )
         print(f"{what} {number}: {low:.0f} to {high:.0f} V, {below:.0%} below the truth of {truth:.0f} V; {each}", flush=True)

@@ -11,7 +11,6 @@ import shutil
 import subprocess
 import sys
 from pathlib import Path
-from types import SimpleNamespace
 
 import pytest
 from maps import map_of
@@ -20,7 +19,6 @@ from processes import ENDS, Run
 from dielast.cli import terminal
 from dielast.io import workbook
 from dielast.io.files import depfile
-from dielast.sharing import processes
 
 # every process that a test starts imports this first, also those that processes start
 SIMULATED = """
@@ -163,17 +161,6 @@ def test_recipes_as_windows_writes_and_names_them(tmp_path: Path, dielast: Run) 
 
 def test_what_only_windows_has(monkeypatch: pytest.MonkeyPatch) -> None:
     """Its calls, answered as its documentation says."""
-    import ctypes
-    import signal
-
-    said: list[object] = []
-
-    kernel32 = SimpleNamespace(SetConsoleCtrlHandler=lambda *given: said.append(given))
-    monkeypatch.setattr(ctypes, "windll", SimpleNamespace(kernel32=kernel32), raising=False)
-    monkeypatch.delattr(signal, "pthread_sigmask")
-    with processes._undisturbed():
-        assert said == [(None, True)]
-    assert said == [(None, True), (None, False)]
     monkeypatch.setattr(os.path, "splitdrive", lambda name: (name[:2], name[2:]) if name[1:2] == ":" else ("", name))
     monkeypatch.setattr(os.path, "relpath", lambda path: str(path))
     assert depfile([Path("C:/out/a b.csv")], [Path("D:/c:d.csv")]) == "C:/out/a\\ b.csv: D:/c\\:d.csv\n\nD:/c\\:d.csv:\n"

@@ -113,7 +113,7 @@ def test_the_recipes_are_recipes(name: str) -> None:
 
 
 def test_every_instrument_is_named() -> None:
-    assert all(word in PAGES["own-export.md"] for known in FORMATS for word in known.NAME.split())
+    assert all(word in PAGES["own-export.md"] for known in FORMATS for word in known.name.split())
 
 
 def anchors(path: Path) -> set[str]:

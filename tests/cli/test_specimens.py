@@ -129,14 +129,15 @@ def test_without_specimens_results_are_those_of_a_material_that_states_none(diel
         ("b", "plain", ""),
         ("c", "plain", "specimens = true"),
         ("d", "m", ""),
+        ("e", "m", "specimens = true"),
     ):
         (folder / f"{name}.toml").write_text(f'kind = "actuate"\nmaterial = "{material}.toml"\n{thick}{more}\n')
         jobs = ("--jobs", "2") if name == "d" else ()
         done = dielast("actuate", f"{name}.toml", "--plot", "none", *jobs)
         assert done.returncode == 0, done.stderr
         assert ("states no scatter of specimens" in done.stderr) == (name == "c")
-    tables = [(folder / name / "actuate.csv").read_bytes() for name in "abcd"]
-    assert tables[0] == tables[1] == tables[2] != tables[3]
+    tables = [(folder / name / "actuate.csv").read_bytes() for name in "abcde"]
+    assert tables[0] == tables[1] == tables[2] != tables[3] == tables[4]
 
 
 def test_draws_that_cannot_be_prestretched_are_left_out_by_name(dielast: Run, folder: Path) -> None:

@@ -12,7 +12,7 @@ A table is a text file. It begins with the files of a folder that is in order. E
       a line that stays, two blanks before it: what follows comes after it
     @@ in film.toml       the changes that follow, to the end of the mistake, are those of another file
     % a setting, as --set has it
-    > a line of the message
+    > a line of the message; one that ends in " ..." goes on with a list that grows
 """
 
 from __future__ import annotations
@@ -74,6 +74,12 @@ def written(files: dict[str, str], mistakes: list[Mistake]) -> str:
     return "".join(f"@@ file {name}\n{content}" for name, content in files.items()) + "@@ mistakes\n" + "\n".join(lines) + "\n"
 
 
+def kept(said: list[str], found: list[str]) -> list[str]:
+    """The messages that are found, those that were said to go on as they were said."""
+    short = [old if old.endswith(" ...") and new.startswith(old[:-3]) else new for old, new in zip(said, found, strict=False)]
+    return short + found[len(short) :]
+
+
 def changed(content: str, changes: list[str]) -> str:
     """The file with the changes."""
     lines = content.splitlines()
@@ -112,7 +118,7 @@ def found(files: dict[str, str], mistake: Mistake, folder: Path, runs: bool = Tr
     """The messages for a mistake, of `validate` and, if it `runs`, of the run."""
     folder.mkdir()
     for name in {**files, **mistake.changes}:
-        (folder / name).write_text(changed(files.get(name, ""), mistake.changes.get(name, [])))
+        (folder / name).write_text(changed(files.get(name, ""), mistake.changes.get(name, [])), encoding="utf-8")
     there, before = sorted(folder.iterdir()), Path.cwd()
     os.chdir(folder)
     try:

@@ -11,7 +11,20 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-from dielast import InputError, Material, MeasuredTest, NoShift, Output, Solver, Spectrum, Step, Track, Waveform, relax
+from dielast import (
+    InputError,
+    Material,
+    MeasuredTest,
+    NoShift,
+    Output,
+    Solver,
+    Spectrum,
+    Step,
+    Track,
+    Waveform,
+    read_material,
+    relax,
+)
 from dielast.calibration.laboratory import Laboratory
 
 MU, BRANCH, TAU = 26e3, 60e3, 5.0
@@ -133,6 +146,43 @@ def test_every_cycle_has_its_slack_phase_and_cases_do_not_disturb_each_other() -
     other = relax(SOLID, [Step(stretch=Waveform(1.2, 2.0, 4.0, 3))], solver=Solver(rtol=1e-8))
     exact = relax(SOLID, [Step(stretch=Track(*sine()))], solver=Solver(rtol=1e-8))
     assert [event.time for event in other.slack_events[0]] == pytest.approx([e.time for e in exact.slack_events[0]], abs=2e-5)
+
+
+def test_a_stiff_material_turns_once_and_has_rows_there() -> None:
+    """With branches a hundred times as stiff as the equilibrium spring, taut again is not slack once more a moment later."""
+    history = relax(read_material("example:vhb4905"), [Step(stretch=Waveform(1.0, np.array([1.5, 2.0]), 4.0, 2, "triangle"))])
+    for case, events in enumerate(history.slack_events):
+        assert [event.event for event in events] == ["slack", "taut", "slack"]
+        rows = history.case(case)
+        for event in events:
+            row = np.flatnonzero(np.abs(rows["time [s]"] - event.time) <= 1e-8 * event.time)
+            assert row.size
+            assert rows["nominal_stress_1 [Pa]"][row] == pytest.approx(0.0, abs=1e-6 * rows["nominal_stress_1 [Pa]"].max())
+            assert rows["stretch_1 [1]"][row] == pytest.approx(event.stretch, rel=1e-6)
+        assert np.all(np.diff(rows["time [s]"]) > 0)
+        assert rows["nominal_stress_1 [Pa]"].min() == 0
+    inside = relax(SOLID, steps(), output=Output(internal=True))
+    assert inside.viscous_stretch is not None
+    assert inside.viscous_stretch.shape[2:] == inside.time.shape
+    energy = inside.stored_energy()[0]
+    assert np.isfinite(energy[np.isfinite(inside.time[0])]).all()
+
+
+def test_a_specimen_that_is_pressed_from_the_start_rests_until_it_is_taut() -> None:
+    squeezed = [Step(stretch=0.9, duration=1.0), Step(stretch=1.6, duration=1.0), Step(stretch=1.0, duration=0.5), Step.hold(30.0)]
+    times = np.linspace(0.05, 32.5, 60)
+    history = relax(SOLID, squeezed, output=Output(times=times), solver=Solver(rtol=1e-8))
+    events = history.slack_events[0]
+    assert [event.event for event in events] == ["slack", "taut", "slack"]
+    assert events[1].stretch == pytest.approx(1.0, abs=1e-6)  # it has rested: taut at its own length
+    rested = relax(
+        SOLID,
+        [Step.hold(events[1].time), Step(stretch=1.6, rate=0.7), Step(stretch=1.0, duration=0.5), Step.hold(30.0)],
+        output=Output(times=times),
+        solver=Solver(rtol=1e-8),
+    )
+    assert history.nominal_stress_1[0] == pytest.approx(rested.nominal_stress_1[0], rel=1e-6, abs=1e-3)
+    assert history.stretch_1[0] == pytest.approx(rested.stretch_1[0], rel=1e-6)
 
 
 def sine() -> tuple[np.ndarray, np.ndarray]:

@@ -231,7 +231,7 @@ def _machines(folder: Path, model: Callable[..., Any]) -> dict[str, Target]:
     """Wide tables, a test at one temperature, and tables of a testing machine as loads and in comparisons."""
     from dielast.commands.simulation.compare import read_points
     from dielast.commands.simulation.solver_steps import solver_steps
-    from dielast.commands.spectrum.one_temperature import read_curve
+    from dielast.commands.spectrum.sources import read_curve
     from dielast.readings.read import read_all
 
     wide_file, curve_file, machine_file = (folder / name for name in ("wide.csv", "curve.csv", "machine.csv"))

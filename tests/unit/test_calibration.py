@@ -31,7 +31,7 @@ from dielast import (
     Yeoh,
     calibrate,
 )
-from dielast.calibration.comparison import Comparison, relative_error, stable_stress
+from dielast.calibration.comparison import Comparison, hull, relative_error, stable_stress
 from dielast.calibration.experiment import SimulatedExperiment, corners, path_length
 from dielast.calibration.fit import fit_material, starts_of
 from dielast.calibration.laboratory import Laboratory
@@ -579,3 +579,22 @@ def test_steps_show_what_the_residuals_times_their_second_derivatives_are() -> N
     assert fits.bend is not None
     assert np.allclose(fits.bend[0], fits.bend[0].T)
     assert np.allclose(fits.bend[0] @ [0.1, 0.0], [0.1 * (3 + 0.5 * 0.1**2), 0.0], rtol=2e-2, atol=1e-12)
+
+
+def test_bands_hold_those_of_all_laws_that_are_alike() -> None:
+    test, other = cycle(1.5, 0.1), cycle(1.5, 0.01)
+    model = test.stress
+
+    def law(below: float, above: float, lost: float = 0.0) -> Comparison:
+        lower = model - below
+        lower[-1] = np.nan if lost else lower[-1]  # more draws have run away than the interval leaves out
+        return Comparison(test, False, model, lower, model + above, lost)
+
+    unfollowed = Comparison(test, False, np.full(model.size, np.nan), *np.full((2, model.size), np.nan))
+    of_other = Comparison(other, False, other.stress, other.stress, other.stress)
+    (found,) = hull([(law(3.0, 1.0),), (of_other, law(1.0, 2.0, lost=0.1)), (unfollowed,)])
+    assert found.model is model
+    assert found.lower[:-1] == pytest.approx(model[:-1] - 3.0)
+    assert np.isnan(found.lower[-1])
+    assert found.upper == pytest.approx(model + 2.0)
+    assert found.lost == 0.1

@@ -1,6 +1,7 @@
 """Statistics of failures: against an independent package, closed forms, derivatives, exposures along histories, bounds."""
 
 import json
+import warnings
 from dataclasses import replace
 from importlib.resources import files
 from pathlib import Path
@@ -153,6 +154,16 @@ def test_a_profile_ends_where_the_likelihood_has_fallen() -> None:
     draws = draw(fit, 1000)
     for k, found in enumerate(profile_intervals(fit, 0.9)):
         assert np.mean((draws[:, k] > found.lower) & (draws[:, k] < found.upper)) == pytest.approx(0.9, abs=0.04)
+
+
+def test_draws_that_were_proposed_much_too_widely_find_their_width_or_warn() -> None:
+    fit = estimate(exponential_tests(np.zeros(15, dtype=int), np.random.default_rng(5).weibull(1.5, 15)))
+    usual = draw(fit, 2000)
+    for scale in (1e-6, 1e-7, 1e-8):  # a thousand to ten thousand times
+        with warnings.catch_warnings(record=True) as said:
+            warnings.simplefilter("always")
+            wide = draw(replace(fit, hessian=scale * fit.hessian), 2000)
+        assert said or wide.std(axis=0) == pytest.approx(usual.std(axis=0), rel=0.15)
 
 
 def fewest(repeats: int, quantities: int, level: float = 0.9) -> int:

@@ -1,13 +1,11 @@
 from __future__ import annotations
 
 import hashlib
-import importlib
 import os
 import signal
 import subprocess
 import sys
 from pathlib import Path
-from types import SimpleNamespace
 
 import pytest
 from processes import ENDS
@@ -134,36 +132,11 @@ def test_a_pipe_without_a_writer_is_not_waited_for(tmp_path: Path) -> None:
     os.close(reading)
 
 
-def locking_of_windows(handle: int, mode: int, count: int) -> None:
-    """As msvcrt.locking: the first byte of an open file, or else PermissionError at once."""
-    assert (mode, count, os.lseek(handle, 0, os.SEEK_CUR)) == (2, 1, 0)
-    try:
-        importlib.import_module("fcntl").flock(handle, 6)
-    except BlockingIOError:
-        raise PermissionError(13, "Permission denied") from None
-
-
-@pytest.mark.parametrize("system", ["of files only", "none"])
-def test_without_locks_of_folders_there_are_those_of_files_or_none(
-    system: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    pytest.importorskip("fcntl")
-    find = importlib.import_module
-    msvcrt = SimpleNamespace(LK_NBLCK=2, locking=locking_of_windows) if system == "of files only" else None
-    monkeypatch.setitem(sys.modules, "msvcrt", msvcrt)  # type: ignore[arg-type]
-    real = find("fcntl")
+def test_without_locks_of_folders_nothing_is_swept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "fcntl", None)  # type: ignore[arg-type]
-    monkeypatch.setattr(importlib, "import_module", lambda name: real if name == "fcntl" else find(name))
-    monkeypatch.setattr(files, "LONGEST_WAIT", 0.05)
     (tmp_path / LEFT).write_bytes(b"half")
-    with files.alone_in(tmp_path) as first, files.alone_in(tmp_path) as second:
-        assert (first, second) == (system == "of files only", False)
     write_files(tmp_path, {"a.csv": b"new"})
-    assert (tmp_path / "a.csv").read_bytes() == b"new"
-    assert {path.name for path in tmp_path.iterdir()} == {
-        "a.csv",
-        *([LEFT] if system == "none" else []),
-    }
+    assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == {"a.csv": b"new", LEFT: b"half"}
 
 
 def test_a_target_that_a_program_keeps_open_leaves_all_as_they_were(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -95,6 +95,16 @@ def test_the_smoothing_is_the_largest_of_nearly_the_best_cross_validation(name: 
     assert min(score for smoothing, score in scores.items() if smoothing > 2 * chosen) > 1.005 * least
 
 
+@pytest.mark.parametrize("seed", range(3))
+def test_many_points_are_missed_by_no_more_than_noise(seed: int) -> None:
+    """A share of the score would be many degrees of freedom, all of which may be at the end of the curve."""
+    curve = curve_of("relaxation", 0.01, seed, points=2000)
+    best, default, smoother = (fit_strengths(curve, OWN, (None,), even=even).misfit for even in (0.0, None, 0.02))
+    noise = 0.01**2 * float(np.sum(curve.weight**2) / np.sum(curve.weight))  # in the misfit, of one degree of freedom
+    assert default - best < 3 * noise
+    assert smoother - best > 10 * noise
+
+
 @pytest.mark.parametrize("least", [0.0, 1e-6, 0.3, 10.0])
 def test_the_smoothing_is_not_less_than_what_is_asked_for(least: float) -> None:
     exact = curve_of("relaxation")

@@ -129,7 +129,7 @@ def test_what_is_written_is_read(layout: str, data: st.DataObject) -> None:
     known = recognise(decode(content, "export.txt"))
     assert known is not None
     wanted = "TA Instruments TRIOS" if layout == "LIMS" else layout
-    assert wanted == known.NAME
+    assert wanted == known.name
     as_written(read(content), steps, names, order)
 
 
@@ -213,7 +213,7 @@ def test_an_unknown_unit_is_named_with_its_line() -> None:
 )
 def test_an_ordinary_table_is_no_export(rows: list[list[str]], separator: str) -> None:
     text = "\n".join(separator.join(row) for row in rows)
-    assert not [known.NAME for known in FORMATS if known.sniff(text)]
+    assert not [known.name for known in FORMATS if known.sniff(text)]
 
 
 @pytest.mark.parametrize(

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
-from dielast import Gent, Material, NeoHookean, NoShift, Spectrum, draw_sample
+from dielast import DielastWarning, Gent, Material, MooneyRivlin, NeoHookean, NoShift, Spectrum, draw_sample
 from dielast.calibration.laws import mixed_draws
+from dielast.commands.calibrate.checks import warn_of_laws_alike
+from dielast.commands.calibrate.freedom import free_of
+from dielast.commands.calibrate.recipe import FreeValue
+from dielast.io.files import Inputs
 from dielast.material.scatter import assured, interval
 
 
@@ -46,3 +51,28 @@ def test_draws_of_several_laws_take_turns() -> None:
     assert laws is not None
     assert np.bincount(laws).tolist() == [21, 9]  # two laws: the constants do not count
     assert draw_sample(parts[0], 30).laws is None
+
+
+def test_a_spring_of_which_nothing_is_free_is_named() -> None:
+    free: Any = {"equilibrium.shear_modulus": FreeValue(), "nonequilibrium.shear_modulus": FreeValue()}
+    branches = Spectrum(np.array([10.0]), np.array([1e4]))
+    materials = {
+        name: Material("m", 1e4, branches, NoShift(20.0), law, law)
+        for name, law in (("gent.toml", Gent(50.0)), ("mooney.toml", MooneyRivlin(4e3, 1e3)))
+    }
+    with pytest.warns(DielastWarning, match=r"\[equilibrium\] of mooney.toml is free, .* equilibrium.C10, equilibrium.C01"):
+        found = free_of(free, materials, Inputs(Path()))
+    assert set(found["mooney.toml"]) == {"nonequilibrium.shear_modulus"}
+
+
+@pytest.mark.parametrize(
+    ("written", "words"),
+    [
+        ({}, r"1.5 between them: \[uncertainty\] draws would be of all of them$"),
+        ({"draws.csv": 0}, "draws are of all of them$"),
+        ({"draws.csv": 0, "next_tests.csv": 0}, "draws are of all of them, next_tests.csv lists tests that would$"),
+    ],
+)
+def test_laws_that_cannot_be_told_apart_name_only_files_that_are_there(written: dict[str, int], words: str) -> None:
+    with pytest.warns(DielastWarning, match=words):
+        warn_of_laws_alike({"gent": 0.6, "yeoh": 0.4}, [2e3, 3e3], written)

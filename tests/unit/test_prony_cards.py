@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from dielast import WLF, CardOptions, Gent, InputError, Material, NoShift, Spectrum, Yeoh, export_card
-from dielast.commands.spectrum.cards import card_of
 from dielast.commands.spectrum.recipe import SpectrumRecipe
 from dielast.commands.spectrum.run import run
+from dielast.commands.spectrum.sources import card_of
 from dielast.handover.material_file import parse_material
 from dielast.handover.prony_card import read_prony
 from dielast.io.files import Inputs

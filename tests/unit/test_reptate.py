@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from readings import read
 
-from dielast.commands.spectrum.one_temperature import read_curve
+from dielast.commands.spectrum.sources import read_curve
 from dielast.errors import InputError
 from dielast.io.files import Inputs
 from dielast.io.text_table import read_measured

@@ -46,7 +46,7 @@ VHB = read_material(resolve(Path(), "example:vhb4905.toml"))
         ({"temperature": "20 degC"}, 'temperature: "20 degC": a number'),
         (lambda: {"output": Output(points_per_decade=1.5)}, "points_per_decade: 1.5: a whole number is needed"),
         (lambda: {"solver": Solver(1.0)}, "rtol: 1 is not between"),
-        (lambda: {"output": Output([-1.0])}, "output times must be finite and not negative"),
+        (lambda: {"output": Output([0.5, 0.1])}, "must ascend"),
         (lambda: {"output": Output([1e9])}, "lies after the end of the history"),
         (lambda: {"output": Output([1.0000001])}, "1.0000001 s lies after the end of the history at 1 s"),
         ({"mode": "sideways"}, "mode: 'sideways' is not one of"),

@@ -317,3 +317,17 @@ def test_terms_of_ogden_stand_beside_cases() -> None:
         carries = rest if case != 1 else NeoHookean()
         assert law.stress(squared)[:, 1, case] == pytest.approx(carries.stress(squared[:, 1:, case])[:, 0], rel=1e-13)
         assert law.of_spring(0, case).values()["alpha"].tolist() == [1.6, -2.5]
+
+
+@pytest.mark.parametrize("law", [Gent(80.0), *(law for law, _ in LAWS)], ids=lambda law: law.name)
+def test_selected_cases_have_the_law_of_their_constants(law: SpringLaw) -> None:
+    rng, cases = np.random.default_rng(2), np.array([2, 0, 2, 4])
+    other = law.with_values({name: np.asarray(value) * 1.01 for name, value in law.values().items()})
+    several = gathered([(law, other) if case % 2 else (other, law) for case in range(5)], np.ones((3, 5), dtype=bool))
+    selected, squared = several.take(cases), rng.uniform(0.8, 1.6, (2, 3, 4))
+    again = several.with_values({name: value.take(cases, axis=-1) for name, value in several.arrays().items()})
+    for found, exact in zip(selected.tangent(squared), again.tangent(squared), strict=True):
+        assert np.array_equal(found, exact)
+    for case, stated in enumerate(cases.tolist()):
+        alone = law if stated % 2 else other
+        assert selected.stress(squared)[:, 0, case] == pytest.approx(alone.stress(squared[:, :1, case])[:, 0], rel=1e-13)

@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 from readings import expect_sweeps, read
 
-from dielast.commands.spectrum.one_temperature import read_curve
+from dielast.commands.spectrum.sources import read_curve
 from dielast.errors import InputError
 from dielast.io import workbook
 from dielast.io.cells import TextFormat, decode

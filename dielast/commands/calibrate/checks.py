@@ -1,6 +1,6 @@
 """Warnings of a calibration: what the tests do not determine, bounds, tests beyond those fitted, and unstable springs."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 
 import numpy as np
 
@@ -156,12 +156,14 @@ def warn_of_springs(stabilities: Sequence[StableRange]) -> None:
             warn(stability.in_words)
 
 
-def warn_of_laws_alike(weights: Mapping[str, float], volts: Sequence[float]) -> None:
+def warn_of_laws_alike(weights: Mapping[str, float], volts: Sequence[float], written: Collection[str]) -> None:
     """Warn of laws with these weights, by name, that the tests cannot tell apart, and of how far apart they are: the voltages of a
-    film, NaN where they are not known.
+    film, NaN where they are not known. The files `written` may hold draws, and further tests.
     """
     names = ", ".join(f"{name} ({100 * weight:.0f} %)" for name, weight in weights.items())
     apart = ""
     if np.all(np.array(volts) > 0):
         apart = f"; the voltage of a film differs by a factor of {max(volts) / min(volts):.3g} between them"
-    warn(f"these tests cannot tell {names} apart{apart}: draws are of all of them, next_tests.csv lists tests that would")
+    drawn = ": draws are of all of them" if "draws.csv" in written else ": [uncertainty] draws would be of all of them"
+    further = ", next_tests.csv lists tests that would" if "next_tests.csv" in written else ""
+    warn(f"these tests cannot tell {names} apart{apart}{drawn}{further}")

@@ -7,7 +7,7 @@ from typing import Any
 from dielast.calibration.parameters import Free, ParameterSpace, parameter_space
 from dielast.commands.calibrate.recipe import FreeValue
 from dielast.commands.simulation.uncertainty import read_members
-from dielast.errors import InputError, Mistakes, Problem, quoted, shown
+from dielast.errors import InputError, Mistakes, Problem, quoted, shown, warn
 from dielast.io.files import Inputs
 from dielast.material.material import Material, constants_of
 from dielast.units import parse
@@ -40,6 +40,16 @@ def free_of(free: Mapping[str, FreeValue], materials: Mapping[str, Material], in
         key=lambda problem: next((k for k, path in enumerate(free) if (problem.key or "").startswith(_key(path))), len(free))
     )
     wrong.refuse()
+    for section in ("equilibrium", "nonequilibrium"):
+        if any(path.startswith(f"{section}.") for path in free):
+            for name, own in found.items():
+                branches = section == "equilibrium" or len(materials[name].spectrum)
+                if branches and not any(path.startswith(f"{section}.") for path in own):
+                    keys = ", ".join(f"{section}.{key}" for key in constants_of(materials[name])[section])
+                    warn(
+                        f"nothing of [{section}] of {name} is free, unlike that of other materials: its constants are {keys}",
+                        key="free",
+                    )
     return found
 
 

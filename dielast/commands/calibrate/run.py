@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from dielast.calibration.comparison import hull
 from dielast.calibration.experiment import MeasuredTest
 from dielast.calibration.fit import Fit, Watch, fit_material
 from dielast.calibration.laws import (
@@ -94,7 +95,7 @@ def run(cases: Sequence[Case[CalibrateRecipe]], inputs: Inputs, execution: Execu
     ranked = _weighed(_ranked(candidates))
     alike = drawn_beside(ranked)
     results = [_assessed(recipe, task, each.fit, watch) for each in (ranked[0], *([] if interrupted else alike))]
-    best = results[0]
+    best = replace(results[0], comparisons=hull([each.comparisons for each in results]))
     interrupted = interrupted or any(not each.fit.finished for each in results)
     failures += [f"test {name}: left out, the material cannot follow it" for name in dict.fromkeys(best.not_followed)]
     if interrupted:
@@ -105,12 +106,10 @@ def run(cases: Sequence[Case[CalibrateRecipe]], inputs: Inputs, execution: Execu
     warn_of_fit(best)
     warn_of_springs(ranked[0].stability)
     spread = None
-    if len(results) > 1:
-        drawn = (ranked[0], *alike)
-        volts = [each.film_voltage for each in drawn]
-        warn_of_laws_alike({each.name: each.weight for each in drawn}, volts)
-        if np.all(np.array(volts) > 0):
-            spread = max(volts) / min(volts)
+    drawn = (ranked[0], *alike)
+    volts = [each.film_voltage for each in drawn]
+    if len(results) > 1 and np.all(np.array(volts) > 0):
+        spread = max(volts) / min(volts)
     members = mixed_draws(results, [each.weight for each in (ranked[0], *alike)])
     fitted = with_origin(best)
     if spread is not None and fitted.calibrated is not None:
@@ -132,6 +131,8 @@ def run(cases: Sequence[Case[CalibrateRecipe]], inputs: Inputs, execution: Execu
         heat = float(np.mean(calibrated.temperature))
         if proposed := proposals(members, calibrated.largest_invariant, heat, scatter.specimen, scatter.model_error):
             tables["next_tests.csv"] = proposal_columns(proposed)
+    if len(results) > 1:
+        warn_of_laws_alike({each.name: each.weight for each in drawn}, volts, tables)
 
     def figure() -> Any:
         from dielast.plots.calibration import plot_calibration

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 
 from dielast.commands.simulation.bounds import band
 from dielast.commands.simulation.naming import labels, swept, titled
-from dielast.commands.simulation.result import CaseResult, at_event
+from dielast.commands.simulation.result import SolvedCase, at_event
 from dielast.commands.simulation.solver_steps import TimedStep, of_laps, order_of, targets
 from dielast.commands.simulation.uncertainty import interval_label
 from dielast.material.material import Material
@@ -80,23 +80,22 @@ class _Curve:
 
 def picture(
     cases: Sequence[Case[Any]],
-    materials: Sequence[Material],
-    results: Sequence[CaseResult],
+    solved: Sequence[SolvedCase],
     columns: Sequence[Mapping[str, Floats]],
     matches: Sequence[Match],
     axes: tuple[str, str, tuple[str, str]],
-    histories: Sequence[Sequence[TimedStep]],
 ) -> Figure:
     """The figure of the cases: a line for each case over a column of its results, or lines that join all cases at equal times.
 
-    `columns` are what can be drawn of the `results`, `axes` are those of `axes_of`, `histories` are the steps of the cases.
+    `columns` are what can be drawn of the results, `axes` are those of `axes_of`.
     """
+    materials = [case.material for case in solved]
     x, y, scales = axes
     is_key = x in cases[0].settings
     across = "time [s]" if is_key else x
     curves = [
-        _Curve(case, steps, table, band(result.columns, across, y), _marks(case, result, table, across, y))
-        for case, steps, result, table in zip(cases, histories, results, columns, strict=True)
+        _Curve(case, film.steps, table, band(film.result.columns, across, y), _marks(film, table, across, y))
+        for case, film, table in zip(cases, solved, columns, strict=True)
     ]
     interval = interval_label([case.recipe for case in cases])
     if is_key or _joined(x, curves):
@@ -113,17 +112,17 @@ def picture(
         failures = [time.size - len(marks) + place for place, mark in enumerate(marks) if named(mark.name).is_failure]
         failed = int(np.flatnonzero(np.isin(order, failures))[0]) if failures else None
         lines.append(Curve(label, along, up, _parted(curve), marks, failed))
-    title = titled(cases[0].recipe.title, cases, materials, voltage_in_words(cases, results, histories))
+    title = titled(cases[0].recipe.title, cases, materials, voltage_in_words(solved))
     shown = [entry for entry in matches if entry.headers == (x, y)]
     return plot_cases(lines, x, y, scales, title, measured=shown, swept=swept(cases, materials), interval=interval)
 
 
-def voltage_in_words(cases: Sequence[Case[Any]], results: Sequence[CaseResult], histories: Sequence[Sequence[TimedStep]]) -> str:
+def voltage_in_words(cases: Sequence[SolvedCase]) -> str:
     """The highest voltage that was simulated, for the title; empty without a voltage, or if it is swept."""
-    if not hasattr(cases[0].recipe, "control") or any(case.recipe.control != "voltage" for case in cases):
+    if any(getattr(case.recipe, "control", "") != "voltage" for case in cases):
         return ""
-    highest = {max(map(abs, targets(steps)), default=0.0) for steps in histories}
-    reached = [np.abs(result.columns["voltage [V]"]) for result in results if "voltage [V]" in result.columns]
+    highest = {max(map(abs, targets(steps)), default=0.0) for steps in (case.steps for case in cases)}
+    reached = [np.abs(case.result.columns["voltage [V]"]) for case in cases if "voltage [V]" in case.result.columns]
     volts = max(float(np.max(volts, initial=0.0)) for volts in reached) if len(highest) == 1 and reached else 0.0
     # a film that fails on the way does not see the rest of its history; that of an open circuit may see more than is stated
     if not cases[0].recipe.programme:
@@ -134,26 +133,21 @@ def voltage_in_words(cases: Sequence[Case[Any]], results: Sequence[CaseResult], 
     return f"up to {number(volts * factor)} {unit}"
 
 
-def picture_of_cycles(
-    cases: Sequence[Case[Any]],
-    materials: Sequence[Material],
-    results: Sequence[CaseResult],
-    measured: str,
-    histories: Sequence[Sequence[TimedStep]],
-) -> Figure:
+def picture_of_cycles(cases: Sequence[Case[Any]], solved: Sequence[SolvedCase], measured: str) -> Figure:
     """The figure of cases with many cycles."""
-    tables = [result.cycles for result in results if result.cycles is not None]
+    tables = [case.result.cycles for case in solved if case.result.cycles is not None]
+    materials = [case.material for case in solved]
     # cycles are those of the nominal stress where the stretch is prescribed
     quantity = "nominal_stress_1 [Pa]" if "amplitude [Pa]" in tables[0] else measured
-    title = titled(cases[0].recipe.title, cases, materials, voltage_in_words(cases, results, histories))
+    title = titled(cases[0].recipe.title, cases, materials, voltage_in_words(solved))
     return plot_cycles(tables, labels(cases, materials), swept(cases, materials), quantity, title)
 
 
-def _marks(case: Case[Any], result: CaseResult, table: Mapping[str, Floats], x: str, y: str) -> list[tuple[float, Mark]]:
+def _marks(case: SolvedCase, table: Mapping[str, Floats], x: str, y: str) -> list[tuple[float, Mark]]:
     """The events of a case by time, with bars where the horizontal axis is that of their bounds."""
-    spans = [event.bounds["time"] for event in result.bounded_events if event.event is not None and x == "time [s]"]
+    spans = [event.bounds["time"] for event in case.result.bounded_events if event.event is not None and x == "time [s]"]
     found = []
-    for event, span in zip_longest(result.events or (), spans):
+    for event, span in zip_longest(case.result.events or (), spans):
         along, up = (at_event(event, table, header, case.recipe) for header in (x, y))
         found.append((event.time, Mark(event.name, along, up, span)))
     return found

@@ -187,6 +187,7 @@ def report_of(simulation: Simulation, cases: Sequence[Case[Any]], inputs: Inputs
         from dielast.commands.simulation.uncertainty import uncertainty_headline
 
         results = bounded_cases(simulation.batches, solved, study)
+        solved = [replace(case, result=result) for case, result in zip(solved, results, strict=True)]
         intervals = uncertainty_headline([recipe.uncertainty for recipe in recipes], [case.sample for case in solved])
     tables: dict[str, Table] = {}
     sections: dict[str, dict[str, Any]] = {}
@@ -217,9 +218,7 @@ def report_of(simulation: Simulation, cases: Sequence[Case[Any]], inputs: Inputs
     def figure() -> Any:
         from dielast.commands.simulation.pictures import picture, picture_of_cycles
 
-        if many:
-            return picture_of_cycles(cases, materials, results, simulation.measured, [case.steps for case in solved])
-        return picture(cases, materials, results, columns, matched, axes, [case.steps for case in solved])
+        return picture_of_cycles(cases, solved, simulation.measured) if many else picture(cases, solved, columns, matched, axes)
 
     more_tables, more_figures = simulation.extras(cases, prepared.stated, results)
     tables = {f"{kind}.csv": result_columns(results), **more_tables, **tables, "cases.csv": case_columns(cases)}

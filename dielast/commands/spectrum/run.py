@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 
-from dielast.commands.spectrum.cards import card_of, exported, run_card
 from dielast.commands.spectrum.recipe import (
     FIT_KEYS,
     REDUCE_KEYS,
@@ -17,9 +16,10 @@ from dielast.commands.spectrum.recipe import (
     RelaxationTimes,
     SpectrumRecipe,
 )
+from dielast.commands.spectrum.sources import card_of, curve_of, exported, run_card
 from dielast.errors import InputError, Mistakes, Problem, in_keys, located, warn, without_warnings
 from dielast.handover.law_section import breakdown
-from dielast.handover.mastercurve_folder import DRAWS, ReducedCurve, read_curve_draws, read_master_curve
+from dielast.handover.mastercurve_folder import DRAWS, ReducedCurve, read_curve_draws
 from dielast.handover.material_draws import draw_columns
 from dielast.handover.material_file import write_material
 from dielast.io.files import Inputs
@@ -95,16 +95,6 @@ def readings(cases: Sequence[Case[SpectrumRecipe]], inputs: Inputs) -> Iterator[
     yield "data.file" if folder is None else "mastercurve", folder or recipe.data, read
     if curves:
         yield "", recipe, lambda: characterise(recipe, curves[0])
-
-
-def curve_of(recipe: SpectrumRecipe, inputs: Inputs) -> ReducedCurve:
-    """The curve that a recipe names; raises `InputError` if it cannot be read."""
-    if recipe.data is None:
-        return read_master_curve(str(recipe.mastercurve), inputs)
-    # imports readers that the folder of a master curve does not need
-    from dielast.commands.spectrum.one_temperature import read_curve
-
-    return read_curve(recipe.data, inputs)
 
 
 def characterise(recipe: SpectrumRecipe, curve: ReducedCurve) -> tuple[SpectrumFit, Reduction | None, Material, dict[str, str]]:

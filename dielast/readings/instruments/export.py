@@ -51,11 +51,11 @@ _BRACKETS = ("[]", "()")
 
 
 class Layout(NamedTuple):
-    """The layout of the exports of one instrument software: its `NAME` in the summary, `sniff`, whose result is true for a text in
+    """The layout of the exports of one instrument software: its `name` in the summary, `sniff`, whose result is true for a text in
     this layout, complete or not, and `read`, which returns the steps of a text of a file, or raises `InputError` with the line.
     """
 
-    NAME: str
+    name: str
     sniff: Callable[[str], object]
     read: Callable[[str, str], "list[ExportedStep]"]
 
