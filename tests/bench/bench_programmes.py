@@ -6,6 +6,19 @@ Of N random programmes it prints the worst relative difference of stretches, str
 branches, resistance and leakage, what the balance of energy lacks; and the time of one of N generator cycles of 30 branches, with
 that of a creep test of 6 h beside it, and the memory. A cycle has four kinks and about 275 steps, the creep test two and 99: 154
 and 44 ms, 3.5 creep tests a cycle; from 10 to 1,000 cycles the largest memory grew from 95 to 104 MiB.
+
+The first 39 programmes from seed 7 on that have an equilibrium throughout, of seven pairs of laws (`--first 7 --programmes 39`, 5 min
+of CPU; the programmes of seeds 0, 3 and 4 are within the same limits):
+
+| | programmes | worst relative difference |
+|---|---|---|
+| stretches | 39 | 4.1e-09 |
+| stresses, over the largest | 39 | 3.4e-08 |
+| voltage, over the largest | 39 | 1.0e-08 |
+| charge, over the largest | 39 | 3.9e-09 |
+| time of breakdown | 39 | 2.2e-10 |
+| times of loss of tension | 24 | 3.6e-10 |
+| time of pull-in | 11 | 6.9e-11 |
 """
 
 from __future__ import annotations
