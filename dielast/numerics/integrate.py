@@ -302,10 +302,11 @@ class Stepper:
         if self.observe is not None and count:
             stop = self.observe(self._stride(accepted, step, until, after, elapsed))
         factor = SAFETY * error**-self.exponent
-        # Gustafsson's predictive controller extrapolates the trend of the errors (ACM Trans. Math. Softw. 20 (1994) 496): after a
-        # kink, steps grow from one to the next, and without the trend their errors would stay at a fifth of the tolerance
+        # Gustafsson's predictive controller extrapolates the trend of the errors; upwards, it would make events less exact
         trend = factor * (step / at.last_step) * (at.last_error / error) ** self.exponent
-        factor = np.where(accepted, np.minimum(np.where(at.last_step > 0, trend, factor), GROW), np.minimum(factor, SAFETY))
+        factor = np.where(
+            accepted, np.minimum(np.where(at.last_step > 0, np.minimum(factor, trend), factor), GROW), np.minimum(factor, SAFETY)
+        )
         following = step * np.fmax(factor, SHRINK)
         if self.spans is not None:  # a step cut short by the end of its span must not shorten the next one
             following = np.where(finished, np.maximum(following, at.next_step), following)

@@ -150,7 +150,8 @@ class Sheet(Figure):
         with style(), warnings.catch_warnings():
             # a figure that matplotlib finds crowded, or a mark that its font lacks, is nothing a user could mend
             warnings.simplefilter("ignore")
-            super().savefig(fname, **{"metadata": UNDATED.get(form.lower() or "png"), **options})
+            undated = UNDATED.get(form.lower() or "png", {}) | (options.pop("metadata", None) or {})
+            super().savefig(fname, **options, metadata=undated or None)
 
 
 def panels(count: int, title: str | None, widths: Sequence[float] | None = None, height: float = 2.7) -> tuple[Figure, list[Axes]]:

@@ -122,7 +122,8 @@ def what_rises(curve: WeightedCurve) -> str:
     from scipy.optimize import isotonic_regression
 
     kind, values = curve.kind, curve.values[0]
-    falling = isotonic_regression(values, weights=values**-2, increasing=kind.stiffness_power < 0)
+    weights = np.maximum((values / values.min()) ** -2, 1e-300)  # of values beyond all others, too
+    falling = isotonic_regression(values, weights=weights, increasing=kind.stiffness_power < 0)
     least = rms(falling.x / values - 1) / len(curve.values) ** 0.5  # a loss modulus may rise and fall
     if least <= POOR_FIT:
         return ""

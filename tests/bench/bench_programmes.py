@@ -4,7 +4,8 @@
 
 Of N random programmes it prints the worst relative difference of stretches, stresses, voltage, charge and events; of N cycles with
 branches, resistance and leakage, what the balance of energy lacks; and the time of one of N generator cycles of 30 branches, with
-that of a creep test of 6 h beside it, and the memory.
+that of a creep test of 6 h beside it, and the memory. A cycle has four kinks and about 275 steps, the creep test two and 99: 154
+and 44 ms, 3.5 creep tests a cycle; from 10 to 1,000 cycles the largest memory grew from 95 to 104 MiB.
 """
 
 from __future__ import annotations

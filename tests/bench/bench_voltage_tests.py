@@ -5,7 +5,7 @@ voltage for a relative stretch of 1.2 at prestretch 3 is predicted from draws of
 laboratories are calibrated side by side, with one start, 12 points of a curve, and at most 48 moves of a chain.
 
 Measured: `uniaxial 4` 2 of 4 hold the truth (1 of 4 by the draws of all laws together), 1.11 times as wide as from the truth to the
-laws; `films 2` 2 of 2. The law of the truth alone holds it in the same 2 of 4: an exponent of 0.9 is in a tail of the uniform prior.
+laws; `films 2` 2 of 2. The law of the truth alone holds it in the same 2: an exponent of 0.9 is in a tail of its uniform prior.
 """
 
 from __future__ import annotations

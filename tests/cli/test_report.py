@@ -13,6 +13,8 @@ import pytest
 from PIL import Image
 from processes import ENDS, Run
 
+from dielast.plots.style import panels, style
+
 EMPTY = {"meta", "img", "br", "hr", "link", "input"}
 HOSTILE = '<script>alert("1")</script> & <img src=x onerror=alert(1)>'
 PAGE = "report.html"
@@ -162,6 +164,16 @@ def test_what_another_run_left_in_the_folder_is_left_out(results: Path, dielast:
     dielast("report", "out/relax")
     (figure,) = Parsed((results / PAGE).read_text("utf-8")).all("img")
     assert figure["src"].startswith("data:image/svg")
+
+
+def test_figures_hold_the_mark_of_their_run_and_no_date() -> None:
+    with style():
+        figure, _ = panels(1, None)
+    for form, key in (("png", "Source"), ("svg", "Source"), ("pdf", "Keywords")):
+        file = io.BytesIO()
+        figure.savefig(file, format=form, metadata={key: "mark of a run"})
+        assert b"mark of a run" in file.getvalue()
+        assert not any(word in file.getvalue() for word in (b"CreationDate", b"dc:date", b"Software", b"Matplotlib v"))
 
 
 def test_names_and_texts_are_no_markup(results: Path, dielast: Run) -> None:

@@ -8,8 +8,6 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from dielast import Material, Spectrum, Step, relax
-from dielast.material.shift import NoShift
 from dielast.numerics import integrate as module
 from dielast.numerics.integrate import Status, integrate
 from dielast.numerics.rosenbrock import RODAS5P
@@ -106,20 +104,13 @@ def test_steps_join_without_gaps_and_are_counted(rtol: float, first: float | Non
         assert np.array_equal(begin[1:], until[:-1])
         assert begin + step == pytest.approx(until, rel=1e-14)
         assert np.all(step[1:] <= 8 * step[:-1] * (1 + 1e-12))  # no step grows without bounds
-    assert np.all(result.rejected <= 0.3 * result.steps + 5)  # more than without the trend, whose steps are fewer
+    assert np.all(result.rejected <= 0.2 * result.steps + 5)
 
 
 def test_effort_follows_the_order_of_the_method() -> None:
     """Ten thousand times the accuracy costs 10^(4/5) times the steps, with a controller of order 5."""
     counts = [integrate(SYSTEM, np.zeros((1, CASES)), 2 * DURATION, rtol=rtol).steps.sum() for rtol in (1e-5, 1e-9)]
     assert 10**0.5 < counts[1] / counts[0] < 10**1.1
-
-
-def test_steps_that_grow_all_the_time_use_the_tolerance() -> None:
-    """After a jump, steps grow in proportion to the time; a controller that does not follow this trend takes 156 steps here."""
-    solid = Material("25 branches", 3e4, Spectrum(np.geomspace(1e-6, 1e6, 25), np.full(25, 1e4)), NoShift(20.0))
-    history = relax(solid, steps=[Step(stretch=1.5), Step.hold(1e5)])
-    assert history.steps[0] <= 140
 
 
 def test_whatever_advances_together_gives_the_same_bytes() -> None:
