@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from functools import partial
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
@@ -72,15 +71,16 @@ class Command:
         return run
 
     @property
-    def readings(self) -> Readings:
-        """The function that lists what `dielast validate` reads."""
-        module = import_module(f"{self.package}.{self.module}")
-        stated: Readings | None = getattr(module, "readings", None)
-        if stated is not None:
-            return stated
-        from dielast.commands.inspect import checked_readings
+    def readings(self) -> Readings | None:
+        """The function that lists what `dielast validate` reads; None where it reads what all simulations read."""
+        readings: Readings | None = getattr(import_module(f"{self.package}.{self.module}"), "readings", None)
+        return readings
 
-        return partial(checked_readings, module.prepared)
+    @property
+    def prepared(self) -> Callable[[Sequence[Case[Any]], Inputs], object]:
+        """What a run does with its cases and the files that they name before it solves anything."""
+        prepared: Callable[[Sequence[Case[Any]], Inputs], object] = import_module(f"{self.package}.{self.module}").prepared
+        return prepared
 
     def from_data(self, given: Given) -> RecipeLines:
         """The recipe for `given` files, as far as they are recognised; raises `InputError` for files that it does not take."""

@@ -53,9 +53,16 @@ def _inspect(path: Path, content: bytes | None) -> None:
         check_load(COMMANDS, path)
     else:
         cases = read_cases(path, content=content)
-        wrong = mistakes(COMMANDS[cases[0].recipe.kind].readings(cases, Inputs(path.parent)))
+        wrong = mistakes(readings_of(cases, Inputs(path.parent)))
         if wrong:
             raise InputError(*(problem.within(file=path) if problem.file else problem.at(file=path) for problem in wrong))
+
+
+def readings_of(cases: Sequence[Case[Any]], inputs: Inputs) -> Iterator[Reading]:
+    """What is read for a recipe of any kind: what its command lists, or else what all simulations read."""
+    command = COMMANDS[cases[0].recipe.kind]
+    listed = command.readings
+    return checked_readings(command.prepared, cases, inputs) if listed is None else listed(cases, inputs)
 
 
 def mistakes(readings: Iterable[Reading]) -> list[Problem]:

@@ -145,4 +145,4 @@ def test_a_registered_command_holds_what_its_line_says() -> None:
         assert len(command.short_help) <= 61
         assert command.model.model_fields["kind"].annotation.__args__ == (name,)  # type: ignore[union-attr]
         assert callable(command.run)
-        assert callable(command.readings)
+        assert callable(command.readings or command.prepared)
