@@ -32,7 +32,7 @@ def plot_spectrum(
     with style():
         figure, (lines, curve) = panels(2, title, height=3.1)
         spectrum = result.spectrum
-        present = spectrum.shear_modulus > 0
+        present = MEGA * spectrum.shear_modulus > 1e-300  # an axis ends there, and so does what a branch adds to any curve
         tau, mu = spectrum.relaxation_time[present], MEGA * spectrum.shear_modulus[present]
         floor = 10 ** (np.floor(np.log10(mu.min())) - 0.5) if mu.size else MEGA
         equilibrium = MEGA * result.equilibrium_shear_modulus
