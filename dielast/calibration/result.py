@@ -15,16 +15,19 @@ from dielast.calibration.profiles import Profile, Verdict, possible_values, prof
 from dielast.calibration.scatter import specimen_factors
 from dielast.io.result import TabularResult
 from dielast.io.table import Column, Table
+from dielast.material.argument_types import checked
 from dielast.material.material import CalibratedRange, Material
 from dielast.material.scatter import fewest_draws
 from dielast.mechanics.load import Mode
 from dielast.numerics.arrays import Floats
+from dielast.simulate.options import Options
 
 LEVEL = 0.9
 
 
-@dataclass(frozen=True, slots=True)
-class Intervals:
+@checked
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class Intervals(Options):
     """`level` is the probability that an interval covers, `draws` the number of draws of the parameters from their posterior, 0 for
     none, made with `seed`.
     """

@@ -103,7 +103,7 @@ def prepare(material: Material, code: Code, options: CardOptions) -> Card:
     ]
     if dropped:
         notes.append(f"Left out: branches of zero modulus ({dropped}).")
-        warn(f"the cards leave out {dropped} branches of zero modulus")
+        warn(f"the cards leave out {dropped} {'branch' if dropped == 1 else 'branches'} of zero modulus")
     notes += spring_notes
     if bulk is not None:
         notes.append("The material is incompressible; the bulk modulus K makes Young's modulus 9 K G/(3 K + G), short of 3 G.")

@@ -28,6 +28,7 @@ WIDTHS = np.array([0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0, 128.0, 256.0
 CLOSE = 1e-7  # of the end of an interval, over the standard error
 PROPOSED, ROUNDS = 4000, 4  # proposals in a round of draws
 FEWEST = 100  # draws of a round that count; an interval of 90 % then leaves five of them out on each side
+ENOUGH = 10  # draws that count, for each coordinate, of which the next round's covariance is estimated
 RAYS = 1000  # about the fit, on which the ends of intervals are looked for
 SHARES = (1e-3, 0.01, 0.1, 0.5, 0.9)  # of films that fail, to whose lives some of the rays are directed
 HEAVY = 5.0  # degrees of freedom of the proposals
@@ -285,7 +286,7 @@ def draw(fit: Estimate, draws: int, seed: int = 1) -> Floats:
         scale = np.sqrt(np.maximum(np.abs(np.diag(information)), 1e-8))
         roots, axes = np.linalg.eigh(information / np.outer(scale, scale))
         covariance = (axes / np.maximum(np.abs(roots), 1e-3)) @ axes.T / np.outer(scale, scale)
-    centre, spread, good = fit.at[free], 1.5 * covariance, 0
+    centre, spread, best = fit.at[free], 1.5 * covariance, (0.0, fit.at[None], np.ones(1))
     for turn in range(3 * ROUNDS):
         count = PROPOSED
         factor = np.linalg.cholesky(spread + 1e-14 * np.diag(np.diag(spread) + 1e-300))
@@ -299,7 +300,7 @@ def draw(fit: Estimate, draws: int, seed: int = 1) -> Floats:
         log = np.full(count, -np.inf)
         for part in np.array_split(np.flatnonzero(inside), max(1, count // 1500)):
             log[part] = fit.share_known * fit.model.total(at[part], fit.weight) + fit.model.log_prior(at[part])
-        best = proposed[np.argmax(log)]
+        likeliest = proposed[np.argmax(log)]
         log -= -0.5 * (HEAVY + p) * np.log1p(np.sum(away**2, axis=1) / HEAVY)
         log = np.where(np.isfinite(log), log, -np.inf)
         if not np.isfinite(log.max()):
@@ -307,14 +308,22 @@ def draw(fit: Estimate, draws: int, seed: int = 1) -> Floats:
         weight = np.exp(log - log.max())
         weight /= weight.sum()
         mean = weight @ proposed
-        few = 1 / np.sum(weight**2) < FEWEST  # their effective number (Kish 1965, sec. 11.7)
-        good = 0 if few else good + 1
-        if turn >= ROUNDS - 1 and good > 1:
+        size = 1 / np.sum(weight**2)  # the number of draws that count (Kish 1965, sec. 11.7)
+        if size >= FEWEST and turn >= ROUNDS - 1:
+            best = (size, at, weight)
             break
-        moved = proposed - mean
-        centre, spread = (best, spread / 100) if few else (mean, 1.3 * (moved * weight[:, None]).T @ moved)
-    else:
+        best = max(best, (size, at, weight), key=lambda each: each[0])
+        if size >= ENOUGH * p:
+            moved = proposed - mean
+            centre, spread = mean, 1.3 * (moved * weight[:, None]).T @ moved
+        elif best[0] >= FEWEST:  # the tail of one proposal has taken nearly all weight: an earlier round is better
+            break
+        else:  # proposals are much too wide
+            centre, spread = likeliest, spread / 100
+    size, at, weight = best
+    if size < FEWEST:
         warn(f"fewer than {FEWEST} draws of the parameters have a likelihood that counts: intervals may be too narrow", key="fit")
+    count = weight.size
     # systematic resampling, then a random order
     place = (np.arange(draws) + random.random()) / draws
     chosen = np.minimum(np.searchsorted(np.cumsum(weight), place), count - 1)

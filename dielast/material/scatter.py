@@ -338,6 +338,9 @@ def interval(values: Floats, level: float, laws: Index | None = None) -> tuple[F
     low, high = _ordered(values, level)
     if laws is None:
         return low, high
+    laws = np.asarray(laws)
+    if laws.shape != values.shape[:1]:
+        raise InputError(f"one law for each of {len(values)} draws is needed, not the shape {laws.shape}", argument="laws")
     lows, highs = zip(*(_ordered(values[laws == law], level, few=True) for law in np.unique(laws)), strict=True)
     enough = ~np.isnan(low)
     return np.where(enough, np.fmin.reduce(lows), np.nan), np.where(enough, np.fmax.reduce(highs), np.nan)

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from conftest import Run
+from processes import Run
 
 RECIPE = """\
 kind = "lifetime"

@@ -40,7 +40,7 @@ def test_no_summary_holds_what_is_not_a_number() -> None:
     nan, inf = float("nan"), float("inf")
     values = {"stderr": [nan, 0.1, inf], "all": [nan, -inf], "alone": inf, "none": None, "inner": {"a": nan, "b": 1.0}, "no": []}
     report = RunReport({}, {"fit": values}, figure=lambda: None)  # type: ignore[arg-type, return-value]
-    summary = summarise("relax", report, Inputs(Path()), RecipeSource("r.toml"), (), "0")
+    summary = summarise("relax", report, {}, Inputs(Path()), RecipeSource("r.toml"), "0")
     assert summary["fit"] == {"stderr": ["undetermined", 0.1, "undetermined"], "inner": {"b": 1.0}, "no": []}
 
 
@@ -49,4 +49,4 @@ def test_a_figure_that_fails_costs_no_result_and_is_said() -> None:
         raise OverflowError("cannot convert\nfloat infinity")
 
     with pytest.warns(DielastWarning, match=r"the figure relax cannot be drawn and is left out \(OverflowError: cannot convert"):
-        assert drawn("relax", RunReport({}, {}, fail), ["png"]) == {}
+        assert drawn("relax", RunReport({}, {}, fail), ["png"], {}) == {}
