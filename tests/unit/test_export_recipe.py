@@ -22,7 +22,7 @@ from dielast.sharing.execution import Execution
 RECIPE = {
     "kind": "spectrum",
     "mastercurve": "example:mastercurve",
-    "fit": {"equilibrium_modulus": "0.078 MPa"},
+    "fit": {"equilibrium_modulus": "0.078 MPa", "branches": 20},
     "truncate": {"keep": 6},
     "material": {"name": "Film", "J_lim": {"equilibrium": 110.0, "nonequilibrium": 55.0}},
 }
