@@ -84,9 +84,10 @@ def adopted() -> list[tuple[str, str, str]]:
 
 
 def blame(error: BaseException) -> str:
-    """A line about an error that nobody foresaw, if the code of installed packages is in use: the last of it that ran, or else all.
+    """A line about an error that nobody foresaw, if the code of installed packages is in use: the last of it that ran, or else all
+    whose values went into the computation, which those of instruments do not.
 
-    Empty if nothing was loaded from packages.
+    Empty if there is none.
     """
     text = " ".join(str(error).split()) or "no message"
     frames = [frame for frame, _ in walk_tb(error.__traceback__)]
@@ -97,9 +98,9 @@ def blame(error: BaseException) -> str:
         group, known = next((key for key in keys if key[1] == name), keys[0])
         place = f"{Path(frame.f_code.co_filename).name}:{frame.f_lineno}"
         return f"{_ADOPTED[group, known]}: {known} of {group}: {type(error).__name__}: {text} ({place})"
-    used = [f"{package}: {name} of {group}" for group, name, package in adopted()]
+    used = [f"{package}: {name} of {group}" for group, name, package in adopted() if group != INSTRUMENTS]
     what = "what it gives" if len(used) == 1 else "what one of these gives"
-    return f"{', '.join(used)}: {what} cannot be used: {type(error).__name__}: {text}" if used else ""
+    return f"{', '.join(used)}: perhaps {what} cannot be used: {type(error).__name__}: {text}" if used else ""
 
 
 def _outermost(names: Mapping[str, Any]) -> str:
@@ -126,7 +127,7 @@ def _register(group: str, point: EntryPoint, package: str) -> None:
         text = " ".join(str(error).split()) or "no message"
         raise InputError(f"{where}: {point.value} cannot be loaded: {type(error).__name__}: {text}") from None
     called = getattr(thing, "name", None)
-    fits = isinstance(thing, base) or (isinstance(thing, type) and issubclass(thing, base))
+    fits = isinstance(thing, base) or (group != INSTRUMENTS and isinstance(thing, type) and issubclass(thing, base))
     if not fits or (group != INSTRUMENTS and called != point.name):
         del _ADOPTED[group, point.name]
         wrong = f"it is called {shown(called)}" if fits else f"a {base.__name__} is needed"

@@ -79,7 +79,10 @@ class Command:
     @property
     def prepared(self) -> Callable[[Sequence[Case[Any]], Inputs], object]:
         """What a run does with its cases and the files that they name before it solves anything."""
-        prepared: Callable[[Sequence[Case[Any]], Inputs], object] = import_module(f"{self.package}.{self.module}").prepared
+        module = f"{self.package}.{self.module}"
+        prepared: Callable[[Sequence[Case[Any]], Inputs], object] | None = getattr(import_module(module), "prepared", None)
+        if prepared is None:
+            raise InputError(f"{self.name} cannot be validated: {module} needs a function readings")
         return prepared
 
     def from_data(self, given: Given) -> RecipeLines:

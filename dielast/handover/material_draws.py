@@ -235,4 +235,8 @@ def check_pair(home: Path, name: str, contents: Mapping[str, bytes]) -> None:
     """Raise `InputError` if a material file and its draws are not as the summary beside them lists them; nothing without one."""
     summary = beside(name, SUMMARY)
     if not name.startswith(EXAMPLE) and os.path.isfile(home / summary):
-        check_whole(Path(name).parent, parse_toml(read_file(home / summary, summary), summary), contents)
+        try:
+            stated = parse_toml(read_file(home / summary, summary), summary)
+        except InputError:  # a file of the user's with this name
+            return
+        check_whole(Path(name).parent, stated, contents)

@@ -31,13 +31,14 @@ def mark(summary: Mapping[str, Any]) -> str:
 
 
 def is_of_run(summary: Mapping[str, Any], name: str, figure: bytes) -> bool:
-    """Whether a figure has the mark of the run, or was changed on purpose; true of an earlier version of dielast, without marks."""
+    """Whether a figure has the mark of the run, or was changed on purpose; true where the summary lists no files."""
     return LISTED not in summary or name in changed_on_purpose(summary) or mark(summary).encode() in figure
 
 
 def changed_on_purpose(summary: Mapping[str, Any]) -> list[str]:
     """The names of the files that the user states as changed."""
     stated = summary.get(CHANGED, [])
+    stated = [stated] if isinstance(stated, str) else stated
     return [name for name in stated if isinstance(name, str)] if isinstance(stated, list) else []
 
 

@@ -7,9 +7,9 @@ from functools import partial
 from pathlib import Path, PurePath
 from typing import Any
 
-from dielast.errors import InputError, Mistakes
+from dielast.errors import InputError, Mistakes, as_toml
 from dielast.io.files import as_text, read_file, sha256
-from dielast.io.manifest import SUMMARY, changed_on_purpose, check_whole, is_of_run, unlisted
+from dielast.io.manifest import CHANGED, FIGURES, SUMMARY, changed_on_purpose, check_whole, is_of_run, unlisted
 from dielast.io.toml import parse_toml
 
 SHOWN_FORMS = ("svg", "png")
@@ -108,13 +108,15 @@ def _read(folder: Path, names: Mapping[str, Sequence[str]]) -> StoredResult:
     kind = summary.get("kind")
     if not isinstance(kind, str) or kind not in names:
         raise InputError(f"unknown kind of result; {_NEEDED}", file=source, key="kind")
-    present = [name for name in names[kind] if os.path.isfile(folder / name) and not name.endswith(SHOWN_FORMS)]
+    present = [name for name in names[kind] if os.path.isfile(folder / name) and not name.endswith(FIGURES)]
     strange = unlisted(summary, present)
     figures, others = _figures(folder, kind, names[kind], summary)
     own = {name: read_file(folder / name, str(folder / name)) for name in present if name not in strange}
     check_whole(folder, summary, own)
     held = figures | own
-    left_out = [f"{name} is left out, as the run of {SUMMARY} did not write it" for name in (*others, *strange)]
+    unmarked = f"is left out, as it lacks the mark of the run of {SUMMARY}: run it again, or write {CHANGED} = "
+    left_out = [f"{name} {unmarked}{as_toml([name])} at the top of {SUMMARY}" for name in others]
+    left_out += [f"{name} is left out, as the run of {SUMMARY} did not write it" for name in strange]
     changed = [f"{name} was changed after the run, as {SUMMARY} states" for name in changed_on_purpose(summary) if name in held]
     digests = {SUMMARY: sha256(content), **{name: sha256(text) for name, text in held.items()}}
     return StoredResult(

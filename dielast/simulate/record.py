@@ -356,12 +356,16 @@ class Recorder:
         times = np.pad(record.time, room, constant_values=np.nan)
         values = np.pad(record.values, ((0, 0), *room), constant_values=np.nan)
         times[place], values[:, *place] = at, np.concatenate(self._values_of_more, axis=1)[:, first]
-        order = np.argsort(np.where(np.isfinite(times), times, -1.0), axis=1, kind="stable")
+        order = _in_time(times)
         sorted_times, further = np.take_along_axis(times, order, axis=1), order >= record.time.shape[1]
         others = np.where(further, np.nan, sorted_times)
         last = np.fmax.accumulate(others, axis=1)
         following = np.fmin.accumulate(others[:, ::-1], axis=1)[:, ::-1]
         beside = further & (np.fmin(sorted_times - last, following - sorted_times) <= DIGITS * sorted_times)
+        # what is left out comes first, like all NaN, and in no column where all cases leave something out
+        kept = _in_time(np.where(beside, np.nan, sorted_times))
+        kept = kept[:, int(np.min(np.sum(beside | np.isnan(sorted_times), axis=1))) :]
+        order, sorted_times, beside = (np.take_along_axis(part, kept, axis=1) for part in (order, sorted_times, beside))
         sorted_times[beside] = np.nan
         values = np.take_along_axis(values, order[None], axis=2)
         values[:, beside] = np.nan
@@ -379,6 +383,11 @@ class Recorder:
         rounding = 1e-12 * end if last else 0.0  # by which times may exceed the end
         relative = np.clip(times - begin, 0.0, duration[:, None])
         return np.where(((times > begin) | ((times == 0) & (begin == 0))) & (times <= end + rounding), relative, np.nan)
+
+
+def _in_time(times: Floats) -> Cases:
+    """The order (cases, rows) of the times (cases, rows) of each case, NaN first."""
+    return np.argsort(np.where(np.isfinite(times), times, -1.0), axis=1, kind="stable")
 
 
 def ending(record: Record, reached: Floats, at_end: Floats) -> Record:

@@ -135,7 +135,7 @@ def test_what_is_broken_is_refused_with_one_line(law: str, message: str, dielast
     ("law", "message"),
     [
         ("raises", "toy-laws 1.2: raises of dielast.springs: ZeroDivisionError: division by zero (more.py:"),
-        ("shapeless", "varga of dielast.springs: what one of these gives cannot be used: ValueError: "),
+        ("shapeless", "varga of dielast.springs: perhaps what one of these gives cannot be used: ValueError: "),
     ],
 )
 @pytest.mark.parametrize("jobs", ["1", "2"])

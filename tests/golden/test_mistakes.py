@@ -8,11 +8,13 @@ import pytest
 from mistakes import Mistake, found, kept, parse, written
 
 TABLES = sorted((Path(__file__).parent / "mistakes").glob("*.txt"))
+assert TABLES
 
 
 @pytest.mark.parametrize("table", TABLES, ids=lambda table: table.stem)
 def test_a_mistake_is_refused_with_what_to_write_instead(table: Path, tmp_path: Path, request: pytest.FixtureRequest) -> None:
     files, mistakes = parse(table.read_text(encoding="utf-8"))
+    assert mistakes
     assert not found(files, Mistake(), tmp_path / "in order", runs=False)
     for number, mistake in enumerate(mistakes):
         first, *others = found(files, mistake, tmp_path / f"{number}")

@@ -35,8 +35,9 @@ class Uncertainty(Section):
 
     draws: DrawCount = Field(
         200,
-        description="Number of draws of the material, taken from the top of its table, then some of these again for further "
-        "specimens; without specimens at most all of them. An interval of level 0.9 needs at least 19.",
+        description="Number of draws of the material, from the top of its table. If the table is shorter, draws are used again, "
+        "each for another specimen; with specimens = false, at most as many as there are. An interval of level 0.9 needs at "
+        "least 19.",
     )
     seed: int = Field(
         1,
