@@ -173,6 +173,6 @@ def test_the_figure_of_films_that_fail(dielast: Run, tmp_path: Path) -> None:
 
 def test_what_the_schema_says(dielast: Run) -> None:
     schema = dielast("schema").stdout
-    assert "taken from the top of its table" in schema
+    assert "from the top of its table" in schema
     assert "without these it has no effect" in schema
     assert "for draws of [uncertainty] 5e-4" in schema
