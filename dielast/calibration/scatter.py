@@ -73,11 +73,6 @@ class Scatters:
     members: tuple[Scatter, ...]
     probability: Floats
 
-    @property
-    def model_error(self) -> Floats:
-        """A property (members,) of all members."""
-        return np.array([member.model_error for member in self.members])
-
     def mean(self, values: Floats) -> Floats:
         """The mean (...) of one value of each member (members, ...)."""
         return np.asarray(np.tensordot(self.probability, values, axes=1))

@@ -300,6 +300,7 @@ def draw(fit: Estimate, draws: int, seed: int = 1) -> Floats:
         log = np.full(count, -np.inf)
         for part in np.array_split(np.flatnonzero(inside), max(1, count // 1500)):
             log[part] = fit.share_known * fit.model.total(at[part], fit.weight) + fit.model.log_prior(at[part])
+        log = np.where(np.isfinite(log), log, -np.inf)
         likeliest = proposed[np.argmax(log)]
         log -= -0.5 * (HEAVY + p) * np.log1p(np.sum(away**2, axis=1) / HEAVY)
         log = np.where(np.isfinite(log), log, -np.inf)

@@ -94,7 +94,7 @@ def draw_spectra(
                 drawn = refit(abscissa, ordinates * np.exp(deviation))
             except (InputError, NumericsError):
                 continue
-        if drawn.reduced_time.size != fit.reduced_time.size:  # a point strays in this draw alone
+        if not np.array_equal(drawn.reduced_abscissa, fit.reduced_abscissa):  # a point strays in this draw alone
             continue
         level, moduli = drawn.equilibrium_shear_modulus, drawn.spectrum.shear_modulus
         if not _begins_with(drawn.spectrum, fitted):

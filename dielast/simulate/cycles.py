@@ -209,7 +209,9 @@ class CycleMeter:
         span, begin, ends_span, slack = (np.concatenate([kept[index] for kept in self._buffer]) for index in (1, 2, 3, 4))
         self._buffer, self._size = [], 0
         # a case that occupies two columns counts once
-        twice = np.append(False, (np.diff(steps.cases) == 0) & (np.diff(span) == 0) & (np.diff(steps.time) == 0))
+        twice = np.append(
+            False, (np.diff(steps.cases) == 0) & (np.diff(span) == 0) & (np.diff(steps.time) == 0) & (np.diff(steps.step) == 0)
+        )
         if twice.any():
             once = np.flatnonzero(~twice)
             steps, span, begin, ends_span, slack = steps.take(once), span[once], begin[once], ends_span[once], slack[once]

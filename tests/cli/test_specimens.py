@@ -150,5 +150,22 @@ def test_draws_that_cannot_be_prestretched_are_left_out_by_name(dielast: Run, fo
     done = dielast("actuate", "r.toml", "--plot", "none")
     assert done.returncode == 0, done.stderr
     assert "2 of 26 draws lock below a prestretch of 3; they are left out" in done.stderr
-    (folder / "r.toml").write_text(f'kind = "actuate"\nmaterial = "m.toml"\n{steps.replace("[2, 3]", "[2, 2.5]")}')
+    beside = (folder / "r/actuate.csv").read_text().splitlines()
+    (folder / "r.toml").write_text(f'kind = "actuate"\nmaterial = "m.toml"\n{steps.replace("[2, 3]", "[2]")}')
     assert "draws lock" not in dielast("actuate", "r.toml", "--plot", "none").stderr
+    alone = (folder / "r/actuate.csv").read_text().splitlines()
+    assert alone == [line for line in beside if not line.startswith("1,")]
+
+
+def test_the_scatter_of_each_breakdown_law_of_a_sweep_is_its_own(dielast: Run, folder: Path) -> None:
+    film = f'{FILM}[[step]]\nvoltage = "4 kV"\nduration = "1 s"\n[uncertainty]\ndraws = 20\n'
+    law = '[breakdown]\nlaw = "power"\nfield = "8 MV/m"\nstretch_exponent = 0.5\n[output]\npoints_per_decade = 2\n'
+    bounds = {}
+    for name, values in (("both", "[0.01, 0.2]"), ("one", "[0.2]")):
+        text = f'kind = "actuate"\nmaterial = "plain.toml"\n{film}{law}[sweep]\n"breakdown.relative" = {values}\n'
+        (folder / f"{name}.toml").write_text(text)
+        done = dielast("actuate", f"{name}.toml", "--plot", "none")
+        assert done.returncode == 0, done.stderr
+        bounds[name] = (folder / name / "events.csv").read_text().splitlines()[1:]
+    first, second = ([row.partition(",")[2]] for row in bounds["both"])
+    assert first != second == [bounds["one"][0].partition(",")[2]]

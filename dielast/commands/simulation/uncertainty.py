@@ -23,10 +23,8 @@ BESIDE = 1.1  # factor by which a material may lie outside the range of its draw
 NOTHING = 1e-6  # of the instantaneous modulus, which a melt falls below soon after its slowest time
 
 
-def sample_of(case: Case[Any], material: Material, inputs: Inputs, cases: Sequence[Case[Any]] = ()) -> Sample:
-    """The draws of the material of a case, and of further `cases` with the same; raises `InputError` if nothing differs between
-    them.
-    """
+def sample_of(case: Case[Any], material: Material, inputs: Inputs) -> Sample:
+    """The draws of the material of a case; raises `InputError` if nothing differs between them."""
     name, uncertainty = case.recipe.material, case.recipe.uncertainty
     members = read_members(name, inputs, material, case.of_material)
     if members and len(members) < (fewest := fewest_draws(uncertainty.level)):
@@ -37,10 +35,8 @@ def sample_of(case: Case[Any], material: Material, inputs: Inputs, cases: Sequen
         )
     if members:
         _warn_of_draws(name, material, members)
-        if films := [each.recipe.film for each in cases or (case,) if hasattr(each.recipe, "film")]:
-            at_once = any(film.prestretch_rate is None for film in films)
-            furthest = list(dict.fromkeys(pair for film in films for pair in film.prestretches))
-            members = _stretchable(members, furthest, at_once, uncertainty.level)
+        if (film := getattr(case.recipe, "film", None)) is not None:
+            members = _stretchable(members, film.prestretches, film.prestretch_rate is None, uncertainty.level)
     scatter: dict[str, Any] = uncertainty.scatter() if isinstance(uncertainty, FilmUncertainty) else {}
     if "damage" in scatter and material.damage is None:
         raise InputError(f"{name} has no [damage] that could scatter", key="uncertainty.damage")
@@ -98,8 +94,10 @@ def _stretchable(
     if len(kept) == len(members) or len(kept) < fewest_draws(level):
         return tuple(members)  # none, or most: a mistake that the first of them names
     slower = ", at once: state film.prestretch_rate" if sum(slowly) > len(kept) else ""
-    furthest = " x ".join(f"{axis:g}" for axis in dict.fromkeys(max(prestretches, key=max)))
-    warn(f"{len(members) - len(kept)} of {len(members)} draws lock below a prestretch of {furthest}{slower}; they are left out")
+    far = max(prestretches, key=lambda pair: pair[0] ** 2 + pair[1] ** 2 + (pair[0] * pair[1]) ** -2)
+    named = " x ".join(f"{axis:g}" for axis in dict.fromkeys(far))
+    out = "left out of all films" if len(prestretches) > 1 else "left out"
+    warn(f"{len(members) - len(kept)} of {len(members)} draws lock below a prestretch of {named}{slower}; they are {out}")
     return kept
 
 
@@ -178,12 +176,19 @@ def uncertainty_headline(
 
 def samples_of(cases: Sequence[Case[Any]], materials: Sequence[Material], inputs: Inputs) -> list[Sample | None]:
     """The draws of every case, none in cases without `[uncertainty]`."""
-    keys = [f"{material_key(case)}\n{case.recipe.uncertainty!r}" for case in cases]
+    keys = [_key_of_draws(case) for case in cases]
     drawn: dict[str, Sample] = {}
     for key, case, material in zip(keys, cases, materials, strict=True):
         if case.recipe.uncertainty is not None and key not in drawn:
-            drawn[key] = sample_of(case, material, inputs, [each for each, its in zip(cases, keys, strict=True) if its == key])
+            drawn[key] = sample_of(case, material, inputs)
     return [drawn.get(key) for key in keys]
+
+
+def _key_of_draws(case: Case[Any]) -> str:
+    """Of cases with equal keys, the draws are the same."""
+    film = getattr(case.recipe, "film", None)
+    stretched = "" if film is None else f"{film.prestretches} {film.prestretch_rate}"
+    return f"{material_key(case)}\n{case.recipe.uncertainty!r}\n{getattr(case.recipe, 'breakdown', None)!r}\n{stretched}"
 
 
 def typical_materials(materials: Sequence[Material], samples: Sequence[Sample | None]) -> list[Material]:
