@@ -38,19 +38,19 @@ __version__ = "0.1.0"
 if TYPE_CHECKING:  # the public names, of which this is the only list: type checkers read it, and so does `_modules`
     from typing import Any
 
-    from dielast.calibration.comparison import Comparison as Comparison
-    from dielast.calibration.experiment import MeasuredTest as MeasuredTest
-    from dielast.calibration.parameters import Free as Free
-    from dielast.calibration.result import Calibration as Calibration, Intervals as Intervals, calibrate as calibrate
-    from dielast.calibration.voltage import VoltageTest as VoltageTest
-    from dielast.errors import (
+    from dielast.base.errors import (
         DielastError as DielastError,
         DielastWarning as DielastWarning,
         InputError as InputError,
         NumericsError as NumericsError,
     )
-    from dielast.export.card import export_card as export_card
-    from dielast.export.code import CardOptions as CardOptions
+    from dielast.calibration.comparison import Comparison as Comparison
+    from dielast.calibration.experiment import MeasuredTest as MeasuredTest
+    from dielast.calibration.parameters import Free as Free
+    from dielast.calibration.result import Calibration as Calibration, Intervals as Intervals, calibrate as calibrate
+    from dielast.calibration.voltage import VoltageTest as VoltageTest
+    from dielast.handover.export.card import export_card as export_card
+    from dielast.handover.export.code import CardOptions as CardOptions
     from dielast.handover.material_draws import read_draws as read_draws
     from dielast.handover.material_file import read_material as read_material, write_material as write_material
     from dielast.material.breakdown import PowerBreakdown as PowerBreakdown
@@ -98,12 +98,12 @@ if TYPE_CHECKING:  # the public names, of which this is the only list: type chec
         Waveform as Waveform,
     )
     from dielast.mechanics.stability import TimeScale as TimeScale
-    from dielast.photographs.camera import Camera as Camera
-    from dielast.photographs.outline import Outline as Outline, find_outline as find_outline
-    from dielast.photographs.series import Stretches as Stretches, measure_electrode as measure_electrode
     from dielast.plots.mastercurve import plot_master_curve as plot_master_curve
     from dielast.plots.sensitivity import plot_sensitivity as plot_sensitivity
     from dielast.plots.spectrum import plot_spectrum as plot_spectrum
+    from dielast.readings.photographs.camera import Camera as Camera
+    from dielast.readings.photographs.outline import Outline as Outline, find_outline as find_outline
+    from dielast.readings.photographs.series import Stretches as Stretches, measure_electrode as measure_electrode
     from dielast.relaxation.continuous import ContinuousSpectrum as ContinuousSpectrum, continuous_spectrum as continuous_spectrum
     from dielast.relaxation.creep import fit_creep as fit_creep
     from dielast.relaxation.fit import fit_oscillation as fit_oscillation, fit_spectrum as fit_spectrum
@@ -114,6 +114,12 @@ if TYPE_CHECKING:  # the public names, of which this is the only list: type chec
     )
     from dielast.relaxation.reduce import Reduction as Reduction, reduce_spectrum as reduce_spectrum
     from dielast.relaxation.result import SpectrumFit as SpectrumFit
+    from dielast.relaxation.superposition.bootstrap import (
+        MasterCurveDraws as MasterCurveDraws,
+        bootstrap_master_curve as bootstrap_master_curve,
+    )
+    from dielast.relaxation.superposition.mastercurve import build_master_curve as build_master_curve
+    from dielast.relaxation.superposition.result import MasterCurve as MasterCurve
     from dielast.simulate.actuate import actuate as actuate
     from dielast.simulate.actuation_history import ActuationHistory as ActuationHistory
     from dielast.simulate.design import Design as Design, design as design
@@ -136,12 +142,6 @@ if TYPE_CHECKING:  # the public names, of which this is the only list: type chec
         LifeShares as LifeShares,
         life_sensitivity as life_sensitivity,
     )
-    from dielast.superposition.bootstrap import (
-        MasterCurveDraws as MasterCurveDraws,
-        bootstrap_master_curve as bootstrap_master_curve,
-    )
-    from dielast.superposition.mastercurve import build_master_curve as build_master_curve
-    from dielast.superposition.result import MasterCurve as MasterCurve
 
 
 @cache

@@ -8,10 +8,10 @@ from pathlib import Path
 
 import numpy as np
 
-from dielast.failures.ageing import Ageing
-from dielast.failures.exposures import Aged
-from dielast.failures.likelihood import Seen
-from dielast.failures.specimens import Specimens, simulate_specimens
+from dielast.calibration.failures.ageing import Ageing
+from dielast.calibration.failures.exposures import Aged
+from dielast.calibration.failures.likelihood import Seen
+from dielast.calibration.failures.specimens import Specimens, simulate_specimens
 from dielast.handover.material_file import read_material
 from dielast.simulate.film_setup import Film
 

@@ -10,7 +10,7 @@ import numpy as np
 from flat import failure_map, plan_failure_map
 from numpy.typing import NDArray
 
-from dielast.errors import DielastWarning
+from dielast.base.errors import DielastWarning
 from dielast.material.material import Breakdown, Material
 from dielast.material.measurement import RelaxationCurve
 from dielast.material.scatter import draw_sample, interval
@@ -21,10 +21,10 @@ from dielast.relaxation.beyond import end_of
 from dielast.relaxation.fit import fit_spectrum
 from dielast.relaxation.result import Method, SpectrumFit
 from dielast.relaxation.spectrum_draws import CurveDraws, draw_spectra
+from dielast.relaxation.superposition.bootstrap import bootstrap_master_curve
+from dielast.relaxation.superposition.mastercurve import build_master_curve
+from dielast.relaxation.superposition.result import MasterCurve
 from dielast.simulate.failure_map import solve_map
-from dielast.superposition.bootstrap import bootstrap_master_curve
-from dielast.superposition.mastercurve import build_master_curve
-from dielast.superposition.result import MasterCurve
 from reconstruction import EQUILIBRIUM_MODULUS, spectrum
 
 TRUTH = Material(

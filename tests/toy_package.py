@@ -38,7 +38,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from dielast.export.code import Code
+from dielast.handover.export.code import Code
 from dielast.material.damage import InversePower
 from dielast.mechanics.criteria.criterion import Criterion
 from toylaws.laws import Varga

@@ -8,6 +8,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
+from dielast.base.units import FIELD, PERMITTIVITY, STRESS, Dimension
 from dielast.material.breakdown import BREAKDOWNS, BreakdownLaw
 from dielast.material.dielectric import DIELECTRICS, DielectricLaw
 from dielast.material.flow import FLOWS
@@ -16,7 +17,6 @@ from dielast.material.shift import SHIFTS, ShiftLaw
 from dielast.material.shift.law import FittedLaw, MovedLaw, fit_factor
 from dielast.material.springs import SPRINGS, SpringLaw
 from dielast.numerics.arrays import Floats
-from dielast.units import FIELD, PERMITTIVITY, STRESS, Dimension
 
 MATERIAL = """\
 name = "toy"

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from dielast.errors import InputError
+from dielast.base.errors import InputError
 
 WIDE = 100.0  # default bounds of a positive number, as a factor on either side of the start
 SIGNED = 3.0  # default bounds of a number of either sign, in scales on either side of the start

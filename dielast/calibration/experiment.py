@@ -6,8 +6,8 @@ from typing import ClassVar
 
 import numpy as np
 
+from dielast.base.errors import DielastError, InputError
 from dielast.calibration.voltage import VoltageTest
-from dielast.errors import DielastError, InputError
 from dielast.io.result import Result
 from dielast.material.argument_types import checked
 from dielast.material.material import Material

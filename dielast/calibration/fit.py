@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from dielast.base.errors import InputError, NumericsError
 from dielast.calibration.estimate import estimate
 from dielast.calibration.experiment import Experiment, explained, relative_error
 from dielast.calibration.laboratory import Laboratory
@@ -13,7 +14,6 @@ from dielast.calibration.parameters import Free, ParameterSpace, parameter_space
 from dielast.calibration.problem import FitProblem, smooth_branches
 from dielast.calibration.scatter import FIRST_LENGTH, FIRST_SHARE, USUAL_SCATTER, Curves, Scatter, about_factors
 from dielast.calibration.weighting import Weighting
-from dielast.errors import InputError, NumericsError
 from dielast.io.result import Result
 from dielast.material.material import Material
 from dielast.numerics.arrays import Flags, Floats

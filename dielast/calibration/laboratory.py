@@ -14,9 +14,9 @@ from typing import Self, TypeVar
 
 import numpy as np
 
+from dielast.base.errors import InputError
 from dielast.calibration.experiment import Experiment, MeasuredTest, SimulatedExperiment, answers_of
 from dielast.calibration.voltage import Conditions, VoltageTest, simulated_voltages
-from dielast.errors import InputError
 from dielast.material.law import FlowLaw, Law
 from dielast.material.laws_of_cases import LawsOfCases
 from dielast.material.material import Material

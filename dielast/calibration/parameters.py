@@ -10,10 +10,10 @@ from functools import partial
 
 import numpy as np
 
+from dielast.base.errors import InputError, Mistakes, Problem
 from dielast.calibration.bounds import Bound, bounds_about, bounds_apart, bounds_between
 from dielast.calibration.experiment import Experiment
 from dielast.calibration.voltage import UNITS, Conditions, VoltageTest
-from dielast.errors import InputError, Mistakes, Problem
 from dielast.io.result import Result
 from dielast.material.argument_types import checked
 from dielast.material.law import Constant

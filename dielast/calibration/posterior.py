@@ -18,11 +18,11 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from scipy.special import fdtri, ndtri
 
+from dielast.base.errors import warn
 from dielast.calibration.likelihood import Likelihood
 from dielast.calibration.moves import Moves
 from dielast.calibration.profiles import Profile
 from dielast.calibration.surrogate import Surrogate
-from dielast.errors import warn
 from dielast.numerics.arrays import Cases, Flags, Floats
 from dielast.numerics.random_streams import stream
 

@@ -11,10 +11,10 @@ from typing import Any
 
 import numpy as np
 
+from dielast.base.errors import InputError, nearest
 from dielast.calibration.experiment import Experiment, MeasuredTest
 from dielast.calibration.parameters import Free
 from dielast.calibration.voltage import VoltageTest
-from dielast.errors import InputError, nearest
 from dielast.material.material import Material
 from dielast.material.springs import SPRINGS, SpringLaw
 

@@ -9,8 +9,8 @@ from typing import Any, ClassVar, cast
 import numpy as np
 from numpy.typing import ArrayLike
 
+from dielast.base.errors import InputError
 from dielast.calibration.films import Ramps, voltages
-from dielast.errors import InputError
 from dielast.io.result import Result
 from dielast.material.argument_types import checked
 from dielast.material.material import Material

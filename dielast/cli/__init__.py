@@ -24,9 +24,9 @@ def main() -> None:
         os.environ[f"{library}_NUM_THREADS"] = "1"
     os.environ.pop("SOURCE_DATE_EPOCH", None)  # figures hold no dates, and matplotlib stops at one that is no whole number
     os.environ["PYDANTIC_DISABLE_PLUGINS"] = "__all__"  # the search for them takes half as long as loading pydantic
+    from dielast.base.errors import InputError
     from dielast.cli.app import application
     from dielast.cli.help import UsageError, report_usage
-    from dielast.errors import InputError
 
     try:
         code = application(sys.argv[1] if len(sys.argv) > 1 else None)(prog_name="dielast", standalone_mode=False)

@@ -9,11 +9,11 @@ from typing import Annotated, Any
 
 import typer
 
+from dielast.base.errors import InputError, NumericsError, Problem, nearest, shown
+from dielast.base.registry import blame
 from dielast.cli.help import EXIT_CODES, START, PlainUsage, RecipeCommand, listed
 from dielast.cli.terminal import give_up_output, is_unread, leave, report_refusal
 from dielast.commands.registry import COMMANDS
-from dielast.errors import InputError, NumericsError, Problem, nearest, shown
-from dielast.registry import blame
 
 
 class PlotFormat(StrEnum):

@@ -9,8 +9,8 @@ from typing import Any
 from typer import BadParameter
 from typer.core import TyperCommand
 
+from dielast.base.errors import nearest
 from dielast.commands.registry import COMMANDS
-from dielast.errors import nearest
 
 UsageError: Any = BadParameter.__base__  # typer imports it from click, or defines it itself
 

@@ -12,10 +12,10 @@ from pathlib import Path
 from typing import Any
 
 from dielast import __version__
+from dielast.base.errors import DielastError, DielastWarning, InputError, messages_of
 from dielast.cli.help import listed
 from dielast.cli.terminal import Bar, leave, working
 from dielast.commands.registry import COMMANDS, others_in, read_cases
-from dielast.errors import DielastError, DielastWarning, InputError, messages_of
 from dielast.io.files import STORE, Inputs, as_text, check_folder, check_targets, depfile, read_file, write_files
 from dielast.io.manifest import SUMMARY
 from dielast.recipe.cases import Case, settings

@@ -9,7 +9,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, get_args
 
-from dielast.errors import InputError
+from dielast.base.errors import InputError
 
 if TYPE_CHECKING:
     from dielast.io.files import Inputs

@@ -7,8 +7,8 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from dielast.base.errors import DielastWarning, InputError, NumericsError, Problem, messages_of
 from dielast.commands.registry import COMMANDS, read_cases
-from dielast.errors import DielastWarning, InputError, NumericsError, Problem, messages_of
 from dielast.io.files import Inputs, read_file
 from dielast.io.toml import parse_toml
 from dielast.recipe.base import Reading

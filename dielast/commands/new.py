@@ -7,14 +7,14 @@ from pathlib import Path
 
 import numpy as np
 
+from dielast.base.errors import InputError, as_toml, nearest, shown
+from dielast.base.units import NUMBER, TEMPERATURE
 from dielast.commands.inspect import warnings_of
 from dielast.commands.registry import COMMANDS
-from dielast.errors import InputError, as_toml, nearest, shown
 from dielast.io.files import EXAMPLE, EXAMPLES, Inputs, exists, of_backslashes, resolve
 from dielast.readings.named import levels_of
 from dielast.readings.seen import DIMENSIONS, NAMES, Given, SeenColumn, SeenFile, SeenTable
 from dielast.recipe.lines import FILL, RecipeLines
-from dielast.units import NUMBER, TEMPERATURE
 
 _RECIPE = Path("recipe.toml")
 _KEYS = 8  # keys to fill in that are listed
@@ -118,7 +118,7 @@ def _of_file(name: str, files: Given) -> Iterator[str]:
         seen = next(file for file in files.seen if file.name == name)
     except InputError as error:
         try:
-            from dielast.photographs.decode import read_picture
+            from dielast.readings.photographs.decode import read_picture
 
             height, width = read_picture(files.inputs.read(name), name).shape[:2]
         except InputError:

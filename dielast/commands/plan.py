@@ -10,8 +10,8 @@ from pathlib import Path
 from types import FrameType
 from typing import Any
 
+from dielast.base.errors import DielastWarning
 from dielast.commands.registry import COMMANDS
-from dielast.errors import DielastWarning
 from dielast.io.files import Inputs
 from dielast.recipe.cases import Case
 from dielast.sharing.execution import Execution

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from dielast.base.registry import adopt, opened
 from dielast.commands.command import Command
-from dielast.registry import adopt, opened
 
 if TYPE_CHECKING:
     from dielast.recipe.cases import Case

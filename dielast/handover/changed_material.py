@@ -6,14 +6,14 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from dielast.errors import InputError, Problem, shown
+from dielast.base.errors import InputError, Problem, shown
+from dielast.base.registry import adopt_laws
 from dielast.handover.law_section import LawSection
 from dielast.handover.material_file import NO_TABLE, MaterialFile, material_file, refuse_card
 from dielast.io.toml import parse_toml
 from dielast.material.material import Material
 from dielast.recipe.paths import read_path, set_key
 from dielast.recipe.validate import Place, check, examine, in_order, on_the_way
-from dielast.registry import adopt_laws
 
 Origin = Callable[[str], str]
 """key path -> what changes it, for messages: a key of the sweep or --set."""

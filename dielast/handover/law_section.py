@@ -6,13 +6,13 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, TypeVar
 
 from pydantic import Field, create_model
 
-from dielast.errors import InputError
+from dielast.base.errors import InputError
+from dielast.base.registry import Registry
 from dielast.material.breakdown import BREAKDOWNS, BreakdownLaw
 from dielast.material.law import Constant, Law, ModulusLaw
 from dielast.material.material import Material
 from dielast.material.modulus import CONSTANT_MODULUS
 from dielast.recipe.fields import Numbers, OneOf, Section, WithUnit
-from dielast.registry import Registry
 
 Kind = TypeVar("Kind", bound="FamilySection")
 

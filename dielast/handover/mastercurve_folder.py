@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from dielast.errors import InputError, in_keys, located
+from dielast.base.errors import InputError, in_keys, located
 from dielast.io.files import Inputs, exists, resolve
 from dielast.io.manifest import check_whole
 from dielast.io.table import finite_columns, number_columns

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from dielast.errors import InputError, Problem, located
+from dielast.base.errors import InputError, Problem, located
 from dielast.handover.material_file import parse_file
 from dielast.io.files import EXAMPLE, Inputs, read_file, resolve
 from dielast.io.manifest import SUMMARY, check_whole

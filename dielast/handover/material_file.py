@@ -10,7 +10,9 @@ from typing import Annotated, Any, ClassVar
 import numpy as np
 from pydantic import Field, PlainValidator, WithJsonSchema, create_model
 
-from dielast.errors import InputError, shown
+from dielast.base.errors import InputError, shown
+from dielast.base.registry import adopt_laws
+from dielast.base.units import DENSITY
 from dielast.handover.law_section import (
     SCALING_KEYS,
     BreakdownSection,
@@ -37,8 +39,6 @@ from dielast.material.spectrum import Spectrum
 from dielast.material.springs import SPRINGS, NeoHookean, SpringLaw
 from dielast.recipe.fields import Modulus, Section, Temperature, WithUnit
 from dielast.recipe.validate import check
-from dielast.registry import adopt_laws
-from dielast.units import DENSITY
 
 Density = Annotated[float, WithUnit(DENSITY, above=0.0)]
 NO_TABLE = "a material file is needed, which spectrum writes: material.toml"

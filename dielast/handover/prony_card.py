@@ -10,8 +10,9 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from dielast.errors import InputError, shown, warn
-from dielast.export.code import UNITS
+from dielast.base.errors import InputError, shown, warn
+from dielast.base.units import NUMBER, TIME
+from dielast.handover.export.code import UNITS
 from dielast.io.cells import TextFormat, decode
 from dielast.io.table import as_number
 from dielast.io.text_table import read_measured
@@ -19,7 +20,6 @@ from dielast.material.material import NEO_HOOKEAN, Material
 from dielast.material.shift import NoShift
 from dielast.material.spectrum import Spectrum
 from dielast.material.springs import SPRINGS, ArrudaBoyce, Gent, Ogden, SpringLaw
-from dielast.units import NUMBER, TIME
 
 FLOWS = 1e-9  # of the instantaneous modulus: a smaller equilibrium modulus is rounding of the g_i
 REFERENCE = 20.0  # degC, of a material without a shift law, which has the same times at every temperature

@@ -4,7 +4,7 @@ from typing import Annotated, Any
 
 from pydantic import Field
 
-from dielast.errors import InputError, and_more, shown, warn
+from dielast.base.errors import InputError, and_more, shown, warn
 from dielast.io.table import rounded
 from dielast.material.material import CalibratedRange, Material, Window, constants_of
 from dielast.recipe.fields import Section, Temperature, Time

@@ -10,10 +10,10 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from dielast.errors import InputError, shown
+from dielast.base.errors import InputError, shown
+from dielast.base.units import is_unit
 from dielast.io.header import filled_width
 from dielast.io.workbook import is_workbook, sheet_text
-from dielast.units import is_unit
 
 _BLANK_CELLS = re.compile(r"\S+(?:\s+[\[(][^\])]{0,100}[\])])?")
 SEPARATORS = {"\t": "tab", ";": "semicolon", ",": "comma", " ": "blank"}

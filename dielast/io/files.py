@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from dielast.errors import InputError
+from dielast.base.errors import InputError
 
 LARGEST = 256 << 20  # bytes of an input file: more than ten million rows
 EXAMPLE = "example:"

@@ -5,9 +5,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import accumulate
 
-from dielast.errors import InputError
+from dielast.base.errors import InputError
+from dielast.base.units import TEMPERATURE, conversion, is_unit
 from dielast.io.table import LONGEST_HEADER, split_header
-from dielast.units import TEMPERATURE, conversion, is_unit
 
 _NUMBER = r"[+\-\u2212]?\d++(?:[.,]\d++)?"
 _DEGREE = r"(?:°\s?[CF]|º\s?[CF]|℃|℉|deg\.?\s?[CF]|degrees?\s[CF]|[CK])"

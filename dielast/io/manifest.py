@@ -9,7 +9,7 @@ from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import Any
 
-from dielast.errors import InputError, and_more, as_toml
+from dielast.base.errors import InputError, and_more, as_toml
 from dielast.io.files import sha256
 
 SUMMARY = "summary.toml"

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from dielast.errors import InputError
-from dielast.units import is_unit
+from dielast.base.errors import InputError
+from dielast.base.units import is_unit
 
 if TYPE_CHECKING:
     import pandas as pd

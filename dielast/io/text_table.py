@@ -16,7 +16,21 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from dielast.errors import InputError, Where
+from dielast.base.errors import InputError, Where
+from dielast.base.units import (
+    FORCE,
+    LARGEST,
+    LENGTH,
+    NUMBER,
+    SMALLEST,
+    TEMPERATURE,
+    TEMPERATURES,
+    TIME,
+    Dimension,
+    conversion,
+    is_ambiguous,
+    is_unit,
+)
 from dielast.io.cells import (
     RECOGNISED,
     SEPARATORS,
@@ -32,20 +46,6 @@ from dielast.io.cells import (
 from dielast.io.header import ColumnHeader, filled_width, read_header, temperatures_in
 from dielast.io.table import as_number, split_header
 from dielast.io.workbook import is_workbook
-from dielast.units import (
-    FORCE,
-    LARGEST,
-    LENGTH,
-    NUMBER,
-    SMALLEST,
-    TEMPERATURE,
-    TEMPERATURES,
-    TIME,
-    Dimension,
-    conversion,
-    is_ambiguous,
-    is_unit,
-)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

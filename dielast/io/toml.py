@@ -7,8 +7,8 @@ from pathlib import PurePath
 from sys import float_info
 from typing import Any
 
-from dielast.errors import InputError, shown
-from dielast.units import decimal_comma
+from dielast.base.errors import InputError, shown
+from dielast.base.units import decimal_comma
 
 DEEPEST = 64  # parts of a dotted key
 LARGEST_TOML = 8 << 20  # bytes: a material of 100,000 branches needs half of it

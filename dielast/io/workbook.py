@@ -14,7 +14,7 @@ from functools import lru_cache
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
-from dielast.errors import InputError, shown
+from dielast.base.errors import InputError, shown
 
 if TYPE_CHECKING:
     from python_calamine import CalamineWorkbook

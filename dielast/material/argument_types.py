@@ -11,7 +11,7 @@ from typing import Any, Literal, TypeVar, Union, get_args, get_origin
 import numpy as np
 from numpy.typing import ArrayLike
 
-from dielast.errors import InputError, shown
+from dielast.base.errors import InputError, shown
 from dielast.numerics.arrays import Floats
 
 WORDS: dict[Any, tuple[str, str]] = {  # one value, and the entries of a list

@@ -6,13 +6,13 @@ from typing import ClassVar, Self
 import numpy as np
 from numpy.typing import ArrayLike
 
-from dielast.errors import InputError
+from dielast.base.errors import InputError
+from dielast.base.registry import Registry
+from dielast.base.units import FIELD, LENGTH
 from dielast.io.result import Result
 from dielast.material.argument_types import checked
 from dielast.material.law import FIELD_SCATTER, BreakdownLaw as BreakdownLaw, Constant, check_table
 from dielast.numerics.arrays import Floats
-from dielast.registry import Registry
-from dielast.units import FIELD, LENGTH
 
 
 @checked

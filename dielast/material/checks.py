@@ -10,10 +10,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from dielast.errors import and_more, warn
+from dielast.base.errors import and_more, warn
+from dielast.base.units import ZERO_CELSIUS
 from dielast.material.breakdown import BreakdownLaw
 from dielast.material.material import VACUUM_PERMITTIVITY, Material
-from dielast.units import ZERO_CELSIUS
 
 SOFTEST = 100.0  # Pa, shear modulus of a gel
 GLASS = 1.5e10  # Pa, shear modulus that no polymer's glass exceeds

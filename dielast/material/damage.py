@@ -6,11 +6,11 @@ from typing import ClassVar, Self
 import numpy as np
 from numpy.typing import ArrayLike
 
+from dielast.base.registry import Registry
+from dielast.base.units import FIELD, TIME
 from dielast.material.argument_types import checked
 from dielast.material.law import OF_DAMAGE, Constant, DamageLaw as DamageLaw
 from dielast.numerics.arrays import Floats
-from dielast.registry import Registry
-from dielast.units import FIELD, TIME
 
 
 @checked

@@ -6,11 +6,11 @@ from typing import ClassVar, Self
 import numpy as np
 from numpy.typing import ArrayLike
 
-from dielast.errors import InputError
+from dielast.base.errors import InputError
+from dielast.base.registry import Registry
+from dielast.base.units import PERMITTIVITY, TEMPERATURE, ZERO_CELSIUS
 from dielast.material.law import Constant, DielectricLaw as DielectricLaw, LogRatio, check_table
 from dielast.numerics.arrays import Floats
-from dielast.registry import Registry
-from dielast.units import PERMITTIVITY, TEMPERATURE, ZERO_CELSIUS
 
 VACUUM_PERMITTIVITY = 8.8541878128e-12  # F/m, CODATA 2018
 

@@ -3,8 +3,8 @@
 from dataclasses import dataclass
 from typing import ClassVar
 
+from dielast.base.registry import Registry
 from dielast.material.law import FlowLaw
-from dielast.registry import Registry
 
 
 @dataclass(frozen=True, slots=True)

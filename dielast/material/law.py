@@ -12,9 +12,9 @@ from typing import Any, ClassVar, Self
 import numpy as np
 from numpy.typing import ArrayLike
 
-from dielast.errors import InputError
+from dielast.base.errors import InputError
+from dielast.base.units import AREA, GAS_CONSTANT, MOLAR_ENERGY, ZERO_CELSIUS, Dimension
 from dielast.numerics.arrays import Floats
-from dielast.units import AREA, GAS_CONSTANT, MOLAR_ENERGY, ZERO_CELSIUS, Dimension
 
 
 @dataclass(frozen=True, slots=True)

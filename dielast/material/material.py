@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from dielast.base.units import STRESS, TIME
 from dielast.io.result import Result
 from dielast.material.argument_types import checked
 from dielast.material.breakdown import Breakdown as Breakdown, BreakdownLaw
@@ -22,7 +23,6 @@ from dielast.material.shift import ShiftLaw
 from dielast.material.spectrum import Spectrum
 from dielast.material.springs import Gent, SpringLaw
 from dielast.numerics.arrays import Floats
-from dielast.units import STRESS, TIME
 
 NEO_HOOKEAN = Gent()
 

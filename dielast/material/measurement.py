@@ -9,13 +9,13 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from dielast.errors import InputError
+from dielast.base.errors import InputError
+from dielast.base.units import ZERO_CELSIUS
 from dielast.io.result import Result, freeze
 from dielast.io.table import plural, spoken
 from dielast.material.argument_types import checked
 from dielast.material.measurement_kind import CREEP, OSCILLATION, RELAXATION, MeasurementKind
 from dielast.numerics.arrays import Floats
-from dielast.units import ZERO_CELSIUS
 
 
 def is_temperature(value: float) -> bool:

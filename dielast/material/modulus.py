@@ -7,11 +7,11 @@ from typing import Any, ClassVar, Self
 import numpy as np
 from numpy.typing import ArrayLike
 
-from dielast.errors import InputError
+from dielast.base.errors import InputError
+from dielast.base.registry import Registry
+from dielast.base.units import THERMAL_EXPANSION, ZERO_CELSIUS, parse
 from dielast.material.law import Constant, ModulusLaw as ModulusLaw
 from dielast.numerics.arrays import Floats
-from dielast.registry import Registry
-from dielast.units import THERMAL_EXPANSION, ZERO_CELSIUS, parse
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from dielast.errors import InputError
+from dielast.base.errors import InputError
 from dielast.io.result import TabularResult
 from dielast.io.table import Column, Table
 from dielast.material.argument_types import checked

@@ -9,7 +9,7 @@ from typing import Any, Self
 
 import numpy as np
 
-from dielast.errors import InputError
+from dielast.base.errors import InputError
 from dielast.io.result import Result
 from dielast.material.material import Material, material_of, numbers_of
 from dielast.material.scatter import Sample

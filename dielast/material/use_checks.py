@@ -8,12 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from dielast.errors import warn
+from dielast.base.errors import warn
+from dielast.base.units import TIMES
 from dielast.material.checks import warn_of_temperature
 from dielast.material.material import Material
 from dielast.material.springs.stable_range import free_axis_holds, stable_range, tension_rises
 from dielast.numerics.arrays import Floats
-from dielast.units import TIMES
 
 MARGIN = 5.0  # K beyond the measured temperatures at which a shift law is used without a warning
 BEYOND_TESTS = 0.05  # of the largest I1 of the tests: may be exceeded by this share without a warning

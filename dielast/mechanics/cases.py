@@ -5,7 +5,7 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import ArrayLike
 
-from dielast.errors import InputError
+from dielast.base.errors import InputError
 from dielast.material.shift.arrhenius import kelvin
 from dielast.numerics.arrays import Floats
 

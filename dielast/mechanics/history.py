@@ -8,7 +8,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from dielast.errors import InputError, located, shown
+from dielast.base.errors import InputError, located, shown
 from dielast.mechanics.cases import numbers, one_set, spread
 from dielast.mechanics.electric import ELECTRIC, Drive
 from dielast.mechanics.laps import Pieces

@@ -7,7 +7,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from dielast.errors import InputError, located
+from dielast.base.errors import InputError, located
 from dielast.mechanics.cases import of_case
 from dielast.mechanics.electric import Drive
 from dielast.mechanics.span import Control, Controls, Load

@@ -14,7 +14,7 @@ from typing import Any, ClassVar, Self
 import numpy as np
 from numpy.typing import ArrayLike
 
-from dielast.errors import InputError, shown
+from dielast.base.errors import InputError, shown
 from dielast.io.result import Result
 from dielast.material.argument_types import checked
 from dielast.mechanics.cases import numbers

@@ -22,7 +22,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from dielast.errors import InputError
+from dielast.base.errors import InputError
 from dielast.mechanics.cases import spread
 from dielast.mechanics.electric import Drive
 from dielast.mechanics.line import EVEN_ROWS, JUMP_DECADES, RAMP_DECADES, Line, merged, whole

@@ -12,7 +12,7 @@ from functools import partial
 
 import numpy as np
 
-from dielast.errors import InputError
+from dielast.base.errors import InputError
 from dielast.material.law import DielectricLaw
 from dielast.material.laws_of_cases import UNSTRETCHED, StretchedDielectrics
 from dielast.material.material import Material, materials_of

@@ -25,7 +25,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from dielast.errors import InputError
+from dielast.base.errors import InputError
 from dielast.material.argument_types import checked
 from dielast.material.springs import EQUIBIAXIAL
 from dielast.mechanics.electric import ELECTRIC

@@ -10,9 +10,9 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
-from dielast.failures.fits import FittedLaw, Lives
-from dielast.failures.likelihood import Seen
-from dielast.failures.specimens import Simulated
+from dielast.calibration.failures.fits import FittedLaw, Lives
+from dielast.calibration.failures.likelihood import Seen
+from dielast.calibration.failures.specimens import Simulated
 from dielast.plots.style import COLOURS, SHADE, entry, legend_below, letter, open_marker, panels, shade, style
 from dielast.plots.ticks import log_axis
 

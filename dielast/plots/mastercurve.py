@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from dielast.plots.style import COLOURS, MARKERS, TEMPERATURES, entry, letter, sheet, spread, style
 from dielast.plots.texts import degrees, typeset
 from dielast.plots.ticks import log_axis
-from dielast.superposition.result import MasterCurve
+from dielast.relaxation.superposition.result import MasterCurve
 
 MOST_IN_LEGEND = 6  # temperatures; more are shown by a colour bar
 HEIGHT = 95.0  # points, about, of the axes of the shift factors

@@ -8,8 +8,8 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from dielast.photographs.series import BREAKDOWN, DOUBTFUL, LOST, OK, Stretches
 from dielast.plots.style import COLOURS, entry, legend_below, open_marker, panels, sheet, spread_indices, style
+from dielast.readings.photographs.series import BREAKDOWN, DOUBTFUL, LOST, OK, Stretches
 
 LEVEL, QUANTILE = "90 %", 1.645
 MOST = 600  # photographs in a contact sheet

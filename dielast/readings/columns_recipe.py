@@ -7,8 +7,8 @@ from typing import Any, TypeAlias
 
 from pydantic import Field
 
-from dielast import units
-from dielast.errors import InputError
+from dielast.base import units
+from dielast.base.errors import InputError
 from dielast.material.measurement_kind import KindName
 from dielast.recipe.fields import Length, Section
 from dielast.recipe.file_fields import ColumnName

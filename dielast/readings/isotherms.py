@@ -5,7 +5,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from dielast.errors import InputError, warn
+from dielast.base.errors import InputError, warn
 
 WIDEST = 4  # spread of the readings of one set, in tolerances
 SHORTEST = 3  # number of points of a run

@@ -14,7 +14,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from dielast.errors import InputError, warn
+from dielast.base.errors import InputError, warn
 from dielast.material.measurement import FrequencySweep
 
 SIGNIFICANT_ANGLE = 0.2  # rad; smaller slopes and phases are not compared

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from dielast.base.units import LENGTH, TEMPERATURE, ZERO_CELSIUS, conversion, converts
 from dielast.readings.recipe import MeasuredData
 from dielast.readings.seen import SeenTable
-from dielast.units import LENGTH, TEMPERATURE, ZERO_CELSIUS, conversion, converts
 
 _LENGTHS = {
     "gauge_length": r"gau?ge[ _-]length|messl[äa]nge|einspannl[äa]nge|\bL_?0\b",

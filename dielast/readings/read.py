@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from dielast.errors import InputError, Mistakes, Problem, warn
+from dielast.base.errors import InputError, Mistakes, Problem, warn
 from dielast.io.files import Inputs
 from dielast.io.table import spoken
 from dielast.material.checks import warn_of_tension

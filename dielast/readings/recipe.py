@@ -5,7 +5,7 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field, field_validator
 
-from dielast.errors import InputError
+from dielast.base.errors import InputError
 from dielast.material.measurement_kind import KindName
 from dielast.readings.columns_recipe import ROLES, Columns, Specimen, unmeasured
 from dielast.recipe.base import TextTable, units_of

@@ -10,17 +10,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from dielast.errors import InputError
-from dielast.io.cells import decode
-from dielast.io.files import Inputs
-from dielast.io.table import as_number
-from dielast.io.text_table import MeasuredTable, read_measured
-from dielast.io.workbook import is_workbook
-from dielast.readings.columns_recipe import ROLES
-from dielast.readings.instruments import recognise
-from dielast.readings.instruments.export import ROLES as OF_EXPORTS, Deformation, deformation_of, plain
-from dielast.readings.steps import TABLE, by_temperature
-from dielast.units import (
+from dielast.base.errors import InputError
+from dielast.base.units import (
     AREA,
     LENGTH,
     NUMBER,
@@ -36,6 +27,15 @@ from dielast.units import (
     is_unit,
     kind_of,
 )
+from dielast.io.cells import decode
+from dielast.io.files import Inputs
+from dielast.io.table import as_number
+from dielast.io.text_table import MeasuredTable, read_measured
+from dielast.io.workbook import is_workbook
+from dielast.readings.columns_recipe import ROLES
+from dielast.readings.instruments import recognise
+from dielast.readings.instruments.export import ROLES as OF_EXPORTS, Deformation, deformation_of, plain
+from dielast.readings.steps import TABLE, by_temperature
 
 DIMENSIONS: Mapping[str, Dimension] = {
     **ROLES,

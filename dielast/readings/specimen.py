@@ -3,10 +3,10 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from dielast.errors import InputError, as_toml
+from dielast.base.errors import InputError, as_toml
+from dielast.base.units import FORCE, LARGEST, LENGTH, MASS, STIFFNESS, STRAIN, STRESS, TORQUE, kind_of
 from dielast.io.text_table import MeasuredTable
 from dielast.readings.columns_recipe import GAUGE, ROLES, SECTION, MachineColumns, Specimen, unmeasured
-from dielast.units import FORCE, LARGEST, LENGTH, MASS, STIFFNESS, STRAIN, STRESS, TORQUE, kind_of
 
 
 def strain_of(extension: NDArray[np.float64], specimen: Specimen | None) -> NDArray[np.float64]:

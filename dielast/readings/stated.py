@@ -6,7 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
-from dielast.errors import InputError, as_toml
+from dielast.base.errors import InputError, as_toml
+from dielast.base.units import NUMBER
 from dielast.material.measurement_kind import KINDS
 from dielast.readings.columns_recipe import MODULI, unmeasured
 from dielast.readings.isotherms import WIDEST
@@ -16,7 +17,6 @@ from dielast.readings.seen import DIMENSIONS, Given, SeenColumn, SeenFile, SeenT
 from dielast.readings.steps import Part, parts_of
 from dielast.readings.values import is_held, reached_at
 from dielast.recipe.lines import FILL, RecipeLines
-from dielast.units import NUMBER
 
 _SWEEP = ("frequency", "angular_frequency", "storage", "loss", "tan_delta", "complex_modulus", "complex_viscosity")
 _STRAINS, _STRESSES = ("strain", "stretch", "extension"), ("stress", "force")

@@ -9,7 +9,7 @@ from typing import Self, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from dielast.errors import InputError, located, shown
+from dielast.base.errors import InputError, located, shown
 from dielast.io.cells import decode, is_number
 from dielast.io.header import ColumnHeader, temperature_in
 from dielast.io.table import split_header

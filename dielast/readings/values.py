@@ -7,7 +7,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from dielast.errors import warn
+from dielast.base.errors import warn
+from dielast.base.units import LARGEST, ZERO_CELSIUS
 from dielast.io.table import spoken
 from dielast.material.checks import warn_of_strain
 from dielast.material.measurement_kind import RELAXATION
@@ -16,7 +17,6 @@ from dielast.readings.isotherms import WIDEST
 from dielast.readings.recipe import CurveData, MeasuredData, MeasurementData
 from dielast.readings.specimen import nominal_stress, strain_of
 from dielast.readings.steps import Part
-from dielast.units import LARGEST, ZERO_CELSIUS
 
 FREQUENCY_AGREEMENT = 0.01  # relative tolerance between columns of frequency and of angular frequency
 HELD, CHANGES = 0.02, 0.2  # spread relative to the largest value: at most that of a held quantity, at least that of another

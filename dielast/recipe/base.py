@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any, Literal, Protocol
 
 from pydantic import AfterValidator, BaseModel, Field, field_validator
 
-from dielast.errors import InputError, Mistakes, Problem, shown
+from dielast.base.errors import InputError, Mistakes, Problem, shown
+from dielast.base.units import Dimension, conversion
 from dielast.recipe.fields import Section
 from dielast.recipe.file_fields import SheetName
-from dielast.units import Dimension, conversion
 
 if TYPE_CHECKING:
     from dielast.io.cells import TextFormat

@@ -12,7 +12,8 @@ from typing import Any, Generic, TypeVar
 
 from pydantic import BaseModel, create_model
 
-from dielast.errors import InputError, Mistakes, Problem, as_toml, located, nearest, placed, quoted, shown, shown_path
+from dielast.base.errors import InputError, Mistakes, Problem, as_toml, located, nearest, placed, quoted, shown, shown_path
+from dielast.base.registry import adopt_laws
 from dielast.io.files import read_file, resolve
 from dielast.io.toml import parse_toml
 from dielast.recipe.base import Kinds, RecipeBase
@@ -20,7 +21,6 @@ from dielast.recipe.fields import Section, dimension_of, on_one_scale
 from dielast.recipe.file_fields import is_path
 from dielast.recipe.paths import keys_of, read_override, read_path, set_key
 from dielast.recipe.validate import Mistake, Place, examine, field_at, in_order, on_the_way, unknown_key
-from dielast.registry import adopt_laws
 
 Recipe = TypeVar("Recipe", bound=RecipeBase, covariant=True)
 MOST_CASES = 100_000

@@ -16,10 +16,10 @@ from pydantic import (
 from pydantic.fields import FieldInfo
 from pydantic_core import CoreSchema, core_schema
 
-from dielast import units
-from dielast.errors import InputError, shown
-from dielast.registry import adopt
-from dielast.units import Dimension
+from dielast.base import units
+from dielast.base.errors import InputError, shown
+from dielast.base.registry import adopt
+from dielast.base.units import Dimension
 
 
 class Section(BaseModel):

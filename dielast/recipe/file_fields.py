@@ -11,7 +11,7 @@ from typing import Annotated, Any, get_args
 from pydantic import PlainValidator, ValidationInfo, WithJsonSchema
 from pydantic.fields import FieldInfo
 
-from dielast.errors import InputError, shown
+from dielast.base.errors import InputError, shown
 from dielast.io.files import EXAMPLE, EXAMPLES, exists, of_backslashes, resolve
 
 

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
-from dielast.errors import as_toml, shown_path
+from dielast.base.errors import as_toml, shown_path
 
 FILL = "FILL IN"
 """Stands in a value that is not known: a recipe with it is refused, with the name of the key."""

@@ -6,7 +6,7 @@ import tomllib
 from collections.abc import Sequence
 from typing import Any
 
-from dielast.errors import InputError, shown_path
+from dielast.base.errors import InputError, shown_path
 from dielast.io.toml import DEEPEST, load
 
 # a part without quotes may hold more than TOML allows here: the message about an unknown key is clearer than one about TOML

@@ -14,11 +14,11 @@ from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails
 
-from dielast.errors import DielastError, InputError, Problem, shown, shown_path
+from dielast.base.errors import DielastError, InputError, Problem, shown, shown_path
+from dielast.base.units import LARGEST, decimal_comma
 from dielast.recipe.base import Kinds
 from dielast.recipe.fields import Section
 from dielast.recipe.paths import keys_of
-from dielast.units import LARGEST, decimal_comma
 
 Model = TypeVar("Model", bound=BaseModel)
 Place = tuple[int | str, ...]

@@ -18,7 +18,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from dielast.errors import InputError, warn
+from dielast.base.errors import InputError, warn
 from dielast.material.measurement_kind import RELAXATION
 from dielast.material.scatter import interval
 from dielast.material.spectrum import Spectrum

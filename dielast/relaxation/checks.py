@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from dielast.errors import InputError, and_more, warn
+from dielast.base.errors import InputError, and_more, warn
 from dielast.io.table import plural, spoken
 from dielast.material.measurement_kind import MeasurementKind
 from dielast.numerics.arrays import Floats, rms

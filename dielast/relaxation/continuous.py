@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dielast.errors import InputError, warn
+from dielast.base.errors import InputError, warn
 from dielast.io.result import TabularResult
 from dielast.io.table import Column, Table
 from dielast.numerics.arrays import Floats, rms

@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from dielast.errors import warn
+from dielast.base.errors import warn
 from dielast.material.measurement_kind import CREEP
 from dielast.material.spectrum import Spectrum
 from dielast.numerics.arrays import Floats

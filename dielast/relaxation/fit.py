@@ -4,7 +4,7 @@ from typing import get_args
 
 from numpy.typing import ArrayLike
 
-from dielast.errors import InputError, shown
+from dielast.base.errors import InputError, shown
 from dielast.material.measurement_kind import OSCILLATION, RELAXATION
 from dielast.relaxation.checks import TimeRange
 from dielast.relaxation.result import Method, SpectrumFit

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from dielast.errors import InputError
+from dielast.base.errors import InputError
 from dielast.io.result import TabularResult, freeze
 from dielast.io.table import Column, Table, spoken
 from dielast.material.argument_types import checked

@@ -16,7 +16,7 @@ from typing import Self
 
 import numpy as np
 
-from dielast.errors import NumericsError
+from dielast.base.errors import NumericsError
 from dielast.material.measurement_kind import RELAXATION, MeasurementKind
 from dielast.numerics.arrays import Flags, Floats
 

@@ -19,7 +19,7 @@ from typing import Self
 
 import numpy as np
 
-from dielast.errors import InputError, NumericsError
+from dielast.base.errors import InputError, NumericsError
 from dielast.io.result import TabularResult
 from dielast.io.table import Column, Table
 from dielast.material.shift import ShiftLaw

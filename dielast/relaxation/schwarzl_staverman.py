@@ -6,7 +6,7 @@ Equations 14 to 20 of DOI 10.1115/1.4030850, with the equilibrium modulus subtra
 import numpy as np
 from numpy.polynomial import Chebyshev
 
-from dielast.errors import InputError, warn
+from dielast.base.errors import InputError, warn
 from dielast.material.spectrum import Spectrum
 from dielast.numerics.arrays import Floats, rms
 from dielast.relaxation.checks import TOLERATED, what_rises

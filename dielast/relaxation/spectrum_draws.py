@@ -11,7 +11,7 @@ from typing import Self
 
 import numpy as np
 
-from dielast.errors import InputError, NumericsError, warn, without_warnings
+from dielast.base.errors import InputError, NumericsError, warn, without_warnings
 from dielast.material.spectrum import Spectrum
 from dielast.numerics.arrays import Floats, Index, rms
 from dielast.numerics.random_streams import stream

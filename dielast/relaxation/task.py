@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from dielast.errors import InputError, warn
+from dielast.base.errors import InputError, warn
 from dielast.material.measurement_kind import CREEP, MeasurementKind
 from dielast.material.spectrum import Spectrum
 from dielast.numerics.arrays import Floats, rms

@@ -7,7 +7,7 @@ from functools import partial
 from pathlib import Path, PurePath
 from typing import Any
 
-from dielast.errors import InputError, Mistakes, as_toml
+from dielast.base.errors import InputError, Mistakes, as_toml
 from dielast.io.files import as_text, read_file, sha256
 from dielast.io.manifest import CHANGED, FIGURES, SUMMARY, changed_on_purpose, check_whole, is_of_run, unlisted
 from dielast.io.toml import parse_toml

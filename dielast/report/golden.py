@@ -16,7 +16,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from dielast.errors import InputError, located
+from dielast.base.errors import InputError, located
 from dielast.io.files import read_file
 from dielast.io.manifest import SUMMARY, altered, not_of_the_run
 from dielast.io.table import as_number, parse_csv

@@ -9,11 +9,11 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from dielast.errors import warn
+from dielast.base.errors import warn
+from dielast.base.registry import adopted
 from dielast.io.files import Inputs, sha256
 from dielast.io.manifest import FIGURES, LISTED, listing, mark
 from dielast.io.table import Table, rounded, to_csv
-from dielast.registry import adopted
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -15,8 +15,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from dielast.errors import InputError, and_more
-from dielast.registry import adopt, adopted
+from dielast.base.errors import InputError, and_more
+from dielast.base.registry import adopt, adopted
 from dielast.sharing.execution import Chunk, Plan, Solve, Solved
 from dielast.sharing.kept import VERSIONS
 

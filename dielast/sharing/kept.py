@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from dielast import __version__
-from dielast.registry import adopted
+from dielast.base.registry import adopted
 from dielast.sharing.execution import Chunk
 
 if TYPE_CHECKING:

@@ -6,7 +6,7 @@ from contextlib import suppress
 from math import inf
 from pathlib import Path
 
-from dielast.errors import NumericsError
+from dielast.base.errors import NumericsError
 
 OUT_OF_MEMORY = "out of memory: state fewer cases, cells, rows or draws"
 

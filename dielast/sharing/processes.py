@@ -14,8 +14,8 @@ from contextlib import contextmanager, suppress
 from queue import Empty, SimpleQueue
 from typing import Any
 
-from dielast.errors import InputError, NumericsError
-from dielast.registry import adopt, adopted
+from dielast.base.errors import InputError, NumericsError
+from dielast.base.registry import adopt, adopted
 from dielast.sharing.execution import Chunk, Plan, Solve, Solved
 
 FROM_OUTSIDE = (signal.SIGINT, signal.SIGTERM)

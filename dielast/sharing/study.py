@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 from functools import partial
 from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar
 
-from dielast.errors import DielastError, InputError, NumericsError
+from dielast.base.errors import DielastError, InputError, NumericsError
 from dielast.io.files import KEPT, STORE, write_files
 from dielast.numerics.integrate import KEEPER, Keeper
 from dielast.sharing.execution import NOTHING_KEPT, Chunk, Execution, Plan, Solve, Solved

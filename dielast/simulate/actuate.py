@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from dielast.errors import InputError, shown
+from dielast.base.errors import InputError, shown
 from dielast.material.material import Material, materials_of
 from dielast.mechanics.criteria import CRITERIA, END, failures_of, names
 from dielast.mechanics.criteria.breakdown import ElectricalBreakdown

@@ -7,7 +7,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from dielast.errors import InputError
+from dielast.base.errors import InputError
 from dielast.io.result import Result, TabularResult
 from dielast.io.table import Column, Table
 from dielast.material.material import Material

@@ -9,7 +9,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import ArrayLike
 
-from dielast.errors import InputError
+from dielast.base.errors import InputError
 from dielast.io.result import Result
 from dielast.material.argument_types import checked
 from dielast.mechanics.criteria.loss_of_tension import LossOfTension

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from dielast.errors import InputError
+from dielast.base.errors import InputError
 from dielast.io.result import TabularResult
 from dielast.io.table import Column, Table
 from dielast.material.argument_types import checked, real_number

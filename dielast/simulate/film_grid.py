@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Self
 import numpy as np
 from numpy.typing import ArrayLike
 
-from dielast.errors import InputError, in_a_draw
+from dielast.base.errors import InputError, in_a_draw
 from dielast.material.breakdown import BreakdownLaw
 from dielast.material.material import Material
 from dielast.mechanics.criteria import CRITERIA, failures_of

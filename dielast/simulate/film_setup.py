@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from dielast.errors import InputError
+from dielast.base.errors import InputError
 from dielast.material.argument_types import checked
 from dielast.mechanics.cases import of_case, spread
 from dielast.mechanics.span import Control, Controls

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from dielast.errors import InputError
+from dielast.base.errors import InputError
 from dielast.io.result import TabularResult
 from dielast.io.table import Column, Table
 from dielast.material.law import BreakdownLaw

@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from dielast.errors import InputError, nearest, shown
+from dielast.base.errors import InputError, nearest, shown
 from dielast.material.material import Material, materials_of
 from dielast.material.springs import EQUIBIAXIAL, UNIAXIAL, Symmetry
 from dielast.mechanics.cases import numbers, spread, temperatures_of

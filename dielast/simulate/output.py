@@ -7,7 +7,7 @@ from typing import Self, cast
 import numpy as np
 from numpy.typing import ArrayLike
 
-from dielast.errors import InputError, shown
+from dielast.base.errors import InputError, shown
 from dielast.material.argument_types import checked
 from dielast.mechanics.cases import of_case
 from dielast.mechanics.load import ElectricalStep, Repeat, Step

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from dielast.errors import InputError, NumericsError
+from dielast.base.errors import InputError, NumericsError
 from dielast.material.breakdown import Breakdown, BreakdownLaw
 from dielast.material.law import DamageLaw
 from dielast.material.laws_of_cases import FailureLaws, LawsOfCases, StretchDependentBreakdown

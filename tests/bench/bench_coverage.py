@@ -37,10 +37,10 @@ from dataclasses import dataclass
 import numpy as np
 from laboratories import CLEAN, REGIMES, Array, Laboratory, measure, true_laws, true_shift
 
-from dielast.errors import DielastError, DielastWarning
+from dielast.base.errors import DielastError, DielastWarning
 from dielast.numerics.robust import robust_deviation
-from dielast.superposition.bootstrap import bootstrap_master_curve
-from dielast.superposition.mastercurve import build_master_curve
+from dielast.relaxation.superposition.bootstrap import bootstrap_master_curve
+from dielast.relaxation.superposition.mastercurve import build_master_curve
 
 WIDTH = 1.645  # standard errors of a 90 % interval
 LEGITIMATE = ("is not determined", "no plateau", "extrapolated")

@@ -37,15 +37,15 @@ from typing import Any
 
 import numpy as np
 
-from dielast.errors import InputError
-from dielast.failures.ageing import Ageing
-from dielast.failures.exposures import Aged
-from dielast.failures.fits import fit_law, lives_of
-from dielast.failures.histories import Histories
-from dielast.failures.law_models import law_model, line_model
-from dielast.failures.laws import LawOptions
-from dielast.failures.likelihood import Seen
-from dielast.failures.specimens import Simulated, Specimens, simulate_specimens
+from dielast.base.errors import InputError
+from dielast.calibration.failures.ageing import Ageing
+from dielast.calibration.failures.exposures import Aged
+from dielast.calibration.failures.fits import fit_law, lives_of
+from dielast.calibration.failures.histories import Histories
+from dielast.calibration.failures.law_models import law_model, line_model
+from dielast.calibration.failures.laws import LawOptions
+from dielast.calibration.failures.likelihood import Seen
+from dielast.calibration.failures.specimens import Simulated, Specimens, simulate_specimens
 from dielast.handover.material_file import read_material
 from dielast.simulate.film_setup import Film
 

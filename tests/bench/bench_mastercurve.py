@@ -21,8 +21,8 @@ from pathlib import Path
 import numpy as np
 
 from dielast.material.measurement import RelaxationCurve
-from dielast.superposition.mastercurve import Vertical, build_master_curve
-from dielast.superposition.result import MasterCurve
+from dielast.relaxation.superposition.mastercurve import Vertical, build_master_curve
+from dielast.relaxation.superposition.result import MasterCurve
 
 TESTS = Path(__file__).resolve().parents[1]
 sys.path[:0] = [str(TESTS), str(TESTS / "physics")]

@@ -16,8 +16,8 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from melts import melt
 
-from dielast.errors import DielastWarning
-from dielast.superposition.mastercurve import build_master_curve
+from dielast.base.errors import DielastWarning
+from dielast.relaxation.superposition.mastercurve import build_master_curve
 
 
 def main() -> None:

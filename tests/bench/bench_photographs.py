@@ -19,10 +19,10 @@ import numpy as np
 sys.path.append(str(Path(__file__).parents[1]))
 from photographs import Scene, render, saved, shaken, square_in_picture
 
-from dielast.photographs.camera import Camera
-from dielast.photographs.decode import read_picture
-from dielast.photographs.outline import find_outline
-from dielast.photographs.series import stretches
+from dielast.readings.photographs.camera import Camera
+from dielast.readings.photographs.decode import read_picture
+from dielast.readings.photographs.outline import find_outline
+from dielast.readings.photographs.series import stretches
 
 
 @dataclass(frozen=True, slots=True)

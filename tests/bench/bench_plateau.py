@@ -26,7 +26,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from flat import failure_map, plan_failure_map
 from synthetic import TRUTH
 
-from dielast.errors import DielastError, DielastWarning
+from dielast.base.errors import DielastError, DielastWarning
 from dielast.material.material import Breakdown, Material
 from dielast.material.scatter import draw_sample, interval
 from dielast.material.shift import WLF
@@ -35,9 +35,9 @@ from dielast.relaxation.beyond import end_of
 from dielast.relaxation.fit import fit_spectrum
 from dielast.relaxation.result import SpectrumFit
 from dielast.relaxation.spectrum_draws import CurveDraws, draw_spectra
+from dielast.relaxation.superposition.bootstrap import bootstrap_master_curve
+from dielast.relaxation.superposition.mastercurve import build_master_curve
 from dielast.simulate.failure_map import solve_map
-from dielast.superposition.bootstrap import bootstrap_master_curve
-from dielast.superposition.mastercurve import build_master_curve
 
 HOTTEST = {"plateau reached": 60.0, "not reached by 20 K": 40.0, "not reached by 40 K": 20.0}
 

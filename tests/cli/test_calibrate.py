@@ -13,9 +13,9 @@ from machines import QUIET, Machine, cycles, hold, softened
 from processes import Run
 
 from dielast import Gent, Material, MeasuredTest, NoShift, Spectrum, VoltageTest, read_draws, read_material
+from dielast.base.errors import InputError
 from dielast.calibration.laboratory import Laboratory
 from dielast.commands.inspect import warnings_of
-from dielast.errors import InputError
 from dielast.io.files import Inputs
 from dielast.io.table import parse_csv
 from dielast.simulate.film_setup import Film

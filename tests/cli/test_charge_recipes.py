@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from processes import Run
 
+from dielast.base.errors import InputError
 from dielast.commands.registry import read_cases
 from dielast.commands.simulation.solver_steps import solver_steps
-from dielast.errors import InputError
 from dielast.io.files import Inputs
 from dielast.io.table import number_columns, parse_csv
 

@@ -19,9 +19,9 @@ import pytest
 from maps import map_of
 from processes import ENDS, SMALL_CHUNKS, Process, Run, half_done, until
 
+from dielast.base.errors import InputError
 from dielast.commands.actuate import run as actuate
 from dielast.commands.registry import read_cases
-from dielast.errors import InputError
 from dielast.io.files import Inputs
 from dielast.io.table import to_csv
 from dielast.sharing import cluster

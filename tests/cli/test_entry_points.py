@@ -14,7 +14,7 @@ import pytest
 from toy_package import install
 from toys import MATERIAL
 
-from dielast.registry import GROUPS
+from dielast.base.registry import GROUPS
 
 TESTS = Path(__file__).parents[1]
 FILM_MATERIAL = (
@@ -162,7 +162,7 @@ def test_nothing_is_loaded_for_names_of_dielast(site: Path) -> None:
     code = (
         "import sys; from dielast import read_material; read_material('example:vhb4905');"
         "from dielast.commands.registry import COMMANDS; COMMANDS['relax'].model;"
-        "print('toylaws' in sys.modules, __import__('dielast.registry').registry.adopted())"
+        "print('toylaws' in sys.modules, __import__('dielast.base.registry').registry.adopted())"
     )
     done = subprocess.run(
         [sys.executable, "-c", code], env={**os.environ, "PYTHONPATH": str(site)}, capture_output=True, text=True, check=True

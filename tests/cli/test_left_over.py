@@ -11,8 +11,8 @@ from processes import Run
 
 import dielast as library
 from dielast.commands.registry import COMMANDS
-from dielast.export.card import CODES, export_card
-from dielast.export.code import CardOptions
+from dielast.handover.export.card import CODES, export_card
+from dielast.handover.export.code import CardOptions
 from dielast.io.files import resolve
 from dielast.material.spectrum import Spectrum
 from dielast.report.report import left_over

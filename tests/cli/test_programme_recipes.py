@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 from processes import Run
 
+from dielast.base.errors import InputError
 from dielast.commands.registry import read_cases
 from dielast.commands.simulation.naming import TIMES
-from dielast.errors import InputError
 from dielast.io.table import number_columns
 from dielast.plots.texts import FIXED
 

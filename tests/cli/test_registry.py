@@ -45,7 +45,7 @@ class ToyRecipe(RecipeBase):
 import numpy as np
 from matplotlib.figure import Figure
 
-from dielast.errors import InputError
+from dielast.base.errors import InputError
 from dielast.io.table import Column, parse_csv
 from dielast.report.report import RunReport
 

@@ -17,9 +17,9 @@ UNASKED = (
     *("scipy", "pandas", "matplotlib", "rich", "numpy.ma", "numpy.random", "statistics"),
     *("concurrent.futures", "multiprocessing", "importlib.resources.readers", "logging"),
     *(
-        "dielast.superposition",
+        "dielast.relaxation.superposition",
         "dielast.relaxation",
-        "dielast.export",
+        "dielast.handover.export",
         "dielast.readings.instruments",
         "dielast.plots",
         "dielast.handover.material_draws",

@@ -13,10 +13,10 @@ from pathlib import Path
 import pytest
 from processes import ENDS, Run
 
+from dielast.base.errors import NumericsError
 from dielast.commands.grids.films import check_cells
 from dielast.commands.registry import read_cases
 from dielast.commands.simulation.run import check_series
-from dielast.errors import NumericsError
 from dielast.io.files import Inputs
 from dielast.sharing import memory
 

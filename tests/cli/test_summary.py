@@ -12,7 +12,7 @@ import pytest
 from processes import Run
 
 import dielast as library
-from dielast.errors import DielastWarning
+from dielast.base.errors import DielastWarning
 from dielast.io.files import Inputs
 from dielast.report.report import RecipeSource, RunReport, drawn, summarise
 

@@ -15,6 +15,7 @@ from processes import Run
 from toys import MATERIAL, Cooling, Eyring, Linear, Power, Varga, register
 
 from dielast import CardOptions, InputError, Material, NoShift, Spectrum, export_card, write_material
+from dielast.base.registry import Registry
 from dielast.handover.material_file import material_file, parse_material
 from dielast.material.breakdown import BREAKDOWNS
 from dielast.material.dielectric import DIELECTRICS
@@ -24,7 +25,6 @@ from dielast.material.shift import SHIFTS
 from dielast.material.springs import EQUIBIAXIAL, SPRINGS, UNIAXIAL, Gent
 from dielast.mechanics.load import Step
 from dielast.mechanics.point_material import PointMaterial
-from dielast.registry import Registry
 
 TESTS = Path(__file__).parents[1]
 PRELUDE = f"import sys; sys.path.insert(0, {str(TESTS)!r}); import toys; toys.register()"

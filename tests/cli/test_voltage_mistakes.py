@@ -8,11 +8,11 @@ from pathlib import Path
 import pytest
 from processes import Run
 
+from dielast.base.errors import InputError
 from dielast.commands.actuate import run as actuate
 from dielast.commands.grids import failure_map
 from dielast.commands.membrane import run as relax
 from dielast.commands.registry import read_cases
-from dielast.errors import InputError
 from dielast.io.files import Inputs, read_file, resolve
 from dielast.sharing.execution import Execution
 

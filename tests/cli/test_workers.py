@@ -142,7 +142,7 @@ def test_the_draws_of_a_sweep_have_workers_too(tmp_path: Path) -> None:
 
 # the plan is larger than a pipe holds; a worker imports the script, and ends at the second start of workers
 UNGUARDED = """
-from dielast.errors import NumericsError
+from dielast.base.errors import NumericsError
 from dielast.sharing.processes import solve_in_processes
 def solve(plan, first, end):
     return len(plan)

@@ -23,10 +23,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from dielast.base.errors import DielastError
 from dielast.cli.run import compute
 from dielast.commands.inspect import warnings_of
 from dielast.commands.registry import read_cases
-from dielast.errors import DielastError
 from dielast.sharing.execution import Execution
 
 RECIPE = "r.toml"

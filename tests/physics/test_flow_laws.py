@@ -28,7 +28,7 @@ from dielast import (
     export_card,
 )
 from dielast.calibration.laboratory import Laboratory
-from dielast.export.card import CODES
+from dielast.handover.export.card import CODES
 from dielast.material.shift import NoShift
 from dielast.mechanics.passive import forms
 from dielast.mechanics.passive.mesh import points_needed

@@ -8,7 +8,7 @@ from films import SOFT
 from flat import actuate, creep, relax
 
 from dielast import Material, NoShift, Spectrum, Step, VoltageStep
-from dielast.errors import InputError
+from dielast.base.errors import InputError
 from dielast.material.springs import Gent
 from dielast.mechanics.line import EVEN_ROWS, Line
 from dielast.mechanics.load import Track, Waveform

@@ -12,12 +12,12 @@ import numpy as np
 import pytest
 
 import dielast
-from dielast.errors import DielastWarning
+from dielast.base.errors import DielastWarning
 from dielast.material.measurement import RelaxationCurve
 from dielast.material.shift import WLF
-from dielast.superposition.effects import TILT
-from dielast.superposition.mastercurve import Vertical, build_master_curve
-from dielast.superposition.result import MasterCurve
+from dielast.relaxation.superposition.effects import TILT
+from dielast.relaxation.superposition.mastercurve import Vertical, build_master_curve
+from dielast.relaxation.superposition.result import MasterCurve
 from reconstruction import spectrum
 
 LAW = WLF(20.0, 13.7, 187.1)
@@ -231,7 +231,7 @@ def test_a_ramp_that_is_left_in_is_noticed_and_allowed_for() -> None:
     assert np.max(np.abs(error(right))) < 0.03
 
 
-@pytest.mark.filterwarnings("ignore::dielast.errors.DielastWarning")
+@pytest.mark.filterwarnings("ignore::dielast.base.errors.DielastWarning")
 def test_a_modulus_that_rises_is_a_ramp() -> None:
     """Stress over the final strain, recorded during the ramp of 1 s as well."""
     curves = []

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from melts import melt
 
-from dielast.errors import DielastWarning
-from dielast.superposition.mastercurve import build_master_curve
-from dielast.superposition.result import MasterCurve
+from dielast.base.errors import DielastWarning
+from dielast.relaxation.superposition.mastercurve import build_master_curve
+from dielast.relaxation.superposition.result import MasterCurve
 
 # the worst of the bench, those that were worst when the storage modulus was believed, and some more
 SEEDS = ((29, None), (33, None), (91, 91), (170, 170), (0, None), (2, None), (3, None), (8, None), (11, 11), (34, 34), (50, None))

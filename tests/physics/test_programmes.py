@@ -15,7 +15,7 @@ from scipy.optimize import brentq
 from springs import SPRINGS
 
 from dielast import Breakdown, FilmStep, Material, Repeat, Spectrum, Track, VoltageStep, Waveform, film_limits
-from dielast.errors import InputError
+from dielast.base.errors import InputError
 from dielast.material.leakage import Leakage
 from dielast.material.shift import NoShift
 from dielast.mechanics.history import electrical_pieces

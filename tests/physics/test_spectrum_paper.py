@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from dielast.errors import DielastWarning
+from dielast.base.errors import DielastWarning
 from dielast.relaxation.fit import fit_spectrum
 from reconstruction import LOG_MODULUS
 

@@ -9,8 +9,8 @@ import pytest
 from flat import relax
 
 from dielast import Gent, Material, MeasuredTest, MooneyRivlin, NeoHookean, NoShift, Spectrum, Yeoh
+from dielast.base.errors import InputError
 from dielast.calibration.laboratory import Laboratory
-from dielast.errors import InputError
 from dielast.material.modulus import EntropicModulus
 from dielast.material.shift import Arrhenius
 from dielast.mechanics.load import Step, Track

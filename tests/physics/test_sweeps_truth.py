@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from dielast.errors import DielastWarning
+from dielast.base.errors import DielastWarning
 from dielast.material.measurement import CreepCurve, FrequencySweep, Measurement
 from dielast.material.shift import WLF
-from dielast.superposition.mastercurve import build_master_curve
-from dielast.superposition.result import MasterCurve
+from dielast.relaxation.superposition.mastercurve import build_master_curve
+from dielast.relaxation.superposition.result import MasterCurve
 from reconstruction import spectrum
 
 LAW = WLF(20.0, 13.7, 187.1)

@@ -9,13 +9,13 @@ import pytest
 from flat import failure_map
 from synthetic import MAP, TRUTH, Flaws, ensemble, experiment, held_by_fit, measure, superposed
 
-from dielast.errors import DielastWarning, InputError
+from dielast.base.errors import DielastWarning, InputError
 from dielast.material.spectrum import Spectrum
 from dielast.numerics.random_streams import stream
 from dielast.relaxation.fit import fit_spectrum
 from dielast.relaxation.result import SpectrumFit
 from dielast.relaxation.spectrum_draws import SEED, CurveDraws, draw_spectra
-from dielast.superposition.bootstrap import bootstrap_master_curve
+from dielast.relaxation.superposition.bootstrap import bootstrap_master_curve
 
 by_polynomial = partial(fit_spectrum, method="schwarzl-staverman")
 

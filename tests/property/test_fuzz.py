@@ -14,8 +14,8 @@ from typing import Any
 
 import pytest
 
+from dielast.base.errors import InputError
 from dielast.commands.registry import COMMANDS, read_cases
-from dielast.errors import InputError
 from dielast.report.golden import differences
 
 INPUTS = 50

@@ -16,10 +16,10 @@ from pathlib import Path
 
 from fuzz_targets import TOP, Target
 
+from dielast.base.errors import InputError
 from dielast.cli.run import compute
 from dielast.commands.new import described, given, started
 from dielast.commands.registry import COMMANDS, read_cases
-from dielast.errors import InputError
 from dielast.sharing.execution import Execution
 
 RECIPE = "recipe.toml"

@@ -19,14 +19,14 @@ from typing import Any
 import numpy as np
 from damage import damage
 
+from dielast.base.errors import DielastError, DielastWarning, InputError
+from dielast.base.units import STRESS, TEMPERATURE, TIME
 from dielast.commands.registry import COMMANDS, read_cases
-from dielast.errors import DielastError, DielastWarning, InputError
 from dielast.handover.material_file import parse_material
 from dielast.io.files import Inputs
 from dielast.io.text_table import read_measured
 from dielast.recipe.cases import Case
 from dielast.relaxation.spectrum_draws import CurveDraws
-from dielast.units import STRESS, TEMPERATURE, TIME
 
 SECONDS = 10  # of processor time, which is the same on a busy machine
 TOP = Path(__file__).resolve().parents[2]

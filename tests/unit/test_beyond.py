@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from dielast.errors import DielastWarning, InputError
+from dielast.base.errors import DielastWarning, InputError
 from dielast.handover.material_file import parse_material, write_material
 from dielast.material.material import CalibratedRange, Material, Window
 from dielast.material.scatter import interval

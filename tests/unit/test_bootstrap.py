@@ -8,13 +8,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from dielast.base.errors import InputError
 from dielast.commands.mastercurve.run import draws_headline
-from dielast.errors import InputError
 from dielast.material.measurement import CreepCurve, FrequencySweep, Measurement, RelaxationCurve
 from dielast.material.shift import WLF
-from dielast.superposition.bootstrap import MasterCurveDraws, bootstrap_master_curve
-from dielast.superposition.mastercurve import build_master_curve
-from dielast.superposition.result import MasterCurve
+from dielast.relaxation.superposition.bootstrap import MasterCurveDraws, bootstrap_master_curve
+from dielast.relaxation.superposition.mastercurve import build_master_curve
+from dielast.relaxation.superposition.result import MasterCurve
 from reconstruction import EQUILIBRIUM_MODULUS, spectrum
 
 LAW = WLF(20.0, 13.7, 187.1)

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from films import SOFT
 
+from dielast.base.errors import InputError
 from dielast.cli.run import compute
 from dielast.commands.registry import read_cases
 from dielast.commands.simulation.bounds import bounded
 from dielast.commands.simulation.result import CaseResult
-from dielast.errors import InputError
 from dielast.handover.material_file import write_material
 from dielast.io.table import number_columns
 from dielast.sharing.execution import Execution

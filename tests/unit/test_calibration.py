@@ -31,6 +31,7 @@ from dielast import (
     Yeoh,
     calibrate,
 )
+from dielast.base.errors import DielastWarning, InputError, NumericsError
 from dielast.calibration.comparison import Comparison, hull, relative_error, stable_stress
 from dielast.calibration.experiment import SimulatedExperiment, corners, path_length
 from dielast.calibration.fit import fit_material, starts_of
@@ -42,7 +43,6 @@ from dielast.calibration.parameters import Parameter, parameter_space
 from dielast.calibration.problem import Weighting
 from dielast.calibration.scatter import Curves, Scatter, Scatters, Whitening, covariance_of, noise_of, specimen_factors
 from dielast.commands.calibrate.checks import warn_of_contradictions
-from dielast.errors import DielastWarning, InputError, NumericsError
 from dielast.handover.material_draws import draw_columns, parse_draws
 from dielast.handover.material_file import parse_material, write_material
 from dielast.io.table import to_csv

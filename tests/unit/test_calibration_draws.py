@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 from scipy.stats import t as student
 
+from dielast.base.errors import DielastWarning
 from dielast.calibration import posterior
 from dielast.calibration.posterior import AGREEMENT, FEWEST_MOVES, MOST_WALKERS, draw, r_hat
 from dielast.calibration.profiles import profiles_of
 from dielast.calibration.surrogate import Surrogate
-from dielast.errors import DielastWarning
 
 SHARES = np.array([0.05, 0.25, 0.5, 0.75, 0.95])
 FREEDOM = 6.0

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from dielast import WLF, Free, Gent, Material, MeasuredTest, NoShift, Spectrum
+from dielast.base.errors import DielastWarning
 from dielast.calibration.estimate import PRIOR_FREEDOM, USUAL_ERROR, ResidualSpace, estimate
 from dielast.calibration.fit import fit_material
 from dielast.calibration.laboratory import Laboratory
 from dielast.calibration.scatter import CORRELATIONS, INTEGRALS, Curves, Scatter
-from dielast.errors import DielastWarning
 from dielast.material.material import CalibratedRange
 from dielast.material.use_checks import warn_of_lasting, warn_of_use
 

@@ -8,11 +8,11 @@ from typing import Any
 import pytest
 from hypothesis import given, strategies as st
 
+from dielast.base.errors import InputError, as_toml
 from dielast.commands.actuate.run import prepared
 from dielast.commands.registry import COMMANDS, read_cases
 from dielast.commands.simulation.cases import case_columns
 from dielast.commands.simulation.naming import labels, swept
-from dielast.errors import InputError, as_toml
 from dielast.handover.material_file import parse_material
 from dielast.io.files import Inputs, read_file, resolve
 from dielast.io.table import to_csv

@@ -9,8 +9,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from dielast.base.errors import DielastWarning, InputError
 from dielast.commands.simulation.checks import warn_of_no_breakdown, warn_of_setups
-from dielast.errors import DielastWarning, InputError
 from dielast.material.checks import (
     USUAL,
     warn_of_curve,

@@ -6,10 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from dielast.base.errors import DielastWarning, InputError
 from dielast.commands.membrane.recipe import RelaxRecipe
 from dielast.commands.simulation.compare import Fine, check_comparison, compare_headline, match
 from dielast.commands.simulation.recipe import CompareSection
-from dielast.errors import DielastWarning, InputError
 from dielast.io.files import Inputs
 from dielast.recipe.cases import Case
 

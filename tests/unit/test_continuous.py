@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from dielast.errors import DielastWarning, InputError
+from dielast.base.errors import DielastWarning, InputError
 from dielast.relaxation.continuous import continuous_spectrum
 from dielast.relaxation.creep import fit_creep
 from dielast.relaxation.fit import fit_oscillation, fit_spectrum

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from dielast.errors import InputError
+from dielast.base.errors import InputError
 from dielast.mechanics.cases import of_case
 from dielast.mechanics.history import pieces
 from dielast.mechanics.line import Line

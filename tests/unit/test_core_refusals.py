@@ -12,8 +12,8 @@ from films import followed
 from flat import actuate, creep, plan_failure_map, relax
 from scipy.optimize import brentq
 
-from dielast.errors import InputError, NumericsError
-from dielast.export.card import export_card
+from dielast.base.errors import InputError, NumericsError
+from dielast.handover.export.card import export_card
 from dielast.material.material import Breakdown, Material
 from dielast.material.scatter import draw_sample, interval
 from dielast.material.shift import WLF, NoShift, ShiftTable

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from dielast.errors import DielastWarning, InputError
+from dielast.base.errors import DielastWarning, InputError
 from dielast.material.shift import WLF
 from dielast.material.shift.wlf import SMALLEST_C2
-from dielast.superposition.shiftfit import fit_shift_law
+from dielast.relaxation.superposition.shiftfit import fit_shift_law
 
 
 @pytest.mark.parametrize("reference", [0.0, 3.0, 12.0, 29.0, 44.0, 58.0, 60.0])

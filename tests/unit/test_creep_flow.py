@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from dielast.base.errors import DielastWarning, InputError
 from dielast.commands.spectrum import run as workflow
 from dielast.commands.spectrum.recipe import FitSection
-from dielast.errors import DielastWarning, InputError
 from dielast.handover.mastercurve_folder import ReadDraws, ReducedCurve
 from dielast.io.files import Inputs
 from dielast.material.material import Material

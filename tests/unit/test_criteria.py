@@ -15,8 +15,8 @@ from flat import actuate
 from matplotlib.axes import Axes
 
 from dielast import Ogden, Spectrum, VoltageStep
+from dielast.base.errors import InputError
 from dielast.cli.app import application
-from dielast.errors import InputError
 from dielast.mechanics.criteria import CRITERIA, named, names
 from dielast.mechanics.criteria.criterion import Criterion, FilmSnapshot, Signal, WatchedFilms
 from dielast.numerics.arrays import Floats

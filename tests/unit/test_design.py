@@ -11,7 +11,7 @@ import pytest
 from films import SOFT
 from flat import actuate, design, failure_map
 
-from dielast.errors import InputError
+from dielast.base.errors import InputError
 from dielast.material.material import Breakdown, Material
 from dielast.material.scatter import NormalScatter, WeibullScatter, draw_sample
 from dielast.material.shift import NoShift

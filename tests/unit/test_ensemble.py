@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
-from dielast.errors import InputError
+from dielast.base.errors import InputError
 from dielast.material.material import Breakdown, Material
 from dielast.material.scatter import NormalScatter, WeibullScatter, draw_sample, fewest_draws, interval
 from dielast.material.shift import NoShift

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from dielast.errors import (
+from dielast.base.errors import (
     DielastWarning,
     InputError,
     Mistakes,

@@ -13,9 +13,9 @@ import pytest
 from hypothesis import given, strategies as st
 
 from dielast import CardOptions, Gent, InputError, Material, NeoHookean, Spectrum, Yeoh, export_card
-from dielast.errors import DielastWarning
-from dielast.export.card import CODES, export_cards, identifier, plain
-from dielast.export.code import number
+from dielast.base.errors import DielastWarning
+from dielast.handover.export.card import CODES, export_cards, identifier, plain
+from dielast.handover.export.code import number
 from dielast.material.shift import WLF, Arrhenius, NoShift, ShiftTable, VogelFulcherTammann
 
 WLF_LAW = WLF(20.0, 13.7, 187.1)

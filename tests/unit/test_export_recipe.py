@@ -9,10 +9,10 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
+from dielast.base.errors import InputError
 from dielast.commands.spectrum.recipe import ExportSection, SpectrumRecipe
 from dielast.commands.spectrum.run import run
-from dielast.errors import InputError
-from dielast.export.card import CODES
+from dielast.handover.export.card import CODES
 from dielast.handover.material_file import parse_material
 from dielast.io.files import Inputs
 from dielast.recipe.cases import Case

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from dielast import CardOptions, Gent, InputError, Material, NoShift, Spectrum, export_card
-from dielast.export.card import CODES
+from dielast.handover.export.card import CODES
 from dielast.material.springs import ArrudaBoyce, GentI2, MooneyRivlin, NeoHookean, Ogden, SpringLaw, Yeoh
 
 SPECTRUM = Spectrum(np.array([10.0, 0.1]), np.array([3e4, 7e5]))

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from flat import actuate, design, failure_map, plan_failure_map
 
-from dielast.errors import InputError
+from dielast.base.errors import InputError
 from dielast.material.material import NEO_HOOKEAN, Breakdown, Material
 from dielast.material.shift import NoShift
 from dielast.material.spectrum import Spectrum

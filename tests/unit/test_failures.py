@@ -12,20 +12,20 @@ import pytest
 from scipy.stats import binom
 
 from dielast import InputError, read_material
+from dielast.calibration.failures.ageing import Ageing
+from dielast.calibration.failures.bounds import events_of, plan_test
+from dielast.calibration.failures.estimate import draw, estimate, profile_intervals, without_each
+from dielast.calibration.failures.exposures import Aged, Envelope, Plain
+from dielast.calibration.failures.fits import fit_law
+from dielast.calibration.failures.histories import Histories
+from dielast.calibration.failures.law_models import law_model
+from dielast.calibration.failures.laws import LawModel, LawOptions
+from dielast.calibration.failures.likelihood import Anchored, FailureModel, Mixed, Observations, Seen
+from dielast.calibration.failures.scatter_laws import NORMAL_FIELD, SCATTER_LAWS, WEIBULL
+from dielast.calibration.failures.specimens import POINTS_PER_DECADE, Simulated, Specimens, simulate_specimens
 from dielast.commands.lifetime.ranking import accepted, simulated_and_ranked
 from dielast.commands.lifetime.table import read_specimens
 from dielast.commands.registry import read_cases
-from dielast.failures.ageing import Ageing
-from dielast.failures.bounds import events_of, plan_test
-from dielast.failures.estimate import draw, estimate, profile_intervals, without_each
-from dielast.failures.exposures import Aged, Envelope, Plain
-from dielast.failures.fits import fit_law
-from dielast.failures.histories import Histories
-from dielast.failures.law_models import law_model
-from dielast.failures.laws import LawModel, LawOptions
-from dielast.failures.likelihood import Anchored, FailureModel, Mixed, Observations, Seen
-from dielast.failures.scatter_laws import NORMAL_FIELD, SCATTER_LAWS, WEIBULL
-from dielast.failures.specimens import POINTS_PER_DECADE, Simulated, Specimens, simulate_specimens
 from dielast.io.files import Inputs
 from dielast.material.scatter import DamageScatter, draw_sample, of_area
 from dielast.mechanics.load import VoltageStep, Waveform
@@ -338,7 +338,7 @@ def test_cycles_of_creeping_films_may_be_left_out(monkeypatch: pytest.MonkeyPatc
         return histories.time.size, histories.exposure(Ageing("power", 3e7), np.array([12.0]), np.zeros(3, dtype=int), time)[0][0]
 
     rows, whole = exposures()
-    monkeypatch.setattr("dielast.failures.specimens.KEPT_WHOLE", 10)
+    monkeypatch.setattr("dielast.calibration.failures.specimens.KEPT_WHOLE", 10)
     fewer, thinned = exposures()
     assert fewer < 0.7 * rows
     assert thinned[1:] == pytest.approx(whole[1:], abs=2e-3)

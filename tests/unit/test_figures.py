@@ -22,9 +22,9 @@ from matplotlib.legend import Legend
 from matplotlib.lines import Line2D
 from matplotlib.text import Text
 
+from dielast.base.errors import DielastWarning, InputError
 from dielast.commands.registry import COMMANDS, read_cases
 from dielast.commands.simulation.naming import headed
-from dielast.errors import DielastWarning, InputError
 from dielast.io.files import Inputs
 from dielast.plots.style import style
 from dielast.sharing.execution import Execution
@@ -249,7 +249,7 @@ def test_one_point_has_a_marker() -> None:
     assert np.asarray(line.get_xdata()).tolist() == [3600.0]
 
 
-@pytest.mark.filterwarnings("ignore::dielast.errors.DielastWarning")
+@pytest.mark.filterwarnings("ignore::dielast.base.errors.DielastWarning")
 def test_a_sweep_of_the_voltage_is_a_curve_of_stretch_over_voltage(tmp_path: Path) -> None:
     recipe = FILM + COARSE + VOLTAGES + '[plot]\nx = "step[0].voltage"\n'
     figure = figure_of(tmp_path, recipe)

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from processes import ENDS
 
-from dielast.errors import InputError
+from dielast.base.errors import InputError
 from dielast.io import files
 from dielast.io.files import Inputs, check_targets, depfile, write_files
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import ArrayLike, NDArray
 
-from dielast.superposition.binning import BINS_PER_DECADE, MIN_FREEDOM, POOL, SIGNAL_TO_NOISE, Binned, bin_curves
+from dielast.relaxation.superposition.binning import BINS_PER_DECADE, MIN_FREEDOM, POOL, SIGNAL_TO_NOISE, Binned, bin_curves
 
 Array = NDArray[np.float64]
 

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from dielast.superposition import joint_problem
-from dielast.superposition.joint_fit import knot_spacings
-from dielast.superposition.joint_problem import LOOSE
-from dielast.superposition.points import FitPoints, Weights
+from dielast.relaxation.superposition import joint_problem
+from dielast.relaxation.superposition.joint_fit import knot_spacings
+from dielast.relaxation.superposition.joint_problem import LOOSE
+from dielast.relaxation.superposition.points import FitPoints, Weights
 
 Array = NDArray[np.float64]
 

@@ -11,13 +11,13 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from dielast.errors import DielastWarning, InputError
+from dielast.base.errors import DielastWarning, InputError
 from dielast.material.measurement import CreepCurve, FrequencySweep, Measurement, RelaxationCurve
 from dielast.material.shift import WLF
-from dielast.superposition import mastercurve
-from dielast.superposition.joint_fit import MasterFit, fit_master
-from dielast.superposition.mastercurve import build_master_curve
-from dielast.superposition.result import MasterCurve
+from dielast.relaxation.superposition import mastercurve
+from dielast.relaxation.superposition.joint_fit import MasterFit, fit_master
+from dielast.relaxation.superposition.mastercurve import build_master_curve
+from dielast.relaxation.superposition.result import MasterCurve
 
 Array = NDArray[np.float64]
 

@@ -9,15 +9,15 @@ import numpy as np
 import pytest
 from numpy.typing import ArrayLike, NDArray
 
-from dielast.errors import DielastWarning
-from dielast.superposition import joint_errors, joint_fit, joint_problem
-from dielast.superposition.checks import find_undetermined
-from dielast.superposition.effects import LEAST, NONE, OFFSET, SPREAD_RATIO, RandomEffect, probable, walk
-from dielast.superposition.joint_errors import PARTS, find_misfit
-from dielast.superposition.joint_fit import MasterFit, fit_held, fit_master
-from dielast.superposition.joint_problem import LOOSE, MAX_STEP
-from dielast.superposition.points import FitPoints, Weights, even_weights
-from dielast.superposition.spline import Spline, roughness
+from dielast.base.errors import DielastWarning
+from dielast.relaxation.superposition import joint_errors, joint_fit, joint_problem
+from dielast.relaxation.superposition.checks import find_undetermined
+from dielast.relaxation.superposition.effects import LEAST, NONE, OFFSET, SPREAD_RATIO, RandomEffect, probable, walk
+from dielast.relaxation.superposition.joint_errors import PARTS, find_misfit
+from dielast.relaxation.superposition.joint_fit import MasterFit, fit_held, fit_master
+from dielast.relaxation.superposition.joint_problem import LOOSE, MAX_STEP
+from dielast.relaxation.superposition.points import FitPoints, Weights, even_weights
+from dielast.relaxation.superposition.spline import Spline, roughness
 
 Array = NDArray[np.float64]
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from dielast.superposition.effects import LEAST, OFFSET, TILT, Effect, RandomEffect, likeliest, walk
+from dielast.relaxation.superposition.effects import LEAST, OFFSET, TILT, Effect, RandomEffect, likeliest, walk
 
 Array = NDArray[np.float64]
 

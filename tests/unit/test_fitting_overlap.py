@@ -10,11 +10,11 @@ from hypothesis import given, settings, strategies as st
 from numpy.typing import NDArray
 from scipy.optimize import isotonic_regression
 
-from dielast.errors import InputError
+from dielast.base.errors import InputError
 from dielast.material.measurement_kind import RELAXATION
-from dielast.superposition import overlap
-from dielast.superposition.binning import Binned
-from dielast.superposition.overlap import JUMP, TOUCH, starting_shifts
+from dielast.relaxation.superposition import overlap
+from dielast.relaxation.superposition.binning import Binned
+from dielast.relaxation.superposition.overlap import JUMP, TOUCH, starting_shifts
 
 Array = NDArray[np.float64]
 

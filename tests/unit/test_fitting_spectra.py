@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from dielast.errors import DielastWarning, InputError
+from dielast.base.errors import DielastWarning, InputError
 from dielast.material.spectrum import Spectrum
 from dielast.relaxation import schwarzl_staverman as ss
 from dielast.relaxation.ends import short_time_end, votes

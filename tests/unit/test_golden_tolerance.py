@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from dielast.errors import InputError
+from dielast.base.errors import InputError
 from dielast.report.golden import differences
 
 TABLE = b"case,time [s],stress [Pa]\n0,1,100\n0,2,200\n"

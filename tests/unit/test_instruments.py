@@ -11,12 +11,12 @@ import pytest
 from exports import LAYOUTS, Step
 from hypothesis import given, settings, strategies as st
 
-from dielast.errors import InputError
+from dielast.base.errors import InputError
+from dielast.base.units import TEMPERATURES, conversion
 from dielast.io.cells import decode
 from dielast.readings.columns_recipe import ROLES
 from dielast.readings.instruments import FORMATS, ExportedStep, recognise
 from dielast.readings.instruments.export import columns_by_role, deformation_of
-from dielast.units import TEMPERATURES, conversion
 
 # what a column is called, its unit, and what one of that unit is in SI
 TRIOS_NAMES = {

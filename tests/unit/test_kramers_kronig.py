@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
-from dielast.errors import DielastWarning, InputError
+from dielast.base.errors import DielastWarning, InputError
 from dielast.material.measurement import FrequencySweep
 from dielast.readings.kramers_kronig import viscosity_factor, warn_if_inconsistent
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from flat import relax
 
-from dielast.errors import InputError
+from dielast.base.errors import InputError
 from dielast.material.material import Material
 from dielast.material.shift import NoShift
 from dielast.material.spectrum import Spectrum

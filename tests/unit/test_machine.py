@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 import pytest
 
+from dielast.base.errors import InputError
 from dielast.cli.run import compute
 from dielast.commands.inspect import mistakes, readings_of
 from dielast.commands.registry import read_cases
 from dielast.commands.simulation.compare import read_points
 from dielast.commands.simulation.recipe import CompareSection
 from dielast.commands.simulation.solver_steps import solver_steps
-from dielast.errors import InputError
 from dielast.io.files import Inputs
 from dielast.mechanics.load import Track
 from dielast.sharing.execution import Execution

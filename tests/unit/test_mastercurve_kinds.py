@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from dielast.errors import DielastWarning, InputError
+from dielast.base.errors import DielastWarning, InputError
 from dielast.material.measurement import CreepCurve, FrequencySweep, RelaxationCurve
 from dielast.material.shift import WLF
-from dielast.superposition.mastercurve import build_master_curve
-from dielast.superposition.result import MasterCurve
+from dielast.relaxation.superposition.mastercurve import build_master_curve
+from dielast.relaxation.superposition.result import MasterCurve
 
 LAW = WLF(20.0, 13.7, 187.1)
 TEMPERATURES = np.arange(0.0, 41.0, 10.0)

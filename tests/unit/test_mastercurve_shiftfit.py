@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
-from dielast.errors import DielastWarning, InputError
+from dielast.base.errors import DielastWarning, InputError
 from dielast.material.shift import WLF, Arrhenius
-from dielast.superposition.shiftfit import fit_shift_law
+from dielast.relaxation.superposition.shiftfit import fit_shift_law
 
 TEMPERATURE = np.arange(-40.0, 61.0, 10.0)
 INDEPENDENT = np.eye(TEMPERATURE.size) * 1e-4

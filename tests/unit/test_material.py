@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
-from dielast.errors import InputError
+from dielast.base.errors import InputError
 from dielast.handover.material_file import parse_material, read_material, write_material
 from dielast.material.material import Breakdown, Material
 from dielast.material.shift import WLF, Arrhenius, NoShift, ShiftTable

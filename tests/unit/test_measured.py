@@ -7,10 +7,10 @@ from typing import Any
 import pytest
 from hypothesis import given, strategies as st
 
-from dielast.errors import InputError
+from dielast.base.errors import InputError
+from dielast.base.units import ANGULAR_FREQUENCY, COMPLIANCE, FREQUENCY, STRESS, TEMPERATURE, TIME, VISCOSITY, Dimension, conversion
 from dielast.io.cells import TextFormat, decode, is_number
 from dielast.io.text_table import MeasuredTable, read_measured
-from dielast.units import ANGULAR_FREQUENCY, COMPLIANCE, FREQUENCY, STRESS, TEMPERATURE, TIME, VISCOSITY, Dimension, conversion
 
 HEADER_ALONE = "no columns of numbers found: there are no rows below the header"
 DATA = [(0.1, 2.5), (1.0, 2.0), (10.5, 1.25)]
@@ -191,7 +191,7 @@ def test_units_stay_with_their_names_between_blanks() -> None:
 
 
 def test_a_strain_without_a_unit_is_not_taken_as_a_fraction() -> None:
-    from dielast.units import STRAIN
+    from dielast.base.units import STRAIN
 
     with pytest.raises(InputError, match='column "strain" has no unit'):
         read("time [s],strain\n1,1\n2,1\n").column("strain", "strain", STRAIN)

@@ -13,7 +13,7 @@ import pytest
 from hypothesis import given, settings, strategies as st
 from readings import expect_sweeps, read, sweep_file, sweep_rows, table
 
-from dielast.errors import DielastWarning, InputError
+from dielast.base.errors import DielastWarning, InputError
 from dielast.material.measurement import CreepCurve, FrequencySweep, RelaxationCurve
 
 SWEEP = {"temperature": "T", "frequency": "f", "storage": "E'", "loss": "E''"}

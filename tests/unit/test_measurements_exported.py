@@ -11,7 +11,7 @@ import pytest
 from exports import Step
 from readings import expect_sweeps, model, read, relaxation_curves
 
-from dielast.errors import DielastWarning, InputError
+from dielast.base.errors import DielastWarning, InputError
 from dielast.io.files import Inputs
 from dielast.material.measurement import CreepCurve, FrequencySweep, RelaxationCurve
 from dielast.readings.read import read_all

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from readings import read, sweep_file, table
 
-from dielast.errors import DielastWarning
+from dielast.base.errors import DielastWarning
 
 
 @pytest.mark.parametrize(

@@ -21,7 +21,7 @@ from dielast import (
     export_card,
     write_material,
 )
-from dielast.export.card import CODES, prepare
+from dielast.handover.export.card import CODES, prepare
 from dielast.handover.material_file import parse_material
 from dielast.material.modulus import EntropicModulus
 from dielast.material.shift import WLF, ShiftTable

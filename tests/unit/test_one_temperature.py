@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 from readings import table
 
+from dielast.base.errors import DielastWarning, InputError
 from dielast.commands.mastercurve.recipe import MasterCurveRecipe
 from dielast.commands.mastercurve.run import run as run_mastercurve
 from dielast.commands.registry import read_cases
 from dielast.commands.spectrum.recipe import CurveData, SpectrumRecipe
 from dielast.commands.spectrum.run import run as run_spectrum
 from dielast.commands.spectrum.sources import read_curve
-from dielast.errors import DielastWarning, InputError
 from dielast.handover.mastercurve_folder import ReducedCurve
 from dielast.io.files import Inputs
 from dielast.material.shift import NoShift

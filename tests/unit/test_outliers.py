@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from scipy.stats import norm
 
-from dielast.errors import DielastWarning
+from dielast.base.errors import DielastWarning
 from dielast.material.measurement import CreepCurve, FrequencySweep, Measurement, RelaxationCurve
 from dielast.material.shift import WLF
 from dielast.numerics.robust import robust_deviation, robust_variance
-from dielast.superposition.mastercurve import build_master_curve
-from dielast.superposition.result import MasterCurve
+from dielast.relaxation.superposition.mastercurve import build_master_curve
+from dielast.relaxation.superposition.result import MasterCurve
 
 LAW = WLF(20.0, 13.7, 187.1)
 TEMPERATURES = (-20.0, -10.0, 0.0, 10.0, 20.0, 30.0, 40.0)

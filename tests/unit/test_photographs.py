@@ -12,12 +12,12 @@ from PIL import Image
 
 import dielast
 from dielast import InputError
-from dielast.photographs.camera import Camera
-from dielast.photographs.decode import LARGEST, count_pictures, read_picture, taken
-from dielast.photographs.ellipse import Ellipse, fit_ellipse
-from dielast.photographs.find import otsu
-from dielast.photographs.outline import find_outline
-from dielast.photographs.series import BREAKDOWN, WRINKLES, measure_electrode, stretches
+from dielast.readings.photographs.camera import Camera
+from dielast.readings.photographs.decode import LARGEST, count_pictures, read_picture, taken
+from dielast.readings.photographs.ellipse import Ellipse, fit_ellipse
+from dielast.readings.photographs.find import otsu
+from dielast.readings.photographs.outline import find_outline
+from dielast.readings.photographs.series import BREAKDOWN, WRINKLES, measure_electrode, stretches
 
 SMALL = Scene((150, 140), (74.3, 69.6), (80.0, 80.0), noise=0.02)
 

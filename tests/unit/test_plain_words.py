@@ -8,8 +8,8 @@ from typing import Any
 import pytest
 from pydantic import BaseModel, Field, ValidationError
 
+from dielast.base.errors import InputError
 from dielast.commands.registry import COMMANDS
-from dielast.errors import InputError
 from dielast.recipe.fields import Section
 from dielast.recipe.validate import _PLAIN, _models, check
 from dielast.report.summary import print_summary

@@ -30,7 +30,7 @@ from dielast.relaxation.creep import fit_creep
 from dielast.relaxation.fit import fit_oscillation
 from dielast.relaxation.interconversion import retardation_from_relaxation
 from dielast.relaxation.reduce import reduce_spectrum
-from dielast.superposition.result import MasterCurve
+from dielast.relaxation.superposition.result import MasterCurve
 
 
 def curves(temperatures: np.ndarray) -> list[RelaxationCurve]:
@@ -244,7 +244,7 @@ def test_a_saved_figure_is_that_of_matplotlibs_passes(form: str, monkeypatch: py
     assert ours == saved()
 
 
-@pytest.mark.filterwarnings("ignore::dielast.errors.DielastWarning")
+@pytest.mark.filterwarnings("ignore::dielast.base.errors.DielastWarning")
 @pytest.mark.parametrize("swept", [False, True])
 def test_the_fitted_curve_ends_where_shifts_are_undetermined(swept: bool) -> None:
     x = np.geomspace(1e-2, 1e2, 30)

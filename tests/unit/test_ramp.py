@@ -8,7 +8,7 @@ from flat import relax
 from readings import relaxation_curves
 
 from dielast import WLF, Gent, Material, Spectrum, build_master_curve
-from dielast.errors import InputError
+from dielast.base.errors import InputError
 from dielast.io.files import Inputs
 from dielast.mechanics.load import Step
 from dielast.readings.recipe import MeasurementData

@@ -6,10 +6,10 @@ from pathlib import Path
 import pytest
 from hypothesis import given, strategies as st
 
+from dielast.base.errors import InputError
 from dielast.commands.mastercurve.recipe import MasterCurveRecipe
 from dielast.commands.registry import COMMANDS, read_cases
 from dielast.commands.spectrum.recipe import SpectrumRecipe
-from dielast.errors import InputError
 from dielast.io.toml import parse_toml
 from dielast.recipe.base import RecipeBase
 

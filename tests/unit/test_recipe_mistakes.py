@@ -8,8 +8,8 @@ from typing import Any
 import pytest
 from hypothesis import given, strategies as st
 
+from dielast.base.errors import InputError, quoted, shown, shown_path
 from dielast.commands.registry import COMMANDS, read_cases
-from dielast.errors import InputError, quoted, shown, shown_path
 from dielast.handover.material_file import read_material
 from dielast.recipe.cases import check_load
 from dielast.recipe.paths import read_path, read_setting

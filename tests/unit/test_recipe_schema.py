@@ -10,8 +10,8 @@ import jsonschema
 import pytest
 from keys import keys
 
+from dielast.base.errors import InputError
 from dielast.commands.registry import COMMANDS, read_cases
-from dielast.errors import InputError
 from dielast.recipe.schema import recipe_schema
 
 TOP = Path(__file__).parents[2]

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from ramps import area, ramp_error
 from scipy.optimize import linprog
 
-from dielast.errors import InputError
+from dielast.base.errors import InputError
 from dielast.material.shift import WLF, NoShift
 from dielast.material.spectrum import Spectrum
 from dielast.relaxation.reduce import reduce_spectrum

@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 from readings import read
 
+from dielast.base.errors import InputError
+from dielast.base.units import ANGULAR_FREQUENCY, STRESS
 from dielast.commands.spectrum.sources import read_curve
-from dielast.errors import InputError
 from dielast.io.files import Inputs
 from dielast.io.text_table import read_measured
 from dielast.material.measurement import CreepCurve, FrequencySweep, RelaxationCurve
@@ -18,7 +19,6 @@ from dielast.material.measurement_kind import RELAXATION
 from dielast.readings.instruments import recognise
 from dielast.readings.recipe import CurveData
 from dielast.recipe.validate import check
-from dielast.units import ANGULAR_FREQUENCY, STRESS
 
 NAMES = "w\tG'\tG\"\tTemp\tg\td\th*\tTorque\td\ttan(d)\tNormalStress"
 UNITS = "rad/s\tPa\tPa\t°C\t%\t°\tPa-s\tN-m\t°\t \tPa"

@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from dielast.base.errors import DielastWarning, InputError
 from dielast.cli.run import compute
 from dielast.commands.registry import read_cases
 from dielast.commands.simulation.solver_steps import solver_steps
-from dielast.errors import DielastWarning, InputError
 from dielast.io.files import Inputs
 from dielast.io.table import number_columns
 from dielast.mechanics.load import Track

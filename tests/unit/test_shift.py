@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
-from dielast.errors import InputError
+from dielast.base.errors import InputError
 from dielast.material.law import Constant
 from dielast.material.shift import WLF, Arrhenius, NoShift, ShiftTable, VogelFulcherTammann
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy.optimize import isotonic_regression
 
 from dielast import fit_oscillation, fit_spectrum
-from dielast.errors import DielastWarning, InputError
+from dielast.base.errors import DielastWarning, InputError
 from dielast.material.spectrum import Spectrum
 from dielast.relaxation.checks import POOR_FIT
 from dielast.relaxation.creep import fit_creep

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from dielast.errors import DielastWarning, InputError
+from dielast.base.errors import DielastWarning, InputError
 from dielast.material.spectrum import Spectrum
 from dielast.relaxation.creep import fit_creep
 from dielast.relaxation.fit import fit_oscillation

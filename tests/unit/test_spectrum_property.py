@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from dielast.errors import InputError
+from dielast.base.errors import InputError
 from dielast.material.spectrum import Spectrum
 from dielast.relaxation.fit import fit_spectrum
 from dielast.relaxation.nnls import WeightedCurve, fit_strengths
@@ -35,7 +35,7 @@ def test_noise_free_series_give_their_curve_back(heights: list[float], level: fl
     st.integers(min_value=3, max_value=40),
 )
 @settings(max_examples=25)
-@pytest.mark.filterwarnings("ignore::dielast.errors.DielastWarning")
+@pytest.mark.filterwarnings("ignore::dielast.base.errors.DielastWarning")
 def test_any_curve_gives_a_finite_spectrum_or_a_refusal(method: Method, seed: int, points: int, branches: int) -> None:
     rng = np.random.default_rng(seed)
     x = np.sort(rng.uniform(-6, 6, points))

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, strategies as st
 from numpy.polynomial import Chebyshev
 
-from dielast.errors import InputError
+from dielast.base.errors import InputError
 from dielast.relaxation.schwarzl_staverman import cumulative_spectrum, discrete_moduli, fit_polynomial
 
 levels = st.lists(st.floats(min_value=0, max_value=1e9), min_size=3, max_size=40)

@@ -12,7 +12,7 @@ import pytest
 from peers import energies
 from peers.energies import inverse_langevin
 
-from dielast.errors import DielastWarning, InputError
+from dielast.base.errors import DielastWarning, InputError
 from dielast.material.material import Material
 from dielast.material.shift import NoShift
 from dielast.material.spectrum import Spectrum

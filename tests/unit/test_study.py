@@ -22,12 +22,12 @@ import pytest
 from flat import plan_failure_map
 from processes import ENDS
 
+from dielast.base.errors import DielastError, InputError, NumericsError
 from dielast.cli.run import compute
 from dielast.commands.grids import design as designs, failure_map as maps
 from dielast.commands.registry import read_cases
 from dielast.commands.simulation import cases
 from dielast.commands.simulation.cases import PART, divided, one_or_all
-from dielast.errors import DielastError, InputError, NumericsError
 from dielast.io.files import STORE, Inputs
 from dielast.material.material import Breakdown, Material
 from dielast.material.shift import NoShift

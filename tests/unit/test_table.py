@@ -3,7 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from dielast.errors import InputError
+from dielast.base.errors import InputError
 from dielast.io.table import Column, number_columns, parse_csv, split_header, to_csv, to_frame
 
 TABLE = [Column("time", "s", np.array([0.1, 1 / 3, -0.0, np.nan])), Column("mode", None, ["none", "a, b", 'say "x"', ""])]

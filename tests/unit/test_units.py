@@ -7,8 +7,8 @@ import pytest
 import scipy.constants
 from hypothesis import given, strategies as st
 
-from dielast import units
-from dielast.errors import InputError
+from dielast.base import units
+from dielast.base.errors import InputError
 from dielast.material.dielectric import VACUUM_PERMITTIVITY
 
 

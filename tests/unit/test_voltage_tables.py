@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from dielast.base.errors import InputError
 from dielast.commands.registry import read_cases
 from dielast.commands.simulation.solver_steps import solver_steps
-from dielast.errors import InputError
 from dielast.io.files import Inputs
 from dielast.mechanics.load import Track
 

@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given, strategies as st
 from readings import expect_sweeps, read
 
-from dielast.errors import InputError
+from dielast.base.errors import InputError
 from dielast.io.header import temperature_in
 from dielast.material.measurement import RelaxationCurve
 

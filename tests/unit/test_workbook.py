@@ -15,15 +15,15 @@ import numpy as np
 import pytest
 from readings import expect_sweeps, read
 
+from dielast.base.errors import InputError
+from dielast.base.units import STRESS, TEMPERATURE, TIME
 from dielast.commands.spectrum.sources import read_curve
-from dielast.errors import InputError
 from dielast.io import workbook
 from dielast.io.cells import TextFormat, decode
 from dielast.io.files import Inputs, sha256
 from dielast.io.text_table import read_measured
 from dielast.readings.recipe import CurveData
 from dielast.recipe.validate import check
-from dielast.units import STRESS, TEMPERATURE, TIME
 
 openpyxl = pytest.importorskip("openpyxl")
 pytest.importorskip("python_calamine")

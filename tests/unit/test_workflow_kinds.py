@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from dielast.base.errors import DielastWarning, InputError
 from dielast.cli.run import compute
 from dielast.commands.registry import read_cases
-from dielast.errors import DielastWarning, InputError
 from dielast.io.table import parse_csv
 from dielast.sharing.execution import Execution
 

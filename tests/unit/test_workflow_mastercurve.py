@@ -9,9 +9,9 @@ import pytest
 from readings import relaxation_curves
 
 from dielast import RelaxationCurve, build_master_curve
+from dielast.base.errors import DielastWarning, InputError
 from dielast.commands.mastercurve.recipe import MasterCurveRecipe
 from dielast.commands.mastercurve.run import run
-from dielast.errors import DielastWarning, InputError
 from dielast.io.files import Inputs
 from dielast.readings.read import read_all
 from dielast.readings.recipe import MeasurementData

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from dielast.base.errors import DielastWarning, InputError
 from dielast.commands.spectrum.recipe import CurveData, SpectrumRecipe
 from dielast.commands.spectrum.run import run
 from dielast.commands.spectrum.sources import read_curve
-from dielast.errors import DielastWarning, InputError
 from dielast.io.files import Inputs
 from dielast.io.table import number_columns, to_csv
 from dielast.material.spectrum import Spectrum

@@ -2,8 +2,8 @@
 
 import re
 
+from dielast.base.errors import InputError
 from dielast.commands.simulation.from_data import MATERIAL, temperature_of
-from dielast.errors import InputError
 from dielast.readings.seen import Given, SeenFile
 from dielast.readings.stated import without_unit
 from dielast.recipe.lines import FILL, RecipeLines

@@ -5,11 +5,11 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
+from dielast.base.errors import InputError
+from dielast.base.units import STIFFNESS, STRESS
 from dielast.commands.simulation.film_recipe import FilmBase
 from dielast.commands.simulation.step_recipe import AnyOf, HistoryStep
-from dielast.errors import InputError
 from dielast.recipe.fields import Length, Section
-from dielast.units import STIFFNESS, STRESS
 
 Stiffness = Annotated[tuple[float, str], AnyOf((STIFFNESS, STRESS), "a stiffness")]
 

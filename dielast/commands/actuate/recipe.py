@@ -6,18 +6,8 @@ from typing import Annotated, ClassVar, Literal
 import numpy as np
 from pydantic import Field
 
-from dielast.commands.actuate.programme import LimitsSection, Repetition, SpringSection
-from dielast.commands.actuate.steps import SourceStep
-from dielast.commands.simulation.film_recipe import SHARE_TEXT, FilmBase, FilmSolver, Prestretch, PullInSection, Share
-from dielast.commands.simulation.recipe import LoadingMode, OutputSection, SimulationRecipe
-from dielast.commands.simulation.step_recipe import starting
-from dielast.commands.simulation.uncertainty_recipe import SENSITIVITY_TEXT, FilmUncertainty
-from dielast.errors import InputError, Mistakes, Problem
-from dielast.handover.law_section import BreakdownField
-from dielast.mechanics.criteria import END, names
-from dielast.recipe.fields import OneOf, Section, Time, WithUnit
-from dielast.simulate.quantities import ELECTRICAL, ELECTRODE, FILMS, LEAKAGE, SOURCE, Quantity
-from dielast.units import (
+from dielast.base.errors import InputError, Mistakes, Problem
+from dielast.base.units import (
     CHARGE,
     CHARGE_DENSITY,
     CONDUCTIVITY,
@@ -25,6 +15,16 @@ from dielast.units import (
     RESISTANCE,
     VOLTAGE,
 )
+from dielast.commands.actuate.programme import LimitsSection, Repetition, SpringSection
+from dielast.commands.actuate.steps import SourceStep
+from dielast.commands.simulation.film_recipe import SHARE_TEXT, FilmBase, FilmSolver, Prestretch, PullInSection, Share
+from dielast.commands.simulation.recipe import LoadingMode, OutputSection, SimulationRecipe
+from dielast.commands.simulation.step_recipe import starting
+from dielast.commands.simulation.uncertainty_recipe import SENSITIVITY_TEXT, FilmUncertainty
+from dielast.handover.law_section import BreakdownField
+from dielast.mechanics.criteria import END, names
+from dielast.recipe.fields import OneOf, Section, Time, WithUnit
+from dielast.simulate.quantities import ELECTRICAL, ELECTRODE, FILMS, LEAKAGE, SOURCE, Quantity
 
 Resistance = Annotated[float, WithUnit(RESISTANCE, at_least=0.0)]
 Conductivity = Annotated[float, WithUnit(CONDUCTIVITY, at_least=0.0)]

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from dielast.base.errors import placed
 from dielast.commands.actuate.recipe import ActuateRecipe, FilmSection
 from dielast.commands.actuate.uses import use_columns
 from dielast.commands.simulation.cases import SimulationBatch, case_result, last, one_or_list
@@ -14,7 +15,6 @@ from dielast.commands.simulation.checks import warn_of_films, warn_of_programmes
 from dielast.commands.simulation.result import CaseResult, StatedCase, at_event
 from dielast.commands.simulation.run import Figures, Prepared, Simulation, report_of
 from dielast.commands.simulation.solver_steps import repeat_of
-from dielast.errors import placed
 from dielast.handover.law_section import breakdown
 from dielast.io.files import Inputs
 from dielast.io.table import Table, case_table

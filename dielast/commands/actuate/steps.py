@@ -7,11 +7,8 @@ from typing import Annotated, Any, ClassVar, Literal, NamedTuple
 
 from pydantic import Field, PlainValidator, WithJsonSchema
 
-from dielast.commands.simulation.step_recipe import Aim, AnyOf, HistoryStep
-from dielast.errors import InputError, shown
-from dielast.recipe.fields import Section, Voltage
-from dielast.recipe.file_fields import ColumnName
-from dielast.units import (
+from dielast.base.errors import InputError, shown
+from dielast.base.units import (
     CHARGE,
     CHARGE_DENSITY,
     CHARGE_DENSITY_RATE,
@@ -25,6 +22,9 @@ from dielast.units import (
     Dimension,
     parse,
 )
+from dielast.commands.simulation.step_recipe import Aim, AnyOf, HistoryStep
+from dielast.recipe.fields import Section, Voltage
+from dielast.recipe.file_fields import ColumnName
 
 RATES = {VOLTAGE.unit: VOLTAGE_RATE, CHARGE.unit: CHARGE_RATE, CHARGE_DENSITY.unit: CHARGE_DENSITY_RATE}
 """The rate of a quantity, by its unit."""

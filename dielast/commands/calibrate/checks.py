@@ -4,6 +4,7 @@ from collections.abc import Collection, Mapping, Sequence
 
 import numpy as np
 
+from dielast.base.errors import and_more, warn
 from dielast.calibration.experiment import MeasuredTest
 from dielast.calibration.fit import MANY
 from dielast.calibration.laws import StableRange
@@ -11,7 +12,6 @@ from dielast.calibration.parameters import Parameter
 from dielast.calibration.profiles import Profile, Verdict
 from dielast.calibration.result import Calibration, range_of
 from dielast.calibration.scatter import USUAL_SCATTER
-from dielast.errors import and_more, warn
 from dielast.material.use_checks import BEYOND_TESTS, LONGER, UNTESTED, is_untested
 from dielast.mechanics.load import Mode
 

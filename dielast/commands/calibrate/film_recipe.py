@@ -4,12 +4,12 @@ from typing import Annotated
 
 from pydantic import AfterValidator, Field
 
+from dielast.base.errors import InputError
+from dielast.base.units import NUMBER, STRAIN, TIME, TIMES, VOLTAGE, VOLTAGE_RATE
 from dielast.commands.simulation.film_recipe import SHARE_TEXT, FilmBase, FilmSolver, Prestretch, Shares
-from dielast.errors import InputError
 from dielast.readings.columns_recipe import MachineColumns
 from dielast.recipe.fields import WithUnit
 from dielast.recipe.file_fields import ColumnName
-from dielast.units import NUMBER, STRAIN, TIME, TIMES, VOLTAGE, VOLTAGE_RATE
 
 VOLTAGE_COLUMNS = {"voltage": VOLTAGE, "relative_stretch": NUMBER, "area_strain": STRAIN}
 """Columns of actuated films alone."""

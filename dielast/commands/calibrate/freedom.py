@@ -4,13 +4,13 @@ from collections.abc import Mapping
 from functools import partial
 from typing import Any
 
+from dielast.base.errors import InputError, Mistakes, Problem, quoted, shown, warn
+from dielast.base.units import parse
 from dielast.calibration.parameters import Free, ParameterSpace, parameter_space
 from dielast.commands.calibrate.recipe import FreeValue
 from dielast.commands.simulation.uncertainty import read_members
-from dielast.errors import InputError, Mistakes, Problem, quoted, shown, warn
 from dielast.io.files import Inputs
 from dielast.material.material import Material, constants_of
-from dielast.units import parse
 
 FEWEST_DRAWS = 10  # for a standard deviation
 

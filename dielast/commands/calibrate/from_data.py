@@ -5,6 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
+from dielast.base.errors import InputError
 from dielast.calibration.voltage import QUANTITIES
 from dielast.commands.simulation.from_data import (
     MACHINE,
@@ -17,7 +18,6 @@ from dielast.commands.simulation.from_data import (
     state_columns,
     temperature_of,
 )
-from dielast.errors import InputError
 from dielast.readings.seen import Given, SeenColumn, SeenFile
 from dielast.readings.stated import specimen_of, without_unit
 from dielast.recipe.lines import FILL, RecipeLines

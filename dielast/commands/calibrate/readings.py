@@ -3,13 +3,13 @@
 from collections.abc import Callable, Iterator, Sequence
 from functools import cache, partial
 
+from dielast.base.errors import InputError, NumericsError, without_warnings
 from dielast.calibration.experiment import Experiment
 from dielast.commands.calibrate.freedom import free_of
 from dielast.commands.calibrate.recipe import CalibrateRecipe, TestData
 from dielast.commands.calibrate.simulated import recipe_tests
 from dielast.commands.calibrate.task import CalibrationTask, check_conditions
 from dielast.commands.calibrate.tests import check_temperature, named, read_test
-from dielast.errors import InputError, NumericsError, without_warnings
 from dielast.handover.material_file import parse_material
 from dielast.io.files import Inputs
 from dielast.material.material import Material

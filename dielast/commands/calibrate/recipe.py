@@ -4,15 +4,15 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field, PlainValidator, ValidationInfo, WithJsonSchema, WrapValidator
 
+from dielast.base.errors import InputError
+from dielast.base.units import FORCE, LENGTH, NUMBER, STRAIN, STRESS, TIME
 from dielast.commands.calibrate.film_recipe import VOLTAGE_COLUMNS, RampRates, TestColumns, TestFilm
 from dielast.commands.membrane.recipe import SLACK, Slack
 from dielast.commands.simulation.recipe import Cell, LoadingMode
-from dielast.errors import InputError
 from dielast.readings.columns_recipe import Specimen
 from dielast.recipe.base import RecipeBase, TextTable, units_of
 from dielast.recipe.fields import RelativeDeviation, Section, StrainRate, Temperature, Time, Voltage
 from dielast.recipe.file_fields import NAMES_FILES, PATH, InputFile, existing_file
-from dielast.units import FORCE, LENGTH, NUMBER, STRAIN, STRESS, TIME
 
 ROLES = {"time": TIME, "stretch": NUMBER, "strain": STRAIN, "extension": LENGTH, "stress": STRESS, "force": FORCE}
 ROLES |= VOLTAGE_COLUMNS

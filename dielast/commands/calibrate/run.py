@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from dielast.base.errors import NumericsError, in_keys, warn
 from dielast.calibration.comparison import hull
 from dielast.calibration.experiment import MeasuredTest
 from dielast.calibration.fit import Fit, Watch, fit_material
@@ -27,7 +28,6 @@ from dielast.commands.calibrate.checks import warn_of_fit, warn_of_laws_alike, w
 from dielast.commands.calibrate.readings import readings as readings
 from dielast.commands.calibrate.recipe import CalibrateRecipe
 from dielast.commands.calibrate.task import CalibrationTask, check_conditions, read_task
-from dielast.errors import NumericsError, in_keys, warn
 from dielast.handover.material_draws import draw_columns
 from dielast.handover.material_file import write_material
 from dielast.io.files import Inputs

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from dielast.base.errors import InputError, located, warn
 from dielast.calibration.experiment import SimulatedExperiment, answers_of
 from dielast.calibration.laboratory import RTOL
 from dielast.commands.registry import read_cases
@@ -16,7 +17,6 @@ from dielast.commands.simulation.recipe import CompareSection
 from dielast.commands.simulation.result import CaseResult, StatedCase
 from dielast.commands.simulation.run import Simulation
 from dielast.commands.simulation.solver_steps import TimedStep, solver_steps
-from dielast.errors import InputError, located, warn
 from dielast.io.files import Inputs, resolve
 from dielast.io.table import split_header
 from dielast.material.material import Material

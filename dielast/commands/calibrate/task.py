@@ -5,6 +5,7 @@ from functools import partial
 
 import numpy as np
 
+from dielast.base.errors import InputError, Mistakes, warn
 from dielast.calibration.experiment import Experiment, MeasuredTest
 from dielast.calibration.parameters import Free
 from dielast.calibration.spring_pairs import reach_of, trial
@@ -12,7 +13,6 @@ from dielast.calibration.voltage import VoltageTest
 from dielast.commands.calibrate.freedom import free_of
 from dielast.commands.calibrate.recipe import CalibrateRecipe
 from dielast.commands.calibrate.tests import read_tests
-from dielast.errors import InputError, Mistakes, warn
 from dielast.handover.material_file import parse_material
 from dielast.io.files import Inputs
 from dielast.material.checks import FAINTEST, LOOKS_LIKE_KELVIN, STRONGEST, warn_of_field, warn_of_temperature

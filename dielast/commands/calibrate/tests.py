@@ -7,6 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
+from dielast.base.errors import InputError, Mistakes, and_more, located, placed, warn
+from dielast.base.units import TIME
 from dielast.calibration.estimate import USUAL_ERROR
 from dielast.calibration.experiment import Experiment, MeasuredTest, corners, path_length
 from dielast.calibration.rest import gives_work, slack_of, stress_at_rest
@@ -17,14 +19,12 @@ from dielast.commands.calibrate.recipe import TestData
 from dielast.commands.calibrate.simulated import recipe_tests
 from dielast.commands.calibrate.voltage_tests import read_voltage_test
 from dielast.commands.simulation.compare import rows_where
-from dielast.errors import InputError, Mistakes, and_more, located, placed, warn
 from dielast.io.files import Inputs
 from dielast.io.text_table import MeasuredTable, read_measured
 from dielast.material.checks import SQUEEZED
 from dielast.material.material import Material
 from dielast.numerics.arrays import Flags, Floats
 from dielast.readings.specimen import mistaken, read_as, role_in
-from dielast.units import TIME
 
 MOST_SEARCHED, MOST_SPANS = 3000, 3  # points that are searched for ringing, and times that a warning names
 MOST_POINTS = 400  # of a test that are compared: more points carry no more information

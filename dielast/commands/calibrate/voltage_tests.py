@@ -2,15 +2,15 @@
 
 import numpy as np
 
+from dielast.base.errors import InputError, located
+from dielast.base.units import NUMBER
 from dielast.calibration.voltage import QUANTITIES, VoltageTest
 from dielast.commands.calibrate.film_recipe import VOLTAGE_COLUMNS, TestFilm
 from dielast.commands.calibrate.recipe import TestData
 from dielast.commands.simulation.compare import rows_where
-from dielast.errors import InputError, located
 from dielast.io.files import Inputs
 from dielast.io.text_table import MeasuredTable, read_measured
 from dielast.simulate.film_setup import Film
-from dielast.units import NUMBER
 
 NAMES = {measure: (measure, f"{measure}_1") for measure in QUANTITIES}
 """Usual names of columns, and those in results of actuate."""

@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 
+from dielast.base.errors import in_keys, placed
 from dielast.commands.grids.films import PreparedGrid, in_words, planned, sample_for, warn_of_design, warn_of_grid
 from dielast.commands.grids.recipe import DesignRecipe
 from dielast.commands.simulation.cases import first_of_each, material_of
 from dielast.commands.simulation.recipe import KEYS
-from dielast.errors import in_keys, placed
 from dielast.io.files import Inputs
 from dielast.recipe.cases import Case
 from dielast.report.report import RunReport

@@ -6,11 +6,11 @@ from typing import Any
 
 import numpy as np
 
+from dielast.base.errors import placed
 from dielast.commands.grids.films import PreparedGrid, in_words, planned, sample_for, warn_of_failures, warn_of_map
 from dielast.commands.grids.recipe import FailureMapRecipe
 from dielast.commands.simulation.cases import first_of_each, material_of
 from dielast.commands.simulation.recipe import KEYS
-from dielast.errors import placed
 from dielast.io.files import Inputs
 from dielast.io.table import Table
 from dielast.recipe.cases import Case

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 import numpy as np
 
+from dielast.base.errors import Problem, placed, warn
 from dielast.commands.grids.recipe import DesignRecipe, FailureMapRecipe, GridFilm
 from dielast.commands.simulation.checks import AT_ONCE, prestretching, warn_of_no_breakdown, warn_of_setups
-from dielast.errors import Problem, placed, warn
 from dielast.handover.law_section import breakdown
 from dielast.io.files import Inputs
 from dielast.material.checks import USUAL, warn_of_field, warn_of_material

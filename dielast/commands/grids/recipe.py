@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, TypeVar
 import numpy as np
 from pydantic import AfterValidator, Field, PlainValidator, WithJsonSchema, field_validator
 
+from dielast.base.errors import InputError
+from dielast.base.units import LENGTH, STRAIN
 from dielast.commands.simulation.film_recipe import (
     ONE_PRESTRETCH,
     SHARE_TEXT,
@@ -20,12 +22,10 @@ from dielast.commands.simulation.film_recipe import (
 )
 from dielast.commands.simulation.recipe import MaterialRecipe
 from dielast.commands.simulation.uncertainty_recipe import SENSITIVITY_TEXT, FilmUncertainty
-from dielast.errors import InputError
 from dielast.handover.law_section import BreakdownField, breakdown
 from dielast.material.scatter import fewest_draws
 from dielast.recipe.fields import NamedTimes, Numbers, PositiveTime, Section, Temperatures, Time, Voltage, Voltages, WithUnit
 from dielast.simulate.options import Failure, Solver
-from dielast.units import LENGTH, STRAIN
 
 if TYPE_CHECKING:
     from dielast.material.scatter import Sample

@@ -1,8 +1,8 @@
 """The recipe of `lifetime` for a given table of specimens."""
 
+from dielast.base.errors import InputError
 from dielast.commands.lifetime.recipe import QUANTITIES, TEXTS
 from dielast.commands.simulation.from_data import MATERIAL, state_columns, temperature_of
-from dielast.errors import InputError
 from dielast.readings.seen import Given
 from dielast.readings.stated import without_unit
 from dielast.recipe.lines import FILL, RecipeLines

@@ -8,15 +8,15 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from dielast.base.errors import InputError, NumericsError, warn, without_warnings
+from dielast.calibration.failures.bounds import TestPlan, plan_test
+from dielast.calibration.failures.fits import FittedLaw, Lives, fit_law, life_error, lives_of
+from dielast.calibration.failures.histories import Histories
+from dielast.calibration.failures.law_models import line_model
+from dielast.calibration.failures.law_names import LINES
+from dielast.calibration.failures.likelihood import Seen
+from dielast.calibration.failures.specimens import Simulated, Specimens, simulate_specimens
 from dielast.commands.lifetime.recipe import LifetimeRecipe, PlanSection
-from dielast.errors import InputError, NumericsError, warn, without_warnings
-from dielast.failures.bounds import TestPlan, plan_test
-from dielast.failures.fits import FittedLaw, Lives, fit_law, life_error, lives_of
-from dielast.failures.histories import Histories
-from dielast.failures.law_models import line_model
-from dielast.failures.law_names import LINES
-from dielast.failures.likelihood import Seen
-from dielast.failures.specimens import Simulated, Specimens, simulate_specimens
 from dielast.io.table import Column, Table
 from dielast.material.material import Material
 from dielast.numerics.arrays import Cases, Floats

@@ -8,14 +8,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from dielast.base.errors import InputError, NumericsError, Problem, in_keys, warn, without_warnings
+from dielast.calibration.failures.fits import FittedLaw, bounded_law, fit_law, history_error, left_out_score
+from dielast.calibration.failures.law_models import law_model
+from dielast.calibration.failures.laws import LawModel, LawOptions
+from dielast.calibration.failures.likelihood import Seen
+from dielast.calibration.failures.specimens import POINTS_PER_DECADE, Simulated, Specimens
 from dielast.commands.lifetime.lives import fine_enough, simulated
 from dielast.commands.lifetime.recipe import LifetimeRecipe
-from dielast.errors import InputError, NumericsError, Problem, in_keys, warn, without_warnings
-from dielast.failures.fits import FittedLaw, bounded_law, fit_law, history_error, left_out_score
-from dielast.failures.law_models import law_model
-from dielast.failures.laws import LawModel, LawOptions
-from dielast.failures.likelihood import Seen
-from dielast.failures.specimens import POINTS_PER_DECADE, Simulated, Specimens
 from dielast.material.material import Material
 
 KEYS = {"scatter": "fit.scatter", "thickness": "film.thickness", "relax": "film.relax", "boundary": "film.boundary"}

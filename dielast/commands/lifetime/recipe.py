@@ -4,16 +4,16 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
+from dielast.base.errors import InputError
+from dielast.base.units import AREA, LENGTH, MOLAR_ENERGY, NUMBER, STRAIN, TEMPERATURE, TIME, VOLTAGE, VOLTAGE_RATE
+from dielast.calibration.failures.law_names import DAMAGE_LAWS, LAWS
 from dielast.commands.grids.recipe import VoltageAxis
 from dielast.commands.simulation.film_recipe import SHARE_TEXT, FilmBase, FilmSolver, Prestretch, PullInSection, Share
 from dielast.commands.simulation.recipe import Cell
-from dielast.errors import InputError
-from dielast.failures.law_names import DAMAGE_LAWS, LAWS
 from dielast.readings.columns_recipe import NamedColumns
 from dielast.recipe.base import RecipeBase, TextTable, units_of
 from dielast.recipe.fields import Area, Numbers, OneOf, PositiveTime, RelativeDeviation, Section, Temperature, Voltage, WithUnit
 from dielast.recipe.file_fields import ColumnName, InputFile
-from dielast.units import AREA, LENGTH, MOLAR_ENERGY, NUMBER, STRAIN, TEMPERATURE, TIME, VOLTAGE, VOLTAGE_RATE
 
 QUANTITIES = {
     **{"voltage": VOLTAGE, "time": TIME, "ramp": VOLTAGE_RATE, "intact": TIME, "prestretch": NUMBER, "prestretch_2": NUMBER},

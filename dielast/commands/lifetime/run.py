@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from dielast.base.errors import InputError, without_warnings
+from dielast.calibration.failures.likelihood import Seen
 from dielast.commands.lifetime.recipe import LifetimeRecipe
 from dielast.commands.lifetime.table import read_specimens
-from dielast.errors import InputError, without_warnings
-from dielast.failures.likelihood import Seen
 from dielast.handover.material_draws import draw_columns, read_draws_beside
 from dielast.handover.material_file import parse_material, write_material
 from dielast.io.files import Inputs
@@ -25,9 +25,9 @@ from dielast.report.report import RunReport
 from dielast.sharing.execution import Execution
 
 if TYPE_CHECKING:
+    from dielast.calibration.failures.fits import FittedLaw
+    from dielast.calibration.failures.specimens import Simulated
     from dielast.commands.lifetime.ranking import Ranked
-    from dielast.failures.fits import FittedLaw
-    from dielast.failures.specimens import Simulated
 
 DRAWS = "draws.csv"
 

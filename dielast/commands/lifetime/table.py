@@ -8,13 +8,13 @@ from typing import Any
 
 import numpy as np
 
+from dielast.base.errors import InputError, Mistakes, located, shown
+from dielast.calibration.failures.likelihood import Seen
+from dielast.calibration.failures.specimens import Specimens
 from dielast.commands.lifetime.recipe import QUANTITIES, TEXTS, FailureData, LifetimeRecipe
 from dielast.commands.registry import read_cases
 from dielast.commands.simulation.compare import rows_where
 from dielast.commands.simulation.solver_steps import order_of, solver_steps
-from dielast.errors import InputError, Mistakes, located, shown
-from dielast.failures.likelihood import Seen
-from dielast.failures.specimens import Specimens
 from dielast.io.files import Inputs, resolve
 from dielast.io.text_table import MeasuredTable, read_measured
 from dielast.material.material import Material

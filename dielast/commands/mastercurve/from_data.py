@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from dielast.base.errors import InputError, without_warnings
 from dielast.commands.mastercurve.recipe import MasterCurveRecipe
-from dielast.errors import InputError, without_warnings
 from dielast.io.toml import parse_toml
 from dielast.material.measurement import Measurement
 from dielast.readings.read import read_all

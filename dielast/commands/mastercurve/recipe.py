@@ -4,7 +4,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from dielast.errors import InputError
+from dielast.base.errors import InputError
 from dielast.material.shift import SHIFTS
 from dielast.readings.recipe import MeasurementData
 from dielast.recipe.base import RecipeBase

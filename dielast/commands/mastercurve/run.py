@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from dielast.base.errors import InputError, in_keys
 from dielast.commands.mastercurve.recipe import KEYS, MasterCurveRecipe
-from dielast.errors import InputError, in_keys
 from dielast.handover.mastercurve_folder import CURVES, DRAWS, LAWS
 from dielast.io.files import Inputs
 from dielast.io.table import Column, Table
@@ -23,15 +23,15 @@ from dielast.report.report import RunReport
 from dielast.sharing.execution import Execution
 
 if TYPE_CHECKING:
-    from dielast.superposition.bootstrap import MasterCurveDraws
-    from dielast.superposition.result import MasterCurve
+    from dielast.relaxation.superposition.bootstrap import MasterCurveDraws
+    from dielast.relaxation.superposition.result import MasterCurve
 
 
 def run(cases: Sequence[Case[MasterCurveRecipe]], inputs: Inputs, execution: Execution) -> RunReport:
     """Read the tests, shift them, report."""
     # readings need none of these
-    from dielast.superposition.bootstrap import bootstrap_master_curve
-    from dielast.superposition.mastercurve import build_master_curve
+    from dielast.relaxation.superposition.bootstrap import bootstrap_master_curve
+    from dielast.relaxation.superposition.mastercurve import build_master_curve
 
     recipe = cases[0].recipe
     dataset = read_all(recipe.data, inputs)
@@ -80,7 +80,7 @@ def readings(cases: Sequence[Case[MasterCurveRecipe]], inputs: Inputs) -> Iterat
 
 def _levels_off(result: MasterCurve) -> bool:
     """Whether the smooth curve has a plateau for its equilibrium modulus."""
-    from dielast.superposition.checks import LAST_STRETCH, PLATEAU_SLOPE
+    from dielast.relaxation.superposition.checks import LAST_STRETCH, PLATEAU_SLOPE
 
     log_time = result.kind.time_power * np.log10(result.smooth_abscissa)
     end = np.log10(result.smooth_ordinates[0])[log_time >= np.max(log_time) - LAST_STRETCH]

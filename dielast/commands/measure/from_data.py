@@ -5,9 +5,9 @@ import re
 from collections.abc import Sequence
 from pathlib import Path
 
-from dielast.errors import InputError
+from dielast.base.errors import InputError
 from dielast.io.files import resolve
-from dielast.photographs.decode import count_pictures, taken
+from dielast.readings.photographs.decode import count_pictures, taken
 from dielast.readings.seen import Given
 from dielast.recipe.file_fields import PICTURES
 from dielast.recipe.lines import FILL, RecipeLines

@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from dielast.errors import InputError
+from dielast.base.errors import InputError
 from dielast.io.files import read_file, resolve, sha256
-from dielast.photographs.camera import Camera
-from dielast.photographs.decode import read_picture, taken
-from dielast.photographs.find import averaged, reduced
-from dielast.photographs.outline import Outline, find_outline
+from dielast.readings.photographs.camera import Camera
+from dielast.readings.photographs.decode import read_picture, taken
+from dielast.readings.photographs.find import averaged, reduced
+from dielast.readings.photographs.outline import Outline, find_outline
 from dielast.sharing.study import Study, Work
 
 CHUNK = 4  # photographs, about half a second

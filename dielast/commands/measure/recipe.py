@@ -6,7 +6,7 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field, PlainValidator, WithJsonSchema
 
-from dielast.errors import InputError, shown
+from dielast.base.errors import InputError, shown
 from dielast.recipe.base import RecipeBase
 from dielast.recipe.fields import Length, PositiveTime, Section, Time
 from dielast.recipe.file_fields import InputFile, PhotographFiles

@@ -7,18 +7,18 @@ from typing import Any
 
 import numpy as np
 
-from dielast import units
+from dielast.base import units
+from dielast.base.errors import InputError, Problem, located, warn
 from dielast.commands.measure.photographs import Photograph, PhotographPlan, measure_all
 from dielast.commands.measure.recipe import MeasureRecipe
-from dielast.errors import InputError, Problem, located, warn
 from dielast.io.files import Inputs, resolve
 from dielast.io.text_table import read_measured
 from dielast.numerics.arrays import Floats
-from dielast.photographs.camera import Camera
-from dielast.photographs.decode import CHANNELS, MEAN, count_pictures, read_picture
-from dielast.photographs.find import reduced, separability
-from dielast.photographs.outline import Outline, find_outline
-from dielast.photographs.series import BREAKDOWN, DOUBTFUL, LOST, OK, WRINKLES, Stretches, stretches
+from dielast.readings.photographs.camera import Camera
+from dielast.readings.photographs.decode import CHANNELS, MEAN, count_pictures, read_picture
+from dielast.readings.photographs.find import reduced, separability
+from dielast.readings.photographs.outline import Outline, find_outline
+from dielast.readings.photographs.series import BREAKDOWN, DOUBTFUL, LOST, OK, WRINKLES, Stretches, stretches
 from dielast.recipe.base import Reading
 from dielast.recipe.cases import Case
 from dielast.report.report import RunReport

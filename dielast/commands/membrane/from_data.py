@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from dielast.base.errors import InputError
 from dielast.commands.simulation.from_data import (
     MATERIAL,
     STRESSES,
@@ -15,7 +16,6 @@ from dielast.commands.simulation.from_data import (
     state_columns,
     temperature_of,
 )
-from dielast.errors import InputError
 from dielast.readings.seen import Given
 from dielast.readings.stated import specimen_of, without_unit
 from dielast.recipe.lines import FILL, RecipeLines

@@ -5,12 +5,12 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import BeforeValidator, Field
 
+from dielast.base.errors import InputError, shown
+from dielast.base.units import FORCE, FORCE_RATE, STRESS, STRESS_RATE, Dimension
 from dielast.commands.simulation.recipe import LoadingMode, SimulationRecipe
 from dielast.commands.simulation.step_recipe import Aim, AnyOf, HistoryStep, starting
-from dielast.errors import InputError, shown
 from dielast.readings.columns_recipe import MachineColumns, Specimen, unmeasured
 from dielast.recipe.fields import Force, StrainRate, Stress
-from dielast.units import FORCE, FORCE_RATE, STRESS, STRESS_RATE, Dimension
 
 
 def _no_strain(value: Any) -> Any:

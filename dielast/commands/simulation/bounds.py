@@ -7,10 +7,10 @@ from functools import partial
 
 import numpy as np
 
+from dielast.base.errors import in_a_draw
 from dielast.commands.simulation.cases import Batches, SimulationBatch
 from dielast.commands.simulation.result import BoundedEvent, CaseResult, SolvedCase, StatedCase
 from dielast.commands.simulation.uncertainty_recipe import Uncertainty
-from dielast.errors import in_a_draw
 from dielast.handover.law_section import breakdown
 from dielast.io.table import Column, Table, split_header
 from dielast.material.scatter import Sample, assured, interval

@@ -10,10 +10,10 @@ from typing import Any
 
 import numpy as np
 
+from dielast.base.errors import InputError, Mistakes, Problem, Where, and_more, as_toml, in_a_draw, placed
 from dielast.commands.simulation.recipe import NO_WAVEFORM, SimulationRecipe
 from dielast.commands.simulation.result import CaseResult, StatedCase
 from dielast.commands.simulation.step_recipe import HistoryStep
-from dielast.errors import InputError, Mistakes, Problem, Where, and_more, as_toml, in_a_draw, placed
 from dielast.handover.changed_material import parse_changed_material
 from dielast.io.files import Inputs
 from dielast.io.table import Column, Table, case_table, split_header

@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike
 
+from dielast.base.errors import and_more, warn
 from dielast.commands.simulation.cases import last
 from dielast.commands.simulation.result import CaseResult, SolvedCase, StatedCase
 from dielast.commands.simulation.solver_steps import TimedStep, reached_at_once, targets
-from dielast.errors import and_more, warn
 from dielast.handover.law_section import breakdown
 from dielast.material.breakdown import BreakdownLaw
 from dielast.material.checks import (

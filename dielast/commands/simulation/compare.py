@@ -9,11 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from dielast import units
+from dielast.base import units
+from dielast.base.errors import InputError, warn
 from dielast.commands.simulation.cases import one_or_list
 from dielast.commands.simulation.recipe import CompareSection, SimulationRecipe, roles_of
 from dielast.commands.simulation.solver_steps import end_of, solver_steps
-from dielast.errors import InputError, warn
 from dielast.io.files import Inputs
 from dielast.io.table import split_header
 from dielast.io.text_table import MeasuredTable, read_measured

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import Field, PlainValidator, WithJsonSchema
 
+from dielast.base.errors import InputError, nearest, shown
+from dielast.base.units import COMPUTABLE, FORCE, LENGTH, STRAIN, TIME, parse
 from dielast.commands.simulation.recipe import Solver
-from dielast.errors import InputError, nearest, shown
 from dielast.recipe.fields import Length, Section, StrainRate, Time, WithUnit, one_or_more, schema_of_one_or_more
 from dielast.simulate.options import MESH_RTOL
-from dielast.units import COMPUTABLE, FORCE, LENGTH, STRAIN, TIME, parse
 
 if TYPE_CHECKING:
     from dielast.mechanics.stability import TimeScale

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from dielast.errors import InputError, as_toml
+from dielast.base.errors import InputError, as_toml
 from dielast.readings.named import celsius, levels_of, temperatures_in_names
 from dielast.readings.seen import SeenColumn, SeenFile
 from dielast.recipe.lines import FILL, RecipeLines

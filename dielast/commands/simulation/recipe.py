@@ -6,8 +6,8 @@ from typing import Annotated, Any, ClassVar, Literal, get_args
 
 from pydantic import AfterValidator, Field, PlainValidator, ValidationInfo, WithJsonSchema
 
+from dielast.base.errors import InputError, shown, shown_path
 from dielast.commands.simulation.uncertainty_recipe import Uncertainty
-from dielast.errors import InputError, shown, shown_path
 from dielast.handover.material_file import MaterialFile, material_file
 from dielast.io.table import split_header
 from dielast.mechanics.load import Mode

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
+from dielast.base.errors import Mistakes, without_warnings
 from dielast.commands.simulation.cases import (
     SimulationBatch,
     axes_of,
@@ -25,7 +26,6 @@ from dielast.commands.simulation.cases import (
 from dielast.commands.simulation.recipe import SimulationRecipe
 from dielast.commands.simulation.result import CaseResult, SolvedCase, StatedCase, with_noise
 from dielast.commands.simulation.solver_steps import end_of, in_recipe_terms, joined, solver_steps
-from dielast.errors import Mistakes, without_warnings
 from dielast.io.files import Inputs
 from dielast.io.table import Table, case_table
 from dielast.material.material import Material

@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 
+from dielast.base.errors import InputError, warn
 from dielast.commands.simulation.bounds import draws_of
 from dielast.commands.simulation.cases import Batches
 from dielast.commands.simulation.result import CaseResult, SolvedCase
-from dielast.errors import InputError, warn
 from dielast.io.table import Column, Table, joined
 from dielast.material.material import Material
 from dielast.material.scatter import Sample

@@ -11,13 +11,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from dielast.base.errors import InputError, Problem, placed
+from dielast.base.units import CHARGE, CHARGE_DENSITY, FORCE, NUMBER, STRESS, TIME, TIMES, VOLTAGE
 from dielast.commands.simulation.recipe import KEYS
-from dielast.errors import InputError, Problem, placed
 from dielast.io.files import Inputs
 from dielast.mechanics.cases import of_case
 from dielast.mechanics.load import ChargeStep, ElectricalStep, FilmStep, Path, Repeat, Step, Track, VoltageStep, Waveform
 from dielast.numerics.arrays import Floats
-from dielast.units import CHARGE, CHARGE_DENSITY, FORCE, NUMBER, STRESS, TIME, TIMES, VOLTAGE
 
 if TYPE_CHECKING:
     from dielast.io.text_table import MeasuredTable

@@ -6,11 +6,11 @@ from typing import Any, ClassVar, Literal, NamedTuple, TypeVar
 from pydantic import AfterValidator, Field, GetCoreSchemaHandler, GetJsonSchemaHandler
 from pydantic_core import CoreSchema, core_schema
 
-from dielast.errors import InputError, Mistakes, Problem, shown
+from dielast.base.errors import InputError, Mistakes, Problem, shown
+from dielast.base.units import Dimension, parse
 from dielast.mechanics.line import wrong_way
 from dielast.recipe.fields import PositiveTime, Section, Time
 from dielast.recipe.file_fields import InputFile, SheetName
-from dielast.units import Dimension, parse
 
 Step = TypeVar("Step", bound="HistoryStep")
 

@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from dielast.base.errors import InputError, in_keys, warn
 from dielast.commands.simulation.cases import material_key, one_or_list
 from dielast.commands.simulation.uncertainty_recipe import FilmUncertainty, Uncertainty
-from dielast.errors import InputError, in_keys, warn
 from dielast.handover.law_section import breakdown
 from dielast.handover.material_draws import beside, check_pair, further_constants, parse_draws
 from dielast.handover.material_file import parse_file

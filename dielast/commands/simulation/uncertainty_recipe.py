@@ -4,7 +4,7 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
 
-from dielast.errors import InputError
+from dielast.base.errors import InputError
 from dielast.material.scatter import DamageScatter, NormalScatter, Scatter, WeibullScatter, fewest_draws
 from dielast.recipe.fields import Area, RelativeDeviation, Section
 

@@ -2,8 +2,8 @@
 
 import os
 
-from dielast.errors import InputError, without_warnings
-from dielast.export.code import UNITS
+from dielast.base.errors import InputError, without_warnings
+from dielast.handover.export.code import UNITS
 from dielast.handover.prony_card import read_prony
 from dielast.io.files import resolve
 from dielast.readings.seen import Given

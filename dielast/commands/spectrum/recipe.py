@@ -5,9 +5,10 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
 
-from dielast.errors import InputError, Mistakes, Problem
-from dielast.export.card import CODES, spring_names
-from dielast.export.code import MODULI, SCALES, UNITS, CardOptions
+from dielast.base.errors import InputError, Mistakes, Problem
+from dielast.base.units import Dimension
+from dielast.handover.export.card import CODES, spring_names
+from dielast.handover.export.code import MODULI, SCALES, UNITS, CardOptions
 from dielast.handover.law_section import BreakdownField
 from dielast.material.dielectric import ConstantPermittivity
 from dielast.readings.recipe import CurveData
@@ -26,7 +27,6 @@ from dielast.recipe.fields import (
 )
 from dielast.recipe.file_fields import InputFile, InputFolder
 from dielast.relaxation.result import Method
-from dielast.units import Dimension
 
 
 class RelaxationTimes(Section):

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from dielast.base.errors import InputError, Mistakes, Problem, in_keys, located, warn, without_warnings
 from dielast.commands.spectrum.recipe import (
     FIT_KEYS,
     REDUCE_KEYS,
@@ -17,7 +18,6 @@ from dielast.commands.spectrum.recipe import (
     SpectrumRecipe,
 )
 from dielast.commands.spectrum.sources import card_of, curve_of, exported, run_card
-from dielast.errors import InputError, Mistakes, Problem, in_keys, located, warn, without_warnings
 from dielast.handover.law_section import breakdown
 from dielast.handover.mastercurve_folder import DRAWS, ReducedCurve, read_curve_draws
 from dielast.handover.material_draws import draw_columns

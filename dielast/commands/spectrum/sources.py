@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 
+from dielast.base.errors import InputError, in_keys, located, warn
 from dielast.commands.spectrum.recipe import EXPORT_KEYS, ExportSection, SpectrumRecipe
-from dielast.errors import InputError, in_keys, located, warn
-from dielast.export.card import export_cards
-from dielast.export.code import CardOptions
+from dielast.handover.export.card import export_cards
+from dielast.handover.export.code import CardOptions
 from dielast.handover.law_section import breakdown
 from dielast.handover.mastercurve_folder import ReducedCurve, read_master_curve
 from dielast.handover.material_file import write_material

@@ -6,12 +6,12 @@ from typing import ClassVar, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from dielast.errors import InputError, warn
+from dielast.base.errors import InputError, warn
+from dielast.base.units import GAS_CONSTANT as GAS_CONSTANT, MOLAR_ENERGY, ZERO_CELSIUS
 from dielast.material.argument_types import checked
 from dielast.material.law import Constant
 from dielast.material.shift.law import FittedLaw, MovedLaw, ShiftLaw, fit_factor, slower_when_hot
 from dielast.numerics.arrays import Floats
-from dielast.units import GAS_CONSTANT as GAS_CONSTANT, MOLAR_ENERGY, ZERO_CELSIUS
 
 BARRIERS = 5e3, 2e6  # J/mol, plausible activation energies: from the rotation of a methyl group to a glass transition
 

@@ -14,7 +14,7 @@ from typing import Any, ClassVar, Self
 import numpy as np
 from numpy.typing import ArrayLike
 
-from dielast.errors import InputError
+from dielast.base.errors import InputError
 from dielast.material.argument_types import checked
 from dielast.material.law import Constant, Law
 from dielast.numerics.arrays import Floats

@@ -7,7 +7,7 @@ from typing import Any, ClassVar, Self
 import numpy as np
 from numpy.typing import ArrayLike
 
-from dielast.errors import InputError
+from dielast.base.errors import InputError
 from dielast.io.result import Result
 from dielast.material.argument_types import checked
 from dielast.material.law import Constant, check_table

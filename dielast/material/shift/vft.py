@@ -6,13 +6,13 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from dielast.errors import InputError
+from dielast.base.errors import InputError
+from dielast.base.units import TEMPERATURE, TEMPERATURE_DIFFERENCE
 from dielast.material.argument_types import checked
 from dielast.material.law import Constant
 from dielast.material.shift.law import FittedLaw, MovedLaw, ShiftLaw, refuse_frozen
 from dielast.material.shift.wlf import WLF
 from dielast.numerics.arrays import Floats
-from dielast.units import TEMPERATURE, TEMPERATURE_DIFFERENCE
 
 LN10 = float(np.log(10))
 

@@ -6,13 +6,13 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from dielast.errors import InputError, warn
+from dielast.base.errors import InputError, warn
+from dielast.base.units import TEMPERATURE_DIFFERENCE, ZERO_CELSIUS
 from dielast.material.argument_types import checked
 from dielast.material.law import Constant
 from dielast.material.shift.arrhenius import GAS_CONSTANT, Arrhenius
 from dielast.material.shift.law import FittedLaw, MovedLaw, ShiftLaw, fit_factor, reduced_chi_square, refuse_frozen, slower_when_hot
 from dielast.numerics.arrays import Floats
-from dielast.units import TEMPERATURE_DIFFERENCE, ZERO_CELSIUS
 
 # K, C1 C2 = 1 / (ln 10 alpha_f) at any reference temperature; the expansion alpha_f of the free volume is 1e-4 to 4e-3 /K
 FREE_VOLUME = 100.0, 4000.0

@@ -1,5 +1,6 @@
 """The hyperelastic laws of springs, one module each."""
 
+from dielast.base.registry import Registry
 from dielast.material.springs.arruda_boyce import ArrudaBoyce as ArrudaBoyce
 from dielast.material.springs.gathered import gathered as gathered
 from dielast.material.springs.gent import Gent as Gent
@@ -15,7 +16,6 @@ from dielast.material.springs.mooney_rivlin import MooneyRivlin as MooneyRivlin
 from dielast.material.springs.neo_hookean import NeoHookean as NeoHookean
 from dielast.material.springs.ogden import Ogden as Ogden
 from dielast.material.springs.yeoh import Yeoh as Yeoh
-from dielast.registry import Registry
 
 SPRINGS: Registry[type[SpringLaw]] = Registry(
     "spring law",

@@ -6,7 +6,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from dielast.errors import InputError
+from dielast.base.errors import InputError
 from dielast.material.argument_types import checked
 from dielast.material.law import Constant
 from dielast.material.springs.gent import Gent

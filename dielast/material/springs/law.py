@@ -11,7 +11,7 @@ from typing import Any, ClassVar, Self
 
 import numpy as np
 
-from dielast.errors import InputError
+from dielast.base.errors import InputError
 from dielast.material.law import Law
 from dielast.numerics.arrays import Cases, Floats
 

@@ -5,11 +5,11 @@ from typing import ClassVar, Self
 
 import numpy as np
 
+from dielast.base.units import STRESS
 from dielast.material.argument_types import checked
 from dielast.material.law import Constant
 from dielast.material.springs.law import CardForm, ScaledLaw
 from dielast.numerics.arrays import Floats
-from dielast.units import STRESS
 
 
 @checked

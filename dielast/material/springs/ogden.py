@@ -5,12 +5,12 @@ from typing import ClassVar, Self
 
 import numpy as np
 
-from dielast.errors import InputError
+from dielast.base.errors import InputError
+from dielast.base.units import STRESS
 from dielast.material.argument_types import checked
 from dielast.material.law import Constant
 from dielast.material.springs.law import CardForm, ScaledLaw, Symmetry
 from dielast.numerics.arrays import Floats
-from dielast.units import STRESS
 
 STEEPEST = 50.0  # largest exponent: at a stretch of 10, larger powers would soon overflow
 

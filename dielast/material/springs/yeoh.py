@@ -6,13 +6,13 @@ from typing import Any, ClassVar, Self
 
 import numpy as np
 
-from dielast.errors import InputError
+from dielast.base.errors import InputError
+from dielast.base.units import STRESS
 from dielast.material.argument_types import checked
 from dielast.material.law import Constant
 from dielast.material.springs.first_invariant import FirstInvariantLaw
 from dielast.material.springs.law import CardForm, ScaledLaw
 from dielast.numerics.arrays import Floats
-from dielast.units import STRESS
 
 
 @checked

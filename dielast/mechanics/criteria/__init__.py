@@ -2,14 +2,14 @@
 
 from collections.abc import Sequence
 
-from dielast.errors import InputError, nearest, shown
+from dielast.base.errors import InputError, nearest, shown
+from dielast.base.registry import opened
 from dielast.material.material import Material
 from dielast.mechanics.criteria.breakdown import ElectricalBreakdown
 from dielast.mechanics.criteria.criterion import Criterion
 from dielast.mechanics.criteria.damage import Damage
 from dielast.mechanics.criteria.loss_of_tension import LossOfTension
 from dielast.mechanics.criteria.pull_in import PullIn
-from dielast.registry import opened
 
 CRITERIA: list[Criterion] = [
     ElectricalBreakdown(),

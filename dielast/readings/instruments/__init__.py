@@ -4,12 +4,12 @@ A format is a `Layout`, entered in `FORMATS`. Its `sniff` looks for features tha
 is never taken as an export.
 """
 
+from dielast.base.registry import INSTRUMENTS, adopt_all, opened
 from dielast.readings.instruments.anton_paar import RHEOCOMPASS, RHEOPLUS
 from dielast.readings.instruments.export import ExportedStep, Layout
 from dielast.readings.instruments.netzsch import EPLEXOR, PROTEUS
 from dielast.readings.instruments.reptate import REPTATE
 from dielast.readings.instruments.ta_instruments import RHEOLOGY_ADVANTAGE, TRIOS, UNIVERSAL_ANALYSIS
-from dielast.registry import INSTRUMENTS, adopt_all, opened
 
 __all__ = ["FORMATS", "ExportedStep", "Layout", "recognise"]
 

@@ -8,7 +8,7 @@ from typing import Literal, NamedTuple, Self
 
 import numpy as np
 
-from dielast.errors import InputError
+from dielast.base.errors import InputError
 from dielast.io.cells import is_number, split_cells, split_lines
 from dielast.io.header import ColumnHeader
 from dielast.io.text_table import MeasuredTable

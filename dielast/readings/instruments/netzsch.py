@@ -3,7 +3,7 @@
 import re
 from collections.abc import Mapping
 
-from dielast.errors import InputError
+from dielast.base.errors import InputError
 from dielast.io.cells import split_lines
 from dielast.readings.instruments.export import (
     Export,

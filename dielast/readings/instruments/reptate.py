@@ -8,7 +8,7 @@ fewer columns than there are names. The moduli are shear.
 import re
 from pathlib import Path
 
-from dielast.errors import InputError
+from dielast.base.errors import InputError
 from dielast.io.cells import is_number, split_cells, split_lines
 from dielast.readings.instruments.export import Export, ExportedStep, Layout, Row, cut_off, plain
 

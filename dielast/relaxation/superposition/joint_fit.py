@@ -1,0 +1,232 @@
+"""The joint fit: the best smooth curve and shift factors, with a knot spacing chosen by Akaike's criterion.
+
+Specimens and load cells differ by a few percent, which shifts a whole curve up or down, or tilts it, and would bias its shift
+factor. The offsets are therefore fitted too, as random effects, and the standard errors allow for tilts (see `effects`).
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from dielast.numerics.arrays import Floats
+from dielast.relaxation.superposition.effects import OFFSET, TILT, RandomEffect, likeliest
+from dielast.relaxation.superposition.joint_errors import Misfit, find_misfit, leave_out, smoothing_errors
+from dielast.relaxation.superposition.joint_problem import (
+    CONVERGED,
+    LOOSE,
+    Prior,
+    State,
+    akaike,
+    assemble,
+    correlation,
+    gauss_newton_step,
+    linear_parts,
+    reweigh,
+    with_random,
+)
+from dielast.relaxation.superposition.points import FitPoints, channel_shares, even_weights, noise_shares
+from dielast.relaxation.superposition.shift_errors import effect_equations, shift_covariance
+from dielast.relaxation.superposition.spline import Spline, spacing_bounds
+
+ITERATIONS = 40
+SPREAD_ROUNDS = 6  # iterations of the spreads of offsets and tilts per step of the shifts
+BEGINNING = 3  # steps at each knot spacing
+FINER = 1  # number of spacings by which the final one is finer than that of the lowest criterion
+AMBIGUOUS = 0.1  # decades; dependence of the shifts on the part of the curves, above which a misfit matters
+SPACING_RATIO = 1.5  # ratio of successive knot spacings
+SAME_START = 0.01  # decades; closer starting values are taken as equal
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MasterFit:
+    """log10 a (m,) relative to the anchor, log10 b (m,), their covariance (2m, 2m), and the smooth curves.
+
+    `noise_stderr` (m,) is the standard error of the shifts without the contribution of their dependence on the part of the curves
+    that determines them. `offset_spread` and `tilt_spread` are the standard deviations, in decades of modulus, of the vertical
+    offsets of the curves and of their tilts from end to end. The errors allow for these, but they are not applied: `placed` are
+    smooth curves through the points without them. `misfit` is the distance of the curves beyond noise and offsets.
+
+    `score` is Akaike's criterion: of two fits to the same points, the one with the lower score is better. `left_out` is, for each
+    channel, the mean square distance of omitted points from their prediction, over the variance of prediction, scatter, specimens
+    and instruments together.
+    """
+
+    shift: Floats
+    vertical: Floats
+    covariance: Floats
+    noise_stderr: Floats
+    splines: tuple[Spline, ...]
+    offset_spread: float
+    tilt_spread: float
+    placed: tuple[Spline, ...]
+    misfit: Misfit
+    score: float
+    left_out: tuple[float, ...]
+
+
+def best_fit(
+    points: FitPoints, starts: Sequence[Floats], anchor: int, vertical: bool, drift: Floats | None = None
+) -> tuple[float, State, Prior, Misfit]:
+    """The best of the fits of the smooth curve and all shifts from each of the starting values (m,), after Akaike's criterion.
+
+    The curve numbered `anchor` is not shifted. With `vertical`, the curves are also shifted along the modulus. A stated `drift` is
+    the expected covariance (m, m) of the vertical offsets. Knots are refined until Akaike's criterion no longer improves.
+    """
+    m = points.curves
+    best: tuple[float, State, Prior] | None = None
+    for k, start in enumerate(starts):
+        earlier = [*starts[:k], *([] if best is None else [best[1].theta[:m]])]
+        if any(np.max(np.abs(start - other)) < SAME_START for other in earlier):
+            continue
+        state, prior, score = fit_state(points, *_begin(points, start, anchor, vertical, drift))
+        if best is None or score < best[0]:
+            best = score, state, prior
+    assert best is not None
+    return *best, find_misfit(points.series, points.curve, points.log_time, best[1].residual)
+
+
+def fit_master(
+    points: FitPoints,
+    starts: Sequence[Floats],
+    anchor: int,
+    vertical: bool,
+    drift: Floats | None = None,
+    compared: bool = True,
+) -> MasterFit:
+    """The `best_fit`, with the covariance of its shifts. A fit that is not `compared` with those to other points has no `left_out`
+    where its curves superpose.
+    """
+    m = points.curves
+    score, state, prior, misfit = best_fit(points, starts, anchor, vertical, drift)
+    covariance = smoothing_errors(points, prior, state)
+    scatter = shift_covariance(points, *_smoothest(points, prior, state, score))
+    free = prior.free[prior.free < 2 * m]
+    covariance[np.ix_(free, free)] += scatter[: free.size, : free.size]
+    noise_stderr = np.sqrt(np.diag(covariance)[:m])
+    ambiguity, left_out = leave_out(points, prior, state, misfit) if compared or misfit.sure else (None, ())
+    if misfit.sure and ambiguity is not None:
+        covariance += ambiguity
+        misfit = replace(misfit, matters=misfit.matters or bool(np.max(np.diag(ambiguity)[:m]) > AMBIGUOUS**2))
+    shift, level = state.theta[:m], state.theta[m : 2 * m]
+    if not vertical:
+        covariance[m:, :] = covariance[:, m:] = 0.0
+        level = np.zeros(m)
+    plain = np.concatenate((shift, level))
+    parts = linear_parts(points, plain, prior.free[:0], state.weights, state.spacing)
+    placed = parts.curves.splines(parts.coefficient)
+    splines = state.splines
+    return MasterFit(
+        shift,
+        level,
+        covariance,
+        noise_stderr,
+        splines,
+        prior.spread(OFFSET),
+        prior.spread(TILT),
+        placed,
+        misfit,
+        score,
+        left_out,
+    )
+
+
+def fit_held(points: FitPoints, shifts: MasterFit, anchor: int, vertical: bool) -> MasterFit:
+    """Fit smooth curves to `points`, and with `vertical` also vertical shifts, at the horizontal shifts of the fit `shifts`."""
+    m = points.curves
+    theta = np.concatenate((shifts.shift, shifts.vertical))
+    movable = np.delete(np.arange(2 * m), [anchor, m + anchor])
+    free = movable[m - 1 :] if vertical else movable[:0]
+    prior = Prior(theta, np.eye(2 * m) * LOOSE, free, float(free.size))
+    state, prior, _ = fit_state(points, theta, prior)
+    covariance = shifts.covariance.copy()
+    if vertical:
+        level_covariance = np.linalg.inv(state.normal) * correlation(points, state)
+        joint = assemble(points, state.theta, replace(prior, free=movable), state.weights, state.spacing).normal
+        response = np.zeros((m, m))
+        across, down = movable[: m - 1], movable[m - 1 :] - m
+        response[np.ix_(down, across)] = -np.linalg.solve(joint[m - 1 :, m - 1 :], joint[m - 1 :, : m - 1])
+        covariance[m:, :m] = response @ covariance[:m, :m]
+        covariance[:m, m:] = covariance[m:, :m].T
+        covariance[m:, m:] = covariance[m:, :m] @ response.T
+        covariance[np.ix_(m + down, m + down)] += level_covariance
+    level, splines = state.theta[m:], state.splines
+    return replace(shifts, vertical=level, covariance=covariance, splines=splines, placed=splines)
+
+
+def _begin(points: FitPoints, start: Floats, anchor: int, vertical: bool, drift: Floats | None) -> tuple[Floats, Prior]:
+    """The initial values of all parameters, and their prior."""
+    m = points.curves
+    theta = np.concatenate((start, np.zeros(2 * m)))
+    random = not vertical and bool(np.any(points.lift))
+    fixed = [anchor, m + anchor] if vertical else [anchor] if random else [anchor, *range(m, 2 * m)]
+    free = np.delete(np.arange(3 * m), fixed)
+    prior = Prior(theta, np.eye(3 * m) * LOOSE, free, float(free.size))
+    offsets = (RandomEffect(OFFSET, OFFSET.first, drift),) if random else ()
+    return theta, with_random(prior, (*offsets, RandomEffect(TILT, TILT.first)), m)
+
+
+def _respread(points: FitPoints, prior: Prior, state: State) -> tuple[State, Prior]:
+    """The fit with the likeliest spreads of the random effects, given the linearised equations."""
+    if not prior.random:
+        return state, prior
+    m, repeated, free = points.curves, correlation(points, state), prior.free
+    likely = likeliest(prior.random, *effect_equations(prior, state, m, repeated), SPREAD_ROUNDS)
+    freedom = float(free.size - len(likely.effects) * m) + likely.counted
+    new = replace(with_random(prior, likely.effects, m, repeated), freedom=freedom, evidence=likely.evidence)
+    change, deviation = new.precision - prior.precision, state.theta - prior.mean
+    normal, gradient = state.normal + change[np.ix_(free, free)], state.gradient + change[free] @ deviation
+    cost = state.cost + float(deviation @ change @ deviation)
+    return replace(state, cost=cost, gradient=gradient, normal=normal, freedom=freedom), new
+
+
+def fit_state(points: FitPoints, theta: Floats, prior: Prior) -> tuple[State, Prior, float]:
+    """Try knot spacings from wide to narrow, then iterate with the best one to convergence; also returns Akaike's criterion."""
+    tried: list[tuple[float, State]] = []
+    weights, last = even_weights(points.variance), theta
+    for spacing in knot_spacings(points, theta, int(np.count_nonzero(prior.free < 2 * points.curves))):
+        starts = [assemble(points, start, prior, weights, spacing) for start in (theta, last)]
+        state = min(starts, key=lambda state: state.cost)
+        for _ in range(BEGINNING):
+            state, _ = gauss_newton_step(
+                points, prior, reweigh(points, state, prior, channel_shares(points.channel, state.residual))
+            )
+        state = reweigh(points, state, prior, channel_shares(points.channel, state.residual))
+        tried.append((akaike(state, 0.0), state))
+        last = state.theta
+        best = min(range(len(tried)), key=lambda k: tried[k][0])
+        if len(tried) > best + 2:
+            break
+    # The spacing of the lowest criterion still bends the curves slightly, and so biases the shifts; one step finer costs little.
+    return converge(points, prior, tried[min(best + FINER, len(tried) - 1)][1])
+
+
+def _smoothest(points: FitPoints, prior: Prior, state: State, score: float) -> tuple[Prior, State]:
+    """The fit with no more knots than the data support once offsets are known: more take noise for the shape of the curves."""
+    tried = [(score, prior, state)]
+    spacings = knot_spacings(points, state.theta, int(np.count_nonzero(prior.free < 2 * points.curves)))
+    for spacing in spacings[spacings > 1.01 * state.spacing][::-1]:
+        wider, its_prior, its_score = converge(points, prior, assemble(points, state.theta, prior, state.weights, spacing))
+        tried.append((its_score, its_prior, wider))
+        best = min(range(len(tried)), key=lambda k: tried[k][0])
+        if len(tried) > best + 2:
+            break
+    return min(tried, key=lambda fit: fit[0])[1:]
+
+
+def converge(points: FitPoints, prior: Prior, state: State) -> tuple[State, Prior, float]:
+    """Iterate shifts, weights and the spread of the offsets to convergence; also returns Akaike's criterion."""
+    for _ in range(ITERATIONS):
+        state, prior = _respread(points, prior, state)
+        state, change = gauss_newton_step(points, prior, state)
+        state = reweigh(points, state, prior, noise_shares(points.series, state.residual, points.channel))
+        if change < CONVERGED:
+            break
+    return state, prior, akaike(state, prior.evidence)
+
+
+def knot_spacings(points: FitPoints, theta: Floats, parameters: int) -> Floats:
+    """Knot spacings to try, from wide to narrow, in decades."""
+    span = float(np.ptp(points.log_time - theta[points.curve]))
+    widest, finest = spacing_bounds(span, points.curve.size / points.channels - parameters)
+    return np.geomspace(widest, finest, 2 + int(np.log(widest / finest) / np.log(SPACING_RATIO)))
