@@ -21,6 +21,7 @@ from dielast.io.table import Table, case_table
 from dielast.material.leakage import Leakage
 from dielast.material.material import Material
 from dielast.mechanics.criteria import names
+from dielast.mechanics.load import Programme
 from dielast.numerics.arrays import Floats
 from dielast.recipe.cases import Case
 from dielast.report.report import RunReport
@@ -73,7 +74,7 @@ class ActuateSimulation(Simulation):
             used.append(replace(case, material=material))
         return super().batches(used, thickness_factor, alone=alone)
 
-    def prepare(self, cases: Sequence[StatedCase], thickness_factor: Floats) -> partial[Any]:
+    def prepare(self, cases: Sequence[StatedCase], thickness_factor: Floats, steps: Sequence[Any]) -> partial[Any]:
         """The simulation of the films of the recipes."""
         recipes = [case.recipe for case in cases]
         recipe, films = recipes[0], [recipe.film for recipe in recipes]
@@ -106,12 +107,11 @@ class ActuateSimulation(Simulation):
         return partial(
             prepare,
             film=film,
+            steps=Programme(steps, recipe.mode, repeat_of(recipe)),
             circuit=circuit,
             failure=Failure(pull_in_timescale=recipe.pull_in.criterion, stop_at=recipe.stop.at),
             output=output,
             solver=Solver(recipe.solver.rtol, mesh_rtol),
-            mode=recipe.mode,
-            repeat=repeat_of(recipe),
         )
 
     def result(self, recipe: ActuateRecipe, materials: Sequence[Material]) -> partial[CaseResult]:

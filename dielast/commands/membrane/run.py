@@ -45,12 +45,13 @@ class Membranes(Simulation):
     def __init__(self, recipes: Sequence[Recipe]) -> None:
         self.kind, self.measured = recipes[0].kind, MEASURED[recipes[0].kind]
 
-    def prepare(self, cases: Sequence[StatedCase], thickness_factor: Floats) -> partial[Any]:
+    def prepare(self, cases: Sequence[StatedCase], thickness_factor: Floats, steps: Sequence[Any]) -> partial[Any]:
         """The simulation in the mode of the recipes; the thickness has no effect."""
         recipe, temperature = cases[0].recipe, np.array([case.temperature for case in cases])
         output = Output(recipe.output.times, recipe.output.points_per_decade, recipe.output.cycles)
         return partial(
             prepare,
+            steps=steps,
             mode=recipe.mode,
             temperature=temperature,
             output=output,

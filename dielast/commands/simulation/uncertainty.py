@@ -15,7 +15,16 @@ from dielast.handover.material_draws import beside, check_pair, further_constant
 from dielast.handover.material_file import parse_file
 from dielast.io.files import Inputs
 from dielast.material.material import Material
-from dielast.material.scatter import Sample, damage_scatter, draw_sample, fewest_draws, field_scatter, of_area, specimen_scatter
+from dielast.material.scatter import (
+    FilmScatter,
+    Sample,
+    damage_scatter,
+    draw_sample,
+    fewest_draws,
+    field_scatter,
+    of_area,
+    specimen_scatter,
+)
 from dielast.material.spectrum import Spectrum
 from dielast.recipe.cases import Case
 
@@ -77,7 +86,10 @@ def sample_of(case: Case[Any], material: Material, inputs: Inputs) -> Sample:
             less = f"{name} has {len(members)} draws, and nothing else scatters: {len(members)} draws are used instead of {draws}"
             warn(less, key="uncertainty.draws")
         draws = len(members)
-    return draw_sample(members or (material,), draws, seed=uncertainty.seed, share=share, area=area, specimens=specimens, **scatter)
+    films = FilmScatter(**scatter)
+    return draw_sample(
+        members or (material,), draws, seed=uncertainty.seed, scatter=films, share=share, area=area, specimens=specimens
+    )
 
 
 def _stretchable(
