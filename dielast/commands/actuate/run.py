@@ -13,7 +13,7 @@ from dielast.commands.actuate.uses import use_columns
 from dielast.commands.simulation.cases import SimulationBatch, case_result, last, one_or_list
 from dielast.commands.simulation.checks import warn_of_films, warn_of_programmes
 from dielast.commands.simulation.result import CaseResult, StatedCase, at_event
-from dielast.commands.simulation.run import Figures, Prepared, Simulation, report_of
+from dielast.commands.simulation.run import Figures, PreparedCases, Simulation, report_of
 from dielast.commands.simulation.solver_steps import repeat_of
 from dielast.handover.law_section import breakdown
 from dielast.io.files import Inputs
@@ -41,9 +41,9 @@ def run(cases: Sequence[Case[ActuateRecipe]], inputs: Inputs, execution: Executi
     return report_of(ActuateSimulation([case.recipe for case in cases]), cases, inputs, execution)
 
 
-def prepared(cases: Sequence[Case[ActuateRecipe]], inputs: Inputs) -> Prepared:
+def prepared(cases: Sequence[Case[ActuateRecipe]], inputs: Inputs) -> PreparedCases:
     """The cases, read and checked, but not solved."""
-    return Prepared.of(ActuateSimulation([case.recipe for case in cases]), cases, inputs)
+    return PreparedCases.of(ActuateSimulation([case.recipe for case in cases]), cases, inputs)
 
 
 class ActuateSimulation(Simulation):

@@ -116,7 +116,7 @@ class Simulation(ABC):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Prepared:
+class PreparedCases:
     """Cases that are ready to be solved: their `stated` data, and the batches of the cases without scatter."""
 
     stated: Sequence[StatedCase]
@@ -169,7 +169,7 @@ class Prepared:
 
 def report_of(simulation: Simulation, cases: Sequence[Case[Any]], inputs: Inputs, execution: Execution) -> RunReport:
     """Simulate every case, report."""
-    prepared, recipes = Prepared.of(simulation, cases, inputs, execution.jobs), [case.recipe for case in cases]
+    prepared, recipes = PreparedCases.of(simulation, cases, inputs, execution.jobs), [case.recipe for case in cases]
     study = Study.of(cases, inputs, execution)
     kind, materials = recipes[0].kind, [case.material for case in prepared.stated]
     solved = [

@@ -11,7 +11,7 @@ from dielast.base.errors import InputError, in_keys, warn
 from dielast.commands.simulation.cases import material_key, one_or_list
 from dielast.commands.simulation.uncertainty_recipe import FilmUncertainty, Uncertainty
 from dielast.handover.law_section import breakdown
-from dielast.handover.material_draws import beside, check_pair, further_constants, parse_draws
+from dielast.handover.material_draws import check_pair, further_constants, in_folder_of, parse_draws
 from dielast.handover.material_file import parse_file
 from dielast.io.files import Inputs
 from dielast.material.material import Material
@@ -122,7 +122,7 @@ def read_members(name: str, inputs: Inputs, material: Material, changes: Mapping
     file = parse_file(content, name)
     if file.draws is None:
         return ()
-    table = beside(name, file.draws)
+    table = in_folder_of(name, file.draws)
     draws = inputs.read(table)
     check_pair(inputs.folder, name, {PurePosixPath(name).name: content, file.draws: draws})
     if changes:
