@@ -32,9 +32,9 @@ SQUEEZED = 0.7  # stretch: a smaller value is probably a strain
 
 @dataclass(frozen=True, slots=True)
 class Usual:
-    """The usual range of a quantity, in SI: `text` says what is usual of a `value`, which is in units of 1/`factor`; `below` says it
-    of values below the range, if that is another text. `mistaken` are other values that may have been meant: a factor on the value,
-    and its unit.
+    """The usual range of a quantity, in SI: `text` says what is usual of a `value`, which is in units of 1/`factor`, and `below`
+    what is of values below the range, if that is another text. `mistaken` are other values that may have been meant: a factor on
+    the value, and its unit.
     """
 
     low: float
