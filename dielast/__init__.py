@@ -65,6 +65,7 @@ if TYPE_CHECKING:  # the public names, of which this is the only list: type chec
     )
     from dielast.material.scatter import (
         DamageScatter as DamageScatter,
+        FilmScatter as FilmScatter,
         NormalScatter as NormalScatter,
         Sample as Sample,
         WeibullScatter as WeibullScatter,
@@ -91,6 +92,7 @@ if TYPE_CHECKING:  # the public names, of which this is the only list: type chec
     from dielast.mechanics.load import (
         ChargeStep as ChargeStep,
         FilmStep as FilmStep,
+        Programme as Programme,
         Repeat as Repeat,
         Step as Step,
         Track as Track,
@@ -104,6 +106,7 @@ if TYPE_CHECKING:  # the public names, of which this is the only list: type chec
     from dielast.readings.photographs.camera import Camera as Camera
     from dielast.readings.photographs.outline import Outline as Outline, find_outline as find_outline
     from dielast.readings.photographs.series import Stretches as Stretches, measure_electrode as measure_electrode
+    from dielast.relaxation.checks import Plateaus as Plateaus
     from dielast.relaxation.continuous import ContinuousSpectrum as ContinuousSpectrum, continuous_spectrum as continuous_spectrum
     from dielast.relaxation.creep import fit_creep as fit_creep
     from dielast.relaxation.fit import fit_oscillation as fit_oscillation, fit_spectrum as fit_spectrum

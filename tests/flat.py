@@ -1,7 +1,7 @@
 """The simulations of the library with their arguments in one mapping, so that a test can state a film once and vary any of it.
 
-The dataclasses of arguments (`Film`, `Circuit`, `Failure`, `Output`, `Solver`, `HeldVoltages`, `Goal`) are filled from keywords
-with the names of their fields; `voltage` are the values of `HeldVoltages`.
+The dataclasses of arguments (`Plateaus`, `Film`, `Circuit`, `Failure`, `Output`, `Solver`, `HeldVoltages`, `Goal`) are filled from
+keywords with the names of their fields; `voltage` are the values of `HeldVoltages`.
 """
 
 from __future__ import annotations
@@ -28,10 +28,24 @@ def _films(stated: dict[str, Any], **more: Any) -> dict[str, Any]:
     return arguments
 
 
+def _fit(function: Any) -> Any:
+    """A fit of a spectrum, with the fields of `Plateaus` among its arguments."""
+
+    def fit(*curve: Any, **stated: Any) -> dielast.SpectrumFit:
+        known = _filled({"plateaus": dielast.Plateaus}, stated)
+        return function(*curve, **known, **stated)
+
+    return fit
+
+
+fit_spectrum, fit_oscillation, fit_creep = map(_fit, (dielast.fit_spectrum, dielast.fit_oscillation, dielast.fit_creep))
+
+
 def actuate(material: Any, steps: Any, **stated: Any) -> dielast.ActuationHistory:
     """`dielast.actuate`."""
-    more = {name: stated.pop(name) for name in ("mode", "repeat") if name in stated}
-    return dielast.actuate(material, steps=steps, **more, **_films(stated, circuit=dielast.Circuit, output=dielast.Output))
+    programme = {name: stated.pop(name) for name in ("mode", "repeat") if name in stated}
+    steps = dielast.Programme(steps, **programme) if programme else steps
+    return dielast.actuate(material, steps=steps, **_films(stated, circuit=dielast.Circuit, output=dielast.Output))
 
 
 def _of_map(stated: dict[str, Any]) -> dict[str, Any]:

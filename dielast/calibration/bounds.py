@@ -38,14 +38,14 @@ def bounds_between(starts: Sequence[float], values: Sequence[float], k: int, pat
     order = np.argsort(log).tolist()
     place = order.index(k)
 
-    def beside(other: int, outermost: Bound) -> Bound:
+    def half_way_to(other: int, outermost: Bound) -> Bound:
         if not 0 <= other < len(starts):
             return outermost
-        neighbour = order[other]
-        return float(np.exp(0.5 * (log[k] + log[neighbour]))), f"half-way to relaxation_time[{neighbour}] in log time"
+        nearest = order[other]
+        return float(np.exp(0.5 * (log[k] + log[nearest]))), f"half-way to relaxation_time[{nearest}] in log time"
 
     lowest, highest = (float(np.exp(log[k] + sign * np.log(WIDE))) for sign in (-1, 1))
-    return beside(place - 1, (lowest, BELOW)), beside(place + 1, (highest, ABOVE))
+    return half_way_to(place - 1, (lowest, BELOW)), half_way_to(place + 1, (highest, ABOVE))
 
 
 def bounds_apart(starts: Sequence[float], k: int, scale: float, path: str) -> tuple[Bound, Bound]:

@@ -101,7 +101,7 @@ class Course:
         """The start of the next point, None if no further one is needed."""
         return self._once_more() or (self._inwards() if self.ended else self._outwards())
 
-    def beside(self, place: float) -> Start:
+    def start_at(self, place: float) -> Start:
         """The start at a `place` with all other parameters as at the last computed point before it, without extrapolation."""
         inwards = [point for point in self.points if self._distance(point) < self._from_fit(place) and np.isfinite(point.root)]
         return place, inwards[-1].at
@@ -263,7 +263,7 @@ class _Followed:
         lost = ~np.isfinite(self.fits.cost[under_way])
         for k in under_way[lost].tolist():
             # the start may be lost where the others were extrapolated to, rather than because of the parameter
-            if self._begin(k, self.courses[k].beside(self._place(k))):
+            if self._begin(k, self.courses[k].start_at(self._place(k))):
                 continue
             if (closer := self.courses[k].nearer(self._place(k), np.inf)) is None:
                 self._arrive(k, np.inf, 0.0, self.fits.at[k], np.zeros(self.start.shape[1]))

@@ -60,7 +60,7 @@ def read_master_curve(folder: str, inputs: Inputs) -> ReducedCurve:
     name, kind = f"{folder}/mastercurve.csv", KINDS[measurement]
     headers = [f"{column} [{unit}]" for column, unit in (kind.reduced_abscissa, *kind.ordinates)]
     temperature, *columns = finite_columns(
-        _read_beside(summary, folder, "mastercurve.csv", inputs), name, ["temperature [degC]", *headers]
+        _read_file(summary, folder, "mastercurve.csv", inputs), name, ["temperature [degC]", *headers]
     )
     if not temperature.size:
         raise InputError("no rows: a folder written by mastercurve is needed", file=name)
@@ -69,7 +69,7 @@ def read_master_curve(folder: str, inputs: Inputs) -> ReducedCurve:
     return ReducedCurve(kind, tuple(columns), law, measured, scaling=scaling, drawn="uncertainty" in summary)
 
 
-def _read_beside(summary: Mapping[str, Any], folder: str, file: str, inputs: Inputs) -> bytes:
+def _read_file(summary: Mapping[str, Any], folder: str, file: str, inputs: Inputs) -> bytes:
     """A file beside the summary; raises `InputError` if it is not the one that its run wrote."""
     content = inputs.read(f"{folder}/{file}")
     check_whole(folder, summary, {file: content})
@@ -93,7 +93,7 @@ def _shift_law(summary: Mapping[str, Any], folder: str, inputs: Inputs) -> Shift
 
     def measured() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         name = f"{folder}/shift-factors.csv"
-        content = _read_beside(summary, folder, "shift-factors.csv", inputs)
+        content = _read_file(summary, folder, "shift-factors.csv", inputs)
         (temperature,) = finite_columns(content, name, ["temperature [degC]"])
         (factor,) = number_columns(content, name, ["log10_shift_factor [1]"])  # empty where the data do not determine it
         return temperature, factor
@@ -136,7 +136,7 @@ def read_curve_draws(folder: str, curve: ReducedCurve, inputs: Inputs) -> ReadDr
         return None
     name = f"{folder}/{LAWS}"
     headers = curve.shift.drawn_headers()
-    number, *constants = finite_columns(_read_beside(summary, folder, LAWS, inputs), name, ["draw", *headers])
+    number, *constants = finite_columns(_read_file(summary, folder, LAWS, inputs), name, ["draw", *headers])
     for row in np.flatnonzero(number != np.floor(number))[:1]:
         raise InputError(f'column "draw": {number[row]:g} is not a whole number', file=name, row=row + 2)
     rows = np.array(constants).reshape(len(headers), number.size).T
@@ -152,7 +152,7 @@ def read_curve_draws(folder: str, curve: ReducedCurve, inputs: Inputs) -> ReadDr
         f"{abscissa} [{unit}]",
         *(f"{ordinate}_{int(k)} [{unit}]" for ordinate, unit in curve.kind.ordinates for k in number),
     ]
-    columns = finite_columns(_read_beside(summary, folder, CURVES, inputs), name, headers, positive=True)
+    columns = finite_columns(_read_file(summary, folder, CURVES, inputs), name, headers, positive=True)
     first, values = columns[0], columns[1:].reshape(len(curve.kind.ordinates), number.size, -1)
     for row in np.flatnonzero(np.diff(first) <= 0)[:1]:
         raise InputError(f'column "{headers[0]}": {first[row + 1]:g} is not above {first[row]:g}', file=name, row=row + 3)

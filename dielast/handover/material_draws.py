@@ -192,7 +192,7 @@ def _with_further(member: Material, further: Sequence[re.Match[str]], values: Se
     return material_of(member, numbers)
 
 
-def beside(source: str, name: str) -> str:
+def in_folder_of(source: str, name: str) -> str:
     """The path of the file `name`, as the material file `source` names it."""
     if source.startswith(EXAMPLE):
         return EXAMPLE + str(PurePosixPath(source.removeprefix(EXAMPLE)).parent / name)
@@ -208,7 +208,7 @@ def read_draws_beside(inputs: Inputs, name: str, material: Material) -> tuple[Ma
     stated = parse_file(content, name)
     if stated.draws is None:
         return ()
-    table = beside(name, stated.draws)
+    table = in_folder_of(name, stated.draws)
     draws = inputs.read(table)
     check_pair(inputs.folder, name, {PurePosixPath(name).name: content, stated.draws: draws})
     return parse_draws(draws, table, material)
@@ -225,7 +225,7 @@ def read_draws(path: str | Path) -> tuple[Material, ...]:
         raise InputError(
             "the material has no draws: mastercurve with [uncertainty] and then spectrum make them, or calibrate", file=path
         )
-    table = beside(str(path), stated.draws)
+    table = in_folder_of(str(path), stated.draws)
     draws = read_file(resolve(Path(), table), table)
     check_pair(Path(), str(path), {PurePosixPath(path).name: content, stated.draws: draws})
     return parse_draws(draws, table, stated.material())
@@ -233,7 +233,7 @@ def read_draws(path: str | Path) -> tuple[Material, ...]:
 
 def check_pair(home: Path, name: str, contents: Mapping[str, bytes]) -> None:
     """Raise `InputError` if a material file and its draws are not as the summary beside them lists them; nothing without one."""
-    summary = beside(name, SUMMARY)
+    summary = in_folder_of(name, SUMMARY)
     if not name.startswith(EXAMPLE) and os.path.isfile(home / summary):
         try:
             stated = parse_toml(read_file(home / summary, summary), summary)

@@ -32,8 +32,9 @@ SQUEEZED = 0.7  # stretch: a smaller value is probably a strain
 
 @dataclass(frozen=True, slots=True)
 class Usual:
-    """The usual range of a quantity, in SI: `text` says what is usual beside a `value`, which is in units of 1/`factor`. `mistaken`
-    are other values that may have been meant: a factor on the value, and its unit.
+    """The usual range of a quantity, in SI: `text` says what is usual of a `value`, which is in units of 1/`factor`, and `below`
+    what is of values below the range, if that is another text. `mistaken` are other values that may have been meant: a factor on
+    the value, and its unit.
     """
 
     low: float
@@ -41,21 +42,28 @@ class Usual:
     text: str
     factor: float = 1.0
     mistaken: Sequence[tuple[float, str]] = ()
+    below: str = ""
 
-    def warn(self, values: ArrayLike) -> None:
-        """Warn of the first of the values (any shape) outside of the range."""
+    def warn(self, values: ArrayLike) -> bool:
+        """Warn of the first of the values (any shape) outside of the range, and say whether there is one."""
         flat = np.ravel(np.asarray(values, dtype=float))
         for value in flat[(flat < self.low) | (flat > self.high)][:1].tolist():
             meant = [
                 f"{value * factor * self.factor:g} {unit}".rstrip() for factor, unit in self.mistaken if self._holds(value * factor)
             ]
-            warn(self.text.format(value=value * self.factor) + (f", such as {' or '.join(meant)}?" if meant else "?"))
+            text = self.below if self.below and value < self.low else self.text
+            warn(text.format(value=value * self.factor) + (f", such as {' or '.join(meant)}?" if meant else "?"))
+            return True
+        return False
 
     def _holds(self, value: float) -> bool:
         return self.low <= value <= self.high
 
 
 USUAL = {
+    "sum of moduli": Usual(
+        0.0, GLASS, "the shear moduli add up to {value:g} Pa, more than any polymer's glass: are they in another unit"
+    ),
     "equilibrium modulus": Usual(
         SOFTEST,
         1e7,
@@ -72,6 +80,23 @@ USUAL = {
     "breakdown field": Usual(
         FAINTEST, STRONGEST, "a breakdown field of {value:g} V/m: films break down at 1 to 1000 MV/m, so is it in another unit"
     ),
+    "leakage": Usual(  # a true field over that of the law, where it was measured
+        0.0,
+        LEAKIEST,
+        "the true field reaches {value:.3g} times leakage.field, so that the conductivity grows by a factor e^{value:.3g}: is "
+        "leakage.field in another unit",
+    ),
+    "largest modulus": Usual(
+        3 * SOFTEST,
+        3 * GLASS,
+        "the largest Young's modulus is {value:.3g} Pa, more than any polymer's glass: is it in another unit",
+        below="the largest Young's modulus is {value:.3g} Pa, less than that of a gel: is it in another unit",
+    ),
+    "plateau": Usual(
+        3 * SOFTEST,
+        np.inf,
+        "Young's modulus levels off at {value:.3g} Pa, less than that of a gel: is it in another unit, such as kPa",
+    ),
     "film": Usual(1e-6, 1e-2, "the thickness is {value:g} mm, but a film has 1 um to 10 mm: is it in another unit", 1e3),
     "specimen": Usual(1e-6, 0.1, "the thickness is {value:g} mm, but a specimen has 1 um to 100 mm: is it in another unit", 1e3),
 }
@@ -81,10 +106,8 @@ USUAL = {
 def warn_of_material(material: Material) -> None:
     """Warn of constants that are most likely in another unit."""
     rest, branches = material.equilibrium_modulus, float(np.sum(material.spectrum.shear_modulus))
-    if rest + branches <= GLASS:
+    if not USUAL["sum of moduli"].warn(rest + branches):
         USUAL["equilibrium modulus"].warn([rest] if rest > 0 else [])
-    else:
-        warn(f"the shear moduli add up to {rest + branches:g} Pa, more than any polymer's glass: are they in another unit?")
     if 0 < branches < RELAXING * rest:
         beside = f"beside an equilibrium modulus of {rest:g} Pa"
         why = "is the material elastic, or are they in another unit?"
@@ -130,14 +153,6 @@ def warn_of_field(highest: ArrayLike, breakdown: ArrayLike, charged: ArrayLike =
         warn(f"the highest {what} makes a field of {field[k]:.3g} V/m, {so}: is the {what}, or the {other}, in a wrong unit?")
 
 
-def warn_of_leak(true_field: ArrayLike, scale: ArrayLike) -> None:
-    """Warn of true fields (V/m) far above the `scale` E_c (V/m) of leakage, where its law was not measured."""
-    ratio = float(np.max(np.abs(np.asarray(true_field, dtype=float)) / np.asarray(scale, dtype=float), initial=0.0))
-    if ratio > LEAKIEST:
-        grown = f"the true field reaches {ratio:.3g} times leakage.field, so that the conductivity grows by a factor e^{ratio:.3g}"
-        warn(f"{grown}: is leakage.field in another unit?")
-
-
 def warn_of_temperature(temperature: ArrayLike, what: str) -> None:
     """Warn of temperatures (degC, any shape) that look as if they were on another scale; `what` begins the message."""
     values = np.atleast_1d(np.asarray(temperature, dtype=float))
@@ -152,16 +167,6 @@ def warn_of_temperature(temperature: ArrayLike, what: str) -> None:
         warn(f"{what} {span} degC: was the value in kelvin, but stated as degC?")
     elif coldest < COLDEST or hottest > HOTTEST:
         warn(f"{what} {span} degC, outside the usual range of polymers: is the scale right?")
-
-
-def warn_of_curve(largest: float, plateau: float | None = None) -> None:
-    """Warn of a master curve whose `largest` Young's modulus (Pa), or that of its `plateau`, is not that of a polymer."""
-    if largest > 3 * GLASS:
-        warn(f"the largest Young's modulus is {largest:.3g} Pa, more than any polymer's glass: is it in another unit?")
-    elif largest < 3 * SOFTEST:
-        warn(f"the largest Young's modulus is {largest:.3g} Pa, less than that of a gel: is it in another unit?")
-    elif plateau is not None and plateau < 3 * SOFTEST:
-        warn(f"Young's modulus levels off at {plateau:.3g} Pa, less than that of a gel: is it in another unit, such as kPa?")
 
 
 def warn_of_tension(names: Sequence[str], source: str) -> None:

@@ -132,9 +132,9 @@ class Material(Result):
 def numbers_of(material: Material) -> Numbers:
     """All numbers of a material that may be varied, by section and key of its file."""
     modulus, spring = material.equilibrium_modulus, material.equilibrium_law
-    beside = {key: value for key, value in spring.of_modulus(modulus).numbers().items() if key in spring.beside_modulus()}
+    others = {key: value for key, value in spring.of_modulus(modulus).numbers().items() if key in spring.beside_modulus()}
     numbers: Numbers = {
-        "equilibrium": {**({"shear_modulus": modulus} if spring.takes_modulus else {}), **beside},
+        "equilibrium": {**({"shear_modulus": modulus} if spring.takes_modulus else {}), **others},
         "nonequilibrium": {
             "shear_modulus": material.spectrum.shear_modulus.tolist(),
             "relaxation_time": material.spectrum.relaxation_time.tolist(),

@@ -198,14 +198,24 @@ class Sample(TabularResult):
         ]
 
 
+@checked
+@dataclass(frozen=True, slots=True)
+class FilmScatter:
+    """What scatters from film to film: the breakdown field, the thickness, and the damage at failure. What is None scatters as the
+    laws of the materials state, if they do.
+    """
+
+    breakdown_field: Scatter | None = None
+    thickness: Scatter | None = None
+    damage: DamageScatter | None = None
+
+
 def draw_sample(
     members: Sequence[Material],
     draws: int,
     *,
     seed: int = 1,
-    breakdown_field: Scatter | None = None,
-    thickness: Scatter | None = None,
-    damage: DamageScatter | None = None,
+    scatter: FilmScatter = FilmScatter(),
     share: float | None = None,
     area: float | None = None,
     specimens: bool = True,
@@ -213,10 +223,9 @@ def draw_sample(
     """A sample of `draws` films: materials from `members` (a single member is a material known exactly), with scatter.
 
     The first draws are the members in their order; further draws repeat members at random. Draw k depends only on `seed` and k.
-    Scatter of the breakdown field or of the damage that is not stated is that of the materials, if their laws state one. With a
-    `share`, every film is one that this share of the films of its material fails before, instead of a film at random: intervals
-    are then those of a quantile. The members hold for electrodes of this `area` in m^2 (see `of_area`). With `specimens`, each
-    draw of a calibrated material is another specimen (see `SpecimenScatter`). Arrays of the sample are (draws,). Raises
+    With a `share`, every film is one that this share of the films of its material fails before, instead of a film at random:
+    intervals are then those of a quantile. The members hold for electrodes of this `area` in m^2 (see `of_area`). With `specimens`,
+    each draw of a calibrated material is another specimen (see `SpecimenScatter`). Arrays of the sample are (draws,). Raises
     `InputError` if there is nothing to draw.
     """
     if draws < 1 or not members:
@@ -241,13 +250,13 @@ def draw_sample(
         parts = [1.0 if law is None else float(law.factors(quantile[k : k + 1])[0]) for k, law in enumerate(laws)]
         return np.array(parts)
 
-    fields, ones = factors(breakdown_field, field_scatter, "breakdown field"), np.ones(draws)
+    fields, ones = factors(scatter.breakdown_field, field_scatter, "breakdown field"), np.ones(draws)
     return Sample(
         materials,
         ones if fields is None else fields,
-        ones if thickness is None else thickness.factors(stream(seed, "thickness").random(draws)),
-        factors(damage, damage_scatter, "damage"),
-        1.0 if damage is None else damage.typical,
+        ones if scatter.thickness is None else scatter.thickness.factors(stream(seed, "thickness").random(draws)),
+        factors(scatter.damage, damage_scatter, "damage"),
+        1.0 if scatter.damage is None else scatter.damage.typical,
         area,
         factors(None, specimen_scatter, "specimen", share=None) if specimens else None,
     )

@@ -13,7 +13,7 @@ from dielast.mechanics.cases import numbers, one_set, spread
 from dielast.mechanics.electric import ELECTRIC, Drive
 from dielast.mechanics.laps import Pieces
 from dielast.mechanics.line import Line, lasts_at
-from dielast.mechanics.load import ElectricalStep, FilmStep, Mode, Path, Repeat, Step, Track, VoltageStep, Waveform
+from dielast.mechanics.load import ElectricalStep, FilmStep, Mode, Path, Programme, Step, Track, VoltageStep, Waveform
 from dielast.mechanics.piece import Chain, Cycles, Piece
 from dielast.mechanics.span import Control, Controls
 from dielast.numerics.arrays import Floats
@@ -38,36 +38,25 @@ def pieces(steps: Sequence[Step], mode: Mode | str, cases: int) -> list[Piece]:
     return _numbered(_pieces_of_steps(steps, mode, cases))
 
 
-def electrical_pieces(
-    steps: Sequence[ElectricalStep],
-    controls: Controls,
-    unit: Floats,
-    mode: Mode | str = Mode.EQUIBIAXIAL,
-    repeat: Repeat | None = None,
-    programme: bool = False,
-) -> Pieces:
-    """The steps of a programme of electrodes, or of edges and electrodes, as pieces of load that start from 0 at these controls.
+def electrical_pieces(programme: Programme, controls: Controls, unit: Floats, *, edges: bool = False) -> Pieces:
+    """The steps of a programme of electrodes, or of `edges` and electrodes, as pieces of load that start from 0 at these controls.
 
-    Their values are divided by `unit` (cases,): the thickness of the films in m for voltages, 1 for charges per area; in a
-    `programme` of edges and electrodes it is the thickness. The `mode` says what a single stretch or stress means for both axes;
-    under pure shear, the stretch of axis 2 stays. Raises `InputError` with the step (counted from 0) that is wrong.
+    Their values are divided by `unit` (cases,): the thickness of the films in m for voltages, 1 for charges per area; where edges
+    move as well it is the thickness. Under pure shear, the stretch of axis 2 stays. Raises `InputError` with the step (counted from
+    0) that is wrong.
     """
+    steps, repeat = programme.steps, programme.repeat
     if not steps:
         raise InputError("at least one step is needed", argument="steps")
-    if programme:
+    if edges:
         order = [(step, 0) for step in range(len(steps))]
         if repeat is not None:
             order = replace(repeat, times=min(repeat.times, 2)).expanded(len(steps))
             if any(step.cycles for step in steps):
                 raise InputError("a waveform repeats itself: leave repeat out, or state the cycle in steps", argument="repeat")
-        made = _pieces_of_films(((step, lap, steps[step]) for step, lap in order), Mode.of(mode), controls, unit)
+        made = _pieces_of_films(((step, lap, steps[step]) for step, lap in order), Mode.of(programme.mode), controls, unit)
         return Pieces([piece for of_step in made for piece in of_step], 0 if repeat is None else repeat.times)
     return Pieces(_numbered(_pieces_of_programme(steps, controls, unit)))
-
-
-def is_programme(steps: Sequence[ElectricalStep]) -> bool:
-    """Whether steps drive edges and electrodes, and not the electrodes alone."""
-    return any(isinstance(step, FilmStep) for step in steps)
 
 
 def _step_by_step(made: Iterator[Made]) -> list[Made]:

@@ -6,7 +6,7 @@ this. Every value may be one number, one number per case (cases,), a waveform, o
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from typing import Any, ClassVar, Self
@@ -298,3 +298,25 @@ class Repeat(Result):
 
 
 ElectricalStep = VoltageStep | ChargeStep | FilmStep
+
+
+@checked
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class Programme(Result):
+    """The `steps` that drive a film, some of which may `repeat`, as a cycle; the `mode` says what one stretch or stress of a
+    `FilmStep` means for both axes.
+    """
+
+    steps: Sequence[ElectricalStep]
+    mode: Mode | str = Mode.EQUIBIAXIAL
+    repeat: Repeat | None = None
+
+    @classmethod
+    def of(cls, steps: Programme | Sequence[ElectricalStep]) -> Programme:
+        """The programme that is stated, or that of these steps alone."""
+        return steps if isinstance(steps, Programme) else cls(steps)
+
+    @property
+    def moves_edges(self) -> bool:
+        """Whether it has laps, or drives the edges, and not the electrodes alone."""
+        return self.repeat is not None or any(isinstance(step, FilmStep) for step in self.steps)

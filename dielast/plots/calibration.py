@@ -152,8 +152,8 @@ def _draw_profile(axes: Axes, calibration: Calibration, k: int) -> None:
     axes.plot(x, y, "o", color=COLOURS[0], markersize=2.2)
     for level, threshold, dashes in zip(levels, thresholds, ("--", ":"), strict=True):
         axes.axhline(threshold, color=COLOURS[1], linestyle=dashes, linewidth=0.8)
-        beside = axes.get_yaxis_transform()  # x in shares of the axes
-        axes.text(1.02, threshold, f"{100 * level:g} %", transform=beside, ha="left", va="center", fontsize=5)
+        at_edge = axes.get_yaxis_transform()  # x in shares of the axes
+        axes.text(1.02, threshold, f"{100 * level:g} %", transform=at_edge, ha="left", va="center", fontsize=5)
     for end in (profile.lower, profile.upper):
         if np.isfinite(end):
             axes.axvline(factor * float(parameter.value(end)), color="0.6", linewidth=0.7)

@@ -129,9 +129,9 @@ def _voltages(
     if result.drawn is not None:
         low, high = (bound[films] * factor for bound in result.drawn.voltage)
         known = np.isfinite(low) & np.isfinite(high)
-        beside = axes.transData + ScaledTranslation(aside / 72, 0, axes.figure.dpi_scale_trans)
+        shifted = axes.transData + ScaledTranslation(aside / 72, 0, axes.figure.dpi_scale_trans)
         place, ends = along[films][known], (low[known], high[known])
-        axes.vlines(place, *ends, color=look["color"], linewidth=1.0, transform=beside, zorder=1.5)
+        axes.vlines(place, *ends, color=look["color"], linewidth=1.0, transform=shifted, zorder=1.5)
         axes.update_datalim(np.column_stack((np.tile(place, 2), np.concatenate(ends))))
         axes.autoscale_view()
 

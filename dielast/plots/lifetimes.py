@@ -224,8 +224,8 @@ def _arrows(axes: Axes, along: NDArray[np.float64], up: float, marker: str, film
     along, place = _thinned(along), axes.get_xaxis_transform()
     arrow: Any = {"marker": marker, "markersize": 4.8, "markeredgewidth": 0.2, "color": film.look["color"]}
     axes.plot(along, np.full(along.size, up), transform=place, linestyle="none", zorder=3, **arrow)
-    beside = place + ScaledTranslation(-BESIDE / 72, 0, axes.figure.dpi_scale_trans)
-    axes.plot(along[:1], [up], transform=beside, linestyle="none", zorder=3, **{**film.marker, "markersize": 2.8})
+    shifted = place + ScaledTranslation(-BESIDE / 72, 0, axes.figure.dpi_scale_trans)
+    axes.plot(along[:1], [up], transform=shifted, linestyle="none", zorder=3, **{**film.marker, "markersize": 2.8})
 
 
 def _thinned(along: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -72,8 +72,8 @@ def plot_master_curve(result: MasterCurve, curves: Sequence[MeasuredCurve], titl
         [master, *below][-1].set_xlabel(f"reduced {along} at {degrees(result.reference_temperature)} [{unit}]")
         _legend_above(master, _entries() if swept else fitted, result)
         if result.temperature.size > MOST_IN_LEGEND:
-            beside = [master, *below]
-            figure.colorbar(colour, ax=beside, label="temperature [°C]", pad=0.01, aspect=40 if swept else 25)
+            panels = [master, *below]
+            figure.colorbar(colour, ax=panels, label="temperature [°C]", pad=0.01, aspect=40 if swept else 25)
         _shift_factors(shift, result)
         if swept:
             figure.align_ylabels([raw, master, *below])

@@ -285,7 +285,7 @@ def _take_load(kinds: Kinds, values: dict[str, Any], model: type[RecipeBase], so
         # checked by itself first, so that the message names the load file
         wrong += _mistakes_in_load(kinds, model, {"step": steps}, name, path.parent)
     wrong.refuse()
-    values["step"] = [_beside(step, path.parent, folder) for step in history["step"]]
+    values["step"] = [_with_paths_from(step, path.parent, folder) for step in history["step"]]
 
 
 def _mistakes_in_load(kinds: Kinds, model: type[RecipeBase], history: dict[str, Any], source: str, folder: Path) -> list[Problem]:
@@ -304,7 +304,7 @@ def check_load(kinds: Kinds, path: Path) -> None:
         raise InputError(*min(wrong, key=len))
 
 
-def _beside(step: dict[str, Any], home: Path, folder: Path) -> dict[str, Any]:
+def _with_paths_from(step: dict[str, Any], home: Path, folder: Path) -> dict[str, Any]:
     """A step of a load file in `home`, its table's path made relative to the recipe's `folder`."""
     if "table" not in step or home == folder:
         return step

@@ -1,12 +1,14 @@
 """Checks of a measured curve and of the arguments of its fit, which raise `InputError`."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from dielast.base.errors import InputError, and_more, warn
 from dielast.io.table import plural, spoken
+from dielast.material.argument_types import checked
 from dielast.material.measurement_kind import MeasurementKind
 from dielast.numerics.arrays import Floats, rms
 from dielast.relaxation.ends import away
@@ -77,18 +79,29 @@ def checked_times(times: TimeRange, argument: str) -> TimeRange:
     return shortest, longest
 
 
-def checked_moduli(
-    equilibrium: float | None, glassy: float | None, liquid: bool, smallest: float, largest: float
-) -> tuple[float | None, float | None]:
+@checked
+@dataclass(frozen=True, slots=True)
+class Plateaus:
+    """What is known of a material before its curve is fitted, as Young's moduli in Pa: `equilibrium_modulus` after infinite time (0
+    for a melt), and `glassy_modulus` at the shortest times; what is None is found by the fit. A `liquid` has no equilibrium modulus
+    and needs no plateau.
+    """
+
+    equilibrium_modulus: float | None = None
+    glassy_modulus: float | None = None
+    liquid: bool = False
+
+
+def checked_moduli(plateaus: Plateaus, smallest: float, largest: float) -> tuple[float | None, float | None]:
     """Equilibrium modulus, 0 for a liquid, and glassy modulus as shear moduli in Pa, None if not stated.
 
-    All arguments are Young's moduli in Pa; `smallest` and `largest` are those of the curve, which the others must not contradict.
+    `smallest` and `largest` are Young's moduli of the curve in Pa, which the `plateaus` must not contradict.
     """
-    equilibrium = None if equilibrium is None else float(equilibrium)
-    glassy = None if glassy is None else float(glassy)
-    if liquid and equilibrium:
+    equilibrium = None if plateaus.equilibrium_modulus is None else float(plateaus.equilibrium_modulus)
+    glassy = None if plateaus.glassy_modulus is None else float(plateaus.glassy_modulus)
+    if plateaus.liquid and equilibrium:
         raise InputError(f"{equilibrium:g} Pa: that of a liquid is 0", argument="equilibrium_modulus")
-    equilibrium = 0.0 if liquid else equilibrium
+    equilibrium = 0.0 if plateaus.liquid else equilibrium
     if equilibrium is not None and not 0 <= equilibrium < np.inf:
         raise InputError(f"{equilibrium:g} Pa: it must be finite and not negative (0 is a melt)", argument="equilibrium_modulus")
     if glassy is not None and not 0 < glassy < np.inf:

@@ -15,7 +15,7 @@ from dielast.base.errors import warn
 from dielast.material.measurement_kind import CREEP
 from dielast.material.spectrum import Spectrum
 from dielast.numerics.arrays import Floats
-from dielast.relaxation.checks import TimeRange
+from dielast.relaxation.checks import Plateaus, TimeRange
 from dielast.relaxation.interconversion import RetardationSpectrum, relaxation_from_retardation, retardation_from_relaxation
 from dielast.relaxation.nnls import EVEN, Known, Solution, Total, WeightedCurve, fit_strengths
 from dielast.relaxation.result import SpectrumFit
@@ -34,27 +34,23 @@ def fit_creep(
     *,
     branches: int = 30,
     retardation_time: TimeRange = (None, None),
-    equilibrium_modulus: float | None = None,
-    glassy_modulus: float | None = None,
+    plateaus: Plateaus = Plateaus(),
     keep: int | None = None,
     flows: bool | None = None,
-    liquid: bool = False,
 ) -> SpectrumFit:
     """Discrete relaxation spectrum of a master curve of tensile creep compliance (1/Pa) over `reduced_time` (s), (n,) in any order.
 
     `branches` retardation processes, a glassy compliance and a fluidity, none negative, are fitted to the relative error with the
     smoothness that the data support, and converted exactly (`relaxation_from_retardation`). Processes of strength 0 drop out, and a
     material that flows has one branch more. `retardation_time` is the shortest and the longest time in s, each chosen as in
-    `fit_spectrum` if it is None. `equilibrium_modulus` (Young's, Pa) is that after infinite time, 0 for a melt, and
-    `glassy_modulus` that at the shortest times, the sum of all moduli; both are fitted by default. A `liquid` has no equilibrium
-    modulus and needs no plateau. `keep` truncates to the slowest branches. `flows` says whether there is a fluidity if
-    `equilibrium_modulus` is not stated; by default there is one if it is significant.
+    `fit_spectrum` if it is None. Both moduli of the `plateaus` are fitted by default. `keep` truncates to the slowest branches.
+    `flows` says whether there is a fluidity if the equilibrium modulus is not stated; by default there is one if it is significant.
 
     Raises `InputError` for points or arguments that allow no fit. Warns as `fit_spectrum` does, if the curve does not show whether
     the material flows, and if it does not show the glassy compliance, so that the fastest branch is a guess.
     """
     columns = (reduced_time, creep_compliance)
-    task = FitTask(CREEP, columns, branches, retardation_time, equilibrium_modulus, glassy_modulus, keep, liquid)
+    task = FitTask(CREEP, columns, branches, retardation_time, plateaus, keep)
     curve, softest, prescribed = task.curve, task.plateau, task.equilibrium
     process_time, known, total, is_open = _what_to_fit(task, flows)
     solution = _with_glassy(curve, process_time, known, total)

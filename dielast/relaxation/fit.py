@@ -6,7 +6,7 @@ from numpy.typing import ArrayLike
 
 from dielast.base.errors import InputError, shown
 from dielast.material.measurement_kind import OSCILLATION, RELAXATION
-from dielast.relaxation.checks import TimeRange
+from dielast.relaxation.checks import Plateaus, TimeRange
 from dielast.relaxation.result import Method, SpectrumFit
 from dielast.relaxation.schwarzl_staverman import FEWEST_BRANCHES, schwarzl_staverman
 from dielast.relaxation.task import FitTask
@@ -22,10 +22,8 @@ def fit_spectrum(
     branches: int = 30,
     polynomial_degree: int = 7,
     relaxation_time: TimeRange = (None, None),
-    equilibrium_modulus: float | None = None,
-    glassy_modulus: float | None = None,
+    plateaus: Plateaus = Plateaus(),
     keep: int | None = None,
-    liquid: bool = False,
 ) -> SpectrumFit:
     """Discrete relaxation spectrum of a master curve: `modulus` (Young's, Pa) over `reduced_time` (s), both (n,), in any order.
 
@@ -35,12 +33,11 @@ def fit_spectrum(
     weight.
 
     `relaxation_time` is the shortest and the longest time in s. If one is None, schwarzl-staverman uses the range in which t = 2
-    tau stays on the curve, and nnls places it inside the curve where it fits best. `equilibrium_modulus` (Young's, Pa; 0 for a
-    melt) is by default that at the end of the curve, or fitted by nnls. `glassy_modulus` (Young's, Pa), that at the shortest times,
-    is three times the sum of all shear moduli including the equilibrium modulus, which determines mu_neq of Eq. 20. By default,
-    schwarzl-staverman uses the largest modulus of the curve, smoothed, or the equilibrium modulus plus H at the shortest relaxation
-    time if that is larger; nnls does not prescribe it. `keep` truncates to the slowest branches (Sec. 3.4). A `liquid` has no
-    equilibrium modulus and needs no plateau.
+    tau stays on the curve, and nnls places it inside the curve where it fits best. The equilibrium modulus of the `plateaus` is by
+    default that at the end of the curve, or fitted by nnls. Their glassy modulus is three times the sum of all shear moduli
+    including the equilibrium modulus, which determines mu_neq of Eq. 20. By default, schwarzl-staverman uses the largest modulus of
+    the curve, smoothed, or the equilibrium modulus plus H at the shortest relaxation time if that is larger; nnls does not
+    prescribe it. `keep` truncates to the slowest branches (Sec. 3.4).
 
     Raises `InputError` for points or arguments that allow no fit, and if negative moduli contribute more than 2 % of G(t). Warns of
     smaller negative moduli (they are set to 0), of extrapolation, of an end without a plateau, of a plateau far above the stated
@@ -53,9 +50,7 @@ def fit_spectrum(
     if by_polynomial and degree < 1:
         raise InputError(f"{degree}: at least 1 is needed", argument="polynomial_degree")
     columns, fewest = (reduced_time, modulus), FEWEST_BRANCHES if by_polynomial else 1
-    task = FitTask(
-        RELAXATION, columns, branches, relaxation_time, equilibrium_modulus, glassy_modulus, keep, liquid, method, fewest
-    )
+    task = FitTask(RELAXATION, columns, branches, relaxation_time, plateaus, keep, method, fewest)
     return schwarzl_staverman(task, degree) if by_polynomial else task.fit_moduli(past=1.0)
 
 
@@ -66,20 +61,18 @@ def fit_oscillation(
     *,
     branches: int = 30,
     relaxation_time: TimeRange = (None, None),
-    equilibrium_modulus: float | None = None,
-    glassy_modulus: float | None = None,
+    plateaus: Plateaus = Plateaus(),
     keep: int | None = None,
-    liquid: bool = False,
 ) -> SpectrumFit:
     """Discrete relaxation spectrum of a master curve of storage and loss modulus (Young's, Pa) over angular frequency (rad/s).
 
     All are of shape (n,), in any order. Non-negative moduli are fitted to the relative errors of both moduli together, with the
-    smoothness that the data support (`dielast.relaxation.nnls`); relaxation times, prescribed moduli (Young's, Pa), `keep` and
-    `liquid` are as in `fit_spectrum`. `equilibrium_modulus` is fitted by default.
+    smoothness that the data support (`dielast.relaxation.nnls`); the other arguments are as in `fit_spectrum`. The equilibrium
+    modulus is fitted by default.
 
     Raises `InputError` for points or arguments that allow no fit; warns as `fit_spectrum` does, with the storage modulus at the
     lowest frequencies as the end of the curve.
     """
     columns = (reduced_angular_frequency, storage_modulus, loss_modulus)
-    task = FitTask(OSCILLATION, columns, branches, relaxation_time, equilibrium_modulus, glassy_modulus, keep, liquid)
+    task = FitTask(OSCILLATION, columns, branches, relaxation_time, plateaus, keep)
     return task.fit_moduli(PAST_ENDS)

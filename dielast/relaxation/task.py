@@ -13,6 +13,7 @@ from dielast.material.spectrum import Spectrum
 from dielast.numerics.arrays import Floats, rms
 from dielast.relaxation.checks import (
     POOR_FIT,
+    Plateaus,
     TimeRange,
     checked_counts,
     checked_moduli,
@@ -50,10 +51,8 @@ class FitTask:
         columns: Sequence[ArrayLike],
         branches: int,
         times: TimeRange,
-        equilibrium_modulus: float | None,
-        glassy_modulus: float | None,
+        plateaus: Plateaus,
         keep: int | None,
-        liquid: bool,
         method: Method = "nnls",
         fewest: int = 1,
     ) -> None:
@@ -67,11 +66,9 @@ class FitTask:
         ascending = slice(None, None, kind.time_power)
         time, self.measured = (abscissa**kind.time_power)[ascending], np.stack(values)[:, ascending]
         self.curve = curve = WeightedCurve(time, self.measured * 3.0**-kind.stiffness_power, votes(np.log10(time)), kind)
-        self.equilibrium, self.glassy = checked_moduli(
-            equilibrium_modulus, glassy_modulus, liquid, *extremes(np.log10(time), 3 * curve.stiffness)
-        )
+        self.equilibrium, self.glassy = checked_moduli(plateaus, *extremes(np.log10(time), 3 * curve.stiffness))
         self.plateau = long_time_end(np.log10(time), curve.stiffness)
-        self.liquid = liquid
+        self.liquid = plateaus.liquid
 
     def range_of_times(
         self, default: tuple[float, float], seen_at: tuple[float, float], longest: float | None = None

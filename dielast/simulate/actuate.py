@@ -12,8 +12,8 @@ from dielast.mechanics.criteria import CRITERIA, END, failures_of, names
 from dielast.mechanics.criteria.breakdown import ElectricalBreakdown
 from dielast.mechanics.criteria.loss_of_tension import LossOfTension
 from dielast.mechanics.criteria.pull_in import PullIn
-from dielast.mechanics.history import case_count, duration_of, electrical_pieces, is_programme
-from dielast.mechanics.load import ChargeStep, FilmStep, Mode, Repeat, VoltageStep
+from dielast.mechanics.history import case_count, duration_of, electrical_pieces
+from dielast.mechanics.load import ChargeStep, FilmStep, Programme, VoltageStep
 from dielast.mechanics.piece import Piece
 from dielast.mechanics.span import Control
 from dielast.numerics.arrays import Flags, Floats
@@ -30,10 +30,8 @@ from dielast.simulate.wiring import Wiring
 def prepare(
     material: Material | Sequence[Material],
     film: Film,
-    steps: Sequence[VoltageStep | ChargeStep | FilmStep],
+    steps: Programme | Sequence[VoltageStep | ChargeStep | FilmStep],
     *,
-    mode: Mode | str = Mode.EQUIBIAXIAL,
-    repeat: Repeat | None = None,
     circuit: Circuit = Circuit(),
     failure: Failure = Failure(),
     output: Output = Output(),
@@ -41,8 +39,8 @@ def prepare(
 ) -> Callable[[], ActuationHistory]:
     """Prestretch films, let them relax, and then drive them through the `steps`, from 0 V or from a charge of 0.
 
-    Film steps move the edges as well, which are at first as the boundary of the film holds them; the `mode` says what one stretch
-    or stress means for both axes. Some of the steps may `repeat`, as a cycle.
+    Film steps move the edges as well, which are at first as the boundary of the film holds them. A `Programme` says which of its
+    steps repeat, as a cycle, and what one stretch or stress means for both axes.
 
     The history begins with the programme, and `cycles` of waveforms are those of the relative stretch of axis 1. Charge, current
     and energies are computed with a resistance or a leakage of the `circuit`, with prescribed charges, or if the `output` asks for
@@ -51,7 +49,8 @@ def prepare(
     Every number may be one for all cases or one per case, shape (cases,). The equations are those of Sec. 3 of DOI
     10.1115/1.4030850. Raises `InputError` for invalid arguments; a run in which the numerics give up is an `Outcome`, not an error.
     """
-    stop_at = failure.stop_at
+    stated, stop_at = Programme.of(steps), failure.stop_at
+    steps = stated.steps
     if stop_at not in (None, *names(), END):
         raise InputError(f"{stop_at!r}: it must be one of {', '.join((*names(), END))}", argument="stop_at")
     if output.internal:
@@ -60,13 +59,13 @@ def prepare(
     cases = case_count(steps, circuit.resistance, circuit.electrode_area, *leaks)
     setup = set_up(material, film, breakdown_field=failure.breakdown_field, solver=solver, cases=cases)
     cases = setup.temperature.size
-    programme = is_programme(steps) or repeat is not None or any(spring is not None for spring in setup.spring)
+    programme = stated.moves_edges or any(spring is not None for spring in setup.spring)
     first = next(iter(steps), None)
     charge = isinstance(first, ChargeStep) if not programme else any(getattr(step, "charge", None) is not None for step in steps)
     wiring = Wiring.of(charge, circuit, setup.thickness, output.electrical, programme)
-    stated = output.of_cases(cases, steps, repeat)
+    rows = output.of_cases(cases, steps, stated.repeat)
     unit = np.ones(cases) if charge and not programme else setup.thickness
-    pieces = electrical_pieces(steps, setup.controls, unit, mode, repeat, programme)
+    pieces = electrical_pieces(stated, setup.controls, unit, edges=programme)
     if programme:
         _check_edges(setup, pieces.stored)
     if setup.share is not None and wiring.stated:
@@ -74,10 +73,10 @@ def prepare(
         raise InputError(f"{only}; its charge and energies are not computed", argument=wiring.stated[0])
     held = [{} if axis is None else {Control.STRETCH: axis} for axis in setup.prestretch]
     duration = duration_of(pieces, cases, held if programme else None)
-    check_end(stated.rows, duration, "programme")
-    if stated.profile is not None and setup.share is None:
+    check_end(rows.rows, duration, "programme")
+    if rows.profile is not None and setup.share is None:
         raise InputError("a profile needs a film with a passive part, boundary frame or strip", argument="profile")
-    check_end(stated.profile_rows, duration, "programme", "profile")
+    check_end(rows.profile_rows, duration, "programme", "profile")
     stops = _stops(stop_at, materials_of(material), setup)
     alike = _alike(pieces.stored, cases) if programme else np.ones(cases, dtype=bool)
     parts = setup.groups(wiring.kinds, alike)
@@ -90,7 +89,7 @@ def prepare(
                 part,
                 wiring,
                 pieces,
-                stated,
+                rows,
                 timescale=failure.pull_in_timescale,
                 stops=stops,
                 rtol=solver.rtol,

@@ -361,14 +361,14 @@ class Recorder:
         others = np.where(further, np.nan, sorted_times)
         last = np.fmax.accumulate(others, axis=1)
         following = np.fmin.accumulate(others[:, ::-1], axis=1)[:, ::-1]
-        beside = further & (np.fmin(sorted_times - last, following - sorted_times) <= DIGITS * sorted_times)
+        doubled = further & (np.fmin(sorted_times - last, following - sorted_times) <= DIGITS * sorted_times)
         # what is left out comes first, like all NaN, and in no column where all cases leave something out
-        kept = _in_time(np.where(beside, np.nan, sorted_times))
-        kept = kept[:, int(np.min(np.sum(beside | np.isnan(sorted_times), axis=1))) :]
-        order, sorted_times, beside = (np.take_along_axis(part, kept, axis=1) for part in (order, sorted_times, beside))
-        sorted_times[beside] = np.nan
+        kept = _in_time(np.where(doubled, np.nan, sorted_times))
+        kept = kept[:, int(np.min(np.sum(doubled | np.isnan(sorted_times), axis=1))) :]
+        order, sorted_times, doubled = (np.take_along_axis(part, kept, axis=1) for part in (order, sorted_times, doubled))
+        sorted_times[doubled] = np.nan
         values = np.take_along_axis(values, order[None], axis=2)
-        values[:, beside] = np.nan
+        values[:, doubled] = np.nan
         internal = record.internal
         if internal is not None:
             internal = np.pad(internal, ((0, 0), (0, 0), *room), constant_values=np.nan)

@@ -138,7 +138,7 @@ def life_sensitivity(
     sample, the result is the derivatives with respect to every number (`LifeElasticities`). All lives are solved to `rtol`, unless
     `drawn_rtol` is stated.
 
-        sample = draw_sample(read_draws("material.toml"), 200, thickness=NormalScatter(0.02))
+        sample = draw_sample(read_draws("material.toml"), 200, scatter=FilmScatter(thickness=NormalScatter(0.02)))
         life_sensitivity(material, Film(0.5e-3, 1.9), HeldVoltages(4e3, horizon=1e9), sample).to_frame()
 
     Raises `InputError` for invalid arguments. Source of the shares: `numerics.shares` (Sobol' 2001, Saltelli et al. 2010).

@@ -16,6 +16,7 @@ from dielast import (
     CreepCurve,
     FrequencySweep,
     MasterCurve,
+    Plateaus,
     RelaxationCurve,
     Spectrum,
     build_master_curve,
@@ -139,7 +140,7 @@ def spectrum_of_sweeps(data: Path) -> Spectrum:
     """The relaxation spectrum of the sweeps."""
     curve = master_curve(data, "oscillation")
     storage, loss = curve.ordinates
-    return fit_oscillation(curve.reduced_abscissa, storage, loss, branches=20, equilibrium_modulus=0.0).spectrum
+    return fit_oscillation(curve.reduced_abscissa, storage, loss, branches=20, plateaus=Plateaus(equilibrium_modulus=0.0)).spectrum
 
 
 def other_tests(data: Path) -> Section:

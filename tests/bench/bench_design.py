@@ -16,7 +16,7 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from flat import failure_map, plan_failure_map
 
-from dielast import NormalScatter, WeibullScatter, draw_sample, read_material
+from dielast import FilmScatter, NormalScatter, WeibullScatter, draw_sample, read_material
 from dielast.simulate.design import YES, designed, plan_design, under_way
 from dielast.simulate.design_plan import DesignPlan, Goal, solve_draws, solve_films
 from dielast.simulate.film_setup import Film
@@ -39,7 +39,7 @@ def least(run: Callable[[], Any], repeats: int = REPEATS) -> tuple[float, Any]:
 
 def main() -> None:
     """Print the costs."""
-    sample = draw_sample([MATERIAL], DRAWS, breakdown_field=WeibullScatter(20), thickness=NormalScatter(0.02))
+    sample = draw_sample([MATERIAL], DRAWS, scatter=FilmScatter(breakdown_field=WeibullScatter(20), thickness=NormalScatter(0.02)))
     print("| boundary | relative stretch | rounds | reach it | cost over that of a row | a round | with 100 draws | off, largest |")
     print("|---|---|---|---|---|---|---|---|")
     for film in ({}, {"boundary": "frame", "electrode_share": 0.05}):

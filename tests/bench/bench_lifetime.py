@@ -40,7 +40,7 @@ import numpy as np
 from dielast.base.errors import InputError
 from dielast.calibration.failures.ageing import Ageing
 from dielast.calibration.failures.exposures import Aged
-from dielast.calibration.failures.fits import fit_law, lives_of
+from dielast.calibration.failures.fits import HeldFilms, fit_law, lives_of
 from dielast.calibration.failures.histories import Histories
 from dielast.calibration.failures.law_models import law_model, line_model
 from dielast.calibration.failures.laws import LawOptions
@@ -187,12 +187,14 @@ def coverage(laboratory: Laboratory, suspended: float, repeats: int, seed: int) 
         films = laboratory.elsewhere
         lives = lives_of(
             [fitted],
-            films.histories,
-            prestretch=np.array([[1.9, 1.9]]),
-            thickness=np.array([5e-4]),
-            temperature=np.array([20.0]),
-            voltage=np.array([ELSEWHERE[laboratory.law]]),
-            pulled_in=films.pulled_in,
+            HeldFilms(
+                films.histories,
+                np.array([ELSEWHERE[laboratory.law]]),
+                np.array([[1.9, 1.9]]),
+                np.array([5e-4]),
+                np.array([20.0]),
+                films.pulled_in,
+            ),
             shares=(0.1,),
         )
         held["B10"] += bool(lives.lower[0, 0] <= laboratory.b10 <= lives.upper[0, 0])

@@ -22,6 +22,7 @@ from typing import Any
 
 import numpy as np
 
+from dielast import Plateaus
 from dielast.material.shift import WLF
 from dielast.material.spectrum import Spectrum
 from dielast.relaxation.continuous import continuous_spectrum
@@ -128,8 +129,7 @@ def table_1() -> None:
                 young * scatter,
                 branches=13,
                 relaxation_time=(3.98e-8, 1.59e4),
-                equilibrium_modulus=0.078e6,
-                glassy_modulus=690e6,
+                plateaus=Plateaus(equilibrium_modulus=0.078e6, glassy_modulus=690e6),
                 keep=keep,
             )
             sums.append(fit.spectrum.shear_modulus.sum() / 1e6)

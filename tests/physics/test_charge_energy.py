@@ -17,7 +17,7 @@ from dielast.material.springs import EQUIBIAXIAL
 from dielast.mechanics.criteria.criterion import WatchedFilms
 from dielast.mechanics.film import FilmState
 from dielast.mechanics.history import electrical_pieces
-from dielast.mechanics.load import ChargeStep, ElectricalStep, VoltageStep, Waveform
+from dielast.mechanics.load import ChargeStep, ElectricalStep, Programme, VoltageStep, Waveform
 from dielast.mechanics.point_material import PointMaterial
 from dielast.mechanics.span import Control, Controls
 from dielast.mechanics.stability import ONE_PERCENT
@@ -87,7 +87,7 @@ def test_energy_is_conserved(
     begin = film
     watched = WatchedFilms(controls, FailureLaws(np.inf * one), ONE_PERCENT, begin.nominal_stress, points.stress_floor)
     watch, meter = Dashpots(watched, wiring.resistance), ElectricMeter(wiring.leakage, 1)
-    pieces = electrical_pieces(steps, controls, one if charge else THICKNESS * one)
+    pieces = electrical_pieces(Programme(steps), controls, one if charge else THICKNESS * one)
     recorder = Recorder(Output(points_per_decade=2), watch, meter)
     end = follow(film, pieces, rtol=rtol, watch=watch, recorders=[recorder]).film
     work, leaked, lost, edges = meter.totals[:, 0]

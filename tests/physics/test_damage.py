@@ -18,6 +18,7 @@ from scipy.integrate import quad
 from dielast import (
     Breakdown,
     DamageScatter,
+    FilmScatter,
     Gent,
     InputError,
     Material,
@@ -185,7 +186,7 @@ def test_the_damage_at_failure_may_scatter_by_itself_and_with_the_area() -> None
     share = np.mean([np.isfinite(each.time_to_failure[0, 0]) for each in drawn], axis=0)
     damage = (np.array(voltage) * 1.7**2 / THICKNESS / 80e6) ** 18.5
     assert share == pytest.approx(1 - np.exp(-ratio * damage**shape), abs=1 / draws)
-    drawn = draw_sample([SILICONE], 2000, damage=DamageScatter(shape, ratio))
+    drawn = draw_sample([SILICONE], 2000, scatter=FilmScatter(damage=DamageScatter(shape, ratio)))
     assert drawn.damage_factor is not None
     assert np.mean(drawn.damage_factor < 0.4) == pytest.approx(1 - np.exp(-ratio * 0.4**shape), abs=0.04)
     assert np.mean(drawn.damage_factor < drawn.typical_damage) == pytest.approx(1 - np.exp(-1), abs=0.04)
@@ -198,7 +199,7 @@ def test_the_film_without_scatter_has_the_area_of_the_draws() -> None:
     of one film, also if sources are exchanged between its draws.
     """
     shape, ratio, voltage = 1.5, 40.0, 13e3
-    sample = draw_sample([SILICONE], 400, damage=DamageScatter(shape, ratio))
+    sample = draw_sample([SILICONE], 400, scatter=FilmScatter(damage=DamageScatter(shape, ratio)))
     arguments: dict[str, Any] = {"voltage": voltage, "horizon": 1e9, **CLAMPED}
     samples = (None, sample, Exchange.of(sample).sample)
     life = [solve_map(plan_failure_map(SILICONE, sample=of, **arguments))[0].time_to_failure.item() for of in samples]
@@ -209,7 +210,7 @@ def test_the_film_without_scatter_has_the_area_of_the_draws() -> None:
     assert plain.failure_mode.tolist() == ["damage"]
     assert plain.voltage == pytest.approx(larger.voltage, rel=1e-6)
     assert larger.time_to_failure == pytest.approx(plain.time_to_failure * ratio ** (-1 / shape), rel=1e-6)
-    assert draw_sample([SILICONE], 3, damage=DamageScatter(shape)).typical(SILICONE) is SILICONE
+    assert draw_sample([SILICONE], 3, scatter=FilmScatter(damage=DamageScatter(shape))).typical(SILICONE) is SILICONE
 
 
 def test_a_map_has_the_cells_of_films_and_only_materials_with_damage_have_it() -> None:

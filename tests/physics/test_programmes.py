@@ -14,7 +14,7 @@ from scipy.integrate import quad, solve_ivp
 from scipy.optimize import brentq
 from springs import SPRINGS
 
-from dielast import Breakdown, FilmStep, Material, Repeat, Spectrum, Track, VoltageStep, Waveform, film_limits
+from dielast import Breakdown, FilmStep, Material, Programme, Repeat, Spectrum, Track, VoltageStep, Waveform, film_limits
 from dielast.base.errors import InputError
 from dielast.material.leakage import Leakage
 from dielast.material.shift import NoShift
@@ -255,7 +255,7 @@ def test_a_ramp_beside_a_waveform(shape: str) -> None:
 
 def test_laps_take_no_memory_but_their_rows() -> None:
     steps = [FilmStep(stretch=2.0), *generator(3.0, 2.0, 1.5), FilmStep(circuit="closed", duration=1.0)]
-    pieces = electrical_pieces(steps, (Control.STRESS,) * 2, np.full(1, THICKNESS), "equibiaxial", Repeat(50, 1, 5), True)
+    pieces = electrical_pieces(Programme(steps, repeat=Repeat(50, 1, 5)), (Control.STRESS,) * 2, np.full(1, THICKNESS), edges=True)
     assert len(pieces) == 1 + 50 * 5 + 2
     assert len(pieces.stored) == 1 + 2 * 5 + 2
     assert [piece.lap for piece in pieces] == [0, *np.repeat(np.arange(1, 51), 5), 0, 0]

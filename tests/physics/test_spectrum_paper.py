@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from dielast import Plateaus
 from dielast.base.errors import DielastWarning
 from dielast.relaxation.fit import fit_spectrum
 from reconstruction import LOG_MODULUS
@@ -34,8 +35,7 @@ def test_table_1_truncated(keep: int, total: float, shortest: float) -> None:
         *reconstruction(1000),
         branches=13,
         relaxation_time=SHORTENED,
-        equilibrium_modulus=EQUILIBRIUM,
-        glassy_modulus=GLASSY,
+        plateaus=Plateaus(equilibrium_modulus=EQUILIBRIUM, glassy_modulus=GLASSY),
         keep=keep,
         method="schwarzl-staverman",
     )
@@ -53,8 +53,7 @@ def test_table_1_truncated_survives_one_percent_of_noise(keep: int, total: float
             *reconstruction(400, 0.01, seed),
             branches=13,
             relaxation_time=SHORTENED,
-            equilibrium_modulus=EQUILIBRIUM,
-            glassy_modulus=GLASSY,
+            plateaus=Plateaus(equilibrium_modulus=EQUILIBRIUM, glassy_modulus=GLASSY),
             keep=keep,
             method="schwarzl-staverman",
         ).spectrum.shear_modulus.sum()
@@ -69,8 +68,7 @@ def test_table_1_full_range(branches: int) -> None:
         *reconstruction(1000),
         branches=branches,
         relaxation_time=FULL,
-        equilibrium_modulus=EQUILIBRIUM,
-        glassy_modulus=GLASSY,
+        plateaus=Plateaus(equilibrium_modulus=EQUILIBRIUM, glassy_modulus=GLASSY),
         method="schwarzl-staverman",
     )
     assert fit.spectrum.shear_modulus.sum() + fit.equilibrium_shear_modulus == pytest.approx(230e6)
@@ -137,7 +135,7 @@ def polystyrene(shared_data: Find, floor: float) -> tuple[Array, Array]:
 
 def test_a_polystyrene_melt_by_nnls(shared_data: Find) -> None:
     time, modulus = polystyrene(shared_data, 100.0)
-    fit = fit_spectrum(time, modulus, method="nnls", branches=20, equilibrium_modulus=0.0)
+    fit = fit_spectrum(time, modulus, method="nnls", branches=20, plateaus=Plateaus(equilibrium_modulus=0.0))
     assert fit.equilibrium_shear_modulus == 0
     assert fit.rms_relative_error < 0.03
     slow = fit.spectrum.relaxation_time > 10

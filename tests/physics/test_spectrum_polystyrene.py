@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from dielast import Plateaus
 from dielast.material.spectrum import Spectrum
 from dielast.relaxation.creep import fit_creep
 from dielast.relaxation.fit import fit_oscillation
@@ -61,7 +62,7 @@ def ratios(time: Array, modulus: Array, spectrum: Spectrum, first: float, last: 
 
 def test_oscillation_predicts_the_shape_of_relaxation_over_six_decades(shared_data: Find) -> None:
     frequency, storage, loss = oscillation(shared_data)
-    fit = fit_oscillation(frequency, 3 * storage, 3 * loss, branches=20, equilibrium_modulus=0.0)
+    fit = fit_oscillation(frequency, 3 * storage, 3 * loss, branches=20, plateaus=Plateaus(equilibrium_modulus=0.0))
     assert fit.rms_relative_error < 0.04
     found = ratios(*relaxation(shared_data, RELAXATION), fit.spectrum, 1e-3, 1e3)
     assert found.size == 12
@@ -85,7 +86,7 @@ def test_the_offset_is_in_the_data(shared_data: Find) -> None:
 
 def test_creep_predicts_relaxation_within_ten_percent(shared_data: Find) -> None:
     time, compliance = table(shared_data, "creep", 160).T
-    fit = fit_creep(time, compliance / 3, branches=15, equilibrium_modulus=0.0)
+    fit = fit_creep(time, compliance / 3, branches=15, plateaus=Plateaus(equilibrium_modulus=0.0))
     assert fit.rms_relative_error < 0.005
     # two thirds of a decade after the first point: until then the creep curve does not tell what was faster; and G > 1 kPa
     found = ratios(*relaxation(shared_data, {160: (0.0, 1.0)}), fit.spectrum, 10**0.5, 10**3)
@@ -95,7 +96,7 @@ def test_creep_predicts_relaxation_within_ten_percent(shared_data: Find) -> None
 
 def test_oscillation_predicts_the_course_of_creep(shared_data: Find) -> None:
     frequency, storage, loss = oscillation(shared_data)
-    fit = fit_oscillation(frequency, 3 * storage, 3 * loss, branches=20, equilibrium_modulus=0.0)
+    fit = fit_oscillation(frequency, 3 * storage, 3 * loss, branches=20, plateaus=Plateaus(equilibrium_modulus=0.0))
     time, compliance = table(shared_data, "creep", 160).T
     quotient = compliance / retardation_from_relaxation(fit.spectrum).creep_compliance(time)
     bins = np.floor(2 * np.log10(time))

@@ -15,7 +15,7 @@ from dielast.mechanics.criteria.criterion import WatchedFilms
 from dielast.mechanics.equations import Films
 from dielast.mechanics.film import FilmState
 from dielast.mechanics.history import electrical_pieces
-from dielast.mechanics.load import VoltageStep
+from dielast.mechanics.load import Programme, VoltageStep
 from dielast.mechanics.point_material import PointMaterial
 from dielast.mechanics.span import Control
 from dielast.mechanics.stability import ONE_PERCENT
@@ -102,7 +102,7 @@ def test_energy_is_conserved(first: float, second: float, controls: tuple[Contro
         WatchedFilms(controls, FailureLaws(np.array([np.inf])), ONE_PERCENT, film.nominal_stress, points.stress_floor)
     )
     steps = [VoltageStep(2e3, duration=3.0), VoltageStep.hold(200.0), VoltageStep(-1e3, duration=10.0), VoltageStep.hold(50.0)]
-    follow(film, electrical_pieces(steps, controls, np.array([THICKNESS])), rtol=1e-9, watch=watch)
+    follow(film, electrical_pieces(Programme(steps), controls, np.array([THICKNESS])), rtol=1e-9, watch=watch)
     gained = watch.stored[-1] - watch.stored[0]
     scale = abs(watch.electric) + abs(watch.mechanical)
     assert gained == pytest.approx(watch.electric + watch.mechanical - watch.dissipated, abs=1e-6 * scale)

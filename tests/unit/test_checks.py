@@ -13,7 +13,6 @@ from dielast.base.errors import DielastWarning, InputError
 from dielast.commands.simulation.checks import warn_of_no_breakdown, warn_of_setups
 from dielast.material.checks import (
     USUAL,
-    warn_of_curve,
     warn_of_elongation,
     warn_of_field,
     warn_of_material,
@@ -59,7 +58,7 @@ def test_sound_inputs_are_not_doubted() -> None:
         warn_of_material(VHB)
         warn_of_material(replace(VHB, equilibrium_modulus=0.0))  # a melt
         warn_of_law(WLF(20.0, 23.0347, 293.15))  # Arrhenius' law with 129 kJ/mol
-        warn_of_curve(2e9)
+        USUAL["largest modulus"].warn(2e9)
         warn_of_temperature([-40.0, 60.0], "tests at")
         warn_of_temperature([130.0, 190.0], "tests at")  # polystyrene
         warn_of_strain([0.01, 0.05])
@@ -71,8 +70,7 @@ def test_sound_inputs_are_not_doubted() -> None:
         warn_of_material(relaxing(0.02))  # hardly lossy
         warn_of_material(relaxing(0.0))  # elastic, on purpose
         warn_of_material(replace(VHB, equilibrium_law=Gent(2.0)))
-        warn_of_curve(2e9, 77e3)
-        warn_of_curve(2e9, None)  # a melt that still flows
+        USUAL["plateau"].warn(77e3)
         USUAL["film"].warn([1e-6, 1e-2])
         USUAL["specimen"].warn(0.05)
         warn_of_field([0.0, 2e5], 4e7)
@@ -96,8 +94,8 @@ def test_sound_inputs_are_not_doubted() -> None:
         (lambda: warn_of_material(replace(VHB, equilibrium_modulus=60e6)), r"6e\+07 Pa, but rubbers .* such as 60000 Pa\?"),
         (lambda: warn_of_material(replace(VHB, breakdown=Breakdown((1.0,), (40e3,)))), "breakdown field of 40000 V/m"),
         (lambda: USUAL["breakdown field"].warn([40e6, 40e12]), "breakdown field of 4e"),
-        (lambda: warn_of_curve(2e11), "largest Young's modulus is 2e"),
-        (lambda: warn_of_curve(100.0), "less than that of a gel"),
+        (lambda: USUAL["largest modulus"].warn(2e11), "largest Young's modulus is 2e"),
+        (lambda: USUAL["largest modulus"].warn(100.0), "less than that of a gel"),
         (lambda: warn_of_temperature(np.array([-40.0, 60.0]) - 273.15, "tests at"), "but stated as kelvin"),
         (lambda: warn_of_temperature(np.array([-40.0, 60.0]) + 273.15, "tests at"), "in kelvin, but stated as degC"),
         (lambda: warn_of_temperature([-190.0, 20.0], "tests at"), "is the scale right"),
@@ -137,7 +135,7 @@ def test_sound_inputs_are_not_doubted() -> None:
             lambda: warn_of_law(ShiftTable(20.0, (0.0, 20.0, 40.0), (1.0, 0.0, 0.2))),
             "log10 a increases by 0.2 from 20 to 40 degC: relaxation gets slower .* is this entry right",
         ),
-        (lambda: warn_of_curve(2e6, 77.0), "levels off at 77 Pa"),
+        (lambda: USUAL["plateau"].warn(77.0), "levels off at 77 Pa"),
         (lambda: USUAL["film"].warn(0.5), "the thickness is 500 mm, but a film has 1 um to 10 mm"),
         (lambda: USUAL["film"].warn([5e-4, 5e-7]), "the thickness is 0.0005 mm"),
         (lambda: warn_of_field([0.0, 3e4], 4e7), "1/1333 of the breakdown field: no film moves"),

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from dielast import Plateaus
 from dielast.base.errors import DielastWarning, InputError
 from dielast.relaxation.continuous import continuous_spectrum
 from dielast.relaxation.creep import fit_creep
@@ -43,7 +44,7 @@ def young(spectrum: Callable[[Array], Array]) -> Array:
 
 def fitted(curve: Array, noise: float, level: float = LEVEL) -> SpectrumFit:
     scatter = 1 + noise * np.random.default_rng(1).standard_normal(TIME.size)
-    return fit_spectrum(TIME, curve * scatter, method="nnls", equilibrium_modulus=3 * level)
+    return fit_spectrum(TIME, curve * scatter, method="nnls", plateaus=Plateaus(equilibrium_modulus=3 * level))
 
 
 @pytest.mark.parametrize(
@@ -113,7 +114,7 @@ def test_processes_beyond_an_oscillation_stay_out_of_its_spectrum(
     phase = frequency[:, None] * tau
     moduli = [3 * part @ spectrum(tau) * width for part in (phase**2 / (1 + phase**2), phase / (1 + phase**2))]
     moduli *= 1 + noise * np.random.default_rng(1).standard_normal((2, frequency.size))
-    found = continuous_spectrum(fit_oscillation(frequency, *moduli, equilibrium_modulus=0.0))
+    found = continuous_spectrum(fit_oscillation(frequency, *moduli, plateaus=Plateaus(equilibrium_modulus=0.0)))
     assert found.relaxation_time[[0, -1]] == pytest.approx([1e4, 1e-6])
     inside = found.relaxation_time < (10.0 if spectrum is melt else 1e5)  # beyond, the melt ends at a step
     np.testing.assert_allclose(found.density[inside], spectrum(found.relaxation_time[inside]), rtol=limit)
@@ -121,7 +122,7 @@ def test_processes_beyond_an_oscillation_stay_out_of_its_spectrum(
 
 def test_what_has_no_continuous_spectrum_is_refused() -> None:
     with pytest.raises(InputError, match="a creep curve has no continuous relaxation spectrum"):
-        continuous_spectrum(fit_creep(TIME, 1e-6 * TIME**0.1, branches=15, equilibrium_modulus=0.0))
+        continuous_spectrum(fit_creep(TIME, 1e-6 * TIME**0.1, branches=15, plateaus=Plateaus(equilibrium_modulus=0.0)))
     with pytest.raises(InputError, match="0 points per decade"):
         continuous_spectrum(fitted(young(wedge), 0.0), 0)
 
@@ -130,6 +131,8 @@ def test_a_spectrum_that_falls_apart_is_warned_of() -> None:
     lines = np.logspace(-3, 3, 7)
     time = np.logspace(-4, 4, 400)
     modulus = 3 * (LEVEL + np.exp(-time[:, None] / lines) @ np.full(7, 1e5))
-    fit = fit_spectrum(time, modulus, method="nnls", branches=7, relaxation_time=(1e-3, 1e3), equilibrium_modulus=3 * LEVEL)
+    fit = fit_spectrum(
+        time, modulus, method="nnls", branches=7, relaxation_time=(1e-3, 1e3), plateaus=Plateaus(equilibrium_modulus=3 * LEVEL)
+    )
     with pytest.warns(DielastWarning, match=r"the continuous spectrum falls apart into \d pieces"):
         continuous_spectrum(fit)

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from dielast import Plateaus
 from dielast.base.errors import DielastWarning, InputError
 from dielast.commands.spectrum import run as workflow
 from dielast.commands.spectrum.recipe import FitSection
@@ -118,7 +119,7 @@ def test_what_is_stated_is_not_asked_of_the_data() -> None:
     assert held.retardation.fluidity == 0
     for share in (0.01, 0.1):
         with pytest.warns(DielastWarning, match="far above equilibrium_modulus = 0 Pa"):
-            flowing = fit_creep(time, melt(share).creep_compliance(time) / 3, equilibrium_modulus=0.0)
+            flowing = fit_creep(time, melt(share).creep_compliance(time) / 3, plateaus=Plateaus(equilibrium_modulus=0.0))
         assert flowing.equilibrium_shear_modulus == 0
 
 
@@ -148,7 +149,7 @@ def test_the_compliance_of_a_solid_ends_where_the_stated_modulus_has_it(stated: 
     truth, time = replace(melt(0.0), glassy_compliance=2.5e-7), np.logspace(-6, 4, 121)
     modulus = stated / (truth.glassy_compliance + truth.compliance.sum())
     scatter = np.exp(0.01 * np.random.default_rng(4).standard_normal(time.size))
-    fit = fit_creep(time, truth.creep_compliance(time) / 3 * scatter, equilibrium_modulus=3 * modulus)
+    fit = fit_creep(time, truth.creep_compliance(time) / 3 * scatter, plateaus=Plateaus(equilibrium_modulus=3 * modulus))
     assert fit.retardation is not None
     assert fit.retardation.glassy_compliance == pytest.approx(truth.glassy_compliance, rel=0.02)
     assert fit.retardation.glassy_compliance + fit.retardation.compliance.sum() == pytest.approx(1 / modulus, rel=1e-7)
@@ -158,9 +159,9 @@ def test_the_compliance_of_a_solid_ends_where_the_stated_modulus_has_it(stated: 
 def test_a_stated_modulus_above_the_end_of_the_curve_is_said_and_far_above_refused() -> None:
     compliance = SOLID.creep_compliance(TIME) / 3
     with pytest.warns(DielastWarning, match=r"equilibrium_modulus: .* Pa is 5\.0% above the end of the curve"):
-        fit_creep(TIME, compliance, equilibrium_modulus=1.05 / compliance[-1])
+        fit_creep(TIME, compliance, plateaus=Plateaus(equilibrium_modulus=1.05 / compliance[-1]))
     with pytest.raises(InputError, match=r"is above the end of the curve, 1\.5e\+05 Pa: lower it"):
-        fit_creep(TIME, compliance, equilibrium_modulus=1.12 / compliance[-1])
+        fit_creep(TIME, compliance, plateaus=Plateaus(equilibrium_modulus=1.12 / compliance[-1]))
 
 
 def test_the_glassy_compliance_of_a_solid_may_be_out_of_reach_too() -> None:
@@ -245,11 +246,11 @@ def test_draws_flow_if_and_only_if_the_fit_does(monkeypatch: pytest.MonkeyPatch,
 def test_a_melt_whose_curve_shows_no_flow_holds_its_plateau_and_one_that_flows_long_is_no_mistake() -> None:
     """The reciprocal of a level compliance is the modulus; after many relaxation times, a melt has next to none."""
     with pytest.warns(DielastWarning, match="the curve shows no flow: the viscosity of .* is a guess"):
-        fit = fit_creep(TIME, SOLID.creep_compliance(TIME) / 3, liquid=True)
+        fit = fit_creep(TIME, SOLID.creep_compliance(TIME) / 3, plateaus=Plateaus(liquid=True))
     assert fit.equilibrium_shear_modulus == 0
     held = fit.spectrum.relaxation_modulus(TIME[-1:], 0.0) * SOLID.creep_compliance(TIME[-1:])
     assert held == pytest.approx(1.0, rel=0.01)
     flowing = retardation_from_relaxation(Spectrum(np.logspace(-4, 1, 6), np.full(6, 1e5)))
     time = np.logspace(-4, 4, 80)
-    end = end_of(fit_creep(time, flowing.creep_compliance(time) / 3, liquid=True), stated=True)
+    end = end_of(fit_creep(time, flowing.creep_compliance(time) / 3, plateaus=Plateaus(liquid=True)), stated=True)
     assert (end.range, end.reached) == (None, False)

@@ -13,7 +13,7 @@ from flat import actuate, design, failure_map
 
 from dielast.base.errors import InputError
 from dielast.material.material import Breakdown, Material
-from dielast.material.scatter import NormalScatter, WeibullScatter, draw_sample
+from dielast.material.scatter import FilmScatter, NormalScatter, WeibullScatter, draw_sample
 from dielast.material.shift import NoShift
 from dielast.material.spectrum import Spectrum
 from dielast.material.springs import Gent, NeoHookean, Yeoh
@@ -231,7 +231,7 @@ def test_a_number_of_numpy_holds_for_all_films() -> None:
 @pytest.mark.trust
 def test_what_draws_tell() -> None:
     """Voltages in proportion to thickness; lives of the draws under the voltage of the design, as a map of them has them."""
-    sample = draw_sample([FILM], 40, thickness=NormalScatter(0.02), breakdown_field=WeibullScatter(20))
+    sample = draw_sample([FILM], 40, scatter=FilmScatter(thickness=NormalScatter(0.02), breakdown_field=WeibullScatter(20)))
     film = {"prestretch": [1.7, 1.9]}
     result = design(FILM, relative_stretch=1.2, sample=sample, drawn_rtol=1e-6, **GOAL, **film)
     assert result.drawn is not None
@@ -301,7 +301,7 @@ def test_films_without_a_time_are_in_strips_beyond_the_times() -> None:
 )
 def test_the_legend_names_bars_and_a_frontier_where_they_are_seen(scatter: Any, seen: bool) -> None:
     """Breakdown fields alone give voltages no interval; at one goal alone the lives make no line."""
-    sample = draw_sample([FILM], 20, **scatter)
+    sample = draw_sample([FILM], 20, scatter=FilmScatter(**scatter))
     result = design(FILM, prestretch=[1.7, 1.9], relative_stretch=[1.02, 1.2], sample=sample, **GOAL)
     figure = plot_design(result, interval="90 % interval")
     assert any(text.get_text() == "bars: 90 % interval" for text in figure.legends[0].get_texts()) == seen

@@ -10,7 +10,7 @@ from hypothesis import given, strategies as st
 
 from dielast.base.errors import InputError
 from dielast.material.material import Breakdown, Material
-from dielast.material.scatter import NormalScatter, WeibullScatter, draw_sample, fewest_draws, interval
+from dielast.material.scatter import FilmScatter, NormalScatter, WeibullScatter, draw_sample, fewest_draws, interval
 from dielast.material.shift import NoShift
 from dielast.material.spectrum import Spectrum
 
@@ -29,13 +29,13 @@ def test_the_first_draws_are_the_members_and_more_repeat_some() -> None:
 
 def test_a_draw_depends_on_the_seed_and_its_number_alone() -> None:
     field, thickness = WeibullScatter(20.0), NormalScatter(0.02)
-    one = draw_sample(MEMBERS, 40, seed=7, breakdown_field=field, thickness=thickness)
-    more = draw_sample(MEMBERS, 90, seed=7, breakdown_field=field, thickness=thickness)
-    alone = draw_sample(MEMBERS, 40, seed=7, thickness=thickness)
+    one = draw_sample(MEMBERS, 40, seed=7, scatter=FilmScatter(breakdown_field=field, thickness=thickness))
+    more = draw_sample(MEMBERS, 90, seed=7, scatter=FilmScatter(breakdown_field=field, thickness=thickness))
+    alone = draw_sample(MEMBERS, 40, seed=7, scatter=FilmScatter(thickness=thickness))
     assert more.materials[:40] == one.materials
     assert np.array_equal(more.breakdown_factor[:40], one.breakdown_factor)
     assert np.array_equal(alone.thickness_factor, one.thickness_factor)
-    other = draw_sample(MEMBERS, 40, seed=8, thickness=thickness)
+    other = draw_sample(MEMBERS, 40, seed=8, scatter=FilmScatter(thickness=thickness))
     assert not np.any(other.thickness_factor == one.thickness_factor)
 
 

@@ -263,7 +263,7 @@ def test_what_is_not_determined_has_no_number_and_spoils_none() -> None:
     (known,) = re.findall(r"at 260 degC the shift law is extrapolated and knows log10 a to \+- (\S+), if it holds there", said)
     C1, C2 = master.law_parameters.values()
     slope = np.array([-240 / (C2 + 240) + 40 / (C2 + 40), C1 * (240 / (C2 + 240) ** 2 - 40 / (C2 + 40) ** 2)])
-    assert float(known) == pytest.approx(np.sqrt(slope @ master.law_covariance @ slope), rel=0.05)
+    assert float(known) == pytest.approx(np.sqrt(slope @ master.shift_fit.covariance @ slope), rel=0.05)
     assert [entry.temperature for entry in master.undetermined] == [260.0]
     np.testing.assert_allclose(master.log10_shift_factor[:-1], without.log10_shift_factor, atol=4e-3)
     np.testing.assert_allclose(master.log10_shift_factor_stderr[:-1], without.log10_shift_factor_stderr, rtol=0.1, atol=1e-6)

@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from dielast import FrequencySweep, RelaxationCurve, build_master_curve, fit_spectrum, plot_master_curve, plot_spectrum
+from dielast import FrequencySweep, Plateaus, RelaxationCurve, build_master_curve, fit_spectrum, plot_master_curve, plot_spectrum
 from dielast.calibration.comparison import Comparison
 from dielast.calibration.experiment import MeasuredTest
 from dielast.io.table import Column
@@ -179,14 +179,23 @@ def test_the_reduced_model_is_drawn_in_its_window(test: str) -> None:
     time = np.geomspace(1e-4, 1e4, 60)
     full = Spectrum(np.geomspace(1e4, 1e-4, 17), np.full(17, 1e5))
     if test == "relaxation":
-        fit = fit_spectrum(time, 3 * full.relaxation_modulus(time, 1e5), method="nnls", branches=17, equilibrium_modulus=3e5)
+        fit = fit_spectrum(
+            time, 3 * full.relaxation_modulus(time, 1e5), method="nnls", branches=17, plateaus=Plateaus(equilibrium_modulus=3e5)
+        )
     elif test == "oscillation":
         fit = fit_oscillation(
-            time, 3 * full.storage_modulus(time, 1e5), 3 * full.loss_modulus(time), branches=17, equilibrium_modulus=3e5
+            time,
+            3 * full.storage_modulus(time, 1e5),
+            3 * full.loss_modulus(time),
+            branches=17,
+            plateaus=Plateaus(equilibrium_modulus=3e5),
         )
     else:
         fit = fit_creep(
-            time, retardation_from_relaxation(full, 1e5).creep_compliance(time) / 3, branches=17, equilibrium_modulus=3e5
+            time,
+            retardation_from_relaxation(full, 1e5).creep_compliance(time) / 3,
+            branches=17,
+            plateaus=Plateaus(equilibrium_modulus=3e5),
         )
     reduction = reduce_spectrum(fit.spectrum, fit.equilibrium_shear_modulus, NoShift(20.0), window=(0.1, 100.0), tolerance=0.02)
     curve = plot_spectrum(fit, reduction=reduction).axes[1]

@@ -11,7 +11,7 @@ import pandas as pd
 import pytest
 
 import dielast
-from dielast import NormalScatter, RelaxationCurve, ShiftTable, Step, VoltageStep
+from dielast import FilmScatter, NormalScatter, RelaxationCurve, ShiftTable, Step, VoltageStep
 from dielast.io.result import Result, TabularResult
 from dielast.io.table import parse_csv, to_csv
 
@@ -35,7 +35,7 @@ def results() -> dict[str, Any]:
         failure=dielast.Failure(stop_at="end"),
     )
     chart = dielast.failure_map(vhb, dielast.Film(5e-4, [1.7, 1.9]), dielast.HeldVoltages([3.5e3, 4e3], 3600.0))
-    sample = dielast.draw_sample([film_of_few], 30, thickness=NormalScatter(0.02))
+    sample = dielast.draw_sample([film_of_few], 30, scatter=FilmScatter(thickness=NormalScatter(0.02)))
     aged = dielast.Film(5e-4, 1.9), dielast.HeldVoltages(4e3, 1e9)
     time = np.linspace(1.0, 20.0, 12)
     test = dielast.MeasuredTest("test", time, 1 + 0.1 * time, 3e4 * time**0.5, 20.0)

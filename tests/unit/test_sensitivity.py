@@ -12,7 +12,7 @@ from films import SOFT
 from flat import life_sensitivity
 from matplotlib.figure import Figure
 
-from dielast import DamageScatter, InputError, Material, NormalScatter, Sample, Spectrum, draw_sample
+from dielast import DamageScatter, FilmScatter, InputError, Material, NormalScatter, Sample, Spectrum, draw_sample
 from dielast.material.damage import InversePower
 from dielast.material.material import Breakdown
 from dielast.material.sensitivity import Exchange
@@ -129,7 +129,7 @@ def test_what_does_not_vary_has_no_shares_and_one_pair_no_errors() -> None:
 
 def test_a_film_that_does_not_creep_has_the_shares_of_its_damage_law() -> None:
     """ln t = const + n ln(thickness) + ln(D), with Var ln D = pi^2/(6 beta^2) of Weibull's distribution."""
-    sample = draw_sample([SILICONE], 1000, thickness=NormalScatter(0.01), damage=DamageScatter(5.0))
+    sample = draw_sample([SILICONE], 1000, scatter=FilmScatter(thickness=NormalScatter(0.01), damage=DamageScatter(5.0)))
     found = life_sensitivity(SILICONE, sample, voltage=[9e3, 1e4], **CLAMPED)
     assert isinstance(found, LifeShares)
     variances = np.array([(18.5 * 0.01) ** 2, np.pi**2 / (6 * 5.0**2)])
@@ -150,7 +150,7 @@ def test_parts_that_compensate_each_other_are_a_material_without_a_share() -> No
         replace(CREEPING, equilibrium_modulus=f * 26e3, spectrum=replace_moduli(CREEPING.spectrum, f), permittivity=f * 4e-11)
         for f in factors.tolist()
     ]
-    sample = draw_sample(members, 120, thickness=NormalScatter(0.005))
+    sample = draw_sample(members, 120, scatter=FilmScatter(thickness=NormalScatter(0.005)))
     found = life_sensitivity(CREEPING, sample, voltage=3.9e3, **FILM)
     assert isinstance(found, LifeShares)
     part_of = {source.name: source.part_of for source in found.sources}
@@ -203,7 +203,7 @@ def test_derivatives_of_a_creeping_film_have_the_invariants_of_its_equations() -
 
 
 def test_films_that_may_live_on_have_no_shares_but_say_how_many_do() -> None:
-    sample = draw_sample([SILICONE], 40, thickness=NormalScatter(0.05))
+    sample = draw_sample([SILICONE], 40, scatter=FilmScatter(thickness=NormalScatter(0.05)))
     life = 3600.0 * (80e6 * 0.5e-3 / 1.7**2 / 1e4) ** 18.5
     found = life_sensitivity(SILICONE, sample, voltage=[1e4, 2e4], **{**CLAMPED, "horizon": life})
     assert isinstance(found, LifeShares)
@@ -240,7 +240,7 @@ def test_each_source_is_exchanged_and_nothing_else() -> None:
 
 def test_nothing_to_share_is_refused() -> None:
     with pytest.raises(InputError, match="at least 4"):
-        Exchange.of(draw_sample([SILICONE], 3, thickness=NormalScatter(0.1)))
+        Exchange.of(draw_sample([SILICONE], 3, scatter=FilmScatter(thickness=NormalScatter(0.1))))
     with pytest.raises(InputError, match="all draws are equal"):
         Exchange.of(draw_sample([SILICONE], 30))
     with pytest.raises(InputError, match="horizon"):
@@ -249,7 +249,7 @@ def test_nothing_to_share_is_refused() -> None:
 
 def test_figures_show_films_by_their_largest_sources() -> None:
     members = [SILICONE, replace(SILICONE, damage=InversePower(81e6, 3600.0, 18.5))]
-    sample = draw_sample(members, 20, thickness=NormalScatter(0.01))
+    sample = draw_sample(members, 20, scatter=FilmScatter(thickness=NormalScatter(0.01)))
     film = {**CLAMPED, "prestretch": np.linspace(1.5, 1.9, 7)}
     for found in (
         life_sensitivity(SILICONE, sample, voltage=[9e3, 1e4, 1.1e4], **film),

@@ -7,14 +7,13 @@ from typing import Any
 
 import numpy as np
 import pytest
+from flat import fit_creep, fit_oscillation, fit_spectrum
 from numpy.typing import NDArray
 from scipy.optimize import isotonic_regression
 
-from dielast import fit_oscillation, fit_spectrum
 from dielast.base.errors import DielastWarning, InputError
 from dielast.material.spectrum import Spectrum
 from dielast.relaxation.checks import POOR_FIT
-from dielast.relaxation.creep import fit_creep
 from dielast.relaxation.interconversion import RetardationSpectrum
 from dielast.relaxation.result import Method
 

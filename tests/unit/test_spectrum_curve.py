@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
+from dielast import Plateaus
 from dielast.relaxation.ends import least_modulus, long_time_end, short_time_end, votes
 from dielast.relaxation.fit import fit_spectrum
 
@@ -53,5 +54,7 @@ def test_the_least_modulus_is_not_below_a_curve_that_bends_to_its_plateau() -> N
 def test_the_true_equilibrium_modulus_of_a_late_process_is_taken() -> None:
     time = np.logspace(-4, 4, 400)
     modulus = 3e4 + 3e5 * np.exp(-time[:, None] / np.array([1e-2, 1e3])).sum(axis=1)
-    fit = fit_spectrum(time, modulus, method="nnls", branches=6, relaxation_time=(1e-2, 1e3), equilibrium_modulus=3e4)
+    fit = fit_spectrum(
+        time, modulus, method="nnls", branches=6, relaxation_time=(1e-2, 1e3), plateaus=Plateaus(equilibrium_modulus=3e4)
+    )
     assert fit.rms_relative_error < 1e-6

@@ -6,11 +6,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+from flat import fit_creep, fit_oscillation
 
 from dielast.base.errors import DielastWarning, InputError
 from dielast.material.spectrum import Spectrum
-from dielast.relaxation.creep import fit_creep
-from dielast.relaxation.fit import fit_oscillation
 from dielast.relaxation.interconversion import RetardationSpectrum, relaxation_from_retardation, retardation_from_relaxation
 
 TRUTH = Spectrum(np.logspace(3, -4, 8), np.array([1e4, 3e4, 2e4, 9e4, 4e5, 3e5, 8e5, 2e6]))

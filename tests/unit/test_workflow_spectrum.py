@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from dielast import Plateaus
 from dielast.base.errors import DielastWarning, InputError
 from dielast.commands.spectrum.recipe import CurveData, SpectrumRecipe
 from dielast.commands.spectrum.run import run
@@ -398,4 +399,4 @@ def test_a_liquid_with_an_equilibrium_modulus_is_a_contradiction() -> None:
     with pytest.raises(ValueError, match="liquid = true and an equilibrium_modulus above 0 contradict each other"):
         SpectrumRecipe.model_validate({"kind": "spectrum", "mastercurve": "out", "fit": fit})
     with pytest.raises(InputError, match="that of a liquid is 0"):
-        fit_spectrum(TIME, 3 * TRUTH.relaxation_modulus(TIME, LEVEL), equilibrium_modulus=6e4, liquid=True)
+        fit_spectrum(TIME, 3 * TRUTH.relaxation_modulus(TIME, LEVEL), plateaus=Plateaus(equilibrium_modulus=6e4, liquid=True))

@@ -84,11 +84,6 @@ class Estimate(Result):
         """Akaike's criterion."""
         return 2 * self.free.size - 2 * self.value
 
-    def wald(self, level: float = 0.9) -> tuple[Floats, Floats]:
-        """Bounds (p,) from the standard errors."""
-        reach = ndtri(0.5 * (1 + level)) * self.standard_error
-        return self.at - reach, self.at + reach
-
 
 def starts_of(model: FailureModel) -> Floats:
     """Starts (k, p): a grid of slopes and shapes, each with the location at the mean exposure of the failures."""

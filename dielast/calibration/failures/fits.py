@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from scipy.special import logsumexp, pdtr, pdtrc
@@ -32,7 +31,7 @@ from dielast.io.result import TabularResult
 from dielast.io.table import Column, Table
 from dielast.material.material import Material
 from dielast.material.scatter import interval
-from dielast.numerics.arrays import Flags, Floats
+from dielast.numerics.arrays import Floats
 
 LIVES = 1000  # draws for intervals of lives, at least
 RARE = 0.01  # probability below which failures are not of one kind
@@ -260,7 +259,6 @@ class Lives(TabularResult):
     time: Floats
     lower: Floats
     upper: Floats
-    pulls_in: Flags
 
     def columns(self) -> Table:
         """The table, one row per film."""
@@ -276,71 +274,68 @@ class Lives(TabularResult):
         ]
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class HeldFilms:
+    """Films under constant `voltage` (films,) in V and their `histories` (films, rows), which end at the horizon or at pull-in, at
+    `pulled_in` (films,) in s. The `prestretch` is (films, 2); `thickness` in m and `temperature` in degC are (films,).
+    """
+
+    histories: Histories
+    voltage: Floats
+    prestretch: Floats
+    thickness: Floats
+    temperature: Floats
+    pulled_in: Floats
+
+
 def lives_of(
     fitted: Sequence[FittedLaw],
-    histories: Histories,
+    films: HeldFilms,
     *,
-    prestretch: Floats,
-    thickness: Floats,
-    temperature: Floats,
-    voltage: Floats,
-    pulled_in: Floats,
     shares: Sequence[float] = (0.01, 0.1, 0.5, 0.9),
     area: float | None = None,
 ) -> Lives:
-    """The lives of films along their `histories` (films, rows), which end at the horizon or at pull-in, at `pulled_in` (films,)
-    in s.
-
-    Films fail by the first of several competing kinds of failure, one for each of the fitted laws, or by pull-in. `area` in m^2
-    is that of their electrodes, by default the reference area.
+    """The lives of the films, which fail by the first of several competing kinds of failure, one for each of the fitted laws, or by
+    pull-in. `area` in m^2 is that of their electrodes, by default the reference area.
     """
     # of one kind of failure, the ends of profile-likelihood intervals; of several, quantiles of draws
     alone = fitted[0].edge if len(fitted) == 1 else None
     spread = [law.draws if alone is None else alone for law in fitted]
-    films: dict[str, Any] = {"prestretch": prestretch, "thickness": thickness, "temperature": temperature, "pulled_in": pulled_in}
-    time = _lives([law.fit.at[None] for law in fitted], fitted, histories, shares=shares, area=area, **films)[0]
-    others = _lives(spread, fitted, histories, shares=shares, area=area, **films)
+    time = _lives([law.fit.at[None] for law in fitted], fitted, films, shares, area)[0]
+    others = _lives(spread, fitted, films, shares, area)
     lower, upper = interval(others, fitted[0].level) if alone is None else (others.min(axis=0), others.max(axis=0))
     if not all(law.law.model.observations.failures for law in fitted):  # lower bounds alone
         time, upper = np.full_like(time, np.inf), np.full_like(upper, np.inf)
-    return Lives(voltage, prestretch, tuple(shares), time, lower, upper, np.isfinite(pulled_in))
+    return Lives(films.voltage, films.prestretch, tuple(shares), time, lower, upper)
 
 
-def life_error(fitted: Sequence[FittedLaw], histories: Histories, shares: Sequence[float] = (0.1, 0.5), **films: Any) -> float:
-    """The largest relative change of a life within the horizon without every second row of the `histories`, of which a third is an
-    error (see `history_error`); `films` are those of `lives_of`.
+def life_error(fitted: Sequence[FittedLaw], films: HeldFilms, shares: Sequence[float] = (0.1, 0.5)) -> float:
+    """The largest relative change of a life within the horizon without every second row of the histories, of which a third is an
+    error (see `history_error`).
     """
     at = [law.fit.at[None] for law in fitted]
-    one, other = (_lives(at, fitted, rows, shares=shares, area=None, **films)[0] for rows in (histories, histories.coarser()))
+    coarser = replace(films, histories=films.histories.coarser())
+    one, other = (_lives(at, fitted, rows, shares)[0] for rows in (films, coarser))
     known = np.isfinite(one) & np.isfinite(other) & (one > 0) & (other > 0)
     return float(np.max(np.abs(np.log(one[known] / other[known])), initial=0.0))
 
 
 def _lives(
-    at: Sequence[Floats],
-    fitted: Sequence[FittedLaw],
-    histories: Histories,
-    *,
-    prestretch: Floats,
-    thickness: Floats,
-    temperature: Floats,
-    pulled_in: Floats,
-    shares: Sequence[float],
-    area: float | None,
+    at: Sequence[Floats], fitted: Sequence[FittedLaw], films: HeldFilms, shares: Sequence[float], area: float | None = None
 ) -> Floats:
     """Lives (k, shares, films) in s at coordinates (k, p) of each of the fitted laws."""
-    square = np.sqrt(prestretch[:, 0] * prestretch[:, 1])
+    square = np.sqrt(films.prestretch[:, 0] * films.prestretch[:, 1])
     parts = []
     for film in range(square.size):
-        one = histories.of(np.array([film]))
+        one = films.histories.of(np.array([film]))
         hazard: Floats | float = 0.0
         for law, coordinates in zip(fitted, at, strict=True):
-            v = law.law.along(one, square[[film]], thickness[[film]], temperature[[film]], coordinates)[:, 0]
+            v = law.law.along(one, square[[film]], films.thickness[[film]], films.temperature[[film]], coordinates)[:, 0]
             reference = law.law.options.reference_area
             log_area = 0.0 if area is None or reference is None else float(np.log(area / reference))
             scatter = law.law.model.scatter
             hazard = hazard - scatter.log_survival(v, coordinates[:, -1:], np.array(log_area)).value
-        parts.append(_crossings(np.asarray(hazard), one.time[0], shares, float(pulled_in[film])))
+        parts.append(_crossings(np.asarray(hazard), one.time[0], shares, float(films.pulled_in[film])))
     return np.stack(parts, axis=2)
 
 

@@ -13,7 +13,7 @@ from dielast.commands.actuate.uses import use_columns
 from dielast.commands.simulation.cases import SimulationBatch, case_result, last, one_or_list
 from dielast.commands.simulation.checks import warn_of_films, warn_of_programmes
 from dielast.commands.simulation.result import CaseResult, StatedCase, at_event
-from dielast.commands.simulation.run import Figures, Prepared, Simulation, report_of
+from dielast.commands.simulation.run import Figures, PreparedCases, Simulation, report_of
 from dielast.commands.simulation.solver_steps import repeat_of
 from dielast.handover.law_section import breakdown
 from dielast.io.files import Inputs
@@ -21,6 +21,7 @@ from dielast.io.table import Table, case_table
 from dielast.material.leakage import Leakage
 from dielast.material.material import Material
 from dielast.mechanics.criteria import names
+from dielast.mechanics.load import Programme
 from dielast.numerics.arrays import Floats
 from dielast.recipe.cases import Case
 from dielast.report.report import RunReport
@@ -40,9 +41,9 @@ def run(cases: Sequence[Case[ActuateRecipe]], inputs: Inputs, execution: Executi
     return report_of(ActuateSimulation([case.recipe for case in cases]), cases, inputs, execution)
 
 
-def prepared(cases: Sequence[Case[ActuateRecipe]], inputs: Inputs) -> Prepared:
+def prepared(cases: Sequence[Case[ActuateRecipe]], inputs: Inputs) -> PreparedCases:
     """The cases, read and checked, but not solved."""
-    return Prepared.of(ActuateSimulation([case.recipe for case in cases]), cases, inputs)
+    return PreparedCases.of(ActuateSimulation([case.recipe for case in cases]), cases, inputs)
 
 
 class ActuateSimulation(Simulation):
@@ -73,7 +74,7 @@ class ActuateSimulation(Simulation):
             used.append(replace(case, material=material))
         return super().batches(used, thickness_factor, alone=alone)
 
-    def prepare(self, cases: Sequence[StatedCase], thickness_factor: Floats) -> partial[Any]:
+    def prepare(self, cases: Sequence[StatedCase], thickness_factor: Floats, steps: Sequence[Any]) -> partial[Any]:
         """The simulation of the films of the recipes."""
         recipes = [case.recipe for case in cases]
         recipe, films = recipes[0], [recipe.film for recipe in recipes]
@@ -106,12 +107,11 @@ class ActuateSimulation(Simulation):
         return partial(
             prepare,
             film=film,
+            steps=Programme(steps, recipe.mode, repeat_of(recipe)),
             circuit=circuit,
             failure=Failure(pull_in_timescale=recipe.pull_in.criterion, stop_at=recipe.stop.at),
             output=output,
             solver=Solver(recipe.solver.rtol, mesh_rtol),
-            mode=recipe.mode,
-            repeat=repeat_of(recipe),
         )
 
     def result(self, recipe: ActuateRecipe, materials: Sequence[Material]) -> partial[CaseResult]:

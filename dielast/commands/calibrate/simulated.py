@@ -87,7 +87,7 @@ def recipe_tests(name: str, inputs: Inputs, called: str, specimen: str, temperat
     comparisons = cases[0].recipe.compare
     if not comparisons:
         raise InputError("[[compare]] with the measured points is needed", file=name)
-    beside, tests = Inputs(path.parent), []
+    inputs, tests = Inputs(path.parent), []
     for index, comparison in enumerate(comparisons):
         if comparison.case >= len(cases):
             raise InputError(
@@ -96,15 +96,15 @@ def recipe_tests(name: str, inputs: Inputs, called: str, specimen: str, temperat
         recipe = cases[comparison.case].recipe
         at = temperature if recipe.temperature is None else float(recipe.temperature)
         with located(file=name):
-            steps = solver_steps(recipe, beside)
-            over, values = read_points(comparison, beside, getattr(recipe, "specimen", None))
+            steps = solver_steps(recipe, inputs)
+            over, values = read_points(comparison, inputs, getattr(recipe, "specimen", None))
             time, x = over, None
             if comparison.x != "time [s]":
                 history = prescribed(recipe, steps, comparison.x)
                 if history is None:
                     x, history = (
                         over,
-                        _of_its_material(cases[comparison.case], comparison, steps, beside, at, f"compare[{index}].x"),
+                        _of_its_material(cases[comparison.case], comparison, steps, inputs, at, f"compare[{index}].x"),
                     )
                 time = interpolated(comparison, over, history[1], history[0])
         reached = np.isfinite(time)
@@ -187,14 +187,14 @@ def _until(end: float, steps: Sequence[TimedStep]) -> list[TimedStep]:
 
 
 def _of_its_material(
-    case: Case[Any], comparison: CompareSection, steps: Sequence[TimedStep], beside: Inputs, temperature: float, key: str
+    case: Case[Any], comparison: CompareSection, steps: Sequence[TimedStep], inputs: Inputs, temperature: float, key: str
 ) -> tuple[Floats, Floats]:
     """Times in s and values of the quantity x of a comparison, for the material that its recipe names."""
     recipe = case.recipe
     output = recipe.output.model_copy(update={"times": np.linspace(0.0, steps[-1].end, FINE + 1)[1:].tolist()})
     stop = {"stop": recipe.stop.model_copy(update={"at": "end"})} if recipe.kind == "actuate" else {}
     stated = recipe.model_copy(update={"output": output, "temperature": temperature, **stop})
-    batches = _simulation(recipe).batches([StatedCase(stated, material_of(case, beside), steps, None)])
+    batches = _simulation(recipe).batches([StatedCase(stated, material_of(case, inputs), steps, None)])
     table = Study().batches(batches)[0].columns
     for header in (comparison.x, comparison.y):
         if header not in table:

@@ -10,8 +10,7 @@ import numpy as np
 
 from dielast.base.errors import InputError, NumericsError, warn, without_warnings
 from dielast.calibration.failures.bounds import TestPlan, plan_test
-from dielast.calibration.failures.fits import FittedLaw, Lives, fit_law, life_error, lives_of
-from dielast.calibration.failures.histories import Histories
+from dielast.calibration.failures.fits import FittedLaw, HeldFilms, Lives, fit_law, life_error, lives_of
 from dielast.calibration.failures.law_models import line_model
 from dielast.calibration.failures.law_names import LINES
 from dielast.calibration.failures.likelihood import Seen
@@ -96,23 +95,19 @@ def lives_under(recipe: LifetimeRecipe, material: Material, tested: Simulated, f
     volts, prestretch = np.tile(voltage, len(pairs)), np.repeat(np.array(pairs, dtype=float), voltage.size, axis=0)
     horizon = axis.horizon or LONGER * float(tested.end.max())
 
-    def solve(factor: int) -> tuple[tuple[Histories, dict[str, Any]], float]:
+    def solve(factor: int) -> tuple[HeldFilms, float]:
         points = factor * tested.points_per_decade
-        films = films_under(recipe, points, material, voltage=volts, prestretch=prestretch, end=horizon)
-        alike: dict[str, Any] = {
-            "prestretch": prestretch,
-            "thickness": films.specimens.thickness,
-            "temperature": films.specimens.temperature,
-        }
-        histories, alike = films.histories.of(films.film), alike | {"pulled_in": films.pulled_in}
+        made = films_under(recipe, points, material, voltage=volts, prestretch=prestretch, end=horizon)
+        each = made.specimens
+        films = HeldFilms(made.histories.of(made.film), volts, prestretch, each.thickness, each.temperature, made.pulled_in)
         with without_warnings():
-            return (histories, alike), life_error(fitted, histories, **alike)
+            return films, life_error(fitted, films)
 
-    (histories, alike), error = fine_enough(solve, LIFE_EXACT)
+    films, error = fine_enough(solve, LIFE_EXACT)
     if error > LIFE_EXACT:
         warn(f"lives have numerical errors of {error / 3:.1g}")
     with without_warnings():
-        return lives_of(fitted, histories, voltage=volts, **alike)
+        return lives_of(fitted, films)
 
 
 def planned(goal: PlanSection, recipe: LifetimeRecipe, material: Material, tested: Simulated, best: FittedLaw) -> TestPlan:

@@ -13,7 +13,7 @@ from dielast.commands.mastercurve.recipe import KEYS, MasterCurveRecipe
 from dielast.handover.mastercurve_folder import CURVES, DRAWS, LAWS
 from dielast.io.files import Inputs
 from dielast.io.table import Column, Table
-from dielast.material.checks import warn_of_curve, warn_of_temperature
+from dielast.material.checks import USUAL, warn_of_temperature
 from dielast.material.measurement_kind import MeasurementKind
 from dielast.readings.read import Dataset, read_all
 from dielast.readings.values import ONE_TEMPERATURE
@@ -49,7 +49,8 @@ def run(cases: Sequence[Case[MasterCurveRecipe]], inputs: Inputs, execution: Exe
             temperature_stderr=recipe.data.temperature_stderr,
             drift=recipe.data.drift or 0.0,
         )
-    warn_of_curve(result.glassy_modulus, result.equilibrium_modulus if _levels_off(result) else None)
+    if not USUAL["largest modulus"].warn(result.glassy_modulus) and _levels_off(result):
+        USUAL["plateau"].warn(result.equilibrium_modulus)
     written = {"shift-factors.csv": result.shift_columns(), "mastercurve.csv": result.columns()}
     numbers = headline(result, recipe, dataset)
     if uncertainty is not None:

@@ -31,7 +31,7 @@ _NUMBER = r"([+-]?\d+(?:\.\d+)?)"
 _FACTORS = {"{ms}": 1e-3, "{s}": 1.0, "{min}": 60.0, "{h}": 3600.0}
 
 
-class Prepared:
+class PreparedPhotographs:
     """The photographs of a recipe, as far as they are known before they are measured."""
 
     def __init__(self, recipe: MeasureRecipe, inputs: Inputs) -> None:
@@ -170,7 +170,7 @@ def _colour(content: bytes, name: str, region: tuple[int, ...] | None) -> str:
 def run(cases: Sequence[Case[MeasureRecipe]], inputs: Inputs, execution: Execution) -> RunReport:
     """Measure every photograph, put them together, report."""
     recipe = cases[0].recipe
-    ready = Prepared(recipe, inputs)
+    ready = PreparedPhotographs(recipe, inputs)
     photographs = measure_all(ready.plan, Study.of(cases, inputs, execution))
     for (name, _), photograph in zip(ready.pictures, photographs, strict=True):
         if photograph.digest:
@@ -194,10 +194,10 @@ def run(cases: Sequence[Case[MeasureRecipe]], inputs: Inputs, execution: Executi
 
 def readings(cases: Sequence[Case[MeasureRecipe]], inputs: Inputs) -> Iterator[Reading]:
     """The reference, and the times: a photograph of the series that cannot be read does not stop a run."""
-    yield "", cases[0].recipe, lambda: Prepared(cases[0].recipe, inputs)
+    yield "", cases[0].recipe, lambda: PreparedPhotographs(cases[0].recipe, inputs)
 
 
-def _together(recipe: MeasureRecipe, ready: Prepared, photographs: Sequence[Photograph]) -> Stretches:
+def _together(recipe: MeasureRecipe, ready: PreparedPhotographs, photographs: Sequence[Photograph]) -> Stretches:
     """The stretches of all photographs; raises `InputError` if no photograph shows the electrode, or has no time."""
     outlines = [entry.outline for entry in photographs]
     if all(outline.flat is None for outline in outlines):
@@ -233,7 +233,7 @@ def _warn(result: Stretches) -> None:
         before = kind
 
 
-def headline(result: Stretches, ready: Prepared) -> dict[str, dict[str, Any]]:
+def headline(result: Stretches, ready: PreparedPhotographs) -> dict[str, dict[str, Any]]:
     """The numbers of photographs by state, the reference, the largest stretches, and what happened when."""
     state, there = result.state, np.isfinite(result.stretch[:, 0])
     largest = int(np.nanargmax(result.area_strain))

@@ -11,7 +11,7 @@ from dielast.commands.membrane.recipe import Recipe
 from dielast.commands.simulation.cases import case_result, last, one_or_list
 from dielast.commands.simulation.checks import warn_of_membranes, warn_of_tests
 from dielast.commands.simulation.result import CaseResult, StatedCase
-from dielast.commands.simulation.run import Figures, Prepared, Simulation, report_of
+from dielast.commands.simulation.run import Figures, PreparedCases, Simulation, report_of
 from dielast.io.files import Inputs
 from dielast.io.table import Column, Table, split_header
 from dielast.material.material import Material
@@ -31,9 +31,9 @@ def run(cases: Sequence[Case[Recipe]], inputs: Inputs, execution: Execution) -> 
     return report_of(Membranes([case.recipe for case in cases]), cases, inputs, execution)
 
 
-def prepared(cases: Sequence[Case[Recipe]], inputs: Inputs) -> Prepared:
+def prepared(cases: Sequence[Case[Recipe]], inputs: Inputs) -> PreparedCases:
     """The cases, read and checked, but not solved."""
-    return Prepared.of(Membranes([case.recipe for case in cases]), cases, inputs)
+    return PreparedCases.of(Membranes([case.recipe for case in cases]), cases, inputs)
 
 
 class Membranes(Simulation):
@@ -45,12 +45,13 @@ class Membranes(Simulation):
     def __init__(self, recipes: Sequence[Recipe]) -> None:
         self.kind, self.measured = recipes[0].kind, MEASURED[recipes[0].kind]
 
-    def prepare(self, cases: Sequence[StatedCase], thickness_factor: Floats) -> partial[Any]:
+    def prepare(self, cases: Sequence[StatedCase], thickness_factor: Floats, steps: Sequence[Any]) -> partial[Any]:
         """The simulation in the mode of the recipes; the thickness has no effect."""
         recipe, temperature = cases[0].recipe, np.array([case.temperature for case in cases])
         output = Output(recipe.output.times, recipe.output.points_per_decade, recipe.output.cycles)
         return partial(
             prepare,
+            steps=steps,
             mode=recipe.mode,
             temperature=temperature,
             output=output,

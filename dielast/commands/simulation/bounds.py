@@ -114,7 +114,7 @@ def bounded(
             table = _stacked([draw.columns[header] for draw in drawn], time.size)
             beyond = -np.inf if quantity is not None and quantity.falls else np.inf
             low, high = interval(np.where(determined, np.where(lost, beyond, table), np.nan), level, laws)
-            columns[_beside(header, "lower")], columns[_beside(header, "upper")] = low, high
+            columns[_bound_header(header, "lower")], columns[_bound_header(header, "upper")] = low, high
     if failed is not None:
         columns[SURVIVING] = np.sum(there, axis=0) / np.maximum(np.sum(there | lost, axis=0), 1)
     return replace(result, columns=columns)
@@ -122,12 +122,12 @@ def bounded(
 
 def band(columns: Mapping[str, Floats], x: str, y: str) -> tuple[Floats, Floats, Floats] | None:
     """x, lower and upper y of a case with bounds, for a figure; None if x is uncertain as well."""
-    if _beside(x, "lower") in columns or _beside(y, "lower") not in columns:
+    if _bound_header(x, "lower") in columns or _bound_header(y, "lower") not in columns:
         return None
-    return columns[x], columns[_beside(y, "lower")], columns[_beside(y, "upper")]
+    return columns[x], columns[_bound_header(y, "lower")], columns[_bound_header(y, "upper")]
 
 
-def _beside(header: str, which: str) -> str:
+def _bound_header(header: str, which: str) -> str:
     name, unit = split_header(header)
     return f"{name}_{which} [{unit}]"
 

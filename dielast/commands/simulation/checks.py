@@ -18,7 +18,6 @@ from dielast.material.checks import (
     USUAL,
     warn_of_elongation,
     warn_of_field,
-    warn_of_leak,
     warn_of_prestretches,
     warn_of_stretch,
 )
@@ -103,7 +102,8 @@ def warn_of_films(cases: Sequence[SolvedCase]) -> None:
     _warn_of_materials(cases, ["equibiaxial" if both else None for both in even])
     leaks = [case.recipe.leakage for case in cases]
     scale = [np.inf if leak is None or leak.field is None or not leak.conductivity else leak.field for leak in leaks]
-    warn_of_leak([np.max(np.abs(case.result.columns["true_field [V/m]"]), initial=0.0) for case in cases], scale)
+    reached = [float(np.max(np.abs(case.result.columns["true_field [V/m]"]), initial=0.0)) for case in cases]
+    USUAL["leakage"].warn(max(field / of_law for field, of_law in zip(reached, scale, strict=True)))
     paces, broken = list(_paces(cases)), [""] * len(cases)
     for index, case in enumerate(cases):
         at_once = AT_ONCE.replace("voltage", case.recipe.control)

@@ -55,8 +55,8 @@ class Simulation(ABC):
     time_scale = "log"
 
     @abstractmethod
-    def prepare(self, cases: Sequence[StatedCase], thickness_factor: Floats) -> partial[Any]:
-        """The library's function that prepares a simulation of cases of one shape, with all arguments but material and steps;
+    def prepare(self, cases: Sequence[StatedCase], thickness_factor: Floats, steps: Sequence[Any]) -> partial[Any]:
+        """The library's function that prepares a simulation of cases of one shape, with all arguments but the material;
         `thickness_factor` (cases,) is a factor on the thickness of each film.
         """
 
@@ -109,14 +109,14 @@ class Simulation(ABC):
                 together = [cases[index] for index in part]
                 recipes, materials = [case.recipe for case in together], [case.material for case in together]
                 steps = [joined(steps) for steps in zip(*([timed.step for timed in case.steps] for case in together), strict=True)]
-                prepare = partial(self.prepare(together, factor[part]), material=one_or_all(materials), steps=steps)
+                prepare = partial(self.prepare(together, factor[part], steps), material=one_or_all(materials))
                 terms = partial(in_recipe_terms, origin=origin, members=part, cases=different)
                 batches.append(SimulationBatch(part, prepare, self.result(recipes[0], materials), terms))
         return batches
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Prepared:
+class PreparedCases:
     """Cases that are ready to be solved: their `stated` data, and the batches of the cases without scatter."""
 
     stated: Sequence[StatedCase]
@@ -169,7 +169,7 @@ class Prepared:
 
 def report_of(simulation: Simulation, cases: Sequence[Case[Any]], inputs: Inputs, execution: Execution) -> RunReport:
     """Simulate every case, report."""
-    prepared, recipes = Prepared.of(simulation, cases, inputs, execution.jobs), [case.recipe for case in cases]
+    prepared, recipes = PreparedCases.of(simulation, cases, inputs, execution.jobs), [case.recipe for case in cases]
     study = Study.of(cases, inputs, execution)
     kind, materials = recipes[0].kind, [case.material for case in prepared.stated]
     solved = [

@@ -11,11 +11,20 @@ from dielast.base.errors import InputError, in_keys, warn
 from dielast.commands.simulation.cases import material_key, one_or_list
 from dielast.commands.simulation.uncertainty_recipe import FilmUncertainty, Uncertainty
 from dielast.handover.law_section import breakdown
-from dielast.handover.material_draws import beside, check_pair, further_constants, parse_draws
+from dielast.handover.material_draws import check_pair, further_constants, in_folder_of, parse_draws
 from dielast.handover.material_file import parse_file
 from dielast.io.files import Inputs
 from dielast.material.material import Material
-from dielast.material.scatter import Sample, damage_scatter, draw_sample, fewest_draws, field_scatter, of_area, specimen_scatter
+from dielast.material.scatter import (
+    FilmScatter,
+    Sample,
+    damage_scatter,
+    draw_sample,
+    fewest_draws,
+    field_scatter,
+    of_area,
+    specimen_scatter,
+)
 from dielast.material.spectrum import Spectrum
 from dielast.recipe.cases import Case
 
@@ -77,7 +86,10 @@ def sample_of(case: Case[Any], material: Material, inputs: Inputs) -> Sample:
             less = f"{name} has {len(members)} draws, and nothing else scatters: {len(members)} draws are used instead of {draws}"
             warn(less, key="uncertainty.draws")
         draws = len(members)
-    return draw_sample(members or (material,), draws, seed=uncertainty.seed, share=share, area=area, specimens=specimens, **scatter)
+    films = FilmScatter(**scatter)
+    return draw_sample(
+        members or (material,), draws, seed=uncertainty.seed, scatter=films, share=share, area=area, specimens=specimens
+    )
 
 
 def _stretchable(
@@ -110,7 +122,7 @@ def read_members(name: str, inputs: Inputs, material: Material, changes: Mapping
     file = parse_file(content, name)
     if file.draws is None:
         return ()
-    table = beside(name, file.draws)
+    table = in_folder_of(name, file.draws)
     draws = inputs.read(table)
     check_pair(inputs.folder, name, {PurePosixPath(name).name: content, file.draws: draws})
     if changes:

@@ -34,6 +34,7 @@ from dielast.numerics.arrays import Floats
 from dielast.recipe.base import Reading
 from dielast.recipe.cases import Case
 from dielast.relaxation.beyond import OpenEnd, end_of
+from dielast.relaxation.checks import Plateaus
 from dielast.relaxation.continuous import ContinuousSpectrum, continuous_spectrum
 from dielast.relaxation.creep import fit_creep
 from dielast.relaxation.fit import fit_oscillation, fit_spectrum
@@ -43,7 +44,6 @@ from dielast.relaxation.spectrum_draws import CurveDraws, draw_spectra
 from dielast.report.report import RunReport
 from dielast.sharing.execution import Execution
 
-SHARED_BY_FITS = {"branches", "equilibrium_modulus", "glassy_modulus", "liquid"}  # keys that are arguments of every fit
 BEYOND = 3.0  # factor beyond the ends of a master curve up to which its processes still act
 
 
@@ -125,16 +125,18 @@ def fit_curve(curve: ReducedCurve, fit: FitSection, keep: int | None = None, flo
 
     `flows` is that of `fit_creep`.
     """
-    ends, rules = (fit.relaxation_time.min, fit.relaxation_time.max), fit.model_dump(include=SHARED_BY_FITS)
+    ends = fit.relaxation_time.min, fit.relaxation_time.max
     with in_keys(FIT_KEYS):
+        plateaus = Plateaus(fit.equilibrium_modulus, fit.glassy_modulus, fit.liquid)
+        known: dict[str, Any] = {"branches": fit.branches, "plateaus": plateaus, "keep": keep}
         if curve.kind is RELAXATION:
             method, degree = fit.method or "nnls", fit.polynomial_degree
-            return fit_spectrum(*curve.columns, method=method, polynomial_degree=degree, relaxation_time=ends, keep=keep, **rules)
+            return fit_spectrum(*curve.columns, method=method, polynomial_degree=degree, relaxation_time=ends, **known)
         if fit.method == "schwarzl-staverman":
             raise InputError(f'"schwarzl-staverman" reads a relaxation modulus; {curve.kind.name} needs "nnls"', argument="method")
         if curve.kind is CREEP:
-            return fit_creep(*curve.columns, retardation_time=ends, flows=flows, keep=keep, **rules)
-        return fit_oscillation(*curve.columns, relaxation_time=ends, keep=keep, **rules)
+            return fit_creep(*curve.columns, retardation_time=ends, flows=flows, **known)
+        return fit_oscillation(*curve.columns, relaxation_time=ends, **known)
 
 
 def draw_materials(

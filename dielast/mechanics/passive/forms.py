@@ -106,13 +106,13 @@ def _gauss(share: float, points: int) -> tuple[Floats, Floats]:
     weight = 0.5 * weight * depth * np.exp(depth - up)
     z = np.expm1(up) / np.expm1(depth)
     before, present = np.zeros(FINE), np.full(FINE, 1 / np.sqrt(weight.sum()))
-    middle, beside = np.zeros(points), np.zeros(points)
+    diagonal, off_diagonal = np.zeros(points), np.zeros(points)
     for row in range(points):
-        middle[row] = weight @ (z * present * present)
-        following = (z - middle[row]) * present - (beside[row - 1] if row else 0.0) * before
-        beside[row] = np.sqrt(weight @ (following * following))
-        before, present = present, following / beside[row]
-    place, vectors = np.linalg.eigh(np.diag(middle) + np.diag(beside[:-1], 1) + np.diag(beside[:-1], -1))
+        diagonal[row] = weight @ (z * present * present)
+        following = (z - diagonal[row]) * present - (off_diagonal[row - 1] if row else 0.0) * before
+        off_diagonal[row] = np.sqrt(weight @ (following * following))
+        before, present = present, following / off_diagonal[row]
+    place, vectors = np.linalg.eigh(np.diag(diagonal) + np.diag(off_diagonal[:-1], 1) + np.diag(off_diagonal[:-1], -1))
     return place, weight.sum() * vectors[0] ** 2
 
 

@@ -154,7 +154,7 @@ def matching_shifts(data: Binned, anchor: int) -> Floats:
 def _best_match(curve: tuple[Floats, Floats], other: tuple[Floats, Floats], sign: int) -> float:
     """log10 a of `curve` relative to `other`, with the given `sign`, or zero."""
     (x, y), (other_x, values) = curve, other
-    variance = np.array([max(_noise(channel), _noise(beside), LEAST_NOISE) ** 2 for channel, beside in zip(y, values, strict=True)])
+    variance = np.array([max(_noise(channel), _noise(theirs), LEAST_NOISE) ** 2 for channel, theirs in zip(y, values, strict=True)])
     width = float(max(x[-1] - other_x[0], other_x[-1] - x[0]))
     least, best = np.inf, 0.0
     for shift in sign * np.arange(0.0, max(width, TRIAL_STEP), TRIAL_STEP):
@@ -163,7 +163,7 @@ def _best_match(curve: tuple[Floats, Floats], other: tuple[Floats, Floats], sign
         if np.count_nonzero(inside) < 2:
             break
         difference = np.array(
-            [row[inside] - np.interp(shifted[inside], other_x, beside) for row, beside in zip(y, values, strict=True)]
+            [row[inside] - np.interp(shifted[inside], other_x, theirs) for row, theirs in zip(y, values, strict=True)]
         )
         weight = 1 / variance[:, None]
         level = float(np.sum(weight * difference) / (np.sum(weight * np.ones_like(difference)) + USUAL_OFFSET**-2))

@@ -168,11 +168,6 @@ class MasterCurve(TabularResult):
         """Standard errors of the parameters; infinite where the data do not determine them."""
         return self.shift_fit.stderr
 
-    @property
-    def law_covariance(self) -> Floats:
-        """Covariance of the parameters, in the order of `law_parameters`."""
-        return self.shift_fit.covariance
-
     time = _Quantity("time", "abscissa", "Times of the points of relaxation or creep in s (n,).")
     reduced_time = _Quantity("time", "reduced_abscissa", "Reduced times of the points of relaxation or creep in s (n,), ascending.")
     smooth_reduced_time = _Quantity("time", "smooth_abscissa", "Reduced times of the fitted curve in s (k,), ascending.")

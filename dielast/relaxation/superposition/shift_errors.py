@@ -171,10 +171,10 @@ def _noise_information(
     if not linear.size:
         return np.broadcast_to(slopes, (len(full), *slopes.shape))
     # products (m, linear parameters, K) of the slopes of each curve with what the smooth curves leave of the linear parameters
-    beside = -np.swapaxes(inverse @ parts.cross[:, linear], 0, 1) @ by_curve
+    left = -np.swapaxes(inverse @ parts.cross[:, linear], 0, 1) @ by_curve
     sloped = np.hstack([cross_products(points, curves.rows, curves.slope * weight * side, len(inverse)) for side in parts.sides])
-    beside[linear % m, np.arange(linear.size)] += sloped[:, linear].T
-    beside = beside[shifts] @ np.linalg.cholesky(inverse)
+    left[linear % m, np.arange(linear.size)] += sloped[:, linear].T
+    left = left[shifts] @ np.linalg.cholesky(inverse)
     root = np.linalg.cholesky(np.linalg.inv(full[:, ~moved][:, :, ~moved]) / repeated)
-    explained = np.einsum("sab,kac->skbc", root, beside, optimize=True).reshape(len(full), shifts.size, -1)
+    explained = np.einsum("sab,kac->skbc", root, left, optimize=True).reshape(len(full), shifts.size, -1)
     return np.asarray(slopes - explained @ np.swapaxes(explained, 1, 2))

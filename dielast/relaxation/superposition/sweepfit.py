@@ -136,9 +136,9 @@ def warn_of_others(temperature: Floats, taken: BasisFit, weight: Floats) -> None
     relative = np.eye(m) - weight
     shift, stderr = relative @ taken.fit.shift, np.sqrt(np.diag(relative @ taken.fit.covariance[:m, :m] @ relative.T))
     for other in taken.others:
-        beside, error = relative @ other.shift, np.sqrt(np.diag(relative @ other.covariance @ relative.T))
+        other_shift, error = relative @ other.shift, np.sqrt(np.diag(relative @ other.covariance @ relative.T))
         comparable = other.comparable & np.all(other.comparable[weight > 0]) & np.isfinite(stderr + error)
-        difference = np.where(comparable, np.abs(shift - beside), 0.0)
+        difference = np.where(comparable, np.abs(shift - other_shift), 0.0)
         score = difference / np.maximum(np.hypot(stderr, error), EXACT)
         far = np.flatnonzero((score > DISAGREE) & (difference > NOTABLE))
         if not far.size:
@@ -147,7 +147,7 @@ def warn_of_others(temperature: Floats, taken: BasisFit, weight: Floats) -> None
         more = f" (and so at {far.size - 1} more temperature{'s' if far.size > 2 else ''})" if far.size > 1 else ""
         warn(
             f"at {temperature[k]:g} degC {BASIS_WORDS[other.on]} gives another shift factor: "
-            f"log10 a = {beside[k]:.3g} +- {error[k]:.2g}, "
+            f"log10 a = {other_shift[k]:.3g} +- {error[k]:.2g}, "
             f"but {shift[k]:.3g} +- {stderr[k]:.2g} from {BASIS_WORDS[taken.on]}, which is taken, both relative to "
             f"{temperature[np.argmax(weight)]:g} degC{more}"
         )
