@@ -7,16 +7,14 @@ import sys
 
 
 def main() -> None:
-    """Run the command line: exit 0 done, 2 bad input, 3 the numerics gave up, 4 golden mismatch, 130 interrupted, 1 a bug."""
+    """Run the command line: exit 0 done, 2 bad input, 3 the numerics gave up, 4 golden mismatch, 1 a bug, or `Leave.code`."""
     if _in_worker():
         return
-    ignored = signal.getsignal(signal.SIGINT) is not signal.default_int_handler  # as the shell does for a job in the background
-    if not ignored:
-        signal.signal(signal.SIGINT, lambda *_: os._exit(130))  # before anything that takes time
-    from dielast.cli.terminal import leave, mend_streams, report_refusal
+    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:  # a shell lets a job in the background ignore it
+        signal.signal(signal.SIGINT, lambda number, _: os._exit(128 + number))  # before anything that takes time
+    from dielast.cli.terminal import handle_signals, mend_streams, report_refusal
 
-    if not ignored:
-        signal.signal(signal.SIGINT, leave)
+    handle_signals()
     mend_streams()
     gc.disable()  # until the modules of a run are loaded: loading makes no garbage, and is faster
     os.environ["MPLBACKEND"] = "agg"  # figures go to files; MPLBACKEND of a notebook would not load here

@@ -84,7 +84,7 @@ def _exits(command: Callable[..., int]) -> Callable[..., None]:
             code = 3 if isinstance(error, NumericsError) else 2
         except KeyboardInterrupt:
             print(leave.message(), file=sys.stderr)
-            code = 130
+            code = leave.code
         except MemoryError:
             from dielast.sharing.memory import OUT_OF_MEMORY
 

@@ -22,8 +22,8 @@ _PLAIN = {
 }
 EXIT_CODES = """\
 Exit codes: 0 done (a predicted failure of the film is a result), 2 bad usage,
-recipe or data, 3 the numerics gave up, 4 golden mismatch, 130 interrupted,
-1 a bug."""
+recipe or data, 3 the numerics gave up, 4 golden mismatch, 130 interrupted
+(129 by SIGHUP, 143 by SIGTERM), 1 a bug."""
 START = """\
 To begin:
   dielast new mastercurve > relaxation.toml   a recipe that runs as it is

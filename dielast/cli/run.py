@@ -25,7 +25,6 @@ from dielast.sharing.execution import EARLIER, NOTHING_KEPT, Execution
 
 UNFINISHED = 3
 GOLDEN_MISMATCH = 4
-INTERRUPTED = 130
 WRITTEN = "the results are written"
 MIXED = "{} holds files of this run beside those of an earlier one: run it again"
 
@@ -87,7 +86,7 @@ def run(kind: str, path: Path, options: Options) -> int:
         print(f"{path}: {line}", file=sys.stderr)
     mismatch = _compare(files, options) if options.golden is not None else 0
     if "interrupted" in summary:
-        return INTERRUPTED
+        return leave.code
     return UNFINISHED if "unfinished" in summary else mismatch
 
 

@@ -1,4 +1,4 @@
-"""What the process shares with its terminal: standard streams, which may be closed, full or broken, Ctrl-C, and a progress bar."""
+"""What the process shares with its terminal: standard streams, which may be closed, full or broken, signals, and a progress bar."""
 
 import errno
 import io
@@ -11,6 +11,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from types import FrameType
 from typing import TYPE_CHECKING, Any
+
+from dielast.base.signals import ENDING
 
 if TYPE_CHECKING:
     from rich.progress import Progress
@@ -86,12 +88,19 @@ class Leave:
 
     kept = ""
     """What an interrupt leaves at present, for the message; empty before a run begins."""
+    code = 128 + signal.SIGINT
+    """The exit code after an interrupt: 128 and the number of the signal, as shells report a process that a signal has ended."""
 
     def __call__(self, number: int, frame: FrameType | None) -> None:
         """Handle the signal."""
         with suppress(OSError):
             os.write(2, f"{self.message()}\n".encode("utf-8", "backslashreplace"))
-        os._exit(130)
+        os._exit(128 + number)
+
+    def interrupt(self, number: int, frame: FrameType | None) -> None:
+        """Handle the signal while a command works: raise `KeyboardInterrupt`."""
+        self.code = 128 + number
+        raise KeyboardInterrupt
 
     def keep(self, what: str) -> None:
         """Set what an interrupt leaves from now on, for its message."""
@@ -104,21 +113,27 @@ class Leave:
 
 
 leave = Leave()
-"""The handler of SIGINT while the command line runs."""
+"""The handler of signals that end the process, while the command line runs."""
+
+
+def handle_signals() -> None:
+    """Let `leave` handle the signals that end the process, but for those that whoever started it lets it ignore."""
+    for number in ENDING:
+        if signal.getsignal(number) not in (signal.SIG_IGN, None):
+            signal.signal(number, leave)
 
 
 @contextmanager
 def working() -> Iterator[None]:
-    """Let Ctrl-C raise `KeyboardInterrupt` in this context, if its handler is `leave`."""
-    before = signal.getsignal(signal.SIGINT)
-    if before is not leave:
-        yield
-        return
-    signal.signal(signal.SIGINT, signal.default_int_handler)
+    """Let the signals that end the process raise `KeyboardInterrupt` in this context, if their handler is `leave`."""
+    handled = [number for number in ENDING if signal.getsignal(number) is leave]
+    for number in handled:
+        signal.signal(number, leave.interrupt)
     try:
         yield
     finally:
-        signal.signal(signal.SIGINT, before)
+        for number in handled:
+            signal.signal(number, leave)
 
 
 MINUTE = 60.0  # s between two lines of progress where there is no terminal

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from dielast.base.errors import InputError
+from dielast.base.signals import ENDING
 
 LARGEST = 256 << 20  # bytes of an input file: more than ten million rows
 EXAMPLE = "example:"
@@ -238,10 +239,8 @@ def held() -> Iterator[None]:
         came.append(number)
         signal.signal(number, before.pop(number))
 
-    for name in ("SIGINT", "SIGTERM", "SIGHUP"):
-        number = getattr(signal, name, None)
-        # None: set by another program, which nobody can restore
-        if number is not None and signal.getsignal(number) not in (signal.SIG_IGN, None):
+    for number in ENDING:
+        if signal.getsignal(number) not in (signal.SIG_IGN, None):  # None: set by another program, which nobody can restore
             with contextlib.suppress(ValueError):  # not the main thread
                 before[number] = signal.signal(number, hold)
     try:

@@ -1,5 +1,6 @@
 """Solve the chunks of a plan in several processes of this machine, which all end with the run."""
 
+import mmap
 import multiprocessing
 import os
 import pickle
@@ -10,85 +11,110 @@ import threading
 from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
+from functools import partial
+from multiprocessing import resource_tracker
+from multiprocessing.context import get_spawning_popen
 from queue import Empty, SimpleQueue
-from typing import Any
+from typing import IO, Any
 
 from dielast.base.errors import InputError, NumericsError
 from dielast.base.registry import adopt, adopted
+from dielast.base.signals import ENDING
 from dielast.sharing.execution import Chunk, Plan, Solve, Solved
 
-FROM_OUTSIDE = (signal.SIGINT, signal.SIGTERM)
 MOST = 61 if sys.platform == "win32" else 10_000  # Windows waits for no more processes in one call
 PAUSE = 0.2  # s between two checks for Ctrl-C, which does not interrupt an endless wait on Windows
+UNGUARDED = 87  # exit code of a worker process that begins to start workers itself
+GUARD = 'worker processes import the script that starts them: put its calls below `if __name__ == "__main__":`'
 
 # in a worker process: the file that holds the function and the plan, and both once they are read
-_file = ""
+_file = -1
 _given: tuple[Callable[[Any, int, int], Any], Any] | None = None
 
 
 def solve_in_processes(jobs: int, solve: Solve[Plan, Solved], plan: Plan, chunks: Sequence[Chunk]) -> Generator[Solved, None, None]:
     """`solve(plan, first, end)` of each chunk by `jobs` processes, in the order in which chunks are finished.
 
-    Raises `NumericsError` if a process is killed, `InputError` if the plan cannot be written to a temporary file.
+    Raises `NumericsError` if a process is killed, `InputError` if the plan cannot be written to a temporary file or a script calls
+    this at its top level.
     """
-    file = _written(pickle.dumps((solve, plan)))
-    try:
-        yield from _solve_written(jobs, file, chunks)
-    finally:
-        _remove(file)
+    if getattr(multiprocessing.current_process(), "_inheriting", False):  # in a worker process that imports such a script
+        os._exit(UNGUARDED)
+    with _written(pickle.dumps((solve, plan))) as file:
+        yield from _solve_written(jobs, _Handle(file), chunks)
 
 
-def _written(content: bytes) -> str:
-    """The name of a new temporary file of this user alone.
+def _written(content: bytes) -> IO[bytes]:
+    """A temporary file without a name, or one that Windows deletes: the system removes it with the last process that has it open.
 
     Workers read it with their first chunk. If it came with their start and were larger than a pipe holds, a worker that ends before
     it has read all would let this process wait forever.
     """
-    name = ""
     try:
-        handle, name = tempfile.mkstemp(prefix="dielast-")
-        with open(handle, "wb") as file:
+        file = tempfile.TemporaryFile()  # noqa: SIM115, the caller closes it
+        try:
             file.write(content)
+            file.flush()
+        except BaseException:
+            file.close()
+            raise
     except OSError as error:
-        _remove(name)
         raise InputError(f"worker processes need a temporary file: {(error.strerror or str(error)).lower()}") from None
-    return name
+    return file
 
 
-def _remove(file: str) -> None:
-    with suppress(OSError):  # another process has removed it, or reads it (Windows)
-        os.unlink(file)
+class _Handle:
+    """An open file that a process hands to those that it starts, which get its descriptor instead of this object."""
+
+    def __init__(self, file: IO[bytes]) -> None:
+        self.file = file
+
+    def __reduce__(self) -> tuple[Callable[[int], int], tuple[int]]:
+        own = self.file.fileno()
+        if sys.platform == "win32":
+            import msvcrt
+
+            own = msvcrt.get_osfhandle(own)
+        return _descriptor, (get_spawning_popen().duplicate_for_child(own),)  # type: ignore[union-attr]
 
 
-def _solve_written(jobs: int, file: str, chunks: Sequence[Chunk]) -> Generator[Any, None, None]:
+def _descriptor(inherited: int) -> int:
+    if sys.platform == "win32":
+        import msvcrt
+
+        return msvcrt.open_osfhandle(inherited, os.O_RDONLY)
+    return inherited
+
+
+def _solve_written(jobs: int, file: _Handle, chunks: Sequence[Chunk]) -> Generator[Any, None, None]:
     others = multiprocessing.active_children()
-    futures: list[Future[Any]] = []
     # spawned, not forked: a fork would copy locks that the threads of a notebook hold
     started = multiprocessing.get_context("spawn")
-    pool = ProcessPoolExecutor(min(jobs, len(chunks), MOST), started, initializer=_receive, initargs=(file, adopted()))
+    if hasattr(signal, "pthread_sigmask"):
+        # Python's tracker of semaphores is started apart, as Python then lets signals through
+        with _undisturbed():
+            resource_tracker.ensure_running()
+    pool = ProcessPoolExecutor(min(jobs, len(chunks), MOST), started, initializer=partial(_receive, file, adopted()))
+    workers: set[Any] = set()
     try:
-        # the handler is set before signals are unblocked, so that it handles a signal that came in between
-        with _terminated_as_interrupted():
-            with _undisturbed():
-                futures += [pool.submit(_solve_given, *chunk) for chunk in chunks]
-            for future in _finished(futures):
-                yield future.result()
+        with _undisturbed():
+            futures = [pool.submit(_solve_given, *chunk) for chunk in chunks]
+            workers = set(multiprocessing.active_children()).difference(others)
+        for future in _finished(futures):
+            yield future.result()
         # the thread of the pool closes a pipe that the interpreter would otherwise write to at exit, perhaps just then
         pool.shutdown(wait=True)
-    except BrokenProcessPool:
-        # the pool would end its other workers by SIGTERM, which they ignore, and wait for them
-        for child in set(multiprocessing.active_children()).difference(others):
-            child.kill()
-        pool.shutdown(wait=True)
+    except BaseException as error:
+        # the pool would end its workers by SIGTERM, which they ignore, or wait until they have solved what they have begun
+        for worker in workers:
+            worker.kill()
+        pool.shutdown(wait=True, cancel_futures=True)
+        if not isinstance(error, BrokenProcessPool):
+            raise
+        if any(worker.exitcode == UNGUARDED for worker in workers):
+            raise InputError(GUARD) from None
         raise NumericsError("a worker process was killed, perhaps for lack of memory") from None
-    except BaseException:
-        # one by one, as a pool without a reference to it ignores `cancel_futures`
-        for future in futures:
-            future.cancel()
-        # the caller keeps what is solved first; the interpreter waits at exit for the chunks that are being solved
-        pool.shutdown(wait=False)
-        raise
 
 
 def _finished(futures: Sequence[Future[Solved]]) -> Iterator[Future[Solved]]:
@@ -108,39 +134,25 @@ def _finished(futures: Sequence[Future[Solved]]) -> Iterator[Future[Solved]]:
 
 @contextmanager
 def _undisturbed() -> Iterator[None]:
-    """Block signals while worker processes start, until they ignore them; where the system can."""
+    """Block signals while other processes start, which inherit this and never see any; where the system can."""
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, FROM_OUTSIDE)
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, ENDING)
     try:
         yield
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-@contextmanager
-def _terminated_as_interrupted() -> Iterator[None]:
-    """Let SIGTERM interrupt the run as Ctrl-C does, so that no worker process is left behind."""
-    try:
-        before = signal.signal(signal.SIGTERM, signal.default_int_handler)
-    except ValueError:  # only the main thread may set handlers
-        yield
-        return
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGTERM, before)
-
-
-def _receive(file: str, packages: Sequence[tuple[str, str, str]]) -> None:
+def _receive(file: Any, packages: Sequence[tuple[str, str, str]]) -> None:
     global _file
-    _file = file
-    for group, name, _ in packages:
-        adopt(name, group)
-    for number in FROM_OUTSIDE:  # the parent handles them
+    _file = file  # its descriptor in this process
+    for number in ENDING:  # the parent handles them
         signal.signal(number, signal.SIG_IGN)
     threading.Thread(target=_end_with_parent, daemon=True).start()
+    for group, name, _ in packages:
+        adopt(name, group)
 
 
 def _end_with_parent() -> None:
@@ -148,14 +160,13 @@ def _end_with_parent() -> None:
     parent = multiprocessing.parent_process()
     if parent is not None:
         parent.join()
-        _remove(_file)
         os._exit(1)
 
 
 def _solve_given(first: int, end: int) -> Any:
     global _given
     if _given is None:
-        with open(_file, "rb") as file:
-            _given = pickle.load(file)
+        with mmap.mmap(_file, 0, access=mmap.ACCESS_READ) as content:
+            _given = pickle.loads(content)
     solve, plan = _given
     return solve(plan, first, end)

@@ -90,14 +90,6 @@ def half_done(folder: Path, kind: str = "failure-map", recipe: str = MAP) -> Ite
         yield run
 
 
-def said_at_the_end(run: subprocess.Popen[str], folder: Path) -> str:
-    """All that a terminated run writes to standard error; it ends when its workers have solved what they have begun."""
-    assert run.stderr is not None
-    line = run.stderr.readline()
-    (folder / "go").touch()
-    return line + run.communicate(timeout=ENDS)[1]
-
-
 @pytest.mark.trust
 def test_workers_end_with_a_parent_that_is_killed(tmp_path: Path) -> None:
     with half_done(tmp_path) as run:
@@ -120,46 +112,93 @@ def test_a_killed_worker_is_one_line(tmp_path: Path) -> None:
     assert (tmp_path / "r/.unfinished").exists()
 
 
-def test_a_group_that_is_terminated_is_one_line(tmp_path: Path) -> None:
+@pytest.mark.parametrize("name", ["SIGTERM", "SIGHUP"])
+def test_a_group_that_is_told_to_end_is_one_line(name: str, tmp_path: Path) -> None:
+    number = signal.Signals[name]
     with half_done(tmp_path) as run:
-        os.killpg(run.pid, signal.SIGTERM)
-        said = said_at_the_end(run, tmp_path)
+        os.killpg(run.pid, number)
+        said = run.communicate(timeout=ENDS)[1]
         assert re.fullmatch(r"interrupted: \d+ of \d+ cells are kept: the same command goes on from there, .*\n", said)
-        assert run.returncode == 130
+        assert run.returncode == 128 + number
         until(lambda: not alive(run.pid))
     assert (tmp_path / "r/.unfinished").exists()
+
+
+# one worker starts, and before another does a signal comes; workers themselves only wait
+STARTING = """
+import os, signal, sys
+from multiprocessing import popen_spawn_posix
+launch, blow = popen_spawn_posix.Popen._launch, signal.Signals[sys.argv.pop()]
+def launch_and_strike(self, process):
+    launch(self, process)
+    print("worker", self.pid, flush=True)
+    os.killpg(0, blow)
+popen_spawn_posix.Popen._launch = launch_and_strike
+from dielast.cli import main; main()
+"""
+
+
+@pytest.mark.parametrize("name", ["SIGINT", "SIGTERM", "SIGHUP", "SIGKILL"])
+def test_nothing_stays_of_a_run_that_ends_as_its_workers_start(name: str, tmp_path: Path) -> None:
+    (tmp_path / "r.toml").write_text(MAP.replace("points = 200", "points = 1000"))
+    (tmp_path / "temporary").mkdir()
+    command = [sys.executable, "-c", STARTING, "failure-map", "r.toml", "-q", "--plot", "none", "--jobs", "2", name]
+    environment, number = os.environ | {"TMPDIR": str(tmp_path / "temporary")}, signal.Signals[name]
+    with subprocess.Popen(
+        command, cwd=tmp_path, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True
+    ) as run:
+        printed, said = run.communicate(timeout=ENDS)
+        assert "worker" in printed
+        until(lambda: not alive(run.pid))
+    assert not list((tmp_path / "temporary").iterdir())
+    if number is not signal.SIGKILL:
+        assert (run.returncode, said) == (128 + number, "interrupted: nothing is kept or written; the same command begins anew\n")
 
 
 @pytest.mark.trust
 def test_the_draws_of_a_sweep_have_workers_too(tmp_path: Path) -> None:
     with half_done(tmp_path, "actuate", SWEEP) as run:
         os.kill(run.pid, signal.SIGTERM)
-        said = said_at_the_end(run, tmp_path)
+        said = run.communicate(timeout=ENDS)[1]
         assert re.fullmatch(r"interrupted: 4 of 4 cases and \d+ of 160 draws are kept: the same command goes on.*\n", said)
-        assert run.returncode == 130
+        assert run.returncode == 128 + signal.SIGTERM
         until(lambda: not alive(run.pid))
 
 
-# the plan is larger than a pipe holds; a worker imports the script, and ends at the second start of workers
-UNGUARDED = """
-from dielast.base.errors import NumericsError
+# the plan is larger than a pipe holds; a worker imports the script, and ends before the function is defined, or as it would start
+# workers itself
+SCRIPT = """
+from multiprocessing import current_process
+from dielast.base.errors import DielastError
 from dielast.sharing.processes import solve_in_processes
+{end}
 def solve(plan, first, end):
     return len(plan)
 try:
     list(solve_in_processes(2, solve, bytes(10**6), [(0, 1), (1, 2)]))
-except NumericsError as error:
+except DielastError as error:
     print(error)
 """
 
 
-def test_workers_that_end_as_they_start_are_one_error(tmp_path: Path) -> None:
-    (tmp_path / "script.py").write_text(UNGUARDED)
+@pytest.mark.parametrize(
+    ("end", "message"),
+    [
+        (
+            "if current_process().name != 'MainProcess': raise SystemExit(1)",
+            "a worker process was killed, perhaps for lack of memory\n",
+        ),
+        ("", 'worker processes import the script that starts them: put its calls below `if __name__ == "__main__":`\n'),
+    ],
+    ids=["ends", "unguarded"],
+)
+def test_workers_that_end_as_they_start_are_one_error(end: str, message: str, tmp_path: Path) -> None:
+    (tmp_path / "script.py").write_text(SCRIPT.format(end=end))
     (tmp_path / "temporary").mkdir()
     environment = os.environ | {"TMPDIR": str(tmp_path / "temporary")}
     command = [sys.executable, "script.py"]
     done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=ENDS, check=True)
-    assert done.stdout == "a worker process was killed, perhaps for lack of memory\n"
+    assert done.stdout == message
     assert not list((tmp_path / "temporary").iterdir())
 
 

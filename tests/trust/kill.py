@@ -1,6 +1,6 @@
 """Kill writing commands at random moments: `python tests/trust/kill.py --runs 300` (of each command; `--help` for more).
 
-Each run writes a new result into a folder that holds an older one, and gets SIGKILL, SIGTERM or SIGINT somewhere between its
+Each run writes a new result into a folder that holds an older one, and gets SIGKILL, SIGTERM, SIGINT or SIGHUP somewhere between its
 start and a little after its usual end, or, every other one, while it writes its files, half of these with slow moves. Afterwards
 every file must be the older one or the new one, whole, no traceback was printed, and no process of the run is alive a little later.
 A folder with files of both results must not pass for whole, and only SIGKILL may leave one. A run that is then left alone must
@@ -28,7 +28,7 @@ from dielast.commands.registry import COMMANDS
 from dielast.io.manifest import FIGURES, SUMMARY, altered, is_of_run, unlisted
 
 TOP = Path(__file__).resolve().parents[2]
-SIGNALS = (signal.SIGKILL, signal.SIGTERM, signal.SIGINT)
+SIGNALS = (signal.SIGKILL, signal.SIGTERM, signal.SIGINT, signal.SIGHUP)
 OURS = re.compile(r'dielast.cli.__init__.py", line \d+, in main')  # in a traceback
 CHANGES = {  # what tells the new result from the older one
     "mastercurve": ["--set", "shift.reference_temperature='10 degC'"],
@@ -36,6 +36,7 @@ CHANGES = {  # what tells the new result from the older one
     "mastercurve --set uncertainty.draws=20": ["--set", "shift.reference_temperature='10 degC'"],
     "calibrate --jobs 2": ["--set", "fit.starts=4"],
     "design": ["--set", "goal.at='2 h'"],
+    "lifetime": ["--set", "uncertainty.level=0.8"],
     "relax": ["--set", "temperature='10 degC'"],
     "creep": ["--set", "temperature='10 degC'"],
     "actuate": ["--set", "temperature='10 degC'"],

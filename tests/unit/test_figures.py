@@ -453,3 +453,34 @@ def test_a_band_that_turns_back_is_filled_where_its_parts_overlap() -> None:
         across, up = np.asarray(corners).T
         areas.append(0.5 * np.sum(across[:-1] * up[1:] - across[1:] * up[:-1]))
     assert areas == pytest.approx([4.0, 4.0])  # of one sign: the winding numbers add up
+
+
+LIVES = """
+kind = "lifetime"
+material = "example:vhb4905.toml"
+[data]
+file = "failures.csv"
+[film]
+thickness = "0.5 mm"
+prestretch = 1.9
+[fit]
+law = "inverse-power"
+[uncertainty]
+draws = 0
+"""
+
+
+@pytest.mark.parametrize(
+    ("times", "drawn"),
+    [
+        ((2000, 3000, 4400, 600, 900, 1300, 200, 280, 420), True),
+        ((90, 9000, 700, 20, 3000, 12000, 8000, 30, 500), False),
+    ],
+    ids=["determined", "open"],
+)
+def test_a_line_over_the_voltage_is_drawn_where_failures_determine_it(times: tuple[int, ...], drawn: bool, tmp_path: Path) -> None:
+    rows = [f"{volt},{time}" for volt, time in zip(np.repeat([4.0, 4.2, 4.4], 3), times, strict=True)]
+    (tmp_path / "failures.csv").write_text("\n".join(["voltage [kV],time [s]", *rows]))
+    _, lives = figure_of(tmp_path, LIVES).axes
+    dotted = [line for line in lines_of(lives) if to_rgba(line.get_color()) == to_rgba("0.25")]
+    assert [bool(np.all(np.isfinite(np.asarray(line.get_ydata(), dtype=float)))) for line in dotted] == [drawn]

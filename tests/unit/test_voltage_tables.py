@@ -1,4 +1,4 @@
-"""Tables of voltages, whose columns and sheet the recipe may name."""
+"""Tables of voltages and of what they do to a film, whose columns and sheet the recipe may name."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from dielast.base.errors import InputError
+from dielast.commands.inspect import warnings_of
 from dielast.commands.registry import read_cases
 from dielast.commands.simulation.solver_steps import solver_steps
 from dielast.io.files import Inputs
@@ -50,3 +51,87 @@ def test_a_sheet_of_a_workbook_can_be_a_voltage_table(tmp_path: Path) -> None:
     (tmp_path / "v.csv").write_text("time [s],voltage [V]\n0,0\n1,1\n")
     with pytest.raises(InputError, match=r'^v\.csv: sheet = "Voltage" is stated, but this is no workbook$'):
         followed(tmp_path, 'table = "v.csv"\nsheet = "Voltage"\n')
+
+
+CALIBRATE = """
+kind = "calibrate"
+material = "example:vhb4905.toml"
+[[test]]
+file = "film.csv"
+film = { thickness = "1 mm", prestretch = 2.0, boundary = "frame", electrode_share = 0.25 }
+ramp = "20 V/s"
+columns = { voltage = "V", MEASURE = "HEADER" }
+[free]
+"equilibrium.shear_modulus" = {}
+"""
+COMPARE = (
+    FILM
+    + """voltage = "2 kV"
+rate = "20 V/s"
+[[compare]]
+file = "film.csv"
+x = "voltage [V]"
+x_column = "V"
+y = "MEASURE [1]"
+y_column = "HEADER"
+"""
+)
+
+
+@pytest.mark.parametrize(
+    ("recipe", "measure", "header", "values", "message"),
+    [
+        (CALIBRATE, "area_strain", "A/A0", (1.0, 1.01, 1.05, 1.08), ""),
+        (CALIBRATE, "area_strain", "dA [1]", (0.0, 0.01, 0.05, 0.08), ""),
+        (CALIBRATE, "relative_stretch", "L/L0", (1.0, 1.01, 1.05, 1.08), ""),
+        (
+            CALIBRATE,
+            "relative_stretch",
+            "A/A0",
+            (1.0, 1.01, 1.05, 1.08),
+            'column "A/A0" holds areas, .*: state columns.area_strain',
+        ),
+        (CALIBRATE, "stretch", "area strain", (0.0, 0.01, 0.05, 0.08), 'column "area strain" holds areas, .* columns.area_strain'),
+        (
+            CALIBRATE,
+            "area_strain",
+            "L/L0",
+            (1.0, 1.01, 1.05, 1.08),
+            'column "L/L0" holds lengths, .*: state columns.stretch or columns.rel.*',
+        ),
+        (
+            CALIBRATE,
+            "area_strain",
+            "area [1]",
+            (1.0, 1.01, 1.05, 1.08),
+            'column "area" is 1 at the lowest voltage, .*: call a column of ratios .*',
+        ),
+        (COMPARE, "area_strain", "A/A0", (1.0, 1.01, 1.05, 1.08), ""),
+        (
+            COMPARE,
+            "relative_stretch_1",
+            "A/A0",
+            (1.0, 1.01, 1.05, 1.08),
+            '.* holds areas, .* compare it with "area_strain \\[1\\]", .*',
+        ),
+        (
+            COMPARE,
+            "area_strain",
+            "lambda",
+            (1.0, 1.01, 1.05, 1.08),
+            '.* holds lengths, .* compare it with "relative_stretch_1 \\[1\\]"',
+        ),
+        (COMPARE, "area_strain", "ratio", (1.0, 1.01, 1.05, 1.08), 'column "ratio" is 1 at the lowest voltage, .*'),
+    ],
+)
+def test_areas_and_lengths_of_a_film_are_told_apart(
+    recipe: str, measure: str, header: str, values: tuple[float, ...], message: str, tmp_path: Path
+) -> None:
+    rows = [f"{volt},{value}" for volt, value in zip((0, 1000, 2000, 2500), values, strict=True)]
+    (tmp_path / "film.csv").write_text("\n".join([f"V [V],{header}", *rows]))
+    (tmp_path / "r.toml").write_text(recipe.replace("MEASURE", measure).replace("HEADER", header))
+    if not message:
+        warnings_of(tmp_path / "r.toml")
+        return
+    with pytest.raises(InputError, match=f"film.csv: {message}$"):
+        warnings_of(tmp_path / "r.toml")

@@ -3,13 +3,14 @@
 import numpy as np
 
 from dielast.base.errors import InputError, located
-from dielast.base.units import NUMBER
+from dielast.base.units import NUMBER, STRAIN, VOLTAGE
 from dielast.calibration.voltage import QUANTITIES, VoltageTest
-from dielast.commands.calibrate.film_recipe import VOLTAGE_COLUMNS, TestFilm
+from dielast.commands.calibrate.film_recipe import TestFilm
 from dielast.commands.calibrate.recipe import TestData
 from dielast.commands.simulation.compare import rows_where
 from dielast.io.files import Inputs
 from dielast.io.text_table import MeasuredTable, read_measured
+from dielast.readings.extents import check_area_strain, read_extent
 from dielast.simulate.film_setup import Film
 
 NAMES = {measure: (measure, f"{measure}_1") for measure in QUANTITIES}
@@ -22,9 +23,14 @@ def read_voltage_test(test: TestData, inputs: Inputs, temperature: float, name: 
     assert test.film is not None
     table = read_measured(inputs.read(test.file), test.file, test.text_format(), test.units)
     rows = rows_where(table, test.where)
-    voltage = table.column(test.columns.voltage or "voltage", "voltage", VOLTAGE_COLUMNS["voltage"], rows)
+    voltage = table.column(test.columns.voltage or "voltage", "voltage", VOLTAGE, rows)
     measure, column = _measure(table, test)
-    stretch = table.column(column, measure, VOLTAGE_COLUMNS.get(measure, NUMBER), rows)
+    place = table.find(column, measure)
+    if measure == "area_strain":
+        stretch = read_extent(table, place, measure, STRAIN, rows, of_length="state columns.stretch or columns.relative_stretch")
+        check_area_strain(voltage, stretch, table.names[place], test.file)
+    else:
+        stretch = read_extent(table, place, measure, NUMBER, rows, of_area="state columns.area_strain")
     lines, film = table.lines[rows], test.film
     least = -1.0 if measure == "area_strain" else 0.0
     for row in np.flatnonzero(stretch <= least)[:1]:

@@ -15,6 +15,7 @@ from dielast.calibration.failures.law_models import line_model
 from dielast.calibration.failures.law_names import LINES
 from dielast.calibration.failures.likelihood import Seen
 from dielast.calibration.failures.specimens import Simulated, Specimens, simulate_specimens
+from dielast.calibration.profiles import Verdict
 from dielast.commands.lifetime.recipe import LifetimeRecipe, PlanSection
 from dielast.io.table import Column, Table
 from dielast.material.material import Material
@@ -192,6 +193,18 @@ class Lines:
             if found is not None:
                 values[:, k] = found[0].line_life(float(lives.voltage[k]), share)
         return values
+
+    def drawn(self, name: str, lives: Lives, thickness: float, temperature: float) -> Floats:
+        """The times (films,) in s within which half of the films of `lives` fails by a law, for a figure; NaN where the failures do
+        not determine how the time falls with the voltage (the second parameter), or bound the time on one side only.
+        """
+        time, lower, upper = self.lives(name, lives, thickness, temperature, 0.5)
+        known = [
+            (law := self.fitted.get(((first, second, thickness, temperature), name))) is not None
+            and law[0].interval_of(law[0].law.parameters[1].coordinate).verdict is Verdict.DETERMINED
+            for first, second in lives.prestretch.tolist()
+        ]
+        return np.where(np.array(known, dtype=bool) & (lower > 0) & np.isfinite(upper), time, np.nan)
 
     def of_lives(self, lives: Lives, thickness: float, temperature: float) -> Table:
         """Columns of `lives`, of films of a thickness in m at a temperature in degC: the time within which a tenth of the films

@@ -71,7 +71,7 @@ def run(cases: Sequence[Case[LifetimeRecipe]], inputs: Inputs, execution: Execut
     def figure() -> Any:
         from dielast.plots.failures import plot_failures
 
-        line = lines.lives("inverse-power", lives, recipe.film.thickness, usual, 0.5)[0]
+        line = lines.drawn("inverse-power", lives, recipe.film.thickness, usual)
         return plot_failures(tested, fitted, lives, recipe.title, line)
 
     return RunReport(tables, sections, figure, files)

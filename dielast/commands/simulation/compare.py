@@ -1,8 +1,7 @@
 """Comparisons of a recipe: measured points beside a simulated curve, with their misfit."""
 
-import re
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -20,6 +19,7 @@ from dielast.io.text_table import MeasuredTable, read_measured
 from dielast.material.checks import warn_of_measured_stretch
 from dielast.numerics.arrays import Flags, Floats, rms
 from dielast.readings.columns_recipe import Specimen
+from dielast.readings.extents import check_area_strain, read_extent
 from dielast.readings.specimen import KNOWN_AS, read_as, role_in
 from dielast.recipe.cases import Case
 
@@ -34,8 +34,7 @@ QUANTITIES = {"time [s]": "time", "stretch_1 [1]": "stretch", "nominal_stress_1 
 MACHINE = {"stretch": ("extension", units.LENGTH), "stress": ("force", units.FORCE)}
 
 LENGTHWAYS = "stretch_1", "stretch_2", "relative_stretch_1", "relative_stretch_2"
-_AREA_RATIO = re.compile(r"A\s*/\s*A_?[0₀](?:\s*[\[(](?:1|-)?[\])])?|area[ _](?:ratio|stretch).*", re.IGNORECASE)
-_AREA_STRAIN = re.compile(r"are(?:a|al)[ _]+(?:actuation[ _]+)?strain", re.IGNORECASE)
+AREA_STRAIN = "area_strain [1]"
 
 Fine = Callable[[Floats | None], Mapping[str, Floats]]
 """The columns of a case at these times in s; without times, dense enough for linear interpolation."""
@@ -191,20 +190,21 @@ def read_points(comparison: CompareSection, inputs: Inputs, specimen: Specimen |
             if role != quantity:
                 return read_as(table, role, chosen, specimen, rows, axis)
         place = _place(table, chosen, axis, column)
-        found = table.headers[place]
-        without_unit = table
-        if ratio := _AREA_RATIO.fullmatch(found.spelled.strip()):  # A / A0 has no unit A0
-            headers = *table.headers[:place], replace(found, unit=None), *table.headers[place + 1 :]
-            without_unit = replace(table, headers=headers)
-        if name in LENGTHWAYS and (ratio or _AREA_STRAIN.match(found.spelled.strip())):
-            wrong = f'column "{found.spelled}" compares areas, and "{header}" lengths'
-            raise InputError(f'{wrong}: state "area_strain [1]", which is A/A0 - 1', file=comparison.file)
-        values = without_unit.column(place + 1, axis, DIMENSIONS.get(unit or "1", units.NUMBER), rows)
-        if name in LENGTHWAYS:
-            warn_of_measured_stretch(table.names[place], values, comparison.file)
-        return values - 1 if ratio and name == "area_strain" else values
+        dimension = DIMENSIONS.get(unit or "1", units.NUMBER)
+        if header == AREA_STRAIN:
+            lengths = f'compare it with "{LENGTHWAYS[2]} [1]"'
+            return read_extent(table, place, header, dimension, rows, of_length=lengths)
+        if name not in LENGTHWAYS:
+            return table.column(place + 1, axis, dimension, rows)
+        values = read_extent(table, place, header, dimension, rows, of_area=f'compare it with "{AREA_STRAIN}", which is A/A0 - 1')
+        warn_of_measured_stretch(table.names[place], values, comparison.file)
+        return values
 
-    return values_of("x", comparison.x, comparison.x_column), values_of("y", comparison.y, comparison.y_column)
+    x = values_of("x", comparison.x, comparison.x_column)
+    y = values_of("y", comparison.y, comparison.y_column)
+    if comparison.y == AREA_STRAIN and split_header(comparison.x)[0] == "voltage":
+        check_area_strain(x, y, table.names[table.find(comparison.y_column or AREA_STRAIN, "y")], comparison.file)
+    return x, y
 
 
 def _place(table: MeasuredTable, chosen: str | int, axis: str, column: str | None) -> int:

@@ -1,0 +1,52 @@
+"""Columns of lengths and of areas of an actuated film, as their headers say and as their numbers say."""
+
+import re
+from dataclasses import replace
+
+import numpy as np
+
+from dielast.base.errors import InputError
+from dielast.base.units import NUMBER, Dimension
+from dielast.io.text_table import MeasuredTable
+from dielast.numerics.arrays import Flags, Floats
+
+_AREA_RATIO = re.compile(r"A\s*/\s*A_?[0₀](?:\s*[\[(](?:1|-)?[\])])?|area[ _](?:ratio|stretch).*", re.IGNORECASE)
+_AREA_STRAIN = re.compile(r"are(?:a|al)[ _]+(?:actuation[ _]+)?strain.*", re.IGNORECASE)
+_LENGTH = re.compile(
+    r"(?P<one>[LDR])\s*/\s*(?P=one)_?[0₀].*"
+    r"|(?:(?:linear|relative|radial)[ _]?)?(?:stretch|lambda|λ)(?:[ _]?[12xyr])?(?:\s*[\[(].*)?"
+    r"|(?:linear|radial)[ _]?(?:actuation[ _])?strain.*",
+    re.IGNORECASE,
+)
+
+
+def read_extent(
+    table: MeasuredTable, place: int, role: str, dimension: Dimension, rows: Flags, *, of_area: str = "", of_length: str = ""
+) -> Floats:
+    """The column at index `place` for a `role` that is an area strain, or a length over a length, shape (rows,).
+
+    One of `of_area` and `of_length` says what to write for a column of the other kind: the former for a role that is a length, the
+    latter for an area strain, which a column of A/A0 gives as well. Raises `InputError` with the file if the header says that the
+    column is of the other kind.
+    """
+    found = table.headers[place]
+    spelled = found.spelled.strip() or found.text
+    ratio = bool(_AREA_RATIO.fullmatch(spelled))
+    areal, lengthways = ratio or bool(_AREA_STRAIN.fullmatch(spelled)), bool(_LENGTH.fullmatch(spelled))
+    if of_area and areal:
+        raise table.error(f'column "{spelled}" holds areas, and {role} is a length over a length: {of_area}')
+    if of_length and lengthways:
+        raise table.error(f'column "{spelled}" holds lengths, and {role} is A/A0 - 1, with the areas A: {of_length}')
+    if ratio:  # A / A0 has no unit A0
+        table = replace(table, headers=(*table.headers[:place], replace(found, unit=None), *table.headers[place + 1 :]))
+    values = table.column(place + 1, role, NUMBER if ratio else dimension, rows)
+    return values - 1 if ratio and of_length else values
+
+
+def check_area_strain(voltage: Floats, strain: Floats, name: str, file: str) -> None:
+    """Raise `InputError` with the file if area strains (rows,), in a column of this name, are nearer to 1 than to 0 where the
+    magnitude of the voltage (rows,) is least: they are ratios.
+    """
+    if strain.size and (begins := float(strain[int(np.argmin(np.abs(voltage)))])) > 0 and np.log1p(begins) > abs(np.log(begins)):
+        wrong = f'column "{name}" is {begins:g} at the lowest voltage, and an area strain A/A0 - 1 begins near 0'
+        raise InputError(f'{wrong}: call a column of ratios "A/A0"', file=file)
