@@ -133,10 +133,10 @@ def without_ramp(curves: Sequence[Measurement], duration: float) -> list[Measure
     """The curves as after a step: times from the middle of the ramp of a `duration` in s, without points before twice that."""
     if not duration:
         return list(curves)
-    changed = []
+    changed, ramp = [], Ramp(duration, 0.0, False)
     for curve in curves:
         columns = curve.columns[:, curve.columns[0] >= DROPPED * duration]
-        columns[0] -= duration / 2
+        columns[0] = 10 ** ramp.log_age(columns[0])
         changed.append(measurement_of(curve.KIND, curve.temperature, columns, curve.source, duration / 2))
     return changed
 
