@@ -28,8 +28,8 @@ class Measurement(Result):
     """A measurement at `temperature` (degC): an abscissa (n,) and one or two ordinates (n,), in the order of the fields.
 
     Raises `InputError` if the lengths differ, a value is not finite, an abscissa is not positive or the temperature is not above
-    absolute zero. For messages, `source` names the origin of the measurement, and `time_offset`, in a test over time, is the
-    measured time minus the time in s.
+    absolute zero. For messages, `source` names the origin of the measurement. `time_offset`, in a test over time, is the measured
+    time minus the time in s: 0 after a step, half the duration of a ramp, None if not known.
     """
 
     KIND: ClassVar[MeasurementKind]
@@ -46,9 +46,9 @@ class Measurement(Result):
         raise NotImplementedError
 
     @property
-    def time_offset(self) -> float:
-        """Measured time minus the time, in s."""
-        return 0.0
+    def time_offset(self) -> float | None:
+        """Measured time minus the time, in s; None if not stated."""
+        return None
 
     @property
     def columns(self) -> Floats:
@@ -94,7 +94,7 @@ class RelaxationCurve(Measurement):
     time: Floats
     modulus: Floats
     source: str = ""
-    time_offset: float = 0.0
+    time_offset: float | None = None
 
 
 @checked
@@ -109,7 +109,7 @@ class CreepCurve(Measurement):
     time: Floats
     compliance: Floats
     source: str = ""
-    time_offset: float = 0.0
+    time_offset: float | None = None
 
 
 @checked
@@ -127,7 +127,9 @@ class FrequencySweep(Measurement):
     source: str = ""
 
 
-def measurement_of(kind: MeasurementKind, temperature: float, columns: Floats, source: str, time_offset: float) -> Measurement:
+def measurement_of(
+    kind: MeasurementKind, temperature: float, columns: Floats, source: str, time_offset: float | None
+) -> Measurement:
     """The measurement of a `kind` with abscissa and ordinates `columns` (1 + c, n)."""
     made: Any = next(curve for curve in (RelaxationCurve, CreepCurve, FrequencySweep) if curve.KIND is kind)
     offset = {} if kind.over_frequency else {"time_offset": time_offset}

@@ -9,7 +9,7 @@ from dielast.base.errors import InputError
 from dielast.material.measurement_kind import KindName
 from dielast.readings.columns_recipe import ROLES, Columns, Specimen, unmeasured
 from dielast.recipe.base import TextTable, units_of
-from dielast.recipe.fields import PositiveTime, RelativeDeviation, Temperature, TemperatureDifference, TemperatureError, Time
+from dielast.recipe.fields import RelativeDeviation, Temperature, TemperatureDifference, TemperatureError, Time
 from dielast.recipe.file_fields import InputFile, InputFiles, Step
 
 
@@ -36,10 +36,11 @@ class MeasuredData(TextTable):
     discard_before: Time = Field(
         0.0, validate_default=False, description="Drop points before this time, such as those of the ramp."
     )
-    ramp: PositiveTime | None = Field(
+    ramp: Time | None = Field(
         None,
         description="Duration of the ramp at the beginning of each test. Times are then counted from the middle of the ramp, and "
-        "points before twice its duration are dropped, unless discard_before is stated.",
+        "points before twice its duration are dropped, unless discard_before is stated. 0 s: there is none. Default: what "
+        "mastercurve finds in the curves.",
     )
     temperature_tolerance: TemperatureDifference = Field(
         0.5, validate_default=False, description="Temperature readings closer together than this count as one temperature."
@@ -71,13 +72,13 @@ class MeasuredData(TextTable):
         return max(self.discard_before, self.ramp or 0.0) if self.discard_before > 0 else 2 * (self.ramp or 0.0)
 
     @property
-    def time_offset(self) -> float:
-        """The time in s that is subtracted from the measured times.
+    def time_offset(self) -> float | None:
+        """The time in s that is subtracted from the measured times; None without a stated ramp.
 
         A ramp acts like a step at its middle, to second order in ramp/time: L. J. Zapas and J. C. Phillips, J. Res. Natl. Bur.
         Stand. A 75 (1971) 33. With times from the start of the ramp, shift factors would be wrong by tenths of a decade.
         """
-        return 0.5 * (self.ramp or 0.0)
+        return None if self.ramp is None else 0.5 * self.ramp
 
     @property
     def is_plain(self) -> bool:

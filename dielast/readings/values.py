@@ -45,7 +45,7 @@ def read_part(part: Part, data: MeasuredData, per_shear: float, labels: dict[tup
         abscissa = _angular_frequency(part)
     else:
         part = _in_time(part, data)
-        abscissa = part.column("time") - data.time_offset
+        abscissa = part.column("time") - (data.time_offset or 0.0)
     if "temperature" in part.columns:
         temperature = part.column("temperature")
         _refuse(part, temperature <= -ZERO_CELSIUS, "temperature", "is at or below absolute zero")

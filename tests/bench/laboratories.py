@@ -47,8 +47,8 @@ class Laboratory:
     degC; standard deviations of the temperatures (`thermometer`, K), of the modulus from one test to the next (`drift`, relative),
     and of the tilt of a curve from end to end (`tilt`, relative). The drift is stated to dielast unless `drift_stated` is False.
 
-    A relaxation test may start with a `ramp` of a duration in s that is left in, as stress over the strain of the moment or over
-    the last strain (`over_last`), and is recorded from `first` s on. log10 a of the slow processes is larger by the factor
+    A test over time may start with a `ramp` of a duration in s that is left in, as response over the load of the moment or over the
+    last load (`over_last`), and is recorded from `first` s on. log10 a of the slow processes is larger by the factor
     1 + `slow`.
     """
 
@@ -106,7 +106,12 @@ OF_LAW: dict[str, Laboratory] = {
     "ramp 1 s, from its end on": Laboratory(ramp=1.0, first=1.0),
     "ramp 1 s, over the strain": Laboratory(ramp=1.0),
     "ramp 1 s, over last strain": Laboratory(ramp=1.0, over_last=True),
+    "ramp 0.4 s, over the strain": Laboratory(ramp=0.4),
     "ramp 0.2 s, over the strain": Laboratory(ramp=0.2),
+    "creep, ramp 1 s": Laboratory(kind="creep", ramp=1.0),
+    "creep, ramp 0.4 s": Laboratory(kind="creep", ramp=0.4),
+    "creep, ramp 1 s, over last": Laboratory(kind="creep", ramp=1.0, over_last=True),
+    "creep, ramp 1 s, from its end": Laboratory(kind="creep", ramp=1.0, first=1.0),
     "two processes, +3 %": Laboratory(slow=0.03),
     "two processes, +10 %": Laboratory(slow=0.10),
     "two processes, -10 %": Laboratory(slow=-0.10),
@@ -168,7 +173,7 @@ def measure(laboratory: Laboratory, seed: int) -> list[Measurement]:
             modulus = 3 * _relaxation(laboratory, seed, time, float(shift[k]))
             curves.append(RelaxationCurve(at, time, modulus * factor * scatter[0]))
         elif laboratory.kind == "creep":
-            compliance = _retardation(truth.shape).creep_compliance(time / shift[k]) / 3
+            compliance = _creep(laboratory, truth.shape, time, float(shift[k])) / 3
             curves.append(CreepCurve(at, time, compliance / factor * scatter[0]))
         else:
             frequency = 1 / time[::-1]
@@ -190,6 +195,18 @@ def _relaxation(laboratory: Laboratory, seed: int, time: Array, shift: float) ->
     ramped = np.minimum(time, ramp)
     grown = (np.exp(-(time - ramped)[:, None] / here) - np.exp(-time[:, None] / here)) @ (here * moduli)
     return np.asarray((truth.equilibrium_modulus * ramped + grown) / (ramp if laboratory.over_last else ramped))
+
+
+def _creep(laboratory: Laboratory, shape: Shape, time: Array, shift: float) -> Array:
+    """Shear compliance in 1/Pa at `time` in s, where all processes are slower than at 20 degC by the factor `shift`."""
+    retardation, ramp = _retardation(shape), laboratory.ramp
+    if not ramp:
+        return np.asarray(retardation.creep_compliance(time / shift))
+    here, ramped = retardation.retardation_time * shift, np.minimum(time, ramp)
+    last = retardation.glassy_compliance + retardation.compliance.sum()
+    faded = (np.exp(-(time - ramped)[:, None] / here) - np.exp(-time[:, None] / here)) @ (here * retardation.compliance)
+    flown = retardation.fluidity / shift * (time**2 - (time - ramped) ** 2) / 2
+    return np.asarray((last * ramped - faded + flown) / (ramp if laboratory.over_last else ramped))
 
 
 def _border(seed: int) -> float:

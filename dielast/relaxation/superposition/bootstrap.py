@@ -89,7 +89,7 @@ def bootstrap_master_curve(
         raise InputError("at least one curve is needed", argument="curves")
     reference, kind, place = master.reference_temperature, master.kind, master.placing
     with without_warnings():
-        data, binned, imposed = prepare(curves, reference, vertical, float(thermal_expansion))
+        data, binned, imposed = prepare(curves, reference, vertical, float(thermal_expansion), master.ramp)
     known, m = place.determined, place.shift.size
     within = np.where(np.isfinite(place.covariance), place.covariance, 0.0)
     scatter = _root(within)

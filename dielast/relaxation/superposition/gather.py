@@ -109,7 +109,7 @@ def _gather(curves: Sequence[Measurement]) -> Gathered:
     position = abscissa**kind.falling_power
     order = np.lexsort((ordinates[0], position, curve))
     order = order[~_repeated(kind, temperature, curve[order], run[order], abscissa[order], ordinates[:, order])]
-    offset = np.array([measured.time_offset for measured in curves])[run]
+    offset = np.array([measured.time_offset or 0.0 for measured in curves])[run]
     rows = (curve[order], position[order], abscissa[order], ordinates[:, order], offset[order])
     return Gathered(kind, temperature, *rows, np.argsort(first))
 

@@ -65,9 +65,18 @@ class MasterFit:
     left_out: tuple[float, ...]
 
 
-def best_fit(
-    points: FitPoints, starts: Sequence[Floats], anchor: int, vertical: bool, drift: Floats | None = None
-) -> tuple[float, State, Prior, Misfit]:
+@dataclass(frozen=True, slots=True, eq=False)
+class Fitted:
+    """A fit relative to the curve `anchor`, its prior, Akaike's criterion as `score`, and the misfit of the curves."""
+
+    anchor: int
+    score: float
+    state: State
+    prior: Prior
+    misfit: Misfit
+
+
+def best_fit(points: FitPoints, starts: Sequence[Floats], anchor: int, vertical: bool, drift: Floats | None = None) -> Fitted:
     """The best of the fits of the smooth curve and all shifts from each of the starting values (m,), after Akaike's criterion.
 
     The curve numbered `anchor` is not shifted. With `vertical`, the curves are also shifted along the modulus. A stated `drift` is
@@ -83,7 +92,7 @@ def best_fit(
         if best is None or score < best[0]:
             best = score, state, prior
     assert best is not None
-    return *best, find_misfit(points.series, points.curve, points.log_time, best[1].residual)
+    return Fitted(anchor, *best, find_misfit(points.series, points.curve, points.log_time, best[1].residual))
 
 
 def fit_master(
@@ -92,13 +101,16 @@ def fit_master(
     anchor: int,
     vertical: bool,
     drift: Floats | None = None,
-    compared: bool = True,
 ) -> MasterFit:
-    """The `best_fit`, with the covariance of its shifts. A fit that is not `compared` with those to other points has no `left_out`
+    """The `best_fit`, with the covariance of its shifts, as `with_errors`."""
+    return with_errors(points, best_fit(points, starts, anchor, vertical, drift), vertical)
+
+
+def with_errors(points: FitPoints, fitted: Fitted, vertical: bool, compared: bool = True) -> MasterFit:
+    """A fit of `points` with the covariance of its shifts. One that is not `compared` with those to other points has no `left_out`
     where its curves superpose.
     """
-    m = points.curves
-    score, state, prior, misfit = best_fit(points, starts, anchor, vertical, drift)
+    m, score, state, prior, misfit = points.curves, fitted.score, fitted.state, fitted.prior, fitted.misfit
     covariance = smoothing_errors(points, prior, state)
     scatter = shift_covariance(points, *_smoothest(points, prior, state, score))
     free = prior.free[prior.free < 2 * m]

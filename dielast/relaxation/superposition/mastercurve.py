@@ -8,12 +8,11 @@ log10 a > 0 below the reference temperature.
 
 from collections.abc import Sequence
 from dataclasses import replace
-from itertools import pairwise
 from typing import Literal, get_args
 
 import numpy as np
 
-from dielast.base.errors import InputError, shown, warn
+from dielast.base.errors import InputError, shown, warn, without_warnings
 from dielast.material.measurement import Measurement, is_temperature
 from dielast.material.modulus import EntropicModulus
 from dielast.material.shift import SHIFTS
@@ -21,11 +20,11 @@ from dielast.numerics.arrays import Floats
 from dielast.relaxation.superposition.binning import Binned
 from dielast.relaxation.superposition.checks import find_undetermined, warn_if_misfit, warn_if_offset, warn_of_outliers
 from dielast.relaxation.superposition.gather import Gathered, usable_curves
-from dielast.relaxation.superposition.joint_fit import fit_master
-from dielast.relaxation.superposition.overlap import starting_shifts
+from dielast.relaxation.superposition.joint_fit import Fitted, best_fit, with_errors
+from dielast.relaxation.superposition.overlap import starting_shifts, steepest
 from dielast.relaxation.superposition.placement import place_at_reference
 from dielast.relaxation.superposition.points import points_of
-from dielast.relaxation.superposition.ramp import warn_if_modulus_rises, warn_if_ramp
+from dielast.relaxation.superposition.ramp import find_ramp, warn_if_modulus_rises, warn_of_ramp, without_ramp
 from dielast.relaxation.superposition.result import MasterCurve, Stated
 from dielast.relaxation.superposition.sweepfit import Basis, BasisFit, fit_sweeps, warn_of_others
 
@@ -64,6 +63,9 @@ def build_master_curve(
     step leads from the material to the first curve. Both contribute to all standard errors. Offsets of whole curves beyond a stated
     drift, and tilts, are estimated.
 
+    A ramp that all tests over time begin with is found by its likelihood, and taken out with a warning, unless the `time_offset` of
+    a curve is stated: half the duration of the ramp, or 0 for a step.
+
     Curves with fewer than three distinct points, and single curves without a modulus in common with any other, are omitted with a
     warning. Warns of each temperature whose shift the data do not determine, of points far from the master curve, and of
     implausible results. Raises `InputError` for an unknown option, fewer than two temperatures, curves of several kinds, a curve
@@ -84,6 +86,7 @@ def build_master_curve(
     for argument, (choice, allowed) in choices.items():
         if choice not in allowed:
             raise InputError(f"{shown(choice)}: one of {', '.join(allowed)} is needed", argument=argument)
+    free = vertical == "free"
     data, binned, imposed = prepare(curves, reference, vertical, expansion)
     temperature, swept = data.temperature, len(data.ordinates) > 1
     if on != "auto" and not swept:
@@ -93,37 +96,60 @@ def build_master_curve(
             f"reference temperature {reference:g} degC is outside the measured {temperature[0]:g} to {temperature[-1]:g} degC: "
             "the master curve is extrapolated by the shift law"
         )
-    rises = warn_if_modulus_rises(data, binned)
-    anchor, free = _steepest(binned), vertical == "free"
-    drifts = stated.walk(data.order)
-    start = starting_shifts(temperature, binned, anchor, data.kind)
+    ramp = 0.0
     if swept:
-        basis_fit = fit_sweeps(binned, start, anchor, free, on, drifts)
+        anchor = steepest(binned)
+        start = starting_shifts(temperature, binned, anchor, data.kind)
+        basis_fit = fit_sweeps(binned, start, anchor, free, on, stated.walk(data.order))
     else:
-        points = points_of(binned)
-        fit = fit_master(points, [start], anchor, free, drifts, compared=False)
+        fitted, problem = _fitted(data, binned, free, stated)
+        if all(curve.time_offset is None for curve in curves):
+            ramp = find_ramp(data, binned, fitted, free, stated.walk(data.order))
+            if ramp:
+                warn_of_ramp(ramp, data)
+                with without_warnings():  # as above
+                    data, binned, imposed = prepare(curves, reference, vertical, expansion, ramp)
+                temperature = data.temperature
+                fitted, problem = _fitted(data, binned, free, stated)
+            else:
+                warn_if_modulus_rises(data, binned)
+        if fitted is None:
+            raise problem
+        points, anchor = points_of(binned), fitted.anchor
+        fit = with_errors(points, fitted, free, compared=False)
         basis_fit = BasisFit(fit, "moduli", points, fit.splines)
     outlying = warn_of_outliers(data, imposed, basis_fit.fit, 1 if basis_fit.on == "storage" else len(data.ordinates))
     warn_if_misfit(temperature, basis_fit.fit.misfit, free, data.kind)
-    if not rises:
-        warn_if_ramp(data, basis_fit.points, basis_fit.fit, anchor, free, drifts)
     warn_if_offset(basis_fit.fit.offset_spread)
     here = temperature == reference
     warn_of_others(temperature, basis_fit, np.where(here, 1.0, 0.0) if np.any(here) else np.eye(temperature.size)[anchor])
     instead = "its points are left out" if law == "table" else "its points are placed by the shift law"
     undetermined = find_undetermined(temperature, basis_fit.points, basis_fit.splines, basis_fit.fit, free, swept, instead)
-    return place_at_reference(data, binned, imposed, basis_fit, outlying, undetermined, anchor, law, reference, stated)
+    master = place_at_reference(data, binned, imposed, basis_fit, outlying, undetermined, anchor, law, reference, stated)
+    return replace(master, ramp=ramp)
 
 
 def prepare(
-    curves: Sequence[Measurement], reference: float, vertical: Vertical, expansion: float
+    curves: Sequence[Measurement], reference: float, vertical: Vertical, expansion: float, ramp: float = 0.0
 ) -> tuple[Gathered, Binned, Floats]:
-    """The usable curves, their averages as they are shifted along time, and the log10 b (m,) that this includes."""
-    data, binned = usable_curves(curves)
+    """The usable curves without a `ramp` in s that was found, their averages as they are shifted along time, and the log10 b (m,)
+    that this includes.
+    """
+    data, binned = usable_curves(without_ramp(curves, ramp))
     imposed = np.zeros(data.temperature.size)
     if vertical == "density-temperature":
         imposed = _density_temperature(data.temperature, reference, expansion)
     return data, replace(binned, log_modulus=binned.log_modulus + imposed[binned.curve]), imposed
+
+
+def _fitted(data: Gathered, binned: Binned, vertical: bool, stated: Stated) -> tuple[Fitted, None] | tuple[None, InputError]:
+    """The best fit of tests over time, or why there is none: curves that do not overlap."""
+    anchor = steepest(binned)
+    try:
+        start = starting_shifts(data.temperature, binned, anchor, data.kind)
+    except InputError as problem:
+        return None, problem
+    return best_fit(points_of(binned), [start], anchor, vertical, stated.walk(data.order)), None
 
 
 def _density_temperature(temperature: Floats, reference: float, expansion: float) -> Floats:
@@ -132,9 +158,3 @@ def _density_temperature(temperature: Floats, reference: float, expansion: float
     for k in np.flatnonzero(~(expanded > 0))[:1]:
         raise InputError(f"{expansion:g} /K gives no positive density at {temperature[k]:g} degC", argument="thermal_expansion")
     return np.asarray(-np.log10(EntropicModulus(expansion).factor(temperature, reference)))
-
-
-def _steepest(binned: Binned) -> int:
-    """The curve with the largest decrease: it is the fixed one, so that the others are not measured against a plateau."""
-    falling = binned.log_modulus[0]
-    return int(np.argmax([np.subtract(*np.percentile(falling[a:b], (90, 10))) for a, b in pairwise(binned.bounds)]))

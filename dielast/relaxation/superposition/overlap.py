@@ -54,6 +54,12 @@ def starting_shifts(temperature: Floats, data: Binned, anchor: int, kind: Measur
     return shift
 
 
+def steepest(binned: Binned) -> int:
+    """The curve with the largest decrease: it is the fixed one, so that the others are not measured against a plateau."""
+    falling = binned.log_modulus[0]
+    return int(np.argmax([np.subtract(*np.percentile(falling[a:b], (90, 10))) for a, b in pairwise(binned.bounds)]))
+
+
 def find_isolated(data: Binned, kind: MeasurementKind) -> dict[int, str]:
     """The numbers of single curves that share no modulus with any other, and the reason; empty if there are separate groups."""
     from scipy.sparse.csgraph import connected_components  # slow to load

@@ -97,7 +97,8 @@ class MasterCurve(TabularResult):
 
     `stated` are the errors stated by the user. `offset_spread` and `tilt_spread` are the estimated standard deviations, in decades
     of modulus, of the vertical offsets (beyond a stated drift) and tilts of whole curves. The standard errors include both; points,
-    smooth curves and moduli are not corrected for them. `placing` is the joint fit.
+    smooth curves and moduli are not corrected for them. `placing` is the joint fit. `ramp` is the duration in s of a ramp that was
+    found in the tests and taken out, else 0; times of points count from its middle.
     """
 
     measurement: KindName
@@ -126,6 +127,7 @@ class MasterCurve(TabularResult):
     offset_spread: float
     tilt_spread: float
     outlying_points: int = 0
+    ramp: float = 0.0
 
     @property
     def kind(self) -> MeasurementKind:
