@@ -32,7 +32,7 @@ def fit_creep(
     reduced_time: ArrayLike,
     creep_compliance: ArrayLike,
     *,
-    branches: int = 30,
+    branches: int | None = None,
     retardation_time: TimeRange = (None, None),
     equilibrium_modulus: float | None = None,
     glassy_modulus: float | None = None,
@@ -42,13 +42,14 @@ def fit_creep(
 ) -> SpectrumFit:
     """Discrete relaxation spectrum of a master curve of tensile creep compliance (1/Pa) over `reduced_time` (s), (n,) in any order.
 
-    `branches` retardation processes, a glassy compliance and a fluidity, none negative, are fitted to the relative error with the
-    smoothness that the data support, and converted exactly (`relaxation_from_retardation`). Processes of strength 0 drop out, and a
-    material that flows has one branch more. `retardation_time` is the shortest and the longest time in s, each chosen as in
-    `fit_spectrum` if it is None. `equilibrium_modulus` (Young's, Pa) is that after infinite time, 0 for a melt, and
-    `glassy_modulus` that at the shortest times, the sum of all moduli; both are fitted by default. A `liquid` has no equilibrium
-    modulus and needs no plateau. `keep` truncates to the slowest branches. `flows` says whether there is a fluidity if
-    `equilibrium_modulus` is not stated; by default there is one if it is significant.
+    `branches` retardation processes (by default as many as in `fit_spectrum`), a glassy compliance and a fluidity, none negative,
+    are fitted to the relative error with the smoothness that the data support, and converted exactly
+    (`relaxation_from_retardation`). Processes of strength 0 drop out, and a material that flows has one branch more.
+    `retardation_time` is the shortest and the longest time in s, each chosen as in `fit_spectrum` if it is None.
+    `equilibrium_modulus` (Young's, Pa) is that after infinite time, 0 for a melt, and `glassy_modulus` that at the shortest times,
+    the sum of all moduli; both are fitted by default. A `liquid` has no equilibrium modulus and needs no plateau. `keep` truncates
+    to the slowest branches. `flows` says whether there is a fluidity if `equilibrium_modulus` is not stated; by default there is
+    one if it is significant.
 
     Raises `InputError` for points or arguments that allow no fit. Warns as `fit_spectrum` does, if the curve does not show whether
     the material flows, and if it does not show the glassy compliance, so that the fastest branch is a guess.

@@ -19,7 +19,7 @@ def fit_spectrum(
     modulus: ArrayLike,
     *,
     method: Method = "nnls",
-    branches: int = 30,
+    branches: int | None = None,
     polynomial_degree: int = 7,
     relaxation_time: TimeRange = (None, None),
     equilibrium_modulus: float | None = None,
@@ -34,6 +34,7 @@ def fit_spectrum(
     approximation. The material is incompressible: shear modulus = Young's / 3. Points that are dense in log time share their
     weight.
 
+    There are by default 30 `branches`, or 5 a decade of the curve if these are more, the method is nnls, and `keep` is not stated.
     `relaxation_time` is the shortest and the longest time in s. If one is None, schwarzl-staverman uses the range in which t = 2
     tau stays on the curve, and nnls places it inside the curve where it fits best. `equilibrium_modulus` (Young's, Pa; 0 for a
     melt) is by default that at the end of the curve, or fitted by nnls. `glassy_modulus` (Young's, Pa), that at the shortest times,
@@ -64,7 +65,7 @@ def fit_oscillation(
     storage_modulus: ArrayLike,
     loss_modulus: ArrayLike,
     *,
-    branches: int = 30,
+    branches: int | None = None,
     relaxation_time: TimeRange = (None, None),
     equilibrium_modulus: float | None = None,
     glassy_modulus: float | None = None,
@@ -74,8 +75,8 @@ def fit_oscillation(
     """Discrete relaxation spectrum of a master curve of storage and loss modulus (Young's, Pa) over angular frequency (rad/s).
 
     All are of shape (n,), in any order. Non-negative moduli are fitted to the relative errors of both moduli together, with the
-    smoothness that the data support (`dielast.relaxation.nnls`); relaxation times, prescribed moduli (Young's, Pa), `keep` and
-    `liquid` are as in `fit_spectrum`. `equilibrium_modulus` is fitted by default.
+    smoothness that the data support (`dielast.relaxation.nnls`); `branches`, relaxation times, prescribed moduli (Young's, Pa),
+    `keep` and `liquid` are as in `fit_spectrum`. `equilibrium_modulus` is fitted by default.
 
     Raises `InputError` for points or arguments that allow no fit; warns as `fit_spectrum` does, with the storage modulus at the
     lowest frequencies as the end of the curve.
