@@ -32,7 +32,7 @@ def fit_creep(
     reduced_time: ArrayLike,
     creep_compliance: ArrayLike,
     *,
-    branches: int = 30,
+    branches: int | None = None,
     retardation_time: TimeRange = (None, None),
     plateaus: Plateaus = Plateaus(),
     keep: int | None = None,
@@ -40,11 +40,12 @@ def fit_creep(
 ) -> SpectrumFit:
     """Discrete relaxation spectrum of a master curve of tensile creep compliance (1/Pa) over `reduced_time` (s), (n,) in any order.
 
-    `branches` retardation processes, a glassy compliance and a fluidity, none negative, are fitted to the relative error with the
-    smoothness that the data support, and converted exactly (`relaxation_from_retardation`). Processes of strength 0 drop out, and a
-    material that flows has one branch more. `retardation_time` is the shortest and the longest time in s, each chosen as in
-    `fit_spectrum` if it is None. Both moduli of the `plateaus` are fitted by default. `keep` truncates to the slowest branches.
-    `flows` says whether there is a fluidity if the equilibrium modulus is not stated; by default there is one if it is significant.
+    `branches` retardation processes (by default as many as in `fit_spectrum`), a glassy compliance and a fluidity, none negative,
+    are fitted to the relative error with the smoothness that the data support, and converted exactly
+    (`relaxation_from_retardation`). Processes of strength 0 drop out, and a material that flows has one branch more.
+    `retardation_time` is the shortest and the longest time in s, each chosen as in `fit_spectrum` if it is None. Both moduli of the
+    `plateaus` are fitted by default. `keep` truncates to the slowest branches. `flows` says whether there is a fluidity if the
+    equilibrium modulus is not stated; by default there is one if it is significant.
 
     Raises `InputError` for points or arguments that allow no fit. Warns as `fit_spectrum` does, if the curve does not show whether
     the material flows, and if it does not show the glassy compliance, so that the fastest branch is a guess.

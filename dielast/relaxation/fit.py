@@ -19,7 +19,7 @@ def fit_spectrum(
     modulus: ArrayLike,
     *,
     method: Method = "nnls",
-    branches: int = 30,
+    branches: int | None = None,
     polynomial_degree: int = 7,
     relaxation_time: TimeRange = (None, None),
     plateaus: Plateaus = Plateaus(),
@@ -32,6 +32,7 @@ def fit_spectrum(
     approximation. The material is incompressible: shear modulus = Young's / 3. Points that are dense in log time share their
     weight.
 
+    There are by default 30 `branches`, or 5 a decade of the curve if these are more, the method is nnls, and `keep` is not stated.
     `relaxation_time` is the shortest and the longest time in s. If one is None, schwarzl-staverman uses the range in which t = 2
     tau stays on the curve, and nnls places it inside the curve where it fits best. The equilibrium modulus of the `plateaus` is by
     default that at the end of the curve, or fitted by nnls. Their glassy modulus is three times the sum of all shear moduli
@@ -59,7 +60,7 @@ def fit_oscillation(
     storage_modulus: ArrayLike,
     loss_modulus: ArrayLike,
     *,
-    branches: int = 30,
+    branches: int | None = None,
     relaxation_time: TimeRange = (None, None),
     plateaus: Plateaus = Plateaus(),
     keep: int | None = None,

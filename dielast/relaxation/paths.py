@@ -2,8 +2,10 @@
 
 The slope d ln H/d ln tau begins at random where a path begins, changes by normal steps at each point, and falls at some points by
 gamma distributed steps: small ones, so that a power law goes on, or large ones, which cut it off. A share of the fall is even, as
-that of a log-normal spectrum is. Some paths end with the curve. The numbers of this prior are choices. They are not derived, and no
-measurement determines them; their effect is the width of the range that follows from a curve.
+that of a log-normal spectrum is. Every path is cut off by exp(-(tau/tau_c)^p), at an unknown time, maybe before or long after the
+end of the curve: so ends the spectrum of a stretched exponential of exponent b, with p = b/(1 - b) (M. N. Berberan-Santos, E. N.
+Bodunov, B. Valeur, Chem. Phys. 315 (2005) 171). Some paths end with the curve. The numbers of this prior are choices. They are not
+derived, and no measurement determines them; their effect is the width of the range that follows from a curve.
 """
 
 from dataclasses import dataclass
@@ -24,6 +26,9 @@ FIRST_SLOPE = (-0.3, 1.0)  # mean and standard deviation of d ln H/d ln tau wher
 # A choice: about two falls of the slope in three decades, of a mean size between 0.1, a bend, and 10, after which H
 # falls by ten decades in one; the logarithm of this size is even.
 FALLS, DROP = 0.3, (0.1, 10.0)
+# Choices: log10 of tau_c over the end of the curve, even, and p, even in the logarithm: of stretched exponentials of exponents from
+# 1/6 to 2/3.
+CUT, POWER = (-4.0, 4.0), (0.2, 2.0)
 # Share of paths that end with the curve, a choice: some times the share that an interval leaves beyond either of its ends. Such a
 # material is at the border of what the curve allows, where an interval of paths that all go on does not reach. A larger share makes
 # moduli far below the end of the curve less likely.
@@ -35,7 +40,8 @@ GUIDES, GUIDED, LEAST_POWER = 2**11, 0.5, 0.01  # paths led to a curve, and by w
 CHANGES, ROUNDS = (0.1, 0.2, 0.4), 3  # shares by which the steps of a path change at random, and how often
 
 
-Steps = tuple[Floats, ...]  # first slope, mean fall, wandering, falls, and a pair for end and evenness, each (paths, ...)
+# First slope, mean fall, wandering, falls, a pair for end and evenness, and one for the cut-off, each (paths, ...).
+Steps = tuple[Floats, ...]
 
 
 def _steps(count: int, generator: np.random.Generator) -> Steps:
@@ -43,20 +49,23 @@ def _steps(count: int, generator: np.random.Generator) -> Steps:
     later = (count, round((FASTER + SLOWER) * PER_DECADE) - 1)
     first, drop = generator.standard_normal((count, 1)), generator.uniform(size=(count, 1))
     falls = generator.standard_gamma(FALLS * np.log(10) / PER_DECADE, later)
-    return first, drop, generator.standard_normal(later), falls, generator.uniform(size=(count, 2))
+    wander, (kind, cut) = generator.standard_normal(later), generator.uniform(size=(2, count, 2))
+    return first, drop, wander, falls, kind, cut
 
 
 def _paths(steps: Steps) -> tuple[Floats, Floats]:
     """ln tau over the end of the curve (m,), and H times its spacing on each path (paths, m), 1 per unit of ln tau at the end."""
-    first, drop, wander, fall, kind = steps
-    on, even = kind[:, :1], kind[:, 1:]
+    first, drop, wander, fall, kind, cut = steps
+    on, even, power = kind[:, :1], kind[:, 1:], POWER[0] * (POWER[1] / POWER[0]) ** cut[:, 1:]
     step, at_end = np.log(10) / PER_DECADE, round(FASTER * PER_DECADE)
     mean_fall = np.exp(np.log(DROP[0]) + drop * np.log(DROP[1] / DROP[0]))
     change = WANDERS * np.sqrt(step) * wander - mean_fall * (even * FALLS * step + (1 - even) * fall)
     slope = np.cumsum(np.hstack([FIRST_SLOPE[0] + FIRST_SLOPE[1] * first, change]), axis=1)
     height = np.hstack([np.zeros_like(first), np.cumsum(slope * step, axis=1)])
+    u = step * (np.arange(height.shape[1]) - at_end)
+    height -= np.exp(power * (u - np.log(10) * (CUT[0] + (CUT[1] - CUT[0]) * cut[:, :1])))
     height -= height[:, [at_end]]
-    u, density = step * (np.arange(height.shape[1]) - at_end), np.exp(np.clip(height, -60.0, 40.0))
+    density = np.exp(np.clip(height, -60.0, 40.0))
     return u, step * np.where((u > 0) & (on < ENDING), 0.0, density)
 
 

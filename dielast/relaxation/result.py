@@ -13,6 +13,7 @@ from dielast.numerics.arrays import Floats
 from dielast.relaxation.interconversion import RetardationSpectrum
 
 Method = Literal["schwarzl-staverman", "nnls"]
+BRANCHES = 30  # the usual number
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)

@@ -25,7 +25,7 @@ from dielast.relaxation.checks import (
 from dielast.relaxation.ends import extremes, last_quarter, long_time_end, votes
 from dielast.relaxation.interconversion import response
 from dielast.relaxation.nnls import Known, Total, WeightedCurve, fit_strengths, place_times
-from dielast.relaxation.result import Method, SpectrumFit
+from dielast.relaxation.result import BRANCHES, Method, SpectrumFit
 
 SEEN_AWAY = 10.0  # ratio of a time at which a process still affects the curve to the time of the process
 # a stated equilibrium modulus so far below the end of a levelled curve, extrapolated by DECADES_BEYOND, is warned of
@@ -34,6 +34,9 @@ DECADES_BEYOND = 2.0
 LOOKS_LIKE_SHEAR = (2.5, 3.5)  # ratio of two moduli that suggests Young's over shear
 LEVEL_SLOPE = 0.045  # decades of modulus per decade of time, about 10 %: a smaller slope at the end is a plateau
 MEASURABLE = 0.02  # of the modulus at the end of a curve: a smaller excess over a stated equilibrium modulus may be noise
+# The modulus of a stretched exponential of exponent 0.25 over 13 decades, without noise, is missed by up to 0.3 % with 2 branches a
+# decade, none negative, 0.15 % with 3, and 0.07 % with 4 or 5, which is less than what noise of 0.5 % leaves open.
+PER_DECADE = 5
 NEAR_END = 10**0.1  # a curve determines processes up to a tenth of a decade beyond its end
 
 
@@ -49,7 +52,7 @@ class FitTask:
         self,
         kind: MeasurementKind,
         columns: Sequence[ArrayLike],
-        branches: int,
+        branches: int | None,
         times: TimeRange,
         plateaus: Plateaus,
         keep: int | None,
@@ -58,9 +61,14 @@ class FitTask:
     ) -> None:
         """Raise `InputError` for points or arguments that allow no fit; a `method` needs `fewest` branches.
 
+        By default there are `BRANCHES`, or `PER_DECADE` of the curve if these are more, the method is nnls, and all are kept.
+
         `columns` are abscissa and ordinates (n,) of a master curve in Pa or 1/Pa (Young's or tensile), in any order.
         """
         abscissa, *values = without_strays(kind, *sorted_points(kind, columns))
+        if branches is None:
+            dense = PER_DECADE * abs(float(np.log10(abscissa[-1] / abscissa[0])))
+            branches = max(BRANCHES, int(np.ceil(dense))) if method == "nnls" and keep is None else BRANCHES
         self.branches, self.keep = checked_counts(method, branches, fewest, keep)
         self.times = checked_times(times, "retardation_time" if kind is CREEP else "relaxation_time")
         ascending = slice(None, None, kind.time_power)

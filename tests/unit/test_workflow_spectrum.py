@@ -199,7 +199,7 @@ def test_continuous_and_reduced_spectra_are_written(tmp_path: Path) -> None:
     assert proof["max_relative_error"] <= proof["tolerance"] == 0.02
     tau, mu = (column.values for column in report.tables["spectrum.csv"])
     assert len(tau) == len(mu) == proof["branches"] < 10
-    assert report.headline["fit"]["branches"] == 30
+    assert report.headline["fit"]["branches"] == 55
     temperature, _, full, reduced = (np.asarray(column.values, dtype=float) for column in report.tables["reduction.csv"])
     assert np.unique(temperature).tolist() == [20, 40]
     assert np.abs(reduced / full - 1).max() == pytest.approx(proof["max_relative_error"])
@@ -274,7 +274,7 @@ def test_cards_say_what_a_spectrum_was_reduced_for(tmp_path: Path) -> None:
     report = spectrum(tmp_path, mastercurve="mc", reduce=reduce, export=export)
     for name in ("material.inp", "material.feb"):
         card = report.files[name].decode()
-        assert "Reduced from 30 to " in card
+        assert "Reduced from 55 to " in card
         assert "from 1 to 100 s at 10, 20 degC" in card
     with pytest.warns(DielastWarning, match="export.temperature: 40 degC is outside of reduce.temperatures"):
         spectrum(tmp_path, mastercurve="mc", reduce=reduce, export={**export, "temperature": "40 degC"})

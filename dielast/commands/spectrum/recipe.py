@@ -26,7 +26,7 @@ from dielast.recipe.fields import (
     WithUnit,
 )
 from dielast.recipe.file_fields import InputFile, InputFolder
-from dielast.relaxation.result import Method
+from dielast.relaxation.result import BRANCHES, Method
 
 
 class RelaxationTimes(Section):
@@ -48,7 +48,13 @@ class FitSection(Section):
         description="Non-negative least squares, the default and the only method for oscillation and creep; or the second-order "
         "approximation of Schwarzl and Staverman on a polynomial, for a relaxation curve.",
     )
-    branches: int = Field(30, ge=1, le=200, description="Number of branches, with relaxation times evenly spaced in log time.")
+    branches: int | None = Field(
+        None,
+        ge=1,
+        le=200,
+        description="Number of branches, with relaxation times evenly spaced in log time. Default: 30; or 5 a decade of the curve "
+        "if these are more, unless the table [truncate] or schwarzl-staverman is stated.",
+    )
     polynomial_degree: int = Field(
         7, ge=1, le=30, description="Degree of the polynomial of log modulus over log time, for schwarzl-staverman."
     )
@@ -199,6 +205,12 @@ class SpectrumRecipe(RecipeBase):
     reduce: Reduce | None = Field(None, description="Keep only as many branches as a window of times needs.")
     material: MaterialConstants = Field(MaterialConstants(), description="Constants passed on to the material file.")
     export: ExportSection | None = Field(None, description="Material cards for finite-element codes.")
+
+    @property
+    def whole_fit(self) -> FitSection:
+        """The fit before any branches are left out, which are counted from the slowest of the usual number."""
+        counted = self.truncate is not None and self.fit.branches is None
+        return self.fit.model_copy(update={"branches": BRANCHES}) if counted else self.fit
 
     def _check(self) -> None:
         if sum(source is not None for source in (self.mastercurve, self.data, self.prony)) != 1:

@@ -67,7 +67,7 @@ def run(cases: Sequence[Case[SpectrumRecipe]], inputs: Inputs, execution: Execut
 
     drawn = None
     if recipe.mastercurve is not None:
-        drawn = draw_materials(recipe.mastercurve, curve, result, material, recipe.fit, inputs)
+        drawn = draw_materials(recipe.mastercurve, curve, result, material, recipe.whole_fit, inputs)
     files = {"material.toml": write_material(material, None if drawn is None else DRAWS)}
     files |= {name: text.encode() for name, text in cards.items()}
     written, numbers = tables(result, continuous, reduction), headline(result, continuous, reduction)
@@ -105,7 +105,7 @@ def characterise(recipe: SpectrumRecipe, curve: ReducedCurve) -> tuple[SpectrumF
     wrong = Mistakes()
     if recipe.fit.continuous and curve.kind is CREEP:
         wrong.append(Problem("a creep curve has no continuous relaxation spectrum, only a discrete one", key="fit.continuous"))
-    end = end_of(fit_curve(curve, recipe.fit, recipe.truncate.keep if recipe.truncate else None), recipe.fit.states_the_end)
+    end = end_of(fit_curve(curve, recipe.whole_fit, recipe.truncate.keep if recipe.truncate else None), recipe.fit.states_the_end)
     result = end.carried_on() if curve.drawn else end.fit  # as the draws, which need slower branches
     reduce, export = recipe.reduce, recipe.export
     reduction = wrong.tried(lambda: reduced(result, curve.shift, reduce)) if reduce else None
