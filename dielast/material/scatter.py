@@ -12,6 +12,7 @@ from dielast.io.table import Column, Table
 from dielast.material.argument_types import checked
 from dielast.material.material import Material
 from dielast.material.spectrum import Spectrum
+from dielast.material.strata import strata_of_materials
 from dielast.numerics.arrays import Floats, Index
 from dielast.numerics.random_streams import stream
 
@@ -153,10 +154,18 @@ class Sample(TabularResult):
 
     @property
     def laws(self) -> Index | None:
-        """The number (draws,) of the pair of spring laws of each draw, None if all have the same: see `interval`."""
+        """The number (draws,) of the pair of spring laws of each draw, and of the part of the range that its undetermined constants
+        are in; None if all have the same: see `interval`.
+        """
         pairs = [(material.equilibrium_law.name, material.nonequilibrium_law.name) for material in self.materials]
-        known = list(dict.fromkeys(pairs))
-        return None if len(known) == 1 else np.array([known.index(pair) for pair in pairs])
+        number, known = np.zeros(len(pairs), dtype=np.intp), 0
+        for pair in dict.fromkeys(pairs):
+            rows = np.array([row for row, other in enumerate(pairs) if other == pair])
+            alike = [self.materials[row] for row in rows.tolist()]
+            calibrated = alike[0].calibrated
+            number[rows] = known + strata_of_materials(alike, () if calibrated is None else calibrated.undetermined)
+            known = int(np.max(number)) + 1
+        return None if known == 1 else number
 
     def specimens(self) -> tuple[Material, ...]:
         """The material of each draw, with the factor of its specimen on all moduli."""
@@ -326,10 +335,11 @@ def interval(values: Floats, level: float, laws: Index | None = None) -> tuple[F
     not happened) are allowed. NaN does not count as a draw; with too few draws the bounds are NaN. Raises `InputError` for a level
     that is not between 0 and 1.
 
-    Where the draws are of several `laws` (draws,), by number, that tests cannot tell apart, the interval is from the least lower to
-    the largest upper bound of those of each law: it covers a draw with this probability whichever of the laws holds, as no
-    probability of a law is known where none was tested (Walley, Statistical Reasoning with Imprecise Probabilities, 1991). A law
-    with too few draws of its own has its least and largest draw as bounds.
+    Where the draws are of several `laws` (draws,), by number, that tests cannot tell apart, or of a law in several parts of the
+    range of its undetermined constants, the interval is from the least lower to the largest upper bound of those of each: it covers
+    a draw with this probability whichever of them holds, as no probability of a law is known where none was tested (Walley,
+    Statistical Reasoning with Imprecise Probabilities, 1991). A law with too few draws of its own has its least and largest draw
+    as bounds.
     """
     fewest_draws(level)
     values = np.asarray(values, dtype=float)
