@@ -113,12 +113,10 @@ def compare_tests(
     """Comparisons of the fitted tests and those to `validate` with the model, with bands for measurements on a further specimen:
     those that hold the bands of the `draws` (draws, p) in every `stratum` (draws,).
     """
-    from scipy.special import stdtrit
-
     fitted = fit.problem.laboratory.tests
-    # Student's, because the scatter is estimated: at the ends of the interval, and in equally likely parts for every draw
-    width = float(stdtrit(likelihood.value_freedom, 0.5 * (1 + level)))
-    parts = stdtrit(likelihood.value_freedom, (np.arange(PARTS) + 0.5) / PARTS)
+    # of a scatter that is estimated: at the ends of the interval, and in equally likely parts for every draw
+    width = float(likelihood.specimens.deviates(np.array(0.5 * (1 + level))))
+    parts = likelihood.specimens.deviates((np.arange(PARTS) + 0.5) / PARTS)
     found = []
     for k, (test, answer) in enumerate(_answers((*fitted, *validate), fit, draws)):
         model, drawn, known = answer[0], answer[1:], np.isfinite(answer[0])

@@ -65,16 +65,12 @@ class Calibration(TabularResult):
     def range(self) -> CalibratedRange:
         """The range of the tests, with the scatter of further specimens and of the model about draws of the parameters."""
         scatters = self.likelihood.scatters
-        specimen, error = (
-            float(np.sqrt(scatters.mean(np.array([getattr(member, name) ** 2 for member in scatters.members]))))
-            for name in ("specimen", "model_error")
-        )
         freedom, names = float(self.likelihood.value_freedom), self.fit.space.names
         undetermined = tuple(names[k] for k in open_parameters(self.fit.space, self.profiles))
         return replace(
             range_of(self.fit),
-            specimen_scatter=specimen,
-            model_error=error,
+            specimen_scatter=scatters.specimen,
+            model_error=scatters.model_error,
             scatter_freedom=freedom,
             undetermined=undetermined if len(self.draws) else (),
         )
