@@ -15,7 +15,7 @@ from dielast.io.result import TabularResult
 from dielast.io.table import Column, Table
 from dielast.material.material import Material
 from dielast.mechanics.load import Mode
-from dielast.numerics.arrays import Flags, Floats, rms
+from dielast.numerics.arrays import Flags, Floats, Index, rms
 
 PARTS = 16  # equally likely parts of the scatter about a draw
 
@@ -108,15 +108,15 @@ class Comparison(TabularResult):
 
 
 def compare_tests(
-    fit: Fit, likelihood: Likelihood, draws: Floats, validate: Sequence[Experiment], level: float
+    fit: Fit, likelihood: Likelihood, draws: Floats, stratum: Index, validate: Sequence[Experiment], level: float
 ) -> tuple[Comparison, ...]:
-    """Comparisons of the fitted tests and those to `validate` with the model, with bands for measurements on a further specimen."""
-    from scipy.special import stdtrit
-
+    """Comparisons of the fitted tests and those to `validate` with the model, with bands for measurements on a further specimen:
+    those that hold the bands of the `draws` (draws, p) in every `stratum` (draws,).
+    """
     fitted = fit.problem.laboratory.tests
-    # Student's, because the scatter is estimated: at the ends of the interval, and in equally likely parts for every draw
-    width = float(stdtrit(likelihood.value_freedom, 0.5 * (1 + level)))
-    parts = stdtrit(likelihood.value_freedom, (np.arange(PARTS) + 0.5) / PARTS)
+    # of a scatter that is estimated: at the ends of the interval, and in equally likely parts for every draw
+    width = float(likelihood.specimens.deviates(np.array(0.5 * (1 + level))))
+    parts = likelihood.specimens.deviates((np.arange(PARTS) + 0.5) / PARTS)
     found = []
     for k, (test, answer) in enumerate(_answers((*fitted, *validate), fit, draws)):
         model, drawn, known = answer[0], answer[1:], np.isfinite(answer[0])
@@ -124,14 +124,15 @@ def compare_tests(
         wide = np.broadcast_to(test.wide, model.shape)[known]
         spread[known] = np.sqrt(likelihood.scatters.variance(model[known], wide, test.power))
         lower, upper, lost = model - width * spread, model + width * spread, 0.0
-        drawn = drawn[np.isfinite(drawn[:, 0])]
+        follows = np.isfinite(drawn[:, 0])
+        drawn, own = drawn[follows], stratum[follows]
         if len(drawn) > 2 and known.any():
             # the stress of a draw that has run away is below any bound
-            scattered = (drawn[:, None] + parts[:, None] * spread).reshape(-1, model.size)
+            scattered = np.where(np.isfinite(drawn), drawn, -np.inf)[:, None] + parts[:, None] * spread
+            shares = (0.5 * (1 - level), 0.5 * (1 + level))
             with np.errstate(invalid="ignore"):
-                ends = np.quantile(
-                    np.where(np.isfinite(scattered), scattered, -np.inf), (0.5 * (1 - level), 0.5 * (1 + level)), axis=0
-                )
+                pairs = [np.quantile(scattered[own == k].reshape(-1, model.size), shares, axis=0) for k in np.unique(own)]
+            ends = np.stack((np.min([low for low, _ in pairs], axis=0), np.max([high for _, high in pairs], axis=0)))
             lower, upper = np.where(known & np.all(np.isfinite(ends), axis=0), ends, np.nan)
             lost = float(np.mean(~np.isfinite(drawn[:, known][:, -1])))
         found.append(Comparison(test, k < len(fitted), model, lower, upper, lost))

@@ -26,7 +26,7 @@ MOST_ITERATIONS = 120
 Residuals = Callable[[Floats, Cases], Floats]
 """Residuals (k, n) at coordinates (k, p) of the fits with these numbers (k,); not finite if the model cannot be evaluated."""
 Bounds = tuple[Floats, Floats]
-"""The least and the largest coordinates, each (p,)."""
+"""The least and the largest coordinates, each (p,), or (fits, p) if each fit has its own."""
 Watcher = Callable[[int, Floats, Floats], None]
 """Called after every iteration with its number, the sums of squares (fits,) and the coordinates (fits, p)."""
 
@@ -110,6 +110,7 @@ class Descents:
         """Fits at their `start` (fits, p); the cost is infinite if the model cannot be evaluated there."""
         at = np.clip(start, *bounds)
         count, size = at.shape
+        bounds = np.broadcast_to(bounds[0], at.shape), np.broadcast_to(bounds[1], at.shape)
         varied = free if varied is None else varied
         there, jacobian = with_slopes(residuals, at, np.arange(count), bounds, varied)
         bend, damping = np.zeros((count, size, size)) if bent else None, np.full(count, FIRST_DAMPING)
@@ -122,7 +123,7 @@ class Descents:
         slope = np.einsum("knp,kn->kp", jacobian, there)
         normal = np.einsum("knp,knq->kpq", jacobian, jacobian)
         diagonal = np.einsum("kpp->kp", normal).copy()
-        lower, upper = self.bounds
+        lower, upper = self._bounds(fits)
         moving = self.free[fits] & ~((at <= lower) & (slope > 0)) & ~((at >= upper) & (slope < 0)) & (diagonal > 0)
         if self.bend is not None and (chosen := np.flatnonzero(self.trusted[fits])).size:
             whole = normal[chosen] + self.bend[fits[chosen]]
@@ -135,14 +136,18 @@ class Descents:
     def trials(self, fits: Cases) -> Floats:
         """The coordinates (k, p) to which the damped steps of the `fits` (k,) lead."""
         step = self.model(fits).step(self.damping[fits])
-        return np.clip(self.at[fits] + np.clip(step, -LONGEST, LONGEST), *self.bounds)
+        return np.clip(self.at[fits] + np.clip(step, -LONGEST, LONGEST), *self._bounds(fits))
+
+    def _bounds(self, fits: Cases) -> Bounds:
+        """The bounds (k, p) of the `fits` (k,)."""
+        return self.bounds[0][fits], self.bounds[1][fits]
 
     def visit(self, fits: Cases, trial: Floats, settled: float, anew: Flags | None = None) -> Flags:
         """Move those of the `fits` (k,) whose cost is less at the `trial` (k, p), and those that begin `anew` (k,) in any case.
 
         Returns which fits have converged (k,): those that gain less than the share `settled` of their cost.
         """
-        there, jacobian = with_slopes(self.residuals, trial, fits, self.bounds, self.varied[fits])
+        there, jacobian = with_slopes(self.residuals, trial, fits, self._bounds(fits), self.varied[fits])
         cost, anew = _costs(there), np.zeros(fits.size, dtype=bool) if anew is None else anew
         with np.errstate(invalid="ignore"):
             gain = self.cost[fits] - cost

@@ -30,6 +30,7 @@ from dielast.calibration.levenberg import Residuals
 from dielast.calibration.problem import FitProblem, root_of
 from dielast.calibration.scatter import Curves, Scatter, Scatters, covariance_of
 from dielast.calibration.weighting import Weighting
+from dielast.material.scatter import SpecimenScatter
 from dielast.numerics.arrays import Cases, Flags, Floats
 from dielast.numerics.roots import fall
 
@@ -54,6 +55,11 @@ class Likelihood:
     share: Floats
     freedom: Floats
     value_freedom: float
+
+    @property
+    def specimens(self) -> SpecimenScatter:
+        """The scatter of further specimens, with the model's error."""
+        return SpecimenScatter(float(np.hypot(self.scatters.specimen, self.scatters.model_error)), self.value_freedom)
 
     @property
     def standard_error(self) -> Floats:

@@ -1,16 +1,18 @@
 """Draws of the parameters from their posterior, by an ensemble of walkers that move in batches until their draws agree.
 
 The prior is uniform in the coordinates within the bounds: a positive parameter that the tests do not determine is drawn
-log-uniformly over its range. The walkers start from points of the profiles. In each move they make many moves (`moves`) in a
-surrogate of the model, and are evaluated where these end, which is accepted or not such that the draws are those of the model
+log-uniformly over its range. The ranges of parameters that tests do not determine are divided, and as many walkers move in each of
+these `strata`: a few hundred draws of all ranges together would hardly have any where several such parameters are in their tails.
+The walkers start from points of the profiles, or about the centre of their stratum. In each move they make many moves (`moves`) in
+a surrogate of the model, and are evaluated where these end, which is accepted or not such that the draws are those of the model
 (delayed acceptance, Christen and Fox 2005, DOI 10.1198/106186005X76983). In the first half of the moves the surrogate learns, and
 the positions that moves are made from are renewed; in the second half both stay as they are.
 
 The first half is dropped. The walkers move until the rank-normalised split R-hat of the second half, of all coordinates and of the
-sum of squares, is small (Vehtari et al. 2021, DOI 10.1214/20-BA1221). For n moves in each half of a chain that forgets its start
-within t moves, R-hat is nearly sqrt(1 + t/n), and exp(-2 n/t) of any error of the starts is left when the first draw is kept. At
-`AGREEMENT` this is a tenth, and the chain holds two independent draws. This is enough, as the draws are those of all walkers
-together; 1.01 is needed for means over a few chains only (Margossian et al. 2024, DOI 10.1214/24-BA1453).
+sum of squares, is small (Vehtari et al. 2021, DOI 10.1214/20-BA1221); ranks are those within a stratum. For n moves in each half of
+a chain that forgets its start within t moves, R-hat is nearly sqrt(1 + t/n), and exp(-2 n/t) of any error of the starts is left
+when the first draw is kept. At `AGREEMENT` this is a tenth, and the chain holds two independent draws. This is enough, as the draws
+are those of all walkers together; 1.01 is needed for means over a few chains only (Margossian et al. 2024, DOI 10.1214/24-BA1453).
 """
 
 from collections.abc import Callable, Sequence
@@ -22,8 +24,9 @@ from dielast.base.errors import warn
 from dielast.calibration.likelihood import Likelihood
 from dielast.calibration.moves import Moves
 from dielast.calibration.profiles import Profile
+from dielast.calibration.strata import Strata, strata_of
 from dielast.calibration.surrogate import Surrogate
-from dielast.numerics.arrays import Cases, Flags, Floats
+from dielast.numerics.arrays import Cases, Flags, Floats, Index
 from dielast.numerics.random_streams import stream
 
 FEWEST_WALKERS, MOST_WALKERS = 40, 200
@@ -51,17 +54,20 @@ def draw(
     seed: int = 1,
     watch: Callable[[int, int], None] | None = None,
 ) -> Floats:
-    """Draws (count, p) of the coordinates; `watch` is called with the number of moves done and the largest number.
+    """Draws (count, p) of the coordinates, those of all strata in turns; `watch` is called with the number of moves done and the
+    largest number.
 
     Warns if the walkers do not agree after the largest number of moves.
     """
     fit = likelihood.fit
     random = stream(seed, "posterior")
-    walkers = max(FEWEST_WALKERS, 3 * fit.coordinates.size, min(-(-count // ROUNDS), MOST_WALKERS))
+    strata = strata_of(likelihood, profiles, count)
+    each = 1 if strata is None else len(strata)
+    walkers = each * -(-max(FEWEST_WALKERS, 3 * fit.coordinates.size, min(-(-count // ROUNDS), MOST_WALKERS)) // each)
     rounds = -(-count // walkers)
     fewest = max(FEWEST_MOVES, 2 * SPACING * rounds)
     most = max(MOST_MOVES, fewest)
-    ensemble = _Ensemble(likelihood, profiles, walkers, random)
+    ensemble = _Ensemble(likelihood, profiles, strata, walkers, random)
     check, ratio = fewest, np.inf
     for done in range(1, most + 1):
         if done <= check - check // 2:
@@ -70,7 +76,7 @@ def draw(
         if watch is not None:
             watch(done, most)
         if done == check:
-            ratio = float(np.max(r_hat(ensemble.second_half)))
+            ratio = float(np.max(r_hat(ensemble.second_half, ensemble.stratum)))
             if ratio <= AGREEMENT:
                 break
             check = min(LONGER * check, most)
@@ -84,22 +90,33 @@ def draw(
     return np.asarray(half[times, :, : fit.coordinates.size].reshape(-1, fit.coordinates.size)[:count])
 
 
-def r_hat(chains: Floats) -> Floats:
+def r_hat(chains: Floats, stratum: Index | None = None) -> Floats:
     """The rank-normalised split R-hat (q,) of chains (moves, chains, q), the larger one of those of the values and of their
-    distances from the median (Vehtari et al. 2021, DOI 10.1214/20-BA1221, Eqs. 1-4 and 14); 1 for values that are all equal.
+    distances from the median (Vehtari et al. 2021, DOI 10.1214/20-BA1221, Eqs. 1-4 and 14); 1 for values that are all equal. Chains
+    of another `stratum` (chains,) are not expected to agree: medians and ranks are those of a stratum.
     """
     half = chains.shape[0] // 2
     split = np.concatenate((chains[:half], chains[half : 2 * half]), axis=1)
-    folded = np.abs(split - np.median(split, axis=(0, 1)))
-    return np.maximum(_r_hat(split), _r_hat(folded))
+    number = np.zeros(split.shape[1]) if stratum is None else np.concatenate((stratum, stratum))
+    scores, folded = np.empty_like(split), np.empty_like(split)
+    for own in (number == k for k in np.unique(number)):
+        values = split[:, own]
+        scores[:, own] = _normal(values)
+        folded[:, own] = _normal(np.abs(values - np.median(values, axis=(0, 1))))
+    return np.maximum(_r_hat(scores), _r_hat(folded))
 
 
-def _r_hat(split: Floats) -> Floats:
+def _normal(values: Floats) -> Floats:
+    """The normal deviates (moves, chains, q) of the ranks of values."""
     from scipy.stats import rankdata
 
-    length, every = split.shape[0], split.shape[0] * split.shape[1]
-    rank = rankdata(split.reshape(every, -1), axis=0).reshape(split.shape)
-    normal = ndtri((rank - 0.375) / (every + 0.25))
+    every = values.shape[0] * values.shape[1]
+    rank = rankdata(values.reshape(every, -1), axis=0).reshape(values.shape)
+    return np.asarray(ndtri((rank - 0.375) / (every + 0.25)))
+
+
+def _r_hat(normal: Floats) -> Floats:
+    length = normal.shape[0]
     within = np.mean(np.var(normal, axis=0, ddof=1), axis=0)
     between = np.var(np.mean(normal, axis=0), axis=0, ddof=1)
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -109,15 +126,24 @@ def _r_hat(split: Floats) -> Floats:
 
 class _Ensemble:
     """Walkers `at` (walkers, p) with their sums of squares `cost` (walkers,); `past` are positions (m, p) that moves are made from,
-    `path` holds the positions and sums of squares (walkers, p + 1) after each move.
+    `path` holds the positions and sums of squares (walkers, p + 1) after each move. Each walker stays in its `stratum` (walkers,).
     """
 
-    def __init__(self, likelihood: Likelihood, profiles: Sequence[Profile], walkers: int, random: np.random.Generator) -> None:
+    def __init__(
+        self,
+        likelihood: Likelihood,
+        profiles: Sequence[Profile],
+        strata: Strata | None,
+        walkers: int,
+        random: np.random.Generator,
+    ) -> None:
         self.likelihood, self.random = likelihood, random
-        self.lower, self.upper = likelihood.fit.space.bounds
+        lower, upper = self.bounds = likelihood.fit.space.bounds
+        self.stratum: Index = np.arange(walkers) % (1 if strata is None else len(strata))
+        self.lower, self.upper = (lower, upper) if strata is None else (strata.lower[self.stratum], strata.upper[self.stratum])
         self.logarithm: Flags = np.array([parameter.scale is None for parameter in likelihood.fit.space.parameters])
         self.evaluated = _Evaluated(likelihood)
-        starts, cost = _starts(self.evaluated, profiles, 2 * walkers, random)
+        starts, cost = _starts(self.evaluated, profiles, strata, 2 * walkers, random)
         self.at, self.cost, self.past = starts[:walkers], cost[:walkers], starts
         self.path: list[Floats] = []
         self.learnt = 0
@@ -131,7 +157,7 @@ class _Ensemble:
         """Renew the positions that moves are made from, and the surrogate if many points have been evaluated since the last one."""
         if self.path:
             self.past = np.concatenate((self.past, self.at))[-MOST_PAST:]
-        self.moves = Moves.of(self.past, self.upper - self.lower, self.logarithm)
+        self.moves = Moves.of(self.past, self.bounds[1] - self.bounds[0], self.logarithm)
         if self.evaluated.count > MORE * self.learnt:
             self.learnt = self.evaluated.count
             self.surrogate = Surrogate.of(*self.evaluated.points, self.logarithm)
@@ -197,38 +223,50 @@ def _heavy(cost: Floats, likelihood: Likelihood) -> Floats:
     return np.asarray((freedom + likelihood.fit.coordinates.size) * np.log1p(cost / freedom))
 
 
-def _starts(evaluated: _Evaluated, profiles: Sequence[Profile], count: int, random: np.random.Generator) -> tuple[Floats, Floats]:
-    """Starts (count, p) with their sums of squares (count,): points of the profiles, by likelihood, with scatter from the
-    covariance, and parameters without a variance anywhere along their profile. Where the sum of squares would not be plausible,
-    the scatter is halved, again and again, down to none.
+def _starts(
+    evaluated: _Evaluated, profiles: Sequence[Profile], strata: Strata | None, count: int, random: np.random.Generator
+) -> tuple[Floats, Floats]:
+    """Starts (count, p), those of strata in turns, with their sums of squares (count,): points of the profiles, by likelihood, or
+    the centres of strata, with scatter from the covariance, and parameters without a variance anywhere along their profile or
+    their stratum. Where the sum of squares would not be plausible, the scatter is halved, again and again, down to none.
     """
     likelihood = evaluated.likelihood
     fit = likelihood.fit
-    lower, upper = fit.space.bounds
-    centre = _points(likelihood, profiles, count, random)
+    bounds = fit.space.bounds
     covariance = np.where(np.isfinite(likelihood.covariance), likelihood.covariance, 0.0)
     values, vectors = np.linalg.eigh(covariance)
     width = np.minimum(np.sqrt(np.maximum(values, 0.0)), WIDEST)
+    if strata is None:
+        lower, upper = (np.broadcast_to(bound, (count, bound.size)) for bound in bounds)
+        centre = _points(likelihood, profiles, count, random)
+    else:
+        stratum = np.arange(count) % len(strata)
+        lower, upper, centre = (part[stratum] for part in (strata.lower, strata.upper, strata.centre))
     scatter = (random.standard_normal((count, values.size)) * width) @ vectors.T
     for j in np.flatnonzero(~np.isfinite(likelihood.standard_error)).tolist():
         # nearly all likely places are along the profile, which the fit may be at the end of
-        place = random.uniform(lower[j], upper[j], 20 * count)
+        place = random.uniform(bounds[0][j], bounds[1][j], 20 * count)
         rise = _heavy(np.interp(place, profiles[j].coordinate, profiles[j].rise), likelihood)
         likely = place[random.random(place.size) < np.exp(-0.5 * rise)]
         scatter[:, j] = (np.resize(likely, count) if likely.size else fit.coordinates[j]) - centre[:, j]
+    if strata is not None:
+        scatter[:, strata.divided] = 0.0
+        scatter += strata.spread(stratum, random)
     freedom, size = likelihood.common_freedom, fit.coordinates.size
     plausible = size * float(fdtri(size, freedom, PLAUSIBLE))
-    centre[0], scatter[0] = fit.coordinates, 0.0  # the tests can be simulated there
-    edge = 1e-9 * (upper - lower)
+    if strata is None:
+        centre[0], scatter[0] = fit.coordinates, 0.0  # the tests can be simulated there
+    edge = 1e-9 * (bounds[1] - bounds[0])
     at, cost = np.clip(centre, lower + edge, upper - edge), np.full(count, np.inf)
     for halving in range(HALVINGS + 1):
         left = np.flatnonzero(cost > plausible)
         if left.size:
             share = 0.5**halving if halving < HALVINGS else 0.0
-            at[left] = np.clip(centre[left] + share * scatter[left], lower + edge, upper - edge)
+            at[left] = np.clip(centre[left] + share * scatter[left], (lower + edge)[left], (upper - edge)[left])
             cost[left] = evaluated(at[left])
     lost = ~np.isfinite(cost)
-    at[lost], cost[lost] = fit.coordinates, 0.0
+    if strata is None:
+        at[lost], cost[lost] = fit.coordinates, 0.0
     return at, cost
 
 

@@ -1,8 +1,9 @@
 """The fit as a problem of least squares: residuals of tests and priors as functions of the coordinates.
 
-Moduli of branches have a prior that is smooth over log time, with a smoothness that the data determine: it is on second differences
-of the log moduli over log time (Honerkamp and Weese 1993, DOI 10.1007/BF00396042), and its weight has the greatest evidence of the
-linearised problem (MacKay 1992, DOI 10.1162/neco.1992.4.3.415).
+Moduli of branches with fixed relaxation times have a prior that is smooth over log time, with a smoothness that the data determine:
+it is on second differences of the log moduli over log time (Honerkamp and Weese 1993, DOI 10.1007/BF00396042), and its weight has
+the greatest evidence of the linearised problem (MacKay 1992, DOI 10.1162/neco.1992.4.3.415). Fixed times are points at which a
+smooth spectrum is sampled; a branch whose time is free stands for a process of its own, with any strength.
 """
 
 from dataclasses import dataclass
@@ -84,16 +85,18 @@ def root_of(precision: Floats) -> Floats:
 
 
 def smooth_branches(problem: FitProblem, curves: Curves, scatter: Scatter, slopes: Floats, at: Floats) -> Floats:
-    """The precision (p, p) for smooth free moduli of branches; 0 if there are too few of them.
+    """The precision (p, p) for smooth free moduli of branches with fixed times; 0 if there are too few of them.
 
     `slopes` (n, p) are the derivatives of all modelled values at coordinates `at` (p,).
     """
+    parameters = problem.space.parameters
+    moved = {each.index for each in parameters if each.name.startswith("nonequilibrium.relaxation_time[")}
     places = [
-        k for k, parameter in enumerate(problem.space.parameters) if parameter.name.startswith("nonequilibrium.shear_modulus[")
+        k for k, each in enumerate(parameters) if each.name.startswith("nonequilibrium.shear_modulus[") and each.index not in moved
     ]
     if len(places) < FEWEST:
         return np.zeros((at.size, at.size))
-    log = np.log([problem.space.material.spectrum.relaxation_time[problem.space.parameters[k].index or 0] for k in places])
+    log = np.log([problem.space.material.spectrum.relaxation_time[parameters[k].index or 0] for k in places])
     order = np.argsort(-log, kind="stable")
     places, time = [places[k] for k in order], log[order]
     bends = np.zeros((len(places) - 2, at.size))

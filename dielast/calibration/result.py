@@ -13,11 +13,13 @@ from dielast.calibration.parameters import Free
 from dielast.calibration.posterior import draw
 from dielast.calibration.profiles import Profile, Verdict, possible_values, profiles_of
 from dielast.calibration.scatter import specimen_factors
+from dielast.calibration.strata import open_parameters
 from dielast.io.result import TabularResult
 from dielast.io.table import Column, Table
 from dielast.material.argument_types import checked
 from dielast.material.material import CalibratedRange, Material
 from dielast.material.scatter import fewest_draws
+from dielast.material.strata import strata_of
 from dielast.mechanics.load import Mode
 from dielast.numerics.arrays import Floats
 from dielast.simulate.options import Options
@@ -63,12 +65,15 @@ class Calibration(TabularResult):
     def range(self) -> CalibratedRange:
         """The range of the tests, with the scatter of further specimens and of the model about draws of the parameters."""
         scatters = self.likelihood.scatters
-        specimen, error = (
-            float(np.sqrt(scatters.mean(np.array([getattr(member, name) ** 2 for member in scatters.members]))))
-            for name in ("specimen", "model_error")
+        freedom, names = float(self.likelihood.value_freedom), self.fit.space.names
+        undetermined = tuple(names[k] for k in open_parameters(self.fit.space, self.profiles))
+        return replace(
+            range_of(self.fit),
+            specimen_scatter=scatters.specimen,
+            model_error=scatters.model_error,
+            scatter_freedom=freedom,
+            undetermined=undetermined if len(self.draws) else (),
         )
-        freedom = float(self.likelihood.value_freedom)
-        return replace(range_of(self.fit), specimen_scatter=specimen, model_error=error, scatter_freedom=freedom)
 
     @property
     def materials(self) -> tuple[Material, ...]:
@@ -244,7 +249,8 @@ def assessed(
                 drawn = draw(likelihood, profiles, intervals.draws, seed=intervals.seed, watch=moved)
     except KeyboardInterrupt:
         fit = replace(fit, finished=False)
-    comparisons = compare_tests(fit, likelihood, drawn, validate, intervals.level)
+    stratum = strata_of(drawn[:, open_parameters(fit.space, profiles)])
+    comparisons = compare_tests(fit, likelihood, drawn, stratum, validate, intervals.level)
     lost = tuple(comparison.test.name for comparison in comparisons if not comparison.followed)
     return Calibration(fit, likelihood, profiles, drawn, comparisons, intervals.level, (*fit.left_out, *lost))
 

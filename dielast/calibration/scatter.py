@@ -77,6 +77,16 @@ class Scatters:
         """The mean (...) of one value of each member (members, ...)."""
         return np.asarray(np.tensordot(self.probability, values, axes=1))
 
+    @property
+    def specimen(self) -> float:
+        """The scatter of specimens, the root of its mean square."""
+        return float(np.sqrt(self.mean(np.square([member.specimen for member in self.members]))))
+
+    @property
+    def model_error(self) -> float:
+        """The model's error, the root of its mean square."""
+        return float(np.sqrt(self.mean(np.square([member.model_error for member in self.members]))))
+
     def covariance(self, curves: Curves) -> Floats:
         """The covariance (n, n) of all differences, the mean over the members, which all have the mean 0."""
         whole = np.zeros((curves.measured.size,) * 2)

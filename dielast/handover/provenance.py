@@ -38,12 +38,19 @@ class CalibratedSection(Section):
     scatter_freedom: Annotated[float, Field(gt=0, allow_inf_nan=False)] | None = Field(
         None, description="Degrees of freedom of the estimates of both together. Default: they are exact."
     )
+    undetermined: list[str] = Field(
+        [],
+        description="Paths of constants that the tests do not determine. Draws divide their ranges into parts, those of the first "
+        "constants first; an interval holds that of the draws in each part.",
+    )
 
     def stated(self) -> CalibratedRange:
         """The range of the tests."""
         (first, last), (coldest, hottest) = self.time, self.temperature
         seen = self.law_spread, self.specimen_scatter, self.model_error, self.scatter_freedom
-        return CalibratedRange(tuple(self.modes), self.largest_I1, (first, last), (coldest, hottest), *seen)
+        return CalibratedRange(
+            tuple(self.modes), self.largest_I1, (first, last), (coldest, hottest), *seen, tuple(self.undetermined)
+        )
 
 
 class WindowSection(Section):
@@ -104,6 +111,7 @@ def stated_provenance(material: Material) -> dict[str, Any]:
             "time": [f"{value:.9g} s" for value in calibrated.time],
             "temperature": [f"{value:.9g} degC" for value in calibrated.temperature],
             **{key: rounded(value) for key in SEEN if (value := getattr(calibrated, key)) is not None},
+            **({"undetermined": list(calibrated.undetermined)} if calibrated.undetermined else {}),
         }
     document |= {"origin": dict(material.origin)} if material.origin else {}
     if (window := material.window) is not None:

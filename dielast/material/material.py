@@ -59,6 +59,8 @@ class CalibratedRange(Result):
     """Standard deviation of the error of the model along a curve, over the level of the stress; None if unknown."""
     scatter_freedom: float | None = None
     """Degrees of freedom of both together; None if they are known exactly."""
+    undetermined: tuple[str, ...] = ()
+    """Paths of the constants that the tests do not determine, in the order in which the draws divide their ranges into strata."""
 
 
 @dataclass(frozen=True, slots=True)

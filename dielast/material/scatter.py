@@ -12,6 +12,7 @@ from dielast.io.table import Column, Table
 from dielast.material.argument_types import checked
 from dielast.material.material import Material
 from dielast.material.spectrum import Spectrum
+from dielast.material.strata import strata_of_materials
 from dielast.numerics.arrays import Floats, Index
 from dielast.numerics.random_streams import stream
 
@@ -94,13 +95,19 @@ class DamageScatter:
 @checked
 @dataclass(frozen=True, slots=True)
 class SpecimenScatter:
-    """Scatter of the stiffness of specimens about a calibrated model: a factor exp(s t) on all moduli, with Student's t of this
-    `freedom` (1), as s = `relative` (1) was estimated from few specimens.
+    """Scatter of the stiffness of specimens about a calibrated model: a log-normal factor on all moduli, whose width is not known
+    exactly: s = `relative` (1) was estimated from few specimens, with this `freedom` (1).
 
     s^2 is the variance of the specimens' factors plus that of the model's error. The error of the model changes along a curve: its
     variance at a point, over the squared stress, is that of the estimate, and its correlation along the curve is taken as 1. Bands
     of stresses then have the width of those of a test; quantities that are integrals over a history, such as a creep strain or a
     life, have the widest bands that errors of this size give. Raises `InputError` for numbers that are not positive.
+
+    With the estimate s0 and the freedom n, the width has the density p(s) ~ s^(-n-1) exp(-n s0^2/(2 s^2) - s^2/(2 S^2)): the scaled
+    inverse chi-square distribution of the estimate, and a weak prior of normal shape with the scale S = `WIDEST` (Gelman 2006, DOI
+    10.1214/06-BA117A, on such priors). Without the prior the logarithm of the factor would have Student's distribution, in which
+    few specimens allow for factors of 50; with it, the distribution falls off as exp(-|x|/S) (generalised hyperbolic,
+    Barndorff-Nielsen 1977, DOI 10.1098/rspa.1977.0041).
     """
 
     relative: float
@@ -112,15 +119,30 @@ class SpecimenScatter:
         if not self.freedom > 0:
             raise InputError(f"{self.freedom:g}: a positive number is needed", argument="freedom")
 
+    def deviates(self, quantile: Floats) -> Floats:
+        """The logarithm of the factors over `relative`, with the shape of `quantile`."""
+        from scipy.special import logsumexp, ndtr, ndtri  # a slow import
+
+        normal = ndtri(np.clip(quantile, 1e-15, 1 - 1e-15))
+        if self.freedom >= MOST_FREEDOM:
+            return np.asarray(normal)
+        # the width over its estimate, t, on a logarithmic scale: -n [ln t + 1/(2 t^2)] falls off on both sides of t = 1
+        most = np.log(10 * WIDEST / self.relative) if self.relative < WIDEST else 3.0
+        reach = min(12 / np.sqrt(self.freedom) + 40 / self.freedom, max(most, 1.0))
+        log = np.linspace(-min(10 / np.sqrt(self.freedom), 4.0), reach, 801)
+        weight = -self.freedom * (log + 0.5 * np.exp(-2 * log)) - 0.5 * np.square(np.exp(log) * self.relative / WIDEST)
+        weight = np.exp(weight - logsumexp(weight))
+        place = np.sinh(np.linspace(0, np.arcsinh(9 * np.exp(log[-1])), 500))
+        below = ndtr(-place[:, None] * np.exp(-log)) @ weight
+        return np.asarray(np.sign(normal) * np.interp(-np.log(ndtr(-np.abs(normal))), -np.log(below), place))
+
     def factors(self, quantile: Floats) -> Floats:
         """The factors on all moduli, with the shape of `quantile`."""
-        from scipy.special import stdtrit  # a slow import
-
-        deviate = stdtrit(min(self.freedom, MOST_FREEDOM), np.clip(quantile, 1e-15, 1 - 1e-15))
-        return np.asarray(np.exp(self.relative * deviate))
+        return np.exp(self.relative * self.deviates(quantile))
 
 
 MOST_FREEDOM = 1e6  # degrees of freedom beyond which no quantile changes
+WIDEST = 0.25  # scale of the width: nearly always below 0.5, by which laboratories differ
 
 
 @checked
@@ -153,10 +175,18 @@ class Sample(TabularResult):
 
     @property
     def laws(self) -> Index | None:
-        """The number (draws,) of the pair of spring laws of each draw, None if all have the same: see `interval`."""
+        """The number (draws,) of the pair of spring laws of each draw, and of the part of the range that its undetermined constants
+        are in; None if all have the same: see `interval`.
+        """
         pairs = [(material.equilibrium_law.name, material.nonequilibrium_law.name) for material in self.materials]
-        known = list(dict.fromkeys(pairs))
-        return None if len(known) == 1 else np.array([known.index(pair) for pair in pairs])
+        number, known = np.zeros(len(pairs), dtype=np.intp), 0
+        for pair in dict.fromkeys(pairs):
+            rows = np.array([row for row, other in enumerate(pairs) if other == pair])
+            alike = [self.materials[row] for row in rows.tolist()]
+            calibrated = alike[0].calibrated
+            number[rows] = known + strata_of_materials(alike, () if calibrated is None else calibrated.undetermined)
+            known = int(np.max(number)) + 1
+        return None if known == 1 else number
 
     def specimens(self) -> tuple[Material, ...]:
         """The material of each draw, with the factor of its specimen on all moduli."""
@@ -335,10 +365,11 @@ def interval(values: Floats, level: float, laws: Index | None = None) -> tuple[F
     not happened) are allowed. NaN does not count as a draw; with too few draws the bounds are NaN. Raises `InputError` for a level
     that is not between 0 and 1.
 
-    Where the draws are of several `laws` (draws,), by number, that tests cannot tell apart, the interval is from the least lower to
-    the largest upper bound of those of each law: it covers a draw with this probability whichever of the laws holds, as no
-    probability of a law is known where none was tested (Walley, Statistical Reasoning with Imprecise Probabilities, 1991). A law
-    with too few draws of its own has its least and largest draw as bounds.
+    Where the draws are of several `laws` (draws,), by number, that tests cannot tell apart, or of a law in several parts of the
+    range of its undetermined constants, the interval is from the least lower to the largest upper bound of those of each: it covers
+    a draw with this probability whichever of them holds, as no probability of a law is known where none was tested (Walley,
+    Statistical Reasoning with Imprecise Probabilities, 1991). A law with too few draws of its own has its least and largest draw
+    as bounds.
     """
     fewest_draws(level)
     values = np.asarray(values, dtype=float)

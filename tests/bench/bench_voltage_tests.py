@@ -15,7 +15,7 @@ import threading
 import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
@@ -26,13 +26,13 @@ from dielast.calibration import posterior
 from dielast.calibration.experiment import Experiment
 from dielast.calibration.fit import Fit, fit_material
 from dielast.calibration.laboratory import Laboratory
-from dielast.calibration.laws import CrossValidation, cross_validation, law_weights, pieces_of
-from dielast.calibration.result import Intervals, assessed, calibrate
+from dielast.calibration.laws import CrossValidation, cross_validation, law_weights, mixed_draws, pieces_of
+from dielast.calibration.result import Calibration, Intervals, assessed, calibrate
 from dielast.calibration.spring_pairs import reach_of, trial
 from dielast.commands.calibrate.run import ALIKE
 from dielast.material.material import VACUUM_PERMITTIVITY
-from dielast.material.scatter import interval
-from dielast.numerics.arrays import Floats
+from dielast.material.scatter import draw_sample, interval
+from dielast.numerics.arrays import Floats, Index
 from dielast.simulate.film_setup import Film
 
 PERMITTIVITY = 4.2 * VACUUM_PERMITTIVITY
@@ -146,8 +146,20 @@ class Together:
             Laboratory.answers = self.alone  # type: ignore[method-assign]
 
 
-def bands(laboratories: Sequence[Sequence[Experiment]], draws: int) -> list[dict[str, tuple[float, Floats]]]:
-    """For each laboratory, the laws that its tests cannot tell apart, with their weights and the voltages of their draws."""
+@dataclass(frozen=True)
+class Band:
+    """Draws of all laws that the tests of a laboratory cannot tell apart, with the `weight` of each law: the `volts` (draws,) of
+    the draws, the number of the law of each (`law`), and that of its law and part of the range of undetermined constants (`part`).
+    """
+
+    weight: dict[str, float]
+    volts: Floats
+    law: Index
+    part: Index
+
+
+def bands(laboratories: Sequence[Sequence[Experiment]], draws: int) -> list[Band]:
+    """The band of each laboratory, of draws as `calibrate` writes them."""
     together = Together()
 
     def tried(tests: Sequence[Experiment], law: str) -> tuple[Fit, CrossValidation | None]:
@@ -157,18 +169,29 @@ def bands(laboratories: Sequence[Sequence[Experiment]], draws: int) -> list[dict
 
     found = {law: together([partial(tried, tests, law) for tests in laboratories]) for law in LAWS}
     weights = [law_weights([found[law][k][1] for law in LAWS], pieces_of(found[LAWS[0]][k][0])) for k in range(len(laboratories))]
-    bands: list[dict[str, tuple[float, Floats]]] = [{} for _ in laboratories]
+    results: list[dict[str, Calibration]] = [{} for _ in laboratories]
     for number, law in enumerate(LAWS):
         alike = [k for k, weight in enumerate(weights) if weight[number] >= ALIKE]
         print(f"{law}: draws of {len(alike)} laboratories after {time.process_time():.0f} s of the processor", flush=True)
         if alike:
-            results = together([partial(assessed, found[law][k][0], intervals=Intervals(draws=draws)) for k in alike])
-            for k, result in zip(alike, results, strict=True):
-                bands[k][law] = float(weights[k][number]), wanted(result.materials)
-    return bands
+            one = together([partial(assessed, found[law][k][0], intervals=Intervals(draws=draws)) for k in alike])
+            for k, result in zip(alike, one, strict=True):
+                results[k][law] = result
+    return [_band(own, {law: float(weight[LAWS.index(law)]) for law in own}) for own, weight in zip(results, weights, strict=True)]
 
 
-def bench_laboratories(what: str, count: int = 12, first: int = 0, draws: int = 40) -> None:
+def _band(results: dict[str, Calibration], weight: dict[str, float]) -> Band:
+    paths = tuple(dict.fromkeys(path for each in results.values() for path in each.range.undetermined))
+    members = [
+        replace(member, calibrated=replace(member.calibrated, undetermined=paths))  # type: ignore[type-var]
+        for member in mixed_draws(list(results.values()), list(weight.values()))
+    ]
+    law = np.array([list(results).index(member.equilibrium_law.name) for member in members])
+    part = draw_sample(members, len(members), specimens=False).laws
+    return Band(weight, wanted(members), law, law if part is None else part)
+
+
+def bench_laboratories(what: str, count: int = 12, first: int = 0, draws: int = 200) -> None:
     """How often the band of 90 % holds the voltage of the truth, from uniaxial tests alone or with two films."""
     posterior.MOST_MOVES = MOVES
     truth, laboratories = float(wanted([HIDDEN])[0]), []
@@ -178,24 +201,22 @@ def bench_laboratories(what: str, count: int = 12, first: int = 0, draws: int = 
         laboratories.append(tests + (films(HIDDEN, random) if what == "films" else []))
     inside, mixed, width, far = [], [], [], []
     for number, found in enumerate(bands(laboratories, draws), first):
-        volts = np.concatenate([values for _, values in found.values()])
-        laws = np.repeat(np.arange(len(found)), [values.size for _, values in found.values()])
-        low, high = interval(volts, 0.9, laws)
-        share = np.concatenate([np.full(values.size, weight / values.size) for weight, values in found.values()])
-        below = float(np.sum(share[volts < truth]) / np.sum(share))
-        middle = [float(np.nanmedian(values)) for _, values in found.values()]
-        best = middle[int(np.argmax([weight for weight, _ in found.values()]))]
+        low, high = interval(found.volts, 0.9, found.part)
+        below = float(np.mean(found.volts[~np.isnan(found.volts)] < truth))
+        own = {law: found.volts[found.law == k] for k, law in enumerate(found.weight)}
+        middle = [float(np.nanmedian(values)) for values in own.values()]
+        best = middle[int(np.argmax(list(found.weight.values())))]
         inside.append(low <= truth <= high)
         mixed.append(0.05 <= below <= 0.95)
         width.append(np.log(high / low) / np.log(max(*middle, truth) / min(*middle, truth)))
         far.append(best / truth - 1)
         each = ", ".join(
-            f"{law} {weight:.2f} ({np.nanquantile(values, 0.05):.0f} to {np.nanquantile(values, 0.95):.0f})"
-            for law, (weight, values) in found.items()
+            f"{law} {found.weight[law]:.2f} ({np.nanquantile(values, 0.05):.0f} to {np.nanquantile(values, 0.95):.0f})"
+            for law, values in own.items()
         )
         print(f"{what} {number}: {low:.0f} to {high:.0f} V, {below:.0%} below the truth of {truth:.0f} V; {each}", flush=True)
     off = np.sqrt(np.mean(np.square(far)))
-    print(f"{what}: {np.sum(inside)} of {count} hold the truth, {np.sum(mixed)} without the band of each law; the width is")
+    print(f"{what}: {np.sum(inside)} of {count} hold the truth, {np.sum(mixed)} by the draws of all laws together; the width is")
     print(f"{np.median(width):.2f} times that from the truth to the laws, in logarithms; the best law is off by {off:.1%}")
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable
+from itertools import pairwise
 from types import SimpleNamespace
 from typing import Any
 
@@ -11,26 +12,39 @@ import numpy as np
 import pytest
 from scipy.stats import t as student
 
+from dielast import Gent, Material, NoShift, Spectrum, draw_sample
 from dielast.base.errors import DielastWarning
 from dielast.calibration import posterior
 from dielast.calibration.posterior import AGREEMENT, FEWEST_MOVES, MOST_WALKERS, draw, r_hat
 from dielast.calibration.profiles import profiles_of
 from dielast.calibration.surrogate import Surrogate
+from dielast.material.material import CalibratedRange
+from dielast.material.strata import division, strata_of
 
 SHARES = np.array([0.05, 0.25, 0.5, 0.75, 0.95])
 FREEDOM = 6.0
 COUNT = 800
 INDEPENDENT = 2 * MOST_WALKERS  # at the least: two draws of each walker
+PATHS = ("equilibrium.I2_share", "equilibrium.J_lim", "nonequilibrium.relaxation_time[1]")
 WRONG_BY_CHANCE = 3.5 * np.sqrt(SHARES * (1 - SHARES) / INDEPENDENT)
 
 
 def likelihood_of(
-    residuals: Any, fit: list[float], bounds: tuple[list[float], list[float]], covariance: Any, positive: bool = True
+    residuals: Any,
+    fit: list[float],
+    bounds: tuple[list[float], list[float]],
+    covariance: Any,
+    positive: bool = True,
+    divided: bool = False,
 ) -> Any:
-    """A likelihood with these residuals, which are 0 at the fit, and the `covariance` (p, p) there."""
+    """A likelihood with these residuals, which are 0 at the fit, and the `covariance` (p, p) there; with ranges that are `divided`,
+    the parameters are constants of springs, else unknown conditions of a test.
+    """
     size = len(fit)
     space = SimpleNamespace(bounds=tuple(np.array(bound) for bound in bounds), precision=np.zeros((size, size)))
-    space.parameters = [SimpleNamespace(scale=None if positive else 1.0)] * size
+    space.parameters = [
+        SimpleNamespace(scale=None if positive else 1.0, of_test=not divided, section="equilibrium", key="J_lim")
+    ] * size
     known = np.isfinite(np.diag(covariance))
     information = np.zeros((size, size))
     information[np.ix_(known, known)] = np.linalg.inv(np.array(covariance)[np.ix_(known, known)])
@@ -121,6 +135,45 @@ def test_draws_of_curved_problems_are_those_on_a_grid(
         assert np.all(np.abs(reached - SHARES) < WRONG_BY_CHANCE), (j, reached)
 
 
+def test_draws_divide_the_range_of_what_is_not_determined() -> None:
+    """Of 320 draws in a bent valley, each quarter of the open range has 80, distributed in it as on a grid."""
+    slope = np.array([[0.5, 0.0], [0.0, 1 / 0.3]])
+    bounds = ([-3.0, -1.0], [1.0, 10.0])
+    likelihood = likelihood_of(product_and_curve, [0.0, 0.0], bounds, np.linalg.inv(slope.T @ slope), divided=True)
+    drawn = drawn_from(likelihood, 320)
+    number = strata_of(drawn[:, [0]])
+    assert np.bincount(number).tolist() == [80] * 4
+    edges = np.linspace(-3, 1, 5)
+    for k, (low, high) in enumerate(pairwise(edges.tolist())):
+        own = drawn[number == k]
+        assert np.all((own[:, 0] >= low) & (own[:, 0] <= high))
+        lines = [np.linspace(low, high, 400), np.linspace(-1, 10, 2000)]
+        grid = np.stack(np.meshgrid(*lines, indexing="ij"), axis=-1).reshape(-1, 2)
+        cost = np.sum(np.square(product_and_curve(grid, None)), axis=1).reshape(400, 2000)
+        density = (1 + cost / FREEDOM) ** (-(FREEDOM + 2) / 2)
+        for j in range(2):
+            below = np.cumsum(np.sum(density, axis=1 - j)) / np.sum(density)
+            reached = np.interp(np.quantile(own[:, j], SHARES), lines[j], below)
+            assert np.all(np.abs(reached - SHARES) < 3.5 * np.sqrt(SHARES * (1 - SHARES) / 40)), (k, j, reached)
+
+
+def test_strata_of_draws_are_those_of_their_constants() -> None:
+    """Halves of the first constants that the draws are enough for; a constant that the law does not have is left out."""
+    random = np.random.default_rng(6)
+    limit, time = 20 + 200 * random.random(100), np.exp(random.standard_normal((100, 2)))
+    known = CalibratedRange(("uniaxial",), 9.0, (1.0, 2.0), (20.0, 20.0), undetermined=PATHS)
+    members = [
+        Material("m", 1e4, Spectrum([100.0 * t, t], [1e4, 1e4]), NoShift(20.0), Gent(limited), calibrated=known)
+        for limited, (t, _) in zip(limit.tolist(), time.tolist(), strict=True)
+    ]
+    laws = draw_sample(members, 100, specimens=False).laws
+    assert laws is not None
+    assert np.array_equal(laws, 2 * (limit > np.median(limit)) + (time[:, 0] > np.median(time[:, 0])))
+    assert division(200, 6) == (4, 2)
+    assert division(200, 1) == (1, 4)
+    assert division(20, 3) == (0, 1)
+
+
 def test_walkers_that_do_not_agree_are_warned_of(monkeypatch: pytest.MonkeyPatch) -> None:
     """Two narrow valleys with different heights of the same kind, which no move joins: R-hat is large."""
 
@@ -131,7 +184,7 @@ def test_walkers_that_do_not_agree_are_warned_of(monkeypatch: pytest.MonkeyPatch
     profiles = profiles_of(likelihood)
     spread = np.pi / 10 * np.arange(-15, 16)
     wide: Any = SimpleNamespace(
-        coordinate=spread, rise=np.zeros(31), points=np.stack((spread + 1e-5 * np.sin(spread), 0 * spread), axis=1)
+        verdict="", coordinate=spread, rise=np.zeros(31), points=np.stack((spread + 1e-5 * np.sin(spread), 0 * spread), axis=1)
     )
     seen: list[tuple[int, int]] = []
     most = 40

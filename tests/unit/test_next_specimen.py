@@ -6,12 +6,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.stats import genhyperbolic, norm, t as student
 
 from dielast import Free, Material, MeasuredTest, NeoHookean, NoShift, Spectrum, draw_sample
 from dielast.calibration.fit import fit_material
 from dielast.calibration.likelihood import likelihood_of
 from dielast.calibration.result import Calibration
-from dielast.material.scatter import interval
+from dielast.material.scatter import WIDEST, SpecimenScatter, interval
 
 MODULUS, SCATTER, ERROR = 4e4, 0.06, 0.03
 START = Material("m", 5e4, Spectrum([], []), NoShift(20.0), NeoHookean(), NeoHookean())
@@ -46,3 +47,19 @@ def test_bands_hold_the_next_specimen(laboratories: int, bounds: tuple[float, fl
             coverage.append(np.mean((further >= low) & (further <= high)))
     assert bounds[0] < np.mean(held) < bounds[1]
     assert np.mean(narrow) < 0.6
+
+
+@pytest.mark.parametrize(("relative", "freedom"), [(0.06, 2.0), (0.1, 6.0), (0.5, 3.0), (0.06, 300.0)])
+def test_the_scatter_of_specimens_is_generalised_hyperbolic(relative: float, freedom: float) -> None:
+    """Its tail is bounded where Student's is not: with 2 degrees of freedom, one of 10,000 is 2.5 times as stiff, not 55 times."""
+    quantile = np.array([0.02, 0.3, 0.75, 0.95, 0.9975, 0.9999])
+    delta, steep = relative * np.sqrt(freedom), 1 / WIDEST
+    expected = genhyperbolic.ppf(quantile, -freedom / 2, steep * delta, 0.0, 0.0, delta) / relative
+    assert SpecimenScatter(relative, freedom).deviates(quantile) == pytest.approx(expected, rel=2e-4)
+
+
+def test_the_scatter_of_specimens_is_students_where_the_prior_says_nothing() -> None:
+    quantile = np.array([0.05, 0.6, 0.9, 0.99])
+    for freedom in (3.0, 12.0, 1e4):
+        assert SpecimenScatter(1e-4, freedom).deviates(quantile) == pytest.approx(student.ppf(quantile, freedom), rel=2e-4)
+    assert SpecimenScatter(0.05).deviates(quantile) == pytest.approx(norm.ppf(quantile), rel=1e-9)

@@ -112,8 +112,9 @@ def run(cases: Sequence[Case[CalibrateRecipe]], inputs: Inputs, execution: Execu
         spread = max(volts) / min(volts)
     members = mixed_draws(results, [each.weight for each in (ranked[0], *alike)])
     fitted = with_origin(best)
-    if spread is not None and fitted.calibrated is not None:
-        fitted = replace(fitted, calibrated=replace(fitted.calibrated, law_spread=spread))
+    if fitted.calibrated is not None:
+        undetermined = tuple(dict.fromkeys(path for each in results for path in each.range.undetermined))
+        fitted = replace(fitted, calibrated=replace(fitted.calibrated, law_spread=spread, undetermined=undetermined))
     if recipe.name is not None:
         fitted = replace(fitted, name=recipe.name)
     files = {"material.toml": write_material(fitted, DRAWS if members else None)}

@@ -1,0 +1,57 @@
+"""Strata of draws: parts of the ranges of constants that tests do not determine.
+
+Of where such a constant lies in its range nothing is known, not even a probability (Walley, Statistical Reasoning with Imprecise
+Probabilities, 1991). Each range is divided into parts, a stratum is a part of each, and all strata have as many draws (Cochran,
+Sampling Techniques, 1977, Ch. 5). An interval is to hold that of the draws in every stratum: it then covers whichever part the
+constants lie in, and not only on average over their ranges. A few hundred draws divide the ranges of the first few.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from dielast.material.material import Material, Numbers, numbers_of
+from dielast.numerics.arrays import Floats, Index
+
+# Choices: a stratum has bounds from as few draws, and a range no more parts.
+FEWEST_DRAWS, MOST_PARTS = 12, 4
+
+
+def division(draws: int, constants: int) -> tuple[int, int]:
+    """How many of the `constants` so many `draws` divide, and into how many parts each."""
+    most = draws // FEWEST_DRAWS
+    divided = min(constants, int(np.log2(max(most, 1))))
+    return divided, 1 if divided == 0 else min(MOST_PARTS, int(most ** (1 / divided) + 1e-9))
+
+
+def strata_of(values: Floats) -> Index:
+    """The number (draws,) of the stratum of each draw, from the `values` (draws, constants) of the constants, those first that are
+    divided first: parts have equally many draws.
+    """
+    draws = len(values)
+    divided, parts = division(draws, values.shape[1])
+    number = np.zeros(draws, dtype=np.intp)
+    for column in values.T[:divided]:
+        rank = np.argsort(np.argsort(column, kind="stable"), kind="stable")
+        number = number * parts + rank * parts // draws
+    return number
+
+
+def strata_of_materials(materials: Sequence[Material], paths: Sequence[str]) -> Index:
+    """The stratum (draws,) of draws with the same laws, by their constants at `paths` in a material file; paths of constants that
+    the laws do not have are left out.
+    """
+    every = [numbers_of(material) for material in materials]
+    columns = [values for path in paths if None not in (values := [_value(numbers, path) for numbers in every])]
+    return strata_of(np.array(columns, dtype=float).reshape(len(columns), len(every)).T)
+
+
+def _value(numbers: Numbers, path: str) -> float | None:
+    """The constant at a path such as equilibrium.J_lim or nonequilibrium.relaxation_time[0], None if there is none."""
+    section, _, rest = path.partition(".")
+    key, _, place = rest.partition("[")
+    value = numbers.get(section, {}).get(key)
+    if not place or value is None:
+        return None if isinstance(value, list) else value
+    index = int(place.rstrip("]") or -1) if place.rstrip("]").isdecimal() else -1
+    return value[index] if isinstance(value, list) and 0 <= index < len(value) else None
