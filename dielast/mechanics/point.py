@@ -28,8 +28,10 @@ from dielast.material.springs import UNIAXIAL, Symmetry
 from dielast.mechanics.electric import ELECTRIC
 from dielast.mechanics.elimination import Eliminated, stress_of, tangent_of
 from dielast.mechanics.point_material import PointMaterial, in_both_axes
+from dielast.mechanics.flow import Mobility
 from dielast.mechanics.span import Control, Load, UnderLoad, stretched
 from dielast.numerics.arrays import Flags, Floats
+from dielast.numerics.response import Fading, Response, relaxed
 from dielast.numerics.stride import Inner
 
 # weight of unknowns that respond at once to a moving load: within a step they are less smooth than the error estimate at its end
@@ -130,9 +132,41 @@ class LoadedPoints(UnderLoad):
             worst = np.maximum(worst, of_stretch)
         return np.asarray(worst)
 
-    def linearise(self, times: Floats, state: Floats, step: Floats, gamma: float) -> Arrowhead:
-        """The linear system of a step (cases,) in s from `state`, whose stages are at `times` (stages, cases)."""
-        return Arrowhead(self, times, state, step, gamma)
+    def fading(self, time: Floats, state: Floats, lasts: Floats) -> Fading | None:
+        """What fades in a `state` (rows, cases) at `time` (cases,) in s, in a load that `lasts` (cases,) s more: known where the
+        stretches of all axes are prescribed, so that every spring responds for itself.
+
+        With e = Lambda - x, de/dt = dLambda/dt - g(e), the rate a = dx/dt - dLambda/dt fades, and e with it by a (1 - exp(-k t))/k.
+        Then the rate is not that of the load by what g is not linear, and by the lag of x behind the rate of the load.
+        """
+        if not all(control is Control.STRETCH for control in self.load.controls[: self.axes]):
+            return None
+        points, axes = self.points, self.axes
+        driven, slope, bend = self.driven(time, state)[:axes], self.load.slope(time)[:axes], self.load.bend(time)[:axes]
+        log_squared, _ = self.unknown(state, self.driven(time, state))
+        ahead = 2 * slope / driven
+        ahead_change = 2 * bend / driven - 0.5 * np.square(ahead)
+        elastic = log_squared[:, None] - self.packed(state)
+        flow = points.flow.over(np.ones_like(time), self.symmetry)
+        stress, tangent = tangent_of(points.law, self.symmetry, elastic.copy())
+        block = flow.mobility(stress).through(tangent)
+        decay = 0.5 * (block[0, 0] + block[-1, -1])
+        known = np.logical_and.reduce([np.broadcast_to(held, time.shape) for held in self.held])
+        now = flow.rate(stress)
+        rate = np.where(known & (flow.fluidity > 0), now - ahead[:, None], 0.0)
+        share = relaxed(decay * lasts)
+        fallen = elastic - rate * lasts * share
+        then = flow.rate(stress_of(points.law, self.symmetry, fallen))
+        beyond = then - now + rate * (decay * lasts * share) - ahead_change[:, None] * lasts * share
+        return Fading(rate, np.where(known & (flow.fluidity > 0) & np.isfinite(beyond), beyond, 0.0))
+
+    def linearise(
+        self, times: Floats, state: Floats, step: Floats, gamma: float, fading: Floats | None = None
+    ) -> Arrowhead:
+        """The linear system of a step (cases,) in s from `state`, whose stages are at `times` (stages, cases); the rates
+        (axes, n, cases) that are `fading` are known.
+        """
+        return Arrowhead(self, times, state, step, gamma, fading)
 
 
 class Arrowhead:
@@ -142,7 +176,9 @@ class Arrowhead:
     right-hand side of a spring is r and Lambda changes by u_L, x changes by D^-1 r + h G Q u_L, as D^-1 G K = G Q.
     """
 
-    def __init__(self, system: LoadedPoints, times: Floats, state: Floats, step: Floats, gamma: float) -> None:
+    def __init__(
+        self, system: LoadedPoints, times: Floats, state: Floats, step: Floats, gamma: float, fading: Floats | None = None
+    ) -> None:
         points, load, symmetry = system.points, system.load, system.symmetry
         self.system, self.points, self.symmetry, self.hold = system, points, symmetry, 1 / gamma
         self.axes, self.border, self.held = system.axes, system.border, system.held
@@ -161,8 +197,37 @@ class Arrowhead:
         mobility = self.flow.mobility(self.stress)
         self.springs = Eliminated.of(tangent, mobility, self.hold)
         self.following = mobility.times(self.springs.share)
+        self.fading = None
+        if fading is not None:
+            self._respond(fading, times, step, tangent, mobility)
         change = step * load.slope(times[0]) if self.moves else None
         self._condense(change, driven, log_squared, nominal)
+
+    def _respond(self, fading: Floats, times: Floats, step: Floats, tangent: Floats, mobility: Mobility) -> None:
+        """Set the `response` to rates that are `fading` (axes, n, cases), and in the stages at `times` (stages, cases) its values
+        `known` and, times the step, its rates; `tangent` is K, for one axis that of Q.
+        """
+        share, axes = (times - times[0]) / step, self.axes
+        rate = fading * step
+        if axes == 1:
+            decay = np.maximum(1 / self.springs.diagonal[0] - self.hold, 0.0)
+            carried = tangent / self.springs.diagonal * rate
+            self.bent = None
+        else:
+            block = mobility.through(tangent)
+            decay = 0.5 * (block[0, 0] + block[1, 1])
+            carried = np.stack((tangent[0] * rate[0] + tangent[1] * rate[1], tangent[1] * rate[0] + tangent[2] * rate[1]))
+            self.bent = decay * rate - np.einsum("abnm,bnm->anm", block, rate)
+        border = -self.points.modulus * carried / self.stretch[:, None]
+        response = relaxed(decay, share[:, None])
+        stages, cases = share.shape
+        inner = (rate * response[:, None]).reshape(stages, -1, cases)
+        charges = np.zeros((stages, self.system.CHARGES, cases))
+        self.known = np.concatenate((inner, charges, np.einsum("anm,snm->sam", border, response)), axis=1)
+        self.fading = rate * (1 - decay * response)[:, None]
+        rows = np.concatenate((np.zeros((self.system.CHARGES, *decay.shape)), border)) / step
+        index = tuple(range(decay.shape[0])) * axes
+        self.response = Response(decay / step, fading.reshape(-1, cases), rows, index)
 
     def _driven(self, stage: int, state: Floats) -> Floats:
         """The prescribed values (3, cases) of a stage at `state`."""
@@ -247,6 +312,10 @@ class Arrowhead:
             stress = stress_of(points.law, self.symmetry, log_squared[:, None] - state[:border].reshape(shape))
             right = self.flow.rate(stress)
             right += history[:border].reshape(shape)
+        if self.fading is not None:
+            right -= self.fading[stage]
+            if self.bent is not None and gamma_i:
+                right += gamma_i * self.bent
         carried = self.springs.carried(right)
         carried -= stress
         residual = np.einsum("nm,cnm->cm", points.modulus, carried)
