@@ -57,9 +57,7 @@ class ChargedPoints(LoadedPoints):
         of_charge = np.abs(increment[self.border]) / (np.abs(state[self.border]) + floor)
         return np.asarray(np.maximum(super().error(state, increment, inner), of_charge))
 
-    def linearise(
-        self, times: Floats, state: Floats, step: Floats, gamma: float, fading: Floats | None = None
-    ) -> ChargedArrowhead:
+    def linearise(self, times: Floats, state: Floats, step: Floats, gamma: float, fading: Floats | None = None) -> ChargedArrowhead:
         """As for films of a prescribed field."""
         return ChargedArrowhead(self, times, state, step, gamma, fading)
 

@@ -14,11 +14,13 @@ in proportion to R of all.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Protocol, runtime_checkable
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
 from dielast.numerics.arrays import ByCase, Cases, Floats
+
+STILL = 1e-200  # a decay in a step as good as none
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -49,8 +51,8 @@ class Responsive(Protocol):
 
 def relaxed(decay: Floats, share: Floats | float = 1.0) -> Floats:
     """(1 - exp(-decay share))/decay, which is `share` where there is no decay."""
-    still = decay <= 0
-    return np.where(still, share, -np.expm1(-decay * share) / np.where(still, 1.0, decay))
+    decay = np.maximum(decay, STILL)
+    return np.asarray(np.expm1(-decay * share) / -decay)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -62,26 +64,38 @@ class Response(ByCase):
     decay: Floats
     inner: Floats
     border: Floats
+    end: Floats
+    """R (rows, cases) at the end of the step."""
     index: tuple[int, ...]
+    path: Any = None
+    """What the unknowns that relax follow besides, a function of time as a class by case; None: nothing."""
 
     def rows(self, rows: slice) -> Response:
         """The selected rows."""
         count = len(self.index)
         start, stop, _ = rows.indices(count + len(self.border))
         inner, border = slice(start, min(stop, count)), slice(max(start - count, 0), max(stop - count, 0))
-        return replace(self, inner=self.inner[inner], border=self.border[border], index=self.index[inner])
+        path = self.path if self.index[inner] else None
+        assert path is None or self.index[inner] == self.index
+        return Response(self.decay, self.inner[inner], self.border[border], self.end[rows], self.index[inner], path)
 
     def at(self, time: Floats) -> Floats:
         """R (rows, cases) at `time` (cases,) in s after the beginning of the step."""
-        return self._times(time * relaxed(self.decay * time))
+        rows = self._times(time * relaxed(self.decay * time))
+        if self.path is not None:
+            rows[: len(self.index)] += self.path.at(time)
+        return rows
 
     def slope(self, time: Floats) -> Floats:
         """The rate of R (rows, cases) per s."""
-        return self._times(np.exp(-self.decay * time))
+        rows = self._times(np.exp(-self.decay * time))
+        if self.path is not None:
+            rows[: len(self.index)] += self.path.slope(time)
+        return rows
 
     def bulge(self, step: Floats) -> Floats:
         """A bound (rows, cases) of the distance of R from its chord within a `step` (cases,) in s."""
-        return replace(self, inner=np.abs(self.inner), border=np.abs(self.border)).at(step)
+        return replace(self, inner=np.abs(self.inner), border=np.abs(self.border), path=None).at(step)
 
     def _times(self, response: Floats) -> Floats:
         """The rows for a response (n, cases) to a = 1."""

@@ -141,7 +141,7 @@ def advance(
             stage += state
         equations.increment(i, stage if known is None else stage + known[i], history, method.gamma_i[i], increments[i])
     after = np.asarray(stage + increments[-1])
-    return (after if known is None else after + known[-1]), response
+    return after if known is None else np.asarray(after + known[-1]), response
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -190,13 +190,13 @@ class TriedStep:
         state = np.asarray(remaining * self.before[rows, columns] + fraction * inner)
         if self.response is None:
             return state
-        step, response = self.step[columns], self.response.rows(rows).take(columns)
-        return state + response.at(fraction * step) - fraction * response.at(step)
+        response = self.response.rows(rows).take(columns)
+        return state + response.at(fraction * self.step[columns]) - fraction * response.end
 
     def bulge(self, rows: slice) -> Floats:
         """A bound (rows, pool) of how far the dense output of these rows leaves its chord."""
         coefficients = np.einsum("is,srk->irk", self.method.dense, self.increments[:, rows])
-        bulge = 0.25 * np.abs(coefficients).sum(axis=0)
+        bulge: Floats = 0.25 * np.abs(coefficients).sum(axis=0)
         return bulge if self.response is None else bulge + self.response.rows(rows).bulge(self.step)
 
     def halfway(self) -> Floats:
@@ -204,7 +204,7 @@ class TriedStep:
         state = np.einsum("s,srk->rk", self.method.middle, self.increments)
         state += 0.5 * (self.before + self.after)
         if self.response is not None:
-            state += self.response.at(0.5 * self.step) - 0.5 * self.response.at(self.step)
+            state += self.response.at(0.5 * self.step) - 0.5 * self.response.end
         return np.asarray(state)
 
 
@@ -235,7 +235,7 @@ class DenseSteps(ByCase):
         response = fading = None
         if stride.response is not None and stride.fading is not None:
             response = stride.response.rows(rows).take(columns)
-            coefficients[1] -= response.at(step)
+            coefficients[1] -= response.end
             fading = stride.fading.take(columns, axis=-1) if rows == slice(None) else None
         return cls(stride.method, stride.cases[columns], stride.time[columns], step, coefficients, response, fading)
 
