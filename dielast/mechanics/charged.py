@@ -57,16 +57,18 @@ class ChargedPoints(LoadedPoints):
         of_charge = np.abs(increment[self.border]) / (np.abs(state[self.border]) + floor)
         return np.asarray(np.maximum(super().error(state, increment, inner), of_charge))
 
-    def linearise(self, times: Floats, state: Floats, step: Floats, gamma: float) -> ChargedArrowhead:
-        """The linear system of a step (cases,) in s from `state`, whose stages are at `times` (stages, cases)."""
-        return ChargedArrowhead(self, times, state, step, gamma)
+    def linearise(self, times: Floats, state: Floats, step: Floats, gamma: float, fading: Floats | None = None) -> ChargedArrowhead:
+        """As for films of a prescribed field."""
+        return ChargedArrowhead(self, times, state, step, gamma, fading)
 
 
 class ChargedArrowhead(Arrowhead):
     """The linear system of one step, with a row for the charge."""
 
-    def __init__(self, system: ChargedPoints, times: Floats, state: Floats, step: Floats, gamma: float) -> None:
-        super().__init__(system, times, state, step, gamma)
+    def __init__(
+        self, system: ChargedPoints, times: Floats, state: Floats, step: Floats, gamma: float, fading: Floats | None = None
+    ) -> None:
+        super().__init__(system, times, state, step, gamma, fading)
         points, load, charge, axes = system.points, system.load, state[system.border], system.axes
         assert points.circuit is not None
         self.step, self.circuit = step, points.circuit

@@ -27,9 +27,12 @@ import numpy as np
 from dielast.material.springs import UNIAXIAL, Symmetry
 from dielast.mechanics.electric import ELECTRIC
 from dielast.mechanics.elimination import Eliminated, stress_of, tangent_of
+from dielast.mechanics.flow import Mobility
+from dielast.mechanics.path import StretchPath
 from dielast.mechanics.point_material import PointMaterial, in_both_axes
 from dielast.mechanics.span import Control, Load, UnderLoad, stretched
 from dielast.numerics.arrays import Flags, Floats
+from dielast.numerics.response import Fading, Response, relaxed
 from dielast.numerics.stride import Inner
 
 # weight of unknowns that respond at once to a moving load: within a step they are less smooth than the error estimate at its end
@@ -124,15 +127,50 @@ class LoadedPoints(UnderLoad):
             change = np.abs(increment[row])
             of_stretch = change * following
             if held is not False:
-                change = change * FOLLOWER_WEIGHT if inner is None or load.wave is None else np.maximum(change, inner(row))
+                change = change * FOLLOWER_WEIGHT if inner is None else np.maximum(change, inner(row))
                 change /= np.abs(state[row]) + self.points.stress_floor
                 of_stretch = change if held is True else np.where(held, change, of_stretch)
             worst = np.maximum(worst, of_stretch)
         return np.asarray(worst)
 
-    def linearise(self, times: Floats, state: Floats, step: Floats, gamma: float) -> Arrowhead:
-        """The linear system of a step (cases,) in s from `state`, whose stages are at `times` (stages, cases)."""
-        return Arrowhead(self, times, state, step, gamma)
+    def fading(self, time: Floats, state: Floats, lasts: Floats) -> Fading | None:
+        """What fades in a `state` (rows, cases) at `time` (cases,) in s, in a load that `lasts` (cases,) s more: known where the
+        stretches of all axes are prescribed, so that every spring responds for itself.
+
+        With e = Lambda - x, de/dt = dLambda/dt - g(e), the rate a = dx/dt - dLambda/dt fades, and e with it by a (1 - exp(-k t))/k.
+        Then the rate is not that of the load by what g is not linear, and by the lag of x behind the rate of the load.
+        """
+        if not all(control is Control.STRETCH for control in self.load.controls[: self.axes]):
+            return None
+        points, axes = self.points, self.axes
+        driven, slope, bend = self.driven(time, state)[:axes], self.load.slope(time)[:axes], self.load.bend(time)[:axes]
+        log_squared, _ = self.unknown(state, self.driven(time, state))
+        ahead = 2 * slope / driven
+        ahead_change = 2 * bend / driven - 0.5 * np.square(ahead)
+        elastic = log_squared[:, None] - self.packed(state)
+        flow = points.flow.over(np.ones_like(time), self.symmetry)
+        stress, tangent = tangent_of(points.law, self.symmetry, elastic.copy())
+        block = flow.mobility(stress).through(tangent)
+        decay = 0.5 * (block[0, 0] + block[-1, -1])
+        known = np.logical_and.reduce([np.broadcast_to(held, time.shape) for held in self.held])
+        now = flow.rate(stress)
+        rate = np.where(known & (flow.fluidity > 0), now - ahead[:, None], 0.0)
+        share = relaxed(decay * lasts)
+        fallen = elastic - rate * lasts * share
+        then = flow.rate(stress_of(points.law, self.symmetry, fallen))
+        beyond = then - now + rate * (decay * lasts * share) - ahead_change[:, None] * lasts * share
+        return Fading(rate, np.where(known & (flow.fluidity > 0) & np.isfinite(beyond), beyond, 0.0))
+
+    def lifted(self, fading: Floats) -> Floats:
+        """1 for springs that flow under prescribed stretches, else 0 (n, cases): their known part follows the load."""
+        known = np.logical_and.reduce([np.broadcast_to(held, fading.shape[-1]) for held in self.held])
+        return np.where(known & (self.points.flow.fluidity > 0), 1.0, 0.0)
+
+    def linearise(self, times: Floats, state: Floats, step: Floats, gamma: float, fading: Floats | None = None) -> Arrowhead:
+        """The linear system of a step (cases,) in s from `state`, whose stages are at `times` (stages, cases); the rates
+        (axes, n, cases) that are `fading` are known.
+        """
+        return Arrowhead(self, times, state, step, gamma, fading)
 
 
 class Arrowhead:
@@ -142,7 +180,9 @@ class Arrowhead:
     right-hand side of a spring is r and Lambda changes by u_L, x changes by D^-1 r + h G Q u_L, as D^-1 G K = G Q.
     """
 
-    def __init__(self, system: LoadedPoints, times: Floats, state: Floats, step: Floats, gamma: float) -> None:
+    def __init__(
+        self, system: LoadedPoints, times: Floats, state: Floats, step: Floats, gamma: float, fading: Floats | None = None
+    ) -> None:
         points, load, symmetry = system.points, system.load, system.symmetry
         self.system, self.points, self.symmetry, self.hold = system, points, symmetry, 1 / gamma
         self.axes, self.border, self.held = system.axes, system.border, system.held
@@ -162,7 +202,44 @@ class Arrowhead:
         self.springs = Eliminated.of(tangent, mobility, self.hold)
         self.following = mobility.times(self.springs.share)
         change = step * load.slope(times[0]) if self.moves else None
+        self.fading: Floats | None = None
+        self.bent: Floats | None = None
+        self.lifted: Floats | None = None
+        if fading is not None:
+            self._respond(fading, times, step, tangent, mobility)
         self._condense(change, driven, log_squared, nominal)
+
+    def _respond(self, fading: Floats, times: Floats, step: Floats, tangent: Floats, mobility: Mobility) -> None:
+        """Set the `response` to rates that are `fading` (axes, n, cases), and in the stages at `times` (stages, cases) its values
+        `known` and, times the step, its rates; `tangent` is K, for one axis that of Q.
+        """
+        share, axes = (times - times[0]) / step, self.axes
+        rate = fading * step
+        if axes == 1:
+            decay = np.maximum(1 / self.springs.diagonal[0] - self.hold, 0.0)
+            carried = tangent / self.springs.diagonal * rate
+        else:
+            block = mobility.through(tangent)
+            decay = 0.5 * (block[0, 0] + block[1, 1])
+            carried = np.stack((tangent[0] * rate[0] + tangent[1] * rate[1], tangent[1] * rate[0] + tangent[2] * rate[1]))
+            self.bent = decay * rate - np.einsum("abnm,bnm->anm", block, rate)
+        border = -self.points.modulus * carried / self.stretch[:, None]
+        response = relaxed(decay, share[:, None])
+        stages, cases = share.shape
+        inner, right, path = rate * response[:, None], rate * (1 - decay * response)[:, None], None
+        if self.moves:
+            path = StretchPath(self.system.load, times[0], self.system.lifted(fading), self.driven[0, :axes])
+            lifted = self.lifted = path.lifted
+            inner += lifted * path.change(times - times[0])[:, :, None]
+            right += lifted * (step * path.rate(times - times[0]))[:, :, None]
+            bend = np.square(step) * path.bend()
+            self.bent = -lifted * bend[:, None] if self.bent is None else self.bent - lifted * bend[:, None]
+        inner, self.fading = inner.reshape(stages, -1, cases), right
+        charges = np.zeros((stages, self.system.CHARGES, cases))
+        self.known = np.concatenate((inner, charges, np.einsum("anm,snm->sam", border, response)), axis=1)
+        rows = np.concatenate((np.zeros((self.system.CHARGES, *decay.shape)), border)) / step
+        index = tuple(range(decay.shape[0])) * axes
+        self.response = Response(decay / step, fading.reshape(-1, cases), rows, self.known[-1], index, path)
 
     def _driven(self, stage: int, state: Floats) -> Floats:
         """The prescribed values (3, cases) of a stage at `state`."""
@@ -208,7 +285,10 @@ class Arrowhead:
             _, by_stretch, by_load = points.maxwell_tangent(log_squared, driven[ELECTRIC])
             tangent -= by_stretch
             self._drive(by_load, change)
-        matrix = tangent
+        matrix = by_path = tangent
+        if self.lifted is not None:  # the springs that follow the path of the load do so in the known part
+            of_springs = np.einsum("nm,bcnm->bcm", points.modulus * self.lifted, self.springs.share)
+            by_path = tangent - of_springs * self.hold
         if self.stretched:
             matrix, self.prescribed_change = tangent.copy(), np.zeros(stretch.shape)
         for axis, fixed in enumerate(self.held):
@@ -218,7 +298,7 @@ class Arrowhead:
             else:
                 if change is not None:
                     self.prescribed_change[axis] = np.where(fixed, 2 * change[axis] / driven[axis], 0.0)
-                    self.load_term -= tangent[:, axis] * self.prescribed_change[axis]
+                    self.load_term -= by_path[:, axis] * self.prescribed_change[axis]
                 loose = 0.0 if fixed is True else np.where(fixed, 0.0, matrix[axis, axis])
                 matrix[:, axis] = np.where(fixed, 0.0, matrix[:, axis])
                 matrix[axis, axis] = np.where(fixed, -stretch[axis], loose)
@@ -247,6 +327,10 @@ class Arrowhead:
             stress = stress_of(points.law, self.symmetry, log_squared[:, None] - state[:border].reshape(shape))
             right = self.flow.rate(stress)
             right += history[:border].reshape(shape)
+        if self.fading is not None:
+            right -= self.fading[stage]
+            if self.bent is not None and gamma_i:
+                right += gamma_i * self.bent
         carried = self.springs.carried(right)
         carried -= stress
         residual = np.einsum("nm,cnm->cm", points.modulus, carried)
@@ -262,8 +346,9 @@ class Arrowhead:
         assert out.flags.c_contiguous  # otherwise `reshape` copies, and the increments of the springs are lost
         internal = out[:border].reshape(shape)
         self.springs.solve(right, out=internal)
-        if self.free or follows:
-            internal += self._followed(self._change_of_stretch(out[-axes:], gamma_i))
+        if self.free or (follows and self.lifted is None):
+            change = self._change_of_stretch(out[-axes:], gamma_i)
+            internal += self._followed(change) if self.lifted is None else self._followed(change) * (1 - self.lifted)
         return out
 
     def _followed(self, change_of_stretch: Floats) -> Floats:

@@ -81,9 +81,7 @@ class Contact:
         # a step that ends at a zero does so to the tolerance of a stress of zero; other falls are sure beyond that of the stretch
         least = np.where(landing, max(self.rtol * FLOOR, ROUNDING), self.rtol)
         share = np.where(landing & (np.abs(last) <= least), 1.0, np.inf)
-        # the dense output of a taut specimen leaves its chord by a quarter of the sum of its coefficients at most
-        bulge = np.abs(np.einsum("is,sk->ik", stride.method.dense, stride.increments[:, row][:, 0])).sum(axis=0)
-        lowest = np.minimum(first - zero, last) - 0.25 * bulge * FLOOR / system.points.stress_floor
+        lowest = np.minimum(first - zero, last) - stride.bulge(row)[0] * FLOOR / system.points.stress_floor
         near = where(np.logical_and(stride.accepted, np.logical_or(system.slack, lowest < 0)))
         if not near.size:
             return share

@@ -8,7 +8,7 @@ output, to record it or to stop cases at an event.
 
 from collections.abc import Callable
 from contextvars import ContextVar
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import IntEnum
 from functools import partial
 from typing import Any, Protocol
@@ -16,6 +16,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from dielast.numerics.arrays import Cases, Flags, Floats, paired
+from dielast.numerics.response import Fading, Response, Responsive
 from dielast.numerics.rosenbrock import RODAS5P, Rosenbrock
 from dielast.numerics.stride import Observer, PoolColumns, Spans, System, TriedStep, Turns, advance
 
@@ -146,6 +147,8 @@ class Stepper:
         self.at = PoolColumns.start(np.zeros(0, dtype=np.intp), np.zeros(0), np.zeros(0))
         self.active = np.zeros(0, dtype=bool)
         self.state = self.result.state[:, :0]
+        self.fading: Fading | None = None
+        self.response: Response | None = None
 
     def __getstate__(self) -> dict[str, Any]:
         return {**vars(self), "observe": None}
@@ -181,6 +184,8 @@ class Stepper:
         new_columns = PoolColumns.start(starting, self.durations[starting], self.longest_steps[starting])
         at = PoolColumns.joined([self.at.take(keep), new_columns])
         state = np.concatenate((self.state[:, keep], self.result.state[:, starting]), axis=1)
+        if self.fading is not None:  # of the new columns, any that are kept until they open
+            self.fading = self.fading.take(np.concatenate((keep, np.zeros_like(starting))))
         system: Any = self.system_of_all.take(at.cases)
         if self.turns is not None:
             system = self.turns.present(system, at.cases)
@@ -188,10 +193,12 @@ class Stepper:
             system, at.duration = self._entered(system, np.arange(at.cases.size), at.cases, at.span)
         if count:
             new = np.arange(keep.size, at.cases.size)
+            self._respond(system, state, at, new)
             at.next_step[new] = self._opening(system, state, at, new, self.first_steps[starting])
         if at.cases.size == 1:
             pair = paired(np.zeros(1, dtype=np.intp))
             at, state, system = at.take(pair), state[:, pair], system.take(pair)
+            self.fading = None if self.fading is None else self.fading.take(pair)
         self.at, self.state, self.system = at, np.ascontiguousarray(state), system
         self.active = np.ones(at.cases.size, dtype=bool)
         self.increments = np.empty((self.method.stages, *state.shape))
@@ -225,8 +232,30 @@ class Stepper:
             single_case, at_kink = at.cases.size == 2 and at.cases[0] == at.cases[1], kinks
             kinks = kinks[:1] if single_case else kinks
             proposed = np.where(self.result.next_step > 0, self.result.next_step, self.durations)[at.cases[kinks]]
+            self._respond(self.system, self.state, at, at_kink)
             at.next_step[at_kink] = self._opening(self.system, self.state, at, kinks, proposed)
             at.last_step[at_kink] = at.last_error[at_kink] = 0.0
+
+    def _respond(self, system: System, state: Floats, at: PoolColumns, columns: Cases) -> None:
+        """Find what fades in columns (k,) after the start or a kink, if it is known."""
+        if not isinstance(system, Responsive):
+            return
+        pair, count = paired(columns), columns.size
+        fading = system.take(pair).fading(at.time[pair], np.take(state, pair, axis=1), (at.duration - at.time)[pair])
+        if fading is None or count == at.cases.size:
+            self.fading = None if fading is None else fading.take(np.arange(count))
+        elif self.fading is not None:
+            self.fading = self.fading.put(columns, fading.take(np.arange(count)))
+
+    def _first_increment(self, system: Any, time: Floats, state: Floats, step: Floats, columns: Cases) -> Floats:
+        """The increment (rows, k) of the first stage of a `step` (k,) of columns (k,), but for what fades as is known."""
+        gamma, shape, start = self.method.gamma, state.shape, time[None]
+        if self.fading is None:
+            equations = system.linearise(start, state, step, gamma)
+        else:
+            fading = self.fading.take(columns)
+            equations = system.linearise(start, state, step, gamma, fading.rate - fading.beyond)
+        return np.asarray(equations.increment(0, state, None, gamma, np.empty(shape)))
 
     def _opening(self, system: System, state: Floats, at: PoolColumns, columns: Cases, proposed: Floats) -> Floats:
         """The first step (k,) of columns (k,) after the start or a kink, at most `proposed` (k,) where that is not 0."""
@@ -239,19 +268,18 @@ class Stepper:
         undecided = np.flatnonzero(step <= 0)
         if undecided.size:
             pair = paired(columns[undecided])
-            first = self._first_step(system.take(pair), np.take(state, pair, axis=1), left[pair], at.time[pair])
+            first = self._first_step(system.take(pair), np.take(state, pair, axis=1), left[pair], at.time[pair], pair)
             step[undecided] = first[: undecided.size]
         return step
 
-    def _first_step(self, system: System, state: Floats, duration: Floats, time: Floats) -> Floats:
+    def _first_step(self, system: System, state: Floats, duration: Floats, time: Floats, columns: Cases) -> Floats:
         """A step in which the initial rates change the state by `FIRST_MOVE` tolerances.
 
         A longer first step would hide any stiffer transient: neither its error estimate nor its dense output would show it.
         """
         probe = 1e-18 * duration
-        gamma = self.method.gamma
-        increment = system.linearise(time[None], state, probe, gamma).increment(0, state, None, gamma, np.empty(state.shape))
-        rate = system.error(state, increment) / (gamma * probe)
+        increment = self._first_increment(system, time, state, probe, columns)
+        rate = system.error(state, increment) / (self.method.gamma * probe)
         step = FIRST_MOVE * self.rtol / rate
         return np.where(step > 0, np.minimum(step, duration), 1e-6 * duration)
 
@@ -262,14 +290,13 @@ class Stepper:
         tolerance from the slope over a step ten times as long, a transient decays in between.
         """
         many = np.repeat(columns, PROBED.size + 1)
-        system, state, start = system.take(many), np.take(state, many, axis=1), time[None, many]
+        system, state = system.take(many), np.take(state, many, axis=1)
         steps = (proposed[:, None] * np.append(PROBED, 1e-18)).ravel()
-        gamma = self.method.gamma
-        change = system.linearise(start, state, steps, gamma).increment(0, state, None, gamma, np.empty(state.shape))
+        change = self._first_increment(system, time[many], state, steps, many)
         change = change.reshape(state.shape[0], columns.size, -1)
         change = change - change[..., -1:]  # less the correction towards a consistent state
         change[..., 1:] -= 0.1 * change[..., :-1]
-        error = system.error(state, change.reshape(state.shape) / gamma).reshape(columns.size, -1)
+        error = system.error(state, change.reshape(state.shape) / self.method.gamma).reshape(columns.size, -1)
         transient = ~(error[:, 1:-1] <= FIRST_MOVE * self.rtol)
         finest = np.where(transient.any(axis=1), PROBED.size - 1 - np.argmax(transient[:, ::-1], axis=1), 0)
         return np.where(finest < PROBED.size - 1, proposed * PROBED[np.maximum(finest - 1, 0)], 0.0)
@@ -282,7 +309,8 @@ class Stepper:
         step = np.where(step >= 0.99 * left, left, np.minimum(step, 0.5 * left))
         if self.turns is not None:
             step = np.where(at.landing, np.minimum(at.next_step, left), step)
-        after = advance(self.system, self.method, at.time, self.state, step, self.increments)
+        fading = None if self.fading is None else self.fading.rate
+        after, self.response = advance(self.system, self.method, at.time, self.state, step, self.increments, fading)
         error = self.system.error(after, self.increments[-1], partial(self.method.inner_error, self.increments)) / self.rtol
         error = np.maximum(error, 1e-6)  # NaN, as the comparisons and `fmax` below need it, where the step is not finite
         accepted = (error <= 1) & self.active
@@ -321,6 +349,9 @@ class Stepper:
             now = tuple(np.where(accepted, new, old) for new, old in zip(now, before, strict=True))
         self.state, at.time, at.rounding, at.last_step, at.last_error = now
         at.next_step = following
+        if self.fading is not None and self.response is not None:
+            faded = self.fading.rate * np.exp(-self.response.decay * step)
+            self.fading = replace(self.fading, rate=np.where(accepted, faded, self.fading.rate))
         if share is not None and np.isfinite(share).any():
             self._turn(share, step)
         self._settle(accepted, finished, last, stop)
@@ -329,7 +360,8 @@ class Stepper:
         """The step that was tried."""
         at = self.at
         tried = at.cases, accepted, at.time, step, until, self.state, after, self.increments
-        return TriedStep(self.system, self.method, *tried, at.span, at.begin, at.duration, elapsed)
+        place, fading = (at.span, at.begin, at.duration, elapsed), None if self.fading is None else self.fading.rate
+        return TriedStep(self.system, self.method, *tried, *place, self.response, fading)
 
     def _turn(self, share: Floats, step: Floats) -> None:
         """Let columns whose equations change within the step end it there, and change those at whose start or end they do.
@@ -345,6 +377,7 @@ class Stepper:
             place = columns, at.cases[columns], (at.begin + at.time)[columns], at.time[columns]
             self.state = np.array(self.state)
             self.system = self.turns.turn(self.system, *place, self.state)
+            self._respond(self.system, self.state, at, columns)
             at.next_step[columns] = self._opening(self.system, self.state, at, columns, step[columns])
             at.last_step[columns] = at.last_error[columns] = 0.0
 

@@ -11,6 +11,7 @@ from typing import Any, Protocol, Self
 import numpy as np
 
 from dielast.numerics.arrays import ByCase, Cases, Flags, Floats, paired, where
+from dielast.numerics.response import Response
 from dielast.numerics.rosenbrock import Rosenbrock
 
 Inner = Callable[[int], Floats]
@@ -115,12 +116,20 @@ class PoolColumns(ByCase):
         return cls(cases, span, *now, last_step, last_error, steps, rejected, tries, milestone, np.zeros(cases.size, dtype=bool))
 
 
-def advance(system: System, method: Rosenbrock, time: Floats, state: Floats, step: Floats, increments: Floats) -> Floats:
-    """States (rows, pool) at the end of a `step` (pool,) in s from `state` (rows, pool) at `time` (pool,).
+def advance(
+    system: Any, method: Rosenbrock, time: Floats, state: Floats, step: Floats, increments: Floats, fading: Floats | None = None
+) -> tuple[Floats, Response | None]:
+    """States (rows, pool) at the end of a `step` (pool,) in s from `state` (rows, pool) at `time` (pool,), and the part of the step
+    that is known in closed form, if there is a rate that is `fading` (m, n, pool).
 
-    Writes the increments u_i of all stages to `increments` (stages, rows, pool).
+    Writes the increments u_i of all stages to `increments` (stages, rows, pool), those of the rest of the step.
     """
-    equations = system.linearise(time + method.alpha[:, None] * step, state, step, method.gamma)
+    times = time + method.alpha[:, None] * step
+    if fading is None:
+        equations, response, known = system.linearise(times, state, step, method.gamma), None, None
+    else:
+        equations = system.linearise(times, state, step, method.gamma, fading)
+        response, known = equations.response, equations.known
     equations.increment(0, state, None, method.gamma_i[0], increments[0])
     stage = state
     for i in range(1, method.stages):
@@ -130,8 +139,9 @@ def advance(system: System, method: Rosenbrock, time: Floats, state: Floats, ste
         else:
             stage, history = np.einsum("bs,srm->brm", method.ac[i], increments[:i])
             stage += state
-        equations.increment(i, stage, history, method.gamma_i[i], increments[i])
-    return np.asarray(stage + increments[-1])
+        equations.increment(i, stage if known is None else stage + known[i], history, method.gamma_i[i], increments[i])
+    after = np.asarray(stage + increments[-1])
+    return after if known is None else np.asarray(after + known[-1]), response
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -141,8 +151,8 @@ class TriedStep:
     `cases` are the indices of the cases, `accepted` marks the accepted steps. A step of `step` s starts `time` s after its `span`
     began; the span began `begin` s after the integration and lasts `duration` s. The step ends `until` s after its span began
     (exactly `duration` in the last step of a span), and `elapsed` s after the integration began (exactly the total duration in the
-    last step of a case). `before` and `after` (rows, pool) are states, `increments` is (stages, rows, pool). A case may occupy two
-    columns, which are then equal.
+    last step of a case). `before` and `after` (rows, pool) are states, `increments` is (stages, rows, pool), without the `response`
+    that is known in closed form. A case may occupy two columns, which are then equal.
     """
 
     system: System
@@ -159,6 +169,9 @@ class TriedStep:
     begin: Floats
     duration: Floats
     elapsed: Floats
+    response: Response | None = None
+    fading: Floats | None = None
+    """The rate (m, n, pool) that fades at the beginning of the step."""
     _of_border: list[DenseSteps] = field(default_factory=list, repr=False)
 
     def of_border(self, border: int) -> DenseSteps:
@@ -174,12 +187,24 @@ class TriedStep:
         k1, k2, k3 = np.einsum("is,srk->irk", self.method.dense, self.increments[:, rows, columns])
         remaining = 1 - fraction
         inner = self.after[rows, columns] + remaining * (k1 + fraction * (k2 + fraction * k3))
-        return np.asarray(remaining * self.before[rows, columns] + fraction * inner)
+        state = np.asarray(remaining * self.before[rows, columns] + fraction * inner)
+        if self.response is None:
+            return state
+        response = self.response.rows(rows).take(columns)
+        return state + response.at(fraction * self.step[columns]) - fraction * response.end
+
+    def bulge(self, rows: slice) -> Floats:
+        """A bound (rows, pool) of how far the dense output of these rows leaves its chord."""
+        coefficients = np.einsum("is,srk->irk", self.method.dense, self.increments[:, rows])
+        bulge: Floats = 0.25 * np.abs(coefficients).sum(axis=0)
+        return bulge if self.response is None else bulge + self.response.rows(rows).bulge(self.step)
 
     def halfway(self) -> Floats:
         """States (rows, pool) in the middle of the steps."""
         state = np.einsum("s,srk->rk", self.method.middle, self.increments)
         state += 0.5 * (self.before + self.after)
+        if self.response is not None:
+            state += self.response.at(0.5 * self.step) - 0.5 * self.response.end
         return np.asarray(state)
 
 
@@ -189,31 +214,42 @@ Observer = Callable[[TriedStep], Flags | None]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class DenseSteps(ByCase):
-    """Stored dense output of columns (k,) of strides: polynomials in the fraction of the step, `coefficients` (5, rows, k)."""
+    """Stored dense output of columns (k,) of strides: polynomials in the fraction of the step, `coefficients` (5, rows, k), and a
+    `response` known in closed form. Steps of all rows have what is `fading` at their beginning, to be repeated.
+    """
 
     method: Rosenbrock
     cases: Cases
     time: Floats
     step: Floats
     coefficients: Floats
+    response: Response | None = None
+    fading: Floats | None = None
 
     @classmethod
     def of(cls, stride: TriedStep, rows: slice, columns: Cases) -> DenseSteps:
         """The dense output of these rows and columns (k,) of a stride."""
         inner = np.einsum("is,srk->irk", stride.method.dense, stride.increments[:, rows, paired(columns)])[:, :, : columns.size]
         ends = np.stack((stride.before[rows, columns], stride.after[rows, columns]))
-        coefficients = np.concatenate((ends, inner))
-        return cls(stride.method, stride.cases[columns], stride.time[columns], stride.step[columns], coefficients)
+        coefficients, step = np.concatenate((ends, inner)), stride.step[columns]
+        response = fading = None
+        if stride.response is not None and stride.fading is not None:
+            response = stride.response.rows(rows).take(columns)
+            coefficients[1] -= response.end
+            fading = stride.fading.take(columns, axis=-1) if rows == slice(None) else None
+        return cls(stride.method, stride.cases[columns], stride.time[columns], step, coefficients, response, fading)
 
     def rows(self, rows: slice) -> DenseSteps:
         """The selected rows."""
-        return replace(self, coefficients=self.coefficients[:, rows])
+        response = None if self.response is None else self.response.rows(rows)
+        return replace(self, coefficients=self.coefficients[:, rows], response=response, fading=None)
 
     def state(self, fraction: Floats) -> Floats:
         """States (rows, k) at fractions (k,) of the steps."""
         before, after, k1, k2, k3 = self.coefficients
         remaining = 1 - fraction
-        return np.asarray(remaining * before + fraction * (after + remaining * (k1 + fraction * (k2 + fraction * k3))))
+        state = np.asarray(remaining * before + fraction * (after + remaining * (k1 + fraction * (k2 + fraction * k3))))
+        return state if self.response is None else state + self.response.at(fraction * self.step)
 
     def repeated(self, system: System, fraction: Floats) -> Floats:
         """States (rows, k) at fractions (k,) of the steps, by new steps that end there: as accurate as any step.
@@ -222,10 +258,11 @@ class DenseSteps(ByCase):
         """
         before = np.ascontiguousarray(self.coefficients[0])
         increments = np.empty((self.method.stages, *before.shape))
-        return advance(system, self.method, self.time, before, fraction * self.step, increments)
+        return advance(system, self.method, self.time, before, fraction * self.step, increments, self.fading)[0]
 
     def rate(self, fraction: Floats) -> Floats:
         """Rates of the states (rows, k) in 1/s at fractions (k,) of the steps."""
         before, after, k1, k2, k3 = self.coefficients
         bulge = (1 - 2 * fraction) * (k1 + fraction * (k2 + fraction * k3)) + fraction * (1 - fraction) * (k2 + 2 * fraction * k3)
-        return np.asarray((after - before + bulge) / self.step)
+        rate = np.asarray((after - before + bulge) / self.step)
+        return rate if self.response is None else rate + self.response.slope(fraction * self.step)
