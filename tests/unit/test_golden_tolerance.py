@@ -40,6 +40,17 @@ def test_the_same_is_the_same_and_each_moved_cell_is_named(tmp_path: Path) -> No
     ]
 
 
+def test_a_strain_is_compared_as_a_stretch(tmp_path: Path) -> None:
+    folder = golden(tmp_path / "golden")
+    of_strain = {
+        name: content.replace(b"stress [Pa]", b"area_strain [1]").replace(b"100", b"2e-9") for name, content in moved().items()
+    }
+    (folder / "relax.csv").write_bytes(of_strain["relax.csv"])
+    assert differences({**of_strain, "relax.csv": of_strain["relax.csv"].replace(b"2e-9", b"-9e-7")}, folder, 1e-6) == []
+    assert len(differences({**of_strain, "relax.csv": of_strain["relax.csv"].replace(b"2e-9", b"2e-6")}, folder, 1e-6)) == 1
+    assert len(differences({**of_strain, "relax.csv": of_strain["relax.csv"].replace(b"2e-9", b"3e-9")}, folder, 0.0)) == 1
+
+
 @pytest.mark.parametrize("sign", ["-", ""])
 def test_a_flipped_sign_a_lost_row_and_swapped_columns_differ(tmp_path: Path, sign: str) -> None:
     folder = golden(tmp_path / "golden")
