@@ -16,18 +16,20 @@ Kind = TypeVar("Kind", bound=Law)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LawsOfCases(ByCase, Generic[Kind]):
-    """The laws of cases: case k has row `place[k]` of the law `laws[number[k]]`; -1 is no law. Both arrays are (cases,).
-
-    The constants of a law must be numbers, and the law must also take arrays (k,) of them.
+    """The laws of cases: case k has the law `laws[number[k]]`; -1 is no law. Where there is a `place`, the constants of a law are
+    arrays, and the case has their row `place[k]`. Both arrays are (cases,).
     """
 
     laws: tuple[Kind, ...]
     number: Index
-    place: Index
+    place: Index | None = None
 
     @classmethod
     def of(cls, stated: Sequence[Kind | None], cases: int) -> LawsOfCases[Kind]:
-        """From one law for all cases, or one for each case; None is no law."""
+        """From one law for all cases, or one for each case; None is no law. All laws of a class become one.
+
+        The constants of a law must be numbers, and the law must also take arrays (k,) of them.
+        """
         classes: dict[type[Any], dict[int, tuple[int, Kind]]] = {}
         number, place = np.full((2, len(stated)), -1, dtype=np.intp)
         for index, law in enumerate(stated):
@@ -38,6 +40,16 @@ class LawsOfCases(ByCase, Generic[Kind]):
         laws = tuple(_stacked([law for _, law in alike.values()]) for alike in classes.values())
         width = (cases,) if len(stated) == 1 else number.shape
         return cls(laws, np.broadcast_to(number, width), np.broadcast_to(place, width))
+
+    @classmethod
+    def apart(cls, stated: Sequence[Kind], cases: int) -> LawsOfCases[Kind]:
+        """From one law for all cases, or one for each case, whatever their constants are; only equal laws become one."""
+        different = tuple(dict.fromkeys(stated))
+        return cls(different, np.broadcast_to(np.array([different.index(law) for law in stated]), (cases,)))
+
+    def take(self, cases: Index) -> Self:
+        """The selected cases (k,)."""
+        return self if self.place is None and len(self.laws) < 2 else ByCase.take(self, cases)
 
     def __bool__(self) -> bool:
         return bool(self.laws)
@@ -56,7 +68,11 @@ class LawsOfCases(ByCase, Generic[Kind]):
         number = self.number[cases]
         for index, law in enumerate(self.laws):
             columns = np.flatnonzero(number == index)
-            if columns.size:
+            if not columns.size:
+                continue
+            if self.place is None:
+                yield law, columns
+            else:
                 place = self.place[cases[columns]]
                 yield law.with_values({name: value[place] for name, value in law.values().items() if value is not None}), columns
 
@@ -111,40 +127,23 @@ NO_STRETCH = DielectricLaw()
 """Stands for all laws of permittivities that do not depend on stretch."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class StretchedDielectrics(ByCase):
-    """How permittivities depend on stretch: the `laws`, and the index `which` (cases,) of the law of each case."""
-
-    laws: tuple[DielectricLaw, ...]
-    which: Index
-
-    @classmethod
-    def of(cls, laws: Sequence[DielectricLaw], cases: int) -> Self:
-        """The dielectrics of cases, from one law for each case or one for all."""
-        stretched = [law if law.depends_on_stretch else NO_STRETCH for law in laws]
-        different = tuple(dict.fromkeys(stretched))
-        return cls(different, np.broadcast_to(np.array([different.index(law) for law in stretched]), (cases,)))
-
-    @property
-    def absent(self) -> bool:
-        """Whether no permittivity depends on stretch."""
-        return self.laws == (NO_STRETCH,)
-
-    def take(self, cases: Index) -> Self:
-        """The selected cases (k,)."""
-        return self if len(self.laws) == 1 else ByCase.take(self, cases)
-
-    def log_ratio(self, log_squared_stretch: Floats) -> LogRatio:
-        """`DielectricLaw.log_ratio` of the laws of the cases, at Lambda (2, cases)."""
-        if len(self.laws) == 1:
-            return self.laws[0].log_ratio(log_squared_stretch)
-        cases = self.which.size
-        value, slope, bend = np.empty(cases), np.empty((2, cases)), np.empty((3, cases))
-        for number, law in enumerate(self.laws):
-            here = self.which == number
-            value[here], slope[:, here], bend[:, here] = law.log_ratio(log_squared_stretch[:, here])
-        return value, slope, bend
+UNSTRETCHED: LawsOfCases[DielectricLaw] = LawsOfCases((), np.zeros(0, dtype=np.intp))
+"""The dependence on stretch of any number of permittivities that have none."""
 
 
-UNSTRETCHED = StretchedDielectrics((NO_STRETCH,), np.zeros(0, dtype=np.intp))
-"""The dielectrics of any number of cases whose permittivities do not depend on stretch."""
+def stretched(laws: Sequence[DielectricLaw], cases: int) -> LawsOfCases[DielectricLaw]:
+    """How the permittivities of cases depend on stretch, from one law for each case or one for all."""
+    if not any(law.depends_on_stretch for law in laws):
+        return UNSTRETCHED
+    return LawsOfCases.apart([law if law.depends_on_stretch else NO_STRETCH for law in laws], cases)
+
+
+def log_ratio(laws: LawsOfCases[DielectricLaw], log_squared_stretch: Floats) -> LogRatio:
+    """`DielectricLaw.log_ratio` of the `stretched` laws of the cases, at Lambda (2, cases)."""
+    if len(laws.laws) < 2:
+        return next(iter(laws.laws), NO_STRETCH).log_ratio(log_squared_stretch)
+    cases = log_squared_stretch.shape[1]
+    value, slope, bend = np.empty(cases), np.empty((2, cases)), np.empty((3, cases))
+    for law, here in laws.parts(np.arange(cases)):
+        value[here], slope[:, here], bend[:, here] = law.log_ratio(log_squared_stretch[:, here])
+    return value, slope, bend

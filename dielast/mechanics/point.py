@@ -248,7 +248,7 @@ class Arrowhead:
 
     def _known_maxwell_stress(self) -> Floats | None:
         """The Maxwell stress (stages, 1, cases) in Pa at the prescribed stretches, None where it needs the state."""
-        if not self.points.stretching.absent:
+        if self.points.stretching:
             return None
         log_area = self.held_log_squared[:, 0] + self.held_log_squared[:, -1]
         return self.points.electric.stress(self.points.permittivity, log_area, self.driven[:, ELECTRIC])[:, None]

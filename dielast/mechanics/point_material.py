@@ -14,7 +14,7 @@ import numpy as np
 
 from dielast.base.errors import InputError
 from dielast.material.law import DielectricLaw
-from dielast.material.laws_of_cases import UNSTRETCHED, StretchedDielectrics
+from dielast.material.laws_of_cases import UNSTRETCHED, LawsOfCases, log_ratio, stretched
 from dielast.material.material import Material, materials_of
 from dielast.material.springs import SpringLaw, gathered
 from dielast.mechanics.cases import of_case
@@ -67,7 +67,7 @@ class PointMaterial(ByCase):
     permittivity: Floats
     stress_floor: Floats
     electric: ElectricalLoad = FIELD
-    stretching: StretchedDielectrics = UNSTRETCHED
+    stretching: LawsOfCases[DielectricLaw] = UNSTRETCHED
     circuit: FilmCircuit | None = None
     edges: EdgeSprings | None = None
 
@@ -103,7 +103,7 @@ class PointMaterial(ByCase):
             laws.append((member.equilibrium_law, member.nonequilibrium_law))
         floor = FLOOR * modulus[0] + ROUNDING / rtol * modulus.sum(axis=0)
         complete = len(dielectrics) == len(materials)
-        stretching = StretchedDielectrics.of(dielectrics, width) if complete else UNSTRETCHED
+        stretching = stretched(dielectrics, width) if complete else UNSTRETCHED
         flow = Flow.of(flow_laws([member.flow for member in materials], width), fluidity, modulus)
         return cls(modulus, flow, gathered(laws, modulus > 0), permittivity, floor, stretching=stretching)
 
@@ -134,9 +134,9 @@ class PointMaterial(ByCase):
 
     def permittivity_at(self, log_squared_stretch: Floats) -> Floats:
         """eps (cases,) in F/m at Lambda (2, cases)."""
-        if self.stretching.absent:
+        if not self.stretching:
             return self.permittivity
-        return np.asarray(self.permittivity * np.exp(self.stretching.log_ratio(log_squared_stretch)[0]))
+        return np.asarray(self.permittivity * np.exp(log_ratio(self.stretching, log_squared_stretch)[0]))
 
     def nominal(self, log_squared_stretch: Floats, acting: Floats) -> tuple[Floats, Floats]:
         """The nominal field in V/m and the nominal charge density in C/m^2 (cases,) at Lambda (2, cases); `acting` (cases,) is that
@@ -162,7 +162,7 @@ class PointMaterial(ByCase):
         (cases,); one row (1, cases) stands for two equal ones.
         """
         log_area = log_squared_stretch[0] + log_squared_stretch[-1]
-        if self.stretching.absent:  # in most films: this is evaluated in every stage of a step
+        if not self.stretching:  # in most films: this is evaluated in every stage of a step
             return self.electric.stress(self.permittivity, log_area, electrical)[None]
         permittivity, share = self.capacitance(in_both_axes(log_squared_stretch))
         return np.asarray(self.electric.stress(permittivity, log_area, electrical) * share[: len(log_squared_stretch)])
@@ -172,12 +172,12 @@ class PointMaterial(ByCase):
         electrical quantity; one axis stands for two equal ones, and the derivative is in both together.
         """
         one, log_area = len(log_squared_stretch) == 1, log_squared_stretch[0] + log_squared_stretch[-1]
-        if self.stretching.absent:
+        if not self.stretching:
             stress, by_area, by_load = self.electric.linearised(self.permittivity, log_area, electrical)
             if one:
                 return stress[None], 2 * by_area[None, None], by_load[None]
             return np.array((stress, stress)), np.array(((by_area, by_area),) * 2), np.array((by_load, by_load))
-        ratio, slope, bend = self.stretching.log_ratio(in_both_axes(log_squared_stretch))
+        ratio, slope, bend = log_ratio(self.stretching, in_both_axes(log_squared_stretch))
         stress, by_area, by_load = self.electric.linearised(self.permittivity * np.exp(ratio), log_area, electrical)
         share = 1 + slope
         by_stretch = by_area * (share[:, None] * share) + stress * bend[SYMMETRIC]
@@ -187,7 +187,7 @@ class PointMaterial(ByCase):
 
     def capacitance(self, log_squared_stretch: Floats) -> tuple[Floats, Floats]:
         """eps (cases,) in F/m at Lambda (2, cases), and the derivatives (2, cases) in Lambda of ln(eps lambda_1^2 lambda_2^2)."""
-        ratio, slope, _ = self.stretching.log_ratio(log_squared_stretch)
+        ratio, slope, _ = log_ratio(self.stretching, log_squared_stretch)
         return np.asarray(self.permittivity * np.exp(ratio)), 1 + slope
 
     def watched_maxwell_tangent(self, log_squared_stretch: Floats, electrical: Floats, watched: Floats | None) -> Floats:

@@ -18,6 +18,7 @@ import numpy as np
 
 from dielast.io.result import TabularResult
 from dielast.io.table import Table, case_table
+from dielast.material.laws_of_cases import log_ratio
 from dielast.material.leakage import Leakage
 from dielast.mechanics.equations import Films, films_of
 from dielast.mechanics.passive.framed import FramedFilms
@@ -235,7 +236,7 @@ class CycleMeter:
         measured = self._measured(log_squared, nominal, wide.cases).reshape(places, count)
         sent: Floats | None = None
         if self.leakage is None:
-            ratio = self.points.stretching.take(wide.cases).log_ratio(log_squared)[0]
+            ratio = log_ratio(self.points.stretching.take(wide.cases), log_squared)[0]
             permittivity = self.points.permittivity[wide.cases] * np.exp(ratio)
             charge = permittivity * np.square(stretch[0] * stretch[1]) * value[2]
             power, boundary_term = -charge * slope[2], charge * value[2]

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from dielast.material.laws_of_cases import log_ratio
 from dielast.mechanics.point_material import PointMaterial
 from dielast.numerics.arrays import Floats
 from dielast.simulate.record import Record
@@ -126,8 +127,8 @@ class SolvedFilms:
         cases, rows = self.record.time.shape
         log_squared, every = self.record.values[:2].reshape(2, -1), np.repeat(np.arange(cases), rows)
         permittivity = self.points.permittivity[every]
-        if not self.points.stretching.absent:
-            permittivity = permittivity * np.exp(self.points.stretching.take(every).log_ratio(log_squared)[0])
+        if self.points.stretching:
+            permittivity = permittivity * np.exp(log_ratio(self.points.stretching.take(every), log_squared)[0])
         capacity = (permittivity * np.exp(log_squared[0] + log_squared[1])).reshape(cases, rows)
         return np.asarray(capacity / self.thickness[:, None])
 

@@ -57,18 +57,18 @@ def harvested(mode: str, high: float, low: float) -> float:
 
 @pytest.mark.parametrize("mode", ["equibiaxial", "uniaxial", "pure-shear"])
 def test_a_cycle_of_an_ideal_generator(mode: str) -> None:
-    history = run(generator(3.0, 2.0, 1.5), mode=mode, repeat=Repeat(3), rtol=1e-10)
+    history = run(generator(3.0, 2.0, 1.5), mode=mode, repeat=Repeat(2), rtol=1e-10)
     cycles, wanted = history.cycles, harvested(mode, 3.0, 2.0)
     assert cycles.electrical_energy[0] == pytest.approx(-wanted, rel=1e-9)
     assert cycles.energy_per_mass[0] == pytest.approx(wanted / DENSITY, rel=1e-9)
     assert cycles.mechanical_work[0, 1:] == pytest.approx(wanted, rel=1e-9)
     assert cycles.efficiency[0, 1:] == pytest.approx(1.0, rel=1e-9)
-    assert history.electrical_energy[0, -1] == pytest.approx(-3 * wanted, rel=1e-9)
+    assert history.electrical_energy[0, -1] == pytest.approx(-2 * wanted, rel=1e-9)
     assert history.stored_energy[0, -1] == pytest.approx(
         history.mechanical_work[0, -1] + history.electrical_energy[0, -1], rel=1e-9
     )
-    assert np.abs(history.dissipated_energy).max() < 1e-9 * 3 * wanted
-    assert cycles.lowest[0].tolist() == pytest.approx([1.0, 1.5, 1.5], rel=1e-9)
+    assert np.abs(history.dissipated_energy).max() < 1e-9 * 2 * wanted
+    assert cycles.lowest[0].tolist() == pytest.approx([1.0, 1.5], rel=1e-9)
 
 
 def test_a_film_that_shrinks_in_an_open_circuit() -> None:
@@ -176,7 +176,7 @@ def test_energy_is_conserved_over_cycles_with_all_losses(monkeypatch: pytest.Mon
         FilmStep(voltage=0.0, duration=0.2),
     ]
     losses = {"leakage": Leakage(2e-13, 3e7), "resistance": 2e7, "electrode_area": AREA}
-    cycles = 10
+    cycles = 6
     history = run(steps, material, repeat=Repeat(cycles), times=[1.4 * cycles], rtol=1e-8, **losses)
     row = {name.split(" ")[0]: values[0, -1] for name, values in history.values.items()}
     given = abs(row["electrical_energy"]) + row["mechanical_work"]

@@ -66,7 +66,7 @@ def test_many_branches_are_smooth_where_tests_do_not_tell_them_apart() -> None:
     truth = Material("t", 2e4, Spectrum(times, [1e4, 1.5e4, 2e4, 2.5e4, 3e4]), NoShift(20.0), Gent(100.0), Gent(50.0))
     at = np.linspace(0.0, 20.0, 41)[1:]
     stretch = np.interp(at, [0.0, 10.0, 20.0], [1.0, 2.0, 1.1])
-    blank = MeasuredTest("cycle", at, stretch, np.ones(40), 20.0)
+    blank = MeasuredTest("cycle", at, stretch, np.ones(40), 20.0, slack="pushes")
     clean = Laboratory([blank]).answers([truth])[0][0]
     ragged = clean * (1 + 0.01 * np.random.default_rng(2).standard_normal(40))
     start = replace(truth, spectrum=Spectrum(times, np.full(5, 1e4)))
@@ -86,7 +86,7 @@ def test_many_branches_are_smooth_where_tests_do_not_tell_them_apart() -> None:
 
 
 def replace_stress(test: MeasuredTest, stress: np.ndarray) -> MeasuredTest:
-    return MeasuredTest(test.name, test.time, test.stretch, stress, test.temperature)
+    return MeasuredTest(test.name, test.time, test.stretch, stress, test.temperature, slack=test.slack)
 
 
 def test_beyond_the_tests_is_warned_of(recwarn: pytest.WarningsRecorder) -> None:

@@ -15,7 +15,7 @@ from dielast.material.dielectric import (
     LinearPermittivity,
     PermittivityTable,
 )
-from dielast.material.laws_of_cases import StretchedDielectrics
+from dielast.material.laws_of_cases import log_ratio, stretched
 from dielast.mechanics.load import Step
 from dielast.mechanics.point_material import PointMaterial
 from dielast.mechanics.stability import TimeScale
@@ -70,13 +70,14 @@ def test_cases_of_several_laws_run_side_by_side() -> None:
         LinearPermittivity(4e-11, stretch_coefficient=-0.05),
         LinearPermittivity(4e-11, stretch_coefficient=0.1),
     ]
-    assert len(StretchedDielectrics.of(laws[:1], 3).laws) == 1
-    gathered = StretchedDielectrics.of(laws, 4)
+    assert not stretched(laws[:1], 3)
+    assert len(stretched(laws[1:3], 2).laws) == 1
+    gathered = stretched(laws, 4)
     assert len(gathered.laws) == 3
     log_squared = np.random.default_rng(0).uniform(0, 1, (2, 4))
     order = np.array([3, 1, 1, 0])
     for found, *alone in zip(
-        gathered.take(order).log_ratio(log_squared), *(laws[k].log_ratio(log_squared) for k in order), strict=True
+        log_ratio(gathered.take(order), log_squared), *(laws[k].log_ratio(log_squared) for k in order), strict=True
     ):
         np.testing.assert_array_equal(found, np.stack([values[..., k] for k, values in enumerate(alone)], axis=-1))
     films = [Material("film", 26e3, Spectrum(np.array([10.0]), np.array([5e4])), NoShift(20.0), permittivity=law) for law in laws]
