@@ -16,7 +16,7 @@ from dielast.base.errors import DielastError, DielastWarning, InputError, messag
 from dielast.cli.help import listed
 from dielast.cli.terminal import Bar, leave, working
 from dielast.commands.registry import COMMANDS, others_in, read_cases
-from dielast.io.files import STORE, Inputs, as_text, check_folder, check_targets, depfile, read_file, write_files
+from dielast.io.files import STORE, Content, Inputs, as_text, check_folder, check_targets, depfile, read_file, write_files
 from dielast.io.manifest import SUMMARY
 from dielast.recipe.cases import Case, settings
 from dielast.report.report import RecipeSource, drawn, left_over, summarise, with_warnings, written
@@ -111,7 +111,7 @@ def compute(
     plots: Sequence[str],
     execution: Execution,
     source: RecipeSource | None = None,
-) -> tuple[dict[str, bytes], Mapping[str, Any], Inputs, list[str]]:
+) -> tuple[dict[str, Content], Mapping[str, Any], Inputs, list[str]]:
     """Every file of the result (name -> bytes), its summary with the `source`, the inputs, and the warnings."""
     import tomli_w
 
@@ -160,7 +160,7 @@ def _import_matplotlib() -> None:
             setattr(thing, name, original)
 
 
-def _write(out: Path, files: Mapping[str, bytes], recipe: Path, inputs: Inputs, rule: Path | None) -> None:
+def _write(out: Path, files: Mapping[str, Content], recipe: Path, inputs: Inputs, rule: Path | None) -> None:
     """Write the result into the folder `out`, and the make `rule` if there is to be one; raises `InputError`."""
     results, read = [out / name for name in files], [recipe, *inputs.paths]
     check_targets(results + ([rule] if rule is not None else []), read)
@@ -199,7 +199,7 @@ def _print_note(line: str) -> None:
     print(f"note: {line}", file=sys.stderr)
 
 
-def _compare(files: Mapping[str, bytes], options: Options) -> int:
+def _compare(files: Mapping[str, Content], options: Options) -> int:
     from dielast.report.golden import differences, foreign
 
     assert options.golden is not None

@@ -2,11 +2,13 @@
 
 import contextlib
 import hashlib
+import itertools
 import os
 import re
 import secrets
 import signal
 import stat
+import tempfile
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
@@ -15,6 +17,8 @@ from typing import Any
 from dielast.base.errors import InputError
 from dielast.base.signals import ENDING
 
+IN_MEMORY = 32 << 20  # bytes of a file to be written, at most, that are held in memory
+PIECE = 1 << 20  # bytes that are copied at a time
 LARGEST = 256 << 20  # bytes of an input file: more than ten million rows
 EXAMPLE = "example:"
 EXAMPLES = Path(__file__).parents[1] / "examples"
@@ -60,9 +64,49 @@ class Inputs:
             self.paths.append(path)
 
 
-def sha256(content: bytes) -> str:
+class Spooled:
+    """The content of a file that is too long for the memory, in a temporary file without a name."""
+
+    def __init__(self, pieces: Iterable[bytes]) -> None:
+        """Take all pieces; raises `InputError` if the folder of temporary files is full."""
+        digest = hashlib.sha256()
+        try:
+            self._file = tempfile.TemporaryFile()  # noqa: SIM115, it is closed with this object
+            for piece in pieces:
+                digest.update(piece)
+                self._file.write(piece)
+            self._file.flush()
+        except OSError as error:
+            reason = (error.strerror or str(error)).lower()
+            raise InputError(f"cannot write a temporary file: {reason}", file=tempfile.gettempdir()) from None
+        self.sha256 = digest.hexdigest()
+
+    def __iter__(self) -> Iterator[bytes]:
+        self._file.seek(0)
+        while piece := self._file.read(PIECE):
+            yield piece
+
+    def __bytes__(self) -> bytes:
+        return b"".join(self)
+
+
+Content = bytes | Spooled
+"""The content of a file to be written."""
+
+
+def content_of(pieces: Iterable[bytes]) -> Content:
+    """The content in these pieces, in memory if it is short."""
+    pieces, first = iter(pieces), list[bytes]()
+    while sum(map(len, first)) <= IN_MEMORY:
+        if (piece := next(pieces, None)) is None:
+            return b"".join(first)
+        first.append(piece)
+    return Spooled(itertools.chain(first, pieces))
+
+
+def sha256(content: Content) -> str:
     """The SHA-256 of a file's content, as hexadecimal digits."""
-    return hashlib.sha256(content).hexdigest()
+    return content.sha256 if isinstance(content, Spooled) else hashlib.sha256(content).hexdigest()
 
 
 def resolve(folder: Path, name: str | Path) -> Path:
@@ -171,8 +215,10 @@ def names_a_device(name: str) -> bool:
     return stem in ("CON", "PRN", "AUX", "NUL") or bool(re.fullmatch(r"(COM|LPT)[1-9]", stem))
 
 
-def write_files(folder: Path, contents: Mapping[str, bytes], moved: Callable[[bool], None] = lambda whole: None) -> None:
-    """Write `contents` (name -> bytes) into `folder`, each file whole or not at all.
+def write_files(
+    folder: Path, contents: Mapping[str, bytes | Iterable[bytes]], moved: Callable[[bool], None] = lambda whole: None
+) -> None:
+    """Write `contents` (name -> bytes, or pieces of them) into `folder`, each file whole or not at all.
 
     All files are first written beside their targets, then moved into place together: an older result stays as it was if the disk
     is full, or if another program keeps a target open (Windows). Signals that would end the process are `held` meanwhile. `moved`
@@ -194,7 +240,7 @@ def write_files(folder: Path, contents: Mapping[str, bytes], moved: Callable[[bo
                     part = target.with_name(f".dielast-{secrets.token_hex(16)}.part")
                     parts.append((part, target))
                     with open(part, "xb", opener=_for_all) as file:
-                        file.write(content)
+                        file.writelines([content] if isinstance(content, bytes) else content)
                 for _, target in parts:
                     if target.is_file():
                         _replace(target, target)  # changes nothing; fails if another program keeps the target open

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from dielast.base.errors import InputError, and_more, as_toml
-from dielast.io.files import sha256
+from dielast.io.files import Content, sha256
 
 SUMMARY = "summary.toml"
 LISTED = "outputs"
@@ -20,7 +20,7 @@ CHANGED = "changed"
 FIGURES = ("png", "svg", "pdf")
 
 
-def listing(files: Mapping[str, bytes]) -> list[dict[str, str]]:
+def listing(files: Mapping[str, Content]) -> list[dict[str, str]]:
     """What a summary lists of the files (name -> content) of a result."""
     return [{"file": name, "sha256": sha256(content)} for name, content in files.items()]
 

@@ -3,8 +3,8 @@
 import io
 import math
 import re
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
@@ -28,6 +28,32 @@ _FUNCTION = re.compile(r"(?:\b[Tt][Aa][Nn]\s?\([^()]*\)|(?<!\w)\w['\"]*\((?:[tTf
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class Stacked:
+    """The numbers (n,) of one column of several cases, one below the other, not copied.
+
+    `ends` (cases,) count the rows up to the end of each case.
+    """
+
+    cases: Sequence[Mapping[str, NDArray[np.float64]]]
+    header: str
+    ends: NDArray[np.int64]
+
+    def __len__(self) -> int:
+        return int(self.ends[-1])
+
+    def __getitem__(self, rows: slice) -> NDArray[np.float64]:
+        """The numbers of these rows, as an array."""
+        begin, end, _ = rows.indices(len(self))
+        first, last = np.searchsorted(self.ends, [begin, end - 1], side="right").tolist()
+        before = int(self.ends[first - 1]) if first else 0
+        parts = [case[self.header] for case in self.cases[first : last + 1]]
+        return np.concatenate(parts or [np.empty(0)])[begin - before : end - before]
+
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> NDArray[Any]:
+        return np.asarray(self[:], dtype)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Column:
     """A column: `name`, `unit` (None for text and counts), and `values` (n,) of numbers or text.
 
@@ -36,7 +62,7 @@ class Column:
 
     name: str
     unit: str | None
-    values: NDArray[np.float64] | NDArray[np.int64] | Sequence[str]
+    values: NDArray[np.float64] | NDArray[np.int64] | Sequence[str] | Stacked
 
     @property
     def header(self) -> str:
@@ -98,13 +124,23 @@ def case_table(cases: Mapping[int, Mapping[str, NDArray[np.float64]]], temperatu
     """The table of several cases by number, one below the other; each has its columns (rows,) by header, after its number and, if
     stated, its `temperature` in degC.
     """
-    counts = [next(iter(case.values())).size for case in cases.values()]
+    table = stacked_table(cases, tuple(next(iter(cases.values()))), temperature)
+    return [replace(column, values=np.asarray(column.values)) for column in table]
+
+
+def stacked_table(
+    cases: Mapping[int, Mapping[str, NDArray[np.float64]]], headers: Sequence[str], temperature: Sequence[float] | None = None
+) -> Table:
+    """The table as by `case_table`, of these columns alone, whose numbers are not copied."""
+    below = list(cases.values())
+    counts = [case[headers[0]].size for case in below]
     columns = [Column("case", None, np.repeat(list(cases), counts))]
     if temperature is not None:
         columns.append(Column("temperature", "degC", np.repeat(np.asarray(temperature, dtype=float), counts)))
-    for header in next(iter(cases.values())):
+    ends = np.cumsum(counts)
+    for header in headers:
         name, _, unit = header.rstrip("]").partition(" [")
-        columns.append(Column(name, unit or None, np.concatenate([case[header] for case in cases.values()])))
+        columns.append(Column(name, unit or None, Stacked(below, header, ends)))
     return columns
 
 
@@ -119,21 +155,26 @@ def to_frame(table: Table) -> Frame:
     """The table as a pandas data frame, for a notebook; columns are called as in the CSV."""
     import pandas as pd
 
-    return pd.DataFrame({column.header: column.values for column in table})
+    whole = {column.header: np.asarray(column.values) if isinstance(column.values, Stacked) else column.values for column in table}
+    return pd.DataFrame(whole)
 
 
 def to_csv(table: Table) -> bytes:
     """The table as CSV: UTF-8, LF, comma, 9 significant digits. Raises `ValueError` if columns differ in length."""
+    text = io.BytesIO()  # which gives its bytes without a copy
+    text.writelines(csv_blocks(table))
+    return text.getvalue()
+
+
+def csv_blocks(table: Table) -> Iterator[bytes]:
+    """The table as by `to_csv` in pieces, because cells take ten times the memory of their text."""
     rows = {len(column.values) for column in table}
     if len(rows) > 1:
         raise ValueError("columns of one table differ in length")
-    text = io.BytesIO()  # which gives its bytes without a copy
-    text.write(",".join(_quoted(column.header) for column in table).encode() + b"\n")
-    # in blocks, because cells take ten times the memory of their text
+    yield ",".join(_quoted(column.header) for column in table).encode() + b"\n"
     for first in range(0, max(rows, default=0), BLOCK):
         cells = [_cells(column.values[first : first + BLOCK]) for column in table]
-        text.write("\n".join(map(",".join, zip(*cells, strict=True))).encode() + b"\n")
-    return text.getvalue()
+        yield "\n".join(map(",".join, zip(*cells, strict=True))).encode() + b"\n"
 
 
 def _cells(values: NDArray[np.float64] | NDArray[np.int64] | Sequence[str]) -> list[str]:

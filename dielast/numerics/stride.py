@@ -172,15 +172,15 @@ class TriedStep:
     response: Response | None = None
     fading: Floats | None = None
     """The rate (m, n, pool) that fades at the beginning of the step."""
-    _of_border: list[DenseSteps] = field(default_factory=list, repr=False)
+    _of_border: dict[int, DenseSteps] = field(default_factory=dict, repr=False)
 
     def of_border(self, border: int) -> DenseSteps:
         """The dense output of the rows from `border` on, of the accepted columns, for all observers alike; a case that occupies
         two columns appears twice.
         """
-        if not self._of_border:
-            self._of_border.append(DenseSteps.of(self, slice(border, None), where(self.accepted)))
-        return self._of_border[0]
+        if border not in self._of_border:
+            self._of_border[border] = DenseSteps.of(self, slice(border, None), where(self.accepted))
+        return self._of_border[border]
 
     def dense(self, rows: slice, columns: Cases, fraction: Floats) -> Floats:
         """States (rows, k) of the columns (k,) at fractions (k,) of their steps, by the dense output of the method."""

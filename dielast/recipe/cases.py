@@ -74,7 +74,7 @@ def read_cases(
     ]
     # a key that only a wrong list of the sweep would set is not reported as missing
     unset = [keys for place, _ in mistakes if len(place) > 1 and (keys := read_path(str(place[1])))]
-    cases, wrong = [], 0
+    cases, wrong = list[Case[Any]](), 0
     for setting in settings:
         # the sweep is not copied: it grows with the number of cases and is never changed
         case_values = copy.deepcopy(values, {id(sweep): sweep})
@@ -86,6 +86,8 @@ def read_cases(
             stated = [mistake for mistake in recipe if not any(on_the_way(mistake[0], keys) for keys in (*empty, *unset))]
             case_mistakes += [(place, problem.adding(_from_sweep(place, in_recipe, values))) for place, problem in stated]
         elif not case_mistakes:
+            if cases:
+                _share_parts(recipe, cases[0].recipe)
             cases.append(Case(recipe, setting, stated_of_material))
             continue
         mistakes += case_mistakes
@@ -95,6 +97,12 @@ def read_cases(
     if mistakes or wrongly_set:
         raise InputError(*wrongly_set, *in_order(mistakes, values))
     return tuple(cases)
+
+
+def _share_parts(recipe: BaseModel, other: BaseModel) -> None:
+    """Let the recipe hold the parts of the other one that equal its own, which takes a fraction of the memory of many cases."""
+    own, others = recipe.__dict__, other.__dict__
+    own.update({name: others[name] for name, part in own.items() if isinstance(part, BaseModel | list) and part == others[name]})
 
 
 def settings(overrides: Sequence[str], model: type[BaseModel]) -> list[str]:

@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from dielast.base.errors import InputError, located
-from dielast.io.files import read_file
+from dielast.io.files import Content, read_file
 from dielast.io.manifest import SUMMARY, altered, not_of_the_run
 from dielast.io.table import as_number, parse_csv
 from dielast.io.toml import parse_toml
@@ -41,7 +41,7 @@ class Tolerance(NamedTuple):
         return a == b or abs(a - b) <= max(self.rtol * max(abs(a), abs(b)), self.atol, floor)
 
 
-def differences(contents: Mapping[str, bytes], golden: Path, rtol: float) -> list[str]:
+def differences(contents: Mapping[str, Content], golden: Path, rtol: float) -> list[str]:
     """One line for each column of `contents` (name -> bytes) with cells that differ from those in the folder `golden` by more than
     `rtol`, or than the folder's tolerance for them: their number, and the cell that differs most.
 
@@ -58,9 +58,9 @@ def differences(contents: Mapping[str, bytes], golden: Path, rtol: float) -> lis
         elif name not in expected:
             lines.append(f"{name}: not among the golden files")
         elif name == "summary.toml":
-            lines += _summaries(contents[name], expected[name], Tolerance(rtol), special.get(name, {}))
+            lines += _summaries(bytes(contents[name]), expected[name], Tolerance(rtol), special.get(name, {}))
         else:
-            lines += _tables(name, contents[name], expected[name], Tolerance(rtol), special.get(name, {}))
+            lines += _tables(name, bytes(contents[name]), expected[name], Tolerance(rtol), special.get(name, {}))
     return lines
 
 

@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any
 
 from dielast.base.errors import warn
 from dielast.base.registry import adopted
-from dielast.io.files import Inputs, sha256
+from dielast.io.files import Content, Inputs, content_of, sha256
 from dielast.io.manifest import FIGURES, LISTED, listing, mark
-from dielast.io.table import Table, rounded, to_csv
+from dielast.io.table import Table, csv_blocks, rounded
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -50,13 +50,13 @@ class RecipeSource:
     settings: Sequence[str] = ()
 
 
-def written(report: RunReport) -> dict[str, bytes]:
+def written(report: RunReport) -> dict[str, Content]:
     """Tables and other files of the run, name -> bytes."""
-    return {name: to_csv(table) for name, table in report.tables.items()} | dict(report.files)
+    return {name: content_of(csv_blocks(table)) for name, table in report.tables.items()} | dict(report.files)
 
 
 def summarise(
-    kind: str, report: RunReport, files: Mapping[str, bytes], inputs: Inputs, source: RecipeSource, version: str
+    kind: str, report: RunReport, files: Mapping[str, Content], inputs: Inputs, source: RecipeSource, version: str
 ) -> dict[str, Any]:
     """The summary without warnings: `version` of dielast, recipe, inputs and `files` with their SHA-256, the headline numbers (9
     digits).

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import hashlib
 import io
+import itertools
+import os
 import pickle
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import IO, TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -24,8 +26,9 @@ VERSIONS = {"dielast": __version__, "numpy": np.__version__}
 """The versions on which results may depend: workers of a cluster and an interrupted run must share them."""
 CHANGED = "the {} {} of an interrupted run are discarded: the recipe, a file that it names, or dielast has changed since"
 UNREADABLE = "an interrupted run is discarded: its file is damaged, or of another version of dielast"
-DIGEST = 32  # bytes at the beginning of the file
-LARGEST = 1 << 30  # bytes of the file, which is read into memory as a whole
+DIGEST = 32  # bytes at the end of the file
+LARGEST = 1 << 30  # bytes of all that is before
+PIECE = 1 << 20  # bytes that are read at a time
 _OF_ARRAYS = {"_frombuffer", "_reconstruct", "ndarray", "dtype", "scalar"}
 """The names of numpy that a pickle of arrays holds."""
 
@@ -39,31 +42,54 @@ class Kept:
     results: dict[str, dict[Chunk, Any]] = field(default_factory=dict)
     states: dict[tuple[str, Chunk, int], bytes] = field(default_factory=dict)
 
-    def packed(self, key: str) -> bytes:
-        """The content of a file that keeps this under a key."""
+    def pieces(self, key: str) -> Iterator[bytes]:
+        """The content of a file that keeps this under a key: each result by itself, so that the file may be larger than what is
+        pickled at a time, and a digest at the end. Raises `Overfull` beyond `LARGEST` bytes.
+        """
         count = {many: size(outermost(results)) for many, results in self.results.items() if results}
-        content = io.BytesIO(bytes(DIGEST))  # no second copy: it may be of LARGEST
-        content.seek(DIGEST)
-        pickle.dump((key, count, self.results, self.states), content, protocol=5)
-        with content.getbuffer() as whole:
-            whole[:DIGEST] = hashlib.sha256(whole[DIGEST:]).digest()
-        return content.getvalue()
+        places = [(many, chunk) for many, results in self.results.items() for chunk in results]
+        head = key, count, self.states, [*self.results], places
+        digest, written = hashlib.sha256(), 0
+        for part in itertools.chain([head], (self.results[many][chunk] for many, chunk in places)):
+            piece = pickle.dumps(part, protocol=5)
+            digest.update(piece)
+            written += len(piece)
+            if written > LARGEST:
+                raise Overfull
+            yield piece
+        yield digest.digest()
+
+
+class Overfull(Exception):
+    """More is to be kept than a file may hold."""
 
 
 def load(store: Path, key: str) -> tuple[Kept, str]:
     """What an earlier run has kept in a file under the `key`; and why it is discarded, empty if it is not."""
     try:
-        if store.stat().st_size > LARGEST:
-            return Kept(), UNREADABLE
-        content = memoryview(store.read_bytes())
-        if hashlib.sha256(content[DIGEST:]).digest() != content[:DIGEST]:
-            return Kept(), UNREADABLE
-        known, count, results, states = restored(content[DIGEST:])
-        if known == key:
-            return Kept(results, states), ""
-        return Kept(), "; ".join(CHANGED.format(number, many) for many, number in count.items())
+        with store.open("rb") as file:
+            left = os.fstat(file.fileno()).st_size - DIGEST
+            if left > LARGEST or not _is_whole(file, left):
+                return Kept(), UNREADABLE
+            file.seek(0)
+            known, count, states, stages, places = _Unpickler(file).load()
+            if known != key:
+                return Kept(), "; ".join(CHANGED.format(number, many) for many, number in count.items())
+            results: dict[str, dict[Chunk, Any]] = {many: {} for many in stages}
+            for many, chunk in places:
+                results[many][chunk] = _Unpickler(file).load()
+        return Kept(results, states), ""
     except Exception:  # of another version, which may have other classes
         return Kept(), UNREADABLE
+
+
+def _is_whole(file: IO[bytes], left: int) -> bool:
+    """Whether so many bytes of a file have the digest that follows."""
+    digest = hashlib.sha256()
+    while left > 0 and (piece := file.read(min(left, PIECE))):
+        digest.update(piece)
+        left -= len(piece)
+    return file.read() == digest.digest()
 
 
 def restored(content: bytes | memoryview) -> Any:

@@ -18,7 +18,7 @@ from dielast.base.errors import DielastError, InputError, NumericsError
 from dielast.io.files import KEPT, STORE, write_files
 from dielast.numerics.integrate import KEEPER, Keeper
 from dielast.sharing.execution import NOTHING_KEPT, Chunk, Execution, Plan, Solve, Solved
-from dielast.sharing.kept import LARGEST, Kept, fingerprint, load, outermost, restored, size
+from dielast.sharing.kept import Kept, Overfull, fingerprint, load, outermost, restored, size
 
 if TYPE_CHECKING:
     from dielast.io.files import Inputs
@@ -196,11 +196,12 @@ class Study:
     def save(self) -> bool:
         """Keep all results so far in the file, which is written whole or not at all; returns whether there are any."""
         if self.store is not None and self.new:
-            begin, content = time.monotonic(), self.kept.packed(self.key)
-            if len(content) > LARGEST:
-                self.store = None  # so much is not kept
+            begin = time.monotonic()
+            try:
+                write_files(self.store.parent, {self.store.name: self.kept.pieces(self.key)})
+            except Overfull:  # what an earlier save has kept stays
+                self.store = None
                 return self.saved
-            write_files(self.store.parent, {self.store.name: content})
             self.new, self.saved = False, True
             self.due = time.monotonic() + max(PAUSE, (time.monotonic() - begin) / SAVING)
         if self.saved:

@@ -48,7 +48,7 @@ with noise, and with specimens that differ: the share of 95 % intervals that hol
 
 {table(["measured with", "log10 a", "C1", "C2"], rows)}
 
-With noise alone the intervals are wider than need be: they also allow for temperatures that are off by 0.1 K and for curves that
+With noise alone the intervals are wider than need be: they also allow for temperatures that are off by 0.3 K and for curves that
 are tilted, of which this experiment has none. Bands of measured curves are in the tables above, as the share of points within.
 `tests/bench/bench_calibration.py` and `tests/bench/bench_calibrate.py` count the whole chain up to times to failure."""
     return Section(text)

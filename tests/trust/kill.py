@@ -1,10 +1,10 @@
 """Kill writing commands at random moments: `python tests/trust/kill.py --runs 300` (of each command; `--help` for more).
 
-Each run writes a new result into a folder that holds an older one, and gets SIGKILL, SIGTERM, SIGINT or SIGHUP somewhere between its
-start and a little after its usual end, or, every other one, while it writes its files, half of these with slow moves. Afterwards
-every file must be the older one or the new one, whole, no traceback was printed, and no process of the run is alive a little later.
-A folder with files of both results must not pass for whole, and only SIGKILL may leave one. A run that is then left alone must
-leave the new result and nothing else, going on from what was kept.
+Each run writes a new result into a folder that holds an older one, and gets SIGKILL, SIGTERM, SIGINT or SIGHUP somewhere between
+its start and a little after its usual end, or, every other one, while it writes its files, half of these with slow moves.
+Afterwards every file must be the older one or the new one, whole, no traceback was printed, and no process of the run is alive a
+little later. A folder with files of both results must not pass for whole, and only SIGKILL may leave one. A run that is then left
+alone must leave the new result and nothing else, going on from what was kept.
 """
 
 from __future__ import annotations

@@ -25,7 +25,7 @@ HOUR = 3600.0
 
 @dataclass(frozen=True, slots=True)
 class LawOptions(Result):
-    """What a fit is told: the `scatter` by name, the `time` in s for which `damage.field` holds, the `nodes` of a table of
+    """Options of a fit: the `scatter` by name, the `time` in s for which `damage.field` holds, the `nodes` of a table of
     breakdown fields over prestretch (by default all prestretches with failures), and the area in m^2, temperature in degC and
     relative humidity for which constants hold; of area and humidity, None is the geometric mean of the specimens. `known` are
     values of coordinates that are not fitted.

@@ -185,13 +185,12 @@ def _lacking(recipe: CalibrateRecipe, candidates: Sequence[Candidate], materials
 
 def watcher(execution: Execution) -> Watch | None:
     """Shows the progress of a calibration, and the present misfit."""
-    progress = execution.progress
-    if progress is None:
+    show = execution.progress
+    if show is None:
         return None
-    heard = progress
 
     def watch(what: str, done: int, total: int, misfit: float) -> None:
-        heard(min(done, total), total, f"{what}, misfit {100 * misfit:.2f} %")
+        show(min(done, total), total, f"{what}, misfit {100 * misfit:.2f} %")
 
     return watch
 

@@ -154,7 +154,7 @@ def law_columns(ranks: Sequence[Ranked]) -> Table:
 
 def headline(tested: Simulated, best: FittedLaw) -> dict[str, dict[str, Any]]:
     """The numbers of specimens, and the fitted law."""
-    table = {column.name: list(column.values) for column in best.columns()}
+    table = {column.name: list(column.values[:]) for column in best.columns()}
     options = best.law.options
     references = {
         "reference_area_m2": options.reference_area,

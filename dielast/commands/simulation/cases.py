@@ -16,7 +16,7 @@ from dielast.commands.simulation.result import CaseResult, StatedCase
 from dielast.commands.simulation.step_recipe import HistoryStep
 from dielast.handover.changed_material import parse_changed_material
 from dielast.io.files import Inputs
-from dielast.io.table import Column, Table, case_table, split_header
+from dielast.io.table import Column, Table, split_header, stacked_table
 from dielast.material.checks import warn_of_material
 from dielast.material.material import Material
 from dielast.numerics.arrays import Floats
@@ -97,18 +97,19 @@ def one_or_all(materials: Sequence[Material]) -> Material | list[Material]:
 def result_columns(results: Sequence[CaseResult]) -> Table:
     """The table of all cases, one below the other."""
     unwritten = {quantity.header for quantity in (*FILMS, *TESTS) if not quantity.written}
-    columns = [{header: column for header, column in result.columns.items() if header not in unwritten} for result in results]
-    return case_table(dict(enumerate(columns)), [result.temperature for result in results])
+    headers = [header for header in results[0].columns if header not in unwritten]
+    cases = {number: result.columns for number, result in enumerate(results)}
+    return stacked_table(cases, headers, [result.temperature for result in results])
 
 
-def with_all_columns(results: Sequence[CaseResult]) -> list[CaseResult]:
+def with_all_columns(results: list[CaseResult]) -> list[CaseResult]:
     """The results with the same columns; one that a case lacks, such as the damage of a film without [damage], is empty."""
-    headers = dict.fromkeys(header for result in results for header in result.columns)
-    filled = []
-    for result in results:
-        empty = np.full(result.columns["time [s]"].size, np.nan)
-        filled.append(replace(result, columns={header: result.columns.get(header, empty) for header in headers}))
-    return filled
+    headers = dict.fromkeys(header for headers in dict.fromkeys(tuple(result.columns) for result in results) for header in headers)
+    for number, result in enumerate(results):
+        if len(result.columns) < len(headers):
+            empty = np.full(result.columns["time [s]"].size, np.nan)
+            results[number] = replace(result, columns={header: result.columns.get(header, empty) for header in headers})
+    return results
 
 
 def case_result(

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -36,6 +37,45 @@ class BoundedEvent:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class CaseColumns(Mapping[str, Floats]):
+    """Columns (rows,) by header in one array `numbers` (columns, rows): a sweep has as many as cases, and an array for each column
+    would take more memory than its numbers.
+    """
+
+    headers: tuple[str, ...]
+    numbers: Floats
+
+    @classmethod
+    def of(cls, columns: Mapping[str, Floats]) -> CaseColumns:
+        """The columns of any mapping."""
+        if isinstance(columns, CaseColumns):
+            return columns
+        return cls(_known(tuple(columns)), np.array([*columns.values()], dtype=float))
+
+    def __getitem__(self, header: str) -> Floats:
+        if header not in _places(self.headers):
+            raise KeyError(header)
+        return np.asarray(self.numbers[_places(self.headers)[header]])
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.headers)
+
+    def __len__(self) -> int:
+        return len(self.headers)
+
+
+@cache
+def _known(headers: tuple[str, ...]) -> tuple[str, ...]:
+    """One tuple for all cases with these headers."""
+    return headers
+
+
+@cache
+def _places(headers: tuple[str, ...]) -> dict[str, int]:
+    return {header: place for place, header in enumerate(headers)}
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class CaseResult:
     """One case: the `columns` (times,) of its table by header, up to the solved time; the `failure` of the solver that ended it
     early; with a waveform, the columns (cycles,) of its `cycles` by header. A film also has `events`, with bounds from draws, and,
@@ -53,6 +93,9 @@ class CaseResult:
     profile: Mapping[str, Floats] | None = None
     stopped: Event | None = None
     """The event that the case stopped at."""
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "columns", CaseColumns.of(self.columns))
 
     def end(self, planned: float) -> float:
         """The time in s at which the case ended; its load ends at the time `planned`."""
