@@ -15,7 +15,7 @@ from dielast.base.errors import DielastWarning, InputError
 from dielast.material.measurement import CreepCurve, FrequencySweep, Measurement, RelaxationCurve
 from dielast.material.shift import WLF
 from dielast.relaxation.superposition import mastercurve
-from dielast.relaxation.superposition.joint_fit import MasterFit, fit_master
+from dielast.relaxation.superposition.joint_fit import MasterFit, with_errors
 from dielast.relaxation.superposition.mastercurve import build_master_curve
 from dielast.relaxation.superposition.result import MasterCurve
 
@@ -122,10 +122,10 @@ def test_vertical_errors_are_those_of_the_distance_from_the_reference(
     fits = []
 
     def watched(*arguments: Any, **named: Any) -> MasterFit:
-        fits.append(fit_master(*arguments, **named))
+        fits.append(with_errors(*arguments, **named))
         return fits[-1]
 
-    monkeypatch.setattr(mastercurve, "fit_master", watched)
+    monkeypatch.setattr(mastercurve, "with_errors", watched)
     master, _ = heard(relaxation(0.01, OFFSET), reference, vertical="free")
     (fit,) = fits
     distance = np.eye(9) - share

@@ -328,13 +328,18 @@ def test_noise_floors_are_said_at_once() -> None:
     np.testing.assert_allclose(build(data, 0.0).log10_shift_factor, [0, -0.5, -1], atol=0.02)
 
 
-def test_time_counted_from_the_wrong_moment_is_noticed() -> None:
-    late = [RelaxationCurve(c.temperature, c.time + 0.3, c.modulus) for c in curves(-20, -10, 0, 10, 20, 30, 40)]
-    found = said(late)
-    assert "the curves do not superpose: they miss the master curve by" in found
-    assert "and at short times" in found
-    assert "discard_before" in found
-    assert "the curves do not superpose" not in said(curves(-20, -10, 0, 10, 20, 30, 40))
+@pytest.mark.parametrize("late", [0.3, -0.09])
+def test_time_counted_from_the_wrong_moment_is_noticed(late: float) -> None:
+    """From too early a moment, as after a ramp of twice the time; from too late a one, as after none."""
+    tests = curves(-20, -10, 0, 10, 20, 30, 40)
+    found = said([RelaxationCurve(c.temperature, c.time + late, c.modulus) for c in tests])
+    if late > 0:
+        assert "all curves bend as after a ramp of the strain of 0." in found
+    else:
+        assert "the curves do not superpose: they miss the master curve by" in found
+        assert "and at short times" in found
+        assert "discard_before" in found
+    assert not any(words in said(tests) for words in ("the curves do not superpose", "ramp"))
 
 
 def test_two_processes_with_laws_of_their_own_are_noticed() -> None:

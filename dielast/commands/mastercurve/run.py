@@ -67,8 +67,9 @@ def run(cases: Sequence[Case[MasterCurveRecipe]], inputs: Inputs, execution: Exe
 
     def figure() -> Any:
         from dielast.plots.mastercurve import plot_master_curve
+        from dielast.relaxation.superposition.ramp import without_ramp
 
-        return plot_master_curve(result, dataset.measurements, recipe.title)
+        return plot_master_curve(result, without_ramp(dataset.measurements, result.ramp), recipe.title)
 
     return RunReport(written, numbers, figure)
 
@@ -111,6 +112,7 @@ def headline(result: MasterCurve, recipe: MasterCurveRecipe, dataset: Dataset) -
             **dataset.summary,
             "temperature_stderr_K": result.stated.temperature_stderr,
             **({"drift": result.stated.drift} if result.stated.drift > 0 else {}),
+            **({"ramp_found_s": result.ramp} if result.ramp > 0 else {}),
             "temperatures": int(result.temperature.size),
             "points": int(result.abscissa.size),
             "decades": float(np.log10(result.reduced_abscissa[-1] / result.reduced_abscissa[0])),

@@ -102,21 +102,21 @@ def build_master_curve(
         start = starting_shifts(temperature, binned, anchor, data.kind)
         basis_fit = fit_sweeps(binned, start, anchor, free, on, stated.walk(data.order))
     else:
-        fitted, problem = _fitted(data, binned, free, stated)
+        plain, problem = _fitted(data, binned, free, stated)
         if all(curve.time_offset is None for curve in curves):
-            ramp = find_ramp(data, binned, fitted, free, stated.walk(data.order))
+            ramp = find_ramp(data, binned, plain, free, stated.walk(data.order))
             if ramp:
                 warn_of_ramp(ramp, data)
                 with without_warnings():  # as above
                     data, binned, imposed = prepare(curves, reference, vertical, expansion, ramp)
                 temperature = data.temperature
-                fitted, problem = _fitted(data, binned, free, stated)
+                plain, problem = _fitted(data, binned, free, stated)
             else:
                 warn_if_modulus_rises(data, binned)
-        if fitted is None:
+        if plain is None:
             raise problem
-        points, anchor = points_of(binned), fitted.anchor
-        fit = with_errors(points, fitted, free, compared=False)
+        points, anchor = points_of(binned), plain.anchor
+        fit = with_errors(points, plain, free, compared=False)
         basis_fit = BasisFit(fit, "moduli", points, fit.splines)
     outlying = warn_of_outliers(data, imposed, basis_fit.fit, 1 if basis_fit.on == "storage" else len(data.ordinates))
     warn_if_misfit(temperature, basis_fit.fit.misfit, free, data.kind)
@@ -142,14 +142,14 @@ def prepare(
     return data, replace(binned, log_modulus=binned.log_modulus + imposed[binned.curve]), imposed
 
 
-def _fitted(data: Gathered, binned: Binned, vertical: bool, stated: Stated) -> tuple[Fitted, None] | tuple[None, InputError]:
+def _fitted(data: Gathered, binned: Binned, vertical: bool, stated: Stated) -> tuple[Fitted | None, InputError]:
     """The best fit of tests over time, or why there is none: curves that do not overlap."""
     anchor = steepest(binned)
     try:
         start = starting_shifts(data.temperature, binned, anchor, data.kind)
     except InputError as problem:
         return None, problem
-    return best_fit(points_of(binned), [start], anchor, vertical, stated.walk(data.order)), None
+    return best_fit(points_of(binned), [start], anchor, vertical, stated.walk(data.order)), InputError()
 
 
 def _density_temperature(temperature: Floats, reference: float, expansion: float) -> Floats:

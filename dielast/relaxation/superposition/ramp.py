@@ -15,12 +15,13 @@ Laplace's approximation for T); where residuals are correlated, so many points c
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
+from typing import Self
 
 import numpy as np
 
 from dielast.base.errors import InputError, NumericsError, warn, without_warnings
 from dielast.material.measurement import Measurement, measurement_of
-from dielast.numerics.arrays import Floats
+from dielast.numerics.arrays import Floats, Index
 from dielast.numerics.robust import robust_deviation
 from dielast.relaxation.superposition.binning import Binned
 from dielast.relaxation.superposition.gather import MIN_BINS, Gathered
@@ -35,7 +36,8 @@ DROPPED = 2.0  # durations before which no step stands for a ramp
 SHORTEST = 0.01  # of the first time: no shorter ramp is looked for
 TRIED = 40  # durations at which the likelihood is tried, before the iteration
 SURE = 0.95  # probability from which on a ramp is named and taken out
-ITERATIONS = 12
+ITERATIONS = 8
+WIDEST, HALVINGS = 0.1, 6  # of the steps that are halved
 LONGEST_STEP = 0.7  # change of the logarithm of the duration in one iteration
 CONVERGED = 0.1  # standard errors of the duration
 CHANGE = 1e-3  # of the logarithm of the duration, for derivatives
@@ -66,8 +68,8 @@ class Ramp:
         return np.log10(self.duration / np.minimum(time, self.duration)) if self.over_last else np.zeros(time.size)
 
     def excess(self, spline: Spline, shift: Floats, time: Floats, power: int) -> Floats:
-        """What the mean over the ages is in log10 above the value at the mean log age (n,): of curves that the `spline`, log modulus
-        over log reduced time, describes after shifts (n,); a `power` of the modulus is what is averaged.
+        """What the mean over the ages is in log10 above the value at the mean log age (n,), for curves that the `spline`, log
+        modulus over log reduced time, describes after shifts (n,). The mean is that of a `power` of the modulus.
         """
         within = np.minimum(time, self.duration)
         ages = (time - within)[:, None] + within[:, None] * _AGES
@@ -77,13 +79,24 @@ class Ramp:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Problem:
-    """The curves of a search for a ramp, and arguments of `best_fit`; no ramp is longer than `longest` s."""
+    """The curves of a search for a ramp, and arguments of `best_fit`; no ramp is longer than `longest` s.
+
+    A point is the mean of readings at the times `reading` (r,) in s; `owner` (r,) is the point of a reading.
+    """
 
     data: Gathered
     points: FitPoints
     vertical: bool
     drift: Floats | None
     longest: float
+    reading: Floats
+    owner: Index
+
+    @classmethod
+    def of(cls, data: Gathered, binned: Binned, vertical: bool, drift: Floats | None) -> Self:
+        """The search for a ramp in all curves."""
+        used = binned.bin_of_point >= 0
+        return cls(data, points_of(binned), vertical, drift, _longest(binned), data.abscissa[used], binned.bin_of_point[used])
 
     @property
     def time(self) -> Floats:
@@ -95,21 +108,33 @@ class _Problem:
         """The shortest ramp that is looked for, in s."""
         return SHORTEST * float(np.min(self.time))
 
+    def log_age(self, ramp: Ramp) -> Floats:
+        """Mean log10 of the ages (n,) of the parts of a `ramp`."""
+        return self._mean(ramp.log_age(self.reading))
+
+    def lift(self, ramp: Ramp) -> Floats:
+        """log10 (n,) of the modulus over the load of the moment, over that as measured after a `ramp`."""
+        return self.data.kind.stiffness_power * self._mean(ramp.lift(self.reading))
+
+    def _mean(self, values: Floats) -> Floats:
+        return np.asarray(np.bincount(self.owner, values) / np.bincount(self.owner))
+
 
 def find_ramp(data: Gathered, binned: Binned, plain: Fitted | None, vertical: bool, drift: Floats | None) -> float:
     """The duration in s of the ramp that is left in the curves, rounded as it is worth; 0 if it is not sure that there is one.
 
     `plain` is the `best_fit` without a ramp, None if there is no such fit; `vertical` and `drift` are its arguments.
     """
-    problem = _Problem(data, points_of(binned), vertical, drift, _longest(binned))
+    problem = _Problem.of(data, binned, vertical, drift)
     if problem.longest <= problem.shortest:
         return 0.0
-    found = []
+    found: list[tuple[Ramp, Floats, Spline | None, int]] = []
     if plain is not None and (begin := _likeliest(problem, plain)) is not None:
+        begin = _most_likely(problem, begin, plain)
         found.append((begin, plain.state.theta[: problem.points.curves], plain.state.splines[0], plain.anchor))
-    if (peak := _rise(data, binned)[0]) > 0:
-        begin = Ramp(min(peak, problem.longest), 0.0, True)
-        moved = replace(binned, log_time=begin.log_age(problem.time), log_modulus=_lifted(data, binned, begin, problem.time))
+    if (rise := _rise(data, binned)) is not None:
+        begin = Ramp(min(rise.time, problem.longest), 0.0, True)
+        moved = replace(binned, log_time=problem.log_age(begin), log_modulus=binned.log_modulus + problem.lift(begin))
         try:
             anchor = steepest(moved)
             found.append((begin, starting_shifts(data.temperature, moved, anchor, data.kind), None, anchor))
@@ -119,13 +144,13 @@ def find_ramp(data: Gathered, binned: Binned, plain: Fitted | None, vertical: bo
     for begin, shift, spline, anchor in found:
         try:
             with without_warnings():
-                ramp, score, repeated = _settled(problem, begin, shift, spline, anchor)
+                trial, bare = _settled(problem, begin, shift, spline, anchor)
         except (InputError, NumericsError, np.linalg.LinAlgError):
             continue
-        gain = (least - score) / repeated
-        known = np.sqrt(2 * np.pi) * ramp.stderr / np.log(problem.longest / problem.shortest)
+        gain = (min(least, bare) - trial.score) / trial.repeated
+        known = np.sqrt(2 * np.pi) * trial.ramp.stderr / np.log(problem.longest / problem.shortest)
         if gain / 2 + np.log(known) > np.log(SURE / (1 - SURE)):
-            best, least = float(f"{ramp.duration:.3g}"), score
+            best, least = float(f"{trial.ramp.duration:.3g}"), trial.score
     return best
 
 
@@ -145,28 +170,33 @@ def warn_of_ramp(duration: float, data: Gathered) -> None:
     """Say which ramp was found and taken out."""
     stated = f'ramp = "{duration:.3g} s"'
     warn(
-        f"all curves begin with a ramp of the {data.kind.step} of about {duration:.3g} s, which is taken out as {stated} would: times "
-        f'count from its middle, points before {DROPPED * duration:.3g} s are left out; state {stated}, or ramp = "0 s" if there is none'
+        f"all curves bend as after a ramp of the {data.kind.step} of {duration:.3g} s, which is taken out: times count from its "
+        f'middle, points before {DROPPED * duration:.3g} s are left out; state {stated}, or ramp = "0 s" if there is none'
     )
 
 
 def warn_if_modulus_rises(data: Gathered, binned: Binned) -> None:
-    """Warn if at most temperatures the modulus rises at first: no relaxation modulus does, and no creep compliance falls."""
-    if data.kind.stiffness_power < 0:
+    """Warn if at most temperatures the modulus rises at first: no relaxation modulus does."""
+    if data.kind.stiffness_power < 0 or (end := _rise(data, binned)) is None:
         return
-    end, rising = _rise(data, binned)
-    if end > 0:
-        warn(
-            f"at {rising} of {data.temperature.size} temperatures the {data.kind.value} rises up to about {end:.2g} s, which no step "
-            f"of {data.kind.step} does: state the time in which the {data.kind.step} was applied, such as ramp = "
-            f'"{end:.1g} s": times then count from the middle of the ramp, and its points are left out; until then, neither shift '
-            "factors nor the law are to be trusted"
-        )
+    warn(
+        f"at {end.curves} of {data.temperature.size} temperatures the {data.kind.value} rises up to about {end.time:.2g} s, which "
+        f"no step of {data.kind.step} does: state the time in which the {data.kind.step} was applied, such as ramp = "
+        f'"{end.time:.1g} s": times then count from the middle of the ramp, and its points are left out; until then, neither shift '
+        "factors nor the law are to be trusted"
+    )
 
 
-def _rise(data: Gathered, binned: Binned) -> tuple[float, int]:
-    """The time in s up to which the values over the last load rise as only a ramp lets them, and the number of curves that do so; 0
-    if these are not most.
+@dataclass(frozen=True, slots=True)
+class _Rise:
+    """The `time` in s up to which values rise, and the number of `curves` in which they do."""
+
+    time: float
+    curves: int
+
+
+def _rise(data: Gathered, binned: Binned) -> _Rise | None:
+    """Where values rise at first as only those over a last load do, None if they do not in most of the curves.
 
     A modulus rises then, and a compliance rises as fast as time or faster: after a step it is concave over time.
     """
@@ -176,11 +206,10 @@ def _rise(data: Gathered, binned: Binned) -> tuple[float, int]:
         noise = robust_deviation(np.diff(y, 2)) / np.sqrt(6)  # of a point, from the bends between three
         y = y if power > 0 else y - x
         high = np.flatnonzero(y >= np.max(y) - noise)
-        level = high[0] if power > 0 else high[-1]
+        level = high[0] if power > 0 else high[-1]  # a compliance may rise just as fast as time
         ends.append(x[level])
-        enough = SIGNIFICANT * np.sqrt(2) * noise
-        rising += bool(level >= 1 and (y[level] - y[0] > enough or power < 0))
-    return (float(10 ** np.median(ends)), rising) if 2 * rising > len(ends) else (0.0, rising)
+        rising += bool(level >= 1 and (power < 0 or y[level] - y[0] > SIGNIFICANT * np.sqrt(2) * noise))
+    return _Rise(float(10 ** np.median(ends)), rising) if 2 * rising > len(ends) else None
 
 
 def _longest(binned: Binned) -> float:
@@ -189,55 +218,90 @@ def _longest(binned: Binned) -> float:
     return float(10 ** np.min(last) / DROPPED) if len(last) == binned.bounds.size - 1 else 0.0
 
 
-def _lifted(data: Gathered, binned: Binned, ramp: Ramp, time: Floats) -> Floats:
-    return binned.log_modulus + data.kind.stiffness_power * ramp.lift(time)
-
-
 def _likeliest(problem: _Problem, plain: Fitted) -> Ramp | None:
-    """The duration of the highest likelihood near a fit without a ramp, to first order; None if none is more likely than no ramp."""
-    points, time, state = problem.points, problem.time, plain.state
+    """The ramp of the highest likelihood near a fit without one, to first order; None if none is likelier than no ramp."""
+    points, state = problem.points, plain.state
     durations = np.geomspace(problem.shortest, problem.longest, TRIED)
-    ages = np.stack([Ramp(each, 0.0, False).log_age(time) for each in durations.tolist()], axis=1)
+    ages = np.stack([problem.log_age(Ramp(each, 0.0, False)) for each in durations.tolist()], axis=1)
     along, square = _projected(points, plain.prior, state, state.parts.sides[0][:, None] * (ages - points.log_time[:, None]))
     gain = (2 * along - square) / correlation(points, state)
     best = int(np.argmax(gain))
     return Ramp(float(durations[best]), 0.0, False) if gain[best] > 0 else None
 
 
-def _settled(problem: _Problem, ramp: Ramp, shift: Floats, spline: Spline | None, anchor: int) -> tuple[Ramp, float, float]:
-    """The likeliest ramp, from one near it on, with the criterion of its fit, and how many of its points count as one.
+def _most_likely(problem: _Problem, begin: Ramp, plain: Fitted) -> Ramp:
+    """The likeliest of ramps of the duration of `begin` or 2, 4, 8... times that: beyond first order, there are several maxima."""
+    octaves = int(np.log2(problem.longest / begin.duration))
+    tried = [replace(begin, duration=begin.duration * 2.0**k) for k in range(octaves + 1)]
+    shift, spline = plain.state.theta[: problem.points.curves], plain.state.splines[0]
+    scores = [_fit(problem, _moved(problem, each, shift, spline), shift, plain.anchor).score for each in tried]
+    return tried[int(np.argmin(scores))]
 
-    `shift` (m,), relative to the curve `anchor`, and `spline` are those of a fit near it.
+
+def _moved(problem: _Problem, ramp: Ramp, shift: Floats, spline: Spline | None) -> FitPoints:
+    """The points as after a step instead of the `ramp`; of second order by the `spline` with shifts (m,), if there is one."""
+    points, target = problem.points, problem.points.log_modulus + problem.lift(ramp)
+    if spline is not None:
+        target = target - ramp.excess(spline, shift[points.curve], problem.time, problem.data.kind.stiffness_power)
+    return replace(points, log_time=problem.log_age(ramp), log_modulus=target)
+
+
+def _fit(problem: _Problem, moved: FitPoints, shift: Floats, anchor: int) -> Fitted:
+    return best_fit(moved, [shift], anchor, problem.vertical, problem.drift)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Trial:
+    """The fit for a ramp, with Akaike's criterion as `score` and how many points count as one (`repeated`); the next `step` of the
+    logarithm of the duration.
     """
-    points, time, power = problem.points, problem.time, problem.data.kind.stiffness_power
-    known: tuple[Prior, State] | None = None
-    for _ in range(ITERATIONS):
-        target = points.log_modulus + power * ramp.lift(time)
-        if spline is not None:
-            target = target - ramp.excess(spline, shift[points.curve], time, power)
-        moved = replace(points, log_time=ramp.log_age(time), log_modulus=target)
-        if known is None:
-            fitted = best_fit(moved, [shift], anchor, problem.vertical, problem.drift)
-            state, prior, score = fitted.state, fitted.prior, fitted.score
-        else:
-            prior, state = known
-            state = assemble(moved, state.theta, prior, state.weights, state.spacing)
-            state, prior, score = converge(moved, prior, state)
-        shift, spline, first, known = state.theta[: points.curves], state.splines[0], spline is None, (prior, state)
-        next_ramp = replace(ramp, duration=ramp.duration * np.exp(CHANGE))
-        change = state.parts.sides[0] * (next_ramp.log_age(time) - moved.log_time) - power * (
-            next_ramp.lift(time) - ramp.lift(time)
-        )
-        along, square = (float(each[0]) for each in _projected(moved, prior, state, change[:, None] / CHANGE))
+
+    ramp: Ramp
+    state: State
+    prior: Prior
+    score: float
+    repeated: float
+    step: float
+
+    @classmethod
+    def of(cls, problem: _Problem, ramp: Ramp, state: State, prior: Prior) -> Self:
+        """The fit near a `state` of the fit for another ramp."""
+        moved = _moved(problem, ramp, state.theta[: problem.points.curves], state.splines[0])
+        state = assemble(moved, state.theta, prior, state.weights, state.spacing)
+        state, prior, score = converge(moved, prior, state)
+        longer = replace(ramp, duration=ramp.duration * np.exp(CHANGE))
+        later, higher = problem.log_age(longer) - moved.log_time, problem.lift(longer) - problem.lift(ramp)
+        change = (state.parts.sides[0] * later - higher) / CHANGE
+        (along,), (square,) = _projected(moved, prior, state, change[:, None])
         repeated = correlation(moved, state)
-        stderr = np.sqrt(repeated / max(square, 1e-300))
-        ramp = replace(ramp, stderr=float(stderr))
-        step = float(np.clip(along / max(square, 1e-300), -LONGEST_STEP, LONGEST_STEP))
-        if not first and abs(step) < CONVERGED * stderr:
+        step = float(np.clip(along / square, -LONGEST_STEP, LONGEST_STEP))
+        return cls(replace(ramp, stderr=float(np.sqrt(repeated / square))), state, prior, score, repeated, step)
+
+    def moved(self, problem: _Problem, step: float) -> Self:
+        """The fit for another duration, by a `step` of its logarithm."""
+        duration = float(np.clip(self.ramp.duration * np.exp(step), problem.shortest, problem.longest))
+        return self.of(problem, replace(self.ramp, duration=duration), self.state, self.prior)
+
+
+def _settled(problem: _Problem, ramp: Ramp, shift: Floats, spline: Spline | None, anchor: int) -> tuple[_Trial, float]:
+    """The likeliest ramp, from one near it on, and the criterion of a fit without a ramp and with the same knots.
+
+    `shift` (m,), relative to the curve `anchor`, and `spline` are those of a fit near it. The likelihood has a cusp where the ramp
+    ends at a reading: where the iteration is caught by one, steps are halved instead.
+    """
+    fitted = _fit(problem, _moved(problem, ramp, shift, spline), shift, anchor)
+    trial = _Trial.of(problem, ramp, fitted.state, fitted.prior)
+    for _ in range(ITERATIONS):
+        if abs(trial.step) < CONVERGED * trial.ramp.stderr:
             break
-        moving = float(np.clip(ramp.duration * np.exp(step), problem.shortest, problem.longest))
-        ramp = replace(ramp, duration=moving)
-    return ramp, score, repeated
+        trial = trial.moved(problem, trial.step)
+    else:
+        for k in range(HALVINGS):
+            others = [trial.moved(problem, sign * 2.0**-k * WIDEST) for sign in (-1, 1)]
+            trial = min(trial, *others, key=lambda each: each.score)
+    state, prior = trial.state, trial.prior
+    bare = converge(problem.points, prior, assemble(problem.points, state.theta, prior, state.weights, state.spacing))[-1]
+    return trial, bare
 
 
 def _projected(points: FitPoints, prior: Prior, state: State, change: Floats) -> tuple[Floats, Floats]:
@@ -247,10 +311,8 @@ def _projected(points: FitPoints, prior: Prior, state: State, change: Floats) ->
     parts, weight, m = state.parts, state.weights.weight, points.curves
     weighted = weight[:, None] * change
     of_curves = np.stack([parts.curves.gather(parts.curves.basis * column) for column in weighted.T], axis=1)
-    sums = [
-        np.stack([np.bincount(points.curve, side * column, minlength=m) for column in weighted.T], axis=1) for side in parts.sides
-    ]
+    sums = [[np.bincount(points.curve, side * column, minlength=m) for column in weighted.T] for side in parts.sides]
     answer = parts.inverse @ of_curves
-    others = (np.concatenate(sums) - parts.cross.T @ answer)[prior.free]
+    others = (np.concatenate(np.swapaxes(sums, 1, 2)) - parts.cross.T @ answer)[prior.free]
     explained = np.sum(of_curves * answer, axis=0) + np.sum(others * np.linalg.solve(state.normal, others), axis=0)
     return np.asarray(weighted.T @ state.residual), np.asarray(np.sum(weighted * change, axis=0) - explained)
