@@ -10,12 +10,12 @@ import pytest
 from dielast import DielastWarning, Free, Gent, InputError, Material, MeasuredTest, MooneyRivlin, NoShift, Spectrum, VoltageTest
 from dielast.calibration.fit import fit_material
 from dielast.calibration.laboratory import Laboratory
-from dielast.calibration.laws import CrossValidation, cross_validation, law_weights, pieces_of
+from dielast.calibration.laws import CrossValidation, akaike_weights, cross_validation, law_weights, pieces_of
 from dielast.calibration.parameters import parameter_space, with_conditions
 from dielast.calibration.profiles import Profile, Verdict, possible_values
 from dielast.calibration.proposals import film_voltages, proposals
 from dielast.calibration.spring_pairs import pairs_of, trial
-from dielast.commands.calibrate.run import Candidate, drawn_beside
+from dielast.commands.calibrate.run import Candidate, drawn_beside, weighed
 from dielast.material.springs import SPRINGS
 from dielast.simulate.film_setup import Film
 
@@ -70,6 +70,16 @@ def test_laws_that_predict_alike_share_the_weight_and_one_that_misses_has_none()
     # of tests that contradict each other, few do not decide
     split = [CrossValidation(0.02, np.array([1e-4, 9e-4, 4e-4])), CrossValidation(0.02, np.array([9e-4, 1e-4, 4e-4]))]
     assert law_weights(split, np.full(3, 3.0)) == pytest.approx([0.5, 0.5], abs=0.03)
+
+
+def test_laws_of_a_single_test_are_weighted_by_akaikes_criterion() -> None:
+    """A law with two more constants that fits no better has the weight exp(-2); cross-validation knows nothing."""
+    fits = [fit_material(FILM, [pull(FILM, 2.0)], MODULI, starts=1) for _ in range(2)]
+    assert cross_validation(fits[0]) is None
+    aic = fits[0].aic
+    assert akaike_weights(np.array([aic, aic + 4])) == pytest.approx(np.array([1, np.exp(-2)]) / (1 + np.exp(-2)))
+    ranked = [Candidate(name, fit, None, ()) for name, fit in zip("ab", fits, strict=True)]
+    assert [each.weight for each in weighed(ranked)] == pytest.approx([0.5, 0.5])
 
 
 def test_laws_that_fit_alike_with_other_branches_are_named_and_not_drawn_from() -> None:

@@ -154,7 +154,9 @@ class FitOptions(Section):
         None, description="Relative scatter of stress between specimens of the material. Default: estimated, starting from 5 %."
     )
     cross_validation: bool | None = Field(
-        None, description="Whether each test is predicted from the others. Default: true where several materials are ranked."
+        None,
+        description="Whether each test is predicted from the others. Default: true where several materials are ranked; those of a "
+        "single test are ranked by Akaike's criterion.",
     )
     stable_up_to: float | None = Field(
         None, gt=1, description="Stretch up to which the springs must be stable in all modes. Default: the largest of the tests."

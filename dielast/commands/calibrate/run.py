@@ -15,6 +15,7 @@ from dielast.calibration.fit import Fit, Watch, fit_material
 from dielast.calibration.laws import (
     CrossValidation,
     StableRange,
+    akaike_weights,
     cross_validation,
     law_weights,
     mixed_draws,
@@ -92,7 +93,7 @@ def run(cases: Sequence[Case[CalibrateRecipe]], inputs: Inputs, execution: Execu
             break
     if not candidates:
         raise NumericsError(*failures)
-    ranked = _weighed(_ranked(candidates))
+    ranked = weighed(_ranked(candidates))
     alike = drawn_beside(ranked)
     results = [_assessed(recipe, task, each.fit, watch) for each in (ranked[0], *([] if interrupted else alike))]
     best = replace(results[0], comparisons=hull([each.comparisons for each in results]))
@@ -224,12 +225,19 @@ def _assessed(recipe: CalibrateRecipe, task: CalibrationTask, fit: Fit, watch: W
     return assessed(fit, validate=task.predicted, intervals=intervals, watch=watch)
 
 
-def _weighed(ranked: Sequence[Candidate]) -> list[Candidate]:
-    """The laws with their weights and the voltage of the predicted film, if all have a cross-validation of the same tests."""
+def weighed(ranked: Sequence[Candidate]) -> list[Candidate]:
+    """The laws with their weights and the voltage of the predicted film, if all have a cross-validation of the same tests, or one
+    test.
+    """
     found = [each.found for each in ranked if each.found is not None]
-    if len(ranked) < 2 or len({each.square.size for each in found}) != 1 or len(found) < len(ranked):
+    if len(ranked) < 2:
         return list(ranked)
-    weights = law_weights(found, pieces_of(ranked[0].fit))
+    if _single(ranked):
+        weights = akaike_weights(np.array([each.fit.aic for each in ranked]))
+    elif len({each.square.size for each in found}) != 1 or len(found) < len(ranked):
+        return list(ranked)
+    else:
+        weights = law_weights(found, pieces_of(ranked[0].fit))
     known = range_of(ranked[0].fit)
     volts = film_voltages([each.fit.material for each in ranked], known.largest_invariant, float(np.mean(known.temperature)))
     return [
@@ -239,10 +247,19 @@ def _weighed(ranked: Sequence[Candidate]) -> list[Candidate]:
 
 
 def _ranked(candidates: Sequence[Candidate]) -> list[Candidate]:
-    """The laws, the best first: by the error of cross-validation, or by that of the fit if a law lacks a cross-validation."""
+    """The laws, the best first: by the error of cross-validation; of a single test by Akaike's criterion; or by the error of the
+    fit, if a law lacks a cross-validation.
+    """
     foreseen = [each.prediction_error for each in candidates if each.prediction_error is not None]
     errors = foreseen if len(foreseen) == len(candidates) else [each.fit.misfit for each in candidates]
+    if _single(candidates):
+        errors = [each.fit.aic for each in candidates]
     return [candidates[k] for k in np.argsort(errors, kind="stable")]
+
+
+def _single(candidates: Sequence[Candidate]) -> bool:
+    """Whether all laws were fitted to one and the same test."""
+    return {len(each.fit.problem.laboratory.tests) for each in candidates} == {1}
 
 
 def headline(best: Calibration) -> Mapping[str, Mapping[str, Any]]:
