@@ -13,9 +13,9 @@ from dielast.calibration.laboratory import Laboratory
 from dielast.calibration.laws import CrossValidation, akaike_weights, cross_validation, law_weights, pieces_of
 from dielast.calibration.parameters import parameter_space, with_conditions
 from dielast.calibration.profiles import Profile, Verdict, possible_values
-from dielast.calibration.proposals import film_voltages, proposals
+from dielast.calibration.proposals import film_voltages, predicted_film, proposals
 from dielast.calibration.spring_pairs import pairs_of, trial
-from dielast.commands.calibrate.run import Candidate, drawn_beside, weighed
+from dielast.commands.calibrate.run import Candidate, drawn_beside, usual_prediction, weighed
 from dielast.material.springs import SPRINGS
 from dielast.simulate.film_setup import Film
 
@@ -79,7 +79,7 @@ def test_laws_of_a_single_test_are_weighted_by_akaikes_criterion() -> None:
     aic = fits[0].aic
     assert akaike_weights(np.array([aic, aic + 4])) == pytest.approx(np.array([1, np.exp(-2)]) / (1 + np.exp(-2)))
     ranked = [Candidate(name, fit, None, ()) for name, fit in zip("ab", fits, strict=True)]
-    assert [each.weight for each in weighed(ranked)] == pytest.approx([0.5, 0.5])
+    assert [each.weight for each in weighed(ranked, usual_prediction(fits[0]))] == pytest.approx([0.5, 0.5])
 
 
 def test_laws_that_fit_alike_with_other_branches_are_named_and_not_drawn_from() -> None:
@@ -123,8 +123,9 @@ def test_a_test_in_the_predicted_mode_is_proposed_first() -> None:
     random = np.random.default_rng(1)
     shares = random.uniform(0.0, 0.4, 24)
     draws = [replace(FILM, equilibrium_law=MooneyRivlin(1e4 * (1 - s), 1e4 * s), equilibrium_modulus=2e4) for s in shares]
-    found = proposals(draws, 16.0, 20.0, 0.03, 0.03)
-    assert np.ptp(np.log(film_voltages(draws, 16.0, 20.0))) > 0.2
+    asked = predicted_film(16.0, 20.0)
+    found = proposals(draws, asked, 16.0, 0.03, 0.03)
+    assert np.ptp(np.log(film_voltages(draws, asked))) > 0.2
     assert found[0].test.startswith(("film", "equibiaxial"))
     assert found[0].share > 0.8 > found[-1].share
     assert found[-1].test.startswith("pure-shear")  # where both invariants are equal

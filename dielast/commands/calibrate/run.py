@@ -23,8 +23,9 @@ from dielast.calibration.laws import (
     stabilities,
 )
 from dielast.calibration.profiles import Verdict
-from dielast.calibration.proposals import film_voltages, proposal_columns, proposals
+from dielast.calibration.proposals import film_voltages, predicted_film, proposal_columns, proposals
 from dielast.calibration.result import Calibration, Intervals, assessed, range_of
+from dielast.calibration.voltage import VoltageTest
 from dielast.commands.calibrate.checks import warn_of_fit, warn_of_laws_alike, warn_of_springs
 from dielast.commands.calibrate.readings import readings as readings
 from dielast.commands.calibrate.recipe import CalibrateRecipe
@@ -93,7 +94,9 @@ def run(cases: Sequence[Case[CalibrateRecipe]], inputs: Inputs, execution: Execu
             break
     if not candidates:
         raise NumericsError(*failures)
-    ranked = weighed(_ranked(candidates))
+    ranked = _ranked(candidates)
+    asked = task.asked or usual_prediction(ranked[0].fit)
+    ranked = weighed(ranked, asked)
     alike = drawn_beside(ranked)
     results = [_assessed(recipe, task, each.fit, watch) for each in (ranked[0], *([] if interrupted else alike))]
     best = replace(results[0], comparisons=hull([each.comparisons for each in results]))
@@ -130,8 +133,7 @@ def run(cases: Sequence[Case[CalibrateRecipe]], inputs: Inputs, execution: Execu
     scatter, calibrated = best.fit.scatter, best.material.calibrated
     if members and calibrated is not None:
         tables[DRAWS] = draw_columns(np.arange(len(members)), members)
-        heat = float(np.mean(calibrated.temperature))
-        if proposed := proposals(members, calibrated.largest_invariant, heat, scatter.specimen, scatter.model_error):
+        if proposed := proposals(members, asked, calibrated.largest_invariant, scatter.specimen, scatter.model_error):
             tables["next_tests.csv"] = proposal_columns(proposed)
     if len(results) > 1:
         warn_of_laws_alike({each.name: each.weight for each in drawn}, volts, tables)
@@ -225,9 +227,15 @@ def _assessed(recipe: CalibrateRecipe, task: CalibrationTask, fit: Fit, watch: W
     return assessed(fit, validate=task.predicted, intervals=intervals, watch=watch)
 
 
-def weighed(ranked: Sequence[Candidate]) -> list[Candidate]:
-    """The laws with their weights and the voltage of the predicted film, if all have a cross-validation of the same tests, or one
-    test.
+def usual_prediction(fit: Fit) -> VoltageTest:
+    """The film that is predicted if none is stated."""
+    known = range_of(fit)
+    return predicted_film(known.largest_invariant, float(np.mean(known.temperature)))
+
+
+def weighed(ranked: Sequence[Candidate], asked: VoltageTest) -> list[Candidate]:
+    """The laws with their weights and the voltage of the film that is `asked` for, if all have a cross-validation of the same
+    tests, or one test.
     """
     found = [each.found for each in ranked if each.found is not None]
     if len(ranked) < 2:
@@ -238,8 +246,7 @@ def weighed(ranked: Sequence[Candidate]) -> list[Candidate]:
         return list(ranked)
     else:
         weights = law_weights(found, pieces_of(ranked[0].fit))
-    known = range_of(ranked[0].fit)
-    volts = film_voltages([each.fit.material for each in ranked], known.largest_invariant, float(np.mean(known.temperature)))
+    volts = film_voltages([each.fit.material for each in ranked], asked)
     return [
         replace(each, weight=weight, film_voltage=volt)
         for each, weight, volt in zip(ranked, weights.tolist(), volts.tolist(), strict=True)
