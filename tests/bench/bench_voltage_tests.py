@@ -5,8 +5,8 @@ voltage for a relative stretch of 1.2 at prestretch 3 is predicted from draws of
 laboratories are calibrated side by side, with one start, 12 points of a curve, and at most 48 moves of a chain.
 
 Measured with draws of all ranges together: `uniaxial 4` 2 of 4 hold the truth, as an exponent of 0.9 is in a tail of its uniform
-prior; `films 2` 2 of 2. With divided ranges, and the law of the truth alone, the band of laboratory 100 is 2965 to 10168 V, where the
-truth is 7377 V; all laws, and further laboratories, are not measured.
+prior; `films 2` 2 of 2. With divided ranges, the law of the truth alone gives laboratory 100 a band from 2965 to 10168 V, where the
+truth is 7377 V; all laws together, and further laboratories, are not measured.
 """
 
 from __future__ import annotations
