@@ -28,7 +28,6 @@ from intervals import shift_intervals
 from polystyrene import other_tests, shifts
 from raw import raw_tests
 from vhb4905 import halves
-from voltage import voltage_tests
 
 from dielast import DielastWarning
 
@@ -38,7 +37,6 @@ SECTIONS = {
     "halves": halves,
     "coupled": coupled,
     "raw-tests": raw_tests,
-    "voltage-tests": voltage_tests,
     "intervals": shift_intervals,
 }
 HEAD = """# Validation on measured data
