@@ -80,6 +80,14 @@ def law_weights(found: Sequence[CrossValidation], pieces: Floats) -> Floats:
     return np.asarray(np.mean(weight / np.sum(weight, axis=1, keepdims=True), axis=0))
 
 
+def akaike_weights(aic: Floats) -> Floats:
+    """The weight (laws,) of each law by Akaike's criterion `aic` (laws,), for a single test, of which cross-validation leaves
+    nothing to fit (Burnham and Anderson 2004, DOI 10.1177/0049124104268644).
+    """
+    weight = np.exp(-0.5 * (aic - np.min(aic)))
+    return np.asarray(weight / np.sum(weight))
+
+
 def pieces_of(fit: Fit) -> Floats:
     """The number (tests,) of independent pieces of each curve, at least 1."""
     return np.maximum([float(place[-1]) / fit.scatter.piece for place in fit.curves.places], 1.0)

@@ -1,6 +1,7 @@
 """Which test would settle a prediction: the share of its variance that each possible test is expected to take away.
 
-The prediction is the voltage of a film that is stretched as far, in I1, as the tests were, where laws that fit alike differ most.
+The prediction is the voltage of a film: a stated one, or one that is stretched as far, in I1, as the tests were, where laws that
+fit alike differ most.
 The draws of the material, of all laws, give the joint distribution of this voltage q and of what each possible test would measure,
 y, all in logarithms. With the covariances c = cov(y, q) and C = cov(y) of the draws, and the variance N of a measurement, that of
 the specimen and of the model's error, the test is expected to leave var q - c' (C + N)^-1 c (Lindley 1956, DOI
@@ -46,17 +47,21 @@ def stretch_of(invariant: float, mode: Mode) -> float:
     return float(brentq(lambda stretch: float(first_invariant(np.array(stretch), mode)) - invariant, 1.0, np.sqrt(invariant)))
 
 
+def approach(relative_stretch: float) -> Floats:
+    """Three relative stretches up to the last one, as a voltage test has at least."""
+    return 1 + (relative_stretch - 1) * np.array([0.25, 0.5, 1.0])
+
+
 def predicted_film(invariant: float, temperature: float) -> VoltageTest:
     """A film under dead load at the equibiaxial prestretch with this I1, at the relative stretch of the prediction."""
     prestretch = stretch_of(max(invariant, LEAST), Mode.EQUIBIAXIAL)
     film = Film(THICKNESS, prestretch, relax=RELAX)
-    stretch = np.array([1.05, 1.1, REACHED])
-    return VoltageTest("prediction", np.full(3, 2e4), stretch, film, RAMP, temperature, measure="relative_stretch")
+    return VoltageTest("prediction", np.full(3, 2e4), approach(REACHED), film, RAMP, temperature, measure="relative_stretch")
 
 
-def film_voltages(materials: Sequence[Material | None], invariant: float, temperature: float) -> Floats:
-    """The voltage (materials,) in V of the predicted film; NaN for a material that cannot follow."""
-    return Laboratory([predicted_film(invariant, temperature)]).answers(materials)[0][:, -1]
+def film_voltages(materials: Sequence[Material | None], asked: VoltageTest) -> Floats:
+    """The voltage (materials,) in V of the film that is `asked` for, at its last stretch; NaN for a material that cannot follow."""
+    return Laboratory([asked]).answers(materials)[0][:, -1]
 
 
 def possible_tests(invariant: float, temperature: float) -> list[Experiment]:
@@ -71,30 +76,31 @@ def possible_tests(invariant: float, temperature: float) -> list[Experiment]:
             time, stretch = np.append(time, lasts + HOLD), np.append(stretch, top)
             name = f"{mode.value} loading to stretch {top:.3g} at {100 * rate:g} %/s, held for {HOLD / 3600:g} h"
             tests.append(MeasuredTest(name, time, stretch, np.ones(4), temperature, mode))
-    asked = predicted_film(invariant, temperature)
+    usual = predicted_film(invariant, temperature)
     for prestretch in PRESTRETCHES:
-        film = replace(asked.film, prestretch=prestretch)
-        tests.append(replace(asked, name=f"film at prestretch {prestretch:g}, its stretch at voltages", film=film))
+        film = replace(usual.film, prestretch=prestretch)
+        tests.append(replace(usual, name=f"film at prestretch {prestretch:g}, its stretch at voltages", film=film))
     return tests
 
 
-def proposals(materials: Sequence[Material], invariant: float, temperature: float, specimen: float, error: float) -> list[Proposal]:
-    """The possible tests, the best first, by draws of the material; `specimen` is the scatter of specimens, `error` that of the
-    model. Empty without a permittivity; a test that fewer than `FEWEST_DRAWS` draws can follow is left out.
+def proposals(materials: Sequence[Material], asked: VoltageTest, invariant: float, specimen: float, error: float) -> list[Proposal]:
+    """The possible tests up to an `invariant` I1, that which tells most of what is `asked` first, by draws of the material;
+    `specimen` is the scatter of specimens, `error` that of the model. Empty without a permittivity, and where fewer than
+    `FEWEST_DRAWS` draws can follow the film that is asked for; a test that fewer can follow is left out.
     """
     if not materials or not materials[0].permittivity:
         return []
     members = materials[:MOST_DRAWS]  # laws and strata take turns
     with np.errstate(invalid="ignore", divide="ignore"):
-        asked = np.log(film_voltages(members, invariant, temperature))
+        wanted = np.log(film_voltages(members, asked))
         found = []
-        tests = possible_tests(invariant, temperature)
+        tests = possible_tests(invariant, asked.temperature)
         for test, answers in zip(tests, Laboratory(tests).answers(members), strict=True):
             seen = np.log(answers)
-            known = np.isfinite(asked) & np.all(np.isfinite(seen), axis=1)
+            known = np.isfinite(wanted) & np.all(np.isfinite(seen), axis=1)
             if np.count_nonzero(known) < FEWEST_DRAWS:
                 continue
-            both = np.cov(np.column_stack((seen[known], asked[known])).T)
+            both = np.cov(np.column_stack((seen[known], wanted[known])).T)
             size = seen.shape[1]
             noise = test.power**2 * specimen**2 * np.ones((size, size)) + error**2 * np.eye(size)
             cross = both[:-1, -1]

@@ -33,7 +33,18 @@ columns = { voltage = "V", relative_stretch = "s" }
 film = { thickness = "1 mm", prestretch = 3.0, relax = "30 min", boundary = "frame", electrode_share = 0.25 }
 ramp = "100 V/s"
 """
+PREDICTED = '[prediction]\nfilm = { thickness = "1 mm", prestretch = 2.0, boundary = ["dead-load", "clamped"] }\n'
+PREDICTED += "relative_stretch = 1.1\n"
 MISTAKES = [
+    (
+        HEAD + TEST + FREE + PREDICTED.replace('["dead-load", "clamped"]', '"clamped"'),
+        "prediction.film.boundary: axis 1 is clamped, and has no stretch at a voltage: clamp axis 2",
+    ),
+    (
+        HEAD + TEST + FREE + PREDICTED.replace("prestretch", 'relax = ["1 s", "2 s"], prestretch'),
+        "prediction.film.relax: one value is needed: what is unknown has no prediction",
+    ),
+    (HEAD.replace("example:tensile/start.toml", "table.toml") + TEST + FREE + PREDICTED, "state [dielectric] permittivity"),
     (HEAD + TEST + "[free]\n", 'free: nothing is free: write, for example, "equilibrium.shear_modulus" = {}'),
     ('kind = "calibrate"\n' + TEST + FREE, "either material or materials is needed"),
     (
@@ -522,7 +533,7 @@ def test_voltage_tests_are_fitted_and_laws_that_fit_alike_are_drawn_together(die
     free = FREE + '"nonequilibrium.shear_modulus" = {}\n"nonequilibrium.relaxation_time" = {}\n'
     tried = '[springs]\ntry = [["gent", "gent"], ["ogden", "ogden"], ["neo-hookean", "neo-hookean"]]\n'
     few = "[fit]\nstarts = 1\n[uncertainty]\ndraws = 40\n"
-    recipe = 'kind = "calibrate"\nmaterial = "m.toml"\n' + tests + free + tried + few
+    recipe = 'kind = "calibrate"\nmaterial = "m.toml"\n' + tests + free + PREDICTED + tried + few
     (tmp_path / "r.toml").write_text(recipe)
     done = dielast("calibrate", "r.toml", "-q", "--plot", "none")
     assert done.returncode == 0, done.stderr
@@ -537,6 +548,19 @@ def test_voltage_tests_are_fitted_and_laws_that_fit_alike_are_drawn_together(die
     assert "apart; the voltage of a film differs by a factor of" in done.stderr
     proposed = parse_csv((tmp_path / "r/next_tests.csv").read_bytes(), "next")
     assert not proposed["test"][0].startswith("uniaxial")
+    # the voltage of the film of [prediction], of the first law
+    drawn = parse_csv((tmp_path / "r/laws.csv").read_bytes(), "laws")["film_voltage [V]"]
+    asked = VoltageTest(
+        "asked",
+        np.full(3, 1e4),
+        np.array([1.02, 1.05, 1.1]),
+        Film(1e-3, 2.0, boundary=("dead-load", "clamped")),
+        100.0,
+        20.0,
+        measure="relative_stretch",
+    )
+    first = Laboratory([asked]).answers([read_material(tmp_path / "r/material.toml")])[0][0, -1]
+    assert float(drawn[0]) == pytest.approx(first, rel=1e-3)
     draws = read_draws(tmp_path / "r/material.toml")
     assert {draw.equilibrium_law.name for draw in draws} >= {"gent", "ogden"}
     assert read_material(tmp_path / "r/material.toml").calibrated.law_spread > 1

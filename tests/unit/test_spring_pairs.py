@@ -10,12 +10,12 @@ import pytest
 from dielast import DielastWarning, Free, Gent, InputError, Material, MeasuredTest, MooneyRivlin, NoShift, Spectrum, VoltageTest
 from dielast.calibration.fit import fit_material
 from dielast.calibration.laboratory import Laboratory
-from dielast.calibration.laws import CrossValidation, cross_validation, law_weights, pieces_of
+from dielast.calibration.laws import CrossValidation, akaike_weights, cross_validation, law_weights, pieces_of
 from dielast.calibration.parameters import parameter_space, with_conditions
 from dielast.calibration.profiles import Profile, Verdict, possible_values
-from dielast.calibration.proposals import film_voltages, proposals
+from dielast.calibration.proposals import film_voltages, predicted_film, proposals
 from dielast.calibration.spring_pairs import pairs_of, trial
-from dielast.commands.calibrate.run import Candidate, drawn_beside
+from dielast.commands.calibrate.run import Candidate, drawn_beside, usual_prediction, weighed
 from dielast.material.springs import SPRINGS
 from dielast.simulate.film_setup import Film
 
@@ -72,6 +72,16 @@ def test_laws_that_predict_alike_share_the_weight_and_one_that_misses_has_none()
     assert law_weights(split, np.full(3, 3.0)) == pytest.approx([0.5, 0.5], abs=0.03)
 
 
+def test_laws_of_a_single_test_are_weighted_by_akaikes_criterion() -> None:
+    """A law with two more constants that fits no better has the weight exp(-2); cross-validation knows nothing."""
+    fits = [fit_material(FILM, [pull(FILM, 2.0)], MODULI, starts=1) for _ in range(2)]
+    assert cross_validation(fits[0]) is None
+    aic = fits[0].aic
+    assert akaike_weights(np.array([aic, aic + 4])) == pytest.approx(np.array([1, np.exp(-2)]) / (1 + np.exp(-2)))
+    ranked = [Candidate(name, fit, None, ()) for name, fit in zip("ab", fits, strict=True)]
+    assert [each.weight for each in weighed(ranked, usual_prediction(fits[0]))] == pytest.approx([0.5, 0.5])
+
+
 def test_laws_that_fit_alike_with_other_branches_are_named_and_not_drawn_from() -> None:
     def candidate(name: str, material: Material, weight: float) -> Candidate:
         fit: Any = SimpleNamespace(material=material)
@@ -113,8 +123,9 @@ def test_a_test_in_the_predicted_mode_is_proposed_first() -> None:
     random = np.random.default_rng(1)
     shares = random.uniform(0.0, 0.4, 24)
     draws = [replace(FILM, equilibrium_law=MooneyRivlin(1e4 * (1 - s), 1e4 * s), equilibrium_modulus=2e4) for s in shares]
-    found = proposals(draws, 16.0, 20.0, 0.03, 0.03)
-    assert np.ptp(np.log(film_voltages(draws, 16.0, 20.0))) > 0.2
+    asked = predicted_film(16.0, 20.0)
+    found = proposals(draws, asked, 16.0, 0.03, 0.03)
+    assert np.ptp(np.log(film_voltages(draws, asked))) > 0.2
     assert found[0].test.startswith(("film", "equibiaxial"))
     assert found[0].share > 0.8 > found[-1].share
     assert found[-1].test.startswith("pure-shear")  # where both invariants are equal

@@ -2,13 +2,14 @@
 
 from typing import Annotated
 
+import numpy as np
 from pydantic import AfterValidator, Field
 
 from dielast.base.errors import InputError
 from dielast.base.units import NUMBER, STRAIN, TIME, TIMES, VOLTAGE, VOLTAGE_RATE
 from dielast.commands.simulation.film_recipe import SHARE_TEXT, FilmBase, FilmSolver, Prestretch, Shares
 from dielast.readings.columns_recipe import MachineColumns
-from dielast.recipe.fields import WithUnit
+from dielast.recipe.fields import Section, Temperature, WithUnit
 from dielast.recipe.file_fields import ColumnName
 
 VOLTAGE_COLUMNS = {"voltage": VOLTAGE, "relative_stretch": NUMBER, "area_strain": STRAIN}
@@ -59,3 +60,19 @@ class TestFilm(FilmBase):
     def _check(self) -> None:
         super()._check()
         self.check_boundary(FilmSolver())
+
+
+class PredictedFilm(Section):
+    """A film whose voltage for a stretch is to be predicted: next_tests.csv ranks possible tests by what they tell of it."""
+
+    film: TestFilm = Field(description="The film.")
+    relative_stretch: float = Field(1.2, gt=1, le=10, description="Stretch along axis 1 over that before the voltage.")
+    ramp: Annotated[float, WithUnit(VOLTAGE_RATE, above=0.0)] = Field(
+        100.0, description="Rate at which the voltage rises.", json_schema_extra={"default": "100 V/s"}
+    )
+    temperature: Temperature | None = Field(None, description="Temperature of the film. Default: the mean of those of the tests.")
+
+    def _check(self) -> None:
+        for key in ("relax", "electrode_share"):
+            if len(np.atleast_1d(getattr(self.film, key) or 0.0)) > 1:
+                raise InputError("one value is needed: what is unknown has no prediction", key=f"film.{key}")

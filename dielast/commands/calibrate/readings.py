@@ -10,6 +10,7 @@ from dielast.commands.calibrate.recipe import CalibrateRecipe, TestData
 from dielast.commands.calibrate.simulated import recipe_tests
 from dielast.commands.calibrate.task import CalibrationTask, check_conditions
 from dielast.commands.calibrate.tests import check_temperature, named, read_test
+from dielast.commands.calibrate.voltage_tests import predicted_test
 from dielast.handover.material_file import parse_material
 from dielast.io.files import Inputs
 from dielast.material.material import Material
@@ -60,6 +61,8 @@ def readings(cases: Sequence[Case[CalibrateRecipe]], inputs: Inputs) -> Iterator
             yield f"{key}[{index}].{named_by}", test, partial(fitted_or_predicted, key, index)
             if key == "test" and test.temperature is not None and not recipe.frees_shift:
                 yield f"{key}[{index}].temperature", (test, index), partial(holds, test, test.temperature)
+    if recipe.prediction is not None:
+        yield "", recipe.prediction, partial(predicted_test, recipe.prediction, ROOM)
     yield "", recipe, partial(_conditions, recipe, materials, fitted_or_predicted)
 
 
@@ -76,7 +79,8 @@ def _conditions(
                 [test for index in range(count) for test in tests_of(key, index)]
                 for key, count in (("test", len(recipe.test)), ("validate", len(recipe.validate_)))
             )
+            asked = None if recipe.prediction is None else predicted_test(recipe.prediction, ROOM)
     except (InputError, NumericsError):
         return
     if known is not None:
-        check_conditions(CalibrationTask(fitted, predicted, known, {}))
+        check_conditions(CalibrationTask(fitted, predicted, known, {}, asked))

@@ -6,7 +6,7 @@ from pydantic import Field, PlainValidator, ValidationInfo, WithJsonSchema, Wrap
 
 from dielast.base.errors import InputError
 from dielast.base.units import FORCE, LENGTH, NUMBER, STRAIN, STRESS, TIME
-from dielast.commands.calibrate.film_recipe import VOLTAGE_COLUMNS, RampRates, TestColumns, TestFilm
+from dielast.commands.calibrate.film_recipe import VOLTAGE_COLUMNS, PredictedFilm, RampRates, TestColumns, TestFilm
 from dielast.commands.membrane.recipe import SLACK, Slack
 from dielast.commands.simulation.recipe import Cell, LoadingMode
 from dielast.readings.columns_recipe import Specimen
@@ -154,7 +154,9 @@ class FitOptions(Section):
         None, description="Relative scatter of stress between specimens of the material. Default: estimated, starting from 5 %."
     )
     cross_validation: bool | None = Field(
-        None, description="Whether each test is predicted from the others. Default: true where several materials are ranked."
+        None,
+        description="Whether each test is predicted from the others. Default: true where several materials are ranked; those of a "
+        "single test are ranked by Akaike's criterion.",
     )
     stable_up_to: float | None = Field(
         None, gt=1, description="Stretch up to which the springs must be stable in all modes. Default: the largest of the tests."
@@ -239,6 +241,11 @@ class CalibrateRecipe(RecipeBase):
         "A value that ends at a bound is warned of."
     )
     springs: SpringTrials | None = Field(None, description="Laws of springs to try in the place of those of the material.")
+    prediction: PredictedFilm | None = Field(
+        None,
+        description="The film whose voltage next_tests.csv and laws.csv are about. Default: a film 1 mm thick under dead load that "
+        "is stretched equibiaxially as far, in I1, as the tests were, for a further stretch of 1.2.",
+    )
     fit: FitOptions = Field(FitOptions(), description="How the fit is done.")
     uncertainty: PosteriorOptions = Field(PosteriorOptions(), description="Draws of the material.")
 

@@ -15,6 +15,7 @@ from dielast.calibration.fit import Fit, Watch, fit_material
 from dielast.calibration.laws import (
     CrossValidation,
     StableRange,
+    akaike_weights,
     cross_validation,
     law_weights,
     mixed_draws,
@@ -22,8 +23,9 @@ from dielast.calibration.laws import (
     stabilities,
 )
 from dielast.calibration.profiles import Verdict
-from dielast.calibration.proposals import film_voltages, proposal_columns, proposals
+from dielast.calibration.proposals import film_voltages, predicted_film, proposal_columns, proposals
 from dielast.calibration.result import Calibration, Intervals, assessed, range_of
+from dielast.calibration.voltage import VoltageTest
 from dielast.commands.calibrate.checks import warn_of_fit, warn_of_laws_alike, warn_of_springs
 from dielast.commands.calibrate.readings import readings as readings
 from dielast.commands.calibrate.recipe import CalibrateRecipe
@@ -92,7 +94,9 @@ def run(cases: Sequence[Case[CalibrateRecipe]], inputs: Inputs, execution: Execu
             break
     if not candidates:
         raise NumericsError(*failures)
-    ranked = _weighed(_ranked(candidates))
+    ranked = _ranked(candidates)
+    asked = task.asked or usual_prediction(ranked[0].fit)
+    ranked = weighed(ranked, asked)
     alike = drawn_beside(ranked)
     results = [_assessed(recipe, task, each.fit, watch) for each in (ranked[0], *([] if interrupted else alike))]
     best = replace(results[0], comparisons=hull([each.comparisons for each in results]))
@@ -129,8 +133,7 @@ def run(cases: Sequence[Case[CalibrateRecipe]], inputs: Inputs, execution: Execu
     scatter, calibrated = best.fit.scatter, best.material.calibrated
     if members and calibrated is not None:
         tables[DRAWS] = draw_columns(np.arange(len(members)), members)
-        heat = float(np.mean(calibrated.temperature))
-        if proposed := proposals(members, calibrated.largest_invariant, heat, scatter.specimen, scatter.model_error):
+        if proposed := proposals(members, asked, calibrated.largest_invariant, scatter.specimen, scatter.model_error):
             tables["next_tests.csv"] = proposal_columns(proposed)
     if len(results) > 1:
         warn_of_laws_alike({each.name: each.weight for each in drawn}, volts, tables)
@@ -223,14 +226,26 @@ def _assessed(recipe: CalibrateRecipe, task: CalibrationTask, fit: Fit, watch: W
     return assessed(fit, validate=task.predicted, intervals=intervals, watch=watch)
 
 
-def _weighed(ranked: Sequence[Candidate]) -> list[Candidate]:
-    """The laws with their weights and the voltage of the predicted film, if all have a cross-validation of the same tests."""
+def usual_prediction(fit: Fit) -> VoltageTest:
+    """The film that is predicted if none is stated."""
+    known = range_of(fit)
+    return predicted_film(known.largest_invariant, float(np.mean(known.temperature)))
+
+
+def weighed(ranked: Sequence[Candidate], asked: VoltageTest) -> list[Candidate]:
+    """The laws with their weights and the voltage of the film that is `asked` for, if all have a cross-validation of the same
+    tests, or one test.
+    """
     found = [each.found for each in ranked if each.found is not None]
-    if len(ranked) < 2 or len({each.square.size for each in found}) != 1 or len(found) < len(ranked):
+    if len(ranked) < 2:
         return list(ranked)
-    weights = law_weights(found, pieces_of(ranked[0].fit))
-    known = range_of(ranked[0].fit)
-    volts = film_voltages([each.fit.material for each in ranked], known.largest_invariant, float(np.mean(known.temperature)))
+    if _single(ranked):
+        weights = akaike_weights(np.array([each.fit.aic for each in ranked]))
+    elif len({each.square.size for each in found}) != 1 or len(found) < len(ranked):
+        return list(ranked)
+    else:
+        weights = law_weights(found, pieces_of(ranked[0].fit))
+    volts = film_voltages([each.fit.material for each in ranked], asked)
     return [
         replace(each, weight=weight, film_voltage=volt)
         for each, weight, volt in zip(ranked, weights.tolist(), volts.tolist(), strict=True)
@@ -238,10 +253,19 @@ def _weighed(ranked: Sequence[Candidate]) -> list[Candidate]:
 
 
 def _ranked(candidates: Sequence[Candidate]) -> list[Candidate]:
-    """The laws, the best first: by the error of cross-validation, or by that of the fit if a law lacks a cross-validation."""
+    """The laws, the best first: by the error of cross-validation; of a single test by Akaike's criterion; or by the error of the
+    fit, if a law lacks a cross-validation.
+    """
     foreseen = [each.prediction_error for each in candidates if each.prediction_error is not None]
     errors = foreseen if len(foreseen) == len(candidates) else [each.fit.misfit for each in candidates]
+    if _single(candidates):
+        errors = [each.fit.aic for each in candidates]
     return [candidates[k] for k in np.argsort(errors, kind="stable")]
+
+
+def _single(candidates: Sequence[Candidate]) -> bool:
+    """Whether all laws were fitted to one and the same test."""
+    return {len(each.fit.problem.laboratory.tests) for each in candidates} == {1}
 
 
 def headline(best: Calibration) -> Mapping[str, Mapping[str, Any]]:

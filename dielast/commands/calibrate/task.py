@@ -13,6 +13,7 @@ from dielast.calibration.voltage import VoltageTest
 from dielast.commands.calibrate.freedom import free_of
 from dielast.commands.calibrate.recipe import CalibrateRecipe
 from dielast.commands.calibrate.tests import read_tests
+from dielast.commands.calibrate.voltage_tests import predicted_test
 from dielast.handover.material_file import parse_material
 from dielast.io.files import Inputs
 from dielast.material.checks import FAINTEST, LOOKS_LIKE_KELVIN, STRONGEST, warn_of_field, warn_of_temperature
@@ -28,6 +29,8 @@ class CalibrationTask:
     predicted: list[Experiment]
     materials: dict[str, Material]
     free: dict[str, dict[str, Free]]
+    asked: VoltageTest | None = None
+    """The prediction that is asked for, None for the usual one."""
 
 
 def read_task(recipe: CalibrateRecipe, inputs: Inputs) -> CalibrationTask:
@@ -42,6 +45,10 @@ def read_task(recipe: CalibrateRecipe, inputs: Inputs) -> CalibrationTask:
     further = wrong.tried(partial(read_tests, recipe.validate_, inputs, at, "validate")) or []
     # without its material a free constant cannot be checked
     free = wrong.tried(partial(free_of, recipe.free, materials, inputs)) if len(materials) == len(recipe.started_from) else None
+    asked = None
+    if recipe.prediction is not None:
+        mean = float(np.mean([test.temperature for test in tests] or [at]))
+        asked = wrong.tried(partial(predicted_test, recipe.prediction, mean))
     wrong.refuse()
     assert free is not None
     if recipe.springs is not None:
@@ -54,7 +61,7 @@ def read_task(recipe: CalibrateRecipe, inputs: Inputs) -> CalibrationTask:
             for pair in recipe.springs.try_
         ]
         materials, free = {name: each.material for name, each in tried}, {name: dict(each.free) for name, each in tried}
-    return CalibrationTask(tests, further, materials, free)
+    return CalibrationTask(tests, further, materials, free, asked)
 
 
 def check_conditions(task: CalibrationTask) -> None:
@@ -68,6 +75,8 @@ def check_conditions(task: CalibrationTask) -> None:
         if electric and not material.permittivity:
             needed = f"test {electric[0].name} is under voltage: state [dielectric] permittivity"
             raise InputError(needed, file=name)
+        if task.asked is not None and not material.permittivity:
+            raise InputError("prediction is of a film under voltage: state [dielectric] permittivity", file=name)
     temperature = np.array([test.temperature for test in (*task.tests, *task.predicted)])
     hot = temperature > LOOKS_LIKE_KELVIN
     warn_of_temperature(temperature[hot] if hot.any() else temperature, "tests are at")

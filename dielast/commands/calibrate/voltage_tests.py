@@ -2,14 +2,16 @@
 
 import numpy as np
 
-from dielast.base.errors import InputError, located
+from dielast.base.errors import InputError, in_keys, located
 from dielast.base.units import NUMBER, STRAIN, VOLTAGE
+from dielast.calibration.proposals import approach
 from dielast.calibration.voltage import QUANTITIES, VoltageTest
-from dielast.commands.calibrate.film_recipe import TestFilm
+from dielast.commands.calibrate.film_recipe import PredictedFilm, TestFilm
 from dielast.commands.calibrate.recipe import TestData
 from dielast.commands.simulation.compare import rows_where
 from dielast.io.files import Inputs
 from dielast.io.text_table import MeasuredTable, read_measured
+from dielast.mechanics.span import Control
 from dielast.readings.extents import check_area_strain, read_extent
 from dielast.simulate.film_setup import Film
 
@@ -57,6 +59,20 @@ def read_voltage_test(test: TestData, inputs: Inputs, temperature: float, name: 
             np.array(film.shares) if film.shares is not None and len(film.shares) > 1 else None,
             measure,
             test.specimen_id or name,
+        )
+
+
+def predicted_test(stated: PredictedFilm, temperature: float) -> VoltageTest:
+    """The prediction that a recipe asks for, by default at a `temperature` in degC; `InputError` for an impossible film."""
+    stretch = approach(stated.relative_stretch)
+    at = temperature if stated.temperature is None else stated.temperature
+    film = _film(stated.film)
+    if film.controls[0] is Control.STRETCH:
+        raise InputError("axis 1 is clamped, and has no stretch at a voltage: clamp axis 2", key="prediction.film.boundary")
+    keys = {key: f"prediction.film.{key}" for key in ("thickness", "electrode_share", "force", "prestretch")}
+    with in_keys(keys):
+        return VoltageTest(
+            "prediction", np.full(stretch.size, 2e4), stretch, film, np.array(stated.ramp), at, measure="relative_stretch"
         )
 
 
