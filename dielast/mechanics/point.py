@@ -214,7 +214,7 @@ class Arrowhead:
         """Set the `response` to rates that are `fading` (axes, n, cases), and in the stages at `times` (stages, cases) its values
         `known` and, times the step, its rates; `tangent` is K, for one axis that of Q.
         """
-        share, axes = (times - times[0]) / step, self.axes
+        share, axes = (times - times[0]) / np.where(step > 0, step, 1.0), self.axes
         rate = fading * step
         if axes == 1:
             decay = np.maximum(1 / self.springs.diagonal[0] - self.hold, 0.0)
