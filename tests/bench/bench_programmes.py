@@ -9,7 +9,8 @@ cycles beside other work, one took 2.3 times the creep test (264 and 115 ms), wh
 kink was integrated; the largest memory was 100 MiB after 1 cycle and 101 after 30.
 
 While the response to a kink was integrated, the first 39 programmes from seed 7 on that have an equilibrium throughout, of seven
-pairs of laws, differed by no more than this (`--first 7 --programmes 39`, 5 min of CPU; the programmes of seeds 0, 3 and 4 differ by no more, but for a loss of tension by 1.4e-9):
+pairs of laws, differed by no more than this (`--first 7 --programmes 39`, 5 min of CPU; those of seeds 0, 3, 4 neither, but for a
+loss of tension by 1.4e-9):
 
 | | programmes | worst relative difference |
 |---|---|---|
