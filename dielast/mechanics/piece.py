@@ -22,7 +22,6 @@ from typing import ClassVar
 
 import numpy as np
 
-from dielast.base.errors import InputError
 from dielast.mechanics.cases import spread
 from dielast.mechanics.electric import Drive
 from dielast.mechanics.line import EVEN_ROWS, JUMP_DECADES, RAMP_DECADES, Line, merged, whole
@@ -44,7 +43,8 @@ class Cycles(ByCase):
     """Cycles from `low` to `high` (3, cases) and back in a `period` (cases,) in s, of a sine or a triangle.
 
     `edges` (m + 1, cases) are the phases, from 0 to 1, at which the spans of a cycle begin and end: the kinks of a triangle, and,
-    if `electrical`, the phases at which the magnitude of the voltage begins to rise, `rising` (2, cases). Each row is ahead of the
+    if `electrical`, the phases at which the magnitude of the voltage begins to rise, `rising` (2, cases); where a row with an aim
+    passes 0, they are `divided` there. Each row is ahead of the
     cycle by its `lead` (3, cases), a part of the period. Rows with an `aim` (3, cases) that is not NaN go straight to it meanwhile,
     from their low, which is their high.
     """
@@ -60,6 +60,7 @@ class Cycles(ByCase):
     rising: Floats
     lead: Floats | None = None
     aim: Floats | None = None
+    divided: bool = False
     step: int = 0
     drive: Drive | None = None
     lap: int = 0
@@ -97,10 +98,23 @@ class Cycles(ByCase):
     def begin(self, present: Floats) -> Cycles:
         """The cycles of films with the `present` values (3, cases)."""
         low, high = (np.where(np.isnan(values), present, values) for values in (self.low, self.high))
-        if self.aim is not None and np.any(low[2] * self.aim[2] < 0):
-            opposite = "a voltage or a charge that changes its sign beside a waveform needs two steps: one to 0, one from 0"
-            raise InputError(opposite, step=self.step)
-        return replace(self, low=low, high=high)
+        begun = replace(self, low=low, high=high)
+        if not np.any(begun.passes):
+            return begun
+        # in every cycle a span ends at the phase at which, in one of them, the voltage passes 0
+        passed = np.where(begun.passes, begun.share_before_zero * self.cycles % 1.0, 1.0)
+        return replace(begun, edges=np.sort(np.concatenate((self.edges, passed[None])), axis=0), divided=True)
+
+    @property
+    def passes(self) -> Flags:
+        """Whether (cases,) a voltage or a charge passes 0 on its way to its aim."""
+        return np.asarray(self.start[2] * self.end[2] < 0) if self.aim is not None else np.zeros(self.period.shape, dtype=bool)
+
+    @property
+    def share_before_zero(self) -> Floats:
+        """The fraction (cases,) of all cycles after which the electrical row passes 0, where it does on its way to an aim."""
+        start, end = self.start[2], self.end[2]
+        return np.where(self.passes, start / np.where(start == end, 1.0, start - end), 0.0)
 
     @property
     def targets(self) -> tuple[Floats, ...]:
@@ -177,17 +191,18 @@ class Cycles(ByCase):
 
     def smooth(self, index: Cases) -> Flags:
         """Whether (k,) there is no kink: a triangle has kinks where it turns around."""
-        if self.triangle and self.lead is not None:
+        if self.triangle and (self.lead is not None or self.divided):
             return np.zeros(index.shape, dtype=bool)
         part = index % self.spans_of_cycle
         return (index > 0) & (~np.isin(part, (0, self.spans_of_cycle // 2)) if self.triangle else True)
 
     def rises(self, kept: Cases) -> Floats:
         """The times (cases, k) in the cycles `kept` at which the voltage is closest to 0, on the way up and on the way down; where
-        it has an aim, the beginning.
+        it has an aim, the beginning or where it passes 0.
         """
         if not self.electrical:
-            return np.where(np.abs(self.end[2]) > np.abs(self.start[2]), 0.0, np.nan)[:, None]
+            grows = self.passes | (np.abs(self.end[2]) > np.abs(self.start[2]))
+            return np.where(grows, self.share_before_zero * self.duration, np.nan)[:, None]
         return np.asarray(self.period[:, None] * np.concatenate([kept + phase[:, None] for phase in self.rising], axis=1))
 
     def rows(self, per_decade: int, kept: Cases, before: Floats) -> Floats:

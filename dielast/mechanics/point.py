@@ -152,19 +152,20 @@ class LoadedPoints(UnderLoad):
         stress, tangent = tangent_of(points.law, self.symmetry, elastic.copy())
         block = flow.mobility(stress).through(tangent)
         decay = 0.5 * (block[0, 0] + block[-1, -1])
-        known = np.logical_and.reduce([np.broadcast_to(held, time.shape) for held in self.held])
         now = flow.rate(stress)
-        rate = np.where(known & (flow.fluidity > 0), now - ahead[:, None], 0.0)
+        rate = self.lifted() * (now - ahead[:, None])
         share = relaxed(decay * lasts)
         fallen = elastic - rate * lasts * share
         then = flow.rate(stress_of(points.law, self.symmetry, fallen))
         beyond = then - now + rate * (decay * lasts * share) - ahead_change[:, None] * lasts * share
-        return Fading(rate, np.where(known & (flow.fluidity > 0) & np.isfinite(beyond), beyond, 0.0))
+        sure = np.isfinite(rate) & np.isfinite(beyond)
+        return Fading(np.where(sure, rate, 0.0), np.where(sure, self.lifted() * beyond, 0.0))
 
-    def lifted(self, fading: Floats) -> Floats:
+    def lifted(self) -> Floats:
         """1 for springs that flow under prescribed stretches, else 0 (n, cases): their known part follows the load."""
-        known = np.logical_and.reduce([np.broadcast_to(held, fading.shape[-1]) for held in self.held])
-        return np.where(known & (self.points.flow.fluidity > 0), 1.0, 0.0)
+        fluidity = self.points.flow.fluidity
+        known = np.logical_and.reduce([np.broadcast_to(held, fluidity.shape[-1]) for held in self.held])
+        return np.where(known & (fluidity > 0), 1.0, 0.0)
 
     def linearise(self, times: Floats, state: Floats, step: Floats, gamma: float, fading: Floats | None = None) -> Arrowhead:
         """The linear system of a step (cases,) in s from `state`, whose stages are at `times` (stages, cases); the rates
@@ -213,7 +214,7 @@ class Arrowhead:
         """Set the `response` to rates that are `fading` (axes, n, cases), and in the stages at `times` (stages, cases) its values
         `known` and, times the step, its rates; `tangent` is K, for one axis that of Q.
         """
-        share, axes = (times - times[0]) / step, self.axes
+        share, axes = (times - times[0]) / np.where(step > 0, step, 1.0), self.axes
         rate = fading * step
         if axes == 1:
             decay = np.maximum(1 / self.springs.diagonal[0] - self.hold, 0.0)
@@ -226,9 +227,9 @@ class Arrowhead:
         border = -self.points.modulus * carried / self.stretch[:, None]
         response = relaxed(decay, share[:, None])
         stages, cases = share.shape
-        inner, right, path = rate * response[:, None], rate * (1 - decay * response)[:, None], None
+        inner, right = rate * response[:, None], rate * (1 - decay * response)[:, None]
+        path = StretchPath(self.system.load, times[0], self.system.lifted(), self.driven[0, :axes])
         if self.moves:
-            path = StretchPath(self.system.load, times[0], self.system.lifted(fading), self.driven[0, :axes])
             lifted = self.lifted = path.lifted
             inner += lifted * path.change(times - times[0])[:, :, None]
             right += lifted * (step * path.rate(times - times[0]))[:, :, None]

@@ -232,12 +232,16 @@ class Stepper:
             single_case, at_kink = at.cases.size == 2 and at.cases[0] == at.cases[1], kinks
             kinks = kinks[:1] if single_case else kinks
             proposed = np.where(self.result.next_step > 0, self.result.next_step, self.durations)[at.cases[kinks]]
+            self.state = np.array(self.state)
             self._respond(self.system, self.state, at, at_kink)
             at.next_step[at_kink] = self._opening(self.system, self.state, at, kinks, proposed)
             at.last_step[at_kink] = at.last_error[at_kink] = 0.0
 
     def _respond(self, system: System, state: Floats, at: PoolColumns, columns: Cases) -> None:
-        """Find what fades in columns (k,) after the start or a kink, if it is known."""
+        """Make the state of columns (k,) after the start or a kink consistent, in place, and find what fades, if it is known.
+
+        A state that is consistent only to the tolerance would be an error within the first step, however short that is.
+        """
         if not isinstance(system, Responsive):
             return
         pair, count = paired(columns), columns.size
@@ -246,6 +250,8 @@ class Stepper:
             self.fading = None if fading is None else fading.take(np.arange(count))
         elif self.fading is not None:
             self.fading = self.fading.put(columns, fading.take(np.arange(count)))
+        no_time = np.zeros(pair.size)
+        state[:, pair] += self._first_increment(system.take(pair), at.time[pair], np.take(state, pair, axis=1), no_time, pair)
 
     def _first_increment(self, system: Any, time: Floats, state: Floats, step: Floats, columns: Cases) -> Floats:
         """The increment (rows, k) of the first stage of a `step` (k,) of columns (k,), but for what fades as is known."""
