@@ -46,7 +46,7 @@ def test_the_fit_reports_the_model_it_returns(method: Method) -> None:
     assert fit.rms_relative_error < (0.002 if method == "nnls" else 0.08)
     count = 65 if method == "nnls" else 30  # 5 a decade
     assert (fit.method, fit.branches, len(fit.spectrum), fit.clipped_branches) == (method, count, count, 0)
-    assert fit_spectrum(time[:100], modulus[:100], method=method).branches == 30
+    assert fit_spectrum(time[-100:], modulus[-100:], method=method).branches == 30
     assert 3 * fit.equilibrium_shear_modulus == pytest.approx(PLATEAU, rel=0.08)  # the curve ends 7 % above it
 
 
