@@ -102,7 +102,7 @@ C2 = {relaxation.law_parameters["C2"]:.0f} K; through the published values 6.95 
         np.max(
             np.abs(found["creep"].log10_shift_factor - found["oscillation"].log10_shift_factor)
         ):.2f} decades. The published shifts of relaxation \
-leave both at 190 °C, where the melt relaxes fastest, by up to {between:.2f} decades. The files do not state in which time \
+differ from both at 190 °C, where the melt relaxes fastest, by up to {between:.2f} decades. The files do not state in which time \
 strain and stress were applied; ramps are found in the curves, of {found["relaxation"].ramp:.2g} s in relaxation and \
 {found["creep"].ramp:.2g} s in creep, and taken out. What is left between relaxation and \
 sweeps at 190 °C is {abs(relaxation.log10_shift_factor[-1] - found["oscillation"].log10_shift_factor[-1]):.2f} decades."""

@@ -48,6 +48,7 @@ def test_a_strain_is_compared_as_a_stretch(tmp_path: Path) -> None:
     (folder / "relax.csv").write_bytes(of_strain["relax.csv"])
     assert differences({**of_strain, "relax.csv": of_strain["relax.csv"].replace(b"2e-9", b"-9e-7")}, folder, 1e-6) == []
     assert len(differences({**of_strain, "relax.csv": of_strain["relax.csv"].replace(b"2e-9", b"2e-6")}, folder, 1e-6)) == 1
+    assert len(differences({**of_strain, "relax.csv": of_strain["relax.csv"].replace(b"2e-9", b"2e-6")}, folder, 1e-2)) == 1
     assert len(differences({**of_strain, "relax.csv": of_strain["relax.csv"].replace(b"2e-9", b"3e-9")}, folder, 0.0)) == 1
 
 
