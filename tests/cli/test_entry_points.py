@@ -162,7 +162,7 @@ def test_nothing_is_loaded_for_names_of_dielast(site: Path) -> None:
     code = (
         "import sys; from dielast import read_material; read_material('example:vhb4905');"
         "from dielast.commands.registry import COMMANDS; COMMANDS['relax'].model;"
-        "print('toylaws' in sys.modules, __import__('dielast.base.registry').registry.adopted())"
+        "print('toylaws' in sys.modules, __import__('dielast.base.registry').base.registry.adopted())"
     )
     done = subprocess.run(
         [sys.executable, "-c", code], env={**os.environ, "PYTHONPATH": str(site)}, capture_output=True, text=True, check=True

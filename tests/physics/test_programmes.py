@@ -257,7 +257,7 @@ def test_a_ramp_beside_a_waveform(shape: str) -> None:
     time = crossed.time[0, late] - 2
     assert crossed.voltage[0, late] == pytest.approx(present - (2e3 + present) * time / 6, rel=1e-9, abs=1e-6)
     stretch = 2.5 + 0.5 * up(time)
-    cycles_of = electrical_pieces([crossing], (Control.STRETCH,) * 2, np.full(1, THICKNESS), programme=True)[0]
+    cycles_of = electrical_pieces(Programme([crossing]), (Control.STRETCH,) * 2, np.full(1, THICKNESS), edges=True)[0]
     begun = cycles_of.begin(np.array([[2.5], [2.5], [present / THICKNESS]]))
     zero = 6 * present / (2e3 + present)
     spans = np.arange(begun.spans)

@@ -380,7 +380,7 @@ def _kept(scratch: Path) -> dict[str, Target]:
     times = {"breakdown": np.full(3, np.nan), "pull-in": np.array([1.0, 2.0, np.nan])}
     mode, status = np.array(["pull-in", "pull-in", "none"]), np.full(3, Status.COMPLETED)
     kept = {(first, first + 3): SolvedCells(times, mode, status) for first in (0, 3)}
-    store.write_bytes(Kept({"cells": kept}).packed(key))
+    store.write_bytes(b"".join(Kept({"cells": kept}).pieces(key)))
 
     def load(data: bytes) -> object:
         store.write_bytes(data)

@@ -117,7 +117,10 @@ def test_output_on_its_own_grid_is_output_at_these_times(internal: bool) -> None
     asked = relax(SOLID, steps, temperature=[15.0, 25.0], times=own.time, internal=internal)
     assert np.array_equal(asked.time, own.time)
     for name in ("stretch_1", "stretch_2", "nominal_stress_1", "nominal_stress_2"):
-        np.testing.assert_allclose(getattr(asked, name), getattr(own, name), rtol=1e-9, atol=1e-7, err_msg=name)
+        now, then = getattr(asked, name), getattr(own, name)
+        np.testing.assert_allclose(
+            now, then, rtol=1e-9, atol=1e-9 * np.max(np.abs(then)), err_msg=name
+        )  # slack begins at a stress of 0
     assert (own.viscous_stretch is not None) == internal
     if own.viscous_stretch is not None and asked.viscous_stretch is not None:
         assert own.viscous_stretch.shape == (2, 3, 2, own.time.shape[1])

@@ -56,7 +56,7 @@ def test_a_recipe_is_read_with_its_defaults(folder: Path) -> None:
     assert (recipe.shift.law, recipe.shift.vertical, recipe.data.discard_before) == ("wlf", "none", 0.0)
     recipe = read_recipe(write(folder, SPECTRUM))
     assert isinstance(recipe, SpectrumRecipe)
-    assert (recipe.fit.method, recipe.fit.branches, recipe.fit.polynomial_degree) == (None, 30, 7)
+    assert (recipe.fit.method, recipe.fit.branches, recipe.fit.polynomial_degree) == (None, None, 7)
 
 
 def test_a_temperature_may_be_fahrenheit(folder: Path) -> None:

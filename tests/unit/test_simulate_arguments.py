@@ -103,7 +103,7 @@ def test_arguments_of_a_wrong_type_are_input_errors() -> None:
         (RelaxationCurve, ("20 degC", [1.0], [1.0]), {}, 'temperature: "20 degC": a number'),
         (replace, (VHB,), {"equilibrium_modulus": "26 kPa"}, 'equilibrium_modulus: "26 kPa": a number'),
         (actuate, (VHB, film, step), {}, "steps: .*a list of VoltageSteps or ChargeSteps or FilmSteps is needed"),
-        (actuate, (VHB, film, [Step(duration=1.0)]), {}, "steps: .*a VoltageStep, a ChargeStep or a FilmStep is needed"),
+        (actuate, (VHB, film, [Step(duration=1.0)]), {}, "steps: .*a list of VoltageSteps or ChargeSteps or FilmSteps is needed"),
         (Film, (5e-4,), {"relax": "10 min"}, 'relax: "10 min": a number'),
     ]
     wrong += [
