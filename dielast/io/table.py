@@ -5,7 +5,7 @@ import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias, overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,9 +41,24 @@ class Stacked:
     def __len__(self) -> int:
         return int(self.ends[-1])
 
-    def __getitem__(self, rows: slice) -> NDArray[np.float64]:
-        """The numbers of these rows, as an array."""
-        begin, end, _ = rows.indices(len(self))
+    def __iter__(self) -> Iterator[np.float64]:
+        for case in self.cases:
+            yield from case[self.header]
+
+    @overload
+    def __getitem__(self, rows: int) -> np.float64: ...
+
+    @overload
+    def __getitem__(self, rows: slice) -> NDArray[np.float64]: ...
+
+    def __getitem__(self, rows: int | slice) -> np.float64 | NDArray[np.float64]:
+        """The number of a row, or those of several rows as an array."""
+        if not isinstance(rows, slice):
+            row = range(len(self))[rows]  # counted from the end if negative; raises `IndexError` as lists do
+            return np.float64(self[row : row + 1][0])
+        begin, end, step = rows.indices(len(self))
+        if step != 1 or begin >= end:
+            return self[:][rows] if len(self) else np.empty(0)
         first, last = np.searchsorted(self.ends, [begin, end - 1], side="right").tolist()
         before = int(self.ends[first - 1]) if first else 0
         parts = [case[self.header] for case in self.cases[first : last + 1]]

@@ -40,7 +40,7 @@ class MeasuredData(TextTable):
         None,
         description="Duration of the ramp at the beginning of each test. Times are then counted from the middle of the ramp, and "
         "points before twice its duration are dropped, unless discard_before is stated. 0 s: there is none. Default: what "
-        "mastercurve finds in the curves.",
+        "mastercurve finds in the curves of several tests; in a single test none is looked for.",
     )
     temperature_tolerance: TemperatureDifference = Field(
         0.5, validate_default=False, description="Temperature readings closer together than this count as one temperature."

@@ -41,6 +41,14 @@ MISTAKES = [
         "prediction.film.boundary: axis 1 is clamped, and has no stretch at a voltage: clamp axis 2",
     ),
     (
+        HEAD + TEST + FREE + PREDICTED.replace('["dead-load", "clamped"]', '"frame"'),
+        'prediction.film.boundary: "frame" needs the electrode\'s share of the film: state electrode_share, or',
+    ),
+    (
+        HEAD + FILM.replace('"frame"', '"dead-load"') + FREE,
+        'test[0].film.electrode_share: needs boundary = "frame" or "strip", a film with a passive part',
+    ),
+    (
         HEAD + TEST + FREE + PREDICTED.replace("prestretch", 'relax = ["1 s", "2 s"], prestretch'),
         "prediction.film.relax: one value is needed: what is unknown has no prediction",
     ),

@@ -71,7 +71,7 @@ def test_area_thickness_and_capacitance_follow_from_the_stretches(dielast: Run, 
 
 
 def test_an_area_is_not_compared_with_a_length(dielast: Run, tmp_path: Path) -> None:
-    (tmp_path / "area.csv").write_text("time [s],A/A0,area strain [%]\n1,1.01,1\n5,1.02,2\n11,1.03,3\n")
+    (tmp_path / "area.csv").write_text("time [s],A/A0,area strain [%],dA\n1,1.01,1,1\n5,1.02,2,2\n11,1.03,3,3\n")
     runs = {
         name: FILM + compared("area.csv", column, header)
         for name, column, header in (
@@ -81,14 +81,17 @@ def test_an_area_is_not_compared_with_a_length(dielast: Run, tmp_path: Path) -> 
             ("areal", "area strain", "stretch_1 [1]"),
         )
     }
+    runs["stated"] = FILM + compared("area.csv", "dA", "area_strain [1]") + 'units = { y = "%" }\n'
     errors = {}
     for name, text in runs.items():
         (tmp_path / f"{name}.toml").write_text(text)
         errors[name] = dielast("actuate", f"{name}.toml", "--plot", "none").stderr
     misfits = [
-        tomllib.loads((tmp_path / name / "summary.toml").read_text())["compare"]["rms_error"] for name in ("ratio", "strain")
+        tomllib.loads((tmp_path / name / "summary.toml").read_text())["compare"]["rms_error"]
+        for name in ("ratio", "strain", "stated")
     ]
-    assert 0 < misfits[0] == pytest.approx(misfits[1], rel=1e-9)
+    assert misfits[0] > 0
+    assert misfits == pytest.approx([misfits[0]] * 3, rel=1e-9)
     assert 'column "A/A0" holds areas, and relative_stretch_1 [1] is a length' in errors["length"]
     assert 'column "area strain [%]" holds areas, and stretch_1 [1] is a length' in errors["areal"]
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from dielast.base.errors import InputError
-from dielast.io.table import Column, number_columns, parse_csv, split_header, to_csv, to_frame
+from dielast.io.table import Column, number_columns, parse_csv, split_header, stacked_table, to_csv, to_frame
 
 TABLE = [Column("time", "s", np.array([0.1, 1 / 3, -0.0, np.nan])), Column("mode", None, ["none", "a, b", 'say "x"', ""])]
 
@@ -32,6 +32,19 @@ def test_no_text_is_a_formula() -> None:
 
 def test_a_frame_has_the_headers() -> None:
     assert list(to_frame(TABLE).columns) == ["time [s]", "mode"]
+
+
+def test_a_column_of_several_cases_is_a_sequence() -> None:
+    parts = [np.array([1.0, 2.0]), np.empty(0), np.array([3.0, 4.0, 5.0])]
+    values = stacked_table({case: {"time [s]": part} for case, part in enumerate(parts)}, ["time [s]"])[-1].values
+    whole = [1.0, 2.0, 3.0, 4.0, 5.0]
+    assert list(values) == whole
+    assert [values[row] for row in range(-5, 5)] == whole + whole
+    for rows in (slice(1, 3), slice(2, 2), slice(4, 1), slice(None, None, 2), slice(None, None, -1), slice(9, None)):
+        assert list(values[rows]) == whole[rows]
+    for beyond in (5, -6):
+        with pytest.raises(IndexError):
+            values[beyond]
 
 
 def test_columns_of_different_length_are_a_bug() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import io
 from pathlib import Path
 
@@ -9,11 +10,14 @@ import numpy as np
 import pytest
 
 from dielast.base.errors import InputError
+from dielast.base.units import STRAIN
 from dielast.commands.inspect import warnings_of
 from dielast.commands.registry import read_cases
 from dielast.commands.simulation.solver_steps import solver_steps
 from dielast.io.files import Inputs
+from dielast.io.text_table import read_measured
 from dielast.mechanics.load import Track
+from dielast.readings.extents import check_area_strain, read_extent
 
 FILM = 'kind = "actuate"\nmaterial = "example:vhb4905.toml"\n[film]\nthickness = "0.5 mm"\n[[step]]\n'
 
@@ -122,6 +126,9 @@ y_column = "HEADER"
             '.* holds lengths, .* compare it with "relative_stretch_1 \\[1\\]"',
         ),
         (COMPARE, "area_strain", "ratio", (1.0, 1.01, 1.05, 1.08), 'column "ratio" is 1 at the lowest voltage, .*'),
+        (COMPARE.replace('y_column = "HEADER"\n', ""), "area_strain", "area_strain [%]", (0.0, 1.0, 5.0, 8.0), ""),
+        (CALIBRATE, "area_strain", "A/A0 [%]", (100.0, 101.0, 105.0, 108.0), ""),
+        (CALIBRATE, "relative_stretch", "A/A0 / %", (100.0, 101.0, 105.0, 108.0), 'column "A/A0 / %" holds areas, .*'),
     ],
 )
 def test_areas_and_lengths_of_a_film_are_told_apart(
@@ -135,3 +142,34 @@ def test_areas_and_lengths_of_a_film_are_told_apart(
         return
     with pytest.raises(InputError, match=f"film.csv: {message}$"):
         warnings_of(tmp_path / "r.toml")
+
+
+@pytest.mark.parametrize(
+    ("header", "beneath"),
+    [("A/A0 [%]", ""), ("A/A0 (%)", ""), ("A / A0 [percent]", ""), ("A/A0 in %", ""), ("Area ratio (%)", ""), ("A/A0", "\ns,%")],
+)
+def test_ratios_of_areas_may_be_in_percent(header: str, beneath: str) -> None:
+    table = read_measured(f"time [s],{header}{beneath}\n0,100\n1,101\n2,104\n".encode(), "film.csv")
+    strain = read_extent(table, 1, "area_strain", STRAIN, np.full(3, True), of_length="state columns.stretch")
+    np.testing.assert_allclose(strain, [0.0, 0.01, 0.04], atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("voltage", "strain", "ratios"),
+    [
+        ((4e3, 5e3, 6e3), (0.70, 1.00, 1.58), False),
+        ((6e3, 6e3), (1.58, 1.60), False),
+        ((0.0, 0.0), (1.0, 1.0), False),
+        ((0.0, 1e3, 2e3, 3e3), (0.0, 1.2, 1.3, 1.35), False),  # a film that snaps through
+        ((0.9e3, 3e3), (1.01, 1.09), True),
+        ((-3e3, -1.5e3, 0.0), (1.4, 1.1, 1.0), True),
+        ((0.0, 1e3, 2e3, 2.5e3), (1.0, 1.05, 1.2, 2.6), True),  # up to pull-in
+        ((), (), False),
+    ],
+)
+def test_ratios_of_areas_are_those_that_begin_at_1_without_a_voltage(
+    voltage: tuple[float, ...], strain: tuple[float, ...], ratios: bool
+) -> None:
+    expected = pytest.raises(InputError, match="call a column of ratios") if ratios else contextlib.nullcontext()
+    with expected:
+        check_area_strain(np.array(voltage), np.array(strain), "area", "film.csv")

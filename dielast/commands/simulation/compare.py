@@ -193,17 +193,19 @@ def read_points(comparison: CompareSection, inputs: Inputs, specimen: Specimen |
         dimension = DIMENSIONS.get(unit or "1", units.NUMBER)
         if header == AREA_STRAIN:
             lengths = f'compare it with "{LENGTHWAYS[2]} [1]"'
-            return read_extent(table, place, header, dimension, rows, of_length=lengths)
+            return read_extent(table, place, header, dimension, rows, of_length=lengths, key=axis)
         if name not in LENGTHWAYS:
             return table.column(place + 1, axis, dimension, rows)
-        values = read_extent(table, place, header, dimension, rows, of_area=f'compare it with "{AREA_STRAIN}", which is A/A0 - 1')
+        areas = f'compare it with "{AREA_STRAIN}", which is A/A0 - 1'
+        values = read_extent(table, place, header, dimension, rows, of_area=areas, key=axis)
         warn_of_measured_stretch(table.names[place], values, comparison.file)
         return values
 
     x = values_of("x", comparison.x, comparison.x_column)
     y = values_of("y", comparison.y, comparison.y_column)
     if comparison.y == AREA_STRAIN and split_header(comparison.x)[0] == "voltage":
-        check_area_strain(x, y, table.names[table.find(comparison.y_column or AREA_STRAIN, "y")], comparison.file)
+        strain = _place(table, comparison.y_column or split_header(AREA_STRAIN)[0], "y", comparison.y_column)
+        check_area_strain(x, y, table.names[strain], comparison.file)
     return x, y
 
 

@@ -264,12 +264,12 @@ class FilmBase(Section):
             elif stated is not None:
                 wrong = "electrode_share and frame_diameter state the same: leave one of them out"
             elif self.electrode_diameter is None:
-                wrong = "the diameter of the electrode is needed as well: state film.electrode_diameter"
+                wrong = "the diameter of the electrode is needed as well: state electrode_diameter"
             if wrong is not None:
                 raise InputError(wrong, key="film.frame_diameter")
         if self.shares is None:
             ways = "electrode_share, " + ("or electrode_diameter and frame_diameter" if boundary == "frame" else "of its length")
-            raise InputError(f"{shown(boundary)} needs the electrode's share of the film: state film.{ways}", key="film.boundary")
+            raise InputError(f"{shown(boundary)} needs the electrode's share of the film: state {ways}", key="film.boundary")
         if stated is None and max(self.shares) >= 1:
             large = f"an electrode of {self.electrode_diameter:g} m leaves no film in a frame of {self.frame_diameter:g} m"
             raise InputError(f'{large}: without a passive film it is boundary = "clamped"', key="film.electrode_diameter")
