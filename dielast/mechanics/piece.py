@@ -44,9 +44,8 @@ class Cycles(ByCase):
 
     `edges` (m + 1, cases) are the phases, from 0 to 1, at which the spans of a cycle begin and end: the kinks of a triangle, and,
     if `electrical`, the phases at which the magnitude of the voltage begins to rise, `rising` (2, cases); where a row with an aim
-    passes 0, they are `divided` there. Each row is ahead of the
-    cycle by its `lead` (3, cases), a part of the period. Rows with an `aim` (3, cases) that is not NaN go straight to it meanwhile,
-    from their low, which is their high.
+    passes 0, they are `divided` there. Each row is ahead of the cycle by its `lead` (3, cases), a part of the period. Rows with an
+    `aim` (3, cases) that is not NaN go straight to it meanwhile, from their low, which is their high.
     """
 
     controls: Controls

@@ -151,7 +151,7 @@ class LoadedPoints(UnderLoad):
         flow = points.flow.over(np.ones_like(time), self.symmetry)
         stress, tangent = tangent_of(points.law, self.symmetry, elastic.copy())
         block = flow.mobility(stress).through(tangent)
-        decay = 0.5 * (block[0, 0] + block[-1, -1])
+        decay = np.maximum(0.5 * (block[0, 0] + block[-1, -1]), 0.0)
         now = flow.rate(stress)
         rate = self.lifted() * (now - ahead[:, None])
         share = relaxed(decay * lasts)
@@ -221,7 +221,7 @@ class Arrowhead:
             carried = tangent / self.springs.diagonal * rate
         else:
             block = mobility.through(tangent)
-            decay = 0.5 * (block[0, 0] + block[1, 1])
+            decay = np.maximum(0.5 * (block[0, 0] + block[1, 1]), 0.0)
             carried = np.stack((tangent[0] * rate[0] + tangent[1] * rate[1], tangent[1] * rate[0] + tangent[2] * rate[1]))
             self.bent = decay * rate - np.einsum("abnm,bnm->anm", block, rate)
         border = -self.points.modulus * carried / self.stretch[:, None]

@@ -251,7 +251,8 @@ class Stepper:
         elif self.fading is not None:
             self.fading = self.fading.put(columns, fading.take(np.arange(count)))
         no_time = np.zeros(pair.size)
-        state[:, pair] += self._first_increment(system.take(pair), at.time[pair], np.take(state, pair, axis=1), no_time, pair)
+        increment = self._first_increment(system.take(pair), at.time[pair], np.take(state, pair, axis=1), no_time, pair)
+        state[:, pair] += np.where(np.isfinite(increment).all(axis=0), increment, 0.0)  # there is none at a limit point
 
     def _first_increment(self, system: Any, time: Floats, state: Floats, step: Floats, columns: Cases) -> Floats:
         """The increment (rows, k) of the first stage of a `step` (k,) of columns (k,), but for what fades as is known."""

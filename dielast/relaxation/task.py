@@ -37,6 +37,7 @@ MEASURABLE = 0.02  # of the modulus at the end of a curve: a smaller excess over
 # The modulus of a stretched exponential of exponent 0.25 over 13 decades, without noise, is missed by up to 0.3 % with 2 branches a
 # decade, none negative, 0.15 % with 3, and 0.07 % with 4 or 5, which is less than what noise of 0.5 % leaves open.
 PER_DECADE = 5
+MOST_BRANCHES = 200  # by default
 NEAR_END = 10**0.1  # a curve determines processes up to a tenth of a decade beyond its end
 
 
@@ -61,14 +62,15 @@ class FitTask:
     ) -> None:
         """Raise `InputError` for points or arguments that allow no fit; a `method` needs `fewest` branches.
 
-        By default there are `BRANCHES`, or `PER_DECADE` of the curve if these are more, the method is nnls, and all are kept.
+        By default there are `BRANCHES`, or `PER_DECADE` of the curve if these are more, up to `MOST_BRANCHES`, the method is nnls,
+        and all are kept.
 
         `columns` are abscissa and ordinates (n,) of a master curve in Pa or 1/Pa (Young's or tensile), in any order.
         """
         abscissa, *values = without_strays(kind, *sorted_points(kind, columns))
         if branches is None:
             dense = PER_DECADE * abs(float(np.log10(abscissa[-1] / abscissa[0])))
-            branches = max(BRANCHES, int(np.ceil(dense))) if method == "nnls" and keep is None else BRANCHES
+            branches = min(max(BRANCHES, int(np.ceil(dense))), MOST_BRANCHES) if method == "nnls" and keep is None else BRANCHES
         self.branches, self.keep = checked_counts(method, branches, fewest, keep)
         self.times = checked_times(times, "retardation_time" if kind is CREEP else "relaxation_time")
         ascending = slice(None, None, kind.time_power)

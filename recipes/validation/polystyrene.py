@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+import warnings
 from functools import cache
 from pathlib import Path
 
@@ -60,6 +62,20 @@ def master_curve(data: Path, test: str) -> MasterCurve:
     return build_master_curve(curves, reference_temperature=REFERENCE, vertical="free")
 
 
+def ramp_of_relaxation(data: Path) -> tuple[str, MasterCurve]:
+    """The duration in s of the ramp that dielast names in the relaxation tests, and their master curve if it is stated."""
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        master_curve.__wrapped__(data, "relaxation")
+    (duration,) = re.findall(r'state ramp = "(\S+) s"', " ".join(str(each.message) for each in caught))
+    ramp, curves = float(duration), []
+    for temperature in TEMPERATURES:
+        time, *moduli = measured(data, "relaxation", temperature)
+        late = time >= 2 * ramp
+        curves.append(RelaxationCurve(float(temperature), time[late] - ramp / 2, 3 * moduli[0][late], time_offset=ramp / 2))
+    return duration, build_master_curve(curves, reference_temperature=REFERENCE, vertical="free")
+
+
 def shifts(data: Path) -> Section:
     """Shift factors of the three tests."""
     found = {test: master_curve(data, test) for test in FILES}
@@ -77,6 +93,8 @@ def shifts(data: Path) -> Section:
     moved = np.array(TEMPERATURES) != REFERENCE
     held = sum(int(np.sum(np.abs(off[moved]) <= 1.96 * found[test].log10_shift_factor_stderr[moved])) for test, off in away.items())
     relaxation = found["relaxation"]
+    ramp, stated = ramp_of_relaxation(data)
+    left = abs(stated.log10_shift_factor[-1] - found["oscillation"].log10_shift_factor[-1])
     text = f"""## One polystyrene, three tests: shift factors
 
 Relaxation, frequency sweeps and creep at five temperatures (Ricarte and Shanbhag, Polym. Chem. 15 (2024) 815; files of the pyRheo
@@ -102,10 +120,12 @@ C2 = {relaxation.law_parameters["C2"]:.0f} K; through the published values 6.95 
         np.max(
             np.abs(found["creep"].log10_shift_factor - found["oscillation"].log10_shift_factor)
         ):.2f} decades. The published shifts of relaxation \
-differ from both at 190 °C, where the melt relaxes fastest, by up to {between:.2f} decades. The files do not state in which time \
-strain and stress were applied; ramps are found in the curves, of {found["relaxation"].ramp:.2g} s in relaxation and \
-{found["creep"].ramp:.2g} s in creep, and taken out. What is left between relaxation and \
-sweeps at 190 °C is {abs(relaxation.log10_shift_factor[-1] - found["oscillation"].log10_shift_factor[-1]):.2f} decades."""
+differ from both at 190 °C, where the melt relaxes fastest, by up to {
+        between:.2f} decades, and so do those of dielast. The files do \
+not state in which time the strain was applied; dielast names the ramp that the curves bend after, {
+        ramp
+    } s, which ended before the \
+first reading. If it is stated, what is left between relaxation and sweeps at 190 °C is {left:.2f} decades."""
     return Section(text, {"shifts": _figure_of_shifts(found)})
 
 

@@ -24,7 +24,7 @@ from dielast.relaxation.superposition.joint_fit import Fitted, best_fit, with_er
 from dielast.relaxation.superposition.overlap import starting_shifts, steepest
 from dielast.relaxation.superposition.placement import place_at_reference
 from dielast.relaxation.superposition.points import points_of
-from dielast.relaxation.superposition.ramp import find_ramp, warn_if_modulus_rises, warn_of_ramp, without_ramp
+from dielast.relaxation.superposition.ramp import find_ramp, left_out, warn_if_modulus_rises, warn_of_ramp, without_ramp
 from dielast.relaxation.superposition.result import MasterCurve, Stated
 from dielast.relaxation.superposition.sweepfit import Basis, BasisFit, fit_sweeps, warn_of_others
 
@@ -63,8 +63,9 @@ def build_master_curve(
     step leads from the material to the first curve. Both contribute to all standard errors. Offsets of whole curves beyond a stated
     drift, and tilts, are estimated.
 
-    A ramp that all tests over time begin with is found by its likelihood, and taken out with a warning, unless the `time_offset` of
-    a curve is stated: half the duration of the ramp, or 0 for a step.
+    A ramp that all tests over time begin with is found by its likelihood, unless the `time_offset` of a curve is stated: half the
+    duration of the ramp, or 0 for a step. It is taken out with a warning if there are readings before twice its duration, or else
+    only named.
 
     Curves with fewer than three distinct points, and single curves without a modulus in common with any other, are omitted with a
     warning. Warns of each temperature whose shift the data do not determine, of points far from the master curve, and of
@@ -104,13 +105,19 @@ def build_master_curve(
     else:
         plain, problem = _fitted(data, binned, free, stated)
         if all(curve.time_offset is None for curve in curves):
-            ramp = find_ramp(data, binned, plain, free, stated.walk(data.order))
-            if ramp:
-                warn_of_ramp(ramp, data)
+            found = find_ramp(data, binned, plain, free, stated.walk(data.order))
+            if left_out(found, data):
                 with without_warnings():  # as above
-                    data, binned, imposed = prepare(curves, reference, vertical, expansion, ramp)
-                temperature = data.temperature
-                plain, problem = _fitted(data, binned, free, stated)
+                    after = prepare(curves, reference, vertical, expansion, found)
+                    fitted, _ = _fitted(after[0], after[1], free, stated)
+                lost = np.setdiff1d(temperature, after[0].temperature).tolist()
+                if fitted is not None:
+                    ramp, plain = found, fitted
+                    data, binned, imposed = after
+                    temperature = data.temperature
+                warn_of_ramp(found, data, taken_out=fitted is not None, lost=lost)
+            elif found:
+                warn_of_ramp(found, data, taken_out=False)
             else:
                 warn_if_modulus_rises(data, binned)
         if plain is None:

@@ -7,9 +7,11 @@ t/T during the ramp (superposition of L. Boltzmann, see J. D. Ferry, Viscoelasti
 left is of second order, and follows from the fitted smooth curve. So a fit with a ramp is that of other times, and T is one more
 parameter, the same in all tests, for Gauss and Newton's iteration.
 
-Curves that do not superpose for another reason are no ramp: its effect has no free size. The two hypotheses, no ramp or one of any
-duration, are compared by their posterior probabilities (R. E. Kass and A. E. Raftery, J. Am. Stat. Assoc. 90 (1995) 773, with
-Laplace's approximation for T); where residuals are correlated, so many points count as one.
+Curves that do not superpose for another reason may bend alike. So a ramp is taken out only if there are readings before twice its
+duration, which stand for none after a step; a shorter one is named, for the user to state. As the effect of a ramp has no free
+size, most misfits are none: the two hypotheses, no ramp or one of any duration, are compared by their posterior probabilities (R.
+E. Kass and A. E. Raftery, J. Am. Stat. Assoc. 90 (1995) 773, with Laplace's approximation for T); where residuals are correlated,
+so many points count as one.
 """
 
 from collections.abc import Sequence
@@ -121,7 +123,7 @@ class _Problem:
 
 
 def find_ramp(data: Gathered, binned: Binned, plain: Fitted | None, vertical: bool, drift: Floats | None) -> float:
-    """The duration in s of the ramp that is left in the curves, rounded as it is worth; 0 if it is not sure that there is one.
+    """The duration in s of the ramp that is left in the curves, to three digits; 0 if it is not sure that there is one.
 
     `plain` is the `best_fit` without a ramp, None if there is no such fit; `vertical` and `drift` are its arguments.
     """
@@ -155,7 +157,9 @@ def find_ramp(data: Gathered, binned: Binned, plain: Fitted | None, vertical: bo
 
 
 def without_ramp(curves: Sequence[Measurement], duration: float) -> list[Measurement]:
-    """The curves as after a step: times from the middle of the ramp of a `duration` in s, without points before twice that."""
+    """The curves as after a step: times are the mean log ages of the parts of a ramp of a `duration` in s, without points before
+    twice that.
+    """
     if not duration:
         return list(curves)
     changed, ramp = [], Ramp(duration, 0.0, False)
@@ -166,12 +170,26 @@ def without_ramp(curves: Sequence[Measurement], duration: float) -> list[Measure
     return changed
 
 
-def warn_of_ramp(duration: float, data: Gathered) -> None:
-    """Say which ramp was found and taken out."""
-    stated = f'ramp = "{duration:.3g} s"'
+def left_out(duration: float, data: Gathered) -> bool:
+    """Whether there are readings too early to stand for those after a step, with a ramp of a `duration` in s."""
+    return bool(np.min(data.abscissa) < DROPPED * duration)
+
+
+def warn_of_ramp(duration: float, data: Gathered, *, taken_out: bool, lost: Sequence[float] = ()) -> None:
+    """Name a ramp that was found; if it is `taken_out`, with the temperatures in degC of curves that are `lost` by that."""
+    step, stated = data.kind.step, f'ramp = "{duration:.3g} s"'
+    bend = f"all curves bend as after a ramp of the {step} of {duration:.3g} s"
+    if not taken_out:
+        why = "the rest of the curves has no overlap" if left_out(duration, data) else "they begin late after it"
+        warn(
+            f"{bend}, or do not superpose; as {why}, times are those after a step: state {stated} if the {step} took that long, or "
+            'ramp = "0 s" if it did not'
+        )
+        return
+    gone = f", and with them the test at {', '.join(f'{at:g}' for at in lost)} degC" if lost else ""
     warn(
-        f"all curves bend as after a ramp of the {data.kind.step} of {duration:.3g} s, which is taken out: times count from its "
-        f'middle, points before {DROPPED * duration:.3g} s are left out; state {stated}, or ramp = "0 s" if there is none'
+        f"{bend}, which is taken out: times are mean ages of its parts, points before {DROPPED * duration:.3g} s are left "
+        f'out{gone}; state {stated}, or ramp = "0 s" if there is none'
     )
 
 
