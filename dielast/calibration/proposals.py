@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from dielast.base.errors import warn
 from dielast.calibration.experiment import Experiment, MeasuredTest, first_invariant
 from dielast.calibration.laboratory import Laboratory
 from dielast.calibration.voltage import VoltageTest
@@ -86,13 +87,17 @@ def possible_tests(invariant: float, temperature: float) -> list[Experiment]:
 def proposals(materials: Sequence[Material], asked: VoltageTest, invariant: float, specimen: float, error: float) -> list[Proposal]:
     """The possible tests up to an `invariant` I1, that which tells most of what is `asked` first, by draws of the material;
     `specimen` is the scatter of specimens, `error` that of the model. Empty without a permittivity, and where fewer than
-    `FEWEST_DRAWS` draws can follow the film that is asked for; a test that fewer can follow is left out.
+    `FEWEST_DRAWS` draws can follow the film that is asked for; a test that fewer can follow is left out. Warns of draws that cannot
+    follow this film.
     """
     if not materials or not materials[0].permittivity:
         return []
     members = materials[:MOST_DRAWS]  # laws and strata take turns
     with np.errstate(invalid="ignore", divide="ignore"):
         wanted = np.log(film_voltages(members, asked))
+        lost = len(members) - np.count_nonzero(np.isfinite(wanted))
+        if 0 < lost <= len(members) - FEWEST_DRAWS:
+            warn(f"prediction: {lost} of {len(members)} draws cannot follow this film, next_tests.csv leaves them out")
         found = []
         tests = possible_tests(invariant, asked.temperature)
         for test, answers in zip(tests, Laboratory(tests).answers(members), strict=True):

@@ -68,7 +68,7 @@ class Spooled:
     """The content of a file that is too long for the memory, in a temporary file without a name."""
 
     def __init__(self, pieces: Iterable[bytes]) -> None:
-        """Take all pieces; raises `InputError` if the folder of temporary files is full."""
+        """Take all pieces; raises `InputError` if the folder of temporary files is full, or if there is none."""
         digest = hashlib.sha256()
         try:
             self._file = tempfile.TemporaryFile()  # noqa: SIM115, it is closed with this object
@@ -77,8 +77,11 @@ class Spooled:
                 self._file.write(piece)
             self._file.flush()
         except OSError as error:
-            reason = (error.strerror or str(error)).lower()
-            raise InputError(f"cannot write a temporary file: {reason}", file=tempfile.gettempdir()) from None
+            # without any usable folder, gettempdir() would fail too, and the error lists all that were tried
+            where = tempfile.tempdir
+            reason = (error.strerror or str(error)).lower() if where else "no usable folder"
+            advice = "set TMPDIR to a folder with room"
+            raise InputError(f"cannot write a temporary file: {reason}; {advice}", file=where and os.fsdecode(where)) from None
         self.sha256 = digest.hexdigest()
 
     def __iter__(self) -> Iterator[bytes]:

@@ -134,7 +134,7 @@ class SpecimenScatter:
         weight = np.exp(weight - logsumexp(weight))
         place = np.sinh(np.linspace(0, np.arcsinh(9 * np.exp(log[-1])), 500))
         below = ndtr(-place[:, None] * np.exp(-log)) @ weight
-        return np.asarray(np.sign(normal) * np.interp(-np.log(ndtr(-np.abs(normal))), -np.log(below), place))
+        return np.asarray(np.sign(normal) * np.interp(-np.log(ndtr(-np.abs(normal))), -np.log(np.maximum(below, 1e-300)), place))
 
     def factors(self, quantile: Floats) -> Floats:
         """The factors on all moduli, with the shape of `quantile`."""

@@ -1,9 +1,11 @@
 """Strata of draws: parts of the ranges of constants that tests do not determine.
 
 Of where such a constant lies in its range nothing is known, not even a probability (Walley, Statistical Reasoning with Imprecise
-Probabilities, 1991). Each range is divided into parts, a stratum is a part of each, and all strata have as many draws (Cochran,
-Sampling Techniques, 1977, Ch. 5). An interval is to hold that of the draws in every stratum: it then covers whichever part the
-constants lie in, and not only on average over their ranges. A few hundred draws divide the ranges of the first few.
+Probabilities, 1991). Each range is divided into parts with equally many draws, and a stratum is a part of each (Cochran,
+Sampling Techniques, 1977, Ch. 5). Strata have about as many draws each if the constants are independent; where they are correlated,
+some hold few, whose least and largest values are then the bounds. An interval is to hold that of the draws in every stratum: it
+then covers whichever part the constants lie in, and not only on average over their ranges. A few hundred draws divide the ranges of
+the first few.
 """
 
 from collections.abc import Sequence

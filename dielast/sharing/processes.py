@@ -36,8 +36,8 @@ _given: tuple[Callable[[Any, int, int], Any], Any] | None = None
 def solve_in_processes(jobs: int, solve: Solve[Plan, Solved], plan: Plan, chunks: Sequence[Chunk]) -> Generator[Solved, None, None]:
     """`solve(plan, first, end)` of each chunk by `jobs` processes, in the order in which chunks are finished.
 
-    Raises `NumericsError` if a process is killed, `InputError` if the plan cannot be written to a temporary file or a script calls
-    this at its top level.
+    Raises `NumericsError` if a process is killed, `InputError` if the plan cannot be written to a temporary file, if no process
+    can be started, or if a script calls this at its top level.
     """
     if getattr(multiprocessing.current_process(), "_inheriting", False):  # in a worker process that imports such a script
         os._exit(UNGUARDED)
@@ -97,16 +97,20 @@ def _solve_written(jobs: int, file: _Handle, chunks: Sequence[Chunk]) -> Generat
             resource_tracker.ensure_running()
     pool = ProcessPoolExecutor(min(jobs, len(chunks), MOST), started, initializer=partial(_receive, file, adopted()))
     workers: set[Any] = set()
+    futures: list[Future[Any]] = []
     try:
         with _undisturbed():
-            futures = [pool.submit(_solve_given, *chunk) for chunk in chunks]
-            workers = set(multiprocessing.active_children()).difference(others)
+            for chunk in chunks:
+                futures.append(_submitted(pool, chunk))
+                # after each: those that end before the last has started are no longer active
+                workers.update(set(multiprocessing.active_children()).difference(others))
         for future in _finished(futures):
             yield future.result()
         # the thread of the pool closes a pipe that the interpreter would otherwise write to at exit, perhaps just then
         pool.shutdown(wait=True)
     except BaseException as error:
         # the pool would end its workers by SIGTERM, which they ignore, or wait until they have solved what they have begun
+        workers.update(set(multiprocessing.active_children()).difference(others))
         for worker in workers:
             worker.kill()
         pool.shutdown(wait=True, cancel_futures=True)
@@ -115,6 +119,15 @@ def _solve_written(jobs: int, file: _Handle, chunks: Sequence[Chunk]) -> Generat
         if any(worker.exitcode == UNGUARDED for worker in workers):
             raise InputError(GUARD) from None
         raise NumericsError("a worker process was killed, perhaps for lack of memory") from None
+
+
+def _submitted(pool: ProcessPoolExecutor, chunk: Chunk) -> Future[Any]:
+    """The future of a chunk, for which the pool may start a process; raises `InputError` if the system lets it start none."""
+    try:
+        return pool.submit(_solve_given, *chunk)
+    except OSError as error:
+        reason = (error.strerror or str(error)).lower()
+        raise InputError(f"cannot start worker processes: {reason}; fewer need less (--jobs)") from None
 
 
 def _finished(futures: Sequence[Future[Solved]]) -> Iterator[Future[Solved]]:

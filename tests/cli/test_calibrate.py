@@ -580,3 +580,10 @@ def test_voltage_tests_are_fitted_and_laws_that_fit_alike_are_drawn_together(die
     done = dielast("actuate", "a.toml", "-q", "--plot", "none")
     assert done.returncode == 0, done.stderr
     assert "laws that fit these tests alike differ by a factor of" in done.stderr
+    # a film that no draw can follow
+    far = recipe.replace(tried, "").replace("prestretch = 2.0, boundary = [", "prestretch = 40.0, boundary = [")
+    (tmp_path / "far.toml").write_text(far)
+    done = dielast("calibrate", "far.toml", "-q", "--plot", "none")
+    assert done.returncode == 0, done.stderr
+    assert "prediction: no next_tests.csv is written, it takes at least 10 draws that can follow this film" in done.stderr
+    assert not (tmp_path / "far/next_tests.csv").exists()

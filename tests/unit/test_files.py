@@ -1,10 +1,12 @@
 from __future__ import annotations
 
+import errno
 import hashlib
 import os
 import signal
 import subprocess
 import sys
+import tempfile
 from pathlib import Path
 
 import pytest
@@ -12,7 +14,7 @@ from processes import ENDS
 
 from dielast.base.errors import InputError
 from dielast.io import files
-from dielast.io.files import Inputs, check_targets, depfile, write_files
+from dielast.io.files import Inputs, Spooled, check_targets, depfile, write_files
 
 LEFT = f".dielast-{'0a' * 16}.part"
 
@@ -236,6 +238,30 @@ def test_a_path_with_backslashes_says_what_to_write(tmp_path: Path, name: str, h
         Inputs(tmp_path).read(name)
     assert f"no such file{hint}" in str(caught.value)
     assert bool(hint) == (";" in str(caught.value))
+
+
+@pytest.mark.parametrize("folder", [True, False])
+def test_no_room_for_a_temporary_file_is_one_line(folder: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """With a folder of temporary files that is full, and without any that can be used."""
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path) if folder else None)
+    if folder:
+        full = OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+    else:
+        full = FileNotFoundError(errno.ENOENT, "No usable temporary directory found in ['/tmp', '/var/tmp']")
+
+    def fails(*_: object) -> None:
+        raise full
+
+    monkeypatch.setattr(tempfile, "TemporaryFile", fails)
+    monkeypatch.setattr(tempfile, "gettempdir", fails)
+    with pytest.raises(InputError) as caught:
+        Spooled([b"long"])
+    reason = (
+        f"{tmp_path}: cannot write a temporary file: no space left on device"
+        if folder
+        else "cannot write a temporary file: no usable folder"
+    )
+    assert str(caught.value) == f"{reason}; set TMPDIR to a folder with room"
 
 
 def test_devices_of_windows_are_no_folders() -> None:

@@ -63,3 +63,11 @@ def test_the_scatter_of_specimens_is_students_where_the_prior_says_nothing() -> 
     for freedom in (3.0, 12.0, 1e4):
         assert SpecimenScatter(1e-4, freedom).deviates(quantile) == pytest.approx(student.ppf(quantile, freedom), rel=2e-4)
     assert SpecimenScatter(0.05).deviates(quantile) == pytest.approx(norm.ppf(quantile), rel=1e-9)
+
+
+@pytest.mark.filterwarnings("error")
+def test_a_very_large_scatter_of_specimens_has_deviates() -> None:
+    """Far out, less than the least number that there is lies beyond."""
+    found = SpecimenScatter(3.0, 3.0).deviates(np.array([1e-6, 0.25, 0.5, 0.75]))
+    assert np.all(np.isfinite(found))
+    assert np.all(np.diff(found) > 0)

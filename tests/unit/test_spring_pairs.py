@@ -74,12 +74,16 @@ def test_laws_that_predict_alike_share_the_weight_and_one_that_misses_has_none()
 
 def test_laws_of_a_single_test_are_weighted_by_akaikes_criterion() -> None:
     """A law with two more constants that fits no better has the weight exp(-2); cross-validation knows nothing."""
-    fits = [fit_material(FILM, [pull(FILM, 2.0)], MODULI, starts=1) for _ in range(2)]
+    laws = [replace(FILM, equilibrium_law=Gent(limit)) for limit in (30.0, 20.0)]
+    fits = [fit_material(law, [pull(FILM, 3.0)], MODULI, starts=1) for law in laws]
     assert cross_validation(fits[0]) is None
     aic = fits[0].aic
     assert akaike_weights(np.array([aic, aic + 4])) == pytest.approx(np.array([1, np.exp(-2)]) / (1 + np.exp(-2)))
     ranked = [Candidate(name, fit, None, ()) for name, fit in zip("ab", fits, strict=True)]
-    assert [each.weight for each in weighed(ranked, usual_prediction(fits[0]))] == pytest.approx([0.5, 0.5])
+    worse = float(np.exp(-0.5 * (fits[1].aic - aic)))
+    assert 0.01 < worse < 0.9
+    found = [each.weight for each in weighed(ranked, usual_prediction(fits[0]))]
+    assert found == pytest.approx(np.array([1, worse]) / (1 + worse))
 
 
 def test_laws_that_fit_alike_with_other_branches_are_named_and_not_drawn_from() -> None:
@@ -129,6 +133,15 @@ def test_a_test_in_the_predicted_mode_is_proposed_first() -> None:
     assert found[0].test.startswith(("film", "equibiaxial"))
     assert found[0].share > 0.8 > found[-1].share
     assert found[-1].test.startswith("pure-shear")  # where both invariants are equal
+
+
+def test_draws_that_cannot_follow_the_predicted_film_are_counted() -> None:
+    asked = predicted_film(32.0, 20.0)
+    follow = [replace(FILM, equilibrium_modulus=modulus) for modulus in np.linspace(1e4, 3e4, 12).tolist()]
+    limited = [replace(FILM, equilibrium_law=Gent(10.0))] * 6
+    with pytest.warns(DielastWarning, match=r"^prediction: 6 of 18 draws cannot follow this film, next_tests.csv leaves them out$"):
+        assert proposals([*follow, *limited], asked, 9.0, 0.03, 0.03)
+    assert proposals([*follow[:9], *limited], asked, 9.0, 0.03, 0.03) == []
 
 
 def test_an_unknown_rate_is_a_parameter_within_its_bounds() -> None:

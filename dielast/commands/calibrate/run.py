@@ -23,7 +23,7 @@ from dielast.calibration.laws import (
     stabilities,
 )
 from dielast.calibration.profiles import Verdict
-from dielast.calibration.proposals import film_voltages, predicted_film, proposal_columns, proposals
+from dielast.calibration.proposals import FEWEST_DRAWS, film_voltages, predicted_film, proposal_columns, proposals
 from dielast.calibration.result import Calibration, Intervals, assessed, range_of
 from dielast.calibration.voltage import VoltageTest
 from dielast.commands.calibrate.checks import warn_of_fit, warn_of_laws_alike, warn_of_springs
@@ -135,6 +135,9 @@ def run(cases: Sequence[Case[CalibrateRecipe]], inputs: Inputs, execution: Execu
         tables[DRAWS] = draw_columns(np.arange(len(members)), members)
         if proposed := proposals(members, asked, calibrated.largest_invariant, scatter.specimen, scatter.model_error):
             tables["next_tests.csv"] = proposal_columns(proposed)
+    if task.asked is not None and "next_tests.csv" not in tables and not interrupted:
+        needed = f"it takes at least {FEWEST_DRAWS} draws that can follow this film"
+        warn(f"prediction: no next_tests.csv is written, {needed}: raise uncertainty.draws, or state a smaller prestretch")
     if len(results) > 1:
         warn_of_laws_alike({each.name: each.weight for each in drawn}, volts, tables)
 
