@@ -109,13 +109,13 @@ def build_master_curve(
             if left_out(found, data):
                 with without_warnings():  # as above
                     after = prepare(curves, reference, vertical, expansion, found)
-                    fitted, _ = _fitted(after[0], after[1], free, stated)
+                    refit, _ = _fitted(after[0], after[1], free, stated)
                 lost = np.setdiff1d(temperature, after[0].temperature).tolist()
-                if fitted is not None:
-                    ramp, plain = found, fitted
+                if refit is not None:
+                    ramp, plain = found, refit
                     data, binned, imposed = after
                     temperature = data.temperature
-                warn_of_ramp(found, data, taken_out=fitted is not None, lost=lost)
+                warn_of_ramp(found, data, taken_out=refit is not None, lost=lost)
             elif found:
                 warn_of_ramp(found, data, taken_out=False)
             else:
