@@ -7,8 +7,8 @@ are fitted and drawn, and the shapes of the laboratories take turns. The ratio i
 errors, both of the logarithm, as root mean squares; an error is counted as three half widths at most.
 
 Of seeds used for nothing before, mu_eq and lives held: plateau reached (9200 to 9231) 81 and 92 %; short by 40 K (9400 to 9411) 100
-and 92 %. Short by 20 K, 97 and 98 % (9000 to 9031, seeds of the development). Where the plateau is reached, mu_eq is too low where
-it is missed: no modulus is negative, so that noise lowers it in the fit, and once more in the draws.
+and 92 %. Short by 20 K, 97 and 98 % (9000 to 9031, seeds of the development, with 30 branches). Where the plateau is reached, mu_eq
+is too low where it is missed: no modulus is negative, so that noise lowers it in the fit, and once more in the draws.
 """
 
 from __future__ import annotations
