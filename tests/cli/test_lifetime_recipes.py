@@ -189,7 +189,7 @@ def test_what_the_failures_do_not_determine_is_not_called_determined(
     done = dielast("lifetime", "l.toml", "--plot", "none")
     assert done.returncode == 0, done.stderr
     found = pd.read_csv(tmp_path / "l" / "parameters.csv").set_index("parameter")
-    # a life at one voltage says of the field, as of the exponent, next to nothing: rounding decides where its likelihood ends
+    # lives at one voltage say of the field next to nothing: which of its two verdicts stands depends on the machine
     assert sorted(found.index) == sorted(verdicts)
     assert all(verdict in verdicts[name].split(" or ") for name, verdict in found["verdict"].items())
     assert found.loc[found["verdict"] == "undetermined", "value"].isna().all()

@@ -168,7 +168,7 @@ def test_measured_polystyrene_creep(shared_data: Callable[[str], Path]) -> None:
     """Creep shifts as the relaxation and the oscillation of the same material do, to their own disagreement."""
     master = build(polystyrene(shared_data, "creep"), 160.0, vertical="free")
     assert np.max(np.abs(master.log10_shift_factor - BY_OSCILLATION)) < 0.05
-    assert np.max(np.abs(master.log10_shift_factor - BY_RELAXATION)) < 0.05 + np.max(np.abs(BY_RELAXATION - BY_OSCILLATION))
+    assert np.max(np.abs(master.log10_shift_factor - BY_RELAXATION)) < 0.1
     assert np.all(np.diff(master.smooth_ordinates[0]) > 0)
     with pytest.warns(DielastWarning) as caught:
         plain = build_master_curve(polystyrene(shared_data, "creep"), reference_temperature=160.0)
