@@ -14,10 +14,10 @@ import pytest
 import dielast
 from dielast.base.errors import DielastWarning, without_warnings
 from dielast.material.measurement import RelaxationCurve
+from dielast.material.ramp import without_ramp
 from dielast.material.shift import WLF
 from dielast.relaxation.superposition.effects import TILT
 from dielast.relaxation.superposition.mastercurve import Vertical, build_master_curve
-from dielast.relaxation.superposition.ramp import without_ramp
 from dielast.relaxation.superposition.result import MasterCurve
 from reconstruction import spectrum
 
@@ -187,10 +187,10 @@ def test_an_empty_plateau_is_not_given_a_number() -> None:
     np.testing.assert_allclose(master.log10_shift_factor_fit[-1], LAW.log10_shift_factor(400.0), atol=0.1)
 
 
-def polystyrene(shared_data: Callable[[str], Path], time_offset: float | None) -> list[RelaxationCurve]:
+def polystyrene(shared_data: Callable[[str], Path], ramp_taken_out: float | None) -> list[RelaxationCurve]:
     """Relaxation of polystyrene (Ricarte and Shanbhag, Polym. Chem. 15 (2024) 815)."""
     tables = {t: np.loadtxt(shared_data(f"polystyrene/stressrelaxation_ps{t}_data.csv"), skiprows=1) for t in PS_TEMPERATURES}
-    return [RelaxationCurve(float(t), *table.T, time_offset=time_offset) for t, table in tables.items()]
+    return [RelaxationCurve(float(t), *table.T, ramp_taken_out=ramp_taken_out) for t, table in tables.items()]
 
 
 @pytest.mark.parametrize(("vertical", "limit"), [("none", 0.086), ("density-temperature", 0.086), ("free", 0.026)])

@@ -1,11 +1,10 @@
 """A ramp that was left in tests over time: found by its likelihood, and taken out.
 
 A load that grows evenly up to the time T leaves, at the time t, the mean of the modulus (or the compliance) over the ages of its
-parts, from max(0, t - T) to t, where the response is read over the load of the moment; read over the last load, it is smaller by
-t/T during the ramp (superposition of L. Boltzmann, see J. D. Ferry, Viscoelastic properties of polymers, 3rd ed., Wiley 1980, ch.
-1). To first order in the slope of the log-log curve, this mean is the value at the mean of log age, whatever the curve. What is
-left is of second order, and follows from the fitted smooth curve. So a fit with a ramp is that of other times, and T is one more
-parameter, the same in all tests, for Gauss and Newton's iteration.
+parts, where the response is read over the load of the moment; read over the last load, it is smaller by t/T during the ramp. To
+first order, the mean is the value at the mean log age (`dielast.material.ramp`). What is left is of second order, and follows from
+the fitted smooth curve. So a fit with a ramp is that of other times, and T is one more parameter, the same in all tests, for Gauss
+and Newton's iteration.
 
 Curves that do not superpose for another reason may bend alike. So a ramp is taken out only if there are readings before twice its
 duration, which stand for none after a step; a shorter one is named, for the user to state. As the effect of a ramp has no free
@@ -22,7 +21,7 @@ from typing import Self
 import numpy as np
 
 from dielast.base.errors import InputError, NumericsError, warn, without_warnings
-from dielast.material.measurement import Measurement, measurement_of
+from dielast.material.ramp import DROPPED, mean_log_age
 from dielast.numerics.arrays import Floats, Index
 from dielast.numerics.robust import robust_deviation
 from dielast.relaxation.superposition.binning import Binned
@@ -34,7 +33,6 @@ from dielast.relaxation.superposition.points import FitPoints, points_of
 from dielast.relaxation.superposition.spline import Spline
 
 SIGNIFICANT = 4.0  # standard errors of a significant rise
-DROPPED = 2.0  # durations before which no step stands for a ramp
 SHORTEST = 0.01  # of the first time: no shorter ramp is looked for
 TRIED = 40  # durations at which the likelihood is tried, before the iteration
 SURE = 0.95  # probability from which on a ramp is named
@@ -61,9 +59,7 @@ class Ramp:
 
     def log_age(self, time: Floats) -> Floats:
         """Mean log10 of the ages at the times (n,) in s."""
-        within = np.minimum(time, self.duration)
-        oldest, youngest = time * np.log10(time), time - within
-        return np.asarray((oldest - youngest * np.log10(np.maximum(youngest, 1e-300))) / within - 1 / np.log(10))
+        return mean_log_age(time, self.duration) / np.log(10)
 
     def lift(self, time: Floats) -> Floats:
         """log10 of the last load over that of the moment, if values are read over the last one."""
@@ -156,20 +152,6 @@ def find_ramp(data: Gathered, binned: Binned, plain: Fitted | None, vertical: bo
     return best
 
 
-def without_ramp(curves: Sequence[Measurement], duration: float) -> list[Measurement]:
-    """The curves as after a step: times are the mean log ages of the parts of a ramp of a `duration` in s, without points before
-    twice that.
-    """
-    if not duration:
-        return list(curves)
-    changed, ramp = [], Ramp(duration, 0.0, False)
-    for curve in curves:
-        columns = curve.columns[:, curve.columns[0] >= DROPPED * duration]
-        columns[0] = 10 ** ramp.log_age(columns[0])
-        changed.append(measurement_of(curve.KIND, curve.temperature, columns, curve.source, duration / 2))
-    return changed
-
-
 def left_out(duration: float, data: Gathered) -> bool:
     """Whether there are readings too early to stand for those after a step, with a ramp of a `duration` in s."""
     return bool(np.min(data.abscissa) < DROPPED * duration)
@@ -200,8 +182,8 @@ def warn_if_modulus_rises(data: Gathered, binned: Binned) -> None:
     warn(
         f"at {end.curves} of {data.temperature.size} temperatures the {data.kind.value} rises up to about {end.time:.2g} s, which "
         f"no step of {data.kind.step} does: state the time in which the {data.kind.step} was applied, such as ramp = "
-        f'"{end.time:.1g} s": times then count from the middle of the ramp, and its points are left out; until then, neither shift '
-        "factors nor the law are to be trusted"
+        f'"{end.time:.1g} s": times are then mean ages of the {data.kind.step}, and points of the ramp are left out; until then, '
+        "neither shift factors nor the law are to be trusted"
     )
 
 

@@ -98,7 +98,7 @@ class MasterCurve(TabularResult):
     `stated` are the errors stated by the user. `offset_spread` and `tilt_spread` are the estimated standard deviations, in decades
     of modulus, of the vertical offsets (beyond a stated drift) and tilts of whole curves. The standard errors include both; points,
     smooth curves and moduli are not corrected for them. `placing` is the joint fit. `ramp` is the duration in s of a ramp that was
-    found in the tests and taken out, else 0; times of points count from its middle.
+    found in the tests and taken out, else 0; times of points are then mean ages of the load.
     """
 
     measurement: KindName
