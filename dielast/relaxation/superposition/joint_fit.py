@@ -106,15 +106,17 @@ def fit_master(
     return with_errors(points, best_fit(points, starts, anchor, vertical, drift), vertical)
 
 
-def with_errors(points: FitPoints, fitted: Fitted, vertical: bool, compared: bool = True) -> MasterFit:
-    """A fit of `points` with the covariance of its shifts. One that is not `compared` with those to other points has no `left_out`
-    where its curves superpose.
+def with_errors(points: FitPoints, fitted: Fitted, vertical: bool, compared: bool = True, doubt: Floats | None = None) -> MasterFit:
+    """A fit of `points` with the covariance of its shifts, to which that of a `doubt` (2m, 2m) about the points is added. One that
+    is not `compared` with those to other points has no `left_out` where its curves superpose.
     """
     m, score, state, prior, misfit = points.curves, fitted.score, fitted.state, fitted.prior, fitted.misfit
     covariance = smoothing_errors(points, prior, state)
     scatter = shift_covariance(points, *_smoothest(points, prior, state, score))
     free = prior.free[prior.free < 2 * m]
     covariance[np.ix_(free, free)] += scatter[: free.size, : free.size]
+    if doubt is not None:
+        covariance += doubt
     noise_stderr = np.sqrt(np.diag(covariance)[:m])
     ambiguity, left_out = leave_out(points, prior, state, misfit) if compared or misfit.sure else (None, ())
     if misfit.sure and ambiguity is not None:

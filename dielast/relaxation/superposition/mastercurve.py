@@ -98,7 +98,7 @@ def build_master_curve(
             f"reference temperature {reference:g} degC is outside the measured {temperature[0]:g} to {temperature[-1]:g} degC: "
             "the master curve is extrapolated by the shift law"
         )
-    ramp = 0.0
+    ramp, doubt = 0.0, None
     if swept:
         anchor = steepest(binned)
         start = starting_shifts(temperature, binned, anchor, data.kind)
@@ -107,24 +107,26 @@ def build_master_curve(
         plain, problem = _fitted(data, binned, free, stated)
         if all(curve.ramp_taken_out is None for curve in curves):
             found = find_ramp(data, binned, plain, free, stated.walk(data.order))
-            if left_out(found, data):
+            refit, lost = None, list[float]()
+            if found is not None and left_out(found.duration, data):
                 with without_warnings():  # as above
-                    after = prepare(curves, reference, vertical, expansion, found)
+                    after = prepare(curves, reference, vertical, expansion, found.duration)
                     refit, _ = _fitted(after[0], after[1], free, stated)
                 lost = np.setdiff1d(temperature, after[0].temperature).tolist()
                 if refit is not None:
-                    ramp, plain = found, refit
+                    ramp, plain = found.duration, refit
                     data, binned, imposed = after
-                    temperature = data.temperature
-                warn_of_ramp(found, data, taken_out=refit is not None, lost=lost)
-            elif found:
-                warn_of_ramp(found, data, taken_out=False)
-            else:
+                    temperature, doubt = data.temperature, found.covariance(points_of(binned), refit)
+            if found is None:
                 warn_if_modulus_rises(data, binned)
+            else:
+                warn_of_ramp(found.duration, data, taken_out=refit is not None, lost=lost)
+                if refit is None and plain is not None:
+                    doubt = found.doubt(plain.anchor, plain.state)
         if plain is None:
             raise problem
         points, anchor = points_of(binned), plain.anchor
-        fit = with_errors(points, plain, free, compared=False)
+        fit = with_errors(points, plain, free, compared=False, doubt=doubt)
         basis_fit = BasisFit(fit, "moduli", points, fit.splines)
     outlying = warn_of_outliers(data, imposed, basis_fit.fit, 1 if basis_fit.on == "storage" else len(data.ordinates))
     warn_if_misfit(temperature, basis_fit.fit.misfit, free, data.kind)

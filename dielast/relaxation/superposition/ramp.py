@@ -21,7 +21,7 @@ from typing import Self
 import numpy as np
 
 from dielast.base.errors import InputError, NumericsError, warn, without_warnings
-from dielast.material.ramp import DROPPED, mean_log_age
+from dielast.material.ramp import DROPPED, mean_log_age, time_of_age
 from dielast.numerics.arrays import Floats, Index
 from dielast.numerics.robust import robust_deviation
 from dielast.relaxation.superposition.binning import Binned
@@ -59,7 +59,7 @@ class Ramp:
 
     def log_age(self, time: Floats) -> Floats:
         """Mean log10 of the ages at the times (n,) in s."""
-        return mean_log_age(time, self.duration) / np.log(10)
+        return np.asarray(mean_log_age(time, self.duration) / np.log(10))
 
     def lift(self, time: Floats) -> Floats:
         """log10 of the last load over that of the moment, if values are read over the last one."""
@@ -118,14 +118,45 @@ class _Problem:
         return np.asarray(np.bincount(self.owner, values) / np.bincount(self.owner))
 
 
-def find_ramp(data: Gathered, binned: Binned, plain: Fitted | None, vertical: bool, drift: Floats | None) -> float:
-    """The duration in s of the ramp that is left in the curves, to three digits; 0 if it is not sure that there is one.
+@dataclass(frozen=True, slots=True, eq=False)
+class FoundRamp:
+    """A ramp that is left in the curves: its `duration` in s, rounded by less than half of its standard error, the `stderr` of its
+    logarithm, and the shifts and vertical shifts `theta` (2m,) of the fit with it.
+    """
+
+    duration: float
+    stderr: float
+    theta: Floats
+
+    def covariance(self, points: FitPoints, fitted: Fitted) -> Floats:
+        """The covariance (2m, 2m) of shifts and vertical shifts due to the error of the duration, if the ramp is taken out of the
+        `points`: a longer one makes all ages smaller, early ones most.
+        """
+        m, state, free = points.curves, fitted.state, fitted.prior.free
+        time = time_of_age(10**points.log_time, self.duration)
+        later = mean_log_age(time, self.duration * np.exp(CHANGE)) - mean_log_age(time, self.duration)
+        _, across = _weighed(points, fitted.prior, state, (state.parts.sides[0] * later / np.log(10) / CHANGE)[:, None])
+        moved = np.zeros(3 * m)
+        moved[free] = np.linalg.solve(state.normal, across)[:, 0]
+        return self.stderr**2 * np.outer(moved[: 2 * m], moved[: 2 * m])
+
+    def doubt(self, anchor: int, state: State) -> Floats:
+        """The covariance (2m, 2m) of shifts and vertical shifts relative to the curve `anchor`, if the ramp may be there or not and
+        is left in, as in a fit with the `state`.
+        """
+        moved = (self.theta - state.theta[: self.theta.size]).reshape(2, -1)
+        relative = (moved - moved[:, [anchor]]).ravel()
+        return np.outer(relative, relative)
+
+
+def find_ramp(data: Gathered, binned: Binned, plain: Fitted | None, vertical: bool, drift: Floats | None) -> FoundRamp | None:
+    """The ramp that is left in the curves, None if it is not sure that there is one.
 
     `plain` is the `best_fit` without a ramp, None if there is no such fit; `vertical` and `drift` are its arguments.
     """
     problem = _Problem.of(data, binned, vertical, drift)
     if problem.longest <= problem.shortest:
-        return 0.0
+        return None
     found: list[tuple[Ramp, Floats, Spline | None, int]] = []
     if plain is not None and (begin := _likeliest(problem, plain)) is not None:
         begin = _most_likely(problem, begin, plain)
@@ -138,7 +169,7 @@ def find_ramp(data: Gathered, binned: Binned, plain: Fitted | None, vertical: bo
             found.append((begin, starting_shifts(data.temperature, moved, anchor, data.kind), None, anchor))
         except InputError:
             pass  # a ramp does not explain why the curves do not overlap
-    best, least = 0.0, np.inf if plain is None else plain.score
+    best, least = None, np.inf if plain is None else plain.score
     for begin, shift, spline, anchor in found:
         try:
             with without_warnings():
@@ -148,8 +179,12 @@ def find_ramp(data: Gathered, binned: Binned, plain: Fitted | None, vertical: bo
         gain = (min(least, bare) - trial.score) / trial.repeated
         known = np.sqrt(2 * np.pi) * trial.ramp.stderr / np.log(problem.longest / problem.shortest)
         if gain / 2 + np.log(known) > np.log(SURE / (1 - SURE)):
-            best, least = float(f"{trial.ramp.duration:.3g}"), trial.score
-    return best
+            best, least = trial, trial.score
+    if best is None:
+        return None
+    duration, stderr = best.ramp.duration, best.ramp.stderr
+    theta = best.state.theta[: 2 * problem.points.curves]
+    return FoundRamp(round(duration, -int(np.floor(np.log10(duration * stderr)))), stderr, theta)
 
 
 def left_out(duration: float, data: Gathered) -> bool:
@@ -159,13 +194,13 @@ def left_out(duration: float, data: Gathered) -> bool:
 
 def warn_of_ramp(duration: float, data: Gathered, *, taken_out: bool, lost: Sequence[float] = ()) -> None:
     """Name a ramp that was found; if it is `taken_out`, with the temperatures in degC of curves that are `lost` by that."""
-    step, stated = data.kind.step, f'ramp = "{duration:.3g} s"'
-    bend = f"all curves bend as after a ramp of the {step} of {duration:.3g} s"
+    step, stated = data.kind.step, f'ramp = "{duration:.6g} s"'
+    bend = f"all curves bend as after a ramp of the {step} of {duration:.6g} s"
     if not taken_out:
         why = "the rest of the curves has no overlap" if left_out(duration, data) else "they begin late after it"
         warn(
-            f"{bend}, or do not superpose; as {why}, times are those after a step: state {stated} if the {step} took that long, or "
-            'ramp = "0 s" if it did not'
+            f"{bend}, or do not superpose; as {why}, times are those after a step, and the standard errors allow for either: state "
+            f'{stated} if the {step} took that long, or ramp = "0 s" if it did not'
         )
         return
     gone = f", and with them the test at {', '.join(f'{at:g}' for at in lost)} degC" if lost else ""
@@ -308,11 +343,20 @@ def _projected(points: FitPoints, prior: Prior, state: State, change: Floats) ->
     """Weighted products (k,) of the residuals with the `change` (n, k) of the values for unit steps of k further parameters, and
     squares (k,) of these changes, less what all other parameters explain.
     """
-    parts, weight, m = state.parts, state.weights.weight, points.curves
-    weighted = weight[:, None] * change
+    weighted = state.weights.weight[:, None] * change
+    square, others = _weighed(points, prior, state, change)
+    square = square - np.sum(others * np.linalg.solve(state.normal, others), axis=0)
+    return np.asarray(weighted.T @ state.residual), square
+
+
+def _weighed(points: FitPoints, prior: Prior, state: State, change: Floats) -> tuple[Floats, Floats]:
+    """Weighted squares (k,) of the `change` (n, k) of the values for unit steps of k further parameters, and products (p, k) with
+    those for the free parameters, both less what the smooth curves explain.
+    """
+    parts, m = state.parts, points.curves
+    weighted = state.weights.weight[:, None] * change
     of_curves = np.stack([parts.curves.gather(parts.curves.basis * column) for column in weighted.T], axis=1)
     sums = [[np.bincount(points.curve, side * column, minlength=m) for column in weighted.T] for side in parts.sides]
     answer = parts.inverse @ of_curves
     others = (np.concatenate(np.swapaxes(sums, 1, 2)) - parts.cross.T @ answer)[prior.free]
-    explained = np.sum(of_curves * answer, axis=0) + np.sum(others * np.linalg.solve(state.normal, others), axis=0)
-    return np.asarray(weighted.T @ state.residual), np.asarray(np.sum(weighted * change, axis=0) - explained)
+    return np.asarray(np.sum(weighted * change, axis=0) - np.sum(of_curves * answer, axis=0)), others
