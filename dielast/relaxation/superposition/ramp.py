@@ -25,6 +25,7 @@ from dielast.material.ramp import DROPPED, mean_log_age, time_of_age
 from dielast.numerics.arrays import Floats, Index
 from dielast.numerics.robust import robust_deviation
 from dielast.relaxation.superposition.binning import Binned
+from dielast.relaxation.superposition.effects import Drift
 from dielast.relaxation.superposition.gather import MIN_BINS, Gathered
 from dielast.relaxation.superposition.joint_fit import Fitted, best_fit, converge
 from dielast.relaxation.superposition.joint_problem import Prior, State, assemble, correlation
@@ -85,13 +86,13 @@ class _Problem:
     data: Gathered
     points: FitPoints
     vertical: bool
-    drift: Floats | None
+    drift: Drift | None
     longest: float
     reading: Floats
     owner: Index
 
     @classmethod
-    def of(cls, data: Gathered, binned: Binned, vertical: bool, drift: Floats | None) -> Self:
+    def of(cls, data: Gathered, binned: Binned, vertical: bool, drift: Drift | None) -> Self:
         """The search for a ramp in all curves."""
         used = binned.bin_of_point >= 0
         return cls(data, points_of(binned), vertical, drift, _longest(binned), data.abscissa[used], binned.bin_of_point[used])
@@ -149,7 +150,7 @@ class FoundRamp:
         return np.outer(relative, relative)
 
 
-def find_ramp(data: Gathered, binned: Binned, plain: Fitted | None, vertical: bool, drift: Floats | None) -> FoundRamp | None:
+def find_ramp(data: Gathered, binned: Binned, plain: Fitted | None, vertical: bool, drift: Drift | None) -> FoundRamp | None:
     """The ramp that is left in the curves, None if it is not sure that there is one.
 
     `plain` is the `best_fit` without a ramp, None if there is no such fit; `vertical` and `drift` are its arguments.

@@ -13,7 +13,7 @@ from dielast.material.measurement_kind import KINDS, KindName, MeasurementKind
 from dielast.material.shift import ShiftLaw
 from dielast.numerics.arrays import Flags, Floats, Index
 from dielast.relaxation.superposition.checks import Undetermined
-from dielast.relaxation.superposition.effects import walk
+from dielast.relaxation.superposition.effects import Drift
 from dielast.relaxation.superposition.shiftfit import ShiftFit
 from dielast.relaxation.superposition.sweepfit import Basis
 
@@ -27,9 +27,9 @@ class Stated:
     temperature_stderr: float
     drift: float
 
-    def walk(self, order: Index) -> Floats | None:
-        """Covariance (m, m) of the offsets of the curves, in decades, by a drift in this `order` (m,); None without a drift."""
-        return walk(order, self.drift / np.log(10)) if self.drift > 0 else None
+    def walk(self, order: Index) -> Drift:
+        """The drift of curves that were measured in this `order` (m,)."""
+        return Drift.of(order, self.drift / np.log(10))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
