@@ -36,7 +36,8 @@ from dielast.relaxation.superposition.spline import Spline
 SIGNIFICANT = 4.0  # standard errors of a significant rise
 SHORTEST = 0.01  # of the first time: no shorter ramp is looked for
 TRIED = 40  # durations at which the likelihood is tried, before the iteration
-SURE = 0.95  # probability from which on a ramp is named
+SURE = 0.95  # probability from which on a ramp is named,
+NEEDED = float(2 * np.log(SURE / (1 - SURE)))  # and gain of -2 ln likelihood that one of known duration needs for it
 ITERATIONS = 8
 WIDEST, HALVINGS = 0.1, 6  # of the steps that are halved
 LONGEST_STEP = 0.7  # change of the logarithm of the duration in one iteration
@@ -179,7 +180,7 @@ def find_ramp(data: Gathered, binned: Binned, plain: Fitted | None, vertical: bo
             continue
         gain = (min(least, bare) - trial.score) / trial.repeated
         known = np.sqrt(2 * np.pi) * trial.ramp.stderr / np.log(problem.longest / problem.shortest)
-        if gain / 2 + np.log(known) > np.log(SURE / (1 - SURE)):
+        if gain + 2 * np.log(known) > NEEDED:
             best, least = trial, trial.score
     if best is None:
         return None
@@ -255,14 +256,16 @@ def _longest(binned: Binned) -> float:
 
 
 def _likeliest(problem: _Problem, plain: Fitted) -> Ramp | None:
-    """The ramp of the highest likelihood near a fit without one, to first order; None if none is likelier than no ramp."""
+    """The ramp of the highest likelihood near a fit without one, to first order; None if not even one of known duration would be
+    sure.
+    """
     points, state = problem.points, plain.state
     durations = np.geomspace(problem.shortest, problem.longest, TRIED)
     ages = np.stack([problem.log_age(Ramp(each, 0.0, False)) for each in durations.tolist()], axis=1)
     along, square = _projected(points, plain.prior, state, state.parts.sides[0][:, None] * (ages - points.log_time[:, None]))
     gain = (2 * along - square) / correlation(points, state)
     best = int(np.argmax(gain))
-    return Ramp(float(durations[best]), 0.0, False) if gain[best] > 0 else None
+    return Ramp(float(durations[best]), 0.0, False) if gain[best] > NEEDED else None
 
 
 def _most_likely(problem: _Problem, begin: Ramp, plain: Fitted) -> Ramp:
