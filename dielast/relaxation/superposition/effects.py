@@ -10,7 +10,7 @@ specimens.
 
 Offsets are independent, as those of one specimen for each temperature are, or a drift of one specimen, a random walk in the order
 of the tests. What is added up over many steps looks like shift factors of another law. So where no drift is stated, standard errors
-are those of both kinds of offsets, by their probability.
+are those of both kinds of offsets, by their probability; as the order is not stated then either, it is that of the temperatures.
 """
 
 from collections.abc import Sequence

@@ -28,8 +28,8 @@ class Stated:
     drift: float
 
     def walk(self, order: Index) -> Drift:
-        """The drift of curves that were measured in this `order` (m,)."""
-        return Drift.of(order, self.drift / np.log(10))
+        """The drift of curves that were measured in this `order` (m,); one that is not stated goes along the temperature."""
+        return Drift.of(order if self.drift > 0 else np.arange(order.size), self.drift / np.log(10))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
