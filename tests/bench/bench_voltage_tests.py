@@ -1,4 +1,4 @@
-"""What voltage tests give: `python tests/bench/bench_voltage_tests.py speed | uniaxial | films [COUNT [FIRST]]`.
+"""What voltage tests give: `python tests/bench/bench_voltage_tests.py speed | uniaxial | films [--laboratories N] [--first K]`.
 
 A laboratory has a material whose springs are gent-i2, and six uniaxial tests of it; with "films", two films under voltage, too. The
 voltage for a relative stretch of 1.2 at prestretch 3 is predicted from draws of all laws that the tests cannot tell apart. The
@@ -11,16 +11,18 @@ truth is 7377 V; all laws together, and further laboratories, are not measured.
 
 from __future__ import annotations
 
-import sys
+import argparse
 import threading
 import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, fields, replace
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 import numpy as np
+from parts import add, arguments, read
 
 from dielast import Free, Gent, GentI2, Material, MeasuredTest, NoShift, Spectrum, VoltageTest
 from dielast.calibration import posterior
@@ -240,18 +242,29 @@ def outcomes(what: str, count: int, first: int, draws: int = 200) -> list[Outcom
     return found
 
 
-def bench_laboratories(what: str, count: int = 12, first: int = 0) -> None:
-    """How often the band of 90 % holds the voltage of the truth, from uniaxial tests alone or with two films."""
-    true, found = truth(), outcomes(what, count, first)
-    for number, each in enumerate(found, first):
+def bench_laboratories(what: str, count: int = 12, first: int = 0, file: Path | None = None) -> None:
+    """How often the band of 90 % holds the voltage of the truth, from uniaxial tests alone or with two films; with a `file`, over
+    all laboratories that it has.
+    """
+    true = truth()
+    every = {number: Outcome(**each) for number, each in _known(file, what).items()}
+    made = outcomes(what, count, first) if count else []
+    for number, each in enumerate(made, first):
+        add(file, what, number, asdict(each))
         laws = ", ".join(f"{law} {weight:.2f} ({low:.0f} to {high:.0f})" for law, (weight, low, high) in each.laws.items())
         band = f"{each.low:.0f} to {each.high:.0f} V, {each.below:.0%} below the truth of {true:.0f} V"
-        print(f"{what} {number}: {band}; {laws}", flush=True)
+        print(f"{what} {number}: {band}; width {each.width:.2f}; {laws}", flush=True)
+    found = list((every | dict(enumerate(made, first))).values())
     inside, mixed = sum(each.low <= true <= each.high for each in found), sum(0.05 <= each.below <= 0.95 for each in found)
     off = np.sqrt(np.mean([(each.best / true - 1) ** 2 for each in found]))
-    print(f"{what}: {inside} of {count} hold the truth, {mixed} by the draws of all laws together; the width is")
+    print(f"{what}: {inside} of {len(found)} hold the truth, {mixed} by the draws of all laws together; the width is")
     print(f"{np.median([each.width for each in found]):.2f} times that from the truth to the laws, in logarithms; the best law is")
-    print(f"off by {off:.1%}")
+    print(f"off by {off:.1%}; the ends of bands differ by a factor of {np.median([each.high / each.low for each in found]):.2f}")
+
+
+def _known(file: Path | None, what: str) -> dict[int, dict[str, Any]]:
+    names = [field.name for field in fields(Outcome)]
+    return {} if file is None else {number: {name: line[name] for name in names} for number, line in read(file, what).items()}
 
 
 def bench_speed() -> None:
@@ -270,8 +283,17 @@ def bench_speed() -> None:
         print(f"{what}: {time.perf_counter() - begin:.1f} s, {time.process_time() - busy:.1f} s of the processor", flush=True)
 
 
-if __name__ == "__main__":
-    if sys.argv[1] == "speed":
+def main() -> None:
+    """Run a part of the bench."""
+    parser = argparse.ArgumentParser()
+    parser.add_argument("what", choices=("speed", "uniaxial", "films"))
+    arguments(parser, 12)
+    options = parser.parse_args()
+    if options.what == "speed":
         bench_speed()
     else:
-        bench_laboratories(sys.argv[1], *map(int, sys.argv[2:]))
+        bench_laboratories(options.what, options.laboratories, options.first, options.file)
+
+
+if __name__ == "__main__":
+    main()
