@@ -160,8 +160,12 @@ def warn_of_few_points(fits: Sequence[Fit]) -> None:
     best = fits[0]
     if len(fits) > 1 and len(best.problem.laboratory.tests) == 1 and not all(np.isfinite(fit.aicc) for fit in fits):
         most = max(len(fit.space) for fit in fits)
-        few = f"a single test with about {best.independent_points:.2g} independent points cannot weigh laws of up to {most} constants"
-        warn(f"{few}: material.toml has the law of fewest constants that it does not contradict; add tests at other rates and modes")
+        few = (
+            f"a single test with about {best.independent_points:.2g} independent points cannot weigh laws of up to {most} constants"
+        )
+        warn(
+            f"{few}: material.toml has the law of fewest constants that it does not contradict; add tests at other rates and modes"
+        )
 
 
 def warn_of_laws_alike(weights: Mapping[str, float], volts: Sequence[float], written: Collection[str]) -> None:

@@ -257,8 +257,8 @@ def weighed(ranked: Sequence[Candidate], asked: VoltageTest) -> list[Candidate]:
 
 
 def _ranked(candidates: Sequence[Candidate]) -> list[Candidate]:
-    """The laws, the best first: by the error of cross-validation, or by the error of the fit if a law lacks a cross-validation; of a
-    single test by their weight, and of equal weights the one with the fewest constants.
+    """The laws, the best first: by the error of cross-validation, or by the error of the fit if a law lacks a cross-validation; of
+    a single test by their weight, and of equal weights the one with the fewest constants.
     """
     if _single(candidates):
         fits = [each.fit for each in candidates]
