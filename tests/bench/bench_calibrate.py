@@ -34,7 +34,7 @@ from dielast.material.material import VACUUM_PERMITTIVITY
 from dielast.material.modulus import CONSTANT_MODULUS, EntropicModulus
 from dielast.mechanics.load import Step, Track
 
-DATA = Path(__file__).parents[3] / "shared/data/vhb4905"
+data = Path(__file__).parents[3] / "shared/data/vhb4905"
 START = Material("start", 20e3, Spectrum([100.0, 3.0], [2e4, 4e4]), WLF(20.0, 13.0, 187.0), Gent(110.0), Gent(55.0))
 FREE = {
     "equilibrium.shear_modulus": Free(),
@@ -48,7 +48,7 @@ TRUE = [20e3, 110.0, 18e3, 40e3, 100.0, 3.0]
 
 
 def frame(name: str) -> pd.DataFrame:
-    return pd.read_csv(DATA / name, sep=";", decimal=",", encoding="latin-1")
+    return pd.read_csv(data / name, sep=";", decimal=",", encoding="latin-1")
 
 
 def loading(number: int) -> MeasuredTest:
@@ -278,13 +278,16 @@ def bench_coverage(options: argparse.Namespace, starts: int = STARTS) -> None:
 
 def main() -> None:
     """Run the benches that are named, or all."""
+    global data
     parser = argparse.ArgumentParser()
     parser.add_argument(
         "names", nargs="*", default=["loading", "temperatures", "misfit", "relaxation", "coupled", "speed", "starts"]
     )
     parser.add_argument("--error", type=float, default=0.2, help="of the model, in misfit")
+    parser.add_argument("--data", type=Path, default=data, help="folder of the measured curves")
     arguments(parser, 20)
     options = parser.parse_args()
+    data = options.data
     for name in options.names:
         bench = globals()[f"bench_{name}"]
         bench(options) if name in ("misfit", "coverage") else bench()
