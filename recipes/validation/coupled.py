@@ -71,10 +71,11 @@ def coupled(data: Path) -> Section:
     squeezed = f" At {', '.join(charged_lost)} the predicted film pulls in, the measured one did not." if charged_lost else ""
     verdicts = " and ".join(f"{_verdict(result)} at {result.comparisons[0].test.temperature:g} °C" for result in found)
     limit = f"""Near pull-in a film is held by its limits of extension, and these pulls tell little of them: `{LIMIT}` is
-{verdicts}. Both limits, that of the equilibrium spring and that of the branches, are free between the bounds that `[springs]` gives."""
+{verdicts}. Both limits, that of the equilibrium spring and that of the branches, are free between the
+bounds that `[springs]` gives."""
     ran = [
-        f"{100 * np.max(each.lost):.0f} % of the draws run away at {each.test.temperature:g} °C, and the band has no lower end from "
-        f"stretch {each.opened:.2f} on"
+        f"{100 * np.max(each.lost):.0f} % of the draws run away at {each.test.temperature:g} °C, and the band has no lower end "
+        f"from stretch {each.opened:.2f} on"
         for result in found
         for each in result.comparisons
         if each.opened is not None
