@@ -17,7 +17,6 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass, fields, replace
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from parts import add, arguments, read
@@ -195,7 +194,7 @@ def bench_laboratories(what: str, count: int = 12, first: int = 0, file: Path | 
     all laboratories that it has.
     """
     true = truth()
-    every = {number: Outcome(**each) for number, each in _known(file, what).items()}
+    every = outcomes_of(file, what)
     made = outcomes(what, count, first) if count else []
     for number, each in enumerate(made, first):
         add(file, what, number, asdict(each))
@@ -210,9 +209,14 @@ def bench_laboratories(what: str, count: int = 12, first: int = 0, file: Path | 
     print(f"off by {off:.1%}; the ends of bands differ by a factor of {np.median([each.high / each.low for each in found]):.2f}")
 
 
-def _known(file: Path | None, what: str) -> dict[int, dict[str, Any]]:
+def outcomes_of(file: Path | None, what: str) -> dict[int, Outcome]:
+    """The outcomes that a file has, by the numbers of their laboratories."""
     names = [field.name for field in fields(Outcome)]
-    return {} if file is None else {number: {name: line[name] for name in names} for number, line in read(file, what).items()}
+    return (
+        {}
+        if file is None
+        else {number: Outcome(**{name: line[name] for name in names}) for number, line in read(file, what).items()}
+    )
 
 
 def bench_speed() -> None:
