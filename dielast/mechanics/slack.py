@@ -21,6 +21,8 @@ from dielast.numerics.integrate import SHRINK
 from dielast.numerics.roots import ROOT, fall, samples
 from dielast.numerics.stride import TriedStep
 
+NEARBY = 0.1  # largest change of Lambda in a turn, in which the state is continuous to the tolerance of the integration
+
 
 @dataclass(slots=True)
 class Contact:
@@ -125,8 +127,10 @@ class Contact:
                 target, controls = driven[:, turned], (control, system.load.controls[1])
                 target[0] = 0.0 if loose else target[0]
                 points, inside = system.points.take(turned), internal.take(turned, axis=-1)
-                log_squared, nominal, _ = jump(points, controls, target, inside, membrane[:, turned])
-                state[-system.axes :, turned] = np.where(stretched(controls), nominal, log_squared)[: system.axes]
+                log_squared, nominal, stable = jump(points, controls, target, inside, membrane[:, turned], NEARBY)
+                found = np.where(stretched(controls), nominal, log_squared)[: system.axes]
+                # springs that lose their stiffness have no free equilibrium, and would turn from slack to taut without end
+                state[-system.axes :, turned] = np.where(stable, found, np.nan)
         stretch = driven[0]
         changed = replace(system, slack=slack)
         self._turned[cases] = elapsed
