@@ -31,6 +31,7 @@ from dielast.io.table import Table, case_table
 from dielast.material.material import Material
 from dielast.material.scatter import Sample
 from dielast.mechanics.line import EVEN_ROWS, HOLD_DECADES, JUMP_DECADES, RAMP_DECADES
+from dielast.mechanics.piece import rows_after_turn
 from dielast.numerics.arrays import Floats
 from dielast.recipe.cases import MOST_WRONG_CASES, Case
 from dielast.report.report import RunReport
@@ -242,16 +243,21 @@ def check_series(cases: Sequence[Case[Any]], columns: int, inputs: Inputs, jobs:
 
 
 def _rows(recipe: SimulationRecipe, inputs: Inputs, points: dict[str, int]) -> int:
-    """Estimated number of rows in the table of a case; `points` are the numbers of points of the tables that have been read."""
+    """Estimated number of rows in the table of a case; `points` are the numbers of points of the tables that have been read.
+
+    A specimen may go slack and taut once in each step and each cycle; how often it does in a table is not known beforehand.
+    """
     if recipe.output.times is not None:
         return len(recipe.output.times)
     count, jumped = 0, False
+    slack = getattr(recipe, "slack", "pushes") != "pushes" and getattr(recipe, "mode", None) != "equibiaxial"
+    turned = rows_after_turn(recipe.output.points_per_decade).size * slack
     for step in getattr(recipe, "step", ()):
         at_once = step.hold is None and step.table is None and not step.duration and getattr(step, "rate", None) is None
         decades = JUMP_DECADES if jumped else HOLD_DECADES
         if step.hold is None:
             decades = JUMP_DECADES if "voltage" in type(step).model_fields else RAMP_DECADES
-        count += 1 if at_once else decades * recipe.output.points_per_decade + EVEN_ROWS
+        count += 1 if at_once else decades * recipe.output.points_per_decade + EVEN_ROWS + turned
         jumped = at_once
         if step.table is not None:
             if step.table not in points:
@@ -260,5 +266,5 @@ def _rows(recipe: SimulationRecipe, inputs: Inputs, points: dict[str, int]) -> i
         elif getattr(step, "waveform", None) is not None:
             cycles = step.cycles or 1
             # a row of cycles.csv takes about as much
-            count += 2 * EVEN_ROWS * Output(cycles=recipe.output.cycles).kept(cycles).size + cycles
+            count += 2 * (EVEN_ROWS + turned) * Output(cycles=recipe.output.cycles).kept(cycles).size + cycles
     return count
