@@ -10,13 +10,14 @@ which says how often they do, and which is thus no independent check of the choi
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from itertools import product
 
 import numpy as np
 from scipy.special import ndtri
 
 from dielast.base.errors import InputError, NumericsError, warn
 from dielast.calibration.failures.likelihood import Anchored, FailureModel, Mixed, Seen
-from dielast.calibration.failures.newton import Maxima, maximise
+from dielast.calibration.failures.newton import ROUNDING, Maxima, maximise
 from dielast.calibration.profiles import DECISIVE, VERDICTS, Verdict
 from dielast.io.result import Result
 from dielast.numerics.arrays import Cases, Flags, Floats
@@ -32,6 +33,7 @@ ENOUGH = 10  # draws that count, for each coordinate, of which the next round's 
 RAYS = 1000  # about the fit, on which the ends of intervals are looked for
 SHARES = (1e-3, 0.01, 0.1, 0.5, 0.9)  # of films that fail, to whose lives some of the rays are directed
 HEAVY = 5.0  # degrees of freedom of the proposals
+FLAT = 1e-10  # curvature, over those along the coordinates, of a direction in which the likelihood is level but for rounding
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -56,16 +58,16 @@ class Estimate(Result):
 
     @property
     def covariance(self) -> Floats:
-        """The inverse (p, p) of the observed information, 0 for known coordinates; NaN if it is not positive definite."""
+        """The inverse (p, p) of the observed information, 0 for known coordinates; NaN if it is not positive definite, beyond its
+        rounding.
+        """
         result = np.zeros((self.at.size, self.at.size))
         inside = np.ix_(self.free, self.free)
         information = -self.hessian[inside]
         scale = np.sqrt(np.maximum(np.diag(information), 1e-300))
-        try:
-            np.linalg.cholesky(information / np.outer(scale, scale))
-            result[inside] = np.linalg.inv(information / np.outer(scale, scale)) / np.outer(scale, scale)
-        except np.linalg.LinAlgError:
-            result[inside] = np.nan
+        scaled = information / np.outer(scale, scale)
+        known = np.all(np.linalg.eigvalsh(scaled) > FLAT)
+        result[inside] = np.linalg.inv(scaled) / np.outer(scale, scale) if known else np.nan
         return result
 
     @property
@@ -132,7 +134,8 @@ def estimate(model: FailureModel, *, known: dict[str, float] | None = None, weig
     found = maximise(function, start, model.bounds, fixed)
     if not np.isfinite(found.value).any():
         raise NumericsError("no start of the fit has a likelihood: do the specimens fail under rising exposures?")
-    best = int(np.argmax(np.where(np.isfinite(found.value), found.value, -np.inf)))
+    # of equal maxima, the first: along a level ridge, rounding would choose one
+    best = int(np.argmax(found.value > np.max(found.value[np.isfinite(found.value)]) - ROUNDING))
     return Estimate(model, found.at[best], float(found.value[best]), found.hessian[best], fixed, weight, bool(found.settled[best]))
 
 
@@ -257,6 +260,12 @@ class _Profile:
             return fit.model.function(at, None if weight is None else np.broadcast_to(weight, (at.shape[0], weight.size)))
 
         found = maximise(function, start, fit.model.bounds, fixed)
+        lost = np.flatnonzero(~found.settled)
+        if lost.size:  # they may have begun so far off that the way is too long
+            other = maximise(function, self._corners(start[lost], fixed[lost]), fit.model.bounds, fixed[lost])
+            better = other.value > found.value[lost]
+            for of_lost, of_other in ((found.at, other.at), (found.value, other.value), (found.settled, other.settled)):
+                of_lost[lost[better]] = of_other[better]
         self.last[run] = np.where(np.isfinite(found.value)[:, None], found.at, self.last[run])
         root = np.sqrt(np.maximum(2 * (fit.value - found.value), 0.0))
         # a coordinate of the location is at the end of its range also where the straight way leads beyond it; a lower end of 0 is
@@ -265,6 +274,17 @@ class _Profile:
         reached[:, :places] = np.where(straight == along, reached, straight)[:, :places]
         cornered = np.any(~fixed & (((reached <= low) & (low != 0)) | (reached >= high)), axis=1)
         return np.asarray(root * np.sqrt(fit.share_known) if self.corrected else root), np.asarray(cornered)
+
+    def _corners(self, start: Floats, fixed: Flags) -> Floats:
+        """The likeliest of starts (m, p) with slopes and scatter, where not `fixed` (m, p), at ends of their ranges."""
+        low, high = self.fit.model.bounds
+        moved = slice(len(self.fit.model.location.names), None)
+        ends = np.array(list(product(*zip(low[moved], high[moved], strict=True))))
+        tried = np.repeat(start[:, None], len(ends), axis=1)
+        tried[:, :, moved] = np.where(fixed[:, None, moved], tried[:, :, moved], ends)
+        weight = None if self.fit.weight is None else self.fit.weight[None]
+        totals = self.fit.model.total(tried.reshape(-1, low.size), weight).reshape(len(start), -1)
+        return np.asarray(tried[np.arange(len(start)), np.argmax(np.nan_to_num(totals, nan=-np.inf), axis=1)])
 
 
 def draw(fit: Estimate, draws: int, seed: int = 1) -> Floats:
