@@ -14,10 +14,12 @@ from scipy.stats import binom
 from dielast import InputError, read_material
 from dielast.calibration.failures.ageing import Ageing
 from dielast.calibration.failures.bounds import events_of, plan_test
-from dielast.calibration.failures.estimate import draw, estimate, profile_intervals, without_each
+from dielast.calibration.failures.draws import draw
+from dielast.calibration.failures.estimate import estimate, without_each
 from dielast.calibration.failures.exposures import Aged, Envelope, Plain
 from dielast.calibration.failures.fits import fit_law
 from dielast.calibration.failures.histories import Histories
+from dielast.calibration.failures.intervals import profile_intervals
 from dielast.calibration.failures.law_models import law_model
 from dielast.calibration.failures.laws import LawModel, LawOptions
 from dielast.calibration.failures.likelihood import Anchored, FailureModel, Mixed, Observations, Seen
