@@ -116,11 +116,14 @@ def test_output_on_its_own_grid_is_output_at_these_times(internal: bool) -> None
     own = relax(SOLID, steps, temperature=[15.0, 25.0], points_per_decade=4, internal=internal)
     asked = relax(SOLID, steps, temperature=[15.0, 25.0], times=own.time, internal=internal)
     assert np.array_equal(asked.time, own.time)
-    for name in ("stretch_1", "stretch_2", "nominal_stress_1", "nominal_stress_2"):
-        now, then = getattr(asked, name), getattr(own, name)
-        np.testing.assert_allclose(
-            now, then, rtol=1e-9, atol=1e-9 * np.max(np.abs(then)), err_msg=name
-        )  # slack begins at a stress of 0
+    apart = {name: np.abs(getattr(asked, name) - getattr(own, name)) for name in ("stretch_1", "stretch_2", "nominal_stress_1")}
+    for name in ("stretch_1", "stretch_2"):
+        assert np.all(apart[name] <= 1e-9), name
+    # where slack begins, at a stress of 0, stresses differ as stretches do: at most by Young's modulus of the first moment
+    tangent = 3 * (SOLID.equilibrium_modulus + SOLID.spectrum.shear_modulus.sum())
+    assert np.all(apart["nominal_stress_1"] <= 1e-9 * own.nominal_stress_1 + tangent * apart["stretch_1"])
+    assert not np.any(own.nominal_stress_2)
+    assert not np.any(asked.nominal_stress_2)
     assert (own.viscous_stretch is not None) == internal
     if own.viscous_stretch is not None and asked.viscous_stretch is not None:
         assert own.viscous_stretch.shape == (2, 3, 2, own.time.shape[1])

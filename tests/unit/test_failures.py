@@ -14,15 +14,18 @@ from scipy.stats import binom
 from dielast import InputError, read_material
 from dielast.calibration.failures.ageing import Ageing
 from dielast.calibration.failures.bounds import events_of, plan_test
-from dielast.calibration.failures.estimate import draw, estimate, profile_intervals, without_each
+from dielast.calibration.failures.draws import draw
+from dielast.calibration.failures.estimate import estimate, without_each
 from dielast.calibration.failures.exposures import Aged, Envelope, Plain
 from dielast.calibration.failures.fits import fit_law
 from dielast.calibration.failures.histories import Histories
+from dielast.calibration.failures.intervals import profile_intervals
 from dielast.calibration.failures.law_models import law_model
 from dielast.calibration.failures.laws import LawModel, LawOptions
 from dielast.calibration.failures.likelihood import Anchored, FailureModel, Mixed, Observations, Seen
 from dielast.calibration.failures.scatter_laws import NORMAL_FIELD, SCATTER_LAWS, WEIBULL
 from dielast.calibration.failures.specimens import POINTS_PER_DECADE, Simulated, Specimens, simulate_specimens
+from dielast.calibration.profiles import Verdict
 from dielast.commands.lifetime.ranking import accepted, simulated_and_ranked
 from dielast.commands.lifetime.table import read_specimens
 from dielast.commands.registry import read_cases
@@ -155,6 +158,26 @@ def test_a_profile_ends_where_the_likelihood_has_fallen() -> None:
     draws = draw(fit, 1000)
     for k, found in enumerate(profile_intervals(fit, 0.9)):
         assert np.mean((draws[:, k] > found.lower) & (draws[:, k] < found.upper)) == pytest.approx(0.9, abs=0.04)
+
+
+@pytest.mark.parametrize("slope", [0.3, 1.5, 30.0, 350.0])
+def test_a_level_ridge_has_one_verdict_wherever_a_fit_ends_on_it(slope: float) -> None:
+    """Lives at one field: the likelihood depends on the slope and the field of the law through their product alone."""
+    life, ageing = np.array([1.0, 2.0, 0.4, 1.3, 3.0]), Ageing("power", 40e6)
+    histories = Histories(np.tile([0.0, 1e7], (5, 1)), np.full((5, 2), 44e6), np.ones((5, 2)))
+    model = FailureModel(
+        Observations.of(np.zeros(5, dtype=int)),
+        Aged.along(histories, ageing, np.arange(5), 3600 * life),
+        Anchored(ageing, 3600.0, np.zeros((5, 0))),
+        WEIBULL,
+    )
+    fit = estimate(model)
+    at = np.array([np.log(44e6) + fit.at[1] / slope * (fit.at[0] - np.log(44e6)), slope, fit.at[2]])
+    value, _, hessian = model.function(at[None])
+    assert value[0] == pytest.approx(fit.value, abs=1e-9)
+    along = replace(fit, at=at, value=float(value[0]), hessian=hessian[0])
+    verdicts = [found.verdict for found in profile_intervals(along)]
+    assert verdicts == [Verdict.UNDETERMINED, Verdict.UNDETERMINED, Verdict.DETERMINED]
 
 
 def test_draws_that_were_proposed_much_too_widely_find_their_width_or_warn() -> None:

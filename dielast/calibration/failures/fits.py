@@ -10,18 +10,11 @@ from scipy.special import logsumexp, pdtr, pdtrc
 
 from dielast.base.errors import InputError, without_warnings
 from dielast.calibration.failures.bounds import events_of
-from dielast.calibration.failures.estimate import (
-    Estimate,
-    ProfileInterval,
-    draw,
-    edge,
-    estimate,
-    profile_intervals,
-    starts_of,
-    without_each,
-)
+from dielast.calibration.failures.draws import draw, edge
+from dielast.calibration.failures.estimate import Estimate, estimate, starts_of, without_each
 from dielast.calibration.failures.exposures import Aged
 from dielast.calibration.failures.histories import Histories
+from dielast.calibration.failures.intervals import ProfileInterval, profile_intervals
 from dielast.calibration.failures.law_models import law_model
 from dielast.calibration.failures.laws import LawModel
 from dielast.calibration.failures.likelihood import Anchored, Seen
@@ -50,7 +43,7 @@ class FittedLaw(TabularResult):
     level: float
     mode: str = ""
     edge: Floats | None = None
-    """Coordinates on the edge of the likelihood region of intervals (see `estimate.edge`)."""
+    """Coordinates on the edge of the likelihood region of intervals (see `draws.edge`)."""
 
     @property
     def name(self) -> str:

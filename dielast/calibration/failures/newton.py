@@ -14,6 +14,7 @@ from dielast.numerics.arrays import Cases, Flags, Floats
 MOST_ITERATIONS = 200
 SETTLED, ROUNDING = 1e-16, 1e-8  # of the log likelihood: an expected gain at which a fit ends, and what sums may lose
 FIRST, FALL, RISE, LEAST, MOST = 1e-3, 0.1, 6.0, 1e-14, 1e12  # damping
+LONGEST = 3.0  # step of a coordinate
 
 Function = Callable[[Floats, Cases], tuple[Floats, Floats, Floats]]
 """Values (k,), gradients (k, p) and second derivatives (k, p, p) at coordinates (k, p) of the problems (k,); a value that is not
@@ -57,7 +58,8 @@ def maximise(function: Function, start: Floats, bounds: tuple[Floats, Floats], f
         stiff = np.maximum(np.abs(roots), 1e-9) + damping[run, None]
         right = np.where(free, slope, 0.0) / scale
         step = np.einsum("kij,kj->ki", axes, np.einsum("kji,kj->ki", axes, right) / stiff) / scale
-        trial = np.where(free, np.clip(x + np.clip(step, -3.0, 3.0), *bounds), x)
+        most = LONGEST / np.maximum(damping[run, None], 1.0)  # which damping shortens also where there is no curvature
+        trial = np.where(free, np.clip(x + np.clip(step, -most, most), *bounds), x)
         new_value, new_gradient, new_hessian = function(trial, run)
         expected = np.sum(np.where(free, slope, 0.0) * (trial - x), axis=1)
         with np.errstate(invalid="ignore"):
