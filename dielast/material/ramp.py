@@ -14,6 +14,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from dielast.base.errors import InputError
 from dielast.material.measurement import Measurement, measurement_of
 from dielast.numerics.arrays import Floats
 
@@ -46,7 +47,14 @@ def time_of_age(age: Floats, ramp: float) -> Floats:
 
 
 def without_ramp(curves: Sequence[Measurement], ramp: float) -> list[Measurement]:
-    """The tests over time as after a step: their times are mean ages, with a `ramp` in s, without points before twice that."""
+    """The tests over time as after a step: their times are mean ages, with a `ramp` in s, without points before twice that.
+
+    Raises `InputError` for a ramp that is no duration, and for a sweep over frequency, which has none.
+    """
+    if not 0 <= ramp < np.inf:
+        raise InputError(f"ramp must be a duration in s, 0 or more, not {ramp}")
+    if any(curve.KIND.over_frequency for curve in curves):
+        raise InputError("a sweep over frequency has no ramp to be taken out")
     if not ramp:
         return list(curves)
     changed = []

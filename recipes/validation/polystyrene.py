@@ -24,8 +24,8 @@ from dielast import (
     build_master_curve,
     fit_oscillation,
     retardation_from_relaxation,
+    without_ramp,
 )
-from dielast.material.ramp import without_ramp
 from dielast.plots.style import COLOURS, MARKERS, legend_below, panels, spread, style
 from dielast.plots.ticks import log_axis
 

@@ -7,7 +7,7 @@ import pytest
 from flat import relax
 from readings import relaxation_curves
 
-from dielast import WLF, Gent, Material, Spectrum, build_master_curve
+from dielast import WLF, FrequencySweep, Gent, Material, RelaxationCurve, Spectrum, build_master_curve, without_ramp
 from dielast.base.errors import InputError
 from dielast.io.files import Inputs
 from dielast.material.ramp import mean_age, time_of_age
@@ -101,3 +101,14 @@ def test_stress_over_strain_is_youngs_modulus(test_with_a_ramp: Path) -> None:
     exact = 3 * Spectrum(tau, 2e4 * tau**-0.3).relaxation_modulus(reference.time, 26e3)
     # at 1 % strain a neo-Hookean strip is 1 % softer than its small-strain limit
     np.testing.assert_allclose(reference.modulus, exact, rtol=0.015)
+
+
+def test_without_ramp_needs_a_duration_and_tests_over_time() -> None:
+    curve = RelaxationCurve(20.0, [1.0, 3.0, 9.0], [3e5, 2e5, 1e5])
+    (changed,) = without_ramp([curve], 1.0)
+    assert changed.abscissa == pytest.approx(mean_age(np.array([3.0, 9.0]), 1.0))
+    assert without_ramp([curve], 0.0) == [curve]
+    with pytest.raises(InputError, match="ramp must be a duration"):
+        without_ramp([curve], -1.0)
+    with pytest.raises(InputError, match="sweep"):
+        without_ramp([FrequencySweep(20.0, [1.0, 3.0, 9.0], [3e5, 2e5, 1e5], [3e4, 2e4, 1e4])], 1.0)

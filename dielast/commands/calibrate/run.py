@@ -262,7 +262,8 @@ def _ranked(candidates: Sequence[Candidate]) -> list[Candidate]:
     """
     if _single(candidates):
         fits = [each.fit for each in candidates]
-        order = np.lexsort(([fit.mean_square for fit in fits], [len(fit.space) for fit in fits], -weights_by_one_test(fits)))
+        keys = [[fit.mean_square for fit in fits], [len(fit.space) for fit in fits], -weights_by_one_test(fits)]
+        order = np.lexsort(np.array(keys))
     else:
         foreseen = [each.prediction_error for each in candidates if each.prediction_error is not None]
         complete = len(foreseen) == len(candidates)
