@@ -106,7 +106,7 @@ def test_stress_over_strain_is_youngs_modulus(test_with_a_ramp: Path) -> None:
 def test_without_ramp_needs_a_duration_and_tests_over_time() -> None:
     curve = RelaxationCurve(20.0, [1.0, 3.0, 9.0], [3e5, 2e5, 1e5])
     (changed,) = without_ramp([curve], 1.0)
-    assert changed.abscissa == pytest.approx(mean_age(np.array([3.0, 9.0]), 1.0))
+    assert changed.columns[0] == pytest.approx(mean_age(np.array([3.0, 9.0]), 1.0))
     assert without_ramp([curve], 0.0) == [curve]
     with pytest.raises(InputError, match="ramp must be a duration"):
         without_ramp([curve], -1.0)
