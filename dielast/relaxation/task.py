@@ -62,19 +62,20 @@ class FitTask:
     ) -> None:
         """Raise `InputError` for points or arguments that allow no fit; a `method` needs `fewest` branches.
 
-        By default there are `BRANCHES`, or `PER_DECADE` of the curve if these are more, up to `MOST_BRANCHES`, the method is nnls,
-        and all are kept.
+        By default there are `BRANCHES`, or `PER_DECADE` if these are more, up to `MOST_BRANCHES`, the method is nnls, and all are
+        kept. The decades are those of the curve, or from the shortest to the longest of the `times` where they are stated.
 
         `columns` are abscissa and ordinates (n,) of a master curve in Pa or 1/Pa (Young's or tensile), in any order.
         """
         abscissa, *values = without_strays(kind, *sorted_points(kind, columns))
-        if branches is None:
-            dense = PER_DECADE * abs(float(np.log10(abscissa[-1] / abscissa[0])))
-            branches = min(max(BRANCHES, int(np.ceil(dense))), MOST_BRANCHES) if method == "nnls" and keep is None else BRANCHES
-        self.branches, self.keep = checked_counts(method, branches, fewest, keep)
         self.times = checked_times(times, "retardation_time" if kind is CREEP else "relaxation_time")
         ascending = slice(None, None, kind.time_power)
         time, self.measured = (abscissa**kind.time_power)[ascending], np.stack(values)[:, ascending]
+        if branches is None:
+            first, last = (end or usual for end, usual in zip(self.times, time[[0, -1]].tolist(), strict=True))
+            dense = PER_DECADE * max(float(np.log10(last / first)), 0.0)
+            branches = min(max(BRANCHES, int(np.ceil(dense))), MOST_BRANCHES) if method == "nnls" and keep is None else BRANCHES
+        self.branches, self.keep = checked_counts(method, branches, fewest, keep)
         self.curve = curve = WeightedCurve(time, self.measured * 3.0**-kind.stiffness_power, votes(np.log10(time)), kind)
         self.equilibrium, self.glassy = checked_moduli(plateaus, *extremes(np.log10(time), 3 * curve.stiffness))
         self.plateau = long_time_end(np.log10(time), curve.stiffness)

@@ -232,8 +232,16 @@ def test_draws_flow_if_and_only_if_the_fit_does(monkeypatch: pytest.MonkeyPatch,
         warnings.simplefilter("ignore", DielastWarning)
         fit = workflow.fit_curve(curve, FitSection())
         material = Material("any", fit.equilibrium_shear_modulus, fit.spectrum, curve.shift, Gent(), Gent())
+        fitting, asked = workflow.fit_curve, list[int | None]()
+
+        def fit_curve(curve: ReducedCurve, fit: FitSection, **options: Any) -> SpectrumFit:
+            asked.append(fit.branches)
+            return fitting(curve, fit, **options)
+
+        monkeypatch.setattr(workflow, "fit_curve", fit_curve)
         drawn = workflow.draw_materials("any", curve, fit, material, FitSection(), Inputs(Path()))
     assert drawn is not None
+    assert asked == [None, *[50] * 12]  # the number that the curve demands is that of all draws
     equilibrium = next(column for column in drawn[0] if "equilibrium" in column.header).values
     assert len(equilibrium) == 12
     assert (fit.equilibrium_shear_modulus == 0) == flows

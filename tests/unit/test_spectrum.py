@@ -47,6 +47,8 @@ def test_the_fit_reports_the_model_it_returns(method: Method) -> None:
     count = 65 if method == "nnls" else 30  # 5 a decade
     assert (fit.method, fit.branches, len(fit.spectrum), fit.clipped_branches) == (method, count, count, 0)
     assert fit_spectrum(time[-100:], modulus[-100:], method=method).branches == 30
+    some = fit_spectrum(time, modulus, method=method, relaxation_time=(1e-4, 1e6))  # of which 5 a decade are 50
+    assert some.branches == (50 if method == "nnls" else 30)
     assert 3 * fit.equilibrium_shear_modulus == pytest.approx(PLATEAU, rel=0.08)  # the curve ends 7 % above it
 
 

@@ -23,7 +23,7 @@ def from_data(kind: str, given: Given) -> RecipeLines:
         recipe = RecipeLines(kind, "A test at one temperature, or a curve from elsewhere -> spectrum and material file.")
         state_data(recipe, given, one=True)
     recipe.section("[fit]")
-    recipe.option("branches = 30", "default: 30, or 5 a decade of the curve if these are more")
+    recipe.option("branches = 30", "default: 30, or 5 a decade if these are more")
     recipe.option('equilibrium_modulus = "0.078 MPa"', "Young's, if known; default: from the long-time end of the curve")
     recipe.section("[material]", "constants that no relaxation test gives: see recipes/guide/what-to-state.md")
     recipe.key("name", "unnamed", "of the material")

@@ -52,8 +52,8 @@ class FitSection(Section):
         None,
         ge=1,
         le=200,
-        description="Number of branches, with relaxation times evenly spaced in log time. Default: 30; or 5 a decade of the curve "
-        "if these are more, unless the table [truncate] or schwarzl-staverman is stated.",
+        description="Number of branches, with relaxation times evenly spaced in log time. Default: 30; or 5 a decade if these "
+        "are more, of the curve or of the range of relaxation_time, unless the table [truncate] or schwarzl-staverman is stated.",
     )
     polynomial_degree: int = Field(
         7, ge=1, le=30, description="Degree of the polynomial of log modulus over log time, for schwarzl-staverman."

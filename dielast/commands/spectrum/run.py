@@ -151,10 +151,10 @@ def draw_materials(
     with without_warnings():  # the fit itself has issued them
         whole = fit_curve(curve, fit)
     times = whole.spectrum.relaxation_time if whole.retardation is None else whole.retardation.retardation_time
-    held = fit
+    held = fit.model_copy(update={"branches": times.size})
     if times.size > 1:
         ends = RelaxationTimes.model_construct(min=float(times[-1]), max=float(times[0]))
-        held = fit.model_copy(update={"relaxation_time": ends})
+        held = held.model_copy(update={"relaxation_time": ends})
     flows = None if whole.retardation is None else whole.retardation.fluidity > 0  # a solid is a solid in every draw
 
     def refit(abscissa: Floats, ordinates: Floats) -> SpectrumFit:
