@@ -155,7 +155,7 @@ def hull(of_laws: Sequence[Sequence[Comparison]]) -> tuple[Comparison, ...]:
     for each in first:
         alike = [each, *(other for law in others for other in law if other.test is each.test and other.followed)]
         lower, upper = np.minimum.reduce([other.lower for other in alike]), np.maximum.reduce([other.upper for other in alike])
-        lost: Floats = reduce(np.maximum, [np.asarray(other.lost) for other in alike])
+        lost = reduce(np.maximum, [np.asarray(other.lost) for other in alike])
         found.append(replace(each, lower=lower, upper=upper, lost=lost))
     return tuple(found)
 

@@ -262,8 +262,8 @@ def _ranked(candidates: Sequence[Candidate]) -> list[Candidate]:
     """
     if _single(candidates):
         fits = [each.fit for each in candidates]
-        keys = [[fit.mean_square for fit in fits], [len(fit.space) for fit in fits], -weights_by_one_test(fits)]
-        order = np.lexsort(np.array(keys))
+        square, constants = np.array([(fit.mean_square, len(fit.space)) for fit in fits]).T
+        order = np.lexsort((square, constants, -weights_by_one_test(fits)))
     else:
         foreseen = [each.prediction_error for each in candidates if each.prediction_error is not None]
         complete = len(foreseen) == len(candidates)
