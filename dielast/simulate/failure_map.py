@@ -192,18 +192,22 @@ def _stretch_times(stretch_at: Mapping[str, float] | ArrayLike, horizon: float) 
 
 
 def assembled(plan: MapPlan, solved: Sequence[SolvedCells]) -> list[FailureMap]:
-    """The map from its solved cells, chunk by chunk in their order, followed by the map of each draw."""
-    place = np.argsort(np.concatenate([group.films for group in plan.grid.groups]))
+    """The map from its solved cells, chunk by chunk in their order, followed by the map of each draw, in which cells of films that
+    the draw lacks are unfinished.
+    """
+    films = np.concatenate([group.films for group in plan.grid.groups])
     shape = 1 + plan.grid.draws, plan.temperature.size, len(plan.prestretch), plan.voltage.size
 
-    def whole(parts: Sequence[NDArray[Any]]) -> NDArray[Any]:
+    def whole(parts: Sequence[NDArray[Any]], lacking: Any = np.nan) -> NDArray[Any]:
         """The values (..., cells) of all parts on the grid, (..., 1 + draws, nt, np, nv)."""
         values = np.concatenate(parts, axis=-1)
-        rows = values.reshape(*values.shape[:-1], place.size, plan.voltage.size)
-        return rows[..., place, :].reshape(*values.shape[:-1], *shape)
+        rows = np.full((*values.shape[:-1], plan.cells // plan.voltage.size, plan.voltage.size), lacking, dtype=values.dtype)
+        rows[..., films, :] = values.reshape(*values.shape[:-1], films.size, plan.voltage.size)
+        return rows.reshape(*values.shape[:-1], *shape)
 
     times = {name: whole([cells.times[name] for cells in solved]) for name in solved[0].times}
-    mode, status, stretched = (whole([getattr(cells, name) for cells in solved]) for name in ("mode", "status", "stretched"))
+    mode, status = whole([cells.mode for cells in solved], NONE), whole([cells.status for cells in solved], Status.NO_START)
+    stretched = whole([cells.stretched for cells in solved])
     return [
         _map(plan, {name: time[draw] for name, time in times.items()}, mode[draw], status[draw], stretched[:, :, draw])
         for draw in range(1 + plan.grid.draws)

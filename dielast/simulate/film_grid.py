@@ -21,7 +21,7 @@ from dielast.mechanics.span import Controls
 from dielast.mechanics.stability import TimeScale
 from dielast.mechanics.watch import EventArrays, Watch
 from dielast.numerics.arrays import ByCase, Cases, Floats, paired
-from dielast.simulate.film_setup import Film, OfAxes
+from dielast.simulate.film_setup import Film, OfAxes, followed as reached_by
 from dielast.simulate.follow import follow
 from dielast.simulate.options import Failure, Solver
 from dielast.simulate.output import Output
@@ -66,13 +66,13 @@ class Group(ByCase):
     rtol: float
 
     @classmethod
-    def all_of(cls, setup: Setup, timescale: TimeScale, first: int, rtol: float) -> tuple[Self, ...]:
-        """The films of a setup, numbered from `first`, with this pull-in time scale."""
+    def all_of(cls, setup: Setup, timescale: TimeScale, numbers: Cases, rtol: float) -> tuple[Self, ...]:
+        """The films of a setup, with their `numbers` (films,) and this pull-in time scale."""
         groups = []
         for columns in setup.groups():
             films = np.flatnonzero(np.bincount(columns))  # np.unique would load numpy.ma, which is slow
             film = setup.film(columns, rtol)
-            groups.append(cls(film, first + films, setup.watched(film, columns, timescale), setup.thickness[films], rtol))
+            groups.append(cls(film, numbers[films], setup.watched(film, columns, timescale), setup.thickness[films], rtol))
         return tuple(groups)
 
     def lives(
@@ -111,7 +111,8 @@ class Group(ByCase):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FilmGrid:
-    """Films in `groups`, relaxed: those of the material (films,), then those of each of the `draws`; before that, their `setups`.
+    """Films in `groups`, relaxed: those of the material (films,), then those of each of the `draws` but for the films that lock
+    below their prestretch in a draw; before that, their `setups`.
 
     Of the films of the material: `temperature` (films,) in degC, `prestretch` (films, 2), undeformed `thickness` (films,) in m,
     `electrode_share` (films,) if they have a passive part, and `breakdown_field` (films,) in V/m, infinite where none is known.
@@ -128,16 +129,17 @@ class FilmGrid:
     timescale: TimeScale
     draws: int = 0
     groups: tuple[Group, ...] = ()
-    setups: tuple[tuple[Setup, float], ...] = ()
-    """The films of the material, and those of all draws, with the tolerance of their solution, as long as they are not relaxed."""
+    setups: tuple[tuple[Setup, Cases, float], ...] = ()
+    """As long as they are not relaxed, the films of the material, and those of all draws, with their numbers and the tolerance of
+    their solution.
+    """
 
     def relaxed(self) -> Self:
         """The same films, prestretched and relaxed. Raises `NumericsError` if the prestretch of a film cannot be computed."""
-        groups, first = self.groups, 0
-        for of_draws, (setup, rtol) in enumerate(self.setups):
+        groups = self.groups
+        for of_draws, (setup, numbers, rtol) in enumerate(self.setups):
             with in_a_draw(argument="sample") if of_draws else nullcontext():
-                groups += Group.all_of(setup, self.timescale, first, rtol)
-            first += setup.temperature.size
+                groups += Group.all_of(setup, self.timescale, numbers, rtol)
         return replace(self, groups=groups, setups=())
 
     def chunks(self, size: int, cells: int = 1, drawn: bool | None = None) -> list[tuple[int, int]]:
@@ -196,7 +198,8 @@ def lay_out(
 
     A breakdown field may be a number, or one for each prestretch. With a `sample`, also the films of its draws, solved to the
     `drawn_rtol` of the `solver`, by default a larger tolerance; the films of the material then have the area of those of the
-    sample. Raises `InputError` for invalid arguments.
+    sample. Of several prestretches, a draw has the films whose springs reach them: that a film was prestretched rules out the
+    draws that lock below. Raises `InputError` for invalid arguments.
     """
     if failure.stop_at is not None:
         raise InputError("maps and designs follow films up to all of their failures: leave it out", argument="stop_at")
@@ -219,27 +222,31 @@ def lay_out(
             stated = "this axis is stretched by its weight: state a prestretch of 1"
             raise InputError(f"axis {axis + 1}: {stated}", argument="prestretch")
 
-    def of_all(materials: Sequence[Material], field: ArrayLike | BreakdownLaw | None, thick: Floats, rtol: float) -> Setup:
-        """The setup of the films of all materials, one material after another."""
-        first, second = (
-            np.tile(prestretch[:, axis], len(materials)) if weight is None else None for axis, weight in enumerate(film.forces)
-        )
+    def of_all(
+        materials: Sequence[Material], field: Floats | BreakdownLaw | None, thick: Floats, rtol: float, rows: Cases
+    ) -> Setup:
+        """The setup of the films `rows` of all materials, one material after another."""
+        pair = np.tile(prestretch.T, len(materials))[:, rows]
+        first, second = (axis if weight is None else None for axis, weight in zip(pair, film.forces, strict=True))
+        every = [material for material in materials for _ in temperature] if len(materials) > 1 else list(materials)
+        if field is not None and not isinstance(field, BreakdownLaw) and field.size > 1:
+            field = field[rows]
         return set_up(
-            [material for material in materials for _ in temperature] if len(materials) > 1 else materials,
+            every if len(every) == 1 else [every[row] for row in rows],
             replace(
                 film,
-                thickness=thick,
+                thickness=thick[rows],
                 prestretch=(first, second),
-                electrode_share=None if share is None else np.tile(share, len(materials)),
-                temperature=np.tile(temperature, len(materials)),
+                electrode_share=None if share is None else np.tile(share, len(materials))[rows],
+                temperature=np.tile(temperature, len(materials))[rows],
             ),
             breakdown_field=field,
             solver=replace(solver, rtol=rtol),
         )
 
     central = material if sample is None else sample.typical(material)
-    setup = of_all([central], breakdown_field, thickness, solver.rtol)
-    setups, draws = [(setup, solver.rtol)], 0
+    setup = of_all([central], breakdown_field, thickness, solver.rtol, np.arange(temperature.size))
+    setups, draws = [(setup, np.arange(temperature.size), solver.rtol)], 0
     failures = failures_of([material, *(() if sample is None else sample.materials)])
     if sample is not None:
         films, draws = temperature.size, len(sample)
@@ -247,10 +254,17 @@ def lay_out(
         if field is not None and not isinstance(field, BreakdownLaw):
             field = np.tile(setup.endurance.breakdown_field, draws)
         tolerance = solver.drawn_rtol or max(solver.rtol, DRAWN_RTOL)
+        thick = np.tile(thickness, draws) * np.repeat(sample.thickness_factor, films)
+        rows = np.arange(draws * films)
+        if len(pairs) > 1 and all(force is None for force in film.forces):
+            reached = reached_by(sample.materials, prestretch, film.prestretch_rate is None)
+            # where no draw reaches a prestretch, the first of them says so
+            if not reached.all() and reached.any(axis=0).all():
+                rows = np.flatnonzero(reached)
         with in_a_draw(argument="sample"):
-            drawn = of_all(sample.aged(), field, np.tile(thickness, draws) * np.repeat(sample.thickness_factor, films), tolerance)
-            scaled = drawn.endurance.breakdown_field * np.repeat(sample.breakdown_factor, films)
-            setups.append((replace(drawn, endurance=replace(drawn.endurance, breakdown_field=scaled)), tolerance))
+            drawn = of_all(sample.aged(), field, thick, tolerance, rows)
+            scaled = drawn.endurance.breakdown_field * np.repeat(sample.breakdown_factor, films)[rows]
+            setups.append((replace(drawn, endurance=replace(drawn.endurance, breakdown_field=scaled)), films + rows, tolerance))
     field_of_films, films_of_grid = setup.endurance.breakdown_field, (temperature, prestretch, thickness, share)
     return FilmGrid(
         setup.controls, *films_of_grid, field_of_films, failures, failure.pull_in_timescale, draws, setups=tuple(setups)

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from dielast.base.errors import InputError
 from dielast.material.argument_types import checked
+from dielast.material.material import Material
 from dielast.mechanics.cases import of_case, spread
 from dielast.mechanics.span import Control, Controls
 from dielast.numerics.arrays import Cases, Flags, Floats
@@ -247,6 +248,25 @@ def out_of_reach(points: PointMaterial, held: Sequence[Floats], at_once: Flags) 
     margin[1:, ~at_once] = np.inf
     first = np.argmin(margin, axis=0)
     return np.asarray(np.min(margin, axis=0) <= 0), first
+
+
+def followed(materials: Sequence[Material], pairs: Floats, at_once: bool) -> Flags:
+    """Whether (materials, n) the springs of each material can be stretched to the `pairs` (n, 2) of prestretches, which are reached
+    `at_once` or slowly: see `out_of_reach`.
+    """
+    squared = np.square(pairs).T
+
+    def reached(material: Material) -> Flags:
+        flags = np.ones(len(pairs), dtype=bool)
+        if material.equilibrium_modulus:
+            flags &= material.equilibrium_law.margin(squared) > 0
+        if at_once and len(material.spectrum):
+            flags &= material.nonequilibrium_law.margin(squared) > 0
+        return flags
+
+    each = {id(material): material for material in materials}
+    flags = {number: reached(material) for number, material in each.items()}
+    return np.array([flags[id(material)] for material in materials])
 
 
 def check_reach(points: PointMaterial, pieces: Sequence[Piece], rest: bool = True) -> None:

@@ -157,6 +157,28 @@ def test_draws_that_cannot_be_prestretched_are_left_out_by_name(dielast: Run, fo
     assert alone == [line for line in beside if not line.startswith("1,")]
 
 
+@pytest.mark.parametrize("kind", ["failure-map", "design"])
+def test_draws_that_lock_are_left_out_of_the_films_that_they_cannot_be(kind: str, dielast: Run, folder: Path) -> None:
+    law = MATERIAL.replace('law = "neo-hookean"', "J_lim = 90").replace("\n[equilibrium]", '\ndraws = "d.csv"\n[equilibrium]')
+    (folder / "m.toml").write_text(law.replace(SEEN, ""))
+    rows = [f"{k},{MODULUS + 10 * k},{14.5 if k < 2 else 90}" for k in range(26)]
+    (folder / "d.csv").write_text("\n".join(["draw,equilibrium_shear_modulus [Pa],equilibrium.J_lim [1]", *rows]) + "\n")
+    asked = {
+        "failure-map": 'horizon = "1 h"\n[voltage]\nvalues = ["1 kV", "2 kV", "4 kV"]\n',
+        "design": '[goal]\narea_strain = "2 %"\nat = "1 min"\nhorizon = "1 h"\n',
+    }[kind]
+    tables, said = {}, {}
+    for name, prestretch in (("both", "[2, 3]"), ("one", "[2]"), ("other", "[3]")):
+        film = FILM.replace("prestretch = 1.0", f"prestretch = {prestretch}")
+        (folder / "r.toml").write_text(f'kind = "{kind}"\nmaterial = "m.toml"\n{asked}{film}[uncertainty]\ndraws = 26\n')
+        done = dielast(kind, "r.toml", "--plot", "none")
+        assert done.returncode == 0, done.stderr
+        tables[name], said[name] = sorted((folder / f"r/{kind}.csv").read_text().splitlines()[1:]), done.stderr
+    assert "2 of 26 draws lock below a prestretch of 3; they are left out of these films" in said["both"]
+    assert "draws lock" not in said["one"]
+    assert tables["both"] == sorted(tables["one"] + tables["other"])
+
+
 def test_the_scatter_of_each_breakdown_law_of_a_sweep_is_its_own(dielast: Run, folder: Path) -> None:
     film = f'{FILM}[[step]]\nvoltage = "4 kV"\nduration = "1 s"\n[uncertainty]\ndraws = 20\n'
     law = '[breakdown]\nlaw = "power"\nfield = "8 MV/m"\nstretch_exponent = 0.5\n[output]\npoints_per_decade = 2\n'

@@ -27,7 +27,9 @@ from dielast.material.scatter import (
 )
 from dielast.material.spectrum import Spectrum
 from dielast.recipe.cases import Case
+from dielast.simulate.film_setup import followed
 
+_NAMED = 4  # further prestretches in a message
 BESIDE = 1.1  # factor by which a material may lie outside the range of its draws by chance
 NOTHING = 1e-6  # of the instantaneous modulus, which a melt falls below soon after its slowest time
 
@@ -45,7 +47,8 @@ def sample_of(case: Case[Any], material: Material, inputs: Inputs) -> Sample:
     if members:
         _warn_of_draws(name, material, members)
         if (film := getattr(case.recipe, "film", None)) is not None:
-            members = _stretchable(members, film.prestretches, film.prestretch_rate is None, uncertainty.level)
+            alike = getattr(case.recipe, "sensitivity", False)  # which compares the same draws of all films
+            members = _stretchable(members, film.prestretches, film.prestretch_rate is None, uncertainty, alike)
     scatter: dict[str, Any] = uncertainty.scatter() if isinstance(uncertainty, FilmUncertainty) else {}
     if "damage" in scatter and material.damage is None:
         raise InputError(f"{name} has no [damage] that could scatter", key="uncertainty.damage")
@@ -93,24 +96,26 @@ def sample_of(case: Case[Any], material: Material, inputs: Inputs) -> Sample:
 
 
 def _stretchable(
-    members: Sequence[Material], prestretches: Sequence[tuple[float, float]], at_once: bool, level: float
+    members: Sequence[Material], prestretches: Sequence[tuple[float, float]], at_once: bool, uncertainty: Uncertainty, alike: bool
 ) -> tuple[Material, ...]:
-    """The draws whose springs can be prestretched so far: that a film was prestretched rules the others out, with a warning."""
-    squared = np.square(prestretches).T
-
-    slowly = [bool(member.equilibrium_modulus == 0 or np.all(member.equilibrium_law.margin(squared) > 0)) for member in members]
-    branches = [
-        not (at_once and len(each.spectrum)) or bool(np.all(each.nonequilibrium_law.margin(squared) > 0)) for each in members
-    ]
-    kept = tuple(member for member, *holds in zip(members, slowly, branches, strict=True) if all(holds))
-    if len(kept) == len(members) or len(kept) < fewest_draws(level):
+    """The draws whose springs can be prestretched to one of the `prestretches`; to all of them if all films must have `alike`
+    draws, or too few would be left of one: that a film was prestretched rules the others out, with a warning.
+    """
+    pairs, fewest = np.array(prestretches), fewest_draws(uncertainty.level)
+    reached = followed(members, pairs, at_once)
+    alike = alike or int(reached[: uncertainty.draws].sum(axis=0).min()) < fewest
+    if reached.all() or (alike and int(reached.all(axis=1).sum()) < fewest):
         return tuple(members)  # none, or most: a mistake that the first of them names
-    slower = ", at once: state film.prestretch_rate" if sum(slowly) > len(kept) else ""
-    far = max(prestretches, key=lambda pair: pair[0] ** 2 + pair[1] ** 2 + (pair[0] * pair[1]) ** -2)
-    named = " x ".join(f"{axis:g}" for axis in dict.fromkeys(far))
-    out = "left out of all films" if len(prestretches) > 1 else "left out"
-    warn(f"{len(members) - len(kept)} of {len(members)} draws lock below a prestretch of {named}{slower}; they are {out}")
-    return kept
+    locks = np.any(~reached, axis=1, keepdims=True) if alike else ~reached
+    farthest = max(prestretches, key=lambda pair: pair[0] ** 2 + pair[1] ** 2 + (pair[0] * pair[1]) ** -2)
+    named = [" x ".join(f"{axis:g}" for axis in dict.fromkeys(pair)) for pair in ([farthest] if alike else prestretches)]
+    first, *others = [(count, name) for count, name in zip(locks.sum(axis=0).tolist(), named, strict=True) if count]
+    lock = f"{first[0]} of {len(members)} draws lock below a prestretch of {first[1]}"
+    below = [f", {count} below {name}" for count, name in others[:_NAMED]] + [", ..."] * (len(others) > _NAMED)
+    slower = ", at once: state film.prestretch_rate" if followed(members, pairs, False).sum() > reached.sum() else ""
+    out = "left out" if len(prestretches) == 1 else "left out of all films" if alike else "left out of these films"
+    warn(f"{lock}{''.join(below)}{slower}; they are {out}")
+    return tuple(member for member, flags in zip(members, reached, strict=True) if (flags.all() if alike else flags.any()))
 
 
 def read_members(name: str, inputs: Inputs, material: Material, changes: Mapping[str, Any]) -> tuple[Material, ...]:
