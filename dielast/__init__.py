@@ -63,6 +63,7 @@ if TYPE_CHECKING:  # the public names, of which this is the only list: type chec
         FrequencySweep as FrequencySweep,
         RelaxationCurve as RelaxationCurve,
     )
+    from dielast.material.ramp import without_ramp as without_ramp
     from dielast.material.scatter import (
         DamageScatter as DamageScatter,
         FilmScatter as FilmScatter,

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import partial, reduce
 
 import numpy as np
 
@@ -25,9 +25,10 @@ class Comparison(TabularResult):
     """A test and the model: `model`, `lower` and `upper` (n,), in SI and less `rest`, as the measured values of the test.
 
     The interval from lower to upper covers a measured value with the level of the calibration; it includes the scatter of
-    specimens, the model's error and noise. All are NaN if the material cannot follow the test, and beyond the point from which on
-    it runs away. There is no interval where more draws run away than it leaves out below; `lost` is their share at the last point
-    of the model.
+    specimens, the model's error and noise. A draw that has run away counts as below every bound, as a failed film does in
+    simulations: where more of them have than the interval leaves out below, its lower end is minus infinity, and where more have
+    than it reaches up to, the upper end is as well. `lost` (n,) is their share. The model is NaN beyond the point from which on it
+    runs away; all are NaN if the material cannot follow the test.
     """
 
     test: Experiment
@@ -35,7 +36,7 @@ class Comparison(TabularResult):
     model: Floats
     lower: Floats
     upper: Floats
-    lost: float = 0.0
+    lost: Floats | float = 0.0
 
     @property
     def known(self) -> Flags:
@@ -84,9 +85,15 @@ class Comparison(TabularResult):
         return explained([self.test], [self.model - self.test.measured])
 
     @property
+    def opened(self) -> float | None:
+        """The prescribed stretch at the first measured point where the interval has no lower end, None if it has one everywhere."""
+        opened, stretch = np.isneginf(self.lower), self.test.stretch
+        return float(stretch[int(np.argmax(opened))]) if stretch is not None and opened.any() else None
+
+    @property
     def coverage(self) -> float:
-        """Share of the points between lower and upper, of those with an interval; NaN if there is none."""
-        inside, bounded = (self.test.measured >= self.lower) & (self.test.measured <= self.upper), np.isfinite(self.lower)
+        """Share of the points within the interval, which may have no lower end; NaN if there is none."""
+        inside, bounded = (self.test.measured >= self.lower) & (self.test.measured <= self.upper), ~np.isnan(self.lower)
         return float(np.mean(inside[bounded])) if bounded.any() else np.nan
 
     def columns(self) -> Table:
@@ -119,22 +126,22 @@ def compare_tests(
     parts = likelihood.specimens.deviates((np.arange(PARTS) + 0.5) / PARTS)
     found = []
     for k, (test, answer) in enumerate(_answers((*fitted, *validate), fit, draws)):
-        model, drawn, known = answer[0], answer[1:], np.isfinite(answer[0])
-        spread = np.full(model.size, np.nan)
-        wide = np.broadcast_to(test.wide, model.shape)[known]
-        spread[known] = np.sqrt(likelihood.scatters.variance(model[known], wide, test.power))
-        lower, upper, lost = model - width * spread, model + width * spread, 0.0
+        model, drawn = answer[0], answer[1:]
         follows = np.isfinite(drawn[:, 0])
-        drawn, own = drawn[follows], stratum[follows]
-        if len(drawn) > 2 and known.any():
-            # the stress of a draw that has run away is below any bound
-            scattered = np.where(np.isfinite(drawn), drawn, -np.inf)[:, None] + parts[:, None] * spread
+        drawn, own, gone = drawn[follows], stratum[follows], ~np.isfinite(drawn[follows])
+        enough = len(drawn) > 2 and bool(np.isfinite(model[0]))
+        # where the fit has run away, errors are those at the middle of the draws that are left
+        middle = np.where(np.isfinite(model), model, _middle(drawn)) if enough else model
+        there, spread = np.isfinite(middle), np.full(model.size, np.nan)
+        wide = np.broadcast_to(test.wide, model.shape)[there]
+        spread[there] = np.sqrt(likelihood.scatters.variance(middle[there], wide, test.power))
+        lower, upper, lost = model - width * spread, model + width * spread, np.zeros(model.size)
+        if enough:
+            scattered = np.where(gone, -np.inf, drawn)[:, None] + np.where(there, parts[:, None] * spread, 0.0)
             shares = (0.5 * (1 - level), 0.5 * (1 + level))
-            with np.errstate(invalid="ignore"):
-                pairs = [np.quantile(scattered[own == k].reshape(-1, model.size), shares, axis=0) for k in np.unique(own)]
-            ends = np.stack((np.min([low for low, _ in pairs], axis=0), np.max([high for _, high in pairs], axis=0)))
-            lower, upper = np.where(known & np.all(np.isfinite(ends), axis=0), ends, np.nan)
-            lost = float(np.mean(~np.isfinite(drawn[:, known][:, -1])))
+            pairs = [ordered_quantiles(scattered[own == k].reshape(-1, model.size), shares) for k in np.unique(own)]
+            lower, upper = np.min([low for low, _ in pairs], axis=0), np.max([high for _, high in pairs], axis=0)
+            lost = np.mean(gone, axis=0)
         found.append(Comparison(test, k < len(fitted), model, lower, upper, lost))
     return tuple(found)
 
@@ -148,8 +155,29 @@ def hull(of_laws: Sequence[Sequence[Comparison]]) -> tuple[Comparison, ...]:
     for each in first:
         alike = [each, *(other for law in others for other in law if other.test is each.test and other.followed)]
         lower, upper = np.minimum.reduce([other.lower for other in alike]), np.maximum.reduce([other.upper for other in alike])
-        found.append(replace(each, lower=lower, upper=upper, lost=max(other.lost for other in alike)))
+        lost: Floats = reduce(np.maximum, [np.asarray(other.lost) for other in alike])
+        found.append(replace(each, lower=lower, upper=upper, lost=lost))
     return tuple(found)
+
+
+def _middle(drawn: Floats) -> Floats:
+    """The median (n,) of the draws (draws, n) that have not run away, NaN where all have."""
+    ordered, count = np.sort(drawn, axis=0), np.count_nonzero(np.isfinite(drawn), axis=0)  # NaN last
+    pair = [np.take_along_axis(ordered, np.maximum(place, 0)[None], axis=0)[0] for place in ((count - 1) // 2, count // 2)]
+    return np.where(count > 0, 0.5 * (pair[0] + pair[1]), np.nan)
+
+
+def ordered_quantiles(values: Floats, shares: Sequence[float]) -> list[Floats]:
+    """The quantiles (n,) of values (k, n), of which some are minus infinity, at each of the `shares`: linear between neighbours,
+    minus infinity if the lower one is.
+    """
+    ordered, found = np.sort(values, axis=0), []
+    for share in shares:
+        place = share * (len(values) - 1)
+        low, high = ordered[int(place)], ordered[min(int(place) + 1, len(values) - 1)]
+        with np.errstate(invalid="ignore"):
+            found.append(np.where(np.isneginf(low), -np.inf, low + (place - int(place)) * (high - low)))
+    return found
 
 
 def _answers(tests: Sequence[Experiment], fit: Fit, draws: Floats) -> list[tuple[Experiment, Floats]]:

@@ -83,14 +83,26 @@ class Fit(Result):
         return np.sort(np.sqrt(self.start_cost / max(float(np.min(self.start_cost)), 1e-300)))
 
     @property
-    def aic(self) -> float:
-        """Akaike's criterion, to compare laws that were fitted to the same tests.
+    def independent_points(self) -> float:
+        """The number of independent points of the tests: the length of the curves over the usual length of correlation."""
+        return sum(float(place[-1]) for place in self.curves.places) / (2 * FIRST_LENGTH)
 
-        The number of independent points is the length of the curves over the usual length of correlation.
+    @property
+    def mean_square(self) -> float:
+        """The mean square of the differences over the level of their curves."""
+        return float(np.mean(np.square(self.curves.differences / np.concatenate(self.curves.levels()))))
+
+    @property
+    def aicc(self) -> float:
+        """Akaike's criterion corrected for few points (Hurvich and Tsai 1989, DOI 10.1093/biomet/76.2.297), to compare laws that
+        were fitted to the same tests; infinite if the independent points do not outnumber the constants, of which the size of the
+        error is one, by more than 1.
         """
-        count = sum(float(place[-1]) for place in self.curves.places) / (2 * FIRST_LENGTH)
-        relative = self.curves.differences / np.concatenate(self.curves.levels())
-        return count * float(np.log(np.mean(np.square(relative)))) + 2 * len(self.space)
+        points, constants = self.independent_points, len(self.space) + 1
+        left = points - constants - 1
+        if left <= 0:
+            return np.inf
+        return points * float(np.log(self.mean_square)) + 2 * constants + 2 * constants * (constants + 1) / left
 
     @property
     def at_bound(self) -> Flags:

@@ -4,6 +4,7 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.special import fdtrc
 
 from dielast.calibration.experiment import relative_error
 from dielast.calibration.fit import Fit
@@ -22,6 +23,7 @@ STEADY = 0.5  # share of the squared level that is that of the whole curve
 BOOTSTRAPS = 2000
 ITERATIONS = 12
 PRECISE = 1e-4
+CONTRADICTED = 0.05  # probability of an error by chance, below which a law is not drawn from
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -80,11 +82,23 @@ def law_weights(found: Sequence[CrossValidation], pieces: Floats) -> Floats:
     return np.asarray(np.mean(weight / np.sum(weight, axis=1, keepdims=True), axis=0))
 
 
-def akaike_weights(aic: Floats) -> Floats:
-    """The weight (laws,) of each law by Akaike's criterion `aic` (laws,), for a single test, of which cross-validation leaves
-    nothing to fit (Burnham and Anderson 2004, DOI 10.1177/0049124104268644).
+def weights_by_one_test(fits: Sequence[Fit]) -> Floats:
+    """The weight (laws,) of each law that was fitted to one and the same test, of which cross-validation leaves nothing to fit.
+
+    They are those of Akaike's criterion (Burnham and Anderson 2004, DOI 10.1177/0049124104268644), corrected for few points. Most
+    tests have fewer independent points than laws have constants: the criterion then has no value, and without its correction it
+    would count constants rather than errors. Laws then have equal weights, but none if they are contradicted: if their mean square
+    is larger than the least one by a ratio that two mean squares of so many independent points have with a probability below
+    `CONTRADICTED` (Fisher's distribution of the variance ratio; errors of two laws in one test are alike, so that their ratio
+    varies less).
     """
-    weight = np.exp(-0.5 * (aic - np.min(aic)))
+    aicc = np.array([fit.aicc for fit in fits])
+    if np.all(np.isfinite(aicc)):
+        weight = np.exp(-0.5 * (aicc - np.min(aicc)))
+    else:
+        square = np.array([fit.mean_square for fit in fits])
+        points = max(fits[0].independent_points, 1.0)
+        weight = (fdtrc(points, points, square / np.min(square)) >= CONTRADICTED).astype(float)
     return np.asarray(weight / np.sum(weight))
 
 

@@ -62,7 +62,8 @@ class Moves:
         places = np.linalg.solve(self.root, at.T).T
         squared = np.sum(np.square(places), axis=1)[:, None] + np.sum(np.square(self.scaled), axis=1) - 2 * places @ self.scaled.T
         near = -0.5 * (FREEDOM + at.shape[1]) * np.log1p(np.maximum(squared, 0.0) / FREEDOM)
-        return np.asarray(np.logaddexp.reduce(near, axis=1))
+        most = np.max(near, axis=1)
+        return np.asarray(most + np.log(np.sum(np.exp(near - most[:, None]), axis=1)))
 
     def _by_difference(self, at: Floats, random: np.random.Generator) -> tuple[Floats, Floats]:
         past, (walkers, size) = self.past, at.shape

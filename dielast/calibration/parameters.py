@@ -127,7 +127,8 @@ class ParameterSpace(Result):
 
     def materials(self, coordinates: Floats) -> list[Material | None]:
         """The materials at coordinates (k, p); None if a law refuses its constants."""
-        base = numbers_of(self.material)
+        free = {"equilibrium", "nonequilibrium", *(parameter.section for parameter in self.parameters if not parameter.of_test)}
+        base = {section: numbers for section, numbers in numbers_of(self.material).items() if section in free}
         return [self._material(base, row) for row in self.values(coordinates).tolist()]
 
     def _material(self, base: Numbers, values: Sequence[float]) -> Material | None:

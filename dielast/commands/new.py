@@ -49,9 +49,8 @@ def started(kind: str, files: Given) -> tuple[str, list[str]]:
         recipe = COMMANDS[kind].from_data(files)
     except InputError as error:
         others = [name for name, recipe in _takers(files) if name != kind and not recipe.unsure]
-        raise error.adding(
-            f"; {' and '.join(others)} would take {'it' if len(files.names) == 1 else 'them'}" if others else ""
-        ) from None
+        takers = " or ".join(filter(None, (", ".join(others[:-1]), *others[-1:])))
+        raise error.adding(f"; {takers} would take {'it' if len(files.names) == 1 else 'them'}" if others else "") from None
     if recipe.missing:
         recipe.lines.insert(1, f"# {_keys(recipe)} to fill in, as the files do not state them: {_listed_keys(recipe)}")
     return str(recipe), [*recipe.doubts, *_mistakes(recipe)]
@@ -131,7 +130,8 @@ def _of_file(name: str, files: Given) -> Iterator[str]:
 def _of_tables(seen: SeenFile) -> Iterator[str]:
     rows = sum(table.table.lines.size for table in seen.tables)
     steps = f", {len(seen.tables)} step{'s' if len(seen.tables) > 1 else ''}" if seen.is_export else ""
-    yield f"{seen.name}: {seen.format}{' in a workbook' if seen.is_workbook else ''}{steps}, {rows} rows"
+    place = f"sheet {shown(seen.sheet)} of a workbook" if seen.sheet is not None else "a workbook"
+    yield f"{seen.name}: {seen.format}{f' in {place}' if seen.is_workbook else ''}{steps}, {rows} rows"
     for table in seen.tables[:_LEVELS]:
         if seen.is_export:
             yield f"  step {shown(table.step)}, {table.table.lines.size} rows" + (

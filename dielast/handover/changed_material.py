@@ -9,8 +9,7 @@ from typing import Any
 from dielast.base.errors import InputError, Problem, shown
 from dielast.base.registry import adopt_laws
 from dielast.handover.law_section import LawSection
-from dielast.handover.material_file import NO_TABLE, MaterialFile, material_file, refuse_card
-from dielast.io.toml import parse_toml
+from dielast.handover.material_file import MaterialFile, material_file, read_values
 from dielast.material.material import Material
 from dielast.recipe.paths import read_path, set_key
 from dielast.recipe.validate import Place, check, examine, in_order, on_the_way
@@ -25,9 +24,7 @@ def parse_changed_material(content: bytes, source: str, changes: Mapping[str, An
     A spring with a new law keeps its modulus; its other constants come from the changes only. Any other new law keeps the constants
     that it shares with the law in the file. Raises `InputError` for mistakes in the file and, with the `origin`, in the changes.
     """
-    refuse_card(content, source)
-    values = parse_toml(content, source, NO_TABLE)
-    adopt_laws(values)
+    values = read_values(content, source)
     plain = check(material_file(), values, source, Path())
     if not changes:
         return plain.material()

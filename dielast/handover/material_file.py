@@ -41,7 +41,7 @@ from dielast.recipe.fields import Modulus, Section, Temperature, WithUnit
 from dielast.recipe.validate import check
 
 Density = Annotated[float, WithUnit(DENSITY, above=0.0)]
-NO_TABLE = "a material file is needed, which spectrum writes: material.toml"
+_NEEDED = "a material file is needed, which spectrum writes: material.toml"
 
 
 class SpringSection(LawSection):
@@ -271,13 +271,19 @@ def _model(*registered: tuple[str, ...]) -> type[MaterialFile]:
     return create_model("MaterialFile", __base__=MaterialFile, __doc__=MaterialFile.__doc__, **fields)
 
 
-def refuse_card(content: bytes, source: str) -> None:
-    """`InputError` for a card of a finite-element code in place of a material file, with what reads it."""
+def read_values(content: bytes, source: str) -> dict[str, Any]:
+    """The values in the bytes of a material file, unchecked; raises `InputError` for another kind of file, with what takes it."""
     if card := _CARD.search(content[:100_000]):
         code = "Abaqus" if card[0].lstrip().startswith(b"*") else "ANSYS"
         name = shown(Path(source).name)
         instead = f"a card of {code}: dielast spectrum makes a material file of it, with prony = {name} and prony_units"
         raise InputError(instead, file=source)
+    values = parse_toml(content, source, _NEEDED)
+    if "equilibrium" not in values and (isinstance(values.get("kind"), str) or "step" in values):
+        found = f"a recipe or a summary of {shown(values['kind'])}" if "kind" in values else "a load file"
+        raise InputError(f"{found}; {_NEEDED}", file=source)
+    adopt_laws(values)
+    return values
 
 
 _CARD = re.compile(rb"^[ \t]*(?:\*(?:HEADING|MATERIAL|ELASTIC|HYPERELASTIC|VISCOELASTIC)|TB *, *[A-Z]+ *,|/PREP7)", re.I | re.M)
@@ -285,10 +291,7 @@ _CARD = re.compile(rb"^[ \t]*(?:\*(?:HEADING|MATERIAL|ELASTIC|HYPERELASTIC|VISCO
 
 def parse_file(content: bytes, source: str) -> MaterialFile:
     """The material file in these bytes, with the name of the table of its draws; `InputError` with a line for every mistake."""
-    refuse_card(content, source)
-    values = parse_toml(content, source, NO_TABLE)
-    adopt_laws(values)
-    return check(material_file(), values, source, Path())
+    return check(material_file(), read_values(content, source), source, Path())
 
 
 def parse_material(content: bytes, source: str) -> Material:

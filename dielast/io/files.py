@@ -134,7 +134,11 @@ def read_file(path: Path, name: str) -> bytes:
         raise InputError("is a named pipe, a file is needed", file=name)
     try:
         with path.open("rb") as file:
-            content = file.read(LARGEST + 1)
+            # a larger buffer than the file would take address space
+            pieces = [file.read(min(os.fstat(file.fileno()).st_size, LARGEST) + 1)]
+            while pieces[-1] and sum(map(len, pieces)) <= LARGEST:
+                pieces.append(file.read(PIECE))
+            content = b"".join(filter(None, pieces))
     except (OSError, ValueError) as error:  # ValueError: a NUL in the name
         reason = (getattr(error, "strerror", None) or "cannot be read").lower()
         if os.path.isdir(path):

@@ -23,8 +23,10 @@ BLOCK = 10_000  # rows that are written at a time
 LONGEST_HEADER = 300  # characters
 _HEADER = re.compile(r"(?P<name>.*?)\s*(?:\[(?P<square>[^\]]*)\]|\((?P<round>[^)]*)\)|\s/\s(?P<slash>\S+))\s*")
 _WORDED = re.compile(r"(?P<name>.*\S)\s+in\s+(?P<unit>\S.*)")
-# tan(delta), E(t), G'(omega): the brackets hold the argument of a function, not a unit
-_FUNCTION = re.compile(r"(?:\b[Tt][Aa][Nn]\s?\([^()]*\)|(?<!\w)\w['\"]*\((?:[tTfwω]|omega|time)\))$")
+# tan(delta), E(t), G'(omega): the brackets hold the argument of a function, not a unit; and A / A0 is a ratio
+_FUNCTION = re.compile(
+    r"(?:(?P<first>\w+)\s*/\s*(?P=first)_?[0₀]|\b[Tt][Aa][Nn]\s?\([^()]*\)|(?<!\w)\w['\"]*\((?:[tTfwω]|omega|time)\))$"
+)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -93,7 +95,7 @@ def split_header(header: str) -> tuple[str, str | None]:
     """(name, unit) of a header cell written `name [unit]`, `name (unit)`, `name / unit`, or `name in unit` if dielast knows the
     unit; the unit is None if none is stated.
 
-    Arguments are no units: tan(delta) and E(t) are names.
+    Arguments and first values are no units: tan(delta), E(t) and A / A0 are names.
     """
     if len(header) <= LONGEST_HEADER and _FUNCTION.search(header.strip()):
         return header.strip(), None

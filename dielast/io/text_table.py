@@ -16,7 +16,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from dielast.base.errors import InputError, Where
+from dielast.base.errors import InputError, Where, shown
 from dielast.base.units import (
     FORCE,
     LARGEST,
@@ -45,7 +45,9 @@ from dielast.io.cells import (
 )
 from dielast.io.header import ColumnHeader, filled_width, read_header, temperatures_in
 from dielast.io.table import as_number, split_header
-from dielast.io.workbook import is_workbook
+from dielast.io.workbook import is_workbook, sheet_names
+
+_SHEETS = 4  # sheets of a workbook that are named
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -208,6 +210,8 @@ def read_measured(
 
     Raises `InputError` if the text cannot be decoded, or if no table of numbers can be found in it.
     """
+    if source.endswith(".toml"):
+        raise InputError("a recipe or a material, not a table of measurements: state the file that it names", file=source)
     text = decode(content, source, form)
     if not is_workbook(content):
         return _table(text, source, form, units, with_texts)
@@ -216,7 +220,11 @@ def read_measured(
     except InputError as error:
         if form.sheet is not None:
             raise
-        raise error.adding(' (in the first sheet; for another sheet write sheet = "NAME")') from None
+        first, *others = sheet_names(content, source)
+        if not others:
+            raise
+        several = " or ".join(f"sheet = {shown(name)}" for name in others[:_SHEETS]) + " or another one" * (len(others) > _SHEETS)
+        raise error.adding(f" (this is the first sheet, {shown(first)}; for another one state {several})") from None
 
 
 def _table(text: str, source: str, form: TextFormat, units: Mapping[str, str] | None, with_texts: bool) -> MeasuredTable:

@@ -97,9 +97,17 @@ def _explained(text: str, message: str) -> tuple[int, str]:
         hint = f"write {value.lower()}"
     elif wrong == "invalid value" and _WORD.fullmatch(value):
         hint = f"text needs quotes: {shown(value)}"
+    elif _opened(line):
+        hint = "a quotation mark is missing"
     elif _QUANTITY.fullmatch(value):
         hint = f"a quantity needs quotes: {shown(value)}"
     return number, f"{wrong}; {hint}" if hint else wrong
+
+
+def _opened(line: str) -> bool:
+    """Whether a text in a line is not closed before the line or a comment ends, as far as quotation marks show."""
+    rest = re.sub(r"\"[^\"]*\"|'[^']*'", "", line.partition("#")[0])
+    return '"""' not in line and any(mark in rest for mark in "\"'")
 
 
 def _stated_twice(line: str, wrong: str) -> str:

@@ -43,16 +43,27 @@ def sheet_text(content: bytes, source: str, sheet: str | int | None = None, deci
     mark of numbers that are stored as text; None means the mark of most of them. Raises `InputError` naming `source` if the
     workbook cannot be read, if it has no such sheet, or if python-calamine is not installed.
     """
+    chosen = ("first", "") if sheet is None else ("number" if isinstance(sheet, int) else "name", str(sheet))
+    return _served(content, source, (*chosen, decimal or ""))
+
+
+@lru_cache(maxsize=1)
+def sheet_names(content: bytes, source: str) -> list[str]:
+    """The names of the sheets that are not hidden; raises `InputError` as `sheet_text` does."""
+    return _served(content, source, ("names", "", "")).split("\n")
+
+
+def _served(content: bytes, source: str, wanted: tuple[str, str, str]) -> str:
+    """What the process that reads workbooks answers to `wanted`."""
     if find_spec("python_calamine") is None:
         raise InputError(
             f"reading a workbook needs a package that is not installed: {NEEDED}, or save the sheet as CSV", file=source
         )
     import subprocess  # imported here, as text files do not need it
 
-    chosen = ("", "") if sheet is None else ("number" if isinstance(sheet, int) else "name", str(sheet))
     # so that both processes import the same modules
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path)), "RUST_BACKTRACE": "0"}
-    command = [sys.executable, "-P", "-c", "from dielast.io.workbook import serve; serve()", *chosen, decimal or ""]
+    command = [sys.executable, "-P", "-c", "from dielast.io.workbook import serve; serve()", *wanted]
     try:
         done = subprocess.run(command, input=content, capture_output=True, timeout=SECONDS, env=environment, check=False)
     except subprocess.TimeoutExpired:
@@ -77,7 +88,11 @@ def serve() -> None:
     kind, sheet, decimal = sys.argv[1:]
     code = 0
     try:
-        text = _read(sys.stdin.buffer.read(), int(sheet) if kind == "number" else sheet if kind else None, decimal)
+        content = sys.stdin.buffer.read()
+        if kind == "names":
+            text = "\n".join(_shown_sheets(_opened(content)))
+        else:
+            text = _read(content, int(sheet) if kind == "number" else sheet if kind == "name" else None, decimal)
     except InputError as error:
         text, code = str(error), _REFUSED
     except MemoryError:
@@ -103,11 +118,7 @@ def _bound_memory() -> None:
 
 
 def _read(content: bytes, sheet: str | int | None, decimal: str) -> str:
-    from io import BytesIO
-
-    from python_calamine import CalamineWorkbook
-
-    book = CalamineWorkbook.from_filelike(BytesIO(content))
+    book = _opened(content)
     cells = book.get_sheet_by_name(_sheet_name(book, sheet))
     height, width = (last + 1 for last in cells.end or (-1, -1))
     if height * width > MOST:
@@ -124,11 +135,26 @@ def _read(content: bytes, sheet: str | int | None, decimal: str) -> str:
     return "\n".join("\t".join(_text(cell, by_comma) for cell in row) for row in rows)
 
 
-def _sheet_name(book: CalamineWorkbook, sheet: str | int | None) -> str:
+def _opened(content: bytes) -> CalamineWorkbook:
+    from io import BytesIO
+
+    from python_calamine import CalamineWorkbook
+
+    return CalamineWorkbook.from_filelike(BytesIO(content))
+
+
+def _shown_sheets(book: CalamineWorkbook) -> list[str]:
+    """The names of the sheets of cells that are not hidden."""
     from python_calamine import SheetTypeEnum, SheetVisibleEnum
 
     tables = [entry for entry in book.sheets_metadata if entry.typ == SheetTypeEnum.WorkSheet]
-    names = [entry.name for entry in tables]
+    return [" ".join(entry.name.split("\n")) for entry in tables if entry.visible == SheetVisibleEnum.Visible]
+
+
+def _sheet_name(book: CalamineWorkbook, sheet: str | int | None) -> str:
+    from python_calamine import SheetTypeEnum
+
+    names = [entry.name for entry in book.sheets_metadata if entry.typ == SheetTypeEnum.WorkSheet]
     if isinstance(sheet, int) and sheet <= len(names):
         return names[sheet - 1]
     if sheet in names:
@@ -137,7 +163,7 @@ def _sheet_name(book: CalamineWorkbook, sheet: str | int | None) -> str:
         raise InputError(f"sheet: no {shown(sheet)}; the workbook has {', '.join(map(shown, names)) or 'no sheets'}")
     if not names:
         raise InputError("a workbook without a sheet of cells")
-    return next((entry.name for entry in tables if entry.visible == SheetVisibleEnum.Visible), names[0])
+    return next(iter(_shown_sheets(book)), names[0])
 
 
 def _text(cell: Any, by_comma: bool) -> str:

@@ -144,7 +144,10 @@ def real_numbers(values: Any) -> Floats:
     """The values as an array of any shape; `InputError` for text, dates, durations, complex numbers, masked values, and all other
     values that are no array of numbers.
     """
-    needed = f"{shown(values)}: a number in SI units, or a list of numbers, is needed"
+
+    def needed() -> str:  # in words only where it is needed, as texts take longer than the check
+        return f"{shown(values)}: a number in SI units, or a list of numbers, is needed"
+
     try:
         array = np.asanyarray(values)
         if array.dtype.kind == "O":
@@ -152,12 +155,12 @@ def real_numbers(values: Any) -> Floats:
                 raise TypeError
             array = np.array([float(value) for value in array.ravel()]).reshape(array.shape)
         if array.dtype.kind in NO_NUMBERS and array.size:
-            raise InputError(f"{needed}, not {NO_NUMBERS[array.dtype.kind]}")
+            raise InputError(f"{needed()}, not {NO_NUMBERS[array.dtype.kind]}")
         if np.any(getattr(array, "mask", False)):  # without an import of numpy.ma, which is slow
             raise InputError("some values are masked: leave them out, by their method compressed()")
         return np.asarray(array, dtype=float)
     except (TypeError, ValueError) as error:
-        raise (error if isinstance(error, InputError) else InputError(needed)) from None
+        raise (error if isinstance(error, InputError) else InputError(needed())) from None
 
 
 def real_number(value: Any, name: str) -> float:

@@ -98,6 +98,16 @@ USUAL = {
         "Young's modulus levels off at {value:.3g} Pa, less than that of a gel: is it in another unit, such as kPa",
     ),
     "film": Usual(1e-6, 1e-2, "the thickness is {value:g} mm, but a film has 1 um to 10 mm: is it in another unit", 1e3),
+    "gauge length": Usual(
+        1e-4, 2.0, "the gauge length is {value:g} mm, but a specimen has 0.1 mm to 2 m: is it in another unit", 1e3
+    ),
+    "width": Usual(1e-5, 2.0, "the width is {value:g} mm, but a specimen has 0.01 mm to 2 m: is it in another unit", 1e3),
+    "field of tests": Usual(
+        FAINTEST,
+        np.inf,
+        "the specimens are tested at fields of up to {value:.3g} V/m, but films fail at 1 to 1000 MV/m: is the voltage, or the "
+        "thickness, in another unit",
+    ),
     "specimen": Usual(1e-6, 0.1, "the thickness is {value:g} mm, but a specimen has 1 um to 100 mm: is it in another unit", 1e3),
 }
 """The usual ranges by quantity. A value outside is no error: a real material may have it."""
@@ -155,18 +165,27 @@ def warn_of_field(highest: ArrayLike, breakdown: ArrayLike, charged: ArrayLike =
 
 def warn_of_temperature(temperature: ArrayLike, what: str) -> None:
     """Warn of temperatures (degC, any shape) that look as if they were on another scale; `what` begins the message."""
-    values = np.atleast_1d(np.asarray(temperature, dtype=float))
+    if odd := odd_temperature(temperature):
+        warn(f"{what} {odd}")
+
+
+def odd_temperature(temperature: ArrayLike) -> str:
+    """The range of temperatures (degC, any shape) and what is odd about it, if they look as if they were on another scale; else
+    empty.
+    """
+    values = np.ravel(np.asarray(temperature, dtype=float))
     if not values.size:
-        return
+        return ""
     coldest, hottest = float(values.min()), float(values.max())
     span = f"{coldest:g}" if coldest == hottest else f"{coldest:g} to {hottest:g}"
     if hottest < COLDEST:
         kelvin = f"{coldest + ZERO_CELSIUS:g}" + ("" if coldest == hottest else f" to {hottest + ZERO_CELSIUS:g}")
-        warn(f"{what} {span} degC, which is {kelvin} K: was the value in degC, but stated as kelvin?")
-    elif coldest > LOOKS_LIKE_KELVIN:
-        warn(f"{what} {span} degC: was the value in kelvin, but stated as degC?")
-    elif coldest < COLDEST or hottest > HOTTEST:
-        warn(f"{what} {span} degC, outside the usual range of polymers: is the scale right?")
+        return f"{span} degC, which is {kelvin} K: was the value in degC, but stated as kelvin?"
+    if coldest > LOOKS_LIKE_KELVIN:
+        return f"{span} degC: was the value in kelvin, but stated as degC?"
+    if coldest < COLDEST or hottest > HOTTEST:
+        return f"{span} degC, outside the usual range of polymers: is the scale right?"
+    return ""
 
 
 def warn_of_tension(names: Sequence[str], source: str) -> None:

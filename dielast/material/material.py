@@ -170,7 +170,9 @@ def constants_of(material: Material) -> dict[str, dict[str, Constant]]:
 
 
 def material_of(material: Material, numbers: Mapping[str, Mapping[str, Any]]) -> Material:
-    """The material with other numbers; raises `InputError` for numbers that its laws do not allow."""
+    """The material with other numbers, those of both springs among them; the laws of other sections stay as they are unless they
+    have numbers. Raises `InputError` for numbers that its laws do not allow.
+    """
     equilibrium, branches = dict(numbers["equilibrium"]), dict(numbers["nonequilibrium"])
     modulus = equilibrium.pop("shear_modulus", None)
     spring = type(material.equilibrium_law).of_file(equilibrium, modulus)
@@ -178,10 +180,12 @@ def material_of(material: Material, numbers: Mapping[str, Mapping[str, Any]]) ->
     changed: dict[str, Any] = {
         "equilibrium_modulus": spring.initial_modulus() if modulus is None else modulus,
         "equilibrium_law": spring,
-        "spectrum": Spectrum(times, [factor * value for value in moduli]),  # type: ignore[arg-type]
+        "spectrum": Spectrum(np.asarray(times, dtype=float), factor * np.asarray(moduli, dtype=float)),
         "nonequilibrium_law": type(material.nonequilibrium_law).of_file(branches, None),
     }
     for section, law in _laws(material).items():
+        if section not in numbers:
+            continue
         place = (material.reference_temperature,) if section == "shift" else ()
         made = type(law)(*place, **law.arguments(numbers[section]))
         changed["permittivity" if section == "dielectric" else section] = made

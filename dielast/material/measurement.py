@@ -28,8 +28,9 @@ class Measurement(Result):
     """A measurement at `temperature` (degC): an abscissa (n,) and one or two ordinates (n,), in the order of the fields.
 
     Raises `InputError` if the lengths differ, a value is not finite, an abscissa is not positive or the temperature is not above
-    absolute zero. For messages, `source` names the origin of the measurement. `time_offset`, in a test over time, is the measured
-    time minus the time in s: 0 after a step, half the duration of a ramp, None if not known.
+    absolute zero. For messages, `source` names the origin of the measurement. `ramp_taken_out`, in a test over time, is the
+    duration in s of the ramp for which the times are mean ages of the load: 0 after a step, None if it is not known whether there
+    was a ramp.
     """
 
     KIND: ClassVar[MeasurementKind]
@@ -46,8 +47,8 @@ class Measurement(Result):
         raise NotImplementedError
 
     @property
-    def time_offset(self) -> float | None:
-        """Measured time minus the time, in s; None if not stated."""
+    def ramp_taken_out(self) -> float | None:
+        """The duration in s of the ramp for which times are mean ages; None if not stated."""
         return None
 
     @property
@@ -94,7 +95,7 @@ class RelaxationCurve(Measurement):
     time: Floats
     modulus: Floats
     source: str = ""
-    time_offset: float | None = None
+    ramp_taken_out: float | None = None
 
 
 @checked
@@ -109,7 +110,7 @@ class CreepCurve(Measurement):
     time: Floats
     compliance: Floats
     source: str = ""
-    time_offset: float | None = None
+    ramp_taken_out: float | None = None
 
 
 @checked
@@ -128,10 +129,10 @@ class FrequencySweep(Measurement):
 
 
 def measurement_of(
-    kind: MeasurementKind, temperature: float, columns: Floats, source: str, time_offset: float | None
+    kind: MeasurementKind, temperature: float, columns: Floats, source: str, ramp_taken_out: float | None
 ) -> Measurement:
     """The measurement of a `kind` with abscissa and ordinates `columns` (1 + c, n)."""
     made: Any = next(curve for curve in (RelaxationCurve, CreepCurve, FrequencySweep) if curve.KIND is kind)
-    offset = {} if kind.over_frequency else {"time_offset": time_offset}
-    measurement: Measurement = made(temperature, *columns, source, **offset)
+    ramp = {} if kind.over_frequency else {"ramp_taken_out": ramp_taken_out}
+    measurement: Measurement = made(temperature, *columns, source, **ramp)
     return measurement

@@ -28,14 +28,17 @@ def division(draws: int, constants: int) -> tuple[int, int]:
 
 def strata_of(values: Floats) -> Index:
     """The number (draws,) of the stratum of each draw, from the `values` (draws, constants) of the constants, those first that are
-    divided first: parts have equally many draws.
+    divided first: parts have equally many draws, as far as draws of equal values, which share a part, allow. A constant that has
+    one value in all draws has no range to be divided.
     """
     draws = len(values)
-    divided, parts = division(draws, values.shape[1])
+    varied = [column for column in values.T if draws and np.min(column) < np.max(column)]
+    divided, parts = division(draws, len(varied))
     number = np.zeros(draws, dtype=np.intp)
-    for column in values.T[:divided]:
-        rank = np.argsort(np.argsort(column, kind="stable"), kind="stable")
-        number = number * parts + rank * parts // draws
+    for column in varied[:divided]:
+        _, which, count = np.unique(column, return_inverse=True, return_counts=True)
+        middle = np.cumsum(count) - (count + 1) / 2  # the mean rank of the draws of each value
+        number = number * parts + np.floor(middle * parts / draws).astype(np.intp)[which]
     return number
 
 

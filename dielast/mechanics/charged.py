@@ -21,7 +21,6 @@ from dielast.mechanics.electric import ELECTRIC
 from dielast.mechanics.point import Arrowhead, LoadedPoints
 from dielast.mechanics.point_material import in_both_axes
 from dielast.numerics.arrays import Cases, Floats
-from dielast.numerics.stride import Inner
 
 
 class ChargedPoints(LoadedPoints):
@@ -42,20 +41,20 @@ class ChargedPoints(LoadedPoints):
         driven[ELECTRIC] = state[self.border]
         return driven
 
-    def pack(self, internal: Floats, log_squared_stretch: Floats, nominal_stress: Floats, charge: Floats | None = None) -> Floats:
-        """State (rows, cases) from x (2, n, cases), Lambda and nominal stress (2, cases), and D~ (cases,), by default 0."""
-        packed = super().pack(internal, log_squared_stretch, nominal_stress)
+    def pack(self, internal: Floats, log_squared_stretch: Floats, charge: Floats | None = None) -> Floats:
+        """State (rows, cases) from x (2, n, cases), Lambda (2, cases) and D~ (cases,), by default 0."""
+        packed = super().pack(internal, log_squared_stretch)
         charge = np.zeros(packed.shape[1]) if charge is None else charge
         return np.concatenate((packed[: self.border + 1], charge[None], packed[self.border + 1 :]))
 
-    def error(self, state: Floats, increment: Floats, inner: Inner | None = None) -> Floats:
+    def error(self, time: Floats, state: Floats, increment: Floats) -> Floats:
         """Largest relative error (cases,), including that of the Maxwell stress due to an error of the charge.
 
         That is relative to the stress floor where the Maxwell stress is below it.
         """
         floor = np.sqrt(self.points.permittivity * self.points.stress_floor)
         of_charge = np.abs(increment[self.border]) / (np.abs(state[self.border]) + floor)
-        return np.asarray(np.maximum(super().error(state, increment, inner), of_charge))
+        return np.asarray(np.maximum(super().error(time, state, increment), of_charge))
 
     def linearise(self, times: Floats, state: Floats, step: Floats, gamma: float, fading: Floats | None = None) -> ChargedArrowhead:
         """As for films of a prescribed field."""
@@ -79,7 +78,7 @@ class ChargedArrowhead(Arrowhead):
         by_stretch = step * by_stretch
         self.by_stretch = by_stretch if axes == 2 else np.sum(by_stretch, axis=0, keepdims=True)  # one axis stands for both
         self.by_time = np.square(step) * self.circuit.supply_change(self.slope[0], load.bend(times[0])[ELECTRIC])
-        self.by_charge = self._border(self.by_load)
+        self.by_charge = self._border(self.by_load) if self.free else np.zeros_like(self.stretch)
         unit_change = self._change_of_stretch(self.by_charge, 0.0)
         self.pivot = 1 / gamma - step * by_charge - np.einsum("cm,cm->m", self.by_stretch, unit_change)
 
@@ -88,9 +87,6 @@ class ChargedArrowhead(Arrowhead):
         driven: Floats = self.driven[stage].copy()
         driven[ELECTRIC] = state[self.border]
         return driven
-
-    def _known_maxwell_stress(self) -> None:
-        """None: it depends on the charge, an unknown."""
 
     def _drive(self, by_load: Floats, change: Floats | None) -> None:
         """Keep the derivatives in the charge: the charge is an unknown, not prescribed."""

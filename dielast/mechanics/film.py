@@ -110,10 +110,9 @@ class FilmState(ByCase):
         if isinstance(equations, FramedFilms):
             assert self.border is not None
             return equations.pack(self.internal, self.border)
-        membrane = self.internal, self.log_squared_stretch, self.nominal_stress
         if isinstance(equations, ChargedPoints):
-            return equations.pack(*membrane, self.field)
-        return equations.pack(*membrane)
+            return equations.pack(self.internal, self.log_squared_stretch, self.field)
+        return equations.pack(self.internal, self.log_squared_stretch)
 
     def reached(self, equations: Films, state: Floats, driven: Floats, time: Floats, next_step: Floats) -> FilmState:
         """The films in a new `state` (rows, cases) at `time` (cases,) in s, under the prescribed values `driven` (3, cases)."""

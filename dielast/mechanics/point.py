@@ -30,10 +30,9 @@ from dielast.mechanics.elimination import Eliminated, stress_of, tangent_of
 from dielast.mechanics.flow import Mobility
 from dielast.mechanics.path import StretchPath
 from dielast.mechanics.point_material import PointMaterial, in_both_axes
-from dielast.mechanics.span import Control, Load, UnderLoad, stretched
-from dielast.numerics.arrays import Flags, Floats
+from dielast.mechanics.span import Control, Load, UnderLoad
+from dielast.numerics.arrays import Flags, Floats, paired
 from dielast.numerics.response import Fading, Response, relaxed
-from dielast.numerics.stride import Inner
 
 # weight of unknowns that respond at once to a moving load: within a step they are less smooth than the error estimate at its end
 # shows; on a sine of the stretch, where that estimate passes through 0, the error within the step is estimated itself
@@ -58,6 +57,8 @@ class LoadedPoints(UnderLoad):
     """Index of the first row of the border, counted from the end of the state."""
     held: tuple[bool | Flags, ...] = field(init=False)
     """Whether the stretch of each axis is prescribed, for all points alike, or in flags (cases,)."""
+    free: list[int] = field(init=False)
+    """The axes whose stretch is not prescribed, or not for all points."""
 
     CHARGES: ClassVar[int] = 0
     """The number of charges among the unknowns."""
@@ -67,14 +68,23 @@ class LoadedPoints(UnderLoad):
         held: list[bool | Flags] = [control is Control.STRETCH for control in self.load.controls[:axes]]
         if self.slack is not None and held[0] and self.slack.any():
             held[0] = ~self.slack
-        for name, value in (("axes", axes), ("border", -axes - self.CHARGES), ("held", tuple(held))):
+        free = [axis for axis, fixed in enumerate(held) if fixed is not True]
+        for name, value in (("axes", axes), ("border", -axes - self.CHARGES), ("held", tuple(held)), ("free", free)):
             object.__setattr__(self, name, value)
 
-    def pack(self, internal: Floats, log_squared_stretch: Floats, nominal_stress: Floats) -> Floats:
-        """State (rows, cases) from x (2, n, cases), Lambda and nominal stress (2, cases)."""
-        held = np.array([np.broadcast_to(axis, nominal_stress.shape[1]) for axis in self.held])
-        unknown = np.where(held, nominal_stress[: self.axes], log_squared_stretch[: self.axes])
-        return np.concatenate((internal[: self.axes].reshape(-1, internal.shape[2]), unknown))
+    @property
+    def stretched(self) -> bool:
+        """Whether the stretch of an axis is prescribed: its stress then follows from the springs."""
+        return any(held is not False for held in self.held)
+
+    @property
+    def of_membrane(self) -> slice:
+        """The rows of a state on which the membrane depends."""
+        return slice(None) if self.stretched else slice(self.border, None)
+
+    def pack(self, internal: Floats, log_squared_stretch: Floats) -> Floats:
+        """State (rows, cases) from x (2, n, cases) and Lambda (2, cases)."""
+        return np.concatenate((internal[: self.axes].reshape(-1, internal.shape[2]), log_squared_stretch[: self.axes]))
 
     def internal(self, state: Floats) -> Floats:
         """x (2, n, cases) of a state."""
@@ -86,52 +96,84 @@ class LoadedPoints(UnderLoad):
         return state[: self.border].reshape(self.axes, -1, state.shape[1])
 
     def membrane(self, state: Floats, driven: Floats) -> tuple[Floats, Floats]:
-        """Lambda and the nominal stress, both (2, cases), of a `state` under the prescribed values `driven` (3, cases)."""
-        log_squared, nominal = self.unknown(state, driven)
+        """Lambda and the nominal stress, both (2, cases), of a `state` under the prescribed values `driven` (3, cases).
+
+        In a state of the border alone, the nominal stress along axes of prescribed stretch is NaN.
+        """
+        log_squared = self.log_squared(state, driven)
+        nominal = self.applied(driven, log_squared)
+        if self.stretched:
+            carried = self._carried(state, driven, log_squared) * np.exp(-0.5 * log_squared)
+            nominal = np.array([np.where(held, *both) for held, *both in zip(self.held, carried, nominal, strict=True)])
         if self.symmetry is None:
             return log_squared, nominal
         second = np.zeros_like(nominal) if self.symmetry == UNIAXIAL else nominal
         return np.concatenate((log_squared, self.symmetry.second * log_squared)), np.concatenate((nominal, second))
 
-    def unknown(self, state: Floats, driven: Floats) -> tuple[Floats, Floats]:
-        """Lambda and the nominal stress (axes, cases), of which the border holds one and the load prescribes the other."""
-        axes = self.axes
-        unknown, prescribed, held = state[-axes:], driven[:axes], self.held
-        if self.points.edges is not None:
-            prescribed = self._with_springs(unknown, prescribed)
-        if all(axis is False for axis in held):
-            return unknown, prescribed
-        if all(axis is True for axis in held):
-            return 2.0 * np.log(prescribed), unknown
-        log_squared_stretch, nominal_stress = unknown.copy(), prescribed.copy()
-        for axis, fixed in enumerate(held):
-            if fixed is not False:
-                free = 0.0 if fixed is True else unknown[axis]
-                log_squared_stretch[axis] = np.where(fixed, 2.0 * np.log(prescribed[axis]), free)
-                nominal_stress[axis] = np.where(fixed, unknown[axis], 0.0)
-        return log_squared_stretch, nominal_stress
+    def log_squared(self, state: Floats, driven: Floats) -> Floats:
+        """Lambda (axes, cases), which the border holds or the load prescribes."""
+        unknown, prescribed = state[-self.axes :], driven[: self.axes]
+        if not self.stretched:
+            return unknown
+        if all(axis is True for axis in self.held):
+            return np.asarray(2.0 * np.log(prescribed))
+        along = zip(self.held, prescribed, unknown, strict=True)
+        return np.array([free if held is False else np.where(held, 2.0 * np.log(fixed), free) for held, fixed, free in along])
 
-    def _with_springs(self, unknown: Floats, prescribed: Floats) -> Floats:
-        """The prescribed values (axes, cases), less what springs at the edges bear along axes of prescribed stress."""
-        assert self.points.edges is not None
-        free = ~stretched(self.load.controls)[: self.axes]
-        borne = self.points.edges.borne(in_both_axes(np.where(free, unknown, 0.0)))[: self.axes]
-        return np.where(free, prescribed - borne, prescribed)
+    def applied(self, driven: Floats, log_squared: Floats) -> Floats:
+        """The nominal stress (axes, cases) that the load prescribes at Lambda (axes, cases), 0 along axes of prescribed stretch."""
+        stress = driven[: self.axes]
+        if self.stretched:
+            stress = np.array(
+                [load if held is False else np.zeros_like(load) for held, load in zip(self.held, stress, strict=True)]
+            )
+        if self.points.edges is None:
+            return stress
+        return np.asarray(stress - self.points.edges.borne(in_both_axes(log_squared))[: self.axes])
 
-    def error(self, state: Floats, increment: Floats, inner: Inner | None = None) -> Floats:
-        """Largest relative error (cases,) of stretches, stresses and viscous stretches due to an `increment` of the `state`."""
+    def _carried(self, state: Floats, driven: Floats, log_squared: Floats) -> Floats:
+        """The true mechanical stress (axes, cases) of the springs at Lambda (axes, cases), less the Maxwell stress."""
+        if len(state) == -self.border:
+            return np.full_like(log_squared, np.nan)
+        columns = paired(np.arange(state.shape[1]))
+        elastic = np.subtract(log_squared[:, None], self.packed(state), order="C").take(columns, axis=-1)
+        stress = stress_of(self.points.law, self.symmetry, elastic)
+        carried: Floats = np.einsum("nm,cnm->cm", self.points.modulus.take(columns, axis=-1), stress)[:, : state.shape[1]]
+        return np.subtract(carried, self.points.maxwell_stress(log_squared, driven[ELECTRIC])) if self.electric else carried
+
+    def error(self, time: Floats, state: Floats, increment: Floats) -> Floats:
+        """Largest relative error (cases,) of stretches, stresses and viscous stretches due to an `increment` of the `state` at a
+        `time` (cases,) in s.
+        """
         load, worst = self.load, 0.5 * np.maximum.reduce(np.abs(increment[: self.border]), axis=0)
-        following = 0.5 if load.still else np.where(load.moving, 0.5 * FOLLOWER_WEIGHT, 0.5)
+        of_stress = self._error_of_stress(time, state, increment) if self.stretched else None
+        if self.free:
+            following = 0.5 if load.still else np.where(load.moving, 0.5 * FOLLOWER_WEIGHT, 0.5)
+            of_stretch = following * np.abs(increment[-self.axes :])
         for axis, held in enumerate(self.held):
-            row = axis - self.axes
-            change = np.abs(increment[row])
-            of_stretch = change * following
-            if held is not False:
-                change = change * FOLLOWER_WEIGHT if inner is None else np.maximum(change, inner(row))
-                change /= np.abs(state[row]) + self.points.stress_floor
-                of_stretch = change if held is True else np.where(held, change, of_stretch)
-            worst = np.maximum(worst, of_stretch)
+            if held is False:
+                worst = np.maximum(worst, of_stretch[axis])
+            else:
+                assert of_stress is not None
+                worst = np.maximum(worst, of_stress[axis] if held is True else np.where(held, of_stress[axis], of_stretch[axis]))
         return np.asarray(worst)
+
+    def _error_of_stress(self, time: Floats, state: Floats, increment: Floats) -> Floats:
+        """The largest relative error (axes, cases) of the stresses at prescribed stretches due to that of the springs: errors of
+        springs do not cancel, as they would now and then at the end of a step but not within it.
+        """
+        points, driven = self.points, self.driven(time, state)
+        log_squared = self.log_squared(state, driven)
+        stress, tangent = tangent_of(points.law, self.symmetry, log_squared[:, None] - self.packed(state))
+        carried = np.einsum("nm,cnm->cm", points.modulus, stress)
+        if self.electric:
+            carried -= points.maxwell_stress(log_squared, driven[ELECTRIC])
+        np.abs(tangent, out=tangent)
+        tangent *= points.modulus
+        strain = np.abs(self.packed(increment))
+        pairs = (slice(None),) if self.axes == 1 else (slice(0, 2), slice(1, 3))  # the entries 11 and 12, 12 and 22
+        change = np.stack([np.einsum("cnm,cnm->m", tangent[pair], strain) for pair in pairs])
+        return np.asarray(change / (np.abs(carried) + points.stress_floor * np.exp(0.5 * log_squared)))
 
     def fading(self, time: Floats, state: Floats, lasts: Floats) -> Fading | None:
         """What fades in a `state` (rows, cases) at `time` (cases,) in s, in a load that `lasts` (cases,) s more: known where the
@@ -144,7 +186,7 @@ class LoadedPoints(UnderLoad):
             return None
         points, axes = self.points, self.axes
         driven, slope, bend = self.driven(time, state)[:axes], self.load.slope(time)[:axes], self.load.bend(time)[:axes]
-        log_squared, _ = self.unknown(state, self.driven(time, state))
+        log_squared = self.log_squared(state, self.driven(time, state))
         ahead = 2 * slope / driven
         ahead_change = 2 * bend / driven - 0.5 * np.square(ahead)
         elastic = log_squared[:, None] - self.packed(state)
@@ -180,7 +222,7 @@ def decay_along(rate: Floats, change: Floats) -> Floats:
     """
     size = np.add.reduce(np.square(rate), axis=0)
     along = np.add.reduce(rate * change, axis=0)
-    return np.maximum(along / np.where(size > 0, size, 1.0), 0.0)
+    return np.asarray(np.maximum(along / np.where(size > 0, size, 1.0), 0.0))
 
 
 class Arrowhead:
@@ -197,13 +239,12 @@ class Arrowhead:
         self.system, self.points, self.symmetry, self.hold = system, points, symmetry, 1 / gamma
         self.axes, self.border, self.held = system.axes, system.border, system.held
         self.moves, self.electric = not load.still, system.electric
-        self.free = [axis for axis, held in enumerate(self.held) if held is not True]
-        self.stretched = any(held is not False for held in self.held)
+        self.free = system.free
+        self.stretched = system.stretched
         self.driven = load.values(times)
         if not self.free:  # the stretches of all stages are known
             self.held_stretch = self.driven[:, : self.axes]
             self.held_log_squared = 2.0 * np.log(self.held_stretch)
-        self.maxwell = self._known_maxwell_stress() if self.electric and not self.free else None
         driven = self._driven(0, state)
         log_squared, self.stretch, nominal = self._membrane(0, state, driven)
         self.stress, tangent = tangent_of(points.law, symmetry, log_squared[:, None] - system.packed(state))
@@ -217,24 +258,27 @@ class Arrowhead:
         self.lifted: Floats | None = None
         if fading is not None:
             self._respond(fading, times, step, tangent, mobility)
-        self._condense(change, driven, log_squared, nominal)
+        self.prescribed_change = np.zeros(self.stretch.shape)
+        if change is not None:
+            for axis, held in enumerate(self.held):
+                if held is not False:
+                    self.prescribed_change[axis] = np.where(held, 2 * change[axis] / driven[axis], 0.0)
+        if self.free:
+            self._condense(change, driven, log_squared, nominal)
 
     def _respond(self, fading: Floats, times: Floats, step: Floats, tangent: Floats, mobility: Mobility) -> None:
         """Set the `response` to rates that are `fading` (axes, n, cases), and in the stages at `times` (stages, cases) its values
-        `known` and, times the step, its rates; `tangent` is K, for one axis that of Q.
+        `known` and, times the step, its rates; `tangent` is K of both axes.
         """
         share, axes = (times - times[0]) / np.where(step > 0, step, 1.0), self.axes
         rate = fading * step
         if axes == 1:
             decay = np.maximum(1 / self.springs.diagonal[0] - self.hold, 0.0)
-            carried = tangent / self.springs.diagonal * rate
         else:
             block = mobility.through(tangent)
             moved = np.einsum("abnm,bnm->anm", block, rate)
             decay = decay_along(rate, moved)
-            carried = np.stack((tangent[0] * rate[0] + tangent[1] * rate[1], tangent[1] * rate[0] + tangent[2] * rate[1]))
             self.bent = decay * rate - moved
-        border = -self.points.modulus * carried / self.stretch[:, None]
         response = relaxed(decay, share[:, None])
         stages, cases = share.shape
         inner, right = rate * response[:, None], rate * (1 - decay * response)[:, None]
@@ -246,41 +290,25 @@ class Arrowhead:
             bend = np.square(step) * path.bend()
             self.bent = -lifted * bend[:, None] if self.bent is None else self.bent - lifted * bend[:, None]
         inner, self.fading = inner.reshape(stages, -1, cases), right
-        charges = np.zeros((stages, self.system.CHARGES, cases))
-        self.known = np.concatenate((inner, charges, np.einsum("anm,snm->sam", border, response)), axis=1)
-        rows = np.concatenate((np.zeros((self.system.CHARGES, *decay.shape)), border)) / step
+        self.known = np.concatenate((inner, np.zeros((stages, -self.border, cases))), axis=1)
         index = tuple(range(decay.shape[0])) * axes
-        self.response = Response(decay / step, fading.reshape(-1, cases), rows, self.known[-1], index, path)
+        self.response = Response(decay / step, fading.reshape(-1, cases), -self.border, self.known[-1], index, path)
 
     def _driven(self, stage: int, state: Floats) -> Floats:
         """The prescribed values (3, cases) of a stage at `state`."""
         driven: Floats = self.driven[stage]
         return driven
 
-    def _known_maxwell_stress(self) -> Floats | None:
-        """The Maxwell stress (stages, 1, cases) in Pa at the prescribed stretches, None where it needs the state."""
-        if self.points.stretching:
-            return None
-        log_area = self.held_log_squared[:, 0] + self.held_log_squared[:, -1]
-        return self.points.electric.stress(self.points.permittivity, log_area, self.driven[:, ELECTRIC])[:, None]
-
     def _membrane(self, stage: int, state: Floats, driven: Floats) -> tuple[Floats, Floats, Floats]:
-        """Lambda, the stretch and the nominal stress (axes, cases) in a stage."""
+        """Lambda, the stretch and the prescribed nominal stress (axes, cases) in a stage."""
         if not self.free:
-            return self.held_log_squared[stage], self.held_stretch[stage], state[-self.axes :]
-        if self.stretched or self.points.edges is not None:
-            log_squared, nominal = self.system.unknown(state, driven)
-        else:
-            log_squared, nominal = state[-self.axes :], driven[: self.axes]
-        stretch = np.exp(0.5 * log_squared)
-        if self.system.slack is not None:  # rounded as if no other point were slack
-            for axis, held in enumerate(self.held):
-                stretch[axis] = np.where(held, driven[axis], stretch[axis])
-        return log_squared, stretch, nominal
+            return self.held_log_squared[stage], self.held_stretch[stage], driven[: self.axes]
+        log_squared = self.system.log_squared(state, driven)
+        return log_squared, np.exp(0.5 * log_squared), self.system.applied(driven, log_squared)
 
     def _condense(self, change: Floats | None, driven: Floats, log_squared: Floats, nominal: Floats) -> None:
-        """Set the inverse (axes, axes, cases) of the border's matrix, and the right-hand side due to the rates of the prescribed
-        values; `change` (3, cases) is these rates times the step, None for a load that is still.
+        """Set the inverse (axes, axes, cases) of the border's matrix, which is 0 along held axes, and the right-hand side due to
+        the rates of the prescribed values; `change` (3, cases) is these rates times the step, None for a load that is still.
         """
         stretch, axes, points = self.stretch, self.axes, self.points
         tangent = np.einsum("nm,bcnm->bcm", points.modulus, self.springs.share)
@@ -288,39 +316,35 @@ class Arrowhead:
         for axis in range(axes):
             tangent[axis, axis] -= 0.5 * nominal[axis] * stretch[axis]
         if (edges := points.edges) is not None:
-            held = edges.tangent(in_both_axes(log_squared))
+            stiff = edges.tangent(in_both_axes(log_squared))
             for axis in self.free:
-                tangent[axis, axis] += held[axis]
+                tangent[axis, axis] += stiff[axis]
         self.load_term = np.zeros(stretch.shape)
         if self.electric:
             _, by_stretch, by_load = points.maxwell_tangent(log_squared, driven[ELECTRIC])
             tangent -= by_stretch
             self._drive(by_load, change)
-        matrix = by_path = tangent
-        if self.lifted is not None:  # the springs that follow the path of the load do so in the known part
-            of_springs = np.einsum("nm,bcnm->bcm", points.modulus * self.lifted, self.springs.share)
-            by_path = tangent - of_springs * self.hold
-        if self.stretched:
-            matrix, self.prescribed_change = tangent.copy(), np.zeros(stretch.shape)
-        for axis, fixed in enumerate(self.held):
-            if fixed is False:
-                if change is not None:
+        if change is not None:
+            for axis, held in enumerate(self.held):
+                if held is False:
                     self.load_term[axis] += stretch[axis] * change[axis]
-            else:
-                if change is not None:
-                    self.prescribed_change[axis] = np.where(fixed, 2 * change[axis] / driven[axis], 0.0)
-                    self.load_term -= by_path[:, axis] * self.prescribed_change[axis]
-                loose = 0.0 if fixed is True else np.where(fixed, 0.0, matrix[axis, axis])
-                matrix[:, axis] = np.where(fixed, 0.0, matrix[:, axis])
-                matrix[axis, axis] = np.where(fixed, -stretch[axis], loose)
+                else:
+                    self.load_term -= tangent[:, axis] * self.prescribed_change[axis]
         if axes == 1:
-            self.inverse = 1 / matrix
-            return
-        determinant = matrix[0, 0] * matrix[1, 1] - matrix[0, 1] * matrix[1, 0]
-        self.inverse = np.empty_like(matrix)
-        self.inverse[0, 0], self.inverse[1, 1] = matrix[1, 1], matrix[0, 0]
-        self.inverse[0, 1], self.inverse[1, 0] = -matrix[0, 1], -matrix[1, 0]
-        self.inverse /= determinant
+            self.inverse = 1 / tangent
+        else:
+            for axis, held in enumerate(self.held):
+                if held is not False:
+                    tangent[axis, 1 - axis] = tangent[1 - axis, axis] = np.where(held, 0.0, tangent[0, 1])
+                    tangent[axis, axis] = np.where(held, 1.0, tangent[axis, axis])
+            determinant = tangent[0, 0] * tangent[1, 1] - tangent[0, 1] * tangent[1, 0]
+            self.inverse = np.empty_like(tangent)
+            self.inverse[0, 0], self.inverse[1, 1] = tangent[1, 1], tangent[0, 0]
+            self.inverse[0, 1], self.inverse[1, 0] = -tangent[0, 1], -tangent[1, 0]
+            self.inverse /= determinant
+        for axis, held in enumerate(self.held):
+            if held is not False:
+                self.inverse[axis, axis] = np.where(held, 0.0, self.inverse[axis, axis])
 
     def _drive(self, by_load: Floats, change: Floats | None) -> None:
         """Add the right-hand side due to the rate of the electrical quantity; `by_load` is the derivative of the Maxwell stress."""
@@ -342,17 +366,18 @@ class Arrowhead:
             right -= self.fading[stage]
             if self.bent is not None and gamma_i:
                 right += gamma_i * self.bent
-        carried = self.springs.carried(right)
-        carried -= stress
-        residual = np.einsum("nm,cnm->cm", points.modulus, carried)
-        residual += nominal * stretch
-        if self.maxwell is not None:
-            residual += self.maxwell[stage]
-        elif self.electric:
-            residual += points.maxwell_stress(log_squared, driven[ELECTRIC])
-        if follows:
-            residual += gamma_i * self.load_term
-        self._border(residual, out=out[-axes:])
+        if self.free:
+            carried = self.springs.carried(right)
+            carried -= stress
+            residual = np.einsum("nm,cnm->cm", points.modulus, carried)
+            residual += nominal * stretch
+            if self.electric:
+                residual += points.maxwell_stress(log_squared, driven[ELECTRIC])
+            if follows:
+                residual += gamma_i * self.load_term
+            self._border(residual, out=out[-axes:])
+        else:
+            out[-axes:] = 0.0
         self._charge(stage, log_squared, state, history, gamma_i, out)
         assert out.flags.c_contiguous  # otherwise `reshape` copies, and the increments of the springs are lost
         internal = out[:border].reshape(shape)

@@ -15,11 +15,13 @@ from dielast.mechanics.film import FilmState
 from dielast.mechanics.jump import jump
 from dielast.mechanics.point import LoadedPoints
 from dielast.mechanics.point_material import FLOOR, ROUNDING
-from dielast.mechanics.span import Control, Controls, stretched
+from dielast.mechanics.span import Control, Controls
 from dielast.numerics.arrays import Cases, Flags, Floats, paired, where
 from dielast.numerics.integrate import SHRINK
 from dielast.numerics.roots import ROOT, fall, samples
 from dielast.numerics.stride import TriedStep
+
+NEARBY = 0.1  # largest change of Lambda in a turn, in which the state is continuous to the tolerance of the integration
 
 
 @dataclass(slots=True)
@@ -58,35 +60,38 @@ class Contact:
         self.note(every, film.time, start[0], np.where(jumped, False, self.slack) | loose)
         return replace(film, slack=self.slack, grips=start[0])
 
-    def signal(self, system: LoadedPoints, time: Floats, unknown: Floats) -> Floats:
-        """The signals (k,) at `time` (k,) in s since the span began, from the `unknown` (k,) of axis 1."""
+    def signal(self, system: LoadedPoints, time: Floats, state: Floats) -> Floats:
+        """The signals (k,) of a `state` (rows, k) at `time` (k,) in s since the span began."""
         assert system.slack is not None
-        gap = 0.5 * unknown - np.log(system.load.value(time)[0])
-        return np.where(system.slack, gap, unknown * FLOOR / system.points.stress_floor)
+        driven = system.load.value(time)
+        log_squared, nominal = system.membrane(state, driven)
+        gap = 0.5 * log_squared[0] - np.log(driven[0])
+        return np.asarray(np.where(system.slack, gap, nominal[0] * FLOOR / system.points.stress_floor))
 
     def share(self, stride: TriedStep, landing: Flags) -> Floats:
         """The fractions (pool,) of the steps at which specimens go slack or taut; see `Turns`."""
         system = films_of(stride)
         assert isinstance(system, LoadedPoints)
         assert system.slack is not None
-        row = slice(-system.axes, 1 - system.axes or None)
 
         def along(columns: Cases, fraction: Floats, within: LoadedPoints) -> Floats:
             time = stride.time[columns] + fraction * stride.step[columns]
-            return self.signal(within, time, stride.dense(row, columns, fraction)[0]) - zero[columns]
+            return self.signal(within, time, stride.dense(slice(None), columns, fraction)) - zero[columns]
 
-        first = self.signal(system, stride.time, stride.before[row][0])
+        first = self.signal(system, stride.time, stride.before)
         zero = self._zero[stride.cases] = np.minimum(np.maximum(self._zero[stride.cases], first), 0.0)
-        last = self.signal(system, stride.until, stride.after[row][0]) - zero
+        first, last = first - zero, self.signal(system, stride.until, stride.after) - zero
+        middle = self.signal(system, stride.time + 0.5 * stride.step, stride.halfway()) - zero
         # a step that ends at a zero does so to the tolerance of a stress of zero; other falls are sure beyond that of the stretch
         least = np.where(landing, max(self.rtol * FLOOR, ROUNDING), self.rtol)
         share = np.where(landing & (np.abs(last) <= least), 1.0, np.inf)
-        lowest = np.minimum(first - zero, last) - stride.bulge(row)[0] * FLOOR / system.points.stress_floor
+        # four times as far below as a parabola
+        lowest = np.minimum(np.minimum(first, middle), last) - np.abs(first - 2 * middle + last)
         near = where(np.logical_and(stride.accepted, np.logical_or(system.slack, lowest < 0)))
         if not near.size:
             return share
         part = system.take(near)
-        values, fractions = samples(lambda fraction: along(near, fraction, part), (first - zero)[near], last[near])
+        values, fractions = samples(lambda fraction: along(near, fraction, part), first[near], last[near])
         fallen = values < -least[near]
         some = paired(np.flatnonzero(fallen.any(axis=0)))
         if not some.size:
@@ -125,12 +130,13 @@ class Contact:
                 target, controls = driven[:, turned], (control, system.load.controls[1])
                 target[0] = 0.0 if loose else target[0]
                 points, inside = system.points.take(turned), internal.take(turned, axis=-1)
-                log_squared, nominal, _ = jump(points, controls, target, inside, membrane[:, turned])
-                state[-system.axes :, turned] = np.where(stretched(controls), nominal, log_squared)[: system.axes]
+                log_squared, _, stable = jump(points, controls, target, inside, membrane[:, turned], NEARBY)
+                # springs that lose their stiffness have no free equilibrium, and would turn from slack to taut without end
+                state[-system.axes :, turned] = np.where(stable, log_squared[: system.axes], np.nan)
         stretch = driven[0]
         changed = replace(system, slack=slack)
         self._turned[cases] = elapsed
-        self._zero[cases] = np.minimum(self.signal(changed, moment, state[-system.axes])[columns], 0.0)
+        self._zero[cases] = np.minimum(self.signal(changed, moment, state)[columns], 0.0)
         self.note(cases, self._start[cases] + elapsed, stretch[columns], slack[columns])
         return changed
 

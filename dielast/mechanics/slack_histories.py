@@ -16,10 +16,10 @@ from dielast.mechanics.point import LoadedPoints
 from dielast.mechanics.point_material import PointMaterial
 from dielast.mechanics.slack import Contact
 from dielast.mechanics.span import Control, Load
-from dielast.mechanics.stretched import Histories, Steps
-from dielast.numerics.arrays import Cases, Flags, Floats
+from dielast.mechanics.stretched import Histories
+from dielast.numerics.arrays import Cases, Flags, Floats, paired
 from dielast.numerics.integrate import Status, integrate
-from dielast.numerics.stride import DenseSteps, TriedStep
+from dielast.numerics.stride import TriedStep
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -46,19 +46,28 @@ class Grips:
         return np.zeros(index.shape, dtype=bool)
 
 
-class _Borne(Steps):
-    """Stores the nominal stress of axis 1 in every step, 0 where the specimen is slack."""
+@dataclass(frozen=True, slots=True, eq=False)
+class _Borne:
+    """Stores the nominal `stress` (cases, k) of axis 1 at `times` (cases, k) in s, 0 where the specimen is slack."""
+
+    times: Floats
+    stress: Floats
 
     def __call__(self, stride: TriedStep) -> None:
-        """Store the step."""
-        system = films_of(stride)
+        """Store the times within the step."""
+        system, begin = films_of(stride), stride.begin + stride.time
         assert isinstance(system, LoadedPoints)
         assert system.slack is not None
-        columns = np.flatnonzero(stride.accepted)
-        part = DenseSteps.of(stride, slice(-system.axes, 1 - system.axes or None), columns)
-        part.coefficients[..., system.slack[columns]] = 0.0
-        self.parts.append(part)
-        self.begins.append(stride.begin[columns] + stride.time[columns])
+        times = self.times[stride.cases]
+        within = (times <= stride.elapsed[:, None]) & ((times > begin[:, None]) | (begin[:, None] == 0))
+        columns, rows = (paired(part) for part in np.nonzero(within & stride.accepted[:, None]))
+        if not columns.size:
+            return
+        fraction = np.clip((times[columns, rows] - begin[columns]) / stride.step[columns], 0.0, 1.0)
+        time = stride.time[columns] + fraction * stride.step[columns]
+        films, state = system.take(columns), stride.dense(slice(None), columns, fraction)
+        nominal = films.membrane(state, films.driven(time, state))[1]
+        self.stress[stride.cases[columns], rows] = np.where(system.slack[columns], 0.0, nominal[0])
 
 
 def borne(points: PointMaterial, mode: Mode, symmetry: Symmetry | None, histories: Histories, times: Floats, rtol: float) -> Floats:
@@ -72,12 +81,8 @@ def borne(points: PointMaterial, mode: Mode, symmetry: Symmetry | None, historie
     if jumped.any():
         film = apply_at_once(film, opening.controls, opening.start, jumped, status, None)
     film = contact.begin(film, opening.controls, opening.start, jumped, status)
-    system, steps = film.equations(opening), _Borne()
-    last = histories.time[:, -1]
-    lasting = np.where(status == Status.COMPLETED, last, 0.0)
-    done = integrate(system, film.state(system), lasting, rtol=rtol, observe=steps, spans=grips, turns=contact)
+    system, observer = film.equations(opening), _Borne(times, np.full(times.shape, np.nan))
+    lasting = np.where(status == Status.COMPLETED, histories.time[:, -1], 0.0)
+    done = integrate(system, film.state(system), lasting, rtol=rtol, observe=observer, spans=grips, turns=contact)
     lost = (status != Status.COMPLETED) | (done.status != Status.COMPLETED)
-    stress = np.full(times.shape, np.nan)
-    if not lost.all():
-        stress[~lost] = steps.states(times, last)[0][~lost]
-    return stress
+    return np.where(lost[:, None], np.nan, observer.stress)

@@ -20,7 +20,7 @@ from dielast.mechanics.elimination import Eliminated, stress_of, tangent_of
 from dielast.mechanics.flow import Flow
 from dielast.numerics.arrays import ByCase, Cases, Flags, Floats
 from dielast.numerics.integrate import Status, integrate
-from dielast.numerics.stride import DenseSteps, Inner, TriedStep
+from dielast.numerics.stride import DenseSteps, TriedStep
 
 ROUNDING = 3e-15  # least tolerance for an elastic strain: ten times the rounding error of A - C
 
@@ -44,7 +44,7 @@ class Branches(ByCase):
         """dLambda/dt of axis 1 at `time` in s since the span began, both (..., cases)."""
         return np.asarray(2 * self.slope / (self.start + self.slope * time))
 
-    def error(self, state: Floats, increment: Floats, inner: Inner | None = None) -> Floats:
+    def error(self, time: Floats, state: Floats, increment: Floats) -> Floats:
         """Largest error (cases,) of the elastic stretches over the `scale`."""
         return np.asarray(0.5 * np.max(np.abs(increment), axis=0) / self.scale)
 

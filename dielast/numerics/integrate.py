@@ -10,7 +10,6 @@ from collections.abc import Callable
 from contextvars import ContextVar
 from dataclasses import dataclass, replace
 from enum import IntEnum
-from functools import partial
 from typing import Any, Protocol
 
 import numpy as np
@@ -286,7 +285,7 @@ class Stepper:
         """
         probe = 1e-18 * duration
         increment = self._first_increment(system, time, state, probe, columns)
-        rate = system.error(state, increment) / (self.method.gamma * probe)
+        rate = system.error(time, state, increment) / (self.method.gamma * probe)
         step = FIRST_MOVE * self.rtol / rate
         return np.where(step > 0, np.minimum(step, duration), 1e-6 * duration)
 
@@ -303,7 +302,8 @@ class Stepper:
         change = change.reshape(state.shape[0], columns.size, -1)
         change = change - change[..., -1:]  # less the correction towards a consistent state
         change[..., 1:] -= 0.1 * change[..., :-1]
-        error = system.error(state, change.reshape(state.shape) / self.method.gamma).reshape(columns.size, -1)
+        change = change.reshape(state.shape) / self.method.gamma
+        error = system.error(time[many], state, change).reshape(columns.size, -1)
         transient = ~(error[:, 1:-1] <= FIRST_MOVE * self.rtol)
         finest = np.where(transient.any(axis=1), PROBED.size - 1 - np.argmax(transient[:, ::-1], axis=1), 0)
         return np.where(finest < PROBED.size - 1, proposed * PROBED[np.maximum(finest - 1, 0)], 0.0)
@@ -318,11 +318,11 @@ class Stepper:
             step = np.where(at.landing, np.minimum(at.next_step, left), step)
         fading = None if self.fading is None else self.fading.rate
         after, self.response = advance(self.system, self.method, at.time, self.state, step, self.increments, fading)
-        error = self.system.error(after, self.increments[-1], partial(self.method.inner_error, self.increments)) / self.rtol
-        error = np.maximum(error, 1e-6)  # NaN, as the comparisons and `fmax` below need it, where the step is not finite
-        accepted = (error <= 1) & self.active
         total, ends = at.time + step, step >= left
         until = np.where(ends, at.duration, total)
+        error = self.system.error(until, after, self.increments[-1]) / self.rtol
+        error = np.maximum(error, 1e-6)  # NaN, as the comparisons and `fmax` below need it, where the step is not finite
+        accepted = (error <= 1) & self.active
         share = None
         if self.turns is not None and np.count_nonzero(accepted):
             stride = self._stride(accepted, step, until, after, at.begin + until)

@@ -7,8 +7,7 @@ exp(-k t), k its rate of relaxation, and the unknown x contains
 
 The stepper integrates the remainder x - R, which has no transient but by what the linear response leaves, of second order in a: the
 idea of exponential methods (Hochbruck and Ostermann, Acta Numerica 19 (2010) 209), for the transient alone. As k is that of the
-Jacobian of a step, its terms in R cancel in the linear system of the step. Other unknowns, the border of a state, respond at once,
-in proportion to R of all.
+Jacobian of a step, its terms in R cancel in the linear system of the step.
 """
 
 from __future__ import annotations
@@ -58,48 +57,42 @@ def relaxed(decay: Floats, share: Floats | float = 1.0) -> Floats:
 @dataclass(frozen=True, slots=True, eq=False)
 class Response(ByCase):
     """R of selected rows: of the unknowns that relax at `decay` (n, cases) in 1/s, with a in `inner` (rows, cases), whose rates are
-    those of number `index` (rows,); and of a border, in proportion `border` (rows, n, cases) in 1/s to them.
+    those of number `index` (rows,); and of `others`, a number of rows of unknowns without such a part.
     """
 
     decay: Floats
     inner: Floats
-    border: Floats
+    others: int
     end: Floats
     """R (rows, cases) at the end of the step."""
     index: tuple[int, ...]
     path: Any = None
     """What the unknowns that relax follow besides, a function of time as a class by case; None: nothing."""
 
-    def rows(self, rows: slice) -> Response:
-        """The selected rows."""
+    def rows(self, rows: slice) -> Response | None:
+        """The selected rows, None if none of them has a part."""
         count = len(self.index)
-        start, stop, _ = rows.indices(count + len(self.border))
-        inner, border = slice(start, min(stop, count)), slice(max(start - count, 0), max(stop - count, 0))
-        path = self.path if self.index[inner] else None
+        start, stop, _ = rows.indices(count + self.others)
+        if start >= count:
+            return None
+        inner = slice(start, min(stop, count))
+        path = self.path
         assert path is None or self.index[inner] == self.index
-        return Response(self.decay, self.inner[inner], self.border[border], self.end[rows], self.index[inner], path)
+        return Response(self.decay, self.inner[inner], max(stop - count, 0), self.end[rows], self.index[inner], path)
 
     def at(self, time: Floats) -> Floats:
         """R (rows, cases) at `time` (cases,) in s after the beginning of the step."""
-        rows = self._times(time * relaxed(self.decay * time))
-        if self.path is not None:
-            rows[: len(self.index)] += self.path.at(time)
-        return rows
+        inner = self._times(time * relaxed(self.decay * time))
+        return self._with_others(inner if self.path is None else inner + self.path.at(time))
 
     def slope(self, time: Floats) -> Floats:
         """The rate of R (rows, cases) per s."""
-        rows = self._times(np.exp(-self.decay * time))
-        if self.path is not None:
-            rows[: len(self.index)] += self.path.slope(time)
-        return rows
-
-    def bulge(self, step: Floats) -> Floats:
-        """A bound (rows, cases) of the distance of R from its chord within a `step` (cases,) in s."""
-        return replace(self, inner=np.abs(self.inner), border=np.abs(self.border), path=None).at(step)
+        inner = self._times(np.exp(-self.decay * time))
+        return self._with_others(inner if self.path is None else inner + self.path.slope(time))
 
     def _times(self, response: Floats) -> Floats:
         """The rows for a response (n, cases) to a = 1."""
-        border = np.einsum("bnm,nm->bm", self.border, response)
-        if not self.index:
-            return np.asarray(border)
-        return np.concatenate((self.inner * response[list(self.index)], border))
+        return np.asarray(self.inner * response[list(self.index)])
+
+    def _with_others(self, inner: Floats) -> Floats:
+        return np.concatenate((inner, np.zeros((self.others, inner.shape[1]))))

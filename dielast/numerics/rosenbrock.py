@@ -21,9 +21,6 @@ from dielast.numerics.arrays import Floats
 class Rosenbrock:
     """Coefficients of an s-stage method: `a`, `c` strictly lower triangular (s, s), `alpha`, `gamma_i` (s,), `dense` (3, s).
 
-    `inner` is the largest error of the dense output within a step, over its last coefficient (`dense[2]`), where it exceeds the
-    error estimate of the step: for y' = -(y - t^4)/tau + 4 t^3 of any stiffness (Prothero and Robinson, Math. Comp. 28 (1974) 145).
-
     `ac` are the rows of a and c for the increments before each stage, (2, stage); `adds_last` marks stages whose state is that of
     the stage before plus its increment; `middle` (s,) are the weights of the dense output in the middle of a step.
     """
@@ -36,7 +33,6 @@ class Rosenbrock:
     a: Floats
     c: Floats
     dense: Floats
-    inner: float
     ac: tuple[Floats, ...] = field(init=False)
     middle: Floats = field(init=False)
     adds_last: tuple[bool, ...] = field(init=False)
@@ -47,12 +43,6 @@ class Rosenbrock:
         steps = self.a - np.roll(self.a, 1, axis=0)
         unit = np.eye(self.alpha.size, k=-1)
         object.__setattr__(self, "adds_last", tuple(bool(i > 1 and np.all(steps[i] == unit[i])) for i in range(self.alpha.size)))
-
-    def inner_error(self, increments: Floats, row: int) -> Floats:
-        """The error (cases,) of one row of the dense output within a step with these `increments` (s, rows, cases), for an unknown
-        that responds at once.
-        """
-        return np.asarray(self.inner * np.abs(np.einsum("s,sm->m", self.dense[2], increments[:, row])))
 
     @property
     def stages(self) -> int:
@@ -152,5 +142,4 @@ RODAS5P = Rosenbrock(
             ),
         )
     ),
-    inner=0.0253,
 )

@@ -14,9 +14,6 @@ from dielast.numerics.arrays import ByCase, Cases, Flags, Floats, paired, where
 from dielast.numerics.response import Response
 from dielast.numerics.rosenbrock import Rosenbrock
 
-Inner = Callable[[int], Floats]
-"""The errors (cases,) of the dense output within a step, as a function of the row of the state."""
-
 
 class Linearised(Protocol):
     """The linear system of one step."""
@@ -39,10 +36,9 @@ class System(Protocol):
         first of them.
         """
 
-    def error(self, state: Floats, increment: Floats, inner: Inner | None = None) -> Floats:
-        """The relative error (cases,) of a `state` (rows, cases) that is wrong by an `increment` (rows, cases).
-
-        At the end of a step, `inner` are the errors within it of unknowns that respond at once to the load.
+    def error(self, time: Floats, state: Floats, increment: Floats) -> Floats:
+        """The relative error (cases,) of a `state` (rows, cases) at a `time` (cases,) in s that is wrong by an `increment`
+        (rows, cases).
         """
 
 
@@ -172,15 +168,15 @@ class TriedStep:
     response: Response | None = None
     fading: Floats | None = None
     """The rate (m, n, pool) that fades at the beginning of the step."""
-    _of_border: dict[int, DenseSteps] = field(default_factory=dict, repr=False)
+    _stored: dict[int | None, DenseSteps] = field(default_factory=dict, repr=False)
 
-    def of_border(self, border: int) -> DenseSteps:
-        """The dense output of the rows from `border` on, of the accepted columns, for all observers alike; a case that occupies
-        two columns appears twice.
+    def stored(self, rows: slice) -> DenseSteps:
+        """The dense output of the last `rows` in the accepted columns, for all observers alike; a case that occupies two columns
+        appears twice.
         """
-        if border not in self._of_border:
-            self._of_border[border] = DenseSteps.of(self, slice(border, None), where(self.accepted))
-        return self._of_border[border]
+        if rows.start not in self._stored:
+            self._stored[rows.start] = DenseSteps.of(self, rows, where(self.accepted))
+        return self._stored[rows.start]
 
     def dense(self, rows: slice, columns: Cases, fraction: Floats) -> Floats:
         """States (rows, k) of the columns (k,) at fractions (k,) of their steps, by the dense output of the method."""
@@ -188,16 +184,11 @@ class TriedStep:
         remaining = 1 - fraction
         inner = self.after[rows, columns] + remaining * (k1 + fraction * (k2 + fraction * k3))
         state = np.asarray(remaining * self.before[rows, columns] + fraction * inner)
-        if self.response is None:
+        response = _of_rows(self.response, rows)
+        if response is None:
             return state
-        response = self.response.rows(rows).take(columns)
+        response = response.take(columns)
         return state + response.at(fraction * self.step[columns]) - fraction * response.end
-
-    def bulge(self, rows: slice) -> Floats:
-        """A bound (rows, pool) of how far the dense output of these rows leaves its chord."""
-        coefficients = np.einsum("is,srk->irk", self.method.dense, self.increments[:, rows])
-        bulge: Floats = 0.25 * np.abs(coefficients).sum(axis=0)
-        return bulge if self.response is None else bulge + self.response.rows(rows).bulge(self.step)
 
     def halfway(self) -> Floats:
         """States (rows, pool) in the middle of the steps."""
@@ -232,17 +223,16 @@ class DenseSteps(ByCase):
         inner = np.einsum("is,srk->irk", stride.method.dense, stride.increments[:, rows, paired(columns)])[:, :, : columns.size]
         ends = np.stack((stride.before[rows, columns], stride.after[rows, columns]))
         coefficients, step = np.concatenate((ends, inner)), stride.step[columns]
-        response = fading = None
-        if stride.response is not None and stride.fading is not None:
-            response = stride.response.rows(rows).take(columns)
+        response, fading = _of_rows(stride.response, rows), None
+        if response is not None and stride.fading is not None:
+            response = response.take(columns)
             coefficients[1] -= response.end
             fading = stride.fading.take(columns, axis=-1) if rows == slice(None) else None
         return cls(stride.method, stride.cases[columns], stride.time[columns], step, coefficients, response, fading)
 
     def rows(self, rows: slice) -> DenseSteps:
         """The selected rows."""
-        response = None if self.response is None else self.response.rows(rows)
-        return replace(self, coefficients=self.coefficients[:, rows], response=response, fading=None)
+        return replace(self, coefficients=self.coefficients[:, rows], response=_of_rows(self.response, rows), fading=None)
 
     def state(self, fraction: Floats) -> Floats:
         """States (rows, k) at fractions (k,) of the steps."""
@@ -266,3 +256,8 @@ class DenseSteps(ByCase):
         bulge = (1 - 2 * fraction) * (k1 + fraction * (k2 + fraction * k3)) + fraction * (1 - fraction) * (k2 + 2 * fraction * k3)
         rate = np.asarray((after - before + bulge) / self.step)
         return rate if self.response is None else rate + self.response.slope(fraction * self.step)
+
+
+def _of_rows(response: Response | None, rows: slice) -> Response | None:
+    """The response of selected rows, None if there is none."""
+    return None if response is None else response.rows(rows)

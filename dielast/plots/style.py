@@ -215,16 +215,21 @@ def say(axes: Axes, words: str) -> None:
 
 def shade(axes: Axes, x: NDArray[np.float64], lower: NDArray[np.float64], upper: NDArray[np.float64], colour: str) -> None:
     """Fill the band from `lower` to `upper` over `x`, all (n,). Where x turns back, as in unloading, the parts of the band may
-    overlap: each is outlined in the same sense, as parts in opposite senses would cancel.
+    overlap: each is outlined in the same sense, as parts in opposite senses would cancel. Where the lower end is minus infinity,
+    the band goes down by its whole height below its least end.
     """
+    ends = np.concatenate((lower, upper))
+    if np.isneginf(lower).any() and np.isfinite(ends).any():
+        least, most = float(np.min(ends[np.isfinite(ends)])), float(np.max(ends[np.isfinite(ends)]))
+        lower = np.where(np.isneginf(lower), least - (most - least), lower)
     known = np.isfinite(x) & np.isfinite(lower) & np.isfinite(upper)
     x, lower, upper = x[known], lower[known], upper[known]
     if x.size < 2:
         return
     back = np.diff(x) < 0
-    ends = [0, *(np.flatnonzero(back[1:] != back[:-1]) + 1).tolist(), x.size - 1]
+    turns = [0, *(np.flatnonzero(back[1:] != back[:-1]) + 1).tolist(), x.size - 1]
     outlines = []
-    for first, last in pairwise(ends):
+    for first, last in pairwise(turns):
         part = np.arange(first, last + 1)[:: -1 if back[first] else 1]
         around = np.concatenate((part, part[::-1], part[:1]))
         height = np.concatenate((lower[part], upper[part[::-1]], lower[part[:1]]))

@@ -1,12 +1,11 @@
 """Columns of lengths and of areas of an actuated film, as their headers say and as their numbers say."""
 
 import re
-from dataclasses import replace
 
 import numpy as np
 
 from dielast.base.errors import InputError
-from dielast.base.units import NUMBER, Dimension, converts
+from dielast.base.units import NUMBER, Dimension
 from dielast.io.text_table import MeasuredTable
 from dielast.numerics.arrays import Flags, Floats
 
@@ -45,8 +44,6 @@ def read_extent(
         raise table.error(f'column "{spelled}" holds areas, and {role} is a length over a length: {of_area}')
     if of_length and lengthways:
         raise table.error(f'column "{spelled}" holds lengths, and {role} is A/A0 - 1, with the areas A: {of_length}')
-    if ratio and not converts(found.unit or "", NUMBER):  # A / A0 has no unit A0, but may have %
-        table = replace(table, headers=(*table.headers[:place], replace(found, unit=None), *table.headers[place + 1 :]))
     values = table.column(place + 1, key or role, NUMBER if ratio else dimension, rows)
     return values - 1 if ratio and of_length else values
 

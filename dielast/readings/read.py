@@ -89,7 +89,7 @@ def read_all(data: MeasuredData, inputs: Inputs) -> Dataset:
         if kind is RELAXATION and not all(part.is_export for part in parts):
             _warn_of_swapped(columns[:, rows[np.argsort(line[rows], kind="stable")]], files[0])
         names = ", ".join(dict.fromkeys(files))
-        measurements.append(measurement_of(kind, level, columns[:, rows], names, data.time_offset))
+        measurements.append(measurement_of(kind, level, columns[:, rows], names, data.ramp))
         first.append(int(np.min(rows)))
     if kind.over_frequency:
         _check_viscosity(parts, readings)

@@ -7,6 +7,7 @@ from pydantic import Field, field_validator
 
 from dielast.base.errors import InputError
 from dielast.material.measurement_kind import KindName
+from dielast.material.ramp import DROPPED
 from dielast.readings.columns_recipe import ROLES, Columns, Specimen, unmeasured
 from dielast.recipe.base import TextTable, units_of
 from dielast.recipe.fields import RelativeDeviation, Temperature, TemperatureDifference, TemperatureError, Time
@@ -38,9 +39,9 @@ class MeasuredData(TextTable):
     )
     ramp: Time | None = Field(
         None,
-        description="Duration of the ramp at the beginning of each test. Times are then counted from the middle of the ramp, and "
-        "points before twice its duration are dropped, unless discard_before is stated. 0 s: there is none. Default: what "
-        "mastercurve finds in the curves of several tests; in a single test none is looked for.",
+        description="Duration of the ramp at the beginning of each test. Times are then mean ages of the load, which count from "
+        "about the middle of the ramp, and points before twice its duration are dropped, unless discard_before is stated. 0 s: "
+        "there is none. Default: what mastercurve finds in the curves of several tests; in a single test none is looked for.",
     )
     temperature_tolerance: TemperatureDifference = Field(
         0.5, validate_default=False, description="Temperature readings closer together than this count as one temperature."
@@ -69,16 +70,7 @@ class MeasuredData(TextTable):
     @property
     def first_time(self) -> float:
         """Measured points before this time in s are dropped; 0 drops none."""
-        return max(self.discard_before, self.ramp or 0.0) if self.discard_before > 0 else 2 * (self.ramp or 0.0)
-
-    @property
-    def time_offset(self) -> float | None:
-        """The time in s that is subtracted from the measured times; None without a stated ramp.
-
-        A ramp acts like a step at its middle, to second order in ramp/time: L. J. Zapas and J. C. Phillips, J. Res. Natl. Bur.
-        Stand. A 75 (1971) 33. With times from the start of the ramp, shift factors would be wrong by tenths of a decade.
-        """
-        return None if self.ramp is None else 0.5 * self.ramp
+        return max(self.discard_before, self.ramp or 0.0) if self.discard_before > 0 else DROPPED * (self.ramp or 0.0)
 
     @property
     def is_plain(self) -> bool:

@@ -5,6 +5,7 @@ where the header states none, `SeenColumn.unit` is None.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -27,11 +28,12 @@ from dielast.base.units import (
     is_unit,
     kind_of,
 )
-from dielast.io.cells import decode
+from dielast.io.cells import TextFormat, decode
 from dielast.io.files import Inputs
-from dielast.io.table import as_number
+from dielast.io.table import as_number, spoken
 from dielast.io.text_table import MeasuredTable, read_measured
-from dielast.io.workbook import is_workbook
+from dielast.io.workbook import is_workbook, sheet_names
+from dielast.material.checks import odd_temperature
 from dielast.readings.columns_recipe import ROLES
 from dielast.readings.instruments import recognise
 from dielast.readings.instruments.export import ROLES as OF_EXPORTS, Deformation, deformation_of, plain
@@ -79,7 +81,7 @@ _NAMES: Mapping[str, tuple[str, ...]] = {
     "ramp": ("ramp", "ramp rate", "voltage rate"),
     "intact": ("intact", "last seen intact"),
     "relative_stretch": ("relative stretch", "relative stretch 1"),
-    "area_strain": ("area strain", "areal strain"),
+    "area_strain": ("area strain", "areal strain", "A/A0", "A / A0", "area ratio", "area stretch"),
     "prestretch": ("prestretch", "pre-stretch", "prestretch 1"),
     "prestretch_2": ("prestretch 2",),
     "thickness": ("thickness", "dicke"),
@@ -99,6 +101,7 @@ _LETTERS: Mapping[str, tuple[str, ...]] = {
 }
 NAMES = {role: (*OF_EXPORTS.get(role, ()), *_NAMES.get(role, ())) for role in (*OF_EXPORTS, *_NAMES)}
 # roles that a column without a known name may have by its unit: no other role of these files has it
+_SHEETS = 20  # sheets of a workbook that are looked at
 _BY_UNIT = ("temperature", "time", "frequency", "angular_frequency", "force", "extension", "compliance", "voltage", "ramp")
 
 
@@ -152,13 +155,23 @@ class SeenTable:
         return found
 
     def contradictions(self) -> list[str]:
-        """Columns whose name and unit contradict each other, as messages."""
+        """Columns whose name contradicts their unit or their numbers, as messages."""
         wrong = []
         for place, (name, unit) in enumerate(zip(self.table.names, self.table.units, strict=True)):
             roles = [role for role in DIMENSIONS if self._is_named(place, role)]
             what = kind_of(unit) if unit is not None else None
             if roles and what is not None and not any(self._fits(place, role) for role in roles):
-                wrong.append(f'column "{name}" is called a {roles[0]}, but its unit, {unit}, is that of {what.name}')
+                role = spoken(roles[0])
+                article = "an" if role[0] in "aeio" else "a"
+                wrong.append(f'column "{name}" is called {article} {role}, but its unit, {unit}, is that of {what.name}')
+        columns = self.columns(("time", "temperature"))
+        for role, column in columns.items():
+            numbers = self.numbers(column)
+            numbers = np.zeros(0) if numbers is None else numbers[np.isfinite(numbers)]
+            if role == "time" and np.any(numbers < 0):
+                wrong.append(f'column "{column.name}" has times below 0, down to {numbers.min():g} s: is it another quantity?')
+            elif role == "temperature" and (odd := odd_temperature(numbers)):
+                wrong.append(f'column "{column.name}" holds {odd}')
         return wrong
 
     def unnamed(self, known: Iterable[SeenColumn]) -> list[str | int]:
@@ -225,12 +238,15 @@ class SeenTable:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SeenFile:
-    """A measured file: its `name` as a recipe states it, the `format` ("table", or that of an export) and its tables or steps."""
+    """A measured file: its `name` as a recipe states it, the `format` ("table", or that of an export) and its tables or steps. A
+    `sheet` of a workbook is named unless it is the first.
+    """
 
     name: str
     format: str
     tables: tuple[SeenTable, ...]
     is_workbook: bool = False
+    sheet: str | None = None
 
     @property
     def is_export(self) -> bool:
@@ -265,16 +281,30 @@ class Given:
 
 
 def look(content: bytes, name: str) -> SeenFile:
-    """What the table or the export in the bytes `content` of the file `name` holds; raises `InputError` if no table is found."""
-    text = decode(content, name)
+    """What the table or the export in the bytes `content` of the file `name` holds; raises `InputError` if no table is found.
+
+    Of a workbook it is the first sheet with a table.
+    """
+    try:
+        return _look(content, name)
+    except InputError:
+        for sheet in sheet_names(content, name)[1:_SHEETS] if is_workbook(content) else ():
+            with suppress(InputError):
+                return replace(_look(content, name, sheet), sheet=sheet)
+        raise
+
+
+def _look(content: bytes, name: str, sheet: str | None = None) -> SeenFile:
+    form = TextFormat(sheet=sheet)
+    text = decode(content, name, form)
     layout = recognise(text)
     if layout is not None:
         steps = [step for step in layout.read(text, name) if step.table.lines.size]
         if not steps:
             raise InputError(f"this {layout.name} export has no steps with readings", file=name)
         return SeenFile(name, layout.name, tuple(SeenTable(step.table, step.name, step.deformation) for step in steps))
-    table = read_measured(content, name, units={}, with_texts=True)
-    table = _numeric(content, name) or table
+    table = read_measured(content, name, form, units={}, with_texts=True)
+    table = _numeric(content, name, form) or table
     parts = by_temperature(table, None, "modulus")
     above = "\n".join(text.split("\n")[: max(int(table.lines[0]) - 1, 0)])
     deformation = deformation_of(table.names)
@@ -284,10 +314,10 @@ def look(content: bytes, name: str) -> SeenFile:
     return SeenFile(name, TABLE, (seen,), is_workbook(content))
 
 
-def _numeric(content: bytes, name: str) -> MeasuredTable | None:
+def _numeric(content: bytes, name: str, form: TextFormat) -> MeasuredTable | None:
     """The file as a table of numbers; None if only rows with more texts than numbers make one."""
     try:
-        return read_measured(content, name, units={})
+        return read_measured(content, name, form, units={})
     except InputError:
         return None
 

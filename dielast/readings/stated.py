@@ -60,6 +60,7 @@ def state_data(recipe: RecipeLines, given: Given, one: bool) -> list[float] | No
     recipe.section("[data]")
     several = not one and (len(files) > 1 or (temperatures is not None and levels is not None))
     recipe.key("files" if several else "file", given.stated if several else files[0].name, _shape(given))
+    state_sheet(recipe, files[0])
     missing = _missing(used, kind) | ({} if one or several or "temperature" in used or table.levels else {"temperature": FILL})
     names = {role: column.name for role, column in used.items()}
     recipe.key("columns", missing | names, _reasons(table, used, missing))
@@ -81,11 +82,17 @@ def state_data(recipe: RecipeLines, given: Given, one: bool) -> list[float] | No
         value = f"{stated[0]:g} degC" if stated else FILL
         recipe.key("reference_temperature", value, "of the test or curve" + ("" if stated else f": {_NO_TEMPERATURE}"))
         levels = stated or None
-    if files[0].is_workbook:
-        recipe.option('sheet = "NAME"', "of the workbook; the first sheet was looked at")
     for seen in files:
         recipe.doubts += [f"{seen.name}: {text}" for text in seen.first.contradictions()]
     return levels
+
+
+def state_sheet(recipe: RecipeLines, seen: SeenFile) -> None:
+    """State the sheet of a workbook that was looked at, or that there may be others."""
+    if seen.sheet is not None:
+        recipe.key("sheet", seen.sheet, "the first sheet with a table of numbers")
+    elif seen.is_workbook:
+        recipe.option('sheet = "NAME"', "of the workbook; the first sheet was looked at")
 
 
 def _shared(files: Sequence[SeenFile], used: Mapping[str, SeenColumn]) -> dict[str, SeenColumn]:
@@ -280,7 +287,7 @@ def _state_ramp(recipe: RecipeLines, table: SeenTable, used: Mapping[str, SeenCo
         kept = np.isfinite(time[rows]) & np.isfinite(load)
         reached = reached_at(time[rows][kept], load[kept]) if kept.sum() > 2 and kind is not None else None
         if reached is not None and reached > 0:
-            recipe.key("ramp", f"{reached:.3g} s", f"the {applied} is reached then: times count from the middle of the ramp")
+            recipe.key("ramp", f"{reached:.3g} s", f"the {applied} is reached then: times become mean ages of it")
             return
     comment = "times that count from the start of the loading: state how long it took"
     if np.nanmin(table.raw(used["time"].place)) <= 0:

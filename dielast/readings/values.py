@@ -12,6 +12,7 @@ from dielast.base.units import LARGEST, ZERO_CELSIUS
 from dielast.io.table import spoken
 from dielast.material.checks import warn_of_strain
 from dielast.material.measurement_kind import RELAXATION
+from dielast.material.ramp import mean_age
 from dielast.readings.columns_recipe import Specimen
 from dielast.readings.isotherms import WIDEST
 from dielast.readings.recipe import CurveData, MeasuredData, MeasurementData
@@ -45,7 +46,7 @@ def read_part(part: Part, data: MeasuredData, per_shear: float, labels: dict[tup
         abscissa = _angular_frequency(part)
     else:
         part = _in_time(part, data)
-        abscissa = part.column("time") - (data.time_offset or 0.0)
+        abscissa = mean_age(part.column("time"), data.ramp or 0.0)
     if "temperature" in part.columns:
         temperature = part.column("temperature")
         _refuse(part, temperature <= -ZERO_CELSIUS, "temperature", "is at or below absolute zero")
@@ -106,8 +107,8 @@ def _begin(part: Part, time: NDArray[np.float64]) -> str:
         if reached is not None:
             example, shown = f"{reached:.3g} s", f"here until the {role} is reached:"
     return (
-        f'if the test begins with a ramp, state its duration, {shown} ramp = "{example}": times count from its middle then (or '
-        "discard_before, if time counts from a step)"
+        f'if the test begins with a ramp, state its duration, {shown} ramp = "{example}" (or discard_before, if time '
+        "counts from a step)"
     )
 
 

@@ -148,6 +148,8 @@ def _read_values(
             of_material[shown_path(keys)] = value
         else:
             wrong.tried(partial(_override, values, override, keys, value))
+    if "kind" not in values and {"equilibrium", "nonequilibrium"} <= values.keys():
+        raise InputError(f"a material file; a recipe names it: material = {shown(path.name)}", file=path)
     if stated not in tuple(kinds):
         needed = f"{shown(stated)}: {nearest(stated, kinds)}" if "kind" in values else f"is needed: one of {', '.join(kinds)}"
         raise InputError(*wrong, Problem(needed, file=path, key="kind"))

@@ -30,13 +30,14 @@ def _existing(name: Any, info: ValidationInfo, kind: str, test: Callable[[Path],
     folder = (info.context or {}).get("folder")
     if folder is not None:
         path = resolve(folder, name)
+        maker_of = (info.context or {}).get("maker_of")
+        maker = maker_of and maker_of(path.name, None if kind == "file" else info.field_name)
         if not exists(path):
-            maker_of = (info.context or {}).get("maker_of")
-            if maker_of is not None and (maker := maker_of(path.name, None if kind == "file" else info.field_name)):
+            if maker:
                 raise InputError(f"{shown(name)} does not exist; run the recipe that makes it (dielast {maker})")
             raise InputError(f"{shown(name)}: no such {kind}{of_backslashes(name)}")
         if not test(path):
-            raise InputError(f"{shown(name)}: a {kind} is needed")
+            raise InputError(f"{shown(name)}: a {kind} is needed{f', which dielast {maker} writes' if maker else ''}")
     return name
 
 

@@ -23,6 +23,7 @@ from dielast.recipe.paths import keys_of
 Model = TypeVar("Model", bound=BaseModel)
 Place = tuple[int | str, ...]
 """The keys and indices that lead to a value."""
+_ALIKE = 0.75  # ratio of matching letters above which a key is taken for another one misspelt
 Mistake = tuple[Place, Problem]
 """Where in a recipe a mistake is, and what it is."""
 _PLAIN = {
@@ -72,7 +73,15 @@ def examine(
     try:
         checked = model.model_validate(values, context=context)
     except ValidationError as error:
-        wrong += [mistake for detail in error.errors(include_url=False) for mistake in _mistakes(model, detail, kinds or {})]
+        details = error.errors(include_url=False)
+        # a key that is misspelt is not missing as well
+        meant = {_meant(model, detail["loc"]) for detail in details if detail["type"] == "extra_forbidden"}
+        wrong += [
+            mistake
+            for detail in details
+            if detail["type"] != "missing" or detail["loc"] not in meant
+            for mistake in _mistakes(model, detail, kinds or {})
+        ]
     return [(place, problem.at(file=source)) for place, problem in wrong] if wrong else checked
 
 
@@ -212,5 +221,33 @@ def _unknown(model: type[BaseModel], keys: Place, kinds: Kinds) -> str:
     if others := [name for name, kind in kinds.items() if field_at(kind.model, keys) is not None]:
         return f"unknown key; {key} belongs to {', '.join(others)}"
     known = _fields(table)
-    near = difflib.get_close_matches(key, known, n=1, cutoff=0.5)
-    return "unknown key; " + (f'did you mean "{near[0]}"?' if near else "known keys here are " + ", ".join(known))
+    near = _meant(model, keys)
+    alike = near is not None and difflib.SequenceMatcher(None, key, str(near[-1])).ratio() > _ALIKE
+    if not alike and (homes := [home for home in _homes(model, key) if not home.endswith(_header(model, keys[:-1]))]):
+        return f"unknown key; {key} belongs {' or '.join(homes[:3])}"
+    return "unknown key; " + (f'did you mean "{near[-1]}"?' if near else "known keys here are " + ", ".join(known))
+
+
+def _meant(model: type[BaseModel], keys: Place) -> Place | None:
+    """The place of the known key that is nearest to an unknown one; None if none is near."""
+    known = _fields(_table_at(model, keys[:-1]) or model)
+    near = difflib.get_close_matches(str(keys[-1]), known, n=1, cutoff=0.5)
+    return (*keys[:-1], near[0]) if near else None
+
+
+def _homes(model: type[BaseModel], key: str) -> list[str]:
+    """The tables of a recipe that have a key of this name, as their headers: the top of the recipe, or one of its tables."""
+    top = ["at the top of the recipe, above its tables"] if key in _fields(model) else []
+    return top + [
+        f"in {_header(model, (name,))}" for name in _fields(model) if (inner := _table_at(model, (name,))) and key in _fields(inner)
+    ]
+
+
+def _header(model: type[BaseModel], place: Place) -> str:
+    """The header of the table at a place, such as `[film]` or `[[step]]`."""
+    names = [str(key) for key in place if not str(key).isdecimal()]
+    field = field_at(model, tuple(names))
+    listed = field is not None and any(
+        typing.get_origin(part) in (list, tuple) for part in (field.annotation, *typing.get_args(field.annotation))
+    )
+    return f"[[{shown_path(names)}]]" if listed else f"[{shown_path(names)}]"

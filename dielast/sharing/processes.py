@@ -116,7 +116,8 @@ def _solve_written(jobs: int, file: _Handle, chunks: Sequence[Chunk]) -> Generat
         pool.shutdown(wait=True, cancel_futures=True)
         if not isinstance(error, BrokenProcessPool):
             raise
-        if any(worker.exitcode == UNGUARDED for worker in workers):
+        # a worker that imports a script with sys.exit(main()) at its top level ends as if all were well
+        if any(worker.exitcode in (UNGUARDED, 0) for worker in workers):
             raise InputError(GUARD) from None
         raise NumericsError("a worker process was killed, perhaps for lack of memory") from None
 

@@ -18,7 +18,7 @@ from dielast.base.errors import DielastError, InputError, NumericsError
 from dielast.io.files import KEPT, STORE, write_files
 from dielast.numerics.integrate import KEEPER, Keeper
 from dielast.sharing.execution import NOTHING_KEPT, Chunk, Execution, Plan, Solve, Solved
-from dielast.sharing.kept import Kept, Overfull, fingerprint, load, outermost, restored, size
+from dielast.sharing.kept import LARGEST, Kept, Overfull, fingerprint, load, outermost, restored, size
 
 if TYPE_CHECKING:
     from dielast.io.files import Inputs
@@ -201,6 +201,7 @@ class Study:
                 write_files(self.store.parent, {self.store.name: self.kept.pieces(self.key)})
             except Overfull:  # what an earlier save has kept stays
                 self.store = None
+                self.note(f"results of more than {LARGEST >> 30} GiB: an interrupt keeps no more of them than until now")
                 return self.saved
             self.new, self.saved = False, True
             self.due = time.monotonic() + max(PAUSE, (time.monotonic() - begin) / SAVING)

@@ -21,7 +21,6 @@ from dielast.io.table import Table, case_table
 from dielast.material.laws_of_cases import log_ratio
 from dielast.material.leakage import Leakage
 from dielast.mechanics.equations import Films, films_of
-from dielast.mechanics.passive.framed import FramedFilms
 from dielast.mechanics.piece import Cycles, Piece
 from dielast.mechanics.point import LoadedPoints
 from dielast.mechanics.point_material import PointMaterial
@@ -124,7 +123,8 @@ class CycleMeter:
         self._piece = piece if isinstance(piece, Cycles) or piece.lap else None
         if self._piece is None:
             return
-        self.points, cases = system.points.without_springs(), self.unit.size
+        stretched = isinstance(system, LoadedPoints) and system.stretched
+        self.points, cases = system.points if stretched else system.points.without_springs(), self.unit.size
         if not self._lap:
             self._sums = np.zeros((SUMS, cases, piece.cycles or 1))
             self._sums[0], self._sums[1] = np.inf, -np.inf
@@ -142,7 +142,7 @@ class CycleMeter:
         if not columns.size:
             return
         self._system = system = films_of(stride)
-        steps = stride.of_border(system.border)
+        steps = stride.stored(system.of_membrane)
         slack = (
             system.slack[columns] if isinstance(system, LoadedPoints) and system.slack is not None else np.zeros(columns.size, bool)
         )
@@ -228,8 +228,8 @@ class CycleMeter:
         wide, driving = steps.take(many), load.take(many)
         local = wide.time + share * wide.step
         films, state = replace(system, load=driving), wide.state(share)
-        if isinstance(films, LoadedPoints) and films.slack is not None:
-            films = replace(films, slack=slack[many])
+        if isinstance(films, LoadedPoints):
+            films = replace(films, points=self.points.take(wide.cases), slack=None if films.slack is None else slack[many])
         value, slope = films.driven(local, state), driving.slope(local)
         log_squared, nominal = films.membrane(state, value)
         stretch = np.exp(0.5 * log_squared)
@@ -241,8 +241,7 @@ class CycleMeter:
             charge = permittivity * np.square(stretch[0] * stretch[1]) * value[2]
             power, boundary_term = -charge * slope[2], charge * value[2]
         else:
-            assert not isinstance(films, FramedFilms)
-            films = replace(films, points=self.points.take(wide.cases))
+            assert isinstance(films, LoadedPoints)
             flowing = flow(films, self.leakage.take(wide.cases), local, state, wide.rate(share))
             power, boundary_term = flowing.field * flowing.current, np.zeros_like(local)
             sent = _both_ways((flowing.source * flowing.current).reshape(places, count))

@@ -125,7 +125,7 @@ class ElectricMeter:
         self._evaluate()
         assert isinstance(system, LoadedPoints)
         self._start, self._piece = start, piece
-        self._system = replace(system, points=system.points.without_springs())
+        self._system = system if system.stretched else replace(system, points=system.points.without_springs())
 
     def ask_now(self, films: Films, state: Floats, cases: Cases) -> None:
         """Ask for rows at the beginning of a piece, from the complete state (rows, k)."""
@@ -140,7 +140,7 @@ class ElectricMeter:
             return
         if self._size >= MANY:
             self._evaluate()
-        steps = stride.of_border(films_of(stride).border)
+        steps = stride.stored(films_of(stride).of_membrane)
         self._kept.append((steps, stride.span[columns], stride.begin[columns]))
         if (last := np.flatnonzero(stopped[columns])).size:
             self._stopped.append(self._size + last)

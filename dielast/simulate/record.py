@@ -191,7 +191,8 @@ class Recorder:
             if self.electric is not None:
                 self.electric.ask_now(system.take(case), state[:, case], case)
             at_start = np.zeros(case.size)
-            self._store(system, case, case, row, at_start, at_start, state[:, case], more)
+            part = slice(None) if self.needs_springs else system.of_membrane
+            self._store(system, case, case, row, at_start, at_start, state[part, case], more)
 
     def _rows(self, piece: Piece, start: Floats, jumped: Flags) -> Floats:
         """Output times (cases, k) in s since a piece began, suited to its load and padded with NaN."""
@@ -263,7 +264,7 @@ class Recorder:
         """Store rows (k,) of the columns `pooled` (k,) of a step, `at` (k,) in s since the piece began."""
         case, system = stride.cases[pooled], films_of(stride)
         moment = at - stride.begin[pooled]
-        part = slice(None) if self.needs_springs else slice(system.border, None)
+        part = slice(None) if self.needs_springs else system.of_membrane
         # beside an event a step may be as short as the rounding of its time
         fraction = np.clip((moment - stride.time[pooled]) / stride.step[pooled], 0.0, 1.0)
         more = [] if self.watch is None else [self.watch.exposed_along(stride, pooled, fraction)]
@@ -326,9 +327,10 @@ class Recorder:
         They are at `moment` (k,) in s since a span began; the voltage has been on for `age` (k,) s, which only a watch uses.
         """
         if self.watch is None:
-            driven = system.driven(moment, state, pooled)
+            system = system.take(pooled)
+            driven = system.driven(moment, state)
             bears_nothing = isinstance(system, LoadedPoints) and system.slack is not None
-            log_squared, nominal = (system.take(pooled) if bears_nothing else system).membrane(state, driven)
+            log_squared, nominal = system.membrane(state, driven)
             if bears_nothing:  # below 0 only by the error of an event
                 nominal = np.concatenate((np.maximum(nominal[:1], 0.0), nominal[1:]))
             return np.concatenate((log_squared, nominal, driven[2:], np.full((1, case.size), np.nan)))

@@ -22,6 +22,7 @@ RECIPES = Path(__file__).resolve().parents[1]
 sys.path.insert(1, str(RECIPES))
 
 from claims import differences
+from counted import calibrated_intervals, voltage_tests
 from coupled import coupled
 from gallery import shrink
 from intervals import shift_intervals
@@ -37,6 +38,8 @@ SECTIONS = {
     "halves": halves,
     "coupled": coupled,
     "raw-tests": raw_tests,
+    "voltage-tests": voltage_tests,
+    "calibrated-intervals": calibrated_intervals,
     "intervals": shift_intervals,
 }
 HEAD = """# Validation on measured data

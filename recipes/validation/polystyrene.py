@@ -24,6 +24,7 @@ from dielast import (
     build_master_curve,
     fit_oscillation,
     retardation_from_relaxation,
+    without_ramp,
 )
 from dielast.plots.style import COLOURS, MARKERS, legend_below, panels, spread, style
 from dielast.plots.ticks import log_axis
@@ -68,11 +69,8 @@ def ramp_of_relaxation(data: Path) -> tuple[str, MasterCurve]:
         warnings.simplefilter("always")
         master_curve.__wrapped__(data, "relaxation")
     (duration,) = re.findall(r'state ramp = "(\S+) s"', " ".join(str(each.message) for each in caught))
-    ramp, curves = float(duration), []
-    for temperature in TEMPERATURES:
-        time, *moduli = measured(data, "relaxation", temperature)
-        late = time >= 2 * ramp
-        curves.append(RelaxationCurve(float(temperature), time[late] - ramp / 2, 3 * moduli[0][late], time_offset=ramp / 2))
+    tests = [(float(at), *measured(data, "relaxation", at)) for at in TEMPERATURES]
+    curves = without_ramp([RelaxationCurve(at, time, 3 * modulus) for at, time, modulus in tests], float(duration))
     return duration, build_master_curve(curves, reference_temperature=REFERENCE, vertical="free")
 
 

@@ -1,13 +1,16 @@
-"""What `calibrate` reaches: `python tests/bench/bench_calibrate.py [NAME...]`, names as in the functions below.
+"""What `calibrate` reaches: `python tests/bench/bench_calibrate.py [NAME...]`, names as in the functions below; `misfit` and
+`coverage` take `--laboratories N --first K --file LINES` and run their experiments side by side.
 
 Measured curves of VHB 4905 (Liao et al., DOI 10.1016/j.ijnonlinmec.2019.103263) are read from shared/data beside the checkout.
 """
 
 from __future__ import annotations
 
+import argparse
 import sys
 import time
 from dataclasses import replace
+from functools import partial
 from itertools import product
 from pathlib import Path
 
@@ -17,6 +20,8 @@ from scipy.optimize import least_squares
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from flat import relax
+from parts import add, arguments, read
+from together import Together
 
 from dielast import WLF, Free, Gent, Intervals, Material, MeasuredTest, NoShift, Spectrum, Yeoh, calibrate
 from dielast.calibration.fit import STARTS, fit_material
@@ -29,7 +34,7 @@ from dielast.material.material import VACUUM_PERMITTIVITY
 from dielast.material.modulus import CONSTANT_MODULUS, EntropicModulus
 from dielast.mechanics.load import Step, Track
 
-DATA = Path(__file__).parents[3] / "shared/data/vhb4905"
+data = Path(__file__).parents[3] / "shared/data/vhb4905"
 START = Material("start", 20e3, Spectrum([100.0, 3.0], [2e4, 4e4]), WLF(20.0, 13.0, 187.0), Gent(110.0), Gent(55.0))
 FREE = {
     "equilibrium.shear_modulus": Free(),
@@ -43,7 +48,7 @@ TRUE = [20e3, 110.0, 18e3, 40e3, 100.0, 3.0]
 
 
 def frame(name: str) -> pd.DataFrame:
-    return pd.read_csv(DATA / name, sep=";", decimal=",", encoding="latin-1")
+    return pd.read_csv(data / name, sep=";", decimal=",", encoding="latin-1")
 
 
 def loading(number: int) -> MeasuredTest:
@@ -110,8 +115,8 @@ def bench_temperatures() -> None:
         print("   ", dict(zip(fit.space.names, [float(f"{v:.4g}") for v in fit.space.values(fit.coordinates)], strict=True)))
 
 
-def bench_misfit(count: int = 20, error: float = 0.2, first: int = 0) -> None:
-    """How often 90 % intervals hold the truth of tests like the curves of all temperatures, if the model is 20 % off.
+def bench_misfit(options: argparse.Namespace) -> None:
+    """How often 90 % intervals hold the truth of tests like the curves of all temperatures, if the model is 5 or 20 % off.
 
     Measured, 20 experiments each, while moduli of branches with free times had a smooth prior: 78 % of all truths, with an error of
     5 % as with 20 %.
@@ -123,24 +128,32 @@ def bench_misfit(count: int = 20, error: float = 0.2, first: int = 0) -> None:
     free["nonequilibrium.J_lim"], free["equilibrium.J_lim"] = Free(min=2, max=1e4), Free(min=2, max=1e4)
     curves = [loading(k) for k in range(100, 128, 2)]
     clean = Laboratory(curves).answers([truth])
-    held = []
-    for number in range(first, first + count):
+
+    def held(number: int) -> dict[str, bool]:
         random, tests = np.random.default_rng([number, 11]), []
         for test, (stress,) in zip(curves, clean, strict=True):
             distance = np.sqrt(3) * np.abs(test.place[:, None] - test.place) / 0.5
             along = np.linalg.cholesky((1 + distance) * np.exp(-distance) + 1e-9 * np.eye(stress.size))
             level = np.sqrt(0.5 * np.square(stress) + 0.5 * np.mean(np.square(stress)))
-            off = level * (error * along @ random.standard_normal(stress.size) + 0.01 * random.standard_normal(stress.size))
+            off = level * (options.error * along @ random.standard_normal(stress.size) + 0.01 * random.standard_normal(stress.size))
             tests.append(replace(test, stress=stress * np.exp(0.05 * random.standard_normal()) + off))
         fit = fit_material(truth, tests, free, starts=1)
         likelihood, place = likelihood_of(fit), fit.space.start
         start, itself = np.tile(fit.coordinates, (place.size, 1)), np.eye(place.size, dtype=bool)
         start[itself] = place
         rise = minimise(likelihood.residuals, start, fit.space.bounds, fixed=itself).cost
-        held.append(rise <= likelihood.thresholds(0.9))
-    for name, share in zip(fit.space.names, np.mean(held, axis=0), strict=True):
-        print(f"{name}: truth held {share:.0%}")
-    print(f"all: {np.mean(held):.0%} of {count} experiments")
+        return dict(zip(fit.space.names, (rise <= likelihood.thresholds(0.9)).tolist(), strict=True))
+
+    key = f"misfit of {options.error:g}"
+    numbers = range(options.first, options.first + options.laboratories)
+    found = Together()([partial(held, number) for number in numbers]) if options.laboratories else []
+    for number, each in zip(numbers, found, strict=True):
+        add(options.file, key, number, {"held": each})
+    every = [*found] if options.file is None else [each["held"] for each in read(options.file, key).values()]
+    for name in every[0]:
+        print(f"{name}: truth held {np.mean([each[name] for each in every]):.0%}")
+    share = np.mean([list(each.values()) for each in every])
+    print(f"{key}: {share:.0%} of all truths, {len(every)} experiments", flush=True)
 
 
 def bench_relaxation() -> None:
@@ -230,24 +243,55 @@ def experiment(number: int, top: float) -> list[MeasuredTest]:
     return tests
 
 
-def bench_coverage(count: int = 100, first: int = 0, specimen_scatter: float | None = None, starts: int = STARTS) -> None:
-    """How often 90 % intervals hold the truth, by default with the settings of `calibrate`."""
+def bench_coverage(options: argparse.Namespace, starts: int = STARTS) -> None:
+    """How often 90 % intervals hold the truth, with the settings of `calibrate`."""
     start = replace(START, shift=NoShift(20.0), equilibrium_modulus=30e3)
     free = {key: value for key, value in FREE.items() if key != "nonequilibrium.J_lim"} | {
         "equilibrium.J_lim": Free(min=5, max=1e4)
     }
+
+    def held(number: int, top: float) -> dict[str, tuple[str, bool]]:
+        fit = fit_material(start, experiment(number, top), free, starts=starts)
+        truth = fit.space.coordinates(TRUE)
+        return {
+            name: (str(profile.verdict), bool(not (value < profile.lower or value > profile.upper)))
+            for name, value, profile in zip(fit.space.names, truth, profiles_of(likelihood_of(fit)), strict=True)
+        }
+
+    numbers = range(options.first, options.first + options.laboratories)
     for top in (2.0, 4.0):
+        key = f"stretch {top:g}"
+        found = Together()([partial(held, number, top) for number in numbers]) if options.laboratories else []
+        for number, each in zip(numbers, found, strict=True):
+            add(options.file, key, number, {"held": each})
+        every = found if options.file is None else [each["held"] for each in read(options.file, key).values()]
         hits: dict[tuple[str, str], list[bool]] = {}
-        for number in range(first, first + count):
-            fit = fit_material(start, experiment(number, top), free, starts=starts, specimen_scatter=specimen_scatter)
-            truth = fit.space.coordinates(TRUE)
-            for k, profile in enumerate(profiles_of(likelihood_of(fit))):
-                held = not (truth[k] < profile.lower or truth[k] > profile.upper)
-                hits.setdefault((fit.space.names[k], str(profile.verdict)), []).append(held)
+        for each in every:
+            for name, (verdict, hit) in each.items():
+                hits.setdefault((name, verdict), []).append(hit)
         for (name, verdict), own in sorted(hits.items()):
-            print(f"stretch {top:g}: {name}: {verdict} {len(own)} times, truth held {np.mean(own):.0%}", flush=True)
+            print(f"{key}: {name}: {verdict} {len(own)} times, truth held {np.mean(own):.0%}")
+        for name in every[0]:
+            print(f"{key}: {name}: truth held {np.mean([each[name][1] for each in every]):.0%} of {len(every)}")
+        print(f"{key}: {np.mean([hit for own in hits.values() for hit in own]):.1%} of all truths", flush=True)
+
+
+def main() -> None:
+    """Run the benches that are named, or all."""
+    global data
+    parser = argparse.ArgumentParser()
+    parser.add_argument(
+        "names", nargs="*", default=["loading", "temperatures", "misfit", "relaxation", "coupled", "speed", "starts"]
+    )
+    parser.add_argument("--error", type=float, default=0.2, help="of the model, in misfit")
+    parser.add_argument("--data", type=Path, default=data, help="folder of the measured curves")
+    arguments(parser, 20)
+    options = parser.parse_args()
+    data = options.data
+    for name in options.names:
+        bench = globals()[f"bench_{name}"]
+        bench(options) if name in ("misfit", "coverage") else bench()
 
 
 if __name__ == "__main__":
-    for name in sys.argv[1:] or ("loading", "temperatures", "misfit", "relaxation", "coupled", "speed", "starts", "coverage"):
-        globals()[f"bench_{name}"]()
+    main()

@@ -1,7 +1,7 @@
 """Raw tests of a synthetic laboratory: specimens that scatter and go slack, a machine that rings. Prints the error of fitted and of
 predicted tests, with slack specimens that bear nothing and that push, over the scatter put in.
 
-    python tests/bench/bench_raw_tests.py [--laboratories 2]
+    python tests/bench/bench_raw_tests.py [--laboratories 2] [--first 0] [--file LINES]
 
 Measured, 11 laboratories: the predicted error is 0.65 to 1.32 times that of the true material, 0.95 in the middle.
 """
@@ -10,12 +10,13 @@ from __future__ import annotations
 
 import argparse
 import sys
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+import parts
 from machines import AREA, Machine, Record, cycles, hold
 
 from dielast import Gent, Material, MeasuredTest, NoShift, Spectrum
@@ -85,8 +86,7 @@ def outcome(seed: int, slack: str, robust: bool = True) -> Outcome:
 def main() -> None:
     """Print a line for each laboratory and each rule."""
     parser = argparse.ArgumentParser()
-    parser.add_argument("--laboratories", type=int, default=2)
-    parser.add_argument("--first", type=int, default=0)
+    parts.arguments(parser, 2)
     parser.add_argument("--pushes", action="store_true", help="fit slack specimens that push as well")
     parser.add_argument("--all-points", action="store_true", help="fit points that ring as well")
     options = parser.parse_args()
@@ -94,8 +94,12 @@ def main() -> None:
     for seed in range(options.first, options.first + options.laboratories):
         for slack in ("bears nothing", "pushes") if options.pushes else ("bears nothing",):
             had = outcome(seed, slack, not options.all_points)
+            parts.add(options.file, slack, seed, asdict(had))
             errors = f"{100 * had.fitted:6.1f} %  {100 * had.predicted:7.1f} %  {100 * had.put_in:4.1f} %"
             print(f"{seed:10d}  {slack:13s}  {errors}  {had.predicted / had.put_in:5.2f}  {had.slack}  {had.ringing}", flush=True)
+    if options.file is not None:
+        ratio = [each["predicted"] / each["put_in"] for each in parts.read(options.file, "bears nothing").values()]
+        print(f"{len(ratio)} laboratories: {min(ratio):.2f} to {max(ratio):.2f}, {np.median(ratio):.2f} in the middle")
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""What voltage tests give: `python tests/bench/bench_voltage_tests.py speed | uniaxial | films [COUNT [FIRST]]`.
+"""What voltage tests give: `python tests/bench/bench_voltage_tests.py speed | uniaxial | films [--laboratories N] [--first K]`.
 
 A laboratory has a material whose springs are gent-i2, and six uniaxial tests of it; with "films", two films under voltage, too. The
 voltage for a relative stretch of 1.2 at prestretch 3 is predicted from draws of all laws that the tests cannot tell apart. The
@@ -11,16 +11,19 @@ truth is 7377 V; all laws together, and further laboratories, are not measured.
 
 from __future__ import annotations
 
-import sys
-import threading
+import argparse
+import os
+import pickle
 import time
-from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass, fields, replace
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 import numpy as np
+from parts import add, arguments, read
+from together import Together
 
 from dielast import Free, Gent, GentI2, Material, MeasuredTest, NoShift, Spectrum, VoltageTest
 from dielast.calibration import posterior
@@ -28,7 +31,7 @@ from dielast.calibration.experiment import Experiment
 from dielast.calibration.fit import Fit, fit_material
 from dielast.calibration.laboratory import Laboratory
 from dielast.calibration.laws import CrossValidation, cross_validation, law_weights, mixed_draws, pieces_of
-from dielast.calibration.result import Calibration, Intervals, assessed, calibrate
+from dielast.calibration.result import Intervals, assessed, calibrate
 from dielast.calibration.spring_pairs import reach_of, trial
 from dielast.commands.calibrate.run import ALIKE
 from dielast.material.material import VACUUM_PERMITTIVITY
@@ -96,57 +99,6 @@ def wanted(materials: Sequence[Material]) -> np.ndarray:
     return Laboratory([test]).answers(materials)[0][:, -1]
 
 
-class Together:
-    """Tasks in threads whose laboratories have the same programmes of tests: their materials are simulated in one batch, as soon
-    as all threads wait for theirs. One batch of many materials takes much less than many batches of few.
-    """
-
-    def __init__(self) -> None:
-        self.alone, self.turn, self.running, self.waiting = Laboratory.answers, threading.Condition(), 0, list[list[Any]]()
-
-    def answers(self, laboratory: Laboratory, materials: Sequence[Any], conditions: Any = None) -> Any:
-        """In place of `Laboratory.answers`."""
-        entry = [laboratory, materials, conditions, None]
-        with self.turn:
-            self.waiting.append(entry)
-            self.begin()
-            self.turn.wait_for(lambda: entry[3] is not None)
-        return entry[3]
-
-    def begin(self) -> None:
-        """Simulate what all running threads wait for."""
-        if not self.waiting or len(self.waiting) < self.running:
-            return
-        groups: dict[tuple[str, ...], list[list[Any]]] = {}
-        for entry in self.waiting:  # a test that no material can follow is left out
-            groups.setdefault(tuple(test.name for test in entry[0].tests), []).append(entry)
-        self.waiting = []
-        for group in groups.values():
-            found = self.alone(group[0][0], [material for entry in group for material in entry[1]])
-            edges = np.cumsum([len(entry[1]) for entry in group])[:-1]
-            for entry, *values in zip(group, *(np.split(each, edges) for each in found), strict=True):
-                entry[3] = values
-        self.turn.notify_all()
-
-    def __call__(self, tasks: Sequence[Callable[[], Any]]) -> list[Any]:
-        """The results of the tasks."""
-
-        def run(task: Callable[[], Any]) -> Any:
-            try:
-                return task()
-            finally:
-                with self.turn:
-                    self.running -= 1
-                    self.begin()
-
-        self.running, Laboratory.answers = len(tasks), lambda *stated: self.answers(*stated)  # type: ignore[method-assign]
-        try:
-            with ThreadPoolExecutor(len(tasks)) as pool:
-                return list(pool.map(run, tasks))
-        finally:
-            Laboratory.answers = self.alone  # type: ignore[method-assign]
-
-
 @dataclass(frozen=True)
 class Band:
     """Draws of all laws that the tests of a laboratory cannot tell apart, with the `weight` of each law: the `volts` (draws,) of
@@ -159,33 +111,64 @@ class Band:
     part: Index
 
 
-def bands(laboratories: Sequence[Sequence[Experiment]], draws: int) -> list[Band]:
+@dataclass(frozen=True)
+class Drawn:
+    """The `materials` of the draws of one law, as `calibrate` writes them."""
+
+    materials: tuple[Material, ...]
+
+
+@dataclass(frozen=True)
+class Kept:
+    """Steps of laboratories, which are taken side by side and, with a `folder`, kept there: a bench that was stopped goes on."""
+
+    folder: Path | None
+
+    def __call__(self, name: str, tasks: Mapping[int, Callable[[], Any]]) -> dict[int, Any]:
+        """The result of each laboratory's task, by its number; `name` is that of the step."""
+        found = {number: pickle.loads(path.read_bytes()) for number in tasks if (path := self._path(name, number)).is_file()}
+        left = [number for number in tasks if number not in found]
+        for number, made in zip(left, Together()([tasks[number] for number in left]) if left else [], strict=True):
+            found[number] = made
+            if self.folder is not None:
+                self._path(name, number).write_bytes(pickle.dumps(made))
+        print(f"{name}: {len(tasks)} laboratories, {time.process_time():.0f} s of the processor so far", flush=True)
+        return found
+
+    def _path(self, name: str, number: int) -> Path:
+        return (self.folder or Path(os.devnull)) / f"{name} {number}.pickle"
+
+
+def bands(laboratories: Mapping[int, Sequence[Experiment]], draws: int, kept: Kept, what: str) -> dict[int, Band]:
     """The band of each laboratory, of draws as `calibrate` writes them."""
-    together = Together()
 
     def tried(tests: Sequence[Experiment], law: str) -> tuple[Fit, CrossValidation | None]:
         start = trial(START, (law, law), FREE, reach_of(tests, START))
         fit = fit_material(start.material, tests, start.free, starts=1)
         return fit, cross_validation(fit)
 
-    found = {law: together([partial(tried, tests, law) for tests in laboratories]) for law in LAWS}
-    weights = [law_weights([found[law][k][1] for law in LAWS], pieces_of(found[LAWS[0]][k][0])) for k in range(len(laboratories))]
-    results: list[dict[str, Calibration]] = [{} for _ in laboratories]
-    for number, law in enumerate(LAWS):
-        alike = [k for k, weight in enumerate(weights) if weight[number] >= ALIKE]
-        print(f"{law}: draws of {len(alike)} laboratories after {time.process_time():.0f} s of the processor", flush=True)
-        if alike:
-            one = together([partial(assessed, found[law][k][0], intervals=Intervals(draws=draws)) for k in alike])
-            for k, result in zip(alike, one, strict=True):
-                results[k][law] = result
-    return [_band(own, {law: float(weight[LAWS.index(law)]) for law in own}) for own, weight in zip(results, weights, strict=True)]
+    def drawn(fit: Fit) -> Drawn:
+        return Drawn(assessed(fit, intervals=Intervals(draws=draws)).materials)
+
+    found = {law: kept(f"{what} {law} fit", {k: partial(tried, tests, law) for k, tests in laboratories.items()}) for law in LAWS}
+    weights = {
+        k: dict(zip(LAWS, law_weights([found[law][k][1] for law in LAWS], pieces_of(found[LAWS[0]][k][0])).tolist(), strict=True))
+        for k in laboratories
+    }
+    results: dict[int, dict[str, Drawn]] = {k: {} for k in laboratories}
+    for law in LAWS:
+        alike = {k: partial(drawn, found[law][k][0]) for k in laboratories if weights[k][law] >= ALIKE}
+        for k, each in kept(f"{what} {law} draws", alike).items():
+            results[k][law] = each
+    return {k: _band(own, {law: weights[k][law] for law in own}) for k, own in results.items()}
 
 
-def _band(results: dict[str, Calibration], weight: dict[str, float]) -> Band:
-    paths = tuple(dict.fromkeys(path for each in results.values() for path in each.range.undetermined))
+def _band(results: dict[str, Drawn], weight: dict[str, float]) -> Band:
+    known = [each.materials[0].calibrated for each in results.values()]
+    paths = tuple(dict.fromkeys(path for each in known if each is not None for path in each.undetermined))
     members = [
         replace(member, calibrated=replace(member.calibrated, undetermined=paths))  # type: ignore[type-var]
-        for member in mixed_draws(list(results.values()), list(weight.values()))
+        for member in mixed_draws(list(results.values()), list(weight.values()))  # type: ignore[arg-type]
     ]
     law = np.array([list(results).index(member.equilibrium_law.name) for member in members])
     part = draw_sample(members, len(members), specimens=False).laws
@@ -217,15 +200,18 @@ def truth() -> float:
     return float(wanted([HIDDEN])[0])
 
 
-def outcomes(what: str, count: int, first: int, draws: int = 200) -> list[Outcome]:
-    """Laboratories with uniaxial tests alone ("uniaxial") or with two films as well ("films"), from the number `first` on."""
+def outcomes(what: str, count: int, first: int, folder: Path | None = None, draws: int = 200) -> list[Outcome]:
+    """Laboratories with uniaxial tests alone ("uniaxial") or with two films as well ("films"), from the number `first` on; with a
+    `folder`, the steps that it has are not taken again.
+    """
     posterior.MOST_MOVES = MOVES
-    true, laboratories, found = truth(), [], []
+    true, found = truth(), []
+    laboratories: dict[int, list[Experiment]] = {}
     for number in range(first, first + count):
         random = np.random.default_rng([number, 32])
         tests = pulls(HIDDEN, random, 12)
-        laboratories.append(tests + (films(HIDDEN, random) if what == "films" else []))
-    for band in bands(laboratories, draws):
+        laboratories[number] = tests + (films(HIDDEN, random) if what == "films" else [])
+    for band in bands(laboratories, draws, Kept(folder), what).values():
         low, high = interval(band.volts, 0.9, band.part)
         below = float(np.mean(band.volts[~np.isnan(band.volts)] < true))
         own = {law: band.volts[band.law == k] for k, law in enumerate(band.weight)}
@@ -240,18 +226,34 @@ def outcomes(what: str, count: int, first: int, draws: int = 200) -> list[Outcom
     return found
 
 
-def bench_laboratories(what: str, count: int = 12, first: int = 0) -> None:
-    """How often the band of 90 % holds the voltage of the truth, from uniaxial tests alone or with two films."""
-    true, found = truth(), outcomes(what, count, first)
-    for number, each in enumerate(found, first):
+def bench_laboratories(what: str, count: int = 12, first: int = 0, file: Path | None = None, folder: Path | None = None) -> None:
+    """How often the band of 90 % holds the voltage of the truth, from uniaxial tests alone or with two films; with a `file`, over
+    all laboratories that it has.
+    """
+    true = truth()
+    every = outcomes_of(file, what)
+    made = outcomes(what, count, first, folder) if count else []
+    for number, each in enumerate(made, first):
+        add(file, what, number, asdict(each))
         laws = ", ".join(f"{law} {weight:.2f} ({low:.0f} to {high:.0f})" for law, (weight, low, high) in each.laws.items())
         band = f"{each.low:.0f} to {each.high:.0f} V, {each.below:.0%} below the truth of {true:.0f} V"
-        print(f"{what} {number}: {band}; {laws}", flush=True)
+        print(f"{what} {number}: {band}; width {each.width:.2f}; {laws}", flush=True)
+    found = list((every | dict(enumerate(made, first))).values())
     inside, mixed = sum(each.low <= true <= each.high for each in found), sum(0.05 <= each.below <= 0.95 for each in found)
     off = np.sqrt(np.mean([(each.best / true - 1) ** 2 for each in found]))
-    print(f"{what}: {inside} of {count} hold the truth, {mixed} by the draws of all laws together; the width is")
+    print(f"{what}: {inside} of {len(found)} hold the truth, {mixed} by the draws of all laws together; the width is")
     print(f"{np.median([each.width for each in found]):.2f} times that from the truth to the laws, in logarithms; the best law is")
-    print(f"off by {off:.1%}")
+    print(f"off by {off:.1%}; the ends of bands differ by a factor of {np.median([each.high / each.low for each in found]):.2f}")
+
+
+def outcomes_of(file: Path | None, what: str) -> dict[int, Outcome]:
+    """The outcomes that a file has, by the numbers of their laboratories."""
+    names = [field.name for field in fields(Outcome)]
+    return (
+        {}
+        if file is None
+        else {number: Outcome(**{name: line[name] for name in names}) for number, line in read(file, what).items()}
+    )
 
 
 def bench_speed() -> None:
@@ -270,8 +272,18 @@ def bench_speed() -> None:
         print(f"{what}: {time.perf_counter() - begin:.1f} s, {time.process_time() - busy:.1f} s of the processor", flush=True)
 
 
-if __name__ == "__main__":
-    if sys.argv[1] == "speed":
+def main() -> None:
+    """Run a part of the bench."""
+    parser = argparse.ArgumentParser()
+    parser.add_argument("what", choices=("speed", "uniaxial", "films"))
+    arguments(parser, 12)
+    parser.add_argument("--folder", type=Path, help="keep the steps of each laboratory here, and go on from those that it has")
+    options = parser.parse_args()
+    if options.what == "speed":
         bench_speed()
     else:
-        bench_laboratories(sys.argv[1], *map(int, sys.argv[2:]))
+        bench_laboratories(options.what, options.laboratories, options.first, options.file, options.folder)
+
+
+if __name__ == "__main__":
+    main()

@@ -47,9 +47,10 @@ class Laboratory:
     degC; standard deviations of the temperatures (`thermometer`, K), of the modulus from one test to the next (`drift`, relative),
     and of the tilt of a curve from end to end (`tilt`, relative). The drift is stated to dielast unless `drift_stated` is False.
 
-    A test over time may start with a `ramp` of a duration in s that is left in, as response over the load of the moment or over the
-    last load (`over_last`), and is recorded from `first` s on. log10 a of the slow processes is larger by the factor
-    1 + `slow`.
+    A test over time may start with a `ramp` that is left in, as response over the load of the moment or over the last load
+    (`over_last`); its duration in s differs from one experiment to the next by up to 10 %, so that no rounding is right by chance.
+    It is recorded from `first` s on, or from its end if `first` is `ramp`. log10 a of the slow processes is larger by the
+    factor 1 + `slow`.
     """
 
     kind: Literal["relaxation", "creep", "sweep"] = "relaxation"
@@ -108,6 +109,7 @@ OF_LAW: dict[str, Laboratory] = {
     "ramp 1 s, over last strain": Laboratory(ramp=1.0, over_last=True),
     "ramp 0.4 s, over the strain": Laboratory(ramp=0.4),
     "ramp 0.2 s, over the strain": Laboratory(ramp=0.2),
+    "ramp 0.4 s, from 1 s on": Laboratory(ramp=0.4, first=1.0),
     "creep, ramp 1 s": Laboratory(kind="creep", ramp=1.0),
     "creep, ramp 0.4 s": Laboratory(kind="creep", ramp=0.4),
     "creep, ramp 1 s, over last": Laboratory(kind="creep", ramp=1.0, over_last=True),
@@ -159,7 +161,9 @@ def _retardation(shape: Shape) -> RetardationSpectrum:
 def measure(laboratory: Laboratory, seed: int) -> list[Measurement]:
     """The tests of one experiment, in the order in which they are made; equal seeds have equal noise and flaws in all regimes."""
     truth, noise, flaws = truth_of(seed), np.random.default_rng([41, seed]), np.random.default_rng([42, seed])
-    temperature, time = laboratory.temperature, np.geomspace(laboratory.first, LONGEST, laboratory.points)
+    duration = ramp_of(laboratory, seed)
+    begin = duration if duration > 0 and laboratory.first == laboratory.ramp else laboratory.first
+    temperature, time = laboratory.temperature, np.geomspace(begin, LONGEST, laboratory.points)
     m = temperature.size
     off, step, lean = flaws.standard_normal((3, 100))[:, :m]
     shift = 10 ** np.asarray(truth.law.log10_shift_factor(temperature + laboratory.thermometer * off))
@@ -173,7 +177,7 @@ def measure(laboratory: Laboratory, seed: int) -> list[Measurement]:
             modulus = 3 * _relaxation(laboratory, seed, time, float(shift[k]))
             curves.append(RelaxationCurve(at, time, modulus * factor * scatter[0]))
         elif laboratory.kind == "creep":
-            compliance = _creep(laboratory, truth.shape, time, float(shift[k])) / 3
+            compliance = _creep(laboratory, seed, time, float(shift[k])) / 3
             curves.append(CreepCurve(at, time, compliance / factor * scatter[0]))
         else:
             frequency = 1 / time[::-1]
@@ -184,9 +188,14 @@ def measure(laboratory: Laboratory, seed: int) -> list[Measurement]:
     return curves
 
 
+def ramp_of(laboratory: Laboratory, seed: int) -> float:
+    """The duration in s of the ramp of an experiment; 0 if there is none."""
+    return laboratory.ramp * float(np.random.default_rng([46, seed]).uniform(0.9, 1.1))
+
+
 def _relaxation(laboratory: Laboratory, seed: int, time: Array, shift: float) -> Array:
     """Shear modulus in Pa at `time` in s, where the fast processes are slower than at 20 degC by the factor `shift`."""
-    truth, ramp = truth_of(seed), laboratory.ramp
+    truth, ramp = truth_of(seed), ramp_of(laboratory, seed)
     tau, moduli = truth.spectrum.relaxation_time, truth.spectrum.shear_modulus
     here = tau * shift ** np.where(np.log10(tau) > _border(seed), 1 + laboratory.slow, 1.0)
     if not ramp:
@@ -197,9 +206,9 @@ def _relaxation(laboratory: Laboratory, seed: int, time: Array, shift: float) ->
     return np.asarray((truth.equilibrium_modulus * ramped + grown) / (ramp if laboratory.over_last else ramped))
 
 
-def _creep(laboratory: Laboratory, shape: Shape, time: Array, shift: float) -> Array:
+def _creep(laboratory: Laboratory, seed: int, time: Array, shift: float) -> Array:
     """Shear compliance in 1/Pa at `time` in s, where all processes are slower than at 20 degC by the factor `shift`."""
-    retardation, ramp = _retardation(shape), laboratory.ramp
+    retardation, ramp = _retardation(truth_of(seed).shape), ramp_of(laboratory, seed)
     if not ramp:
         return np.asarray(retardation.creep_compliance(time / shift))
     here, ramped = retardation.retardation_time * shift, np.minimum(time, ramp)

@@ -105,7 +105,7 @@ HEADERS |= {
     "next_tests.csv": ["test", "variance_removed [1]"],
     "laws.csv": [
         *("material", "equilibrium_law", "nonequilibrium_law", "parameters", "rms_relative_error [1]", "r_squared [1]"),
-        *("cross_validation_error [1]", "aic [1]", "stable_to_uniaxial [1]", "stable_to_equibiaxial [1]"),
+        *("cross_validation_error [1]", "aicc [1]", "stable_to_uniaxial [1]", "stable_to_equibiaxial [1]"),
         "stable_to_pure_shear [1]",
     ],
     "draws.csv": [
@@ -119,7 +119,8 @@ LIFETIME = [*FILMS, "slope [1/V]", "intercept [1]", "rms_residual [1]", "r_squar
 TEXT = {"failure_mode", "reached", "event", "parameter", "verdict", "unit", "test", "used", "specimen", "material"}
 TEXT |= {"equilibrium_law", "nonequilibrium_law", "file", "state"}
 TEXT |= {"law", "scatter", "suspended"}
-TEXT |= {"cross_validation_error [1]", "specimen_factor [1]"}  # empty where one law is fitted, and of a test that is predicted
+# empty where one law is fitted, of a test with few points, and of a test that is predicted
+TEXT |= {"cross_validation_error [1]", "aicc [1]", "specimen_factor [1]"}
 FILES = {
     "mastercurve": {"mastercurve.csv", "shift-factors.csv", "mastercurve.png", "summary.toml"},
     "measure": {"electrode.csv", "measure.png", "photographs.png", "summary.toml"},

@@ -145,6 +145,34 @@ def test_names_that_contradict_their_units_are_not_believed(dielast: Run, tmp_pa
     assert 'column "time" is called a time' in dielast("new", "--data", "d.csv").stderr
 
 
+def test_numbers_that_contradict_their_names_are_named(dielast: Run, tmp_path: Path) -> None:
+    rows = [f"{time},{celsius},{2 - 0.1 * time**0.1}" for celsius in (-10, 10, 30) for time in (1, 10, 100, 1000)]
+    (tmp_path / "d.csv").write_text("\n".join(["T [degC],time [s],E [MPa]", *rows]))
+    said = dielast("new", "--data", "d.csv").stderr
+    assert 'column "time [s]" has times below 0, down to -10 s' in said
+    assert 'column "T [degC]" holds 1 to 1000 degC, outside the usual range' in said
+
+
+def test_the_sheet_with_the_table_is_found_and_stated(dielast: Run, tmp_path: Path) -> None:
+    openpyxl = pytest.importorskip("openpyxl")
+    made_of = openpyxl.Workbook()
+    made_of.active.append(["Operator", "A. N. Other"])
+    sheet = made_of.create_sheet("Results")
+    for line in table("T [degC],time [min],E [MPa]").splitlines():
+        sheet.append([float(cell) if cell[-1].isdigit() else cell for cell in line.split(",")])
+    made_of.save(tmp_path / "d.xlsx")
+    recipe, _, _ = made(dielast, "mastercurve", "d.xlsx")
+    assert recipe["data"]["sheet"] == "Results"  # type: ignore[index]
+    assert 'd.xlsx: table in sheet "Results" of a workbook' in dielast("new", "--data", "d.xlsx").stdout
+
+
+def test_ratios_of_areas_and_recipes_are_recognised(dielast: Run, tmp_path: Path) -> None:
+    (tmp_path / "film.csv").write_text("U,A / A0\nkV,%\n0,100\n1,104\n2,117\n3,145\n")
+    assert "area strain        100 to 145 %" in dielast("new", "--data", "film.csv").stdout
+    (tmp_path / "r.toml").write_text('kind = "relax"\n')
+    assert "r.toml: a recipe or a material, not a table" in dielast("new", "--data", "r.toml").stderr
+
+
 @pytest.mark.parametrize(
     ("names", "stated"),
     [

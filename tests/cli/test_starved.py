@@ -110,9 +110,9 @@ def test_draws_count_too(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Non
     cases = read_cases(tmp_path / "r.toml")
     monkeypatch.setattr(memory, "available_memory", lambda: 60e6)
     with pytest.raises(NumericsError, match=r"^1 case of 280 rows, each drawn 1000 times, need about"):
-        check_series(cases, 10, Inputs(tmp_path), 1)
+        check_series(cases, 10, Inputs(tmp_path), 1, 1)
     monkeypatch.setattr(memory, "available_memory", lambda: 200e6)
-    check_series(cases, 10, Inputs(tmp_path), 1)
+    check_series(cases, 10, Inputs(tmp_path), 1, 1)
     monkeypatch.setattr(memory, "available_memory", lambda: 60e6)
     with pytest.raises(NumericsError, match=r"^100 cells of 5000 draws each need about 100 MB"):
         check_cells(100, 5000)
@@ -124,7 +124,7 @@ def test_fewer_cycles_can_be_kept(monkeypatch: pytest.MonkeyPatch, tmp_path: Pat
     monkeypatch.setattr(memory, "available_memory", lambda: 1e6)
     fewer = r"state fewer rows \(output.points_per_decade, output.cycles or output.times\)$"
     with pytest.raises(NumericsError, match=fewer):
-        check_series(read_cases(tmp_path / "r.toml"), 10, Inputs(tmp_path), 1)
+        check_series(read_cases(tmp_path / "r.toml"), 10, Inputs(tmp_path), 1, 1)
 
 
 def test_a_limit_on_the_address_space_is_known() -> None:

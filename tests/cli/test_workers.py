@@ -179,6 +179,7 @@ try:
 except DielastError as error:
     print(error)
 """
+UNGUARDED = 'worker processes import the script that starts them: put its calls below `if __name__ == "__main__":`\n'
 
 
 @pytest.mark.parametrize(
@@ -188,9 +189,10 @@ except DielastError as error:
             "if current_process().name != 'MainProcess': raise SystemExit(1)",
             "a worker process was killed, perhaps for lack of memory\n",
         ),
-        ("", 'worker processes import the script that starts them: put its calls below `if __name__ == "__main__":`\n'),
+        ("if current_process().name != 'MainProcess': raise SystemExit", UNGUARDED),
+        ("", UNGUARDED),
     ],
-    ids=["ends", "unguarded"],
+    ids=["ends", "sys.exit", "unguarded"],
 )
 def test_workers_that_end_as_they_start_are_one_error(end: str, message: str, tmp_path: Path) -> None:
     (tmp_path / "script.py").write_text(SCRIPT.format(end=end))

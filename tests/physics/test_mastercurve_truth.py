@@ -14,10 +14,13 @@ import pytest
 import dielast
 from dielast.base.errors import DielastWarning, without_warnings
 from dielast.material.measurement import RelaxationCurve
+from dielast.material.ramp import without_ramp
 from dielast.material.shift import WLF
 from dielast.relaxation.superposition.effects import TILT
-from dielast.relaxation.superposition.mastercurve import Vertical, build_master_curve
-from dielast.relaxation.superposition.ramp import without_ramp
+from dielast.relaxation.superposition.joint_fit import best_fit
+from dielast.relaxation.superposition.mastercurve import Vertical, build_master_curve, prepare
+from dielast.relaxation.superposition.points import points_of
+from dielast.relaxation.superposition.ramp import FoundRamp
 from dielast.relaxation.superposition.result import MasterCurve
 from reconstruction import spectrum
 
@@ -187,10 +190,10 @@ def test_an_empty_plateau_is_not_given_a_number() -> None:
     np.testing.assert_allclose(master.log10_shift_factor_fit[-1], LAW.log10_shift_factor(400.0), atol=0.1)
 
 
-def polystyrene(shared_data: Callable[[str], Path], time_offset: float | None) -> list[RelaxationCurve]:
+def polystyrene(shared_data: Callable[[str], Path], ramp_taken_out: float | None) -> list[RelaxationCurve]:
     """Relaxation of polystyrene (Ricarte and Shanbhag, Polym. Chem. 15 (2024) 815)."""
     tables = {t: np.loadtxt(shared_data(f"polystyrene/stressrelaxation_ps{t}_data.csv"), skiprows=1) for t in PS_TEMPERATURES}
-    return [RelaxationCurve(float(t), *table.T, time_offset=time_offset) for t, table in tables.items()]
+    return [RelaxationCurve(float(t), *table.T, ramp_taken_out=ramp_taken_out) for t, table in tables.items()]
 
 
 @pytest.mark.parametrize(("vertical", "limit"), [("none", 0.086), ("density-temperature", 0.086), ("free", 0.026)])
@@ -246,21 +249,54 @@ def test_a_ramp_that_is_left_in_is_found_and_taken_out() -> None:
         assert np.max(np.abs(error(each))) < 0.03
 
 
-@pytest.mark.parametrize("over_last", [False, True])
-@pytest.mark.parametrize("ramp", [0.06, 0.4])
-@pytest.mark.filterwarnings("ignore::dielast.base.errors.DielastWarning")
-def test_a_ramp_is_found_in_values_over_the_load_of_the_moment_or_the_last(ramp: float, over_last: bool) -> None:
-    """Between the limits of the ramps that the times of the readings show, which begin at 0.1 s."""
-    random, time, curves = np.random.default_rng(1), np.geomspace(0.1, 1200, 40), []
+def ramped(ramp: float, first: float, over_last: bool = False) -> list[RelaxationCurve]:
+    """Tests that begin with a ramp, recorded from `first` on (s), with values over the strain of the moment or the last one."""
+    random, time, curves = np.random.default_rng(1), np.geomspace(first, 1200, 40), []
     for at in TEMPERATURES[::2].tolist():
         tau, grown = SPECTRUM.relaxation_time * 10 ** float(LAW.log10_shift_factor(at)), np.minimum(time, ramp)
         faded = np.exp(-(time - grown)[:, None] / tau) - np.exp(-time[:, None] / tau)
         stress = EQUILIBRIUM * grown + faded @ (tau * SPECTRUM.shear_modulus)
         scatter = 1 + 0.005 * random.standard_normal(time.size)
         curves.append(RelaxationCurve(at, time, 3 * stress / (ramp if over_last else grown) * scatter))
-    master = build_master_curve(curves, reference_temperature=20.0)
+    return curves
+
+
+@pytest.mark.parametrize("over_last", [False, True])
+@pytest.mark.parametrize("ramp", [0.06, 0.4])
+@pytest.mark.filterwarnings("ignore::dielast.base.errors.DielastWarning")
+def test_a_ramp_is_found_in_values_over_the_load_of_the_moment_or_the_last(ramp: float, over_last: bool) -> None:
+    """Between the limits of the ramps that the times of the readings show, which begin at 0.1 s."""
+    master = build_master_curve(ramped(ramp, 0.1, over_last), reference_temperature=20.0)
     assert master.ramp == pytest.approx(ramp, rel=0.01 if ramp > 0.1 else 0.2)
     assert abs(master.law_parameters["C1"] / 13.7 - 1) < 0.005
+
+
+def test_a_ramp_that_is_only_named_is_in_the_standard_errors() -> None:
+    """Readings begin late after it, so that it is left in: times from its beginning are wrong by up to a quarter."""
+    with pytest.warns(DielastWarning) as caught:
+        master = build_master_curve(ramped(0.4, 1.0), reference_temperature=20.0, temperature_stderr=0.0)
+    assert "as they begin late after it, times are those after a step, and the standard errors allow" in str(caught[0].message)
+    assert master.ramp == 0
+    known = np.isfinite(master.log10_shift_factor)
+    assert np.all(np.abs(error(master)[known]) <= 1.645 * master.log10_shift_factor_stderr[known])
+    with without_warnings():
+        taken_out = build_master_curve(without_ramp(ramped(0.4, 1.0), 0.4), reference_temperature=20.0, temperature_stderr=0.0)
+    assert np.max(np.abs(error(taken_out))) < np.max(np.abs(error(master)[known])) / 3
+
+
+def test_the_error_of_a_duration_moves_the_shifts_as_another_duration_does() -> None:
+    thetas, stderr = [], 0.02
+    for duration in (1.0, np.exp(stderr)):
+        _, binned, _ = prepare(ramped(1.0, 0.1), 20.0, "none", 0.0, duration)
+        points = points_of(binned)
+        fitted = best_fit(points, [LAW.log10_shift_factor(TEMPERATURES[::-2]) if not thetas else thetas[0]], 0, False)
+        thetas.append(fitted.state.theta[: points.curves])
+        if duration == 1.0:
+            covariance = FoundRamp(1.0, stderr, thetas[0]).covariance(points, fitted)
+    moved = thetas[1] - thetas[0]
+    assert np.max(np.abs(moved)) > 0.001
+    stated = np.sqrt(np.diag(covariance)[: moved.size])
+    np.testing.assert_allclose(stated, np.abs(moved), atol=0.1 * np.max(np.abs(moved)))
 
 
 @pytest.mark.parametrize("border", [1e-3, 1e-1])

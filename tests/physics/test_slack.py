@@ -22,10 +22,12 @@ from dielast import (
     Step,
     Track,
     Waveform,
+    Yeoh,
     read_material,
     relax,
 )
 from dielast.calibration.laboratory import Laboratory
+from dielast.mechanics.slack import Contact
 
 MU, BRANCH, TAU = 26e3, 60e3, 5.0
 SOLID = Material("one branch", MU, Spectrum(np.array([TAU]), np.array([BRANCH])), NoShift(20.0))
@@ -241,6 +243,25 @@ def test_calibrate_follows_slack_tests_of_different_histories_at_once() -> None:
         history = relax(materials, steps, output=Output(times=test.time), solver=Solver(rtol=1e-9), slack=test.slack)
         assert answer == pytest.approx(history.nominal_stress_1, rel=1e-6, abs=1e-6 * answer.max())
     assert min(answer.min() for answer in answers[:2]) == 0.0 > answers[2].min()
+
+
+def test_a_free_specimen_whose_springs_lose_their_stiffness_has_no_answer(monkeypatch: pytest.MonkeyPatch) -> None:
+    """It has no equilibrium where it goes slack, and must not turn from slack to taut and back without end."""
+    turns: list[int] = []
+    turn = Contact.turn
+
+    def counted(contact: Contact, *place: Any) -> Any:
+        turns.append(1)
+        return turn(contact, *place)
+
+    monkeypatch.setattr(Contact, "turn", counted)
+    springs = Yeoh(7.7e3, -189.0, 6.77), Yeoh(0.5, -0.0108, -0.00575)  # the branches' stiffness falls as they are stretched
+    material = Material("m", 15.4e3, Spectrum([1580.0, 26.9, 2.34], [694e3, 17e3, 42e3]), NoShift(20.0), *springs)
+    up = 2 / 0.03
+    time = up * np.append(np.linspace(0, 1, 13)[1:], 1 + np.linspace(0, 0.5, 13)[1:])
+    test = MeasuredTest("pull", time, np.interp(time, [0, up, 2 * up], [1, 3, 1]), np.ones(24), 20.0)
+    assert np.isnan(Laboratory([test]).answers([material])[0]).all()
+    assert len(turns) < 20
 
 
 def test_sensitivities_go_through_slack() -> None:

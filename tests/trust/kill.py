@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import argparse
 import contextlib
+import math
 import os
 import random
 import re
@@ -34,7 +35,6 @@ CHANGES = {  # what tells the new result from the older one
     "mastercurve": ["--set", "shift.reference_temperature='10 degC'"],
     "spectrum": ["--set", "fit.branches=25"],
     "mastercurve --set uncertainty.draws=20": ["--set", "shift.reference_temperature='10 degC'"],
-    "calibrate --jobs 2": ["--set", "fit.starts=4"],
     "design": ["--set", "goal.at='2 h'"],
     "lifetime": ["--set", "uncertainty.level=0.8"],
     "relax": ["--set", "temperature='10 degC'"],
@@ -42,7 +42,6 @@ CHANGES = {  # what tells the new result from the older one
     "actuate": ["--set", "temperature='10 degC'"],
     "measure": ["--set", "interval='9 s'"],
     "failure-map": ["--set", "voltage.points=3000", "--set", "horizon='2 h'"],
-    "failure-map --jobs 2": ["--set", "voltage.points=3000", "--set", "horizon='2 h'"],
 }
 DRAWN = """
 [uncertainty]
@@ -69,10 +68,42 @@ field = "48 MV/m"
 "step.0.voltage" = {[f"{1000 + 30 * step} V" for step in range(100)]}
 "temperature" = {[f"{10 + step / 2} degC" for step in range(50)]}
 """
+MAPPED = """
+kind = "failure-map"
+material = "example:vhb4905.toml"
+horizon = "1 d"
+[film]
+thickness = "0.5 mm"
+prestretch = [1.6, 1.8]
+relax = "10 min"
+[voltage]
+from = "3 kV"
+to = "5 kV"
+points = 1500
+[breakdown]
+field = "48 MV/m"
+"""
+FITTED = """
+kind = "calibrate"
+material = "example:tensile/start.toml"
+[[test]]
+file = "example:tensile/fast.csv"
+specimen = { gauge_length = "80 mm", width = "22 mm", thickness = "1 mm" }
+temperature = "20 degC"
+[free]
+"equilibrium.shear_modulus" = {}
+"nonequilibrium.scale" = {}
+[fit]
+starts = 4
+[uncertainty]
+draws = 20
+"""
 STUDIES = {  # long runs, with the recipe to be run, or what its starter ends with
     "actuate +sweep": (SWEPT, ["--set", "film.relax='20 min'"]),
     "actuate +draws": (DRAWN, ["--set", "temperature='10 degC'"]),
     "design +draws": (DRAWN, ["--set", "goal.at='2 h'"]),
+    "failure-map --jobs 2 +map": (MAPPED, ["--set", "horizon='2 h'"]),
+    "calibrate --jobs 2 +fit": (FITTED, ["--set", "fit.starts=5"]),
 }
 CHANGES |= {kind: changes for kind, (_, changes) in STUDIES.items()}
 SLOW = "import os, time; move = os.replace; os.replace = lambda a, b: (move(a, b), time.sleep(0.2 * (a != b)));"
@@ -143,8 +174,9 @@ def writing(process: subprocess.Popen[str], out: Path, rng: random.Random) -> fl
     return time.perf_counter() - begin
 
 
-def batter(kind: str, runs: int, rng: random.Random, scratch: Path) -> list[str]:
-    """Kill `runs` runs of a command; returns what went wrong."""
+def batter(kind: str, runs: int, seconds: float, rng: random.Random, scratch: Path) -> list[str]:
+    """Kill up to `runs` runs of a command, none of which begins after so many `seconds`; returns what went wrong."""
+    deadline = time.monotonic() + seconds
     name = kind.split()[0]
     recipe = scratch / f"{name}.toml"
     text, _ = STUDIES.get(kind, ("", []))
@@ -158,7 +190,8 @@ def batter(kind: str, runs: int, rng: random.Random, scratch: Path) -> list[str]
     assert older.keys() == newer.keys()
     assert older != newer
     found, ends, went_on, kept = [], Counter[str](), 0, Counter[str]()
-    for run in range(runs):
+    run = 0
+    while run < runs and time.monotonic() < deadline:
         shutil.rmtree(out, ignore_errors=True)
         shutil.copytree(old, out)
         blow = rng.choice(SIGNALS)
@@ -197,10 +230,11 @@ def batter(kind: str, runs: int, rng: random.Random, scratch: Path) -> list[str]
             if files(out) != newer:
                 found.append(f"{where}: the next run does not leave the new result: {sorted(files(out))}")
         print(*found[before:], sep="\n", end="\n" * (len(found) > before), flush=True)
+        run += 1
     told = ", ".join(f"{name} {count}" for name, count in sorted(ends.items()))
     states = ", ".join(f"{name} {count}" for name, count in sorted(kept.items()))
     print(
-        f"{kind:20} {runs} runs of {usual:.2f} s: {told}; results {states}; to go on from {went_on}; wrong {len(found)}", flush=True
+        f"{kind:20} {run} runs of {usual:.2f} s: {told}; results {states}; to go on from {went_on}; wrong {len(found)}", flush=True
     )
     return found
 
@@ -210,13 +244,14 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("kind", nargs="*", help="all if none is named")
     parser.add_argument("--runs", type=int, default=300)
+    parser.add_argument("--seconds", type=float, default=math.inf, help="for each command, after which no run begins")
     parser.add_argument("--seed", type=int, default=1)
     options = parser.parse_args()
     signal.signal(signal.SIGINT, signal.default_int_handler)  # what a job in the background starts would ignore it
     with tempfile.TemporaryDirectory() as folder:
         found = []
         for kind in options.kind or CHANGES:
-            found += batter(kind, options.runs, random.Random(f"{options.seed} {kind}"), Path(folder))
+            found += batter(kind, options.runs, options.seconds, random.Random(f"{options.seed} {kind}"), Path(folder))
     print(f"{len(found)} wrong" if found else "every file whole")
     sys.exit(1 if found else 0)
 

@@ -32,7 +32,7 @@ from dielast import (
     calibrate,
 )
 from dielast.base.errors import DielastWarning, InputError, NumericsError
-from dielast.calibration.comparison import Comparison, hull, relative_error, stable_stress
+from dielast.calibration.comparison import Comparison, hull, ordered_quantiles, relative_error, stable_stress
 from dielast.calibration.experiment import SimulatedExperiment, corners, path_length
 from dielast.calibration.fit import fit_material, starts_of
 from dielast.calibration.laboratory import Laboratory
@@ -587,14 +587,29 @@ def test_bands_hold_those_of_all_laws_that_are_alike() -> None:
 
     def law(below: float, above: float, lost: float = 0.0) -> Comparison:
         lower = model - below
-        lower[-1] = np.nan if lost else lower[-1]  # more draws have run away than the interval leaves out
-        return Comparison(test, False, model, lower, model + above, lost)
+        lower[-1] = -np.inf if lost else lower[-1]  # more draws have run away than the interval leaves out
+        return Comparison(test, False, model, lower, model + above, np.append(np.zeros(model.size - 1), lost))
 
     unfollowed = Comparison(test, False, np.full(model.size, np.nan), *np.full((2, model.size), np.nan))
     of_other = Comparison(other, False, other.stress, other.stress, other.stress)
     (found,) = hull([(law(3.0, 1.0),), (of_other, law(1.0, 2.0, lost=0.1)), (unfollowed,)])
     assert found.model is model
     assert found.lower[:-1] == pytest.approx(model[:-1] - 3.0)
-    assert np.isnan(found.lower[-1])
+    assert found.lower[-1] == -np.inf
+    assert found.opened == test.stretch[-1]
     assert found.upper == pytest.approx(model + 2.0)
-    assert found.lost == 0.1
+    assert np.max(found.lost) == 0.1
+    assert found.coverage == 1.0  # a point above an open lower end is within the interval
+    gone = replace(found, upper=np.append(found.upper[:-1], -np.inf))  # and none where nearly all draws have run away
+    assert gone.coverage == pytest.approx(1 - 1 / model.size)
+
+
+def test_quantiles_of_draws_that_have_run_away() -> None:
+    values = np.random.default_rng(5).standard_normal((40, 3))
+    shares = (0.05, 0.95)
+    assert np.allclose(ordered_quantiles(values, shares), np.quantile(values, shares, axis=0), rtol=1e-13)
+    values[:3, 1], values[:39, 2] = -np.inf, -np.inf
+    low, high = ordered_quantiles(values, shares)
+    assert np.array_equal(np.isneginf(low), [False, True, True])
+    assert np.array_equal(np.isneginf(high), [False, False, True])
+    assert high[1] == pytest.approx(np.sort(values[:, 1])[37] * 0.95 + np.sort(values[:, 1])[38] * 0.05)

@@ -169,6 +169,12 @@ def test_strata_of_draws_are_those_of_their_constants() -> None:
     laws = draw_sample(members, 100, specimens=False).laws
     assert laws is not None
     assert np.array_equal(laws, 2 * (limit > np.median(limit)) + (time[:, 0] > np.median(time[:, 0])))
+    # equal values share a part, as those of a draw that is repeated, and one value for all is no range
+    repeated = np.repeat(limit, 2)[:, None]
+    assert np.array_equal(strata_of(repeated), np.repeat(strata_of(limit[:, None]), 2))
+    assert np.array_equal(strata_of(np.column_stack((np.ones(200), repeated))), strata_of(repeated))
+    pinned = strata_of(np.minimum(limit, np.quantile(limit, 0.4))[:, None])
+    assert np.unique(pinned[limit >= np.quantile(limit, 0.4)]).size == 1
     assert division(200, 6) == (4, 2)
     assert division(200, 1) == (1, 4)
     assert division(20, 3) == (0, 1)

@@ -149,7 +149,8 @@ def compare(system: LoadedPoints, border: int, equations: Callable[[int], Equati
             begin, end = (float(time[case]), state[:, case]), (float(at[case]), stage[:, case])
             wanted = increment(equations(case), border, begin, end, history[:, case], float(h[case]), gamma_i)
             np.testing.assert_allclose(found[:border, case], wanted[:border], rtol=1e-9, atol=1e-11)
-            np.testing.assert_allclose(found[border:, case], wanted[border:], rtol=1e-9)
+            stressed = [control is FREE for control in system.load.controls[: system.axes]]
+            np.testing.assert_allclose(found[border:, case], np.where(stressed, wanted[border:], 0.0), rtol=1e-9)
 
 
 @pytest.mark.parametrize("constant", [True, False])
@@ -198,15 +199,18 @@ def test_one_axis_says_what_two_say(symmetry: Symmetry, control: Control, consta
     for scale in (1e-3, 1.0):  # the springs' or the border's part of the error is the largest
         state, change = random.uniform(0.1, 0.9, (2, SPRINGS + 1, CASES))
         if control is HELD:
-            state[-1] *= 1e5
-            change[-1] *= 1e5
+            state[-1] = 2 * np.log(driven[0])
         change[-1] *= scale
         internal, (log_squared, nominal) = one.internal(state), one.membrane(state, driven)
-        np.testing.assert_array_equal(one.pack(internal, log_squared, nominal), state)
-        whole = two.pack(internal, log_squared, nominal)
+        np.testing.assert_array_equal(one.pack(internal, log_squared), state)
+        whole = two.pack(internal, log_squared)
         np.testing.assert_array_equal(two.internal(whole), internal)
         for mine, theirs in zip(two.membrane(whole, driven), (log_squared, nominal), strict=True):
-            np.testing.assert_allclose(mine, theirs, rtol=1e-14)
+            np.testing.assert_allclose(mine, theirs, rtol=1e-13, atol=1e-9)
         left_open = np.stack((change[-1], change[-1] if symmetry is EQUIBIAXIAL else -0.5 * change[-1] * (control is FREE)))
         change_of_both = np.concatenate((one.internal(change).reshape(-1, CASES), left_open))
-        np.testing.assert_allclose(one.error(state, change), two.error(whole, change_of_both), rtol=1e-14)
+        mine, theirs = one.error(time, state, change), two.error(time, whole, change_of_both)
+        if (symmetry, control) == (UNIAXIAL, HELD):  # errors of x of both axes may cancel only where they are one
+            assert np.all(mine <= theirs)
+        else:
+            np.testing.assert_allclose(mine, theirs, rtol=1e-13)

@@ -26,7 +26,7 @@ class Chasing:
     def take(self, cases: NDArray[np.intp]) -> Chasing:
         return Chasing(self.k[cases], self.w[cases])
 
-    def error(self, state: Array, increment: Array, inner: object = None) -> Array:
+    def error(self, time: Array, state: Array, increment: Array) -> Array:
         return np.max(np.abs(increment), axis=0)
 
     def linearise(self, times: Array, state: Array, step: Array, gamma: float) -> Linear:

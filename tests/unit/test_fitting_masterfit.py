@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from dielast.base.errors import DielastWarning
 from dielast.relaxation.superposition import joint_errors, joint_fit, joint_problem
 from dielast.relaxation.superposition.checks import find_undetermined
-from dielast.relaxation.superposition.effects import LEAST, NONE, OFFSET, SPREAD_RATIO, RandomEffect, probable, walk
+from dielast.relaxation.superposition.effects import LEAST, NONE, OFFSET, SPREAD_RATIO, Drift, RandomEffect, probable
 from dielast.relaxation.superposition.joint_errors import PARTS, find_misfit
 from dielast.relaxation.superposition.joint_fit import MasterFit, fit_held, fit_master
 from dielast.relaxation.superposition.joint_problem import LOOSE, MAX_STEP
@@ -120,9 +120,10 @@ def test_without_information_the_spread_is_none_or_the_usual_one() -> None:
     for size, wanted in ((0.0, mean_square**0.5), (0.03, 0.03)):
         known = 0.0 if size == 0 else 1e8  # of each offset, to 0.0001 decades
         offsets = size * np.where(np.arange(curves) % 2, 1.0, -1.0)
-        spreads, probability, _ = probable(effects, known * np.eye(curves), known * offsets)
-        assert np.sqrt(probability @ spreads[:, 0] ** 2) == pytest.approx(wanted, rel=0.15)
-        assert np.sum(probability[spreads[:, 0] == LEAST]) == pytest.approx(NONE if size == 0 else 0.0, abs=0.01)
+        probability, precisions = probable(effects, known * np.eye(curves), known * offsets)
+        square = 1 / precisions[:, 0, 0]
+        assert np.sqrt(probability @ square) == pytest.approx(wanted, rel=0.15)
+        assert np.sum(probability[square < 2 * LEAST**2]) == pytest.approx(NONE if size == 0 else 0.0, abs=0.01)
 
 
 def test_a_shift_factor_that_offsets_hide_says_so() -> None:
@@ -146,7 +147,7 @@ def test_a_stated_drift_is_in_the_standard_errors() -> None:
         walked = np.empty(5)
         walked[order] = np.cumsum(0.01 * np.random.default_rng(200 + seed).standard_normal(5))
         points = measured(0.003, seed, walked)
-        for drift, where in ((walk(order, 0.01), score), (None, without)):
+        for drift, where in ((Drift.of(order, 0.01), score), (None, without)):
             fit = fit_master(points, [TRUTH], ANCHOR, False, drift)
             where.append(np.delete((fit.shift - TRUTH) / np.sqrt(np.diag(fit.covariance)[:5] + 1e-300), ANCHOR))
     assert 0.6 < np.mean(np.square(score)) < 1.4

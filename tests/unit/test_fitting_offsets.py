@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from dielast.relaxation.superposition.effects import LEAST, OFFSET, TILT, Effect, RandomEffect, likeliest, walk
+from dielast.relaxation.superposition.effects import LEAST, OFFSET, TILT, Drift, Effect, RandomEffect, likeliest
 
 Array = NDArray[np.float64]
 
 
-def told(effects: Array, stderr: Array, kind: Effect = OFFSET, known: Array | None = None) -> float:
+def told(effects: Array, stderr: Array, kind: Effect = OFFSET, drift: Drift | None = None) -> float:
     """The spread that effects tell which are each known to a standard error of their own."""
     normal = np.diag(stderr**-2.0)
-    return likeliest([RandomEffect(kind, kind.first, known)], normal, normal @ effects, 500).effects[0].spread
+    return likeliest([RandomEffect(kind, kind.first, drift)], normal, normal @ effects, 500).effects[0].spread
 
 
 def test_effects_that_are_known_exactly_tell_their_root_mean_square() -> None:
@@ -47,13 +47,14 @@ def test_where_nothing_is_known_the_spread_is_about_that_of_specimens_and_never_
 
 def test_a_walk_is_as_far_from_its_beginning_as_there_are_steps() -> None:
     order = np.array([2, 0, 1])
-    covariance = walk(order, 0.02)
+    drift = Drift.of(order, 0.02)
+    covariance = 0.02**2 * drift.walk
     np.testing.assert_allclose(np.diag(covariance)[order], 0.02**2 * np.array([1, 2, 3]))
     draws = np.empty((200_000, 3))
     draws[:, order] = np.cumsum(0.02 * np.random.default_rng(0).standard_normal((200_000, 3)), axis=1)
     np.testing.assert_allclose(np.cov(draws, rowvar=False), covariance, rtol=0.02, atol=1e-5)
     np.testing.assert_allclose(
-        RandomEffect(OFFSET, 1e-3, covariance).precision(3) @ (covariance + 1e-6 * np.eye(3)), np.eye(3), atol=1e-9
+        RandomEffect(OFFSET, 1e-3, drift).precision(3) @ (covariance + 1e-6 * np.eye(3)), np.eye(3), atol=1e-9
     )
 
 
@@ -62,4 +63,4 @@ def test_what_a_stated_drift_explains_is_no_spread_besides() -> None:
     rng = np.random.default_rng(5)
     walked = np.cumsum(0.01 * rng.standard_normal(40))
     assert told(walked, np.full(40, 1e-3)) > 0.02
-    assert told(walked, np.full(40, 1e-3), known=walk(order, 0.01)) < 0.005
+    assert told(walked, np.full(40, 1e-3), drift=Drift.of(order, 0.01)) < 0.005

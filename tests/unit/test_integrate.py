@@ -61,7 +61,7 @@ class Oscillating:
     def take(self, cases: np.ndarray) -> Oscillating:
         return Oscillating(self.stiffness[cases])
 
-    def error(self, state: np.ndarray, increment: np.ndarray, inner: object = None) -> np.ndarray:
+    def error(self, time: np.ndarray, state: np.ndarray, increment: np.ndarray) -> np.ndarray:
         return np.max(np.abs(increment), axis=0)
 
     def linearise(self, times: np.ndarray, state: np.ndarray, step: np.ndarray, gamma: float) -> Linear:
@@ -147,7 +147,7 @@ def test_a_solution_that_ceases_to_exist_is_reported_where_it_does() -> None:
         def take(self, cases: np.ndarray) -> Explosion:
             return Explosion(self.stiffness[cases])
 
-        def error(self, state: np.ndarray, increment: np.ndarray, inner: object = None) -> np.ndarray:
+        def error(self, time: np.ndarray, state: np.ndarray, increment: np.ndarray) -> np.ndarray:
             return np.max(np.abs(increment / state), axis=0)
 
     class Blow:

@@ -8,7 +8,18 @@ import pytest
 from hypothesis import given, strategies as st
 
 from dielast.base.errors import InputError
-from dielast.base.units import ANGULAR_FREQUENCY, COMPLIANCE, FREQUENCY, STRESS, TEMPERATURE, TIME, VISCOSITY, Dimension, conversion
+from dielast.base.units import (
+    ANGULAR_FREQUENCY,
+    COMPLIANCE,
+    FREQUENCY,
+    STRAIN,
+    STRESS,
+    TEMPERATURE,
+    TIME,
+    VISCOSITY,
+    Dimension,
+    conversion,
+)
 from dielast.io.cells import TextFormat, decode, is_number
 from dielast.io.text_table import MeasuredTable, read_measured
 
@@ -58,6 +69,12 @@ def test_quoted_cells_may_hold_the_separator() -> None:
     assert table.names == ("time", "E, storage")
 
 
+@pytest.mark.parametrize("name", ["strain", "strain (nominal)", "L / L0", "eps [nominal]", "dL / L (t)", "strain [%]"])
+def test_what_is_no_unit_above_a_row_of_units_is_a_part_of_the_name(name: str) -> None:
+    table = read(f"t,{name}\ns,%\n0,1\n2,4\n")
+    assert table.column(name, "strain", STRAIN).tolist() == [0.01, 0.04]
+
+
 def test_a_dash_in_the_row_of_units_says_no_unit() -> None:
     table = read("f,T,Set\nHz,C,-\n1,20,0\n2,21,0\n")
     assert table.column("T", "temperature", TEMPERATURE).tolist() == [20, 21]
@@ -101,6 +118,10 @@ def test_a_comment_above_the_numbers_names_columns() -> None:
         ("T [C],time [s],E [MPa]\n20,1,\n20,2,3\n20,3,4\n", 'line 2: column "E": the cell is empty'),
         ("time [s],E [MPa]\n1,2\n1,2,3\n1,2\n", "line 3: 3 cells, but the table has 2 columns"),
         ("time,E [MPa]\n1,2\n", 'column "time" has no unit: call it "time [s]"'),
+        (
+            "time [s],E\nmin,MPa\n1,2\n",
+            'column "time": the unit is [s] in the header and [min] in the row below it; delete the wrong',
+        ),
         ("time [kg],E [MPa]\n1,2\n", 'column "time" [kg]: a time is needed, such as "1.5 h"'),
         ("time [parsec],E [MPa]\n1,2\n", 'column "time" [parsec]: unknown unit "parsec"'),
         ("tiem [s],E [MPa]\n1,2\n", 'no column "time" for time; there are "tiem [s]", "E [MPa]"'),

@@ -8,14 +8,15 @@ import numpy as np
 import pytest
 
 from dielast import DielastWarning, Free, Gent, InputError, Material, MeasuredTest, MooneyRivlin, NoShift, Spectrum, VoltageTest
-from dielast.calibration.fit import fit_material
+from dielast.calibration.fit import Fit, fit_material
 from dielast.calibration.laboratory import Laboratory
-from dielast.calibration.laws import CrossValidation, akaike_weights, cross_validation, law_weights, pieces_of
+from dielast.calibration.laws import CrossValidation, cross_validation, law_weights, pieces_of, weights_by_one_test
 from dielast.calibration.parameters import parameter_space, with_conditions
 from dielast.calibration.profiles import Profile, Verdict, possible_values
 from dielast.calibration.proposals import film_voltages, predicted_film, proposals
 from dielast.calibration.spring_pairs import pairs_of, trial
-from dielast.commands.calibrate.run import Candidate, drawn_beside, usual_prediction, weighed
+from dielast.commands.calibrate.checks import warn_of_few_points
+from dielast.commands.calibrate.run import Candidate, _ranked, drawn_beside, usual_prediction, weighed
 from dielast.material.springs import SPRINGS
 from dielast.simulate.film_setup import Film
 
@@ -72,18 +73,36 @@ def test_laws_that_predict_alike_share_the_weight_and_one_that_misses_has_none()
     assert law_weights(split, np.full(3, 3.0)) == pytest.approx([0.5, 0.5], abs=0.03)
 
 
-def test_laws_of_a_single_test_are_weighted_by_akaikes_criterion() -> None:
-    """A law with two more constants that fits no better has the weight exp(-2); cross-validation knows nothing."""
-    laws = [replace(FILM, equilibrium_law=Gent(limit)) for limit in (30.0, 20.0)]
-    fits = [fit_material(law, [pull(FILM, 3.0)], MODULI, starts=1) for law in laws]
+def fitted(points: float, constants: int, square: float) -> Any:
+    """A fit to a single test with so many independent points."""
+    curves = SimpleNamespace(
+        places=[np.array([0.0, 0.6 * points])], differences=np.sqrt(square) * np.ones(9), levels=lambda: [np.ones(9)]
+    )
+    problem = SimpleNamespace(space=np.zeros(constants), laboratory=SimpleNamespace(tests=[None]))
+    return Fit(problem, np.zeros(constants), *[curves] * 3, np.zeros(1))  # type: ignore[arg-type]
+
+
+def test_laws_of_a_single_test_are_weighed_by_as_much_as_it_tells() -> None:
+    """With 40 independent points by Akaike's criterion, corrected; with 3, of 5 constants, no law that it does not contradict."""
+    many = [fitted(40, 3, 1e-4), fitted(40, 5, 1e-4), fitted(40, 5, 4e-4)]
+    value = 40 * np.log(1e-4) + 2 * 4 + 2 * 4 * 5 / 35  # the size of the error is a constant as well
+    assert many[0].aicc == pytest.approx(value)
+    gain = np.exp(-0.5 * np.array([0.0, 2 * 2 + 2 * 6 * 7 / 33 - 2 * 4 * 5 / 35]))
+    assert weights_by_one_test(many) == pytest.approx([*(gain / gain.sum()), 0.0], abs=1e-9)
+    few = [fitted(3, 5, 1e-4), fitted(3, 2, 4e-4), fitted(3, 3, 4e-4), fitted(3, 2, 4e-2)]
+    assert few[0].aicc == np.inf
+    assert weights_by_one_test(few) == pytest.approx([1 / 3, 1 / 3, 1 / 3, 0.0])
+    ranked = _ranked([Candidate(f"{k}", fit, None, ()) for k, fit in enumerate(few)])
+    assert [each.name for each in ranked] == ["1", "2", "0", "3"]
+    with pytest.warns(DielastWarning, match=r"about 3 independent points cannot weigh laws of up to 5 constants"):
+        warn_of_few_points(few)
+
+
+def test_cross_validation_of_a_single_test_leaves_nothing() -> None:
+    fits = [fit_material(FILM, [pull(FILM, 3.0)], MODULI, starts=1)]
     assert cross_validation(fits[0]) is None
-    aic = fits[0].aic
-    assert akaike_weights(np.array([aic, aic + 4])) == pytest.approx(np.array([1, np.exp(-2)]) / (1 + np.exp(-2)))
-    ranked = [Candidate(name, fit, None, ()) for name, fit in zip("ab", fits, strict=True)]
-    worse = float(np.exp(-0.5 * (fits[1].aic - aic)))
-    assert 0.01 < worse < 0.9
-    found = [each.weight for each in weighed(ranked, usual_prediction(fits[0]))]
-    assert found == pytest.approx(np.array([1, worse]) / (1 + worse))
+    ranked = [Candidate("a", fits[0], None, ()), Candidate("b", fits[0], None, ())]
+    assert [each.weight for each in weighed(ranked, usual_prediction(fits[0]))] == pytest.approx([0.5, 0.5])
 
 
 def test_laws_that_fit_alike_with_other_branches_are_named_and_not_drawn_from() -> None:
@@ -96,6 +115,8 @@ def test_laws_that_fit_alike_with_other_branches_are_named_and_not_drawn_from() 
     with pytest.warns(DielastWarning, match=r"cannot tell b \(30 %\) from a: draws leave them out") as caught:
         assert drawn_beside(ranked) == [ranked[2]]
     assert len(caught) == 1
+    even = [candidate(f"{k}", FILM, 1 / 30) for k in range(30)]  # of many laws alike, none has a large weight
+    assert drawn_beside(even) == even[1:5]
 
 
 def test_cross_validation_knows_the_error_of_each_test() -> None:

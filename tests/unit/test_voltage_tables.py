@@ -146,7 +146,7 @@ def test_areas_and_lengths_of_a_film_are_told_apart(
 
 @pytest.mark.parametrize(
     ("header", "beneath"),
-    [("A/A0 [%]", ""), ("A/A0 (%)", ""), ("A / A0 [percent]", ""), ("A/A0 in %", ""), ("Area ratio (%)", ""), ("A/A0", "\ns,%")],
+    [("A/A0 [%]", ""), ("A/A0 (%)", ""), ("A / A0 [percent]", ""), ("A/A0 in %", ""), ("Area ratio (%)", ""), ("A / A0", "\ns,%")],
 )
 def test_ratios_of_areas_may_be_in_percent(header: str, beneath: str) -> None:
     table = read_measured(f"time [s],{header}{beneath}\n0,100\n1,101\n2,104\n".encode(), "film.csv")

@@ -104,7 +104,7 @@ def test_a_first_sheet_without_a_table_says_how_to_choose_another() -> None:
         ([["notes", "of", "mine"]], "no row of numbers found|no columns of numbers found"),
     ):
         with pytest.raises(
-            InputError, match=rf'^dma.xlsx: ({said}).* \(in the first sheet; for another sheet write sheet = "NAME"\)$'
+            InputError, match=rf'^dma.xlsx: ({said}).* \(this is the first sheet, "Data"; for another one state sheet = "Data1"\)$'
         ):
             numbers(book(rows, [HEADER, *ROWS]))
 

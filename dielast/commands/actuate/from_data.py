@@ -5,7 +5,7 @@ import re
 from dielast.base.errors import InputError
 from dielast.commands.simulation.from_data import MATERIAL, temperature_of
 from dielast.readings.seen import Given, SeenFile
-from dielast.readings.stated import without_unit
+from dielast.readings.stated import state_sheet, without_unit
 from dielast.recipe.lines import FILL, RecipeLines
 
 _RESULTS = {
@@ -39,6 +39,7 @@ def from_data(kind: str, given: Given) -> RecipeLines:
     if {"time", "voltage"} <= columns.keys():
         used = {role: columns[role] for role in ("time", "voltage")}
         recipe.key("table", first.name, f"{first.first.table.lines.size} rows")
+        state_sheet(recipe, first)
         recipe.key("columns", {role: column.name for role, column in used.items()}, "by their names")
         if unknown := without_unit(used):
             units = ", ".join(f"of {role}" for role in unknown)
@@ -51,6 +52,7 @@ def from_data(kind: str, given: Given) -> RecipeLines:
         x = "time" if "time" in of_axis else "voltage" if "voltage" in of_axis else None
         recipe.section("[[compare]]")
         recipe.key("file", seen.name)
+        state_sheet(recipe, seen)
         recipe.key(
             "x", {"time": "time [s]", "voltage": "voltage [V]", None: FILL}[x], "" if x else "time or voltage, and its x_column"
         )

@@ -6,7 +6,7 @@ import numpy as np
 
 from dielast.base.errors import and_more, warn
 from dielast.calibration.experiment import MeasuredTest
-from dielast.calibration.fit import MANY
+from dielast.calibration.fit import MANY, Fit
 from dielast.calibration.laws import StableRange
 from dielast.calibration.parameters import Parameter
 from dielast.calibration.profiles import Profile, Verdict
@@ -129,11 +129,10 @@ def warn_of_runaway(result: Calibration) -> None:
         if each.runaway is not None:
             unstable = f"the material is not stable in test {each.test.name} beyond a stretch of {each.runaway:.4g}"
             warn(f"{unstable}: it pulls in and becomes wider than it is long, and has no stress from there on")
-        below = 0.5 * (1 - result.level)
-        if each.lost > below:
-            reach = "" if each.runaway is None else f" up to a stretch of {each.runaway:.4g}, where the material does"
-            runs = f"{100 * each.lost:.0f} % of the draws run away in test {each.test.name}{reach}"
-            warn(f"{runs}: its interval ends where {100 * below:.3g} % have")
+        if each.opened is not None:
+            runs = f"{100 * float(np.max(each.lost)):.0f} % of the draws run away in test {each.test.name}"
+            share = f"more than {50 * (1 - result.level):.3g} % have"
+            warn(f"{runs}: from a stretch of {each.opened:.4g} on, where {share}, its interval has no lower end")
 
 
 def warn_of_slack(result: Calibration) -> None:
@@ -154,6 +153,19 @@ def warn_of_springs(stabilities: Sequence[StableRange]) -> None:
     for stability in stabilities:
         if not stability.holds:
             warn(stability.in_words)
+
+
+def warn_of_few_points(fits: Sequence[Fit]) -> None:
+    """Warn of laws, the best first, that were fitted to a single test with too few independent points to weigh them."""
+    best = fits[0]
+    if len(fits) > 1 and len(best.problem.laboratory.tests) == 1 and not all(np.isfinite(fit.aicc) for fit in fits):
+        most = max(len(fit.space) for fit in fits)
+        few = (
+            f"a single test with about {best.independent_points:.2g} independent points cannot weigh laws of up to {most} constants"
+        )
+        warn(
+            f"{few}: material.toml has the law of fewest constants that it does not contradict; add tests at other rates and modes"
+        )
 
 
 def warn_of_laws_alike(weights: Mapping[str, float], volts: Sequence[float], written: Collection[str]) -> None:

@@ -19,7 +19,7 @@ from dielast.commands.simulation.from_data import (
     temperature_of,
 )
 from dielast.readings.seen import Given, SeenColumn, SeenFile
-from dielast.readings.stated import specimen_of, without_unit
+from dielast.readings.stated import specimen_of, state_sheet, without_unit
 from dielast.recipe.lines import FILL, RecipeLines
 
 
@@ -60,6 +60,7 @@ def _state_file(recipe: RecipeLines, seen: SeenFile, columns: Mapping[str, SeenC
     chosen = np.ones(seen.first.table.lines.size, dtype=bool)
     recipe.section("[[test]]")
     recipe.key("file", seen.name, f"{chosen.size} rows" if label is None else "")
+    state_sheet(recipe, seen)
     if label is not None:
         where, chosen = of_curve(seen, columns["label"], label)
         recipe.key("where", where, f"{np.count_nonzero(chosen)} rows")

@@ -156,7 +156,8 @@ class FitOptions(Section):
     cross_validation: bool | None = Field(
         None,
         description="Whether each test is predicted from the others. Default: true where several materials are ranked; those of a "
-        "single test are ranked by Akaike's criterion.",
+        "single test are ranked by Akaike's criterion, corrected for few points, or by their number of constants where it has no "
+        "value.",
     )
     stable_up_to: float | None = Field(
         None, gt=1, description="Stretch up to which the springs must be stable in all modes. Default: the largest of the tests."

@@ -15,18 +15,18 @@ from dielast.calibration.fit import Fit, Watch, fit_material
 from dielast.calibration.laws import (
     CrossValidation,
     StableRange,
-    akaike_weights,
     cross_validation,
     law_weights,
     mixed_draws,
     pieces_of,
     stabilities,
+    weights_by_one_test,
 )
 from dielast.calibration.profiles import Verdict
 from dielast.calibration.proposals import FEWEST_DRAWS, film_voltages, predicted_film, proposal_columns, proposals
 from dielast.calibration.result import Calibration, Intervals, assessed, range_of
 from dielast.calibration.voltage import VoltageTest
-from dielast.commands.calibrate.checks import warn_of_fit, warn_of_laws_alike, warn_of_springs
+from dielast.commands.calibrate.checks import warn_of_few_points, warn_of_fit, warn_of_laws_alike, warn_of_springs
 from dielast.commands.calibrate.readings import readings as readings
 from dielast.commands.calibrate.recipe import CalibrateRecipe
 from dielast.commands.calibrate.task import CalibrationTask, check_conditions, read_task
@@ -109,6 +109,7 @@ def run(cases: Sequence[Case[CalibrateRecipe]], inputs: Inputs, execution: Execu
         failures.append(NOTHING)
     warn_of_fit(best)
     warn_of_springs(ranked[0].stability)
+    warn_of_few_points([each.fit for each in ranked])
     spread = None
     drawn = (ranked[0], *alike)
     volts = [each.film_voltage for each in drawn]
@@ -152,7 +153,7 @@ def run(cases: Sequence[Case[CalibrateRecipe]], inputs: Inputs, execution: Execu
 def drawn_beside(ranked: Sequence[Candidate]) -> list[Candidate]:
     """The laws that are drawn from beside the best; warns of those that should be, but cannot stand in one table with it."""
     best = ranked[0].fit.material
-    alike = [each for each in ranked[1:] if each.weight >= ALIKE]
+    alike = [each for each in ranked[1:] if each.weight >= min(ALIKE, ranked[0].weight)]
     joins = [
         len(each.fit.material.spectrum) == len(best.spectrum) and type(each.fit.material.shift) is type(best.shift)
         for each in alike
@@ -243,7 +244,7 @@ def weighed(ranked: Sequence[Candidate], asked: VoltageTest) -> list[Candidate]:
     if len(ranked) < 2:
         return list(ranked)
     if _single(ranked):
-        weights = akaike_weights(np.array([each.fit.aic for each in ranked]))
+        weights = weights_by_one_test([each.fit for each in ranked])
     elif len({each.square.size for each in found}) != 1 or len(found) < len(ranked):
         return list(ranked)
     else:
@@ -256,14 +257,18 @@ def weighed(ranked: Sequence[Candidate], asked: VoltageTest) -> list[Candidate]:
 
 
 def _ranked(candidates: Sequence[Candidate]) -> list[Candidate]:
-    """The laws, the best first: by the error of cross-validation; of a single test by Akaike's criterion; or by the error of the
-    fit, if a law lacks a cross-validation.
+    """The laws, the best first: by the error of cross-validation, or by the error of the fit if a law lacks a cross-validation; of
+    a single test by their weight, and of equal weights the one with the fewest constants.
     """
-    foreseen = [each.prediction_error for each in candidates if each.prediction_error is not None]
-    errors = foreseen if len(foreseen) == len(candidates) else [each.fit.misfit for each in candidates]
     if _single(candidates):
-        errors = [each.fit.aic for each in candidates]
-    return [candidates[k] for k in np.argsort(errors, kind="stable")]
+        fits = [each.fit for each in candidates]
+        keys = [[fit.mean_square for fit in fits], [len(fit.space) for fit in fits], -weights_by_one_test(fits)]
+        order = np.lexsort(np.array(keys))
+    else:
+        foreseen = [each.prediction_error for each in candidates if each.prediction_error is not None]
+        complete = len(foreseen) == len(candidates)
+        order = np.argsort(foreseen if complete else [each.fit.misfit for each in candidates], kind="stable")
+    return [candidates[k] for k in order]
 
 
 def _single(candidates: Sequence[Candidate]) -> bool:
@@ -323,7 +328,7 @@ def law_columns(ranked: Sequence[Candidate]) -> Table:
         Column("rms_relative_error", "1", np.array([each.fit.misfit for each in ranked])),
         Column("r_squared", "1", np.array([each.fit.explained for each in ranked])),
         Column("cross_validation_error", "1", np.array(errors)),
-        Column("aic", "1", np.array([each.fit.aic for each in ranked])),
+        Column("aicc", "1", np.array([each.fit.aicc for each in ranked])),
         *(
             Column(f"stable_to_{mode.replace('-', '_')}", "1", np.array([each.stability[k].highest for each in ranked]))
             for k, mode in enumerate(modes)

@@ -4,7 +4,7 @@ from dielast.base.errors import InputError
 from dielast.commands.lifetime.recipe import QUANTITIES, TEXTS
 from dielast.commands.simulation.from_data import MATERIAL, state_columns, temperature_of
 from dielast.readings.seen import Given
-from dielast.readings.stated import without_unit
+from dielast.readings.stated import state_sheet, without_unit
 from dielast.recipe.lines import FILL, RecipeLines
 
 
@@ -30,6 +30,7 @@ def from_data(kind: str, given: Given) -> RecipeLines:
     recipe.option("electrode_share = 0.0525", "of the film, needed with frame and strip")
     recipe.section("[data]")
     recipe.key("file", seen.name, f"{seen.first.table.lines.size} specimens")
+    state_sheet(recipe, seen)
     needed = [] if {"time", "ramp"} & columns.keys() else ["time"]
     state_columns(recipe, seen, columns, needed)
     if unknown := without_unit(columns):

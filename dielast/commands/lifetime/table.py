@@ -17,6 +17,7 @@ from dielast.commands.simulation.compare import rows_where
 from dielast.commands.simulation.solver_steps import order_of, solver_steps
 from dielast.io.files import Inputs, resolve
 from dielast.io.text_table import MeasuredTable, read_measured
+from dielast.material.checks import USUAL
 from dielast.material.material import Material
 from dielast.mechanics.load import VoltageStep
 from dielast.numerics.arrays import Floats
@@ -87,6 +88,9 @@ def read_specimens(recipe: LifetimeRecipe, material: Material, inputs: Inputs) -
         refuse(names.index(name), f"{names.count(name)} rows have this name: each row is a specimen of its own")
     wrong.refuse()
     default = material.reference_temperature if recipe.temperature is None else recipe.temperature
+    fields = voltage * first * second / thickness
+    USUAL["field of tests"].warn([np.max(fields[np.isfinite(fields)])] if np.any(np.isfinite(fields)) else [])
+    USUAL["film"].warn(thickness)
     return Specimens(
         tuple(names),
         seen.astype(np.intp),

@@ -15,6 +15,7 @@ from dielast.io.files import Inputs
 from dielast.io.table import Column, Table
 from dielast.material.checks import USUAL, warn_of_temperature
 from dielast.material.measurement_kind import MeasurementKind
+from dielast.material.ramp import without_ramp
 from dielast.readings.read import Dataset, read_all
 from dielast.readings.values import ONE_TEMPERATURE
 from dielast.recipe.base import Reading
@@ -67,7 +68,6 @@ def run(cases: Sequence[Case[MasterCurveRecipe]], inputs: Inputs, execution: Exe
 
     def figure() -> Any:
         from dielast.plots.mastercurve import plot_master_curve
-        from dielast.relaxation.superposition.ramp import without_ramp
 
         return plot_master_curve(result, without_ramp(dataset.measurements, result.ramp), recipe.title)
 

@@ -17,7 +17,7 @@ from dielast.commands.simulation.from_data import (
     temperature_of,
 )
 from dielast.readings.seen import Given
-from dielast.readings.stated import specimen_of, without_unit
+from dielast.readings.stated import specimen_of, state_sheet, without_unit
 from dielast.recipe.lines import FILL, RecipeLines
 
 
@@ -44,6 +44,7 @@ def from_data(kind: str, given: Given) -> RecipeLines:
         if labels:
             raise InputError(f"{len(labels)} curves, and a step follows one: dielast calibrate takes them", file=first.name)
         recipe.key("table", first.name, f"{first.first.table.lines.size} rows")
+        state_sheet(recipe, first)
         state_columns(recipe, first, {role: columns[role] for role in ("time", load)})
         if unknown := without_unit({role: columns[role] for role in ("time", load)}):
             units = ", ".join(f"of {role}" for role in unknown)
@@ -68,6 +69,7 @@ def from_data(kind: str, given: Given) -> RecipeLines:
             )
         recipe.section("[[compare]]")
         recipe.key("file", seen.name)
+        state_sheet(recipe, seen)
         if chosen:
             recipe.key("where", chosen, f"the first of {len(labels)} curves")
         recipe.key("x", "time [s]" if over_time else "stretch_1 [1]" if kind == "relax" else "nominal_stress_1 [Pa]")

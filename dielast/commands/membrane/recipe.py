@@ -29,6 +29,10 @@ class StretchStep(HistoryStep):
 
     CONTROL: ClassVar = "stretch"
     REST: ClassVar = 1.0
+    ELSEWHERE: ClassVar = {
+        "strain": "unknown key; state the stretch, 1 + strain: a strain of 100 % is stretch = 2.0",
+        "extension": "unknown key; state the stretch, 1 + extension over gauge length: 80 mm of 80 mm is stretch = 2.0",
+    }
 
     stretch: Stretch | None = Field(None, description="Stretch to reach; 1 is undeformed.")
     rate: StrainRate | None = Field(None, description="Rate of the stretch; negative to unload.")

@@ -82,10 +82,14 @@ def read_materials(cases: Sequence[Case[SimulationRecipe]], inputs: Inputs) -> l
     return [materials[material_key(case)] for case in cases]
 
 
+def together(branches: int, points: int = 1) -> int:
+    """How many cases with so many points and branches are solved together."""
+    return max(PART // max(points * branches, 1), 1)
+
+
 def divided(members: Sequence[int], materials: Sequence[Material], points: int = 1) -> list[list[int]]:
     """The members, each with so many points, in parts of about equal work, small enough for even shares of processes."""
-    branches = max(materials[index].spectrum.relaxation_time.size for index in members)
-    size = max(PART // max(points * branches, 1), 1)
+    size = together(max(materials[index].spectrum.relaxation_time.size for index in members), points)
     return [list(members[first : first + size]) for first in range(0, len(members), size)]
 
 

@@ -21,6 +21,7 @@ from dielast.commands.simulation.cases import (
     one_or_all,
     read_materials,
     result_columns,
+    together,
     with_all_columns,
 )
 from dielast.commands.simulation.recipe import SimulationRecipe
@@ -31,6 +32,7 @@ from dielast.io.table import Table, case_table
 from dielast.material.material import Material
 from dielast.material.scatter import Sample
 from dielast.mechanics.line import EVEN_ROWS, HOLD_DECADES, JUMP_DECADES, RAMP_DECADES
+from dielast.mechanics.piece import rows_after_turn
 from dielast.numerics.arrays import Floats
 from dielast.recipe.cases import MOST_WRONG_CASES, Case
 from dielast.report.report import RunReport
@@ -44,7 +46,8 @@ if TYPE_CHECKING:
 
 Figures = dict[str, Callable[[], Any]]
 NUMBER = 8  # bytes
-COPIES = 4.5  # copies of each number of a table from the solver to the file, as measured
+# as measured: copies of each number of a table while its case is solved, and afterwards until it is written; and bytes of a case
+COPIES, HELD, CASE = 4.5, 1.2, 8192
 
 
 class Simulation(ABC):
@@ -130,7 +133,8 @@ class PreparedCases:
         short.
         """
         materials = read_materials(cases, inputs)
-        check_series(cases, 2 + len(cases[0].recipe.provided()), inputs, jobs)
+        branches = max(material.spectrum.relaxation_time.size for material in materials)
+        check_series(cases, 2 + len(cases[0].recipe.provided()), inputs, jobs * together(branches), jobs)
         samples: Sequence[Sample | None] = [None] * len(cases)
         if any(case.recipe.uncertainty is not None for case in cases):
             from dielast.commands.simulation.uncertainty import samples_of, typical_materials
@@ -228,30 +232,42 @@ def report_of(simulation: Simulation, cases: Sequence[Case[Any]], inputs: Inputs
     return RunReport(tables, sections | compared | intervals, figure, failures=failures(results), figures=more_figures | figures)
 
 
-def check_series(cases: Sequence[Case[Any]], columns: int, inputs: Inputs, jobs: int) -> None:
-    """Raise `NumericsError` if tables of so many `columns`, and the draws of `jobs` cases at a time, do not fit in memory."""
+def check_series(cases: Sequence[Case[Any]], columns: int, inputs: Inputs, solving: int, jobs: int) -> None:
+    """Raise `NumericsError` if tables of so many `columns` do not fit in memory, with so many cases `solving` at a time, and
+    the draws of `jobs` cases.
+    """
     points: dict[str, int] = {}
     rows = [_rows(case.recipe, inputs, points) for case in cases]
     draws = [0 if case.recipe.uncertainty is None else case.recipe.uncertainty.draws for case in cases]
-    together = sorted((count * many for count, many in zip(rows, draws, strict=True)), reverse=True)[:jobs]
+    drawn = sorted((count * many for count, many in zip(rows, draws, strict=True)), reverse=True)[:jobs]
+    solved = sum(sorted(rows, reverse=True)[:solving])
+    numbers = HELD * (sum(rows) - solved) + COPIES * (solved + sum(drawn))
     what = f"{len(cases)} case{'s' * (len(cases) > 1)} of {max(rows)} rows{f', each drawn {max(draws)} times,' * any(draws)}"
     cycling = any(getattr(step, "waveform", None) is not None for case in cases for step in case.recipe.step)
     keys = f"output.points_per_decade{', output.cycles' * cycling} or output.times"
     fewer = [f"rows ({keys})", *["cases"] * (len(cases) > 1), *["draws"] * any(draws)]
-    check_memory(NUMBER * columns * COPIES * (sum(rows) + sum(together)), what, f"state fewer {' or '.join(fewer)}")
+    check_memory(NUMBER * columns * numbers + CASE * len(cases), what, f"state fewer {' or '.join(fewer)}")
 
 
 def _rows(recipe: SimulationRecipe, inputs: Inputs, points: dict[str, int]) -> int:
-    """Estimated number of rows in the table of a case; `points` are the numbers of points of the tables that have been read."""
+    """Estimated number of rows in the table of a case; `points` are the numbers of points of the tables that have been read.
+
+    A specimen may go slack and taut in each step that unloads it and in each cycle; how often it does in a table is not known.
+    """
     if recipe.output.times is not None:
         return len(recipe.output.times)
     count, jumped = 0, False
+    slack = getattr(recipe, "slack", "pushes") != "pushes" and getattr(recipe, "mode", None) != "equibiaxial"
+    turned, present = 2 * rows_after_turn(recipe.output.points_per_decade).size * slack, 1.0
     for step in getattr(recipe, "step", ()):
         at_once = step.hold is None and step.table is None and not step.duration and getattr(step, "rate", None) is None
         decades = JUMP_DECADES if jumped else HOLD_DECADES
         if step.hold is None:
             decades = JUMP_DECADES if "voltage" in type(step).model_fields else RAMP_DECADES
         count += 1 if at_once else decades * recipe.output.points_per_decade + EVEN_ROWS
+        if (aim := step.aim()) is not None:
+            count += turned * (aim.value < present)
+            present = aim.value
         jumped = at_once
         if step.table is not None:
             if step.table not in points:
@@ -260,5 +276,5 @@ def _rows(recipe: SimulationRecipe, inputs: Inputs, points: dict[str, int]) -> i
         elif getattr(step, "waveform", None) is not None:
             cycles = step.cycles or 1
             # a row of cycles.csv takes about as much
-            count += 2 * EVEN_ROWS * Output(cycles=recipe.output.cycles).kept(cycles).size + cycles
+            count += (2 * EVEN_ROWS + turned) * Output(cycles=recipe.output.cycles).kept(cycles).size + cycles
     return count

@@ -19,6 +19,7 @@ class LossOfTension(Criterion):
     name: ClassVar[str] = "loss-of-tension"
     marker: ClassVar[str] = "v"
     is_failure: ClassVar[bool] = False
+    needs_springs: ClassVar[bool] = True
 
     def __init__(self, axis: int) -> None:
         self.axis = axis

@@ -29,7 +29,6 @@ from dielast.mechanics.point import FOLLOWER_WEIGHT
 from dielast.mechanics.point_material import SYMMETRIC, PointMaterial
 from dielast.mechanics.span import Control, Controls, Load, UnderLoad
 from dielast.numerics.arrays import ByCase, Cases, Floats
-from dielast.numerics.stride import Inner
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -108,6 +107,11 @@ class FramedFilms(UnderLoad):
         """Index of the first row of the border, counted from the end of the state."""
         return -self.assembly.structure.unknowns - 2
 
+    @property
+    def of_membrane(self) -> slice:
+        """The rows of a state on which the membrane depends."""
+        return slice(self.border, None)
+
     def pack(self, internal: Floats, border: Floats) -> Floats:
         """State (rows, cases) from xi (2, n, P, cases) and the border (u + 2, cases)."""
         return np.concatenate((internal.reshape(-1, internal.shape[-1]), border))
@@ -122,7 +126,7 @@ class FramedFilms(UnderLoad):
         """
         return membrane(state[self.border :], driven, self.load.controls)
 
-    def error(self, state: Floats, increment: Floats, inner: Inner | None = None) -> Floats:
+    def error(self, time: Floats, state: Floats, increment: Floats) -> Floats:
         """Largest relative error (cases,) of stretches, stresses and viscous stretches due to an `increment` of the `state`."""
         structure = self.assembly.structure
         worst = np.max(np.abs(increment[: self.border] / state[: self.border]), axis=0)

@@ -8,6 +8,7 @@ import numpy as np
 
 from dielast.base.errors import warn
 from dielast.material.measurement_kind import MeasurementKind
+from dielast.material.ramp import time_of_age
 from dielast.material.shift import WLF, Arrhenius, VogelFulcherTammann
 from dielast.numerics.arrays import Flags, Floats, Index
 from dielast.numerics.robust import robust_deviation
@@ -263,7 +264,8 @@ def _warn_of_points(data: Gathered, size: Floats, far: Index) -> None:
     worst = np.sort(np.argsort(-np.abs(np.log(size[tuple(far.T)])), kind="stable")[:NAMED])
     for channel, point in far[worst].tolist():
         name = f" ({data.kind.ordinates[channel][0].removesuffix('_modulus')})" if len(data.ordinates) > 1 else ""
-        place = f"{data.temperature[data.curve[point]]:g} degC at {data.abscissa[point] + data.offset[point]:.4g} {unit}{name}"
+        (measured,) = time_of_age(data.abscissa[[point]], float(data.ramp[point]))
+        place = f"{data.temperature[data.curve[point]]:g} degC at {measured:.4g} {unit}{name}"
         named.append(f"{place}, {size[channel, point]:.3g} times what its curve leads to")
     more = f"; and {len(far) - NAMED} more" if len(far) > NAMED else ""
     one = len(far) == 1

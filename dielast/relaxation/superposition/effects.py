@@ -7,11 +7,16 @@ Biometrika 58 (1971) 545), by the update of S. N. Wood and M. Fasiolo, Biometric
 spread, and the likeliest value is then often zero or far too large. A prior prevents both (Y. Chung et al., Psychometrika 78 (2013)
 685, with the tail of A. Gelman, Bayesian Anal. 1 (2006) 515); where the curves have no information, the spread is that of usual
 specimens.
+
+Offsets are independent, as those of one specimen for each temperature are, or a drift of one specimen, a random walk in the order
+of the tests. What is added up over many steps looks like shift factors of another law. So where no drift is stated, standard errors
+are those of both kinds of offsets, by their probability; as the order is not stated then either, it is that of the temperatures.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import product
+from typing import Self
 
 import numpy as np
 
@@ -22,6 +27,8 @@ LEAST = 1e-5  # decades; lower bound of a spread
 SPREAD_RATIO = 500.0  # ratio of the largest to the smallest spread of its distribution
 SETTLED = 0.02  # relative change of a spread at which the iteration ends
 NONE = 0.5  # probability, before any data, that there are no effects: a choice
+DRIFTS = 0.5  # probability, before any data, that offsets are a drift, if there are any: a choice
+STEPS, STEP_RATIO = 8, 50.0  # number of the steps of a drift that are tried, and ratio of the largest to the smallest
 REMOTE = 1e-3  # probability of the least probable spreads that are left out together
 
 
@@ -45,19 +52,66 @@ TILT = Effect(2, 0.005, 0.002, 0.01, 6)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class Drift:
+    """A drift from one test to the next: `walk` (m, m) is the covariance of the offsets for steps of standard deviation 1, and
+    `step` the stated standard deviation in decades; 0 if none is stated.
+    """
+
+    walk: Floats
+    step: float
+
+    @classmethod
+    def of(cls, order: Index, step: float) -> Self:
+        """A random walk over curves in this `order` (m,), the first of which has one step from 0."""
+        place = np.empty(order.size)
+        place[order] = np.arange(1, order.size + 1)
+        return cls(np.minimum(place[:, None], place), step)
+
+    def among(self, curves: Index) -> Self:
+        """The drift of the numbered `curves` alone."""
+        return replace(self, walk=self.walk[np.ix_(curves, curves)])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class RandomEffect:
-    """Effects of one `kind` on m curves: independent, with a `spread` in decades, plus effects of covariance `known` (m, m)."""
+    """Effects of one `kind` on m curves: independent, with a `spread` in decades, plus a `drift`, if one is stated."""
 
     kind: Effect
     spread: float
-    known: Floats | None = None
+    drift: Drift | None = None
 
     def precision(self, curves: int) -> Floats:
         """Inverse of the covariance (m, m) of the effects on so many `curves`."""
         spread = max(self.spread, LEAST)
-        if self.known is None:
+        if self.drift is None or not self.drift.step:
             return np.eye(curves) / spread**2
-        return np.asarray(np.linalg.inv(np.eye(curves) * spread**2 + self.known), dtype=float)
+        return _precision(spread, self.drift, self.drift.step)
+
+    def probable(self, curves: int) -> tuple[Floats, Floats]:
+        """Precisions (s, m, m) of the effects for spreads from `LEAST` on, and of a drift that is not stated; their probability
+        before any data (s,).
+        """
+        kind, drift = self.kind, self.drift if self.drift is not None and not self.drift.step else None
+        spreads = np.geomspace(kind.most / SPREAD_RATIO, kind.most, kind.nodes)
+        some = (1 - NONE) * _prior(spreads, kind.usual)
+        precisions = [replace(self, spread=spread).precision(curves) for spread in (LEAST, *spreads.tolist())]
+        if drift is None:
+            return np.array(precisions), np.concatenate(([NONE], some))
+        steps = np.geomspace(kind.most / STEP_RATIO, kind.most, STEPS)
+        precisions += [_precision(LEAST, drift, step) for step in steps.tolist()]
+        walked = (1 - NONE) * DRIFTS * _prior(steps, kind.usual)
+        return np.array(precisions), np.concatenate(([NONE], (1 - DRIFTS) * some, walked))
+
+
+def _prior(size: Floats, usual: float) -> Floats:
+    """Probability (k,) of spreads that are even in the logarithm."""
+    share = size**2 / (1 + (size / usual) ** 2) ** 1.5
+    return np.asarray(share / np.sum(share))
+
+
+def _precision(spread: float, drift: Drift, step: float) -> Floats:
+    """Inverse of the covariance (m, m) of independent effects and of a drift."""
+    return np.asarray(np.linalg.inv(np.eye(len(drift.walk)) * spread**2 + step**2 * drift.walk), dtype=float)
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,40 +155,33 @@ def _updated(effect: RandomEffect, pulled: float, trace: float) -> float:
     return min(max(spread * float(np.sqrt(np.clip(observed / expected, 0.01, 100.0))), LEAST), kind.most)
 
 
-def probable(effects: Sequence[RandomEffect], normal: Floats, right: Floats) -> tuple[Floats, Floats, Floats]:
-    """Spreads (s, g) of the g kinds of `effects`, their probabilities (s,), and precisions (s, g m, g m) of the effects.
+def probable(effects: Sequence[RandomEffect], normal: Floats, right: Floats) -> tuple[Floats, Floats]:
+    """Probabilities (s,) of all probable spreads of the g kinds of `effects`, and precisions (s, g m, g m) of the effects.
 
     The probabilities are those of the restricted likelihood and a prior; arguments as in `likeliest`. Before any data, there are no
     effects (the spread is `LEAST`) with the probability `NONE`; else the density of the spread rises from zero, as most specimens
     and instruments differ by about the usual spread if they differ at all, and falls with the square of a large spread.
     """
     m = right.size // len(effects)
-    tried = [[LEAST, *np.geomspace(each.kind.most / SPREAD_RATIO, each.kind.most, each.kind.nodes).tolist()] for each in effects]
-    inverses = [
-        np.array([replace(each, spread=spread).precision(m) for spread in spreads])
-        for each, spreads in zip(effects, tried, strict=True)
-    ]
-    places = np.array(list(product(*(range(len(spreads)) for spreads in tried))))
+    tried = [each.probable(m) for each in effects]
+    places = np.array(list(product(*(range(prior.size) for _, prior in tried))))
     precision = np.zeros((len(places), right.size, right.size))
     cost = np.zeros(len(places))
-    for g, (each, spreads, inverse) in enumerate(zip(effects, tried, inverses, strict=True)):
+    for g, (inverse, prior) in enumerate(tried):
         block = slice(g * m, (g + 1) * m)
         precision[:, block, block] = inverse[places[:, g]]
-        size = np.array(spreads[1:])
-        shares = size**2 / (1 + (size / each.kind.usual) ** 2) ** 1.5  # they are even in the logarithm
-        prior = np.concatenate(([NONE], (1 - NONE) * shares / np.sum(shares)))
         cost -= (2 * np.log(prior) + np.linalg.slogdet(inverse)[1])[places[:, g]]
-    total = normal + precision
-    cost += (
-        np.linalg.slogdet(total)[1]
-        - np.linalg.solve(total, np.broadcast_to(right, cost.shape + right.shape)[..., None])[..., 0] @ right
-    )
+    bordered = np.empty((len(places), right.size + 1, right.size + 1))  # the last row of its factor is that of the right-hand side
+    bordered[:, :-1, :-1] = normal + precision
+    bordered[:, :-1, -1] = bordered[:, -1, :-1] = right
+    bordered[:, -1, -1] = 1e300
+    factor = np.linalg.cholesky(bordered)
+    cost += 2 * np.sum(np.log(np.diagonal(factor, axis1=1, axis2=2)[:, :-1]), axis=1) - np.sum(factor[:, -1, :-1] ** 2, axis=1)
     likelihood = np.exp((np.min(cost) - cost) / 2)
     probability = likelihood / np.sum(likelihood)
     order = np.argsort(-probability, kind="stable")
     kept = np.sort(order[: 1 + int(np.searchsorted(np.cumsum(probability[order]), 1 - REMOTE))])
-    chosen = np.array([[tried[g][k] for g, k in enumerate(place)] for place in places[kept].tolist()])
-    return chosen, probability[kept] / np.sum(probability[kept]), precision[kept]
+    return probability[kept] / np.sum(probability[kept]), precision[kept]
 
 
 def joint_precision(effects: Sequence[RandomEffect], curves: int) -> Floats:
@@ -149,13 +196,3 @@ def joint_precision(effects: Sequence[RandomEffect], curves: int) -> Floats:
 def _tail(spread: float, scale: float) -> float:
     """-2 ln of a half-Cauchy distribution of the spread."""
     return float(2 * np.log1p((spread / scale) ** 2))
-
-
-def walk(order: Index, step: float) -> Floats:
-    """Covariance (m, m) of a random walk with standard deviation `step` from one curve to the next; the first has one step from 0.
-
-    `order` (m,) lists the curves in the order of the walk.
-    """
-    place = np.empty(order.size)
-    place[order] = np.arange(1, order.size + 1)
-    return step**2 * np.minimum(place[:, None], place)

@@ -26,10 +26,10 @@ CONTRADICTION = 1.25  # ratio above which it is an error
 class Gathered:
     """All points (n,), sorted by temperature, position and ordinate; `curve` is the index into the ascending `temperature` (m,).
 
-    `abscissa` is the time in s, which is the measured time minus `offset` in s, or the angular frequency in rad/s. `ordinates` (c,
-    n) are the relaxation modulus, the creep compliance, or storage and loss modulus. The ordinates fall along `position`: time, the
-    inverse of the frequency, or, for a compliance, which rises with time, the inverse of the time. `order` (m,) lists the
-    temperatures in the order of the curves as passed, which is that of the measurements.
+    `abscissa` is the time in s, which is the mean age of a load with a `ramp` in s (n,), or the angular frequency in rad/s.
+    `ordinates` (c, n) are the relaxation modulus, the creep compliance, or storage and loss modulus. The ordinates fall along
+    `position`: time, the inverse of the frequency, or, for a compliance, which rises with time, the inverse of the time. `order`
+    (m,) lists the temperatures in the order of the curves as passed, which is that of the measurements.
     """
 
     kind: MeasurementKind
@@ -38,7 +38,7 @@ class Gathered:
     position: Floats
     abscissa: Floats
     ordinates: Floats
-    offset: Floats
+    ramp: Floats
     order: Index
 
     @property
@@ -109,8 +109,8 @@ def _gather(curves: Sequence[Measurement]) -> Gathered:
     position = abscissa**kind.falling_power
     order = np.lexsort((ordinates[0], position, curve))
     order = order[~_repeated(kind, temperature, curve[order], run[order], abscissa[order], ordinates[:, order])]
-    offset = np.array([measured.time_offset or 0.0 for measured in curves])[run]
-    rows = (curve[order], position[order], abscissa[order], ordinates[:, order], offset[order])
+    ramp = np.array([measured.ramp_taken_out or 0.0 for measured in curves])[run]
+    rows = (curve[order], position[order], abscissa[order], ordinates[:, order], ramp[order])
     return Gathered(kind, temperature, *rows, np.argsort(first))
 
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from dielast.numerics.arrays import Floats
-from dielast.relaxation.superposition.effects import OFFSET, TILT, RandomEffect, likeliest
+from dielast.relaxation.superposition.effects import OFFSET, TILT, Drift, RandomEffect, likeliest
 from dielast.relaxation.superposition.joint_errors import Misfit, find_misfit, leave_out, smoothing_errors
 from dielast.relaxation.superposition.joint_problem import (
     CONVERGED,
@@ -76,11 +76,11 @@ class Fitted:
     misfit: Misfit
 
 
-def best_fit(points: FitPoints, starts: Sequence[Floats], anchor: int, vertical: bool, drift: Floats | None = None) -> Fitted:
+def best_fit(points: FitPoints, starts: Sequence[Floats], anchor: int, vertical: bool, drift: Drift | None = None) -> Fitted:
     """The best of the fits of the smooth curve and all shifts from each of the starting values (m,), after Akaike's criterion.
 
-    The curve numbered `anchor` is not shifted. With `vertical`, the curves are also shifted along the modulus. A stated `drift` is
-    the expected covariance (m, m) of the vertical offsets. Knots are refined until Akaike's criterion no longer improves.
+    The curve numbered `anchor` is not shifted. With `vertical`, the curves are also shifted along the modulus. Offsets may be a
+    `drift`, stated or not. Knots are refined until Akaike's criterion no longer improves.
     """
     m = points.curves
     best: tuple[float, State, Prior] | None = None
@@ -100,21 +100,23 @@ def fit_master(
     starts: Sequence[Floats],
     anchor: int,
     vertical: bool,
-    drift: Floats | None = None,
+    drift: Drift | None = None,
 ) -> MasterFit:
     """The `best_fit`, with the covariance of its shifts, as `with_errors`."""
     return with_errors(points, best_fit(points, starts, anchor, vertical, drift), vertical)
 
 
-def with_errors(points: FitPoints, fitted: Fitted, vertical: bool, compared: bool = True) -> MasterFit:
-    """A fit of `points` with the covariance of its shifts. One that is not `compared` with those to other points has no `left_out`
-    where its curves superpose.
+def with_errors(points: FitPoints, fitted: Fitted, vertical: bool, compared: bool = True, doubt: Floats | None = None) -> MasterFit:
+    """A fit of `points` with the covariance of its shifts, to which that of a `doubt` (2m, 2m) about the points is added. One that
+    is not `compared` with those to other points has no `left_out` where its curves superpose.
     """
     m, score, state, prior, misfit = points.curves, fitted.score, fitted.state, fitted.prior, fitted.misfit
     covariance = smoothing_errors(points, prior, state)
     scatter = shift_covariance(points, *_smoothest(points, prior, state, score))
     free = prior.free[prior.free < 2 * m]
     covariance[np.ix_(free, free)] += scatter[: free.size, : free.size]
+    if doubt is not None:
+        covariance += doubt
     noise_stderr = np.sqrt(np.diag(covariance)[:m])
     ambiguity, left_out = leave_out(points, prior, state, misfit) if compared or misfit.sure else (None, ())
     if misfit.sure and ambiguity is not None:
@@ -166,7 +168,7 @@ def fit_held(points: FitPoints, shifts: MasterFit, anchor: int, vertical: bool) 
     return replace(shifts, vertical=level, covariance=covariance, splines=splines, placed=splines)
 
 
-def _begin(points: FitPoints, start: Floats, anchor: int, vertical: bool, drift: Floats | None) -> tuple[Floats, Prior]:
+def _begin(points: FitPoints, start: Floats, anchor: int, vertical: bool, drift: Drift | None) -> tuple[Floats, Prior]:
     """The initial values of all parameters, and their prior."""
     m = points.curves
     theta = np.concatenate((start, np.zeros(2 * m)))

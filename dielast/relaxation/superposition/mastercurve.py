@@ -15,6 +15,7 @@ import numpy as np
 from dielast.base.errors import InputError, shown, warn, without_warnings
 from dielast.material.measurement import Measurement, is_temperature
 from dielast.material.modulus import EntropicModulus
+from dielast.material.ramp import without_ramp
 from dielast.material.shift import SHIFTS
 from dielast.numerics.arrays import Floats
 from dielast.relaxation.superposition.binning import Binned
@@ -24,7 +25,7 @@ from dielast.relaxation.superposition.joint_fit import Fitted, best_fit, with_er
 from dielast.relaxation.superposition.overlap import starting_shifts, steepest
 from dielast.relaxation.superposition.placement import place_at_reference
 from dielast.relaxation.superposition.points import points_of
-from dielast.relaxation.superposition.ramp import find_ramp, left_out, warn_if_modulus_rises, warn_of_ramp, without_ramp
+from dielast.relaxation.superposition.ramp import find_ramp, left_out, warn_if_modulus_rises, warn_of_ramp
 from dielast.relaxation.superposition.result import MasterCurve, Stated
 from dielast.relaxation.superposition.sweepfit import Basis, BasisFit, fit_sweeps, warn_of_others
 
@@ -63,8 +64,8 @@ def build_master_curve(
     step leads from the material to the first curve. Both contribute to all standard errors. Offsets of whole curves beyond a stated
     drift, and tilts, are estimated.
 
-    A ramp that all tests over time begin with is found by its likelihood, unless the `time_offset` of a curve is stated: half the
-    duration of the ramp, or 0 for a step. It is taken out with a warning if there are readings before twice its duration, or else
+    A ramp that all tests over time begin with is found by its likelihood, unless the `ramp_taken_out` of a curve is
+    stated, 0 for a step. It is taken out with a warning if there are readings before twice its duration, or else
     only named.
 
     Curves with fewer than three distinct points, and single curves without a modulus in common with any other, are omitted with a
@@ -97,33 +98,35 @@ def build_master_curve(
             f"reference temperature {reference:g} degC is outside the measured {temperature[0]:g} to {temperature[-1]:g} degC: "
             "the master curve is extrapolated by the shift law"
         )
-    ramp = 0.0
+    ramp, doubt = 0.0, None
     if swept:
         anchor = steepest(binned)
         start = starting_shifts(temperature, binned, anchor, data.kind)
         basis_fit = fit_sweeps(binned, start, anchor, free, on, stated.walk(data.order))
     else:
         plain, problem = _fitted(data, binned, free, stated)
-        if all(curve.time_offset is None for curve in curves):
+        if all(curve.ramp_taken_out is None for curve in curves):
             found = find_ramp(data, binned, plain, free, stated.walk(data.order))
-            if left_out(found, data):
+            refit, lost = None, list[float]()
+            if found is not None and left_out(found.duration, data):
                 with without_warnings():  # as above
-                    after = prepare(curves, reference, vertical, expansion, found)
+                    after = prepare(curves, reference, vertical, expansion, found.duration)
                     refit, _ = _fitted(after[0], after[1], free, stated)
                 lost = np.setdiff1d(temperature, after[0].temperature).tolist()
                 if refit is not None:
-                    ramp, plain = found, refit
+                    ramp, plain = found.duration, refit
                     data, binned, imposed = after
-                    temperature = data.temperature
-                warn_of_ramp(found, data, taken_out=refit is not None, lost=lost)
-            elif found:
-                warn_of_ramp(found, data, taken_out=False)
-            else:
+                    temperature, doubt = data.temperature, found.covariance(points_of(binned), refit)
+            if found is None:
                 warn_if_modulus_rises(data, binned)
+            else:
+                warn_of_ramp(found.duration, data, taken_out=refit is not None, lost=lost)
+                if refit is None and plain is not None:
+                    doubt = found.doubt(plain.anchor, plain.state)
         if plain is None:
             raise problem
         points, anchor = points_of(binned), plain.anchor
-        fit = with_errors(points, plain, free, compared=False)
+        fit = with_errors(points, plain, free, compared=False, doubt=doubt)
         basis_fit = BasisFit(fit, "moduli", points, fit.splines)
     outlying = warn_of_outliers(data, imposed, basis_fit.fit, 1 if basis_fit.on == "storage" else len(data.ordinates))
     warn_if_misfit(temperature, basis_fit.fit.misfit, free, data.kind)

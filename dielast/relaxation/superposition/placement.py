@@ -55,7 +55,7 @@ def place_at_reference(
     thermometer = np.abs(slope) * stated.temperature_stderr
     measured = fit.covariance[:m, :m] + _relative(np.diag(thermometer**2), np.eye(m)[anchor])
     to_fit = (law, temperature[determined], fit.shift[determined], measured[both_determined], int(np.sum(determined[:anchor])))
-    shift_fit = fit_shift_law(*to_fit, reference, superposed=not fit.misfit.matters)
+    shift_fit = fit_shift_law(*to_fit, reference, superposed=not fit.misfit.sure)
     weight, excess = np.zeros(m), 0.0
     at_reference = determined & (temperature == reference)
     if np.any(at_reference):

@@ -1,11 +1,10 @@
 """A ramp that was left in tests over time: found by its likelihood, and taken out.
 
 A load that grows evenly up to the time T leaves, at the time t, the mean of the modulus (or the compliance) over the ages of its
-parts, from max(0, t - T) to t, where the response is read over the load of the moment; read over the last load, it is smaller by
-t/T during the ramp (superposition of L. Boltzmann, see J. D. Ferry, Viscoelastic properties of polymers, 3rd ed., Wiley 1980, ch.
-1). To first order in the slope of the log-log curve, this mean is the value at the mean of log age, whatever the curve. What is
-left is of second order, and follows from the fitted smooth curve. So a fit with a ramp is that of other times, and T is one more
-parameter, the same in all tests, for Gauss and Newton's iteration.
+parts, where the response is read over the load of the moment; read over the last load, it is smaller by t/T during the ramp. To
+first order, the mean is the value at the mean log age (`dielast.material.ramp`). What is left is of second order, and follows from
+the fitted smooth curve. So a fit with a ramp is that of other times, and T is one more parameter, the same in all tests, for Gauss
+and Newton's iteration.
 
 Curves that do not superpose for another reason may bend alike. So a ramp is taken out only if there are readings before twice its
 duration, which stand for none after a step; a shorter one is named, for the user to state. As the effect of a ramp has no free
@@ -22,10 +21,11 @@ from typing import Self
 import numpy as np
 
 from dielast.base.errors import InputError, NumericsError, warn, without_warnings
-from dielast.material.measurement import Measurement, measurement_of
+from dielast.material.ramp import DROPPED, mean_log_age, time_of_age
 from dielast.numerics.arrays import Floats, Index
 from dielast.numerics.robust import robust_deviation
 from dielast.relaxation.superposition.binning import Binned
+from dielast.relaxation.superposition.effects import Drift
 from dielast.relaxation.superposition.gather import MIN_BINS, Gathered
 from dielast.relaxation.superposition.joint_fit import Fitted, best_fit, converge
 from dielast.relaxation.superposition.joint_problem import Prior, State, assemble, correlation
@@ -34,10 +34,10 @@ from dielast.relaxation.superposition.points import FitPoints, points_of
 from dielast.relaxation.superposition.spline import Spline
 
 SIGNIFICANT = 4.0  # standard errors of a significant rise
-DROPPED = 2.0  # durations before which no step stands for a ramp
 SHORTEST = 0.01  # of the first time: no shorter ramp is looked for
 TRIED = 40  # durations at which the likelihood is tried, before the iteration
-SURE = 0.95  # probability from which on a ramp is named
+SURE = 0.95  # probability from which on a ramp is named,
+NEEDED = float(2 * np.log(SURE / (1 - SURE)))  # and gain of -2 ln likelihood that one of known duration needs for it
 ITERATIONS = 8
 WIDEST, HALVINGS = 0.1, 6  # of the steps that are halved
 LONGEST_STEP = 0.7  # change of the logarithm of the duration in one iteration
@@ -61,9 +61,7 @@ class Ramp:
 
     def log_age(self, time: Floats) -> Floats:
         """Mean log10 of the ages at the times (n,) in s."""
-        within = np.minimum(time, self.duration)
-        oldest, youngest = time * np.log10(time), time - within
-        return np.asarray((oldest - youngest * np.log10(np.maximum(youngest, 1e-300))) / within - 1 / np.log(10))
+        return np.asarray(mean_log_age(time, self.duration) / np.log(10))
 
     def lift(self, time: Floats) -> Floats:
         """log10 of the last load over that of the moment, if values are read over the last one."""
@@ -89,13 +87,13 @@ class _Problem:
     data: Gathered
     points: FitPoints
     vertical: bool
-    drift: Floats | None
+    drift: Drift | None
     longest: float
     reading: Floats
     owner: Index
 
     @classmethod
-    def of(cls, data: Gathered, binned: Binned, vertical: bool, drift: Floats | None) -> Self:
+    def of(cls, data: Gathered, binned: Binned, vertical: bool, drift: Drift | None) -> Self:
         """The search for a ramp in all curves."""
         used = binned.bin_of_point >= 0
         return cls(data, points_of(binned), vertical, drift, _longest(binned), data.abscissa[used], binned.bin_of_point[used])
@@ -122,14 +120,45 @@ class _Problem:
         return np.asarray(np.bincount(self.owner, values) / np.bincount(self.owner))
 
 
-def find_ramp(data: Gathered, binned: Binned, plain: Fitted | None, vertical: bool, drift: Floats | None) -> float:
-    """The duration in s of the ramp that is left in the curves, to three digits; 0 if it is not sure that there is one.
+@dataclass(frozen=True, slots=True, eq=False)
+class FoundRamp:
+    """A ramp that is left in the curves: its `duration` in s, rounded by less than half of its standard error, the `stderr` of its
+    logarithm, and the shifts and vertical shifts `theta` (2m,) of the fit with it.
+    """
+
+    duration: float
+    stderr: float
+    theta: Floats
+
+    def covariance(self, points: FitPoints, fitted: Fitted) -> Floats:
+        """The covariance (2m, 2m) of shifts and vertical shifts due to the error of the duration, if the ramp is taken out of the
+        `points`: a longer one makes all ages smaller, early ones most.
+        """
+        m, state, free = points.curves, fitted.state, fitted.prior.free
+        time = time_of_age(10**points.log_time, self.duration)
+        later = mean_log_age(time, self.duration * np.exp(CHANGE)) - mean_log_age(time, self.duration)
+        _, across = _weighed(points, fitted.prior, state, (state.parts.sides[0] * later / np.log(10) / CHANGE)[:, None])
+        moved = np.zeros(3 * m)
+        moved[free] = np.linalg.solve(state.normal, across)[:, 0]
+        return self.stderr**2 * np.outer(moved[: 2 * m], moved[: 2 * m])
+
+    def doubt(self, anchor: int, state: State) -> Floats:
+        """The covariance (2m, 2m) of shifts and vertical shifts relative to the curve `anchor`, if the ramp may be there or not and
+        is left in, as in a fit with the `state`.
+        """
+        moved = (self.theta - state.theta[: self.theta.size]).reshape(2, -1)
+        relative = (moved - moved[:, [anchor]]).ravel()
+        return np.outer(relative, relative)
+
+
+def find_ramp(data: Gathered, binned: Binned, plain: Fitted | None, vertical: bool, drift: Drift | None) -> FoundRamp | None:
+    """The ramp that is left in the curves, None if it is not sure that there is one.
 
     `plain` is the `best_fit` without a ramp, None if there is no such fit; `vertical` and `drift` are its arguments.
     """
     problem = _Problem.of(data, binned, vertical, drift)
     if problem.longest <= problem.shortest:
-        return 0.0
+        return None
     found: list[tuple[Ramp, Floats, Spline | None, int]] = []
     if plain is not None and (begin := _likeliest(problem, plain)) is not None:
         begin = _most_likely(problem, begin, plain)
@@ -142,7 +171,7 @@ def find_ramp(data: Gathered, binned: Binned, plain: Fitted | None, vertical: bo
             found.append((begin, starting_shifts(data.temperature, moved, anchor, data.kind), None, anchor))
         except InputError:
             pass  # a ramp does not explain why the curves do not overlap
-    best, least = 0.0, np.inf if plain is None else plain.score
+    best, least = None, np.inf if plain is None else plain.score
     for begin, shift, spline, anchor in found:
         try:
             with without_warnings():
@@ -151,23 +180,13 @@ def find_ramp(data: Gathered, binned: Binned, plain: Fitted | None, vertical: bo
             continue
         gain = (min(least, bare) - trial.score) / trial.repeated
         known = np.sqrt(2 * np.pi) * trial.ramp.stderr / np.log(problem.longest / problem.shortest)
-        if gain / 2 + np.log(known) > np.log(SURE / (1 - SURE)):
-            best, least = float(f"{trial.ramp.duration:.3g}"), trial.score
-    return best
-
-
-def without_ramp(curves: Sequence[Measurement], duration: float) -> list[Measurement]:
-    """The curves as after a step: times are the mean log ages of the parts of a ramp of a `duration` in s, without points before
-    twice that.
-    """
-    if not duration:
-        return list(curves)
-    changed, ramp = [], Ramp(duration, 0.0, False)
-    for curve in curves:
-        columns = curve.columns[:, curve.columns[0] >= DROPPED * duration]
-        columns[0] = 10 ** ramp.log_age(columns[0])
-        changed.append(measurement_of(curve.KIND, curve.temperature, columns, curve.source, duration / 2))
-    return changed
+        if gain + 2 * np.log(known) > NEEDED:
+            best, least = trial, trial.score
+    if best is None:
+        return None
+    duration, stderr = best.ramp.duration, best.ramp.stderr
+    theta = best.state.theta[: 2 * problem.points.curves]
+    return FoundRamp(round(duration, -int(np.floor(np.log10(duration * stderr)))), stderr, theta)
 
 
 def left_out(duration: float, data: Gathered) -> bool:
@@ -177,13 +196,13 @@ def left_out(duration: float, data: Gathered) -> bool:
 
 def warn_of_ramp(duration: float, data: Gathered, *, taken_out: bool, lost: Sequence[float] = ()) -> None:
     """Name a ramp that was found; if it is `taken_out`, with the temperatures in degC of curves that are `lost` by that."""
-    step, stated = data.kind.step, f'ramp = "{duration:.3g} s"'
-    bend = f"all curves bend as after a ramp of the {step} of {duration:.3g} s"
+    step, stated = data.kind.step, f'ramp = "{duration:.6g} s"'
+    bend = f"all curves bend as after a ramp of the {step} of {duration:.6g} s"
     if not taken_out:
         why = "the rest of the curves has no overlap" if left_out(duration, data) else "they begin late after it"
         warn(
-            f"{bend}, or do not superpose; as {why}, times are those after a step: state {stated} if the {step} took that long, or "
-            'ramp = "0 s" if it did not'
+            f"{bend}, or do not superpose; as {why}, times are those after a step, and the standard errors allow for either: state "
+            f'{stated} if the {step} took that long, or ramp = "0 s" if it did not'
         )
         return
     gone = f", and with them the test at {', '.join(f'{at:g}' for at in lost)} degC" if lost else ""
@@ -200,8 +219,8 @@ def warn_if_modulus_rises(data: Gathered, binned: Binned) -> None:
     warn(
         f"at {end.curves} of {data.temperature.size} temperatures the {data.kind.value} rises up to about {end.time:.2g} s, which "
         f"no step of {data.kind.step} does: state the time in which the {data.kind.step} was applied, such as ramp = "
-        f'"{end.time:.1g} s": times then count from the middle of the ramp, and its points are left out; until then, neither shift '
-        "factors nor the law are to be trusted"
+        f'"{end.time:.1g} s": times are then mean ages of the {data.kind.step}, and points of the ramp are left out; until then, '
+        "neither shift factors nor the law are to be trusted"
     )
 
 
@@ -237,14 +256,16 @@ def _longest(binned: Binned) -> float:
 
 
 def _likeliest(problem: _Problem, plain: Fitted) -> Ramp | None:
-    """The ramp of the highest likelihood near a fit without one, to first order; None if none is likelier than no ramp."""
+    """The ramp of the highest likelihood near a fit without one, to first order; None if not even one of known duration would be
+    sure.
+    """
     points, state = problem.points, plain.state
     durations = np.geomspace(problem.shortest, problem.longest, TRIED)
     ages = np.stack([problem.log_age(Ramp(each, 0.0, False)) for each in durations.tolist()], axis=1)
     along, square = _projected(points, plain.prior, state, state.parts.sides[0][:, None] * (ages - points.log_time[:, None]))
     gain = (2 * along - square) / correlation(points, state)
     best = int(np.argmax(gain))
-    return Ramp(float(durations[best]), 0.0, False) if gain[best] > 0 else None
+    return Ramp(float(durations[best]), 0.0, False) if gain[best] > NEEDED else None
 
 
 def _most_likely(problem: _Problem, begin: Ramp, plain: Fitted) -> Ramp:
@@ -326,11 +347,20 @@ def _projected(points: FitPoints, prior: Prior, state: State, change: Floats) ->
     """Weighted products (k,) of the residuals with the `change` (n, k) of the values for unit steps of k further parameters, and
     squares (k,) of these changes, less what all other parameters explain.
     """
-    parts, weight, m = state.parts, state.weights.weight, points.curves
-    weighted = weight[:, None] * change
+    weighted = state.weights.weight[:, None] * change
+    square, others = _weighed(points, prior, state, change)
+    square = square - np.sum(others * np.linalg.solve(state.normal, others), axis=0)
+    return np.asarray(weighted.T @ state.residual), square
+
+
+def _weighed(points: FitPoints, prior: Prior, state: State, change: Floats) -> tuple[Floats, Floats]:
+    """Weighted squares (k,) of the `change` (n, k) of the values for unit steps of k further parameters, and products (p, k) with
+    those for the free parameters, both less what the smooth curves explain.
+    """
+    parts, m = state.parts, points.curves
+    weighted = state.weights.weight[:, None] * change
     of_curves = np.stack([parts.curves.gather(parts.curves.basis * column) for column in weighted.T], axis=1)
     sums = [[np.bincount(points.curve, side * column, minlength=m) for column in weighted.T] for side in parts.sides]
     answer = parts.inverse @ of_curves
     others = (np.concatenate(np.swapaxes(sums, 1, 2)) - parts.cross.T @ answer)[prior.free]
-    explained = np.sum(of_curves * answer, axis=0) + np.sum(others * np.linalg.solve(state.normal, others), axis=0)
-    return np.asarray(weighted.T @ state.residual), np.asarray(np.sum(weighted * change, axis=0) - explained)
+    return np.asarray(np.sum(weighted * change, axis=0) - np.sum(of_curves * answer, axis=0)), others

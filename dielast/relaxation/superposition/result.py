@@ -13,7 +13,7 @@ from dielast.material.measurement_kind import KINDS, KindName, MeasurementKind
 from dielast.material.shift import ShiftLaw
 from dielast.numerics.arrays import Flags, Floats, Index
 from dielast.relaxation.superposition.checks import Undetermined
-from dielast.relaxation.superposition.effects import walk
+from dielast.relaxation.superposition.effects import Drift
 from dielast.relaxation.superposition.shiftfit import ShiftFit
 from dielast.relaxation.superposition.sweepfit import Basis
 
@@ -27,9 +27,9 @@ class Stated:
     temperature_stderr: float
     drift: float
 
-    def walk(self, order: Index) -> Floats | None:
-        """Covariance (m, m) of the offsets of the curves, in decades, by a drift in this `order` (m,); None without a drift."""
-        return walk(order, self.drift / np.log(10)) if self.drift > 0 else None
+    def walk(self, order: Index) -> Drift:
+        """The drift of curves that were measured in this `order` (m,); one that is not stated goes along the temperature."""
+        return Drift.of(order if self.drift > 0 else np.arange(order.size), self.drift / np.log(10))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -98,7 +98,7 @@ class MasterCurve(TabularResult):
     `stated` are the errors stated by the user. `offset_spread` and `tilt_spread` are the estimated standard deviations, in decades
     of modulus, of the vertical offsets (beyond a stated drift) and tilts of whole curves. The standard errors include both; points,
     smooth curves and moduli are not corrected for them. `placing` is the joint fit. `ramp` is the duration in s of a ramp that was
-    found in the tests and taken out, else 0; times of points count from its middle.
+    found in the tests and taken out, else 0; times of points are then mean ages of the load.
     """
 
     measurement: KindName

@@ -3,9 +3,9 @@
 Three things make that of a least-squares fit too small where curves are nearly level.
 
 The spreads of vertical offsets and tilts are hardly known then, and either looks like a shift. The errors are therefore those of
-the mixture of the normal distributions that belong to all probable spreads. The mixture has a long tail, so that its variance is
-that of spreads that are hardly probable; a standard error is therefore a width at which the interval of `LEVEL` holds this much of
-the mixture.
+the mixture of the normal distributions that belong to all probable spreads, and to a drift. The mixture has a long tail, so that
+its variance is that of spreads that are hardly probable; a standard error is therefore a width at which the interval of `LEVEL`
+holds this much of the mixture.
 
 A smooth curve through noise is never quite straight, so that every curve seems to fit its place alone. Noise in the slope S of the
 smooth curves adds N = E[dS' M dS] to the information S' M S on the shifts, where M are the weights less what the curves, offsets
@@ -59,7 +59,7 @@ def shift_covariance(points: FitPoints, prior: Prior, state: State) -> Floats:
             repeated,
             _slope_noise(points, state, by_curve, _bent_by_offsets(points, prior, state, repeated))[shifts],
         )
-        _, probability, precisions = probable(prior.random, of_effects, right)
+        probability, precisions = probable(prior.random, of_effects, right)
     full = np.repeat(normal[None], probability.size, axis=0)
     full[:, place[:, None], place] += precisions
     inverse = np.linalg.inv(full)

@@ -19,6 +19,7 @@ from dielast.numerics.arrays import Flags, Floats, Index
 from dielast.numerics.robust import robust_deviation
 from dielast.relaxation.superposition.binning import Binned
 from dielast.relaxation.superposition.checks import have_shape
+from dielast.relaxation.superposition.effects import Drift
 from dielast.relaxation.superposition.joint_fit import MasterFit, fit_held, fit_master
 from dielast.relaxation.superposition.overlap import matching_shifts
 from dielast.relaxation.superposition.points import FitPoints, loss_tangent, one_channel, points_of
@@ -61,7 +62,7 @@ class BasisFit:
 
 
 def fit_sweeps(
-    data: Binned, start: Floats, anchor: int, vertical: bool, on: Basis | Literal["auto"], drift: Floats | None
+    data: Binned, start: Floats, anchor: int, vertical: bool, on: Basis | Literal["auto"], drift: Drift | None
 ) -> BasisFit:
     """Fit frequency sweeps on the basis `on`, or with "auto" on the best basis that predicts omitted points.
 
@@ -78,7 +79,7 @@ def fit_sweeps(
     firm = have_shape(storage, alone.splines, alone.shift, False)
     connected = np.flatnonzero(~_apart(storage, loss, firm, anchor))
     if on != "storage" and 2 <= connected.size < m:
-        part = None if drift is None else drift[np.ix_(connected, connected)]
+        part = None if drift is None else drift.among(connected)
         place = int(np.searchsorted(connected, anchor))
         joined = fit_sweeps(_only(data, connected), start[connected], place, vertical, on, part)
         points = {"moduli": raw, "tan-delta": ratio, "storage": storage}[joined.on]
