@@ -138,8 +138,8 @@ class LoadedPoints(UnderLoad):
         columns = paired(np.arange(state.shape[1]))
         elastic = np.subtract(log_squared[:, None], self.packed(state), order="C").take(columns, axis=-1)
         stress = stress_of(self.points.law, self.symmetry, elastic)
-        carried = np.einsum("nm,cnm->cm", self.points.modulus.take(columns, axis=-1), stress)[:, : state.shape[1]]
-        return carried - self.points.maxwell_stress(log_squared, driven[ELECTRIC]) if self.electric else carried
+        carried: Floats = np.einsum("nm,cnm->cm", self.points.modulus.take(columns, axis=-1), stress)[:, : state.shape[1]]
+        return np.subtract(carried, self.points.maxwell_stress(log_squared, driven[ELECTRIC])) if self.electric else carried
 
     def error(self, time: Floats, state: Floats, increment: Floats) -> Floats:
         """Largest relative error (cases,) of stretches, stresses and viscous stretches due to an `increment` of the `state` at a
@@ -193,9 +193,9 @@ class LoadedPoints(UnderLoad):
         flow = points.flow.over(np.ones_like(time), self.symmetry)
         stress, tangent = tangent_of(points.law, self.symmetry, elastic.copy())
         block = flow.mobility(stress).through(tangent)
-        decay = np.maximum(0.5 * (block[0, 0] + block[-1, -1]), 0.0)
         now = flow.rate(stress)
         rate = self.lifted() * (now - ahead[:, None])
+        decay = decay_along(rate, np.einsum("abnm,bnm->anm", block, rate))
         share = relaxed(decay * lasts)
         fallen = elastic - rate * lasts * share
         then = flow.rate(stress_of(points.law, self.symmetry, fallen))
@@ -214,6 +214,15 @@ class LoadedPoints(UnderLoad):
         (axes, n, cases) that are `fading` are known.
         """
         return Arrowhead(self, times, state, step, gamma, fading)
+
+
+def decay_along(rate: Floats, change: Floats) -> Floats:
+    """The rate (n, cases) at which a = `rate` (axes, n, cases) fades by da/dt = -B a, from `change` = B a: Rayleigh's quotient,
+    that of the direction of a, along which a flow that is activated by stress relaxes far faster than across it.
+    """
+    size = np.add.reduce(np.square(rate), axis=0)
+    along = np.add.reduce(rate * change, axis=0)
+    return np.asarray(np.maximum(along / np.where(size > 0, size, 1.0), 0.0))
 
 
 class Arrowhead:
@@ -267,8 +276,9 @@ class Arrowhead:
             decay = np.maximum(1 / self.springs.diagonal[0] - self.hold, 0.0)
         else:
             block = mobility.through(tangent)
-            decay = np.maximum(0.5 * (block[0, 0] + block[1, 1]), 0.0)
-            self.bent = decay * rate - np.einsum("abnm,bnm->anm", block, rate)
+            moved = np.einsum("abnm,bnm->anm", block, rate)
+            decay = decay_along(rate, moved)
+            self.bent = decay * rate - moved
         response = relaxed(decay, share[:, None])
         stages, cases = share.shape
         inner, right = rate * response[:, None], rate * (1 - decay * response)[:, None]
@@ -297,8 +307,8 @@ class Arrowhead:
         return log_squared, np.exp(0.5 * log_squared), self.system.applied(driven, log_squared)
 
     def _condense(self, change: Floats | None, driven: Floats, log_squared: Floats, nominal: Floats) -> None:
-        """Set the inverse (axes, axes, cases) of the border's matrix, which is 0 along held axes, and the right-hand side due to the
-        rates of the prescribed values; `change` (3, cases) is these rates times the step, None for a load that is still.
+        """Set the inverse (axes, axes, cases) of the border's matrix, which is 0 along held axes, and the right-hand side due to
+        the rates of the prescribed values; `change` (3, cases) is these rates times the step, None for a load that is still.
         """
         stretch, axes, points = self.stretch, self.axes, self.points
         tangent = np.einsum("nm,bcnm->bcm", points.modulus, self.springs.share)
