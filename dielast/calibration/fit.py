@@ -93,16 +93,18 @@ class Fit(Result):
         return float(np.mean(np.square(self.curves.differences / np.concatenate(self.curves.levels()))))
 
     @property
+    def aic(self) -> float:
+        """Akaike's criterion, to compare laws that were fitted to the same tests."""
+        return self.independent_points * float(np.log(self.mean_square)) + 2 * len(self.space)
+
+    @property
     def aicc(self) -> float:
-        """Akaike's criterion corrected for few points (Hurvich and Tsai 1989, DOI 10.1093/biomet/76.2.297), to compare laws that
-        were fitted to the same tests; infinite if the independent points do not outnumber the constants, of which the size of the
-        error is one, by more than 1.
+        """Akaike's criterion corrected for few points (Hurvich and Tsai 1989, DOI 10.1093/biomet/76.2.297); infinite if the
+        independent points do not outnumber the constants, of which the size of the error is one, by more than 1.
         """
         points, constants = self.independent_points, len(self.space) + 1
         left = points - constants - 1
-        if left <= 0:
-            return np.inf
-        return points * float(np.log(self.mean_square)) + 2 * constants + 2 * constants * (constants + 1) / left
+        return self.aic + 2 + 2 * constants * (constants + 1) / left if left > 0 else np.inf
 
     @property
     def at_bound(self) -> Flags:

@@ -105,7 +105,7 @@ HEADERS |= {
     "next_tests.csv": ["test", "variance_removed [1]"],
     "laws.csv": [
         *("material", "equilibrium_law", "nonequilibrium_law", "parameters", "rms_relative_error [1]", "r_squared [1]"),
-        *("cross_validation_error [1]", "aicc [1]", "stable_to_uniaxial [1]", "stable_to_equibiaxial [1]"),
+        *("cross_validation_error [1]", "aic [1]", "aicc [1]", "stable_to_uniaxial [1]", "stable_to_equibiaxial [1]"),
         "stable_to_pure_shear [1]",
     ],
     "draws.csv": [

@@ -328,6 +328,7 @@ def law_columns(ranked: Sequence[Candidate]) -> Table:
         Column("rms_relative_error", "1", np.array([each.fit.misfit for each in ranked])),
         Column("r_squared", "1", np.array([each.fit.explained for each in ranked])),
         Column("cross_validation_error", "1", np.array(errors)),
+        Column("aic", "1", np.array([each.fit.aic for each in ranked])),
         Column("aicc", "1", np.array([each.fit.aicc for each in ranked])),
         *(
             Column(f"stable_to_{mode.replace('-', '_')}", "1", np.array([each.stability[k].highest for each in ranked]))
