@@ -122,6 +122,8 @@ def _lives(axes: Axes, tested: Simulated, lives: Lives, without: NDArray[np.floa
         for volts, end in zip(tested.voltage[alive][:200] / 1e3, tested.end[alive], strict=False):
             axes.annotate("", (volts, end * 1.6), (volts, end), arrowprops={"arrowstyle": "->", "color": colour, "lw": 0.6})
         handles.append(entry(f"{name}: measured, B50", **look | {"linestyle": _dashes(number)}))
+    if np.any(tested.seen == Seen.SUSPENDED):
+        handles.append(entry("suspended: lived longer", marker=r"$\uparrow$", markersize=6, color="0.4", linestyle="none"))
     handles.append(Patch(color="0.4", alpha=SHADE, label=f"B{100 * lives.shares[low]:g} to B{100 * lives.shares[-1]:g}"))
     if without is not None and np.any(np.isfinite(without)):
         handles.append(entry("power law of the voltage: B50", **WITHOUT))

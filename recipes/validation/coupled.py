@@ -11,7 +11,7 @@ from section import Section, picture, table
 from vhb4905 import HANDLES, START, draw, read, summary
 
 from dielast import VACUUM_PERMITTIVITY, Calibration, Free, Intervals, MeasuredTest, NoShift, Spectrum, calibrate
-from dielast.plots.style import COLOURS, grid, legend_below, sheet, style
+from dielast.plots.style import COLOURS, entry, grid, legend_below, sheet, style
 
 THICKNESS = 0.5e-3  # m
 PAIRS = ((701, 703), (702, 704))
@@ -121,5 +121,6 @@ def _figure(found: list[Calibration]) -> Figure:
             axes.set_title(f"{result.comparisons[0].test.temperature:g} °C")
             axes.set_xlabel("stretch")
             axes.set_ylabel("nominal stress [kPa]")
-        legend_below(figure, HANDLES)
+        volts = [entry(name, color=COLOURS[k], marker=marker) for name, k, marker in (("0 kV", 0, "o"), ("6 kV", 2, "s"))]
+        legend_below(figure, [*volts, *HANDLES])
     return figure
