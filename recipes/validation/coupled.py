@@ -121,6 +121,9 @@ def _figure(found: list[Calibration]) -> Figure:
             axes.set_title(f"{result.comparisons[0].test.temperature:g} °C")
             axes.set_xlabel("stretch")
             axes.set_ylabel("nominal stress [kPa]")
-        volts = [entry(name, color=COLOURS[k], marker=marker) for name, k, marker in (("0 kV", 0, "o"), ("6 kV", 2, "s"))]
+        volts = [
+            entry(name, color=COLOURS[k], marker=marker, markerfacecolor="white")
+            for name, k, marker in (("0 kV", 0, "o"), ("6 kV", 2, "s"))
+        ]
         legend_below(figure, [*volts, *HANDLES])
     return figure
