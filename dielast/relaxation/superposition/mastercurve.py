@@ -25,7 +25,7 @@ from dielast.relaxation.superposition.joint_fit import Fitted, best_fit, with_er
 from dielast.relaxation.superposition.overlap import starting_shifts, steepest
 from dielast.relaxation.superposition.placement import place_at_reference
 from dielast.relaxation.superposition.points import points_of
-from dielast.relaxation.superposition.ramp import find_ramp, left_out, warn_if_modulus_rises, warn_of_ramp
+from dielast.relaxation.superposition.ramp import after_step, find_ramp, left_out, warn_if_modulus_rises, warn_of_ramp
 from dielast.relaxation.superposition.result import MasterCurve, Stated
 from dielast.relaxation.superposition.sweepfit import Basis, BasisFit, fit_sweeps, warn_of_others
 
@@ -66,7 +66,8 @@ def build_master_curve(
 
     A ramp that all tests over time begin with is found by its likelihood, unless the `ramp_taken_out` of a curve is
     stated, 0 for a step. It is taken out with a warning if there are readings before twice its duration, or else
-    only named.
+    only named, and the standard errors allow for it. Shifts after a ramp are read from moduli as after a step, to second order by
+    the smooth curve; the points of the result are as measured, over mean ages.
 
     Curves with fewer than three distinct points, and single curves without a modulus in common with any other, are omitted with a
     warning. Warns of each temperature whose shift the data do not determine, of points far from the master curve, and of
@@ -123,6 +124,9 @@ def build_master_curve(
                 warn_of_ramp(found.duration, data, taken_out=refit is not None, lost=lost)
                 if refit is None and plain is not None:
                     doubt = found.doubt(plain.anchor, plain.state)
+        if plain is not None and np.any(data.ramp > 0):
+            binned = after_step(data, binned, plain)
+            plain, problem = _fitted(data, binned, free, stated)
         if plain is None:
             raise problem
         points, anchor = points_of(binned), plain.anchor

@@ -189,6 +189,18 @@ def find_ramp(data: Gathered, binned: Binned, plain: Fitted | None, vertical: bo
     return FoundRamp(round(duration, -int(np.floor(np.log10(duration * stderr)))), stderr, theta)
 
 
+def after_step(data: Gathered, binned: Binned, fitted: Fitted) -> Binned:
+    """The averages of tests whose ramps are taken out as after a step to second order, by the smooth curve `fitted` to them."""
+    first = np.searchsorted(binned.bin_of_point, np.arange(binned.curve.size), sorter=(order := np.argsort(binned.bin_of_point)))
+    duration, shift = data.ramp[order[first]], fitted.state.theta[binned.curve]
+    values = binned.log_modulus.copy()
+    for each in np.unique(duration[duration > 0]).tolist():
+        own = duration == each
+        time = time_of_age(10 ** binned.log_time[own], each)
+        values[0, own] -= Ramp(each, 0.0, False).excess(fitted.state.splines[0], shift[own], time, data.kind.stiffness_power)
+    return replace(binned, log_modulus=values)
+
+
 def left_out(duration: float, data: Gathered) -> bool:
     """Whether there are readings too early to stand for those after a step, with a ramp of a `duration` in s."""
     return bool(np.min(data.abscissa) < DROPPED * duration)
