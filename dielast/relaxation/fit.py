@@ -35,10 +35,10 @@ def fit_spectrum(
     There are by default 30 `branches`, or 5 a decade of the curve if these are more, the method is nnls, and `keep` is not stated;
     an end of `relaxation_time`, the shortest and the longest time in s, counts in place of that of the curve. If one is None,
     schwarzl-staverman uses the range in which t = 2 tau stays on the curve, and nnls places it inside the curve where it fits best.
-    The equilibrium modulus of the `plateaus` is by default that at the end of the curve, or fitted by nnls. Their glassy modulus is three times the sum of all shear moduli
-    including the equilibrium modulus, which determines mu_neq of Eq. 20. By default, schwarzl-staverman uses the largest modulus of
-    the curve, smoothed, or the equilibrium modulus plus H at the shortest relaxation time if that is larger; nnls does not
-    prescribe it. `keep` truncates to the slowest branches (Sec. 3.4).
+    The equilibrium modulus of the `plateaus` is by default that at the end of the curve, or fitted by nnls. Their glassy modulus is
+    three times the sum of all shear moduli including the equilibrium modulus, which determines mu_neq of Eq. 20. By default,
+    schwarzl-staverman uses the largest modulus of the curve, smoothed, or the equilibrium modulus plus H at the shortest relaxation
+    time if that is larger; nnls does not prescribe it. `keep` truncates to the slowest branches (Sec. 3.4).
 
     Raises `InputError` for points or arguments that allow no fit, and if negative moduli contribute more than 2 % of G(t). Warns of
     smaller negative moduli (they are set to 0), of extrapolation, of an end without a plateau, of a plateau far above the stated

@@ -116,10 +116,10 @@ def fit_strengths(
     processes = process_time.size
     scale = np.exp(np.interp(np.log(process_time), np.log(curve.time), np.log(curve.size)))
     unknown, constant_scale = _unknown(known), curve.constant_scale
-    design, target = _relative_rows(curve, process_time, scale, known)
+    design, target = relative_rows(curve, process_time, scale, known)
     unknowns = design.shape[1]
     weight = curve.row_weight
-    rows, values = _reduced(design, target, weight)
+    rows, values = reduced_rows(design, target, weight)
     # Points have equal scatter but unequal weight: dense ones follow their noise less, hence the squared weight in the trace.
     influence = np.asarray(np.linalg.qr(design * weight[:, None], mode="r"))
     count = float(weight.sum())
@@ -174,8 +174,8 @@ def place_times(
         return np.logspace(high - inset[1] * spacing, low + inset[0] * spacing, branches)
 
     def misfit(inset: tuple[float, float]) -> float:
-        design, target = _relative_rows(coarse, times(inset), np.full(branches, coarse.size[-1]), known)
-        return non_negative(*_reduced(design, target, coarse.row_weight))[1]
+        design, target = relative_rows(coarse, times(inset), np.full(branches, coarse.size[-1]), known)
+        return non_negative(*reduced_rows(design, target, coarse.row_weight))[1]
 
     # A single branch has no spacing to keep: its time is sought over the whole range, to many digits.
     single = branches == 1
@@ -199,7 +199,7 @@ def _unknown(known: Known) -> Flags:
     return np.array([value is None for value in known], dtype=bool)
 
 
-def _relative_rows(curve: WeightedCurve, process_time: Floats, scale: Floats, known: Known) -> tuple[Floats, Floats]:
+def relative_rows(curve: WeightedCurve, process_time: Floats, scale: Floats, known: Known) -> tuple[Floats, Floats]:
     """Design matrix and target of the relative error, one channel after another.
 
     The unknowns are strengths over `scale`, and the constants that are not `known` over their `constant_scale`.
@@ -213,7 +213,7 @@ def _relative_rows(curve: WeightedCurve, process_time: Floats, scale: Floats, kn
     return np.column_stack(columns), target.reshape(-1)
 
 
-def _reduced(design: Floats, target: Floats, weight: Floats) -> tuple[Floats, Floats]:
+def reduced_rows(design: Floats, target: Floats, weight: Floats) -> tuple[Floats, Floats]:
     """The weighted least-squares problem, reduced to at most one row more than it has unknowns."""
     triangle = np.asarray(np.linalg.qr(np.column_stack([design, target]) * np.sqrt(weight)[:, None], mode="r"))
     return triangle[:, :-1], triangle[:, -1]

@@ -1,8 +1,12 @@
 """The uncertainty of a spectrum: draws of its master curve, each fitted like the curve itself.
 
 A draw is the curve times the ratio of its resampled smooth curve to the mean of all draws, so that the draws scatter about the fit
-to the curve, whatever the bias of smoothing. The distance of the fit from the curve beyond noise is a model error that resampling
-does not show: every draw is shifted by that distance times a random factor of mean 0 and variance 1.
+to the curve, whatever the bias of smoothing. As no modulus is negative, refits are off to one side of the fit, and the fit is off
+to the same side of the truth: every second draw is therefore the reflection, about the fit, of the refit to the opposite noise, so
+that all draws are symmetric about the fit (symmetric bootstrap intervals: P. Hall, J. R. Stat. Soc. B 50 (1988) 35). The
+equilibrium modulus of a plateau that was reached is drawn by how likely the curve makes it (see `levels`). The distance of the fit
+from the curve beyond noise is a model error that resampling does not show: every draw is shifted by that distance times a random
+factor of mean 0 and variance 1.
 """
 
 from collections.abc import Callable
@@ -13,15 +17,17 @@ import numpy as np
 
 from dielast.base.errors import InputError, NumericsError, warn, without_warnings
 from dielast.material.spectrum import Spectrum
-from dielast.numerics.arrays import Floats, Index, rms
+from dielast.numerics.arrays import Flags, Floats, Index, rms
 from dielast.numerics.random_streams import stream
 from dielast.relaxation.beyond import continuations
+from dielast.relaxation.levels import likely_levels
 from dielast.relaxation.nnls import non_negative
 from dielast.relaxation.result import SpectrumFit
 
 SEED = 1  # equal draws of a master curve give equal draws of its spectrum
 DOUBTED = 2.0  # ratio of misfit to scatter of the draws above which a warning is issued
 TIMES_PER_DECADE = 8
+LAST = 10.0  # ratio of the last time of a curve to the first of its end, over which its error as a whole is the mean
 SMALL, RELUCTANCE = 0.01, 1e-6  # least fraction of the modulus that a branch counts as; squared misfit per squared relative change
 
 
@@ -74,33 +80,35 @@ def draw_spectra(
     *,
     spectrum: Spectrum | None = None,
     open_end: bool = False,
+    level_known: bool = False,
 ) -> SpectrumDraws:
     """The spectra of all draws of the master curve with points `abscissa` (n,) and `ordinates` (c, n), which gave `fit`.
 
     `refit` fits such points in the same way as `fit`. If it uses other relaxation times, a draw keeps the times of `fit`, with
     moduli that change the relaxation modulus by the same fraction; the same is done for a `spectrum` that was derived from that of
     the fit by other means than truncation. With an `open_end`, the curve of the `fit` ends before its plateau: every draw goes on
-    in its own way (`dielast.relaxation.beyond`), with slower branches and a lower equilibrium modulus. Draws that cannot be fitted
-    are omitted; raises `InputError` if these are more than half. Warns if the model misses the curve by far more than the draws
-    scatter.
+    in its own way (`dielast.relaxation.beyond`), with slower branches and a lower equilibrium modulus. `level_known` says that the
+    equilibrium modulus is not that of the curve. Draws that cannot be fitted are omitted; raises `InputError` if these are more
+    than half. Warns if the model misses the curve by far more than the draws scatter.
     """
     fitted = fit.spectrum
     change = _Change.of(fitted, fit)
     at_points = curves.deviations(fit.reduced_abscissa)
     rows: list[tuple[int, float, Floats, Floats]] = []
     for place, deviation in enumerate(curves.deviations(abscissa)):
+        sense = -1 if place % 2 else 1
         with without_warnings():
             try:
-                drawn = refit(abscissa, ordinates * np.exp(deviation))
+                drawn = refit(abscissa, ordinates * np.exp(sense * deviation))
             except (InputError, NumericsError):
                 continue
         if not np.array_equal(drawn.reduced_abscissa, fit.reduced_abscissa):  # a point strays in this draw alone
             continue
         level, moduli = drawn.equilibrium_shear_modulus, drawn.spectrum.shear_modulus
-        if not _begins_with(drawn.spectrum, fitted):
-            stiffer = drawn.spectrum.relaxation_modulus(change.time, level) / change.modulus - 1
+        if sense < 0 or not _begins_with(drawn.spectrum, fitted):
+            stiffer = sense * (drawn.spectrum.relaxation_modulus(change.time, level) / change.modulus - 1)
             (level,), (moduli,) = change.added(fit.equilibrium_shear_modulus, fitted.shear_modulus, stiffer[None])
-        follows = np.log(np.atleast_2d(drawn.model)[0] / np.atleast_2d(fit.model)[0]) - at_points[place, 0]
+        follows = sense * np.log(np.atleast_2d(drawn.model)[0] / np.atleast_2d(fit.model)[0]) - at_points[place, 0]
         rows.append((place, level, moduli[: len(fitted)], follows))
     if 2 * len(rows) < len(curves.ordinates):
         raise InputError(
@@ -127,6 +135,8 @@ def draw_spectra(
         tau, equilibrium, moduli = continuations(fit, ratios, 1).joined(fitted, equilibrium, moduli)
         fit = replace(fit, spectrum=Spectrum(tau, moduli.mean(axis=0)), equilibrium_shear_modulus=float(equilibrium.mean()))
         fitted = fit.spectrum
+    elif not level_known and fit.smoothing is not None and fit.retardation is None and fit.equilibrium_shear_modulus > 0:
+        equilibrium, moduli = _levelled(fit, equilibrium, moduli, curves, used)
     if spectrum is not None and _begins_with(fitted, spectrum):
         moduli = moduli[:, : len(spectrum)]
     elif spectrum is not None:
@@ -135,6 +145,22 @@ def draw_spectra(
         equilibrium, moduli = change.added(fit.equilibrium_shear_modulus, spectrum.shear_modulus, stiffer)
     tau = (fitted if spectrum is None else spectrum).relaxation_time
     return SpectrumDraws(used, tau, equilibrium, moduli, misfit, scatter)
+
+
+def _levelled(fit: SpectrumFit, equilibrium: Floats, moduli: Floats, curves: CurveDraws, used: Index) -> tuple[Floats, Floats]:
+    """Draws with equilibrium moduli (draws,) as likely as the curve makes them, and moduli (draws, N) that change the relaxation
+    modulus of each draw within the curve as little as they can.
+    """
+    count, random = len(curves.ordinates), stream(SEED, "equilibrium modulus")
+    ratio = likely_levels(fit, (random.permutation(count) + random.uniform(size=count)) / count)[used]
+    time, tau = fit.reduced_time, fit.spectrum.relaxation_time
+    change = _Change.of(fit.spectrum, fit)
+    own = equilibrium[:, None] + moduli @ np.exp(-change.time / tau[:, None])
+    last = (change.time >= time[-1] / LAST) & (change.time <= time[-1])
+    offset = np.mean(np.log(own[:, last] / change.modulus[last]), axis=1)  # the error of the whole curve, which is not in the ratio
+    level = fit.equilibrium_shear_modulus * ratio * np.exp(offset)
+    within = change.time <= time[-1]
+    return level, change.held(level, moduli, own, within)
 
 
 def _begins_with(spectrum: Spectrum, with_these: Spectrum) -> bool:
@@ -181,3 +207,13 @@ class _Change:
             wanted = equations @ (before[row] / size) + np.append(share[row], np.zeros(size.size))
             after[row] = self.size * non_negative(equations, wanted)[0]
         return after[:, -1], after[:, :-1]
+
+    def held(self, level: Floats, moduli: Floats, wanted: Floats, within: Flags) -> Floats:
+        """The moduli (draws, N) that relax as `wanted` (draws, k) at the times `within`, to the moduli `level` (draws,)."""
+        size, reluctance = self.size[:-1], np.sqrt(RELUCTANCE * np.count_nonzero(within))
+        effect = self.effect[within, :-1] * self.modulus[within, None]
+        after = []
+        for constant, before, modulus in zip(level, moduli, wanted[:, within], strict=True):
+            equations = np.vstack([effect / modulus[:, None], reluctance * np.eye(size.size)])
+            after.append(size * non_negative(equations, np.append(1 - constant / modulus, reluctance * before / size))[0])
+        return np.array(after)

@@ -162,7 +162,16 @@ def draw_materials(
 
     abscissa, *ordinates = curve.columns
     curves, is_open = CurveDraws(read.abscissa, read.ordinates), material.equilibrium_range is not None
-    spectra = draw_spectra(abscissa, np.array(ordinates), curves, whole, refit, spectrum=material.spectrum, open_end=is_open)
+    spectra = draw_spectra(
+        abscissa,
+        np.array(ordinates),
+        curves,
+        whole,
+        refit,
+        spectrum=material.spectrum,
+        open_end=is_open,
+        level_known=fit.states_the_end,
+    )
     tau = material.spectrum.relaxation_time
     members = [
         replace(material, equilibrium_modulus=float(level), spectrum=Spectrum(tau, moduli), shift=read.shifts[place])
