@@ -521,7 +521,7 @@ def test_the_modulus_is_free_in_place_of_a_constant_that_it_replaces() -> None:
     yeoh = replace(TRUTH, equilibrium_law=Yeoh(10e3, -100.0))
     for path, message in (
         ("equilibrium.C10", "equilibrium.C10: free equilibrium.shear_modulus instead: yeoh is stated by it or by C10"),
-        ("equilibrium.C77", "there are equilibrium.shear_modulus, equilibrium.C20, equilibrium.C30, nonequilibrium.shear_modulus"),
+        ("equilibrium.C77", "there are equilibrium.shear_modulus, equilibrium.C20, equilibrium.C30"),
     ):
         with pytest.raises(InputError) as caught:
             parameter_space(yeoh, {path: Free()})

@@ -274,6 +274,16 @@ def test_results_stand_in_the_order_of_the_cases(jobs: int) -> None:
     assert sorted(seen) == seen
 
 
+def test_results_that_are_too_many_to_keep_are_said_to_be(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(store_of, "LARGEST", 100)
+    monkeypatch.setattr(study, "PAUSE", 0.0)
+    notes, kept, plan = list[str](), list[str](), planned(8)
+    Study(Execution(folder=tmp_path, note=notes.append, keep=kept.append), "key").solve(CELLS, plan, plan.chunks(2))
+    assert notes == ["results of more than 1 GiB: an interrupt keeps no more of them than until now"]
+    assert kept == [study.NOTHING_KEPT]
+    assert not list(tmp_path.iterdir())
+
+
 @pytest.mark.parametrize("jobs", [1, 2])
 def test_the_first_batch_with_an_error_is_told_of(jobs: int) -> None:
     first = InputError("step[0]: one", "step[1]: two")
