@@ -59,7 +59,7 @@ fit alike. No weight of a law, and no average over its undetermined constants, s
 the band of each law in each part of the range of such constants. They are as wide as this ignorance, and a prediction of a voltage
 from uniaxial tests alone says little more than a factor of {np.median([each.high / each.low for each in alone]):.0f}.{ends} The \
 true law is the best one in {sum(max(each.laws, key=lambda name: each.laws[name][0]) == law.name for each in alone)} of \
-{len(alone)} laboratories..{both}""")
+{len(alone)} laboratories.{both}""")
 
 
 def _missing(ends: Sequence[str]) -> str:
