@@ -22,7 +22,7 @@ RECIPES = Path(__file__).resolve().parents[1]
 sys.path.insert(1, str(RECIPES))
 
 from claims import differences
-from counted import calibrated_intervals, voltage_tests
+from counted import voltage_tests
 from coupled import coupled
 from gallery import shrink
 from intervals import shift_intervals
@@ -39,7 +39,6 @@ SECTIONS = {
     "coupled": coupled,
     "raw-tests": raw_tests,
     "voltage-tests": voltage_tests,
-    "calibrated-intervals": calibrated_intervals,
     "intervals": shift_intervals,
 }
 HEAD = """# Validation on measured data

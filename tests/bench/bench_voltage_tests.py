@@ -4,9 +4,9 @@ A laboratory has a material whose springs are gent-i2, and six uniaxial tests of
 voltage for a relative stretch of 1.2 at prestretch 3 is predicted from draws of all laws that the tests cannot tell apart. The
 laboratories are calibrated side by side, with one start, 12 points of a curve, and at most 48 moves of a chain.
 
-Measured with draws of all ranges together: `uniaxial 4` 2 of 4 hold the truth, as an exponent of 0.9 is in a tail of its uniform
-prior; `films 2` 2 of 2. With divided ranges, the law of the truth alone gives laboratory 100 a band from 2965 to 10168 V, where the
-truth is 7377 V; all laws together, and further laboratories, are not measured.
+Measured, `uniaxial --first 1003 --laboratories 6`: 5 of 6 bands hold the truth, their width is 1.05 to 1.65 times that from the
+truth to the laws (1.30 in the middle), and the best law is off by 41 %. It takes about 75 s of the processor for a laboratory, 40 s
+of them for the draws of gent-i2; with `--folder`, a bench that was stopped goes on. `films` has not been counted with these bands.
 """
 
 from __future__ import annotations
