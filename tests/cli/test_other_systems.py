@@ -58,7 +58,7 @@ RECIPES = {
     '[shift]\nreference_temperature = "20 °C"\n',
     "spectrum": (
         'kind = "spectrum"\nmastercurve = "Ergebnisse/mastercurve"\n[fit]\nequilibrium_modulus = "0.078 MPa"\n'
-        '[material]\npermittivity = "3.98e-11 F/m"\n'
+        'branches = 12\n[material]\npermittivity = "3.98e-11 F/m"\n'
     ),
     "relax": MATERIAL.format("relax") + '[[step]]\ntable = "Messung bei 20 °C/history.csv"\n',
     "creep": MATERIAL.format("creep") + '[[step]]\nstress = "20 kPa"\nrate = "10 kPa/s"\n[[step]]\nhold = "1 min"\n',
