@@ -105,10 +105,16 @@ class LoadedPoints(UnderLoad):
         if self.stretched:
             carried = self._carried(state, driven, log_squared) * np.exp(-0.5 * log_squared)
             nominal = np.array([np.where(held, *both) for held, *both in zip(self.held, carried, nominal, strict=True)])
-        if self.symmetry is None:
-            return log_squared, nominal
-        second = np.zeros_like(nominal) if self.symmetry == UNIAXIAL else nominal
-        return np.concatenate((log_squared, self.symmetry.second * log_squared)), np.concatenate((nominal, second))
+        if self.symmetry is not None:
+            nominal = np.concatenate((nominal, np.zeros_like(nominal) if self.symmetry == UNIAXIAL else nominal))
+        return self._of_both(log_squared), nominal
+
+    def of_both_axes(self, state: Floats, driven: Floats) -> Floats:
+        """Lambda (2, cases) of a `state` under the prescribed values `driven` (3, cases)."""
+        return self._of_both(self.log_squared(state, driven))
+
+    def _of_both(self, log_squared: Floats) -> Floats:
+        return log_squared if self.symmetry is None else np.concatenate((log_squared, self.symmetry.second * log_squared))
 
     def log_squared(self, state: Floats, driven: Floats) -> Floats:
         """Lambda (axes, cases), which the border holds or the load prescribes."""
@@ -307,8 +313,8 @@ class Arrowhead:
         return log_squared, np.exp(0.5 * log_squared), self.system.applied(driven, log_squared)
 
     def _condense(self, change: Floats | None, driven: Floats, log_squared: Floats, nominal: Floats) -> None:
-        """Set the inverse (axes, axes, cases) of the border's matrix, which is 0 along held axes, and the right-hand side due to
-        the rates of the prescribed values; `change` (3, cases) is these rates times the step, None for a load that is still.
+        """Set the inverse (axes, axes, cases) of the border's matrix, 0 along held axes, and the right-hand side due to the
+        rates of the prescribed values; `change` (3, cases) is these rates times the step, None for a load that is still.
         """
         stretch, axes, points = self.stretch, self.axes, self.points
         tangent = np.einsum("nm,bcnm->bcm", points.modulus, self.springs.share)

@@ -10,7 +10,7 @@ from typing import Any, Protocol, Self
 
 import numpy as np
 
-from dielast.numerics.arrays import ByCase, Cases, Flags, Floats, paired, where
+from dielast.numerics.arrays import ByCase, Cases, Flags, Floats, paired
 from dielast.numerics.response import Response
 from dielast.numerics.rosenbrock import Rosenbrock
 
@@ -170,12 +170,16 @@ class TriedStep:
     """The rate (m, n, pool) that fades at the beginning of the step."""
     _stored: dict[int | None, DenseSteps] = field(default_factory=dict, repr=False)
 
+    @property
+    def once(self) -> Cases:
+        """The accepted columns (k,); of two columns with the same case, the first."""
+        accepted = np.flatnonzero(self.accepted)
+        return accepted[:1] if self.cases.size == 2 and self.cases[0] == self.cases[1] else accepted
+
     def stored(self, rows: slice) -> DenseSteps:
-        """The dense output of the last `rows` in the accepted columns, for all observers alike; a case that occupies two columns
-        appears twice.
-        """
+        """The dense output of the last `rows` in the columns `once`, for all observers alike."""
         if rows.start not in self._stored:
-            self._stored[rows.start] = DenseSteps.of(self, rows, where(self.accepted))
+            self._stored[rows.start] = DenseSteps.of(self, rows, self.once)
         return self._stored[rows.start]
 
     def dense(self, rows: slice, columns: Cases, fraction: Floats) -> Floats:

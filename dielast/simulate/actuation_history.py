@@ -86,7 +86,7 @@ def run_films(
     recorders = [Recorder(output.take(part), watch, electric, pieces.laps)]
     if output.profile_rows is not None and (spread := setup.spread(part)) is not None:
         recorders.append(ProfileRecorder(Output(output.profile_rows[part]), spread=spread))
-    meter = CycleMeter(points, begin[0], False, leakage, wiring.programme, None if density is None else density[part])
+    meter = CycleMeter(points, begin[0], False, leakage, wiring.programme, None if density is None else density[part], electric)
     followed = follow(film, pieces.take(part), rtol=rtol, watch=watch, recorders=recorders, meter=meter)
     # those of a course that was kept, if there was one
     watch, recorders, meter = followed.watch or watch, list(followed.recorders), followed.meter or meter

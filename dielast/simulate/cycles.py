@@ -25,12 +25,10 @@ from dielast.mechanics.piece import Cycles, Piece
 from dielast.mechanics.point import LoadedPoints
 from dielast.mechanics.point_material import PointMaterial
 from dielast.mechanics.span import Control
-from dielast.numerics.arrays import Cases, Flags, Floats, paired, where
+from dielast.numerics.arrays import Cases, Flags, Floats, paired
 from dielast.numerics.stride import DenseSteps, TriedStep
-from dielast.simulate.electrical import NODES, WEIGHTS, flow
+from dielast.simulate.electrical import PLACE_WEIGHTS, PLACES, ElectricMeter, flow
 
-PLACES = np.concatenate(([0.0], NODES, [1.0]))  # fractions of a step: Gauss points and both ends
-PLACE_WEIGHTS = np.pad(WEIGHTS, 1)
 FINE = np.linspace(0.0, 1.0, 33)
 # maps values at PLACES to those of their interpolating polynomial at FINE
 POLYNOMIAL = np.vander(FINE, PLACES.size) @ np.linalg.inv(np.vander(PLACES, PLACES.size))
@@ -92,7 +90,8 @@ class CycleMeter:
     """An observer of the stepper that evaluates waveforms. `begin` and `finish` are to be called before and after a piece of load.
 
     The measured quantity is the stretch of axis 1 or, with `stress`, its nominal stress, divided by `unit` (cases,). The efficiency
-    is computed if there is a `leakage`, even one of conductivity 0.
+    is computed if there is a `leakage`, even one of conductivity 0. The energies of laps are differences of those of the `electric`
+    meter, which all programmes have.
     """
 
     points: PointMaterial
@@ -101,6 +100,7 @@ class CycleMeter:
     leakage: Leakage | None = None
     programme: bool = False
     density: Floats | None = None
+    electric: ElectricMeter | None = None
     _tables: list[dict[str, Floats]] = field(default_factory=list)
     _piece: Piece | None = None
     """The piece of load, if it is a waveform or part of a lap."""
@@ -115,6 +115,9 @@ class CycleMeter:
     _at_rest: Floats = field(default_factory=lambda: np.zeros(0))
     """The measured quantity at the beginning of the waveform (cases,)."""
     _finished: Cases = field(default_factory=lambda: np.zeros(0, dtype=np.intp))
+    _totals: Floats | None = None
+    """The energies of the electric meter (4, cases) at the end of the last piece of load, and when the lap began."""
+    _totals_before: Floats | None = None
 
     def begin(self, piece: Piece, system: Films, state: Floats) -> None:
         """Begin a piece of load with this state (rows, cases)."""
@@ -129,6 +132,7 @@ class CycleMeter:
             self._sums = np.zeros((SUMS, cases, piece.cycles or 1))
             self._sums[0], self._sums[1] = np.inf, -np.inf
             self._finished = np.zeros(cases, dtype=np.intp)
+            self._totals_before = np.zeros((4, cases)) if self._totals is None else self._totals
             membrane = system.membrane(state, system.driven(np.zeros(cases), state))
             self._at_rest = self._measured(*membrane, np.arange(cases))
         self._lap = piece.lap
@@ -138,11 +142,12 @@ class CycleMeter:
         """Store the step until it is added to the sums."""
         if self._piece is None:
             return
-        columns = where(stride.accepted)
+        columns = stride.once
         if not columns.size:
             return
         self._system = system = films_of(stride)
-        steps = stride.stored(system.of_membrane)
+        # the energies of a lap are those of the electric meter
+        steps = stride.stored(slice(system.border, None) if self._lap else system.of_membrane)
         slack = (
             system.slack[columns] if isinstance(system, LoadedPoints) and system.slack is not None else np.zeros(columns.size, bool)
         )
@@ -158,6 +163,8 @@ class CycleMeter:
 
     def finish(self) -> None:
         """End a piece of load."""
+        if self.electric is not None:
+            self._totals = self.electric.totals.copy()
         if self._piece is None:
             return
         if self._buffer:
@@ -177,6 +184,10 @@ class CycleMeter:
             ended = np.arange(planned.shape[1]) < self._finished[:, None]
         else:
             period, ended = np.where(planned > 0, planned, np.nan), lasted >= planned * (1 - 1e-9)
+            assert self._totals is not None
+            assert self._totals_before is not None
+            delivered, _, lost, by_edges = (part[:, None] for part in self._totals - self._totals_before)
+            work, returned = delivered - lost + by_edges, np.zeros_like(delivered)
         table |= {"lowest": lowest, "highest": highest, "mean": total / period, "work": work}
         if self.leakage is not None:
             table["efficiency"] = returned / np.where(delivered > 0, delivered, np.nan)
@@ -209,13 +220,6 @@ class CycleMeter:
         steps = DenseSteps.joined([kept[0] for kept in self._buffer])
         span, begin, ends_span, slack = (np.concatenate([kept[index] for kept in self._buffer]) for index in (1, 2, 3, 4))
         self._buffer, self._size = [], 0
-        # a case that occupies two columns counts once
-        twice = np.append(
-            False, (np.diff(steps.cases) == 0) & (np.diff(span) == 0) & (np.diff(steps.time) == 0) & (np.diff(steps.step) == 0)
-        )
-        if twice.any():
-            once = np.flatnonzero(~twice)
-            steps, span, begin, ends_span, slack = steps.take(once), span[once], begin[once], ends_span[once], slack[once]
         load, cycle = piece.span(steps.cases, span)[0], np.zeros_like(span)
         if isinstance(piece, Cycles):
             cycle = span // piece.spans_of_cycle
@@ -232,8 +236,17 @@ class CycleMeter:
             films = replace(films, points=self.points.take(wide.cases), slack=None if films.slack is None else slack[many])
         value, slope = films.driven(local, state), driving.slope(local)
         log_squared, nominal = films.membrane(state, value)
-        stretch = np.exp(0.5 * log_squared)
         measured = self._measured(log_squared, nominal, wide.cases).reshape(places, count)
+        where = steps.cases, cycle
+        lowest, highest, total, cosine, sine, worked, delivered, returned, by_edges, _, lasted = self._sums
+        fine = _applied(POLYNOMIAL, measured)
+        np.minimum.at(lowest, where, fine.min(axis=0))
+        np.maximum.at(highest, where, fine.max(axis=0))
+        np.add.at(total, where, steps.step * _applied(PLACE_WEIGHTS, measured))
+        np.add.at(lasted, where, steps.step)
+        if self._lap:
+            return
+        stretch = np.exp(0.5 * log_squared)
         sent: Floats | None = None
         if self.leakage is None:
             ratio = log_ratio(self.points.stretching.take(wide.cases), log_squared)[0]
@@ -263,21 +276,13 @@ class CycleMeter:
             return np.asarray(steps.step * _applied(PLACE_WEIGHTS, along) + term[-1] - term[0])
 
         work = integral(power, boundary_term)
-        if isinstance(piece, Cycles):
-            turn = 2 * np.pi * (((begin[many] + local) / piece.period[wide.cases]) - cycle[many]).reshape(places, count)
-        else:
-            turn = np.zeros((places, count))
-        fine = _applied(POLYNOMIAL, measured)
+        assert isinstance(piece, Cycles)
+        turn = 2 * np.pi * (((begin[many] + local) / piece.period[wide.cases]) - cycle[many]).reshape(places, count)
         # subtract the value at rest: the quadrature error of a constant must not appear as a component at the period
         deviation = measured - self._at_rest[wide.cases].reshape(places, count)
-        where = steps.cases, cycle
-        lowest, highest, total, cosine, sine, worked, delivered, returned, by_edges, _, lasted = self._sums
-        np.minimum.at(lowest, where, fine.min(axis=0))
-        np.maximum.at(highest, where, fine.max(axis=0))
-        for summed, part in ((total, measured), (cosine, deviation * np.cos(turn)), (sine, deviation * np.sin(turn))):
+        for summed, part in ((cosine, deviation * np.cos(turn)), (sine, deviation * np.sin(turn))):
             np.add.at(summed, where, steps.step * _applied(PLACE_WEIGHTS, part))
         np.add.at(worked, where, work)
-        np.add.at(lasted, where, steps.step)
         if self.programme:
             np.add.at(by_edges, where, integral(edge_power, edge_term))
         for summed, part in zip((delivered, returned), () if sent is None else sent, strict=False):

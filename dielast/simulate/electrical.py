@@ -25,11 +25,12 @@ from dielast.mechanics.piece import Piece
 from dielast.mechanics.point import LoadedPoints
 from dielast.mechanics.point_material import SYMMETRIC
 from dielast.mechanics.span import Control, Controls, stretched
-from dielast.numerics.arrays import Cases, Flags, Floats, where
+from dielast.numerics.arrays import Cases, Flags, Floats
 from dielast.numerics.stride import DenseSteps, TriedStep
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(8)
-NODES, WEIGHTS = 0.5 * (1 + _NODES), 0.5 * _WEIGHTS  # on a step of length 1
+PLACES = np.concatenate(([0.0], 0.5 * (1 + _NODES), [1.0]))  # fractions of a step: Gauss points and both ends
+PLACE_WEIGHTS = np.pad(0.5 * _WEIGHTS, 1)
 
 MANY = 512  # steps that are evaluated together
 NEXT_TO_NOTHING = 1e-3  # voltage drop over that of the film, below which its rounding matters
@@ -51,14 +52,14 @@ class Flow:
     current: Floats
 
 
-def flow(films: Films, leakage: Leakage, time: Floats, state: Floats, rate: Floats) -> Flow:
+def flow(films: LoadedPoints, leakage: Leakage, time: Floats, state: Floats, rate: Floats) -> Flow:
     """The currents at times (k,) in s since a span of load began.
 
     `state` and `rate` (rows, k) are the rows of the border and their rates in 1/s.
     """
     points, load = films.points, films.load
     driven, slope = films.driven(time, state), load.slope(time)
-    log_squared, _ = films.membrane(state, driven)
+    log_squared = films.of_both_axes(state, driven)
     field, charge = points.nominal(log_squared, driven[ELECTRIC])
     area = np.exp(0.5 * (log_squared[0] + log_squared[1]))
     leak = np.asarray(leakage.current_density(field * area) * area)
@@ -88,13 +89,14 @@ class ElectricMeter:
         self.leakage, self._totals = leakage, np.zeros((4, cases))
         self._start = np.zeros(cases)
         self._piece: Piece | None = None
-        self._system: Films | None = None
+        self._system: LoadedPoints | None = None
+        self._needs_springs = False
         self._kept: list[tuple[DenseSteps, Cases, Floats]] = []  # steps (k,), their spans, and when these begin
         self._size = 0
         self._asked: list[tuple[Cases, Floats]] = []  # the steps that contain the rows (k,), and the times of the rows
         self._stopped: list[Cases] = []  # the steps (k,) within which films stopped
         self._ready: list[Floats] = []
-        self._ends: list[tuple[DenseSteps, Films, Floats, Floats]] = []  # with the times and energies at the beginning
+        self._ends: list[tuple[DenseSteps, LoadedPoints, Floats, Floats]] = []  # with the times and energies at the beginning
 
     @property
     def totals(self) -> Floats:
@@ -125,9 +127,12 @@ class ElectricMeter:
         self._evaluate()
         assert isinstance(system, LoadedPoints)
         self._start, self._piece = start, piece
-        self._system = system if system.stretched else replace(system, points=system.points.without_springs())
+        # the stress along an axis counts only where its stretch is prescribed and moves
+        moved = [any(np.any(target[axis] != piece.start[axis]) for target in piece.targets) for axis in range(2)]
+        self._needs_springs = any(np.logical_and(moved, stretched(piece.controls)[:, 0]))
+        self._system = system if self._needs_springs else replace(system, points=system.points.without_springs())
 
-    def ask_now(self, films: Films, state: Floats, cases: Cases) -> None:
+    def ask_now(self, films: LoadedPoints, state: Floats, cases: Cases) -> None:
         """Ask for rows at the beginning of a piece, from the complete state (rows, k)."""
         time, totals = np.zeros(cases.size), self.totals
         flowing = flow(films, self.leakage.take(cases), time, state, equilibrium_rate(films, time, state))
@@ -135,12 +140,12 @@ class ElectricMeter:
 
     def follow(self, stride: TriedStep, stopped: Flags) -> None:
         """Add a step; films of the columns `stopped` (pool,) stop within it, at times that are known when they have `ended`."""
-        columns = where(stride.accepted)
+        columns = stride.once
         if not columns.size:
             return
         if self._size >= MANY:
             self._evaluate()
-        steps = stride.stored(films_of(stride).of_membrane)
+        steps = stride.stored(slice(None) if self._needs_springs else slice(films_of(stride).border, None))
         self._kept.append((steps, stride.span[columns], stride.begin[columns]))
         if (last := np.flatnonzero(stopped[columns])).size:
             self._stopped.append(self._size + last)
@@ -149,8 +154,8 @@ class ElectricMeter:
     def ask(self, stride: TriedStep, columns: Cases, time: Floats) -> None:
         """Ask for rows of columns (k,) at times (k,) in s since their spans began, within the step that was added last."""
         steps = self._kept[-1][0]
-        first = self._size - steps.cases.size
-        self._asked.append((first + np.searchsorted(np.flatnonzero(stride.accepted), columns), time))
+        first, last = self._size - steps.cases.size, steps.cases.size - 1
+        self._asked.append((first + np.minimum(np.searchsorted(stride.once, columns), last), time))
 
     def rows(self, count: int) -> Floats:
         """The rows of `EXTRA` but the last (7, count) that were asked for first, and have not been returned yet."""
@@ -198,7 +203,7 @@ class ElectricMeter:
             self._ends.append((steps.take(last), films.take(last), start, before[:, last]))
         self._kept, self._size, self._asked, self._stopped = [], 0, [], []
 
-    def _within(self, films: Films, steps: DenseSteps, before: Floats, time: Floats) -> Floats:
+    def _within(self, films: LoadedPoints, steps: DenseSteps, before: Floats, time: Floats) -> Floats:
         """The rows of `EXTRA` but the last (7, k) at times (k,) in s since the spans began, with the energies `before` (4, k) the
         steps.
         """
@@ -206,59 +211,52 @@ class ElectricMeter:
         flowing = flow(films, self.leakage.take(steps.cases), time, steps.state(fraction), steps.rate(fraction))
         return self._rows(flowing, before + self._energies(films, steps, fraction))
 
-    def _energies(self, films: Films, steps: DenseSteps, part: Floats) -> Floats:
+    def _energies(self, films: LoadedPoints, steps: DenseSteps, part: Floats) -> Floats:
         """The energies (4, k) of the first `part` (k,) of the steps."""
         count = steps.cases.size
-        many = np.tile(np.arange(count), NODES.size)
-        fraction = np.repeat(NODES, count) * part[many]
-        wide = steps.take(many)
-        time = wide.time + fraction * wide.step
-        flowing = flow(films.take(many), self.leakage.take(wide.cases), time, wide.state(fraction), wide.rate(fraction))
-        drop, circuit = flowing.source - flowing.field, films.points.circuit
+        many = np.tile(np.arange(count), PLACES.size)
+        fraction = np.repeat(PLACES, count) * part[many]
+        wide, at = steps.take(many), films.take(many)
+        time, state = wide.time + fraction * wide.step, wide.state(fraction)
+        flowing = flow(at, self.leakage.take(wide.cases), time, state, wide.rate(fraction))
+        drop, circuit = flowing.source - flowing.field, at.points.circuit
         heat = drop * flowing.current
         if circuit is not None and circuit.resistance is not None:
             # a very small drop is below the tolerance of the charge; r i^2, which is never negative, is then more accurate
             small = np.abs(drop) < NEXT_TO_NOTHING * np.abs(flowing.field)
-            heat = np.where(small, circuit.resistance[many] * flowing.current**2, heat)
-        powers = np.stack((flowing.source * flowing.current, flowing.field * flowing.leak, heat))
-        weighted = np.einsum("n,rnk->rk", WEIGHTS, powers.reshape(3, NODES.size, count))
-        work = self._work_of_edges(films, steps, part, many, time, wide.state(fraction))
-        return np.concatenate((weighted * part * steps.step, work[None]))
+            heat = np.where(small, circuit.resistance * flowing.current**2, heat)
+        power, term = self._work_of_edges(at, time, state)
+        powers = np.stack((flowing.source * flowing.current, flowing.field * flowing.leak, heat, power))
+        energies = np.einsum("n,rnk->rk", PLACE_WEIGHTS, powers.reshape(4, PLACES.size, count)) * part * steps.step
+        energies[3] += term[-count:] - term[:count]
+        return energies
 
     @staticmethod
-    def _work_of_edges(films: Films, steps: DenseSteps, part: Floats, many: Cases, time: Floats, state: Floats) -> Floats:
-        """int s_i dlambda_i (k,) in J/m^3 over the first `part` (k,) of the steps; `state` (rows, nodes k) is that at the `time`
-        (nodes k,) of the nodes of the columns `many`.
+    def _work_of_edges(films: LoadedPoints, time: Floats, state: Floats) -> tuple[Floats, Floats]:
+        """A power (k,) in W/m^3 and a term (k,) in J/m^3 at times (k,): int s_i dlambda_i is the integral of the power, and the
+        change of the term.
 
         Along an axis of prescribed stress it is integrated by parts, as the rate of the stretch is less exact than the stretch.
         """
-        count, load, edges = steps.cases.size, films.load, films.points.edges
-        at, slope = films.take(many), load.take(many).slope(time)
-        ends = []
-        for share in (np.zeros(count), part):
-            end, moment = steps.state(share), steps.time + share * steps.step
-            ends.append((films.membrane(end, films.driven(moment, end)), load.value(moment)))
-        log_squared, nominal = at.membrane(state, at.driven(time, state))
-        stretch, work = np.exp(0.5 * log_squared), np.zeros(count)
-        for axis, control in enumerate(load.controls):
-            power = nominal[axis] * slope[axis] if control is Control.STRETCH else -stretch[axis] * slope[axis]
-            work += np.einsum("n,nk->k", WEIGHTS, power.reshape(NODES.size, count)) * part * steps.step
+        driven, slope, edges = films.driven(time, state), films.load.slope(time), films.points.edges
+        log_squared, nominal = films.membrane(state, driven)
+        stretch, (power, term) = np.exp(0.5 * log_squared), np.zeros((2, time.size))
+        for axis, control in enumerate(films.load.controls):
             if control is Control.STRESS:
-                (begin, _), before = ends[0]
-                (end, _), after = ends[1]
-                first, last = np.exp(0.5 * begin[axis]), np.exp(0.5 * end[axis])
-                work += after[axis] * last - before[axis] * first
+                power -= stretch[axis] * slope[axis]
+                term += driven[axis] * stretch[axis]
                 if edges is not None:
-                    stiffness, home = edges.stiffness[axis], edges.home[axis]
-                    work -= 0.5 * stiffness * (np.square(last - home) - np.square(first - home))
-        return work
+                    term -= 0.5 * edges.stiffness[axis] * np.square(stretch[axis] - edges.home[axis])
+            elif slope[axis].any():
+                power += nominal[axis] * slope[axis]
+        return power, term
 
     @staticmethod
     def _rows(flowing: Flow, energies: Floats) -> Floats:
         return np.stack((flowing.charge, flowing.source, flowing.current, *energies))
 
 
-def equilibrium_rate(films: Films, time: Floats, state: Floats) -> Floats:
+def equilibrium_rate(films: LoadedPoints, time: Floats, state: Floats) -> Floats:
     """The rates (rows, k) in 1/s of the rows of the border, of films in equilibrium with the complete state (rows, k).
 
     They follow from the rates of the viscous stretches: dLambda/dt on free axes, 0 on held axes. The damper, the last spring, is
