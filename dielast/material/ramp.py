@@ -53,10 +53,10 @@ def without_ramp(curves: Sequence[Measurement], ramp: float) -> list[Measurement
     """
     if not 0 <= ramp < np.inf:
         raise InputError(f"ramp must be a duration in s, 0 or more, not {ramp}")
-    if any(curve.KIND.over_frequency for curve in curves):
-        raise InputError("a sweep over frequency has no ramp to be taken out")
     if not ramp:
         return list(curves)
+    if any(curve.KIND.over_frequency for curve in curves):
+        raise InputError("a sweep over frequency has no ramp to be taken out")
     changed = []
     for curve in curves:
         columns = curve.columns[:, curve.columns[0] >= DROPPED * ramp]
