@@ -132,8 +132,9 @@ class ElectricMeter:
         self._needs_springs = any(np.logical_and(moved, stretched(piece.controls)[:, 0]))
         self._system = system if self._needs_springs else replace(system, points=system.points.without_springs())
 
-    def ask_now(self, films: LoadedPoints, state: Floats, cases: Cases) -> None:
+    def ask_now(self, films: Films, state: Floats, cases: Cases) -> None:
         """Ask for rows at the beginning of a piece, from the complete state (rows, k)."""
+        assert isinstance(films, LoadedPoints)
         time, totals = np.zeros(cases.size), self.totals
         flowing = flow(films, self.leakage.take(cases), time, state, equilibrium_rate(films, time, state))
         self._ready.append(self._rows(flowing, totals[:, cases]))
@@ -227,7 +228,7 @@ class ElectricMeter:
             heat = np.where(small, circuit.resistance * flowing.current**2, heat)
         power, term = self._work_of_edges(at, time, state)
         powers = np.stack((flowing.source * flowing.current, flowing.field * flowing.leak, heat, power))
-        energies = np.einsum("n,rnk->rk", PLACE_WEIGHTS, powers.reshape(4, PLACES.size, count)) * part * steps.step
+        energies: Floats = np.einsum("n,rnk->rk", PLACE_WEIGHTS, powers.reshape(4, PLACES.size, count)) * part * steps.step
         energies[3] += term[-count:] - term[:count]
         return energies
 
@@ -240,7 +241,8 @@ class ElectricMeter:
         """
         driven, slope, edges = films.driven(time, state), films.load.slope(time), films.points.edges
         log_squared, nominal = films.membrane(state, driven)
-        stretch, (power, term) = np.exp(0.5 * log_squared), np.zeros((2, time.size))
+        stretch: Floats = np.exp(0.5 * log_squared)
+        power, term = np.zeros(time.size), np.zeros(time.size)
         for axis, control in enumerate(films.load.controls):
             if control is Control.STRESS:
                 power -= stretch[axis] * slope[axis]
