@@ -145,7 +145,7 @@ class LoadedPoints(UnderLoad):
         elastic = np.subtract(log_squared[:, None], self.packed(state), order="C").take(columns, axis=-1)
         stress = stress_of(self.points.law, self.symmetry, elastic)
         carried = np.einsum("nm,cnm->cm", self.points.modulus.take(columns, axis=-1), stress)[:, : state.shape[1]]
-        return carried - self.points.maxwell_stress(log_squared, driven[ELECTRIC]) if self.electric else carried
+        return np.asarray(carried - self.points.maxwell_stress(log_squared, driven[ELECTRIC]) if self.electric else carried)
 
     def error(self, time: Floats, state: Floats, increment: Floats) -> Floats:
         """Largest relative error (cases,) of stretches, stresses and viscous stretches due to an `increment` of the `state` at a

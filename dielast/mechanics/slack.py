@@ -64,7 +64,7 @@ class Contact:
         driven = system.load.value(time)
         log_squared, nominal = system.membrane(state, driven)
         gap = 0.5 * log_squared[0] - np.log(driven[0])
-        return np.where(system.slack, gap, nominal[0] * FLOOR / system.points.stress_floor)
+        return np.asarray(np.where(system.slack, gap, nominal[0] * FLOOR / system.points.stress_floor))
 
     def share(self, stride: TriedStep, landing: Flags) -> Floats:
         """The fractions (pool,) of the steps at which specimens go slack or taut; see `Turns`."""
