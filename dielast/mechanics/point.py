@@ -144,8 +144,8 @@ class LoadedPoints(UnderLoad):
         columns = paired(np.arange(state.shape[1]))
         elastic = np.subtract(log_squared[:, None], self.packed(state), order="C").take(columns, axis=-1)
         stress = stress_of(self.points.law, self.symmetry, elastic)
-        carried: Floats = np.einsum("nm,cnm->cm", self.points.modulus.take(columns, axis=-1), stress)[:, : state.shape[1]]
-        return np.subtract(carried, self.points.maxwell_stress(log_squared, driven[ELECTRIC])) if self.electric else carried
+        carried = np.einsum("nm,cnm->cm", self.points.modulus.take(columns, axis=-1), stress)[:, : state.shape[1]]
+        return np.asarray(carried - self.points.maxwell_stress(log_squared, driven[ELECTRIC]) if self.electric else carried)
 
     def error(self, time: Floats, state: Floats, increment: Floats) -> Floats:
         """Largest relative error (cases,) of stretches, stresses and viscous stretches due to an `increment` of the `state` at a

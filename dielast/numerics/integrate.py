@@ -281,13 +281,14 @@ class Stepper:
     def _first_step(self, system: System, state: Floats, duration: Floats, time: Floats, columns: Cases) -> Floats:
         """A step in which the initial rates change the state by `FIRST_MOVE` tolerances.
 
-        A longer first step would hide any stiffer transient: neither its error estimate nor its dense output would show it.
+        A longer first step would hide any stiffer transient: neither its error estimate nor its dense output would show it. Where
+        nothing changes it is a small part of the duration, as an early event within a far longer step has few digits.
         """
         probe = 1e-18 * duration
         increment = self._first_increment(system, time, state, probe, columns)
         rate = system.error(time, state, increment) / (self.method.gamma * probe)
         step = FIRST_MOVE * self.rtol / rate
-        return np.where(step > 0, np.minimum(step, duration), 1e-6 * duration)
+        return np.where((step > 0) & (step < np.inf), np.minimum(step, duration), 1e-6 * duration)
 
     def _continued_step(self, system: System, state: Floats, columns: Cases, proposed: Floats, time: Floats) -> Floats:
         """The proposed first step (k,), reduced so far that no transient decays within it unseen; 0 where it would be too short.

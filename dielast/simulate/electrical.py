@@ -25,7 +25,7 @@ from dielast.mechanics.piece import Piece
 from dielast.mechanics.point import LoadedPoints
 from dielast.mechanics.point_material import SYMMETRIC
 from dielast.mechanics.span import Control, Controls, stretched
-from dielast.numerics.arrays import Cases, Flags, Floats
+from dielast.numerics.arrays import Cases, Flags, Floats, paired
 from dielast.numerics.stride import DenseSteps, TriedStep
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(8)
@@ -228,9 +228,10 @@ class ElectricMeter:
             heat = np.where(small, circuit.resistance * flowing.current**2, heat)
         power, term = self._work_of_edges(at, time, state)
         powers = np.stack((flowing.source * flowing.current, flowing.field * flowing.leak, heat, power))
-        energies: Floats = np.einsum("n,rnk->rk", PLACE_WEIGHTS, powers.reshape(4, PLACES.size, count)) * part * steps.step
+        powers = powers.reshape(4, PLACES.size, count)[..., paired(np.arange(count))]
+        energies = np.einsum("n,rnk->rk", PLACE_WEIGHTS, powers)[:, :count] * part * steps.step
         energies[3] += term[-count:] - term[:count]
-        return energies
+        return np.asarray(energies)
 
     @staticmethod
     def _work_of_edges(films: LoadedPoints, time: Floats, state: Floats) -> tuple[Floats, Floats]:

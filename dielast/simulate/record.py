@@ -189,6 +189,7 @@ class Recorder:
         if case.size:
             more = [] if self.watch is None else [self.watch.exposed(case)]
             if self.electric is not None:
+                assert isinstance(system, LoadedPoints)
                 self.electric.ask_now(system.take(case), state[:, case], case)
             at_start = np.zeros(case.size)
             part = slice(None) if self.needs_springs else system.of_membrane
