@@ -291,7 +291,8 @@ _CARD = re.compile(rb"^[ \t]*(?:\*(?:HEADING|MATERIAL|ELASTIC|HYPERELASTIC|VISCO
 
 def parse_file(content: bytes, source: str) -> MaterialFile:
     """The material file in these bytes, with the name of the table of its draws; `InputError` with a line for every mistake."""
-    return check(material_file(), read_values(content, source), source, Path())
+    values = read_values(content, source)  # first, as laws of packages add fields to the model
+    return check(material_file(), values, source, Path())
 
 
 def parse_material(content: bytes, source: str) -> Material:

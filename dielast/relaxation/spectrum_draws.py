@@ -3,10 +3,10 @@
 A draw is the curve times the ratio of its resampled smooth curve to the mean of all draws, so that the draws scatter about the fit
 to the curve, whatever the bias of smoothing. As no modulus is negative, refits are off to one side of the fit, and the fit is off
 to the same side of the truth: every second draw is therefore the reflection, about the fit, of the refit to the opposite noise, so
-that all draws are symmetric about the fit (symmetric bootstrap intervals: P. Hall, J. R. Stat. Soc. B 50 (1988) 35). The
-equilibrium modulus of a plateau that was reached is drawn by how likely the curve makes it (see `levels`). The distance of the fit
-from the curve beyond noise is a model error that resampling does not show: every draw is shifted by that distance times a random
-factor of mean 0 and variance 1.
+that all draws are symmetric about the fit (symmetric bootstrap intervals: P. Hall, J. R. Stat. Soc. B 50 (1988) 35). Where the
+curve ends before its plateau, draws are refits alone: reflected ones held fewer lives there. The equilibrium modulus of a plateau
+that was reached is drawn by how likely the curve makes it (see `levels`). The distance of the fit from the curve beyond noise is a
+model error that resampling does not show: every draw is shifted by that distance times a random factor of mean 0 and variance 1.
 """
 
 from collections.abc import Callable
@@ -96,7 +96,7 @@ def draw_spectra(
     at_points = curves.deviations(fit.reduced_abscissa)
     rows: list[tuple[int, float, Floats, Floats]] = []
     for place, deviation in enumerate(curves.deviations(abscissa)):
-        sense = -1 if place % 2 else 1
+        sense = -1 if place % 2 and not open_end else 1
         with without_warnings():
             try:
                 drawn = refit(abscissa, ordinates * np.exp(sense * deviation))

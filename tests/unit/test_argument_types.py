@@ -251,6 +251,7 @@ def arguments_of(name: str, folder: Path) -> dict[str, Any]:
         "retardation_from_relaxation": lambda: {"spectrum": spectrum, "equilibrium_modulus": 1e4},
         "solve_map": lambda: {"plan": planned()},
         "write_material": lambda: {"material": vhb()},
+        "without_ramp": lambda: {"curves": curves(), "ramp": 1.0},
     }
     return valid[name]()
 

@@ -17,6 +17,7 @@ NAMES = (
     "model error",
     "material",
     "edge",
+    "equilibrium modulus",
     "failures",
     "law",
     "laws",
