@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from itertools import accumulate
 
 from dielast.base.errors import InputError
-from dielast.base.units import TEMPERATURE, conversion, is_unit, parse_unit
+from dielast.base.units import BASE_UNITS, TEMPERATURE, conversion, is_unit, parse_unit
 from dielast.io.table import LONGEST_HEADER, split_header
 
 _NUMBER = r"[+\-\u2212]?\d++(?:[.,]\d++)?"
@@ -67,26 +67,28 @@ def read_header(source: str, above: Sequence[Sequence[str]], columns: int, fille
     for cell, cell_below, level in zip(names, [*below, *[""] * columns], over, strict=False):
         spelled = cell.lstrip("# ")
         # in the row of units an empty cell states nothing; a dash states that the column has no unit
-        name, unit = _above_units(spelled, cell_below, source) if any(below) else split_header(spelled)
+        name, unit = _above_units(spelled, cell_below) if any(below) else split_header(spelled)
         headers.append(ColumnHeader(name, unit, spelled, level))
     return tuple(headers)
 
 
-def _above_units(spelled: str, below: str, source: str) -> tuple[str, str | None]:
+def _above_units(spelled: str, below: str) -> tuple[str, str | None]:
     """The name and the unit of a column whose header is above the cell `below` of a row of units.
 
-    What is no unit is a part of the name: tan(d), G(t), A / A0. Raises `InputError` if header and cell state different units.
+    Brackets without a unit belong to neither: `Time (total)` is a time. If header and cell state different units, no unit is known,
+    and both stand in its place.
     """
     name, unit = split_header(spelled)
-    if unit is None or _ARGUMENT.search(spelled) or (below and not is_unit(unit)):
+    if _ARGUMENT.search(spelled):
         return spelled, below or None
+    if unit is None or (below and not is_unit(unit)):
+        return name, below or None
     stated, other = parse_unit(unit), parse_unit(below)
-    if stated is not None and other is not None and stated != other:
-        raise InputError(
-            f'column "{name}": the unit is [{unit}] in the header and [{below}] in the row below it; delete the wrong one',
-            file=source,
-        )
-    return name, unit
+    if stated is None or other is None or stated == other:
+        return name, unit
+    if unit == "C" and other.powers == BASE_UNITS["K"].powers:
+        return name, below
+    return name, f"{unit} in the header and {below} in the row below it"
 
 
 def filled_width(row: Sequence[str]) -> int:

@@ -106,7 +106,7 @@ def _explained(text: str, message: str) -> tuple[int, str]:
 
 def _opened(line: str) -> bool:
     """Whether a text in a line is not closed before the line or a comment ends, as far as quotation marks show."""
-    rest = re.sub(r"\"[^\"]*\"|'[^']*'", "", line.partition("#")[0])
+    rest = re.sub(r"\"[^\"]*\"|'[^']*'", "", line).partition("#")[0]
     return '"""' not in line and any(mark in rest for mark in "\"'")
 
 
