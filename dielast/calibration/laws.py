@@ -96,7 +96,7 @@ def weights_by_one_test(fits: Sequence[Fit]) -> Floats:
     if np.all(np.isfinite(aicc)):
         weight = np.exp(-0.5 * (aicc - np.min(aicc)))
     else:
-        square = np.array([fit.mean_square for fit in fits])
+        square = np.maximum([fit.mean_square for fit in fits], 1e-30)  # a law may fit exactly
         points = max(fits[0].independent_points, 1.0)
         weight = (fdtrc(points, points, square / np.min(square)) >= CONTRADICTED).astype(float)
     return np.asarray(weight / np.sum(weight))

@@ -81,7 +81,8 @@ class MeasuredTable:
         return InputError(text, file=self.source, line=None if row is None else self.lines[row])
 
     def find(self, column: str | int, role: str) -> int:
-        """Index of the column called `column`: its header as the file spells it, `name [unit]`, or its name without the unit.
+        """Index of the column called `column`: its header as the file spells it, `name [unit]`, its name without the unit, or, of a
+        ratio, the first part.
 
         A number counts columns from 1. Raises `InputError` if there is no such column, or several of them.
         """
@@ -93,7 +94,11 @@ class MeasuredTable:
         spelled = [header.spelled or header.text for header in self.headers]
         unitless = [header.name if header.unit is None else "" for header in self.headers]
         parsed = ColumnHeader(*split_header(column))
-        ways = ((spelled, column), (texts, parsed.text), (self.names, column), (unitless, parsed.name))
+        ways: list[tuple[Sequence[str], str]] = [
+            *((spelled, column), (texts, parsed.text), (self.names, column), (unitless, parsed.name)),
+            ([name.replace(" ", "") for name in self.names], column.replace(" ", "")),
+            ([name.partition("/")[0] if "/" in name else "" for name in self.names], column),  # A of A / A0
+        ]
         # first with, then without regard to upper and lower case: T and t may be two columns
         for same in (str.strip, _plain):
             for spelling, text in ways:

@@ -26,9 +26,9 @@ def mean_log_age(time: Floats, ramp: float) -> Floats:
     """Mean natural logarithm of the ages in s of the parts of a load, at times (n,) in s, with a `ramp` of this duration in s."""
     if not ramp:
         return np.log(time)
-    within = np.minimum(time, ramp)
-    oldest, youngest = time * np.log(time), time - within
-    return np.asarray((oldest - youngest * np.log(np.maximum(youngest, 1e-300))) / within - 1)
+    share = np.minimum(ramp / time, 1.0)
+    # the last term is 0 while the ramp goes on
+    return np.asarray(np.log(time) - 1 - (1 - share) * np.log1p(-np.minimum(share, 1 - 1e-16)) / share)
 
 
 def mean_age(time: Floats, ramp: float) -> Floats:
@@ -41,7 +41,7 @@ def time_of_age(age: Floats, ramp: float) -> Floats:
     time = np.maximum(age + ramp / 2, ramp)
     if ramp:
         for _ in range(_NEWTON):
-            slope = np.log(time / np.maximum(time - ramp, 1e-12 * ramp)) / ramp
+            slope = -np.log1p(-np.minimum(ramp / time, 1 - 1e-12)) / ramp
             time = np.maximum(time + (np.log(age) - mean_log_age(time, ramp)) / slope, ramp)
     return np.asarray(time)
 
@@ -49,7 +49,8 @@ def time_of_age(age: Floats, ramp: float) -> Floats:
 def without_ramp(curves: Sequence[Measurement], ramp: float) -> list[Measurement]:
     """The tests over time as after a step: their times are mean ages, with a `ramp` in s, without points before twice that.
 
-    Raises `InputError` for a ramp that is no duration, and for a sweep over frequency, which has none.
+    Raises `InputError` for a ramp that is no duration, and for a sweep over frequency, which has none. A curve that ends before
+    twice the ramp has no points left.
     """
     if not 0 <= ramp < np.inf:
         raise InputError(f"ramp must be a duration in s, 0 or more, not {ramp}")

@@ -65,7 +65,7 @@ class Brackets(ByCase):
 
     def _along(self, signal: Signal, system: Films, needs_springs: bool) -> Callable[[Floats], Floats]:
         """The signal (k,) as a function of the fractions (k,) of the steps."""
-        steps = self.steps if needs_springs else self.steps.rows(slice(system.border, None))
+        steps = self.steps if needs_springs else self.steps.rows(system.of_membrane)
         return lambda fraction: signal(self.at(fraction, steps.state(fraction), system)[1])
 
     def at(self, fraction: Floats, state: Floats, system: Films) -> tuple[Floats, FilmSnapshot]:

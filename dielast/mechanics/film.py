@@ -116,8 +116,8 @@ class FilmState(ByCase):
 
     def reached(self, equations: Films, state: Floats, driven: Floats, time: Floats, next_step: Floats) -> FilmState:
         """The films in a new `state` (rows, cases) at `time` (cases,) in s, under the prescribed values `driven` (3, cases)."""
-        log_squared, nominal = equations.membrane(state, driven)
         acting, source = (driven[2], None) if self.points.circuit is None else (state[equations.border], driven[2])
+        log_squared, nominal = equations.membrane(state, np.stack((driven[0], driven[1], acting)))
         border = state[equations.border :] if isinstance(equations, FramedFilms) else None
         now = self.points, equations.internal(state), log_squared, nominal, acting, time, next_step
         return FilmState(*now, self.symmetry, source, border, self.assembly, self.wires, self.drive, self.slack, driven[0])

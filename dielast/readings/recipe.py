@@ -39,9 +39,9 @@ class MeasuredData(TextTable):
     )
     ramp: Time | None = Field(
         None,
-        description="Duration of the ramp at the beginning of each test. Times are then mean ages of the load, which count from "
-        "about the middle of the ramp, and points before twice its duration are dropped, unless discard_before is stated. 0 s: "
-        "there is none. Default: what mastercurve finds in the curves of several tests; in a single test none is looked for.",
+        description="Duration of the ramp at the beginning of each test. Times are then mean log ages of the load, which count "
+        "from about the middle of the ramp, and points before twice its duration are dropped, unless discard_before is stated. "
+        "0 s: there is none. Default: what mastercurve finds in the curves of several tests; in a single test none is looked for.",
     )
     temperature_tolerance: TemperatureDifference = Field(
         0.5, validate_default=False, description="Temperature readings closer together than this count as one temperature."

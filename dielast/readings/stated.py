@@ -287,7 +287,7 @@ def _state_ramp(recipe: RecipeLines, table: SeenTable, used: Mapping[str, SeenCo
         kept = np.isfinite(time[rows]) & np.isfinite(load)
         reached = reached_at(time[rows][kept], load[kept]) if kept.sum() > 2 and kind is not None else None
         if reached is not None and reached > 0:
-            recipe.key("ramp", f"{reached:.3g} s", f"the {applied} is reached then: times become mean ages of it")
+            recipe.key("ramp", f"{reached:.3g} s", f"the {applied} is reached then: times become mean log ages of it")
             return
     comment = "times that count from the start of the loading: state how long it took"
     if np.nanmin(table.raw(used["time"].place)) <= 0:

@@ -455,3 +455,16 @@ def test_the_map_of_a_generator(mode: str) -> None:
         assert event.voltage == pytest.approx(found.loss_of_tension[2], rel=1e-8)
     with pytest.raises(InputError, match="at least 1"):
         film_limits(ELASTIC, 0.5, thickness=THICKNESS)
+
+
+@pytest.mark.parametrize("mode", ["equibiaxial", "uniaxial", "pure-shear"])
+def test_a_held_edge_is_set_free_behind_a_resistance(mode: str) -> None:
+    """A small resistance delays nothing: the film is that of a stiff source, in rows on both sides of the change of control."""
+    film = Material("m", 3e4, Spectrum(np.array([1.0, 0.05]), np.array([2e4, 5e4])), NoShift(20.0), permittivity=EPS)
+    steps = [FilmStep(stretch=2.5, duration=0.5), FilmStep(voltage=2e3, duration=0.2), FilmStep(stress=1e4, duration=0.5)]
+    at = [0.3, 0.7, 0.9, 1.2]
+    bare = run(steps, film, mode=mode, times=at)
+    behind = run(steps, film, mode=mode, times=at, resistance=1.0, electrode_area=AREA)
+    assert all(outcome.completed for outcome in behind.outcome)
+    assert behind.stretch_1 == pytest.approx(bare.stretch_1, rel=1e-6)
+    assert behind.nominal_stress_1 == pytest.approx(bare.nominal_stress_1, rel=1e-5)

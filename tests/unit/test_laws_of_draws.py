@@ -68,9 +68,9 @@ def test_a_spring_of_which_nothing_is_free_is_named() -> None:
 @pytest.mark.parametrize(
     ("written", "words"),
     [
-        ({}, r"1.5 between them: \[uncertainty\] draws would be of all of them$"),
-        ({"draws.csv": 0}, "draws are of all of them$"),
-        ({"draws.csv": 0, "next_tests.csv": 0}, "draws are of all of them, next_tests.csv lists tests that would$"),
+        ({}, r"1.5 between them: \[uncertainty\] draws would be of each of them$"),
+        ({"draws.csv": 0}, "draws are of each of them$"),
+        ({"draws.csv": 0, "next_tests.csv": 0}, "draws are of each of them, next_tests.csv lists tests that would$"),
     ],
 )
 def test_laws_that_cannot_be_told_apart_name_only_files_that_are_there(written: dict[str, int], words: str) -> None:

@@ -176,6 +176,6 @@ def warn_of_laws_alike(weights: Mapping[str, float], volts: Sequence[float], wri
     apart = ""
     if np.all(np.array(volts) > 0):
         apart = f"; the voltage of a film differs by a factor of {max(volts) / min(volts):.3g} between them"
-    drawn = ": draws are of all of them" if "draws.csv" in written else ": [uncertainty] draws would be of all of them"
+    drawn = ": draws are of each of them" if "draws.csv" in written else ": [uncertainty] draws would be of each of them"
     further = ", next_tests.csv lists tests that would" if "next_tests.csv" in written else ""
     warn(f"these tests cannot tell {names} apart{apart}{drawn}{further}")

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from dielast.base.errors import NumericsError, in_keys, warn
+from dielast.base.errors import NumericsError, and_more, in_keys, warn
 from dielast.calibration.comparison import hull
 from dielast.calibration.experiment import MeasuredTest
 from dielast.calibration.fit import Fit, Watch, fit_material
@@ -161,7 +161,17 @@ def drawn_beside(ranked: Sequence[Candidate]) -> list[Candidate]:
     if apart := [f"{each.name} ({100 * each.weight:.0f} %)" for each, join in zip(alike, joins, strict=True) if not join]:
         other = "as their number of branches or their shift law is another"
         warn(f"these tests cannot tell {', '.join(apart)} from {ranked[0].name}: draws leave them out, {other}")
-    return list(compress(alike, joins))[: MOST_ALIKE - 1]
+    beside = list(compress(alike, joins))
+    if len(beside) < MOST_ALIKE:
+        return beside
+    # of many, those whose films differ most are among the drawn
+    volts = np.nan_to_num([each.film_voltage for each in beside])
+    first = sorted({int(np.argmin(volts)), int(np.argmax(volts))})
+    kept = sorted([*first, *(k for k in range(len(beside)) if k not in first)][: MOST_ALIKE - 1])
+    left = [beside[k].name for k in range(len(beside)) if k not in kept]
+    named = ", ".join(left[:MOST_ALIKE]) + and_more(len(left) - MOST_ALIKE)
+    warn(f"draws are of {MOST_ALIKE} laws at most, and leave out {named}, which the tests allow as well")
+    return [beside[k] for k in kept]
 
 
 def with_origin(calibration: Calibration) -> Material:

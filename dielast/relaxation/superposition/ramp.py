@@ -179,8 +179,9 @@ def find_ramp(data: Gathered, binned: Binned, plain: Fitted | None, vertical: bo
         except (InputError, NumericsError, np.linalg.LinAlgError):
             continue
         gain = (min(least, bare) - trial.score) / trial.repeated
-        known = np.sqrt(2 * np.pi) * trial.ramp.stderr / np.log(problem.longest / problem.shortest)
-        if gain + 2 * np.log(known) > NEEDED:
+        # a duration that the curves do not determine is anywhere in its range
+        known = min(np.sqrt(2 * np.pi) * trial.ramp.stderr / np.log(problem.longest / problem.shortest), 1.0)
+        if np.isfinite(trial.ramp.stderr) and gain + 2 * np.log(known) > NEEDED:
             best, least = trial, trial.score
     if best is None:
         return None
