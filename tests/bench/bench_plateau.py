@@ -9,8 +9,8 @@ errors, both of the logarithm, as root mean squares; an error is counted as thre
 Plateau reached, seeds used for nothing before (31000 to 31024): mu_eq held 100 %, lives 96 %, the interval of mu_eq 2.3 % wide.
 With draws that are refits of noisy curves alone, mu_eq held 62 %, lives 95 %, 1.0 % wide (20000 to 20031), as no modulus is
 negative: noise lowers mu_eq in the fit, and once more in such draws. Of draws by the likelihood of mu_eq, and symmetric about the
-fit, 100 and 98 % of the same seeds, 2.2 % wide; lives are as narrow as before. Before this change, short by 40 K, 100 and 92 %
-(9400 to 9411).
+fit, 100 and 98 % of the same seeds, 2.2 % wide; lives are as narrow as before. Short by 40 K, 100 and
+92 % (9400 to 9411), 100 and 88 % (31200 to 31207); with reflected draws lives held 75 % there.
 """
 
 from __future__ import annotations
