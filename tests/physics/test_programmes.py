@@ -468,3 +468,22 @@ def test_a_held_edge_is_set_free_behind_a_resistance(mode: str) -> None:
     assert all(outcome.completed for outcome in behind.outcome)
     assert behind.stretch_1 == pytest.approx(bare.stretch_1, rel=1e-6)
     assert behind.nominal_stress_1 == pytest.approx(bare.nominal_stress_1, rel=1e-5)
+
+
+@pytest.mark.parametrize("losses", [{}, {"leakage": Leakage(2e-13, 3e7), "resistance": 2e7, "electrode_area": AREA}])
+def test_energies_of_laps_add_up_to_those_of_the_history_where_a_held_edge_is_set_free(losses: dict[str, Any]) -> None:
+    """The work of all laps is also what springs and dielectric store and dashpots and losses dissipate."""
+    film = Material("m", 3e4, Spectrum(np.array([1.0, 0.05]), np.array([2e4, 5e4])), NoShift(20.0), permittivity=EPS)
+    steps = [
+        FilmStep(stretch=2.5, duration=0.5),
+        FilmStep(voltage=VOLTAGE, duration=0.2),
+        FilmStep(stress=1e4, duration=0.5),
+        FilmStep(voltage=0.0, duration=0.2),
+    ]
+    history = run(steps, film, mode="uniaxial", repeat=Repeat(3), times=[4.2], **losses)
+    energy = {name.partition(" ")[0]: float(value[0, -1]) for name, value in history.values.items() if "J/m^3" in name}
+    laps = history.cycles.to_frame().sum()
+    assert laps["mechanical_work [J/m^3]"] == pytest.approx(energy["mechanical_work"], rel=1e-7)
+    assert laps["electrical_energy [J/m^3]"] == pytest.approx(energy["electrical_energy"], rel=1e-6)
+    kept = energy["stored_energy"] + energy["dissipated_energy"]
+    assert laps["work [J/m^3]"] == pytest.approx(kept + energy.get("leaked_energy", 0.0), rel=1e-6)

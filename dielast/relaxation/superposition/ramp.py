@@ -220,7 +220,7 @@ def warn_of_ramp(duration: float, data: Gathered, *, taken_out: bool, lost: Sequ
         return
     gone = f", and with them the test at {', '.join(f'{at:g}' for at in lost)} degC" if lost else ""
     warn(
-        f"{bend}, which is taken out: times are mean ages of its parts, points before {DROPPED * duration:.3g} s are left "
+        f"{bend}, which is taken out: times are mean log ages of its parts, points before {DROPPED * duration:.3g} s are left "
         f'out{gone}; state {stated}, or ramp = "0 s" if there is none'
     )
 
@@ -232,8 +232,8 @@ def warn_if_modulus_rises(data: Gathered, binned: Binned) -> None:
     warn(
         f"at {end.curves} of {data.temperature.size} temperatures the {data.kind.value} rises up to about {end.time:.2g} s, which "
         f"no step of {data.kind.step} does: state the time in which the {data.kind.step} was applied, such as ramp = "
-        f'"{end.time:.1g} s": times are then mean ages of the {data.kind.step}, and points of the ramp are left out; until then, '
-        "neither shift factors nor the law are to be trusted"
+        f'"{end.time:.1g} s": times are then mean log ages of the {data.kind.step}, and points of the ramp are left out; until '
+        "then, neither shift factors nor the law are to be trusted"
     )
 
 
