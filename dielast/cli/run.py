@@ -16,8 +16,9 @@ from dielast.base.errors import DielastError, DielastWarning, InputError, messag
 from dielast.cli.help import listed
 from dielast.cli.terminal import Bar, leave, working
 from dielast.commands.registry import COMMANDS, others_in, read_cases
-from dielast.io.files import STORE, Content, Inputs, as_text, check_folder, check_targets, depfile, read_file, write_files
+from dielast.io.files import STORE, Inputs, as_text, check_folder, check_targets, depfile, read_file, write_files
 from dielast.io.manifest import SUMMARY
+from dielast.io.spool import Content
 from dielast.recipe.cases import Case, settings
 from dielast.report.report import RecipeSource, drawn, left_over, summarise, with_warnings, written
 from dielast.report.summary import print_summary

@@ -2,13 +2,11 @@
 
 import contextlib
 import hashlib
-import itertools
 import os
 import re
 import secrets
 import signal
 import stat
-import tempfile
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
@@ -16,9 +14,8 @@ from typing import Any
 
 from dielast.base.errors import InputError
 from dielast.base.signals import ENDING
+from dielast.io.spool import PIECE, Content, Spooled
 
-IN_MEMORY = 32 << 20  # bytes of a file to be written, at most, that are held in memory
-PIECE = 1 << 20  # bytes that are copied at a time
 LARGEST = 256 << 20  # bytes of an input file: more than ten million rows
 EXAMPLE = "example:"
 EXAMPLES = Path(__file__).parents[1] / "examples"
@@ -62,49 +59,6 @@ class Inputs:
             self.digests.append(entry)
         if path not in self.paths:
             self.paths.append(path)
-
-
-class Spooled:
-    """The content of a file that is too long for the memory, in a temporary file without a name."""
-
-    def __init__(self, pieces: Iterable[bytes]) -> None:
-        """Take all pieces; raises `InputError` if the folder of temporary files is full, or if there is none."""
-        digest = hashlib.sha256()
-        try:
-            self._file = tempfile.TemporaryFile()  # noqa: SIM115, it is closed with this object
-            for piece in pieces:
-                digest.update(piece)
-                self._file.write(piece)
-            self._file.flush()
-        except OSError as error:
-            # without any usable folder, gettempdir() would fail too, and the error lists all that were tried
-            where = tempfile.tempdir
-            reason = (error.strerror or str(error)).lower() if where else "no usable folder"
-            advice = "set TMPDIR to a folder with room"
-            raise InputError(f"cannot write a temporary file: {reason}; {advice}", file=where and os.fsdecode(where)) from None
-        self.sha256 = digest.hexdigest()
-
-    def __iter__(self) -> Iterator[bytes]:
-        self._file.seek(0)
-        while piece := self._file.read(PIECE):
-            yield piece
-
-    def __bytes__(self) -> bytes:
-        return b"".join(self)
-
-
-Content = bytes | Spooled
-"""The content of a file to be written."""
-
-
-def content_of(pieces: Iterable[bytes]) -> Content:
-    """The content in these pieces, in memory if it is short."""
-    pieces, first = iter(pieces), list[bytes]()
-    while sum(map(len, first)) <= IN_MEMORY:
-        if (piece := next(pieces, None)) is None:
-            return b"".join(first)
-        first.append(piece)
-    return Spooled(itertools.chain(first, pieces))
 
 
 def sha256(content: Content) -> str:

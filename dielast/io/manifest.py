@@ -10,7 +10,8 @@ from pathlib import Path
 from typing import Any
 
 from dielast.base.errors import InputError, and_more, as_toml
-from dielast.io.files import Content, sha256
+from dielast.io.files import sha256
+from dielast.io.spool import Content
 
 SUMMARY = "summary.toml"
 LISTED = "outputs"

@@ -71,6 +71,24 @@ class Stacked:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class Repeated:
+    """A number for each case, `numbers` (cases,), in all rows of the case; `ends` as in `Stacked`."""
+
+    numbers: NDArray[Any]
+    ends: NDArray[np.int64]
+
+    def __len__(self) -> int:
+        return int(self.ends[-1])
+
+    def __getitem__(self, rows: int | slice) -> Any:
+        """The number of a row, or those of several rows as an array."""
+        return self.numbers[np.searchsorted(self.ends, range(len(self))[rows], side="right")]
+
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> NDArray[Any]:
+        return np.asarray(self[:], dtype)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Column:
     """A column: `name`, `unit` (None for text and counts), and `values` (n,) of numbers or text.
 
@@ -79,7 +97,7 @@ class Column:
 
     name: str
     unit: str | None
-    values: NDArray[np.float64] | NDArray[np.int64] | Sequence[str] | Stacked
+    values: NDArray[np.float64] | NDArray[np.int64] | Sequence[str] | Stacked | Repeated
 
     @property
     def header(self) -> str:
@@ -150,11 +168,10 @@ def stacked_table(
 ) -> Table:
     """The table as by `case_table`, of these columns alone, whose numbers are not copied."""
     below = list(cases.values())
-    counts = [case[headers[0]].size for case in below]
-    columns = [Column("case", None, np.repeat(list(cases), counts))]
+    ends = np.cumsum([case[headers[0]].size for case in below])
+    columns = [Column("case", None, Repeated(np.array(list(cases)), ends))]
     if temperature is not None:
-        columns.append(Column("temperature", "degC", np.repeat(np.asarray(temperature, dtype=float), counts)))
-    ends = np.cumsum(counts)
+        columns.append(Column("temperature", "degC", Repeated(np.asarray(temperature, dtype=float), ends)))
     for header in headers:
         name, _, unit = header.rstrip("]").partition(" [")
         columns.append(Column(name, unit or None, Stacked(below, header, ends)))
@@ -172,7 +189,10 @@ def to_frame(table: Table) -> Frame:
     """The table as a pandas data frame, for a notebook; columns are called as in the CSV."""
     import pandas as pd
 
-    whole = {column.header: np.asarray(column.values) if isinstance(column.values, Stacked) else column.values for column in table}
+    whole = {
+        column.header: np.asarray(column.values) if isinstance(column.values, Stacked | Repeated) else column.values
+        for column in table
+    }
     return pd.DataFrame(whole)
 
 

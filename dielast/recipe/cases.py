@@ -87,7 +87,7 @@ def read_cases(
             case_mistakes += [(place, problem.adding(_from_sweep(place, in_recipe, values))) for place, problem in stated]
         elif not case_mistakes:
             if cases:
-                _share_parts(recipe, cases[0].recipe)
+                _share_parts(recipe, cases[-1].recipe)
             cases.append(Case(recipe, setting, stated_of_material))
             continue
         mistakes += case_mistakes
@@ -102,7 +102,22 @@ def read_cases(
 def _share_parts(recipe: BaseModel, other: BaseModel) -> None:
     """Let the recipe hold the parts of the other one that equal its own, which takes a fraction of the memory of many cases."""
     own, others = recipe.__dict__, other.__dict__
-    own.update({name: others[name] for name, part in own.items() if isinstance(part, BaseModel | list) and part == others[name]})
+    if recipe.model_fields_set == other.model_fields_set:
+        object.__setattr__(recipe, "__pydantic_fields_set__", other.model_fields_set)
+    for name, part in own.items():
+        if isinstance(part, BaseModel | list):
+            own[name] = _shared(part, others.get(name))
+
+
+def _shared(part: Any, other: Any) -> Any:
+    """The other part of a recipe if both are equal, else the part, in which what is equal is shared."""
+    if part == other:
+        return other
+    if isinstance(part, list) and isinstance(other, list):
+        part[: len(other)] = map(_shared, part, other)
+    elif isinstance(part, BaseModel) and type(part) is type(other):
+        _share_parts(part, other)
+    return part
 
 
 def settings(overrides: Sequence[str], model: type[BaseModel]) -> list[str]:

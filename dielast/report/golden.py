@@ -21,8 +21,9 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from dielast.base.errors import InputError, located
-from dielast.io.files import Content, read_file
+from dielast.io.files import read_file
 from dielast.io.manifest import SUMMARY, altered, not_of_the_run
+from dielast.io.spool import Content
 from dielast.io.table import as_number, parse_csv
 from dielast.io.toml import parse_toml
 

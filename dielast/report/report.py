@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING, Any
 
 from dielast.base.errors import warn
 from dielast.base.registry import adopted
-from dielast.io.files import Content, Inputs, content_of, sha256
+from dielast.io.files import Inputs, sha256
 from dielast.io.manifest import FIGURES, LISTED, listing, mark
+from dielast.io.spool import Content, content_of
 from dielast.io.table import Table, csv_blocks, rounded
 
 if TYPE_CHECKING:

@@ -7,7 +7,7 @@ import io
 import itertools
 import os
 import pickle
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any
@@ -64,8 +64,10 @@ class Overfull(Exception):
     """More is to be kept than a file may hold."""
 
 
-def load(store: Path, key: str) -> tuple[Kept, str]:
-    """What an earlier run has kept in a file under the `key`; and why it is discarded, empty if it is not."""
+def load(store: Path, key: str, held: Callable[[Any], Any] = lambda solved: solved) -> tuple[Kept, str]:
+    """What an earlier run has kept in a file under the `key`, each result as it is `held`; and why it is discarded, empty if it is
+    not.
+    """
     try:
         with store.open("rb") as file:
             left = os.fstat(file.fileno()).st_size - DIGEST
@@ -77,7 +79,7 @@ def load(store: Path, key: str) -> tuple[Kept, str]:
                 return Kept(), "; ".join(CHANGED.format(number, many) for many, number in count.items())
             results: dict[str, dict[Chunk, Any]] = {many: {} for many in stages}
             for many, chunk in places:
-                results[many][chunk] = _Unpickler(file).load()
+                results[many][chunk] = held(_Unpickler(file).load())
         return Kept(results, states), ""
     except Exception:  # of another version, which may have other classes
         return Kept(), UNREADABLE

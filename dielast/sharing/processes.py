@@ -131,12 +131,16 @@ def _submitted(pool: ProcessPoolExecutor, chunk: Chunk) -> Future[Any]:
         raise InputError(f"cannot start worker processes: {reason}; fewer need less (--jobs)") from None
 
 
-def _finished(futures: Sequence[Future[Solved]]) -> Iterator[Future[Solved]]:
-    """The futures in the order in which they finish; Ctrl-C interrupts the wait on every system."""
+def _finished(futures: list[Future[Solved]]) -> Iterator[Future[Solved]]:
+    """The futures in the order in which they finish; Ctrl-C interrupts the wait on every system.
+
+    The list is emptied, as a future holds its result.
+    """
     finished: SimpleQueue[Future[Solved]] = SimpleQueue()
     for future in futures:
         future.add_done_callback(finished.put)
     left = len(futures)
+    futures.clear()
     while left:
         try:
             future = finished.get(timeout=PAUSE)

@@ -83,24 +83,24 @@ class Draws(Generic[Result]):
 class Study:
     """The work of one run: each stage of it is solved, and kept in the folder of the execution until all stages are done."""
 
-    def __init__(self, execution: Execution = HERE, key: str = "") -> None:
-        """Go on from what an earlier run with the same `key` has kept."""
-        self.execution, self.key = execution, key
+    def __init__(self, execution: Execution = HERE, key: str = "", held: Callable[[Any], Any] = lambda solved: solved) -> None:
+        """Go on from what an earlier run with the same `key` has kept; `held` is how a chunk's result is held until the end."""
+        self.execution, self.key, self.held = execution, key, held
         self.store = None if execution.folder is None else execution.folder / STORE
         self.note, self.keep = (tell or (lambda line: None) for tell in (execution.note, execution.keep))
         self.kept, self.totals = Kept(), dict[str, int]()
         self.new = self.saved = False  # whether there are results that are not in the file, and any that are
         self.due = time.monotonic() + PAUSE
         if self.store is not None and os.path.isfile(self.store):
-            self.kept, discarded = load(self.store, key)
+            self.kept, discarded = load(self.store, key, held)
             self.saved = bool(self.kept.results or self.kept.states)
             if discarded:
                 self.note(discarded)
 
     @classmethod
-    def of(cls, cases: Sequence[Case[Any]], inputs: Inputs, execution: Execution) -> Study:
+    def of(cls, cases: Sequence[Case[Any]], inputs: Inputs, execution: Execution, *held: Callable[[Any], Any]) -> Study:
         """The study of the cases of a recipe, all of whose `inputs` have been read."""
-        return cls(execution, fingerprint(cases, inputs))
+        return cls(execution, fingerprint(cases, inputs), *held)
 
     def batches(self, batches: Sequence[Batch[Result]], what: str = "cases") -> list[Result]:
         """The result of every case, by number; `what` names what is counted. Draws of one case in several parts are shared out.
@@ -143,7 +143,7 @@ class Study:
         }
         join_of = {part: whole for whole, (parts, _) in joins.items() for part in parts}
         for whole in joins:
-            _join(kept, whole, joins)
+            self._join(kept, whole, joins)
         waiting = _left(chunks, outermost(kept))
         undone, failed, done = set(waiting), dict[Chunk, DielastError](), total - size(waiting)
         if done or any(many == work.many for many, _, _ in self.kept.states):
@@ -158,9 +158,12 @@ class Study:
                     if isinstance(outcome, DielastError):
                         failed[chunk] = outcome
                     else:
-                        kept[chunk], self.new = outcome, True
+                        self.new = True
                         if chunk in join_of:
-                            _join(kept, join_of[chunk], joins)
+                            kept[chunk] = outcome
+                            self._join(kept, join_of[chunk], joins)
+                        else:
+                            kept[chunk] = self.held(outcome)
                     if failed and not (undone and min(undone) < min(failed)):
                         raise failed[min(failed)]
                     done += chunk[1] - chunk[0]
@@ -185,6 +188,14 @@ class Study:
             return work.solve(plan, first, end)
         finally:
             KEEPER.reset(token)
+
+    def _join(self, kept: dict[Chunk, Any], whole: Chunk, joins: Mapping[Chunk, tuple[Sequence[Chunk], Draws[Any]]]) -> None:
+        """Replace the results of draws by that of their case, once they are all there."""
+        parts, draws = joins[whole]
+        if whole not in kept and all(part in kept for part in parts):
+            kept[whole] = self.held(draws.joined([kept[part] for part in parts]))
+            for part in parts:
+                del kept[part]
 
     def state(self) -> str:
         """What the file holds, for the message about an interrupt; empty if it holds nothing."""
@@ -288,15 +299,6 @@ def _left(chunks: Sequence[Chunk], done: Sequence[Chunk]) -> list[Chunk]:
         if first < last:
             left.append((first, last))
     return left
-
-
-def _join(kept: dict[Chunk, Any], whole: Chunk, joins: Mapping[Chunk, tuple[Sequence[Chunk], Draws[Any]]]) -> None:
-    """Replace the results of draws by that of their case, once they are all there."""
-    parts, draws = joins[whole]
-    if whole not in kept and all(part in kept for part in parts):
-        kept[whole] = draws.joined([kept[part] for part in parts])
-        for part in parts:
-            del kept[part]
 
 
 def _tried(work: tuple[Solve[Plan, Solved], Plan], first: int, end: int) -> tuple[Chunk, Solved | DielastError]:

@@ -14,7 +14,8 @@ from processes import ENDS
 
 from dielast.base.errors import InputError
 from dielast.io import files
-from dielast.io.files import Inputs, Spooled, check_targets, depfile, write_files
+from dielast.io.files import Inputs, check_targets, depfile, write_files
+from dielast.io.spool import Spooled
 
 LEFT = f".dielast-{'0a' * 16}.part"
 

@@ -16,6 +16,7 @@ from dielast.commands.simulation.result import CaseResult, StatedCase
 from dielast.commands.simulation.step_recipe import HistoryStep
 from dielast.handover.changed_material import parse_changed_material
 from dielast.io.files import Inputs
+from dielast.io.spool import Spool
 from dielast.io.table import Column, Table, split_header, stacked_table
 from dielast.material.checks import warn_of_material
 from dielast.material.material import Material
@@ -106,13 +107,16 @@ def result_columns(results: Sequence[CaseResult]) -> Table:
     return stacked_table(cases, headers, [result.temperature for result in results])
 
 
-def with_all_columns(results: list[CaseResult]) -> list[CaseResult]:
-    """The results with the same columns; one that a case lacks, such as the damage of a film without [damage], is empty."""
+def with_all_columns(results: list[CaseResult], spool: Spool) -> list[CaseResult]:
+    """The results with the same columns; one that a case lacks, such as the damage of a film without [damage], is empty. The
+    `spool` holds the new ones.
+    """
     headers = dict.fromkeys(header for headers in dict.fromkeys(tuple(result.columns) for result in results) for header in headers)
     for number, result in enumerate(results):
         if len(result.columns) < len(headers):
             empty = np.full(result.columns["time [s]"].size, np.nan)
-            results[number] = replace(result, columns={header: result.columns.get(header, empty) for header in headers})
+            whole = {header: result.columns.get(header, empty) for header in headers}
+            results[number] = replace(result, columns=whole).put(spool)
     return results
 
 

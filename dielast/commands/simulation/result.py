@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from dielast.commands.simulation.solver_steps import TimedStep
+from dielast.io.spool import Away, Spool
 from dielast.numerics.arrays import Floats
 from dielast.numerics.random_streams import stream
 from dielast.simulate.quantities import quantity_of
@@ -43,7 +44,7 @@ class CaseColumns(Mapping[str, Floats]):
     """
 
     headers: tuple[str, ...]
-    numbers: Floats
+    numbers: Floats | Away
 
     @classmethod
     def of(cls, columns: Mapping[str, Floats]) -> CaseColumns:
@@ -55,13 +56,17 @@ class CaseColumns(Mapping[str, Floats]):
     def __getitem__(self, header: str) -> Floats:
         if header not in _places(self.headers):
             raise KeyError(header)
-        return np.asarray(self.numbers[_places(self.headers)[header]])
+        return self.numbers[_places(self.headers)[header]]
 
     def __iter__(self) -> Iterator[str]:
         return iter(self.headers)
 
     def __len__(self) -> int:
         return len(self.headers)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Other processes get the numbers themselves."""
+        return CaseColumns, (self.headers, np.asarray(self.numbers))
 
 
 @cache
@@ -101,6 +106,16 @@ class CaseResult:
         """The time in s at which the case ended; its load ends at the time `planned`."""
         ended = self.failure or self.stopped
         return planned if ended is None else ended.time
+
+    def put(self, spool: Spool) -> CaseResult:
+        """The result with its numbers where the `spool` holds them."""
+        columns = CaseColumns.of(self.columns)
+        return replace(self, columns=CaseColumns(columns.headers, spool.put(np.asarray(columns.numbers))))
+
+
+def held(spool: Spool, solved: Any) -> Any:
+    """What a batch has solved, with the numbers of each `CaseResult` where the `spool` holds them."""
+    return [entry.put(spool) if isinstance(entry, CaseResult) else entry for entry in solved]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -149,8 +164,6 @@ def _begin(axis: int, columns: Mapping[str, Floats], recipe: Any) -> float:
 
 def with_noise(result: CaseResult, recipe: Any, case: int) -> CaseResult:
     """Relative Gaussian noise on the measured quantity: the stress in relaxation, the elongation (stretch - 1) in creep."""
-    if not recipe.output.noise:
-        return result
     # a stream for each case, so that the noise does not depend on the number of cases
     random = stream(recipe.output.seed, "noise", case)
     columns = dict(result.columns)

@@ -25,9 +25,10 @@ from dielast.commands.simulation.cases import (
     with_all_columns,
 )
 from dielast.commands.simulation.recipe import SimulationRecipe
-from dielast.commands.simulation.result import CaseResult, SolvedCase, StatedCase, with_noise
+from dielast.commands.simulation.result import CaseResult, SolvedCase, StatedCase, held, with_noise
 from dielast.commands.simulation.solver_steps import end_of, in_recipe_terms, joined, solver_steps
 from dielast.io.files import Inputs
+from dielast.io.spool import Spool
 from dielast.io.table import Table, case_table
 from dielast.material.material import Material
 from dielast.material.scatter import Sample
@@ -174,14 +175,18 @@ class PreparedCases:
 def report_of(simulation: Simulation, cases: Sequence[Case[Any]], inputs: Inputs, execution: Execution) -> RunReport:
     """Simulate every case, report."""
     prepared, recipes = PreparedCases.of(simulation, cases, inputs, execution.jobs), [case.recipe for case in cases]
-    study = Study.of(cases, inputs, execution)
+    spool = Spool()
+    study = Study.of(cases, inputs, execution, partial(held, spool))
     kind, materials = recipes[0].kind, [case.material for case in prepared.stated]
     solved = [
         SolvedCase(case.recipe, case.material, case.steps, case.sample, result)
-        for case, result in zip(prepared.stated, with_all_columns(study.batches(prepared.batches)), strict=True)
+        for case, result in zip(prepared.stated, with_all_columns(study.batches(prepared.batches), spool), strict=True)
     ]
     simulation.warn(solved)
-    solved = [replace(case, result=with_noise(case.result, case.recipe, number)) for number, case in enumerate(solved)]
+    solved = [
+        replace(case, result=with_noise(case.result, case.recipe, number).put(spool)) if case.recipe.output.noise else case
+        for number, case in enumerate(solved)
+    ]
     results = [case.result for case in solved]
     columns = [case.result.columns for case in solved]
     cycling = {case: result.cycles for case, result in enumerate(results) if result.cycles is not None}
