@@ -85,17 +85,22 @@ def arrange(labels: Sequence[str], swept: Sequence[Swept], bands: int = 0) -> Ar
         factor = factors[0] if factors else Swept("case", texts=tuple(labels))
         return _by_factor([factor, Swept("", texts=("",) * count)], most)
     if factors and factors[0].values:
-        return Arrangement([Panel(range(count))], 1, _scale(factors[0], count), 0.9, {}, factors[0])
-    named = np.unique(np.linspace(0, count - 1, MOST_NAMED).astype(int)).tolist()
+        levels = set(_some(factors[0].levels, TEMPERATURES.N))
+        told_apart = [case for case in range(count) if factors[0].level(case) in levels]
+        return Arrangement([Panel(told_apart)], 1, _scale(factors[0], count), 0.9, {}, factors[0])
+    told_apart = spread_indices(count, TEMPERATURES.N)
+    named = [told_apart[place] for place in np.unique(np.linspace(0, len(told_apart) - 1, MOST_NAMED).astype(int))]
     looks = [{"color": TEMPERATURES(case / (count - 1)), "linestyle": LINES[case % len(LINES)]} for case in range(count)]
-    return Arrangement([Panel(range(count))], 1, looks, 0.9, {case: labels[case] for case in named})
+    return Arrangement([Panel(told_apart)], 1, looks, 0.9, {case: labels[case] for case in named})
 
 
 def _scale(factor: Swept, count: int) -> list[dict[str, Any]]:
     """The looks of the cases by a colour scale."""
     levels = factor.levels
-    places = [levels.index(factor.level(case)) / max(1, len(levels) - 1) for case in range(count)]
-    return [{"color": TEMPERATURES(place), "linestyle": "-"} for place in places]
+    looks = {
+        level: {"color": TEMPERATURES(place / max(1, len(levels) - 1)), "linestyle": "-"} for place, level in enumerate(levels)
+    }
+    return [looks[factor.level(case)] for case in range(count)]
 
 
 def _ordered(labels: Sequence[str], swept: Sequence[Swept]) -> dict[int, str]:
@@ -127,19 +132,20 @@ def _by_factor(factors: Sequence[Swept], most: int) -> Arrangement:
     others = sorted((factor for factor in factors if factor is not lines), key=lambda factor: len(factor.levels))
     count = len(lines.values or lines.texts)
     scaled = len(lines.levels) > most and bool(lines.values) and most == MOST_LINES
-    along = lines.levels if scaled else _some(lines.levels, most)
+    along = _some(lines.levels, TEMPERATURES.N if scaled else most)  # a colour scale tells no more apart
+    place = {level: number for number, level in enumerate(along)}
     grid = _grid(others)
     panels = []
     for wanted in product(*grid):
         cases = [
             case for case in range(count) if all(factor.level(case) == level for factor, level in zip(others, wanted, strict=True))
         ]
-        cases = sorted((case for case in cases if lines.level(case) in along), key=lambda case: along.index(lines.level(case)))
+        cases = sorted((case for case in cases if lines.level(case) in place), key=lambda case: place[lines.level(case)])
         panels.append(Panel(cases, ", ".join(factor.text(cases[0]) for factor in others)))
     across = len(grid[1]) if len(grid) == 2 else row_of(len(panels))
     if scaled:
         return Arrangement(panels, across, _scale(lines, count), 0.9, {}, lines)
-    looks = [line_look(along.index(lines.level(case)) if lines.level(case) in along else 0) for case in range(count)]
+    looks = [line_look(place.get(lines.level(case), 0)) for case in range(count)]
     named = {case: lines.text(case) for case in panels[0].cases} if lines.label else {}
     return Arrangement(panels, across, looks, 1.2, named)
 

@@ -20,7 +20,7 @@ from dielast.mechanics.criteria import named
 from dielast.mechanics.load import Waveform
 from dielast.numerics.arrays import Flags, Floats
 from dielast.plots.events import Band, Curve, Mark
-from dielast.plots.looks import Swept
+from dielast.plots.looks import Swept, arrange
 from dielast.plots.simulation import plot_cases, plot_cycles
 from dielast.plots.texts import lasting, number, unit_for
 from dielast.recipe.cases import Case
@@ -30,6 +30,8 @@ if TYPE_CHECKING:
 
 SKIPPED = 0.75  # of a period: rows of one cycle are closer together
 ROUNDING = 1e-9  # relative, of the times at which steps begin and end
+NOTHING: Floats = np.empty(0)
+"""The points of a case that no panel shows."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -100,8 +102,12 @@ def picture(
     interval = interval_label([case.recipe for case in cases])
     if is_key or _joined(x, curves):
         return _across_cases(x, y, scales, curves, materials, interval)
-    lines = []
-    for curve, label in zip(curves, labels(cases, materials), strict=True):
+    lines, names, factors = list[Curve](), labels(cases, materials), swept(cases, materials)
+    shown = set(arrange(names, factors, sum(curve.band is not None for curve in curves)).shown)
+    for place, (curve, label) in enumerate(zip(curves, names, strict=True)):
+        if place not in shown:
+            lines.append(Curve(label, NOTHING, NOTHING, None if curve.band is None else (NOTHING,) * 3))
+            continue
         # the line includes the events, as the rows of the table may be sparse
         marks = [mark for _, mark in curve.marks]
         time = np.append(curve.table["time [s]"], [time for time, _ in curve.marks])
@@ -109,12 +115,12 @@ def picture(
         along = np.append(curve.table[x], [mark.x for mark in marks])[order]
         up = np.append(curve.table[y], [mark.y for mark in marks])[order]
         up = np.where(curve.left_out(time[order]), np.nan, up)
-        failures = [time.size - len(marks) + place for place, mark in enumerate(marks) if named(mark.name).is_failure]
+        failures = [time.size - len(marks) + row for row, mark in enumerate(marks) if named(mark.name).is_failure]
         failed = int(np.flatnonzero(np.isin(order, failures))[0]) if failures else None
         lines.append(Curve(label, along, up, _parted(curve), marks, failed))
     title = titled(cases[0].recipe.title, cases, materials, voltage_in_words(solved))
-    shown = [entry for entry in matches if entry.headers == (x, y)]
-    return plot_cases(lines, x, y, scales, title, measured=shown, swept=swept(cases, materials), interval=interval)
+    compared = [entry for entry in matches if entry.headers == (x, y)]
+    return plot_cases(lines, x, y, scales, title, measured=compared, swept=factors, interval=interval)
 
 
 def voltage_in_words(cases: Sequence[SolvedCase]) -> str:
@@ -122,8 +128,8 @@ def voltage_in_words(cases: Sequence[SolvedCase]) -> str:
     if any(getattr(case.recipe, "control", "") != "voltage" for case in cases):
         return ""
     highest = {max(map(abs, targets(steps)), default=0.0) for steps in (case.steps for case in cases)}
-    reached = [np.abs(case.result.columns["voltage [V]"]) for case in cases if "voltage [V]" in case.result.columns]
-    volts = max(float(np.max(volts, initial=0.0)) for volts in reached) if len(highest) == 1 and reached else 0.0
+    tables = (case.result.columns for case in cases if len(highest) == 1 and "voltage [V]" in case.result.columns)
+    volts = max((float(np.max(np.abs(table["voltage [V]"]), initial=0.0)) for table in tables), default=0.0)
     # a film that fails on the way does not see the rest of its history; that of an open circuit may see more than is stated
     if not cases[0].recipe.programme:
         volts = min(max(highest, default=0.0), volts)
@@ -198,7 +204,8 @@ def _across_cases(
     axis = factors.pop(list(cases[0].settings).index(x) if is_key else most)
     header = axis.label if is_key else x
     groups: dict[tuple[str, ...], list[int]] = {}
-    for case in sorted(range(len(cases)), key=lambda case: axis.levels.index(axis.level(case))):
+    rank = {level: place for place, level in enumerate(axis.levels)}
+    for case in sorted(range(len(cases)), key=lambda case: rank[axis.level(case)]):
         groups.setdefault(tuple(factor.text(case) for factor in factors), []).append(case)
     several = times is not None and len(times) > 1
     series: list[Curve] = []
