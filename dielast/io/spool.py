@@ -6,6 +6,7 @@ import hashlib
 import itertools
 import os
 import tempfile
+import weakref
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import IO, TYPE_CHECKING, Any
@@ -75,41 +76,41 @@ class Spool:
             self._held += numbers.nbytes
             return numbers
         try:
-            # without a buffer, which other processes might inherit and write again
-            self._file = self._file or tempfile.TemporaryFile(buffering=0)  # noqa: SIM115, it is closed with this object
-            left = memoryview(numbers.tobytes())
+            if self._file is None:
+                self._file = tempfile.TemporaryFile()  # noqa: SIM115, it is closed with this object
+                weakref.finalize(self, self._file.close)
             self._file.seek(self._end)
-            while left:
-                left = left[self._file.write(left) :]
+            self._file.write(numbers.tobytes())
+            self._file.flush()  # a full disk is refused here
         except OSError as error:
             raise _refused(error) from None
-        place = Away(self._file, self._end, numbers.shape)
+        place = Away(self, self._end, numbers.shape)
         self._end += numbers.nbytes
         return place
+
+    def read(self, begin: int, count: int) -> Floats:
+        """So many numbers of the file, from a byte on."""
+        import numpy as np  # imported here, as every command imports this module, also without arrays
+
+        assert self._file is not None
+        self._file.seek(begin)
+        return np.frombuffer(self._file.read(8 * count), dtype=float)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Away:
-    """An array (rows, n) in a file, where it begins at the byte `begin`."""
+    """An array (rows, n) in the file of a spool, where it begins at the byte `begin`."""
 
-    file: IO[bytes]
+    spool: Spool
     begin: int
     shape: tuple[int, ...]
 
     def __getitem__(self, row: int) -> Floats:
         """The numbers (n,) of a row."""
-        return self._read(row, 1).reshape(-1)
+        return self.spool.read(self.begin + 8 * row * self.shape[1], self.shape[1])
 
     def __array__(self, dtype: Any = None, copy: bool | None = None) -> Floats:
-        return self._read(0, self.shape[0])
-
-    def _read(self, row: int, rows: int) -> Floats:
-        import numpy as np  # imported here, as every command imports this module, also without arrays
-
-        self.file.seek(self.begin + 8 * row * self.shape[1])
-        numbers: Floats = np.frombuffer(self.file.read(8 * rows * self.shape[1]), dtype=float)
-        numbers.shape = rows, self.shape[1]
-        return numbers
+        return self.spool.read(self.begin, self.shape[0] * self.shape[1]).reshape(self.shape)
 
 
 def _refused(error: OSError) -> InputError:

@@ -223,8 +223,9 @@ def _unknown(model: type[BaseModel], keys: Place, kinds: Kinds) -> str:
     known = _fields(table)
     near = _meant(model, keys)
     alike = near is not None and difflib.SequenceMatcher(None, key, str(near[-1])).ratio() > _ALIKE
-    if not alike and (homes := [home for home in _homes(model, key) if not home.endswith(_header(model, keys[:-1]))]):
-        return f"unknown key; {key} belongs {' or '.join(homes[:3])}"
+    if homes := [home for home in _homes(model, key) if not home.endswith(_header(model, keys[:-1]))]:
+        meant = f'did you mean "{near[-1]}"? ' if near and alike else ""
+        return f"unknown key; {meant}{key} belongs {' or '.join(homes[:3])}"
     return "unknown key; " + (f'did you mean "{near[-1]}"?' if near else "known keys here are " + ", ".join(known))
 
 

@@ -3,17 +3,20 @@ from __future__ import annotations
 import errno
 import hashlib
 import os
+import pickle
 import signal
 import subprocess
 import sys
 import tempfile
 from pathlib import Path
 
+import numpy as np
 import pytest
 from processes import ENDS
 
 from dielast.base.errors import InputError
-from dielast.io import files
+from dielast.commands.simulation.result import CaseColumns
+from dielast.io import files, spool
 from dielast.io.files import Inputs, check_targets, depfile, write_files
 from dielast.io.spool import Spooled
 
@@ -268,3 +271,16 @@ def test_no_room_for_a_temporary_file_is_one_line(folder: bool, tmp_path: Path, 
 def test_devices_of_windows_are_no_folders() -> None:
     names = ("con", "Aux.d", "NUL .x", "com1", "lpt9.csv", "console", "com10", "fig9", "x.nul")
     assert [name for name in names if files.names_a_device(name)] == ["con", "Aux.d", "NUL .x", "com1", "lpt9.csv"]
+
+
+def test_arrays_beyond_a_limit_lie_in_a_file(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(spool, "IN_MEMORY", 100)
+    tables = [np.arange(number, number + 6.0).reshape(2, 3) for number in range(4)]
+    holder = spool.Spool()
+    places = [holder.put(table) for table in tables]
+    assert [isinstance(place, np.ndarray) for place in places] == [True, True, False, False]
+    cases = [CaseColumns(("x [m]", "y [Pa]"), place) for place in places]
+    for table, case in zip(tables * 2, [*cases, *pickle.loads(pickle.dumps(cases))], strict=True):
+        assert np.array_equal([case["x [m]"], case["y [Pa]"]], table)
+    assert isinstance(pickle.loads(pickle.dumps(cases[-1])).numbers, np.ndarray)
+    assert holder.put(np.empty((2, 0)))[1].size == 0  # a case without rows

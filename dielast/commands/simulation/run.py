@@ -28,7 +28,7 @@ from dielast.commands.simulation.recipe import SimulationRecipe
 from dielast.commands.simulation.result import CaseResult, SolvedCase, StatedCase, held, with_noise
 from dielast.commands.simulation.solver_steps import end_of, in_recipe_terms, joined, solver_steps
 from dielast.io.files import Inputs
-from dielast.io.spool import Spool
+from dielast.io.spool import IN_MEMORY, Spool
 from dielast.io.table import Table, case_table
 from dielast.material.material import Material
 from dielast.material.scatter import Sample
@@ -246,7 +246,9 @@ def check_series(cases: Sequence[Case[Any]], columns: int, inputs: Inputs, solvi
     draws = [0 if case.recipe.uncertainty is None else case.recipe.uncertainty.draws for case in cases]
     drawn = sorted((count * many for count, many in zip(rows, draws, strict=True)), reverse=True)[:jobs]
     solved = sum(sorted(rows, reverse=True)[:solving])
-    numbers = HELD * (sum(rows) - solved) + COPIES * (solved + sum(drawn))
+    # what is solved lies in a file beyond a limit
+    held = min(HELD * (sum(rows) - solved), IN_MEMORY / (NUMBER * columns))
+    numbers = held + COPIES * (solved + sum(drawn))
     what = f"{len(cases)} case{'s' * (len(cases) > 1)} of {max(rows)} rows{f', each drawn {max(draws)} times,' * any(draws)}"
     cycling = any(getattr(step, "waveform", None) is not None for case in cases for step in case.recipe.step)
     keys = f"output.points_per_decade{', output.cycles' * cycling} or output.times"
