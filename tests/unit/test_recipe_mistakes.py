@@ -117,9 +117,7 @@ def test_only_what_a_sweep_brings_is_said_to_be_of_it(tmp_path: Path) -> None:
 
 
 def test_a_key_of_another_table_is_not_only_taken_for_one_of_a_similar_name(tmp_path: Path) -> None:
-    told = (
-        'uncertainty.specimen: unknown key; did you mean "specimens"? specimen belongs at the top of the recipe, above its tables'
-    )
+    belongs = "specimen belongs at the top of the recipe, above its tables or in [[compare]]"
     assert mistakes(tmp_path, HEAD + STEP + "[uncertainty]\ndraws = 9\nspecimen = 1\n") == [
         f'uncertainty.specimen: unknown key; did you mean "specimens"? {belongs}'
     ]
