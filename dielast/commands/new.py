@@ -48,7 +48,9 @@ def started(kind: str, files: Given) -> tuple[str, list[str]]:
     try:
         recipe = COMMANDS[kind].from_data(files)
     except InputError as error:
-        others = [name for name, recipe in _takers(files) if name != kind and not recipe.unsure]
+        others = [
+            name for name, recipe in _takers(files) if name != kind and not recipe.unsure and f"dielast {name}" not in str(error)
+        ]
         takers = " or ".join(filter(None, (", ".join(others[:-1]), *others[-1:])))
         raise error.adding(f"; {takers} would take {'it' if len(files.names) == 1 else 'them'}" if others else "") from None
     if recipe.missing:
@@ -68,7 +70,10 @@ def described(files: Given) -> tuple[str, list[str]]:
         lines.append(f"dielast new {kind} --data: {what}")
         doubts += recipe.doubts
     if not takers:
-        lines.append(f"no command takes {'these together' if len(files.names) > 1 else 'this'}")
+        these, told = (
+            ("these together", "") if len(files.names) > 1 else ("this", ": rename its columns, or name them in a recipe (columns)")
+        )
+        lines.append(f"no command takes {these}{told}")
     complete = next((recipe for _, recipe in takers if not recipe.missing), None)
     return "\n".join(lines) + "\n", list(dict.fromkeys([*doubts, *(_mistakes(complete) if complete else [])]))
 

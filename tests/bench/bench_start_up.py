@@ -18,7 +18,7 @@ from pathlib import Path
 
 RUNS = int(sys.argv[1]) if len(sys.argv) > 1 else 15
 FIGURE = "import numpy, pandas, matplotlib.figure"
-KINDS = ("mastercurve", "spectrum", "relax", "creep", "actuate", "failure-map")
+KINDS = ("mastercurve", "measure", "spectrum", "relax", "creep", "actuate", "failure-map", "lifetime", "design")
 BARE_TYPER = """
 import typer
 app = typer.Typer()

@@ -352,7 +352,7 @@ def test_files_of_several_headers_make_one_recipe_or_none(other: str, message: s
             ("masterkurve", "--data", "example:relaxation-test.csv"),
             'masterkurve: no such file, and no kind of recipe: did you mean "mastercurve"?',
         ),
-        (("spectrum", "--data", "example:relaxation-test.csv"), "21 temperatures: dielast mastercurve takes them"),
+        (("spectrum", "--data", "example:relaxation-test.csv"), "mastercurve takes them, and dielast spectrum its result\n"),
         (
             ("design", "--data", "example:relaxation-test.csv"),
             "design takes no measured data: dielast new design; mastercurve would take it",
