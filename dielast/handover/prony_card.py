@@ -12,12 +12,12 @@ import numpy as np
 
 from dielast.base.errors import InputError, shown, warn
 from dielast.base.units import NUMBER, TIME
-from dielast.handover.export.code import UNITS
+from dielast.handover.export.code import UNITS, Units
 from dielast.io.cells import TextFormat, decode
 from dielast.io.table import as_number
 from dielast.io.text_table import read_measured
 from dielast.material.material import NEO_HOOKEAN, Material
-from dielast.material.shift import NoShift
+from dielast.material.shift import GAS_CONSTANT, WLF, Arrhenius, NoShift, ShiftLaw, kelvin
 from dielast.material.spectrum import Spectrum
 from dielast.material.springs import SPRINGS, ArrudaBoyce, Gent, Ogden, SpringLaw
 
@@ -28,7 +28,7 @@ REFERENCE = 20.0  # degC, of a material without a shift law, which has the same 
 @dataclass(frozen=True, slots=True)
 class PronyCard:
     """The series `g` (n,) with times `tau` (n,) in s; the shear `modulus` in Pa and the `law` of the spring, None if the card has
-    none, and whether they are `long_term` rather than instantaneous.
+    none, and whether they are `long_term` rather than instantaneous; and the `shift` law.
     """
 
     g: tuple[float, ...]
@@ -36,6 +36,7 @@ class PronyCard:
     modulus: float | None = None
     law: SpringLaw = NEO_HOOKEAN
     long_term: bool = False
+    shift: ShiftLaw | None = None
     name: str = "unnamed"
     left_out: tuple[str, ...] = field(default=())
 
@@ -59,14 +60,16 @@ class PronyCard:
             name=self.name,
             equilibrium_modulus=rest * whole,
             spectrum=Spectrum(np.array(self.tau), whole * np.array(self.g)),
-            shift=NoShift(REFERENCE),
+            shift=self.shift or NoShift(REFERENCE),
             equilibrium_law=self.law.of_modulus(rest * whole),
             nonequilibrium_law=self.law,
         )
 
 
-def read_prony(content: bytes, source: str, units: str | None) -> PronyCard:
-    """The Prony series in the bytes of a card of Abaqus or ANSYS, in a system of `units`, or in a table of g_i and tau_i.
+def read_prony(content: bytes, source: str, units: str | None, temperature_scale: str | None = None) -> PronyCard:
+    """The Prony series in the bytes of a card of Abaqus or ANSYS, or of a table of g_i and tau_i.
+
+    A card is in a system of `units`, with temperatures in degC or K.
 
     Raises `InputError` naming the file and what is missing.
     """
@@ -81,7 +84,7 @@ def read_prony(content: bytes, source: str, units: str | None) -> PronyCard:
             f"a card does not state its units: state prony_units, one of {', '.join(map(shown, UNITS))}", key="prony_units"
         )
     try:
-        card = reader(text, UNITS[units].stress)
+        card = reader(text, UNITS[units], temperature_scale)
     except InputError as error:
         raise error.at(file=source) from None
     if card.left_out:
@@ -107,8 +110,30 @@ def _table(content: bytes, source: str) -> PronyCard:
 _ROLES: Mapping[str, Sequence[str]] = {"g": ("g", "rel_mod", "alpha"), "tau": ("tau", "relaxation_time", "rel_time", "time")}
 
 
-def _abaqus(text: str, stress: float) -> PronyCard:
-    """*VISCOELASTIC, TIME=PRONY with *HYPERELASTIC or *ELASTIC."""
+def _celsius(temperature: float, scale: str | None) -> float:
+    """A temperature of a card, in degC; raises `InputError` without a scale."""
+    if scale is None:
+        raise InputError(
+            f"a card does not say whether {temperature:g} is in degC or K: state prony_temperature_scale",
+            key="prony_temperature_scale",
+        )
+    return temperature - (kelvin(0.0) if scale == "K" else 0.0)
+
+
+def _shift_of(law: str, values: Sequence[float], per_mole: float, scale: str | None) -> ShiftLaw | None:
+    """The shift law of a card from its reference temperature and its constants; None if it is not among dielast's.
+
+    `per_mole` turns the constant of the Arrhenius law into J/mol.
+    """
+    if law == "WLF" and len(values) == 3:  # C1 and C2 are those of the decimal logarithm in both codes
+        return WLF(_celsius(values[0], scale), values[1], values[2])
+    if law == "ARRHENIUS" and len(values) == 2:
+        return Arrhenius(_celsius(values[0], scale), per_mole * values[1])
+    return None
+
+
+def _abaqus(text: str, units: Units, scale: str | None) -> PronyCard:
+    """*VISCOELASTIC, TIME=PRONY with *HYPERELASTIC or *ELASTIC, and *TRS."""
     blocks: list[tuple[str, dict[str, str], list[float]]] = []
     lines = [line for line in text.splitlines() if line.strip() and not line.lstrip().startswith("**")]
     for line in re.sub(r",\s*\n(?=\s*[A-Za-z])", ",", "\n".join(lines)).splitlines():  # a keyword goes on after a comma
@@ -130,11 +155,25 @@ def _abaqus(text: str, stress: float) -> PronyCard:
         raise InputError("*VISCOELASTIC without TIME=PRONY: the coefficients g_i, k_i, tau_i are needed")
     rows = np.array(series[0][2]).reshape(-1, 3)
     springs = [block for block in blocks if block[0] in ("HYPERELASTIC", "ELASTIC")]
-    known = ("MATERIAL", "DENSITY", "VISCOELASTIC", "HYPERELASTIC", "ELASTIC", "HEADING")
+    trs = next((block for block in blocks if block[0] == "TRS"), None)
+    physical = next((block[1] for block in blocks if block[0] == "PHYSICAL CONSTANTS"), {})
+    if "ABSOLUTE ZERO" in physical:
+        scale = "K" if as_number(physical["ABSOLUTE ZERO"]) == 0 else "degC"
+    stated_gas = physical.get("UNIVERSAL GAS CONSTANT")
+    gas = GAS_CONSTANT * units.molar_energy if stated_gas is None else as_number(stated_gas)
+    shift = None if trs is None else _shift_of(trs[1].get("DEFINITION", "WLF").upper(), trs[2], GAS_CONSTANT / gas, scale)
+    known = ["MATERIAL", "DENSITY", "VISCOELASTIC", "HYPERELASTIC", "ELASTIC", "HEADING", "PHYSICAL CONSTANTS"]
+    known += ["TRS"] * (shift is not None)
     left_out = [f"*{block[0]}" for block in blocks if block[0] not in known]
     left_out += ["the relaxation of the bulk modulus (k_i)"] * bool(np.any(rows[:, 1]))
     name = next((block[1]["NAME"] for block in blocks if block[0] == "MATERIAL" and "NAME" in block[1]), "unnamed")
-    card = PronyCard(tuple(rows[:, 0].tolist()), tuple(rows[:, 2].tolist()), name=name, left_out=tuple(left_out))
+    card = PronyCard(
+        tuple(rows[:, 0].tolist()),
+        tuple(rows[:, 2].tolist()),
+        shift=shift,
+        name=name,
+        left_out=tuple(left_out),
+    )
     if not springs:
         return card
     kind, stated, values = springs[0]
@@ -148,7 +187,7 @@ def _abaqus(text: str, stress: float) -> PronyCard:
         if form is None or (form == "REDUCED POLYNOMIAL" and terms not in (1, 3)) or (form == "POLYNOMIAL" and terms != 1):
             raise InputError(f"*HYPERELASTIC {', '.join(stated)}: one of {', '.join(_ABAQUS)} is needed")
         modulus, law = _spring(_ABAQUS[form] if terms == 1 or form != "REDUCED POLYNOMIAL" else "yeoh", values, terms)
-    return replace(card, modulus=modulus / stress, law=_in_pascal(law, stress), long_term=long_term)
+    return replace(card, modulus=modulus / units.stress, law=_in_pascal(law, units.stress), long_term=long_term)
 
 
 _ABAQUS = {
@@ -191,8 +230,8 @@ def _in_pascal(law: SpringLaw, stress: float) -> SpringLaw:
     return law if modulus is None else law.of_modulus(modulus / stress)
 
 
-def _ansys(text: str, stress: float) -> PronyCard:
-    """TB,PRONY,,,,SHEAR with TB,HYPER or MP,EX and MP,NUXY; values of TBDATA at their places."""
+def _ansys(text: str, units: Units, scale: str | None) -> PronyCard:
+    """TB,PRONY,,,,SHEAR with TB,HYPER or MP,EX and MP,NUXY, and TB,SHIFT; values of TBDATA at their places."""
     tables: list[tuple[str, list[str], dict[int, float]]] = []
     elastic: dict[str, float] = {}
     for line in text.splitlines():
@@ -209,9 +248,15 @@ def _ansys(text: str, stress: float) -> PronyCard:
     if len(shear) != 1:
         raise InputError(f"{len(shear)} TB,PRONY,,,,SHEAR: a card of one material is needed")
     values = [shear[0][2].get(k, 0.0) for k in range(1, 1 + 2 * (max(shear[0][2], default=0) // 2))]
-    left_out = [f"TB,{name}" for name, options, _ in tables if name not in ("PRON", "HYPE")]
+    shifts = ((options[3] if len(options) > 3 else "", data) for name, options, data in tables if name == "SHIF")
+    definition, data = next(shifts, ("", {}))
+    if definition == "TN":  # Tool and Narayanaswamy's law: H/R in K, and temperatures in K only
+        definition, scale = "ARRHENIUS", "K"
+    shift = _shift_of(definition, [data[k] for k in sorted(data)], GAS_CONSTANT, scale)
+    known_tables = ("PRON", "HYPE") if shift is None else ("PRON", "HYPE", "SHIF")
+    left_out = [f"TB,{name}" for name, options, _ in tables if name not in known_tables]
     left_out += ["TB,PRONY,,,,BULK"] * (sum(name == "PRON" for name, _, _ in tables) - 1)
-    card = PronyCard(tuple(values[::2]), tuple(values[1::2]), left_out=tuple(left_out))
+    card = PronyCard(tuple(values[::2]), tuple(values[1::2]), shift=shift, left_out=tuple(left_out))
     hyper = [table for table in tables if table[0] == "HYPE"]
     if hyper:
         _, options, data = hyper[0]
@@ -221,8 +266,8 @@ def _ansys(text: str, stress: float) -> PronyCard:
             raise InputError(f"TB,HYPER,,,,{form}: one of {', '.join(_ANSYS)} is needed")
         terms = int(options[2] or "1") if known == "ogden" else 1
         modulus, law = _spring(known, [data.get(k, 0.0) for k in range(1, count + 1)], terms)
-        return replace(card, modulus=modulus / stress, law=_in_pascal(law, stress))
+        return replace(card, modulus=modulus / units.stress, law=_in_pascal(law, units.stress))
     if "EX" in elastic:
         ratio = elastic.get("NUXY", elastic.get("PRXY", 0.5))
-        return replace(card, modulus=elastic["EX"] / (2 * (1 + ratio)) / stress)
+        return replace(card, modulus=elastic["EX"] / (2 * (1 + ratio)) / units.stress)
     return card

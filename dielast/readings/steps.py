@@ -125,7 +125,9 @@ def _plain_parts(content: bytes, source: str, file: int, data: MeasuredData) -> 
         if data.layout == "wide":
             raise InputError('layout = "wide", but no header states a temperature, such as "E (20 °C) [MPa]"', file=source)
     if columns is None:
-        raise InputError("columns are needed: this is no instrument's export that dielast knows", file=source)
+        there, recipe = ", ".join(map(shown, table.names)), f"dielast new mastercurve --data {source}"
+        stated = f"state data.columns, or let {recipe} do it; there are {there}"
+        raise InputError(f"columns are needed: this is no instrument's export that dielast knows; {stated}", file=source)
     if data.steps is not None:
         raise InputError("steps are wanted, but this is no instrument's export that dielast knows", file=source)
     kind, roles = _stated(data, columns)

@@ -6,7 +6,9 @@ laboratories are calibrated side by side, with one start, 12 points of a curve, 
 
 Measured, `uniaxial --first 1003 --laboratories 6`: 5 of 6 bands hold the truth, their width is 1.05 to 1.65 times that from the
 truth to the laws (1.30 in the middle), and the best law is off by 41 %. It takes about 75 s of the processor for a laboratory, 40 s
-of them for the draws of gent-i2; with `--folder`, a bench that was stopped goes on. `films` has not been counted with these bands.
+of them for the draws of gent-i2; with `--folder`, a bench that was stopped goes on.
+`films --first 2001 --laboratories 12`: 12 of 12 bands hold the truth, which has 11 to 93 % of the draws below it (59 midway);
+their width is 22 % of it in the middle, and the best law is off by 3.3 %.
 """
 
 from __future__ import annotations

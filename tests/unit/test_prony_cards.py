@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from dielast import WLF, CardOptions, Gent, InputError, Material, NoShift, Spectrum, Yeoh, export_card
+from dielast import WLF, Arrhenius, CardOptions, Gent, InputError, Material, NoShift, Spectrum, Yeoh, export_card
 from dielast.commands.spectrum.recipe import SpectrumRecipe
 from dielast.commands.spectrum.run import run
 from dielast.commands.spectrum.sources import card_of
@@ -99,5 +99,22 @@ def test_units_and_moduli_are_never_guessed() -> None:
     with pytest.raises(InputError, match=r"the sum is 1\.5"):
         read_prony(b"g_i,tau_i [s]\n0.75,1\n0.75,100\n", "p.csv", None).material(instantaneous=1e6)
     shifted = export_card(replace(SOLID, shift=WLF(20.0, 13.0, 180.0)), "abaqus", CardOptions())["material.inp"]
-    with pytest.warns(Warning, match=re.escape("*TRS of the card: not read")):
+    with pytest.raises(InputError, match=r"say whether 20 is in degC or K: state prony_temperature_scale"):
         read_prony(shifted.encode(), "material.inp", "SI")
+    with pytest.warns(Warning, match=re.escape("*TRS of the card: not read")):
+        read_prony(shifted.replace("WLF", "USER").encode(), "material.inp", "SI")
+
+
+@pytest.mark.parametrize("units", ["SI", "mm-t-s"])
+@pytest.mark.parametrize("scale", ["degC", "K"])
+@pytest.mark.parametrize("shift", [WLF(20.0, 13.0, 180.0), Arrhenius(20.0, 6.3e4)], ids=["wlf", "arrhenius"])
+@pytest.mark.parametrize("form", ["abaqus", "ansys"])
+def test_the_shift_law_of_a_card_is_read_back(form: str, shift: WLF, scale: str, units: str) -> None:
+    if form == "ansys" and isinstance(shift, Arrhenius):
+        scale = "K"  # ANSYS takes this law in kelvin only
+    options = CardOptions(units=units, temperature_scale=scale)
+    (text,) = export_card(replace(SOLID, shift=shift), form, options).values()
+    back = read_prony(text.encode(), "card", units, scale).material().shift
+    assert type(back) is type(shift)
+    temperature = np.array([-10.0, 20.0, 60.0])
+    np.testing.assert_allclose(back.log10_shift_factor(temperature), shift.log10_shift_factor(temperature), rtol=1e-6, atol=1e-9)

@@ -200,6 +200,9 @@ class SpectrumRecipe(RecipeBase):
     prony_units: Annotated[str, OneOf(lambda: tuple(UNITS))] | None = Field(
         None, description="Consistent units of the card, which does not state them; needed with a card of Abaqus or ANSYS."
     )
+    prony_temperature_scale: Annotated[str, OneOf(lambda: SCALES)] | None = Field(
+        None, description="Scale of the card's temperatures, which it does not state; needed where it has a shift law."
+    )
     fit: FitSection = Field(FitSection(), description="How the spectrum is fitted.")
     truncate: Truncate | None = Field(None, description="Keep only the slowest branches.")
     reduce: Reduce | None = Field(None, description="Keep only as many branches as a window of times needs.")
@@ -215,8 +218,9 @@ class SpectrumRecipe(RecipeBase):
     def _check(self) -> None:
         if sum(source is not None for source in (self.mastercurve, self.data, self.prony)) != 1:
             raise InputError("either mastercurve (a folder), [data] (a file) or prony (a card) is needed")
-        if self.prony is None and self.prony_units is not None:
-            raise InputError("is of a card: state prony as well, or leave it out", key="prony_units")
+        for key in ("prony_units", "prony_temperature_scale"):
+            if self.prony is None and getattr(self, key) is not None:
+                raise InputError("is of a card: state prony as well, or leave it out", key=key)
         if self.prony is not None:
             fitted = [f"fit.{key}" for key in sorted(self.fit.model_fields_set - {"glassy_modulus", "equilibrium_modulus"})]
             fitted += [key for key in ("truncate", "reduce") if getattr(self, key) is not None]

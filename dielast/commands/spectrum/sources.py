@@ -78,7 +78,8 @@ def card_of(recipe: SpectrumRecipe, inputs: Inputs) -> tuple[Material, dict[str,
     from dielast.handover.prony_card import read_prony
 
     assert recipe.prony is not None
-    card, constants, fit = read_prony(inputs.read(recipe.prony), recipe.prony, recipe.prony_units), recipe.material, recipe.fit
+    constants, fit = recipe.material, recipe.fit
+    card = read_prony(inputs.read(recipe.prony), recipe.prony, recipe.prony_units, recipe.prony_temperature_scale)
     with located(file=recipe.prony):
         instantaneous, at_rest = (None if young is None else young / 3 for young in (fit.glassy_modulus, fit.equilibrium_modulus))
         material = card.material(instantaneous, at_rest)
