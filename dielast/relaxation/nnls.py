@@ -29,7 +29,7 @@ _HELD = 1e4  # weight of a prescribed sum of moduli, in units of the weight of a
 _CELL = 0.05  # decades over which points are averaged for placing the processes
 _WORTHWHILE = 0.98  # ratio of misfits below which a change of the times is accepted, so that noise causes none
 _SINGULAR = 1e-13  # ratio to the largest singular value below which one is a rounding error
-_EXACT = 1e-9  # misfit, relative to the curve, below which a fit is exact but for rounding errors, which differ between machines
+EXACT = 1e-9  # misfit, relative to the curve, below which a fit is exact but for rounding errors, which differ between machines
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -183,7 +183,7 @@ def place_times(
     finest, step = 1e-7 if single else 0.1, max(furthest) / 4
     trials = sorted(product(*(np.linspace(0.0, end, 5 if end else 1).tolist() for end in furthest)), key=sum)  # widest range first
     inset, least = (0.0, 0.0), np.inf
-    exact = _EXACT * float(np.sqrt(coarse.row_weight.sum()))
+    exact = EXACT * float(np.sqrt(coarse.row_weight.sum()))
     while step >= finest and least > exact:
         improved = False
         for trial in trials:
