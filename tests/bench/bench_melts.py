@@ -1,6 +1,9 @@
 """How far default shift factors of synthetic entangled melts are off, all temperatures and one left out.
 
 python tests/bench/bench_melts.py [--melts N] [--first SEED] [--on auto|moduli|tan-delta|storage]
+
+Melts 0 to 219 on auto, 415 runs in parts of 55: largest errors 0.057, 0.109, 0.048, 0.049 decade; 90 % intervals hold 92, 90, 88,
+91 %; errors in standard errors 0.97, 1.00, 1.04, 0.96 rms. The 0.109 is melt 91 without one temperature.
 """
 
 from __future__ import annotations

@@ -13,6 +13,7 @@ from dielast.base.errors import DielastWarning, InputError
 from dielast.material.spectrum import Spectrum
 from dielast.numerics.random_streams import stream
 from dielast.relaxation.fit import fit_spectrum
+from dielast.relaxation.levels import likely_levels
 from dielast.relaxation.result import SpectrumFit
 from dielast.relaxation.spectrum_draws import SEED, CurveDraws, draw_spectra
 from dielast.relaxation.superposition.bootstrap import bootstrap_master_curve
@@ -86,7 +87,10 @@ def curve() -> np.ndarray:
 
 
 def test_draws_of_a_spectrum_follow_the_draws_of_its_curve() -> None:
-    """A curve that is 1 % higher everywhere, and one 1 % lower, give a spectrum 1 % stiffer and softer; truncated as well."""
+    """A curve that is 1 % higher everywhere, and one 1 % lower, give a spectrum 1 % stiffer and softer; truncated as well.
+
+    Equilibrium moduli differ further, by what the distance of the fit from the curve leaves open, less than that.
+    """
     modulus = curve()
     curves = CurveDraws(TIME, np.array([[modulus * 1.01], [modulus / 1.01]]))
     fit = fit_spectrum(TIME, modulus, method="nnls", branches=26)
@@ -101,9 +105,9 @@ def test_draws_of_a_spectrum_follow_the_draws_of_its_curve() -> None:
             lambda t, y: fit_spectrum(t, y[0], method="nnls", branches=26, relaxation_time=ends),
             spectrum=spectrum,
         )
-    stiff, soft = spectra["whole"].equilibrium_modulus / fit.equilibrium_shear_modulus
-    assert stiff == pytest.approx(1.01, abs=3e-3)
-    assert soft == pytest.approx(1 / 1.01, abs=3e-3)
+    own = spectra["whole"].equilibrium_modulus / fit.equilibrium_shear_modulus / [1.01, 1 / 1.01]
+    low, high = likely_levels(fit, np.array([0.0, 1.0]))
+    assert 0.99 < low < own.min() < own.max() < high < 1.01
     assert spectra["truncated"].shear_modulus.shape == (2, 9)
     assert np.array_equal(spectra["truncated"].shear_modulus, spectra["whole"].shear_modulus[:, :9])
 

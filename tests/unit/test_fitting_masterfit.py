@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from dielast.base.errors import DielastWarning
 from dielast.relaxation.superposition import joint_errors, joint_fit, joint_problem
 from dielast.relaxation.superposition.checks import find_undetermined
-from dielast.relaxation.superposition.effects import LEAST, NONE, OFFSET, SPREAD_RATIO, Drift, RandomEffect, probable
+from dielast.relaxation.superposition.effects import LEAST, NONE, OFFSET, SPREAD_RATIO, TILT, Drift, RandomEffect, probable
 from dielast.relaxation.superposition.joint_errors import PARTS, find_misfit
 from dielast.relaxation.superposition.joint_fit import MasterFit, fit_held, fit_master
 from dielast.relaxation.superposition.joint_problem import LOOSE, MAX_STEP
@@ -124,6 +124,14 @@ def test_without_information_the_spread_is_none_or_the_usual_one() -> None:
         square = 1 / precisions[:, 0, 0]
         assert np.sqrt(probability @ square) == pytest.approx(wanted, rel=0.15)
         assert np.sum(probability[square < 2 * LEAST**2]) == pytest.approx(NONE if size == 0 else 0.0, abs=0.01)
+
+
+def test_exact_curves_that_leave_a_direction_open_have_probable_offsets() -> None:
+    """Rounding errors of what is known without noise exceed all that is known of a direction before any data."""
+    side = np.random.default_rng(1).standard_normal((28, 26))
+    exact = 1e20 * side @ side.T
+    probability, _ = probable([RandomEffect(OFFSET, 0.01), RandomEffect(TILT, 0.005)], exact, exact @ np.full(28, 1e-3))
+    assert np.sum(probability) == pytest.approx(1.0)
 
 
 def test_a_shift_factor_that_offsets_hide_says_so() -> None:

@@ -172,7 +172,10 @@ def probable(effects: Sequence[RandomEffect], normal: Floats, right: Floats) -> 
         precision[:, block, block] = inverse[places[:, g]]
         cost -= (2 * np.log(prior) + np.linalg.slogdet(inverse)[1])[places[:, g]]
     bordered = np.empty((len(places), right.size + 1, right.size + 1))  # the last row of its factor is that of the right-hand side
-    bordered[:, :-1, :-1] = normal + precision
+    # of curves without noise, rounding errors of the first may exceed the second (N. J. Higham, Accuracy and stability of numerical
+    # algorithms, 2nd ed., Philadelphia 2002, theorem 10.7)
+    rounding = right.size * float(np.finfo(float).eps) * float(np.trace(normal))
+    bordered[:, :-1, :-1] = normal + precision + rounding * np.eye(right.size)
     bordered[:, :-1, -1] = bordered[:, -1, :-1] = right
     bordered[:, -1, -1] = 1e300
     factor = np.linalg.cholesky(bordered)

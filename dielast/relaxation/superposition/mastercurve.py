@@ -126,7 +126,7 @@ def build_master_curve(
                     doubt = found.doubt(plain.anchor, plain.state)
         if plain is not None and np.any(data.ramp > 0):
             binned = after_step(data, binned, plain)
-            plain, problem = _fitted(data, binned, free, stated)
+            plain, problem = _fitted(data, binned, free, stated, plain.anchor)  # to which the error of the duration refers
         if plain is None:
             raise problem
         points, anchor = points_of(binned), plain.anchor
@@ -156,9 +156,14 @@ def prepare(
     return data, replace(binned, log_modulus=binned.log_modulus + imposed[binned.curve]), imposed
 
 
-def _fitted(data: Gathered, binned: Binned, vertical: bool, stated: Stated) -> tuple[Fitted | None, InputError]:
-    """The best fit of tests over time, or why there is none: curves that do not overlap."""
-    anchor = steepest(binned)
+def _fitted(
+    data: Gathered, binned: Binned, vertical: bool, stated: Stated, anchor: int | None = None
+) -> tuple[Fitted | None, InputError]:
+    """The best fit of tests over time, or why there is none: curves that do not overlap.
+
+    The `anchor` is the number of the curve that is not shifted, None for the steepest one.
+    """
+    anchor = steepest(binned) if anchor is None else anchor
     try:
         start = starting_shifts(data.temperature, binned, anchor, data.kind)
     except InputError as problem:
