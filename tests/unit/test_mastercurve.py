@@ -13,9 +13,12 @@ from hypothesis import given, settings, strategies as st
 
 from dielast.base.errors import DielastWarning, InputError
 from dielast.material.measurement import RelaxationCurve
+from dielast.material.measurement_kind import RELAXATION
 from dielast.material.shift import WLF
+from dielast.relaxation.superposition.checks import warn_if_no_plateau
 from dielast.relaxation.superposition.mastercurve import build_master_curve
 from dielast.relaxation.superposition.result import MasterCurve
+from dielast.relaxation.superposition.spline import Spline
 
 LAW = WLF(20.0, 8.0, 120.0)
 TIME = np.geomspace(0.1, 1000, 40)
@@ -243,6 +246,13 @@ def test_missing_plateau_is_said() -> None:
     assert "no plateau at its long end" in said(ALL)
     assert "the modulus may still fall, and the equilibrium modulus, its last value, is an upper bound" in said(ALL)
     assert said(curves(-20, 0, 20, 40, 60, 90, 130, 180, 260)) == ""
+
+
+def test_an_end_that_rises_is_warned_of_if_its_points_rise() -> None:
+    rising, x = Spline(0.0, 0.5, 0.25 * np.arange(7.0), 2.0), np.linspace(0.0, 2.0, 41)
+    warn_if_no_plateau(rising, RELAXATION, x, np.sin(40 * x))  # scatter, which the end of the curve follows
+    with pytest.warns(Warning, match="no modulus rises in the course of time"):
+        warn_if_no_plateau(rising, RELAXATION, x, 0.5 * x + 0.01 * np.sin(40 * x))
 
 
 @pytest.mark.parametrize(

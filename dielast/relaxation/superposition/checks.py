@@ -191,11 +191,16 @@ def _law_fits(misfit: float, freedom: int) -> bool:
     return bool(misfit <= max(LAW_MISFIT, 1 + LAW_MISFIT_SIGMA * np.sqrt(2 / freedom)))
 
 
-def warn_if_no_plateau(curve: Spline, kind: MeasurementKind) -> None:
-    """Warn if the long end, at which the equilibrium modulus is read, is not level; `curve` is a storage modulus for a sweep."""
+def warn_if_no_plateau(curve: Spline, kind: MeasurementKind, x: Floats, stiffness: Floats) -> None:
+    """Warn if the long end, at which the equilibrium modulus is read, is not level; `curve` is a storage modulus for a sweep.
+
+    As no modulus rises, a rise is warned of only if the points at log10 times `x` (n,) with decimal logarithms `stiffness` (n,)
+    rise by more than their scatter.
+    """
     stretch = curve(np.array([curve.end - LAST_STRETCH, curve.end]))
     slope = float(stretch[1] - stretch[0]) / LAST_STRETCH
-    if abs(slope) > PLATEAU_SLOPE:
+    last = x >= np.max(x) - LAST_STRETCH
+    if -slope > PLATEAU_SLOPE or (slope > PLATEAU_SLOPE and _rise(x[last], stiffness[last])):
         meaning = "the modulus may still fall, and the equilibrium modulus, its last value, is an upper bound"
         if slope > 0:
             meaning = "no modulus rises in the course of time, and the equilibrium modulus, its last value, is not to be trusted"
@@ -203,6 +208,19 @@ def warn_if_no_plateau(curve: Spline, kind: MeasurementKind) -> None:
             f"the master curve has no plateau at its {kind.ends[1]} end, where it changes by {slope:.2g} decades of modulus per "
             f"decade of time: {meaning}"
         )
+
+
+def _rise(x: Floats, y: Floats) -> bool:
+    """Whether points (n,) rise, at the level of 5 % of a straight line's slope."""
+    from scipy.special import stdtrit
+
+    spare = x.size - 2
+    if spare < 1 or np.ptp(x) == 0:
+        return True
+    along, up = x - np.mean(x), y - np.mean(y)
+    slope = float(along @ up / (along @ along))
+    error = float(np.linalg.norm(up - slope * along) / np.sqrt(spare * (along @ along)))
+    return slope > error * float(stdtrit(spare, 0.95))
 
 
 def warn_if_offset(spread: float) -> None:

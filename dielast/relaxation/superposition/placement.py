@@ -81,13 +81,15 @@ def place_at_reference(
         len(shift_fit.names),
         lambda: misfit_without(*to_fit),
     )
-    warn_if_no_plateau(fit.placed[0], kind)
-
     placed = np.where(determined, shift, np.where(_astray(shift_fit, temperature, determined), np.nan, by_law))
     used = (binned.bin_of_point >= 0) & data.good & np.isfinite(placed)[data.curve]
     curve, abscissa = data.curve[used], data.abscissa[used]
     reduced = abscissa / (10 ** placed[curve]) ** kind.time_power
     order = np.lexsort((abscissa, reduced))
+    ordinates = (data.ordinates[:, used] * vertical[curve] ** kind.stiffness_power)[:, order]
+    warn_if_no_plateau(
+        fit.placed[0], kind, kind.time_power * np.log10(reduced[order]), kind.stiffness_power * np.log10(ordinates[0])
+    )
     along = slice(None, None, kind.time_power)  # order of the smooth curves by ascending abscissa
     x = np.linspace(fit.placed[0].origin, fit.placed[0].end, SMOOTH_POINTS)
     stiffness = np.stack([10 ** (spline(x) - raised) for spline in fit.placed])
@@ -107,7 +109,7 @@ def place_at_reference(
         point_temperature=temperature[curve][order],
         abscissa=abscissa[order],
         reduced_abscissa=reduced[order],
-        ordinates=(data.ordinates[:, used] * vertical[curve] ** kind.stiffness_power)[:, order],
+        ordinates=ordinates,
         smooth_abscissa=10 ** (kind.time_power * (x + origin))[along],
         smooth_ordinates=stiffness[:, along] ** kind.stiffness_power,
         equilibrium_modulus=float(stiffness[0, -1]),
