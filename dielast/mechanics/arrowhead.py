@@ -142,10 +142,10 @@ class Arrowhead:
             stress = self.stress
             right = self.flow.rate(stress)
         else:
-            ahead = log_squared[:, None] if known is None or self.free else self.ahead[stage]
+            ahead = log_squared[:, None]
+            if known is not None:  # in the same order whether the points beside are held or not
+                ahead = ahead - known.inner[stage] if self.free else self.ahead[stage]
             elastic = ahead - state[:border].reshape(shape)
-            if known is not None and self.free:
-                elastic -= known.inner[stage]
             stress = stress_of(points.law, self.symmetry, elastic)
             right = self.flow.rate(stress)
             right += history[:border].reshape(shape)

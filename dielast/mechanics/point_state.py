@@ -84,13 +84,10 @@ class PointStates(UnderLoad):
         In a state of the border alone, the nominal stress along axes of prescribed stretch is NaN.
         """
         log_squared = self.log_squared(state, driven)
-        if not self.free:
-            nominal = np.asarray(self._carried(state, driven, log_squared) / driven[: self.axes])
-        else:
-            nominal = self.applied(driven, log_squared)
-            if self.stretched:
-                carried = self._carried(state, driven, log_squared) * np.exp(-0.5 * log_squared)
-                nominal = np.array([np.where(held, *both) for held, *both in zip(self.held, carried, nominal, strict=True)])
+        nominal = self.applied(driven, log_squared)
+        if self.stretched:
+            along = zip(self.held, self._carried(state, driven, log_squared), driven[: self.axes], nominal, strict=True)
+            nominal = np.array([free if held is False else np.where(held, true / fixed, free) for held, true, fixed, free in along])
         if self.symmetry is not None:
             nominal = np.concatenate((nominal, np.zeros_like(nominal) if self.symmetry == UNIAXIAL else nominal))
         return self._of_both(log_squared), nominal
