@@ -17,8 +17,9 @@ from typing import ClassVar
 
 import numpy as np
 
+from dielast.mechanics.arrowhead import Arrowhead
 from dielast.mechanics.electric import ELECTRIC
-from dielast.mechanics.point import Arrowhead, LoadedPoints
+from dielast.mechanics.point import LoadedPoints
 from dielast.mechanics.point_material import in_both_axes
 from dielast.numerics.arrays import Cases, Floats
 

@@ -48,10 +48,11 @@ class Responsive(Protocol):
         """
 
 
-def relaxed(decay: Floats, share: Floats | float = 1.0) -> Floats:
-    """(1 - exp(-decay share))/decay, which is `share` where there is no decay."""
-    decay = np.maximum(decay, STILL)
-    return np.asarray(np.expm1(-decay * share) / -decay)
+def relaxed(decay: Floats, share: Floats | float = 1.0) -> tuple[Floats, Floats]:
+    """exp(-decay share) - 1, and (1 - exp(-decay share))/decay, which is `share` where there is no decay."""
+    against = -np.maximum(decay, STILL)
+    fallen = np.expm1(against * share)
+    return fallen, np.asarray(fallen / against)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -65,6 +66,8 @@ class Response(ByCase):
     others: int
     end: Floats
     """R (rows, cases) at the end of the step."""
+    middle: Floats
+    """R (rows, cases) in its middle."""
     index: tuple[int, ...]
     path: Any = None
     """What the unknowns that relax follow besides, a function of time as a class by case; None: nothing."""
@@ -78,11 +81,12 @@ class Response(ByCase):
         inner = slice(start, min(stop, count))
         path = self.path
         assert path is None or self.index[inner] == self.index
-        return Response(self.decay, self.inner[inner], max(stop - count, 0), self.end[rows], self.index[inner], path)
+        ends = self.end[rows], self.middle[rows]
+        return Response(self.decay, self.inner[inner], max(stop - count, 0), *ends, self.index[inner], path)
 
     def at(self, time: Floats) -> Floats:
         """R (rows, cases) at `time` (cases,) in s after the beginning of the step."""
-        inner = self._times(time * relaxed(self.decay * time))
+        inner = self._times(time * relaxed(self.decay * time)[1])
         return self._with_others(inner if self.path is None else inner + self.path.at(time))
 
     def slope(self, time: Floats) -> Floats:

@@ -19,7 +19,8 @@ class Linearised(Protocol):
     """The linear system of one step."""
 
     def increment(self, stage: int, state: Floats, history: Floats | None, gamma_i: float, out: Floats) -> Floats:
-        """The increment u_i (rows, cases) of the stage of this number at `state`, written to the contiguous array `out`.
+        """The increment u_i (rows, cases) of the stage of this number at `state`, but for what is known of it in closed form; it is
+        written to the contiguous array `out`.
 
         `history` is sum_j c_ij u_j, None in the first stage.
         """
@@ -122,10 +123,10 @@ def advance(
     """
     times = time + method.alpha[:, None] * step
     if fading is None:
-        equations, response, known = system.linearise(times, state, step, method.gamma), None, None
+        equations, response = system.linearise(times, state, step, method.gamma), None
     else:
         equations = system.linearise(times, state, step, method.gamma, fading)
-        response, known = equations.response, equations.known
+        response = equations.response
     equations.increment(0, state, None, method.gamma_i[0], increments[0])
     stage = state
     for i in range(1, method.stages):
@@ -135,9 +136,11 @@ def advance(
         else:
             stage, history = np.einsum("bs,srm->brm", method.ac[i], increments[:i])
             stage += state
-        equations.increment(i, stage if known is None else stage + known[i], history, method.gamma_i[i], increments[i])
+        equations.increment(i, stage, history, method.gamma_i[i], increments[i])
     after = np.asarray(stage + increments[-1])
-    return after if known is None else np.asarray(after + known[-1]), response
+    if response is not None:
+        after += response.end
+    return after, response
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -199,7 +202,7 @@ class TriedStep:
         state = np.einsum("s,srk->rk", self.method.middle, self.increments)
         state += 0.5 * (self.before + self.after)
         if self.response is not None:
-            state += self.response.at(0.5 * self.step) - 0.5 * self.response.end
+            state += self.response.middle - 0.5 * self.response.end
         return np.asarray(state)
 
 
