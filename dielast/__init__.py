@@ -55,8 +55,7 @@ if TYPE_CHECKING:  # the public names, of which this is the only list: type chec
     from dielast.handover.material_file import read_material as read_material, write_material as write_material
     from dielast.material.breakdown import PowerBreakdown as PowerBreakdown
     from dielast.material.damage import InversePower as InversePower
-    from dielast.material.dielectric import VACUUM_PERMITTIVITY as VACUUM_PERMITTIVITY
-    from dielast.material.leakage import Leakage as Leakage
+    from dielast.material.dielectric import VACUUM_PERMITTIVITY as VACUUM_PERMITTIVITY, Leakage as Leakage
     from dielast.material.material import Breakdown as Breakdown, Material as Material
     from dielast.material.measurement import (
         CreepCurve as CreepCurve,

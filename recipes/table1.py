@@ -18,7 +18,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from dielast.plots.style import COLOURS, MARKERS, legend_below, panels, style
-from dielast.plots.ticks import log_axis
+from dielast.plots.texts import log_axis
 
 Array = NDArray[np.float64]
 

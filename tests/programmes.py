@@ -16,7 +16,7 @@ from peers.membrane import Course, History, Piece, Run, State, at_rest, constant
 from springs import EPS, MU, SPRINGS, Springs
 
 from dielast import FilmStep, Waveform
-from dielast.material.leakage import Leakage
+from dielast.material.dielectric import Leakage
 
 THICKNESS, AREA, LOOKS = 0.5e-3, 1e-4, 4
 SECONDS, HIGHEST = (0.3, 4.0), 3e3  # of a step; in V

@@ -34,7 +34,7 @@ from enum import Enum
 
 import numpy as np
 
-from dielast.material.leakage import Leakage
+from dielast.material.dielectric import Leakage
 from dielast.numerics.arrays import ByCase, Floats
 
 ELECTRIC = 2  # row of the prescribed electrical quantity among the values of a load

@@ -14,8 +14,7 @@ from dielast.calibration.profiles import DECISIVE, Profile
 from dielast.calibration.result import Calibration
 from dielast.calibration.voltage import VoltageTest
 from dielast.plots.style import ACROSS, COLOURS, SHADE, entry, row_of, shade, sheet, spread, spread_indices, style
-from dielast.plots.texts import axis_of, number, shortened, typeset, unit_for
-from dielast.plots.ticks import log_axis
+from dielast.plots.texts import axis_of, log_axis, number, shortened, typeset, unit_for
 
 KILO = 1e-3  # from Pa
 HIGHEST = 1.2  # height of a profile, as a multiple of the rise at which an end of the range is ruled out

@@ -13,8 +13,7 @@ from numpy.typing import NDArray
 
 from dielast.plots.looks import Swept
 from dielast.plots.style import entry, legend_below, letter, line_look, open_marker, panels, say, spread_indices, style
-from dielast.plots.texts import degrees, lasting, number, prestretched, unit_for
-from dielast.plots.ticks import limits, log_axis, ticks_within
+from dielast.plots.texts import degrees, lasting, limits, log_axis, number, prestretched, ticks_within, unit_for
 from dielast.simulate.design import FAILS_FIRST, OUT_OF_REACH, Design
 
 MOST_LINES = 7

@@ -19,8 +19,7 @@ from dielast.mechanics.criteria import named
 from dielast.plots.lifetimes import MOST_LINES, arrange, draw_panels, films_of, legend, notes
 from dielast.plots.looks import MOST_BANDS, Panel
 from dielast.plots.style import TEMPERATURES, grid, letter, panels, row_legend, sheet, spread_indices, style
-from dielast.plots.texts import SECONDS, degrees, lasting, number, power_of_ten, unit_for
-from dielast.plots.ticks import log_axis
+from dielast.plots.texts import SECONDS, degrees, lasting, log_axis, number, power_of_ten, unit_for
 from dielast.simulate.failure_map import FailureMap
 from dielast.simulate.lifetime import LifetimeLine
 

@@ -14,7 +14,7 @@ from dielast.calibration.failures.fits import FittedLaw, Lives
 from dielast.calibration.failures.likelihood import Seen
 from dielast.calibration.failures.specimens import Simulated
 from dielast.plots.style import COLOURS, SHADE, entry, legend_below, letter, open_marker, panels, shade, style
-from dielast.plots.ticks import log_axis
+from dielast.plots.texts import log_axis
 
 DASHES = ("-", "--", "-.", ":")
 WITHOUT: Any = {"color": "0.25", "linestyle": (0, (1, 1.5)), "linewidth": 1.0}

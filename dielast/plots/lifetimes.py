@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 
 from dielast.plots.looks import Panel
 from dielast.plots.style import SHADE, entry, line_look, open_marker, row_legend, say, spread_indices
-from dielast.plots.texts import degrees, number, prestretched, unit_for
-from dielast.plots.ticks import limits, log_axis, ticks_within
+from dielast.plots.texts import degrees, limits, log_axis, number, prestretched, ticks_within, unit_for
 from dielast.simulate.failure_map import FailureMap
 from dielast.simulate.lifetime import EXPONENTIAL_LAW, POWER_LAW, ROOM, LifetimeLine
 

@@ -13,8 +13,7 @@ from matplotlib.ticker import LogLocator, NullFormatter
 from numpy.typing import NDArray
 
 from dielast.plots.style import COLOURS, MARKERS, TEMPERATURES, entry, letter, sheet, spread, style
-from dielast.plots.texts import degrees, typeset
-from dielast.plots.ticks import log_axis
+from dielast.plots.texts import degrees, log_axis, typeset
 from dielast.relaxation.superposition.result import MasterCurve
 
 MOST_IN_LEGEND = 6  # temperatures; more are shown by a colour bar

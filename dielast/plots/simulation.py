@@ -30,8 +30,7 @@ from dielast.plots.style import (
     sheet,
     style,
 )
-from dielast.plots.texts import FIXED, axis_of, number, shortened, typeset
-from dielast.plots.ticks import log_axis
+from dielast.plots.texts import FIXED, axis_of, log_axis, number, shortened, typeset
 
 SHOWN = "amplitude", "phase", "work"  # of cycles
 MOST_MARKED = 12  # points of a line with markers

@@ -5,8 +5,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from dielast.plots.style import COLOURS, letter, panels, row_legend, spread, style
-from dielast.plots.texts import degrees
-from dielast.plots.ticks import log_axis
+from dielast.plots.texts import degrees, log_axis
 from dielast.relaxation.continuous import ContinuousSpectrum
 from dielast.relaxation.interconversion import response
 from dielast.relaxation.reduce import Reduction

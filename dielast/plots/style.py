@@ -26,8 +26,7 @@ from matplotlib.path import Path as Outline
 from matplotlib.ticker import NullFormatter, NullLocator, ScalarFormatter
 from numpy.typing import NDArray
 
-from dielast.plots.texts import FIXED, typeset
-from dielast.plots.ticks import clear_ticks, remainder
+from dielast.plots.texts import FIXED, clear_ticks, remainder, typeset
 
 # the colours of Okabe and Ito, ordered so that neighbours also differ in lightness: distinct for the colour-blind and in grey
 COLOURS = ("#000000", "#D55E00", "#0072B2", "#E69F00", "#009E73", "#CC79A7", "#56B4E9")

@@ -18,8 +18,8 @@ import numpy as np
 
 from dielast.io.result import TabularResult
 from dielast.io.table import Table, case_table
+from dielast.material.dielectric import Leakage
 from dielast.material.laws_of_cases import log_ratio
-from dielast.material.leakage import Leakage
 from dielast.mechanics.equations import Films, films_of
 from dielast.mechanics.piece import Cycles, Piece
 from dielast.mechanics.point import LoadedPoints

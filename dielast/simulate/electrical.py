@@ -17,7 +17,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from dielast.material.leakage import Leakage
+from dielast.material.dielectric import Leakage
 from dielast.mechanics.electric import ELECTRIC, FIELD
 from dielast.mechanics.equations import Films, films_of
 from dielast.mechanics.film import FilmState

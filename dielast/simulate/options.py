@@ -10,7 +10,7 @@ from dielast.base.errors import InputError
 from dielast.io.result import Result
 from dielast.material.argument_types import checked
 from dielast.material.breakdown import BreakdownLaw
-from dielast.material.leakage import Leakage
+from dielast.material.dielectric import Leakage
 from dielast.mechanics.stability import ONE_PERCENT, TimeScale
 
 LEAST_RTOL, MOST_RTOL = 1e-12, 0.1

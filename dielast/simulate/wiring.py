@@ -6,7 +6,7 @@ from typing import Self
 import numpy as np
 
 from dielast.base.errors import InputError
-from dielast.material.leakage import Leakage
+from dielast.material.dielectric import Leakage
 from dielast.mechanics.cases import of_case, spread
 from dielast.mechanics.electric import Drive, Wires
 from dielast.mechanics.point_material import PointMaterial

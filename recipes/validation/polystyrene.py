@@ -27,7 +27,7 @@ from dielast import (
     without_ramp,
 )
 from dielast.plots.style import COLOURS, MARKERS, legend_below, panels, spread, style
-from dielast.plots.ticks import log_axis
+from dielast.plots.texts import log_axis
 
 Array = NDArray[np.float64]
 TEMPERATURES = (130, 145, 160, 175, 190)

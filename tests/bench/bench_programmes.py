@@ -39,7 +39,7 @@ from flat import actuate, creep
 from programmes import programme
 
 from dielast import FilmStep, Material, Repeat, Spectrum, Step, read_material
-from dielast.material.leakage import Leakage
+from dielast.material.dielectric import Leakage
 from dielast.material.shift import NoShift
 
 CYCLE = [

@@ -10,9 +10,8 @@ from dashpots import Dashpots
 from films import SOFT
 from flat import actuate
 
-from dielast.material.dielectric import LinearPermittivity
+from dielast.material.dielectric import Leakage, LinearPermittivity
 from dielast.material.laws_of_cases import FailureLaws
-from dielast.material.leakage import Leakage
 from dielast.material.springs import EQUIBIAXIAL
 from dielast.mechanics.criteria.criterion import WatchedFilms
 from dielast.mechanics.film import FilmState

@@ -16,7 +16,7 @@ from springs import SPRINGS
 
 from dielast import Breakdown, FilmStep, Material, Programme, Repeat, Spectrum, Track, VoltageStep, Waveform, film_limits
 from dielast.base.errors import InputError
-from dielast.material.leakage import Leakage
+from dielast.material.dielectric import Leakage
 from dielast.material.shift import NoShift
 from dielast.mechanics.history import electrical_pieces
 from dielast.mechanics.span import Control

@@ -24,8 +24,7 @@ from dielast.material.spectrum import Spectrum
 from dielast.plots.calibration import _draw_correlations, _draw_test
 from dielast.plots.mastercurve import _tangent_axis
 from dielast.plots.style import COLOURS, LINES, TEMPERATURES, Sheet, panels, spread, style
-from dielast.plots.texts import lasting, number, typeset
-from dielast.plots.ticks import log_axis
+from dielast.plots.texts import lasting, log_axis, number, typeset
 from dielast.relaxation.creep import fit_creep
 from dielast.relaxation.fit import fit_oscillation
 from dielast.relaxation.interconversion import retardation_from_relaxation

@@ -29,7 +29,7 @@ from dielast.material.springs import (
     Yeoh,
     gathered,
 )
-from dielast.material.springs.langevin import chain_energy, inverse
+from dielast.material.springs.arruda_boyce import chain_energy, inverse
 from dielast.material.springs.stable_range import free_axis_holds, stable_range, tension_rises
 from dielast.material.use_checks import warn_of_instability
 

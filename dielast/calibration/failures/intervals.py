@@ -8,8 +8,7 @@ from itertools import product
 import numpy as np
 from scipy.special import ndtri
 
-from dielast.calibration.failures.estimate import Estimate
-from dielast.calibration.failures.newton import maximise
+from dielast.calibration.failures.estimate import Estimate, maximise
 from dielast.calibration.profiles import DECISIVE, VERDICTS, Verdict
 from dielast.numerics.arrays import Cases, Flags, Floats
 

@@ -18,7 +18,7 @@ from dielast.commands.simulation.solver_steps import repeat_of
 from dielast.handover.law_section import breakdown
 from dielast.io.files import Inputs
 from dielast.io.table import Table, case_table
-from dielast.material.leakage import Leakage
+from dielast.material.dielectric import Leakage
 from dielast.material.material import Material
 from dielast.mechanics.criteria import names
 from dielast.mechanics.load import Programme
