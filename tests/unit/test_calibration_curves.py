@@ -1,4 +1,4 @@
-"""Transients of a testing machine are left out of the misfit, and nothing that a film can do is."""
+"""What a measured curve shows besides its material: transients of the machine, softening, slack, an offset."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ VHB = Path(__file__).parents[3] / "shared/data/vhb4905/4-loading.csv"
 
 
 @pytest.mark.parametrize("material", [SOFT, FAST, STIFF], ids=lambda material: material.name)
-@pytest.mark.parametrize("noise", [0.0, 0.001, 0.01, 0.03])
+@pytest.mark.parametrize("noise", [0.0, 0.01, 0.03])
 def test_clean_tests_and_fast_relaxation_ring_nowhere(material: Material, noise: float) -> None:
     random = np.random.default_rng(17)
     machine = replace(QUIET, noise=noise)

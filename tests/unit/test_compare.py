@@ -168,13 +168,6 @@ def test_points_that_the_misfit_leaves_out_are_counted_apart(tmp_path: Path) -> 
     assert compare_headline([whole, part])["points_left_out"] == [0, 1]
 
 
-def test_columns_are_found_by_their_whole_header(tmp_path: Path) -> None:
-    options = {"x_column": "t (min)", "y_column": "s (kPa)"}
-    columns = {X: TIME, Y: TIME}
-    found = match(compare(tmp_path, "t (min),s (kPa)\n1,2\n3,4\n", **options), columns, Inputs(tmp_path), given(columns))
-    assert (found.x.tolist(), found.y.tolist()) == ([60.0, 180.0], [2e3, 4e3])
-
-
 STRETCHED = "stretch_1 [1]"
 
 

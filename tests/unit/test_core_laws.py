@@ -1,4 +1,4 @@
-"""Springs whose limits differ from case to case, and the shape of relaxation spectra in frequency."""
+"""Springs whose limits differ from case to case, Prony series, and the shape of relaxation spectra in frequency."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Loads applied at once: equilibria as the plain equations have them, and none where there is none or it is unstable."""
+"""Points of a film: equilibria of loads applied at once, electrical loads, and where an equilibrium is stable."""
 
 from __future__ import annotations
 

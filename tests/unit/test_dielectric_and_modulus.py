@@ -1,4 +1,4 @@
-"""Dielectric laws: their equations, the stress that they add, and the files that state them."""
+"""Laws of the permittivity and of moduli over temperature: equations, stresses, and the files that state them."""
 
 from __future__ import annotations
 

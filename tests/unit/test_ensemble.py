@@ -1,4 +1,4 @@
-"""Draws of films and the intervals they tell."""
+"""Draws of films and materials, also of several laws and of the next specimen, and the intervals they tell."""
 
 from __future__ import annotations
 

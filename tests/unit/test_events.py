@@ -1,4 +1,4 @@
-"""Events on dense output: roots, dips that come back within a step, first falls."""
+"""Events on dense output, of one case and of many: roots, dips, first falls, and the last row of a run that stops at one."""
 
 from __future__ import annotations
 

@@ -401,32 +401,6 @@ def test_a_history_that_goes_on_after_a_hold_is_on_a_linear_axis(tmp_path: Path,
     assert axes.get_xscale() == scale
 
 
-def test_contours_are_at_even_decades_and_named_as_times(tmp_path: Path) -> None:
-    recipe = MAP.replace("[1.7, 1.9]", "[1.7, 1.75, 1.8, 1.85, 1.9]").replace('"-10 degC", ', "")
-    figure = figure_of(tmp_path, recipe.replace('values = ["3 kV", "4 kV", "5 kV"]', 'from = "3 kV"\nto = "6 kV"\npoints = 7'))
-    names = [text.get_text() for text in figure.axes[1].texts]
-    assert set(names) == {"1 s", "10 s", "100 s", "1000 s (17 min)", "10⁴ s (2.8 h)"}
-
-
-def test_a_quantity_has_one_unit_in_all_figures(tmp_path: Path) -> None:
-    units: dict[str, set[str]] = {}
-    ramp = RELAX.replace("stretch = 2.0", 'stretch = 2.0\nrate = "1 %/s"') + COARSE
-    figures = [figure_of(tmp_path, recipe) for recipe in (ramp, ramp + '[plot]\ny = "relaxation_modulus [Pa]"\n')]
-    figures += map(figure_of_kind, ("six bands", "map", "sweeps", "master curve", "spectrum"))
-    names = ("modul", "stress", "voltage", "time", "frequency", "temperature")
-    for figure in figures:
-        for label in (label for axes in figure.axes for label in (axes.get_xlabel(), axes.get_ylabel())):
-            found = re.fullmatch(r"(.*?) \[(.*)\]", label)
-            if found is not None:
-                units.setdefault(next(name for name in names if name in found[1]), set()).add(found[2])
-        titles = " ".join(axes.get_title("left") for axes in figure.axes)
-        units.setdefault("voltage", set()).update(re.findall(r"voltage = [\d.]+ (\w+)", titles))
-    assert units["modul"] == {"MPa"}
-    assert units["stress"] == {"kPa"}
-    assert units["voltage"] == {"kV"}
-    assert units["time"] == {"s"}
-
-
 def test_a_profile_says_which_film_of_a_sweep_it_is_of(tmp_path: Path) -> None:
     recipe = FILM.replace("[film]", '[film]\nboundary = "frame"\nelectrode_share = 0.1') + COARSE + 'profile = ["1 s"]\n'
     (tmp_path / "r.toml").write_text(recipe + '[sweep]\n"film.electrode_share" = [0.3, 0.6]\n')

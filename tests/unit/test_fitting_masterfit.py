@@ -1,4 +1,4 @@
-"""The joint fit of smooth curve and shifts: derivatives, what its numbers mean, and errors that hold what they promise."""
+"""The joint fit of smooth curve and shifts: derivatives, spreads of offsets, criteria, and errors that hold what they promise."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The stepper and its method, on problems small enough to know the answer."""
+"""The stepper, its method and its bookkeeping, on problems small enough to know the answer."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Load histories: what a step means, and what is wrong with it."""
+"""Load histories: what a step means, where its straight pieces begin and end, and what is wrong with it."""
 
 from __future__ import annotations
 
@@ -63,13 +63,6 @@ def test_cycles_unload_with_a_negative_rate() -> None:
     assert history.completed
     assert history.time[0, -1] == pytest.approx(6.0)
     assert history.nominal_stress_1[0, -1] < 0
-
-
-def test_a_ramp_between_two_states() -> None:
-    ramp = Load.between((Control.STRESS, Control.STRESS), np.zeros((3, 2)), np.ones((3, 2)), np.array([0.0, 2.0]))
-    assert ramp.value(np.array([0.0, 1.0])).tolist() == [[0.0, 0.5]] * 3
-    assert ramp.moving.tolist() == [False, True]
-    assert ramp.electric
 
 
 @pytest.mark.parametrize(

@@ -180,17 +180,6 @@ def test_rising_activation_is_said() -> None:
         fit_shift_law("arrhenius", TEMPERATURE, 0.05 * (TEMPERATURE - 20), pinned(INDEPENDENT, 6), 6, 20.0)
 
 
-def test_table_passes_through_every_value() -> None:
-    values = WLF(20.0, 13.7, 187.1).log10_shift_factor(TEMPERATURE)
-    fit = fit_shift_law("table", TEMPERATURE, values, pinned(INDEPENDENT, 6), 6, 13.0)
-    assert fit.parameters == {}
-    np.testing.assert_allclose(np.diff(fit.law.log10_shift_factor(TEMPERATURE)), np.diff(values), atol=1e-12)
-    np.testing.assert_allclose(fit.origin, WLF(20.0, 13.7, 187.1).log10_shift_factor(13.0), atol=1e-3)
-    np.testing.assert_allclose(np.sum(fit.origin_weight), 1.0)
-    with pytest.raises(InputError, match="where the shift table ends"):
-        fit_shift_law("table", TEMPERATURE, values, pinned(INDEPENDENT, 6), 6, 70.0)
-
-
 @pytest.mark.parametrize("anchor", [0, 6])
 def test_vogel_fulcher_tammann_is_fitted_as_wlf_is(anchor: int) -> None:
     noisy = WLF(20.0, 13.7, 187.1).log10_shift_factor(TEMPERATURE) + 0.01 * np.random.default_rng(3).standard_normal(

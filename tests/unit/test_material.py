@@ -1,4 +1,4 @@
-"""The shift laws themselves."""
+"""Shift laws, and the files that state a material."""
 
 from __future__ import annotations
 

@@ -61,10 +61,6 @@ def test_what_laboratories_write_is_read(separator: str, newline: str, encoding:
     assert numbers(read_measured(text.encode(encoding), "dma.csv")) == as_si()
 
 
-def test_a_byte_order_mark_is_no_part_of_the_first_name() -> None:
-    assert read("time [s],E [MPa]\n1,2\n", "utf-8-sig").names == ("time", "E")
-
-
 def test_quoted_cells_may_hold_the_separator() -> None:
     table = read('"time [s]","E, storage [MPa]"\n1,2\n')
     assert table.names == ("time", "E, storage")

@@ -277,12 +277,6 @@ def test_what_is_no_pattern_of_files_is_said(tmp_path: Path) -> None:
             read(tmp_path, files=pattern, columns=SWEEP)
 
 
-def test_equal_names_of_columns_are_refused(tmp_path: Path) -> None:
-    sweep_file(tmp_path, "T [degC],f [Hz],E' [Pa],E' [Pa]")
-    with pytest.raises(InputError, match=r'sweep.csv: column "E\'" for storage appears 2 times'):
-        read(tmp_path, file="sweep.csv", columns=SWEEP)
-
-
 @pytest.mark.parametrize(
     ("measurement", "held", "constant", "other"),
     [("relaxation", "stress", "stress", "creep"), ("creep", "strain", "strain", "relaxation")],

@@ -302,14 +302,6 @@ def test_no_batches_and_no_progress_of_a_lone_one() -> None:
     assert Study(Execution(progress=lambda done, of, what: pytest.fail("one case has no progress"))).batches([Squares([0])]) == [0]
 
 
-@pytest.mark.parametrize("kind", [InputError, NumericsError])
-def test_errors_travel_whole(kind: type[DielastError]) -> None:
-    there = pickle.loads(pickle.dumps(kind("step[0]: one", "step[1]: two")))
-    assert type(there) is kind
-    assert there.messages == ("step[0]: one", "step[1]: two")
-    assert str(there) == "step[0]: one\nstep[1]: two"
-
-
 def material(branches: int) -> Material:
     spectrum = Spectrum(np.geomspace(1e6, 1e-6, branches), np.full(branches, 1e4))
     return Material("soft", 26e3, spectrum, NoShift(20.0), Gent(110.0), Gent(55.0))

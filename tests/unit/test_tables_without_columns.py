@@ -1,4 +1,4 @@
-"""Files of RepTate: lines of units with blank cells, rows shorter than their header, or no header at all."""
+"""Files that need no columns: those of RepTate, and wide tables with columns of their own for each temperature."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The architecture: packages import only downwards, so that no circle runs through them, and solvers know no files and no text."""
+"""The package: imports go only downwards, public names, random numbers each of a stream of its own."""
 
 from __future__ import annotations
 
