@@ -10,13 +10,11 @@ from hypothesis import given, strategies as st
 from dielast.base.errors import InputError
 from dielast.base.units import (
     ANGULAR_FREQUENCY,
-    COMPLIANCE,
     FREQUENCY,
     STRAIN,
     STRESS,
     TEMPERATURE,
     TIME,
-    VISCOSITY,
     Dimension,
     conversion,
 )
@@ -235,26 +233,6 @@ def test_text_survives_every_encoding(text: str) -> None:
 def test_utf_16_is_seen_without_its_mark() -> None:
     text = "\n".join(["Project:\tmodel", "time [s]\tE [MPa]", *(f"{k}\t{k}" for k in range(1, 40))])
     assert read_measured(text.encode("utf-16-le"), "dma.csv").column("time", "time", TIME)[:2].tolist() == [1, 2]
-
-
-@pytest.mark.parametrize(
-    ("unit", "dimension", "scale"),
-    [
-        ("Hz", FREQUENCY, 1.0),
-        ("kHz", FREQUENCY, 1e3),
-        ("rad/s", ANGULAR_FREQUENCY, 1.0),
-        ("rad/min", ANGULAR_FREQUENCY, 1 / 60),
-        ("rad.s^-1", ANGULAR_FREQUENCY, 1.0),
-        ("1/MPa", COMPLIANCE, 1e-6),
-        ("Pa⁻¹", COMPLIANCE, 1.0),
-        ("cm²/dyn", COMPLIANCE, 10.0),
-        ("mPa·s", VISCOSITY, 1e-3),
-        ("Pa.s", VISCOSITY, 1.0),
-        ("dyn/cm²", STRESS, 0.1),
-    ],
-)
-def test_units_of_instruments(unit: str, dimension: Dimension, scale: float) -> None:
-    assert conversion(unit, dimension) == (pytest.approx(scale, rel=1e-12), 0.0)
 
 
 @pytest.mark.parametrize("dimension", [FREQUENCY, ANGULAR_FREQUENCY])
