@@ -152,6 +152,7 @@ def test_an_interrupted_make_or_a_killed_run_leaves_nothing_half_made(
         stdout=subprocess.DEVNULL,
         stderr=subprocess.DEVNULL,
         start_new_session=True,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),  # a job in the background may ignore it
     )
     until(lambda: (chain / "asleep").exists())
     os.killpg(process.pid, signal.SIGINT)

@@ -155,14 +155,6 @@ def test_the_same_time_at_a_higher_temperature_is_a_longer_one() -> None:
         warn_of_lasting(OPEN, [40.0], [150.0])
 
 
-@pytest.mark.parametrize("spectrum", [TRUTH, Spectrum(TAU, 1e6 * np.exp(-((np.log10(TAU) + 2) ** 2)))])
-def test_the_default_method_follows_spectra_of_any_shape(spectrum: Spectrum) -> None:
-    time = np.geomspace(1e-7, 1e6, 200)
-    fit = fit_spectrum(time, 3 * spectrum.relaxation_modulus(time, LEVEL))
-    assert fit.method == "nnls"
-    assert fit.rms_relative_error < 0.005
-
-
 def test_a_fit_that_is_zero_where_the_curve_ends_is_no_fault_of_the_numerics() -> None:
     """As is that of least relative error through a last modulus in another unit."""
     time = np.logspace(-6, 3, 60)

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
-from typing import Any, ClassVar
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -19,11 +19,10 @@ from dielast.material.scatter import draw_sample, interval
 from dielast.material.shift import WLF, NoShift, ShiftTable
 from dielast.material.spectrum import Spectrum
 from dielast.material.springs import Gent
-from dielast.material.springs.first_invariant import FirstInvariantLaw
 from dielast.mechanics.history import pieces
 from dielast.mechanics.load import Step, Track, VoltageStep, Waveform
 from dielast.mechanics.point_material import PointMaterial
-from dielast.numerics.arrays import Floats
+from dielast.numerics import integrate
 from dielast.simulate.film_setup import out_of_reach
 
 SOLID = Material(
@@ -138,41 +137,12 @@ def test_what_is_refused(action: Callable[[], object], message: str) -> None:
     assert "\n" not in str(caught.value)
 
 
-def test_a_prestretch_that_locks_the_branches_is_given_up_with_its_case() -> None:
+def test_a_prestretch_that_locks_the_branches_is_given_up_with_its_case(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(integrate, "MOST_STEPS", 2_000)
     # far beyond the branch's limit, and faster than it can flow below the largest stress that a number holds
     solid = replace(SOLID, spectrum=Spectrum([1e20], [1e5]))
     with pytest.raises(NumericsError, match=r"case 1: prestretch: 6 cannot be computed: "):
         driven([VoltageStep(1e3)], material=solid, prestretch=[1.5, 6.0], prestretch_rate=1e6)()
-
-
-@dataclass(frozen=True)
-class Quadratic(FirstInvariantLaw):
-    """phi = 1 + c (I1 - 3)."""
-
-    c: float
-
-    name: ClassVar = "quadratic"
-    title: ClassVar = "quadratic"
-
-    def stiffness(self, invariant: Floats) -> Floats:
-        return 1 + self.c * (invariant - 3)
-
-    def hardening(self, invariant: Floats) -> tuple[Floats, Floats]:
-        return self.stiffness(invariant), self.c * np.ones_like(invariant)
-
-    def energy_of(self, invariant: Floats) -> Floats:
-        return 0.5 * (invariant - 3) + 0.25 * self.c * (invariant - 3) ** 2
-
-
-def test_materials_of_different_laws_share_a_run() -> None:
-    law = Quadratic(0.1)
-    own = replace(SOLID, equilibrium_law=law, nonequilibrium_law=law)
-    other = replace(own, equilibrium_law=Quadratic(0.2), spectrum=SOLID.spectrum.slowest(1))
-    materials = (own, SOLID, other)
-    together = creep(materials, HOLD, points_per_decade=3)
-    for case, material in enumerate(materials):
-        alone = creep(material, HOLD, points_per_decade=3)
-        assert together.stretch_1[case] == pytest.approx(alone.stretch_1[0], rel=1e-9)
 
 
 def test_a_load_without_equilibrium_ends_its_case_where_it_is_applied() -> None:

@@ -204,20 +204,6 @@ def test_a_truncated_spectrum_is_shown_as_it_is_and_judged_where_it_holds(keep: 
         assert one.rms_relative_error == pytest.approx(np.sqrt(np.mean((whole.model / compliance - 1) ** 2)), rel=1e-9)
 
 
-@pytest.mark.parametrize(
-    ("options", "found"),
-    [
-        ({"branches": 0}, "branches: 0: nnls needs at least 1"),
-        ({"keep": 0}, "cannot keep 0 of 30 branches"),
-        ({"branches": 8, "keep": 9}, "cannot keep 9 of 8 branches"),
-        ({"retardation_time": (2.0, 1.0)}, "must be shorter"),
-    ],
-)
-def test_counts_and_times_that_cannot_be_are_refused(options: dict[str, Any], found: str) -> None:
-    with pytest.raises(InputError, match=found):
-        fit_creep(TIME, SOLID.creep_compliance(TIME) / 3, **options)
-
-
 @pytest.mark.parametrize(("truth", "flows"), [(SOLID, False), (melt(0.97), True), (melt(0.9999), True)])
 def test_draws_flow_if_and_only_if_the_fit_does(monkeypatch: pytest.MonkeyPatch, truth: RetardationSpectrum, flows: bool) -> None:
     time = np.logspace(-6, 4, 121)

@@ -1,16 +1,42 @@
-"""Draws of films and the intervals they tell."""
+"""Draws of films and materials, also of several laws and of the next specimen, and the intervals they tell."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 from hypothesis import given, strategies as st
+from scipy.stats import genhyperbolic, norm, t as student
 
+from dielast import DielastWarning, Free, Gent, MeasuredTest, MooneyRivlin, NeoHookean, Ogden, Yeoh
 from dielast.base.errors import InputError
-from dielast.material.material import Breakdown, Material
-from dielast.material.scatter import FilmScatter, NormalScatter, WeibullScatter, draw_sample, fewest_draws, interval
+from dielast.calibration.fit import fit_material
+from dielast.calibration.laws import mixed_draws
+from dielast.calibration.likelihood import likelihood_of
+from dielast.calibration.result import Calibration
+from dielast.commands.calibrate.checks import warn_of_laws_alike
+from dielast.commands.calibrate.freedom import free_of
+from dielast.commands.calibrate.recipe import FreeValue
+from dielast.handover.material_draws import draw_columns, parse_draws
+from dielast.io.files import Inputs
+from dielast.io.table import to_csv
+from dielast.material.material import Breakdown, Material, numbers_of
+from dielast.material.scatter import (
+    WIDEST,
+    FilmScatter,
+    NormalScatter,
+    SpecimenScatter,
+    WeibullScatter,
+    assured,
+    draw_sample,
+    fewest_draws,
+    interval,
+)
 from dielast.material.shift import NoShift
 from dielast.material.spectrum import Spectrum
 
@@ -94,3 +120,173 @@ def test_what_is_no_draw_does_not_count(values: list[float], missing: int) -> No
     padded = interval(np.array(values + [np.nan] * missing), 0.9)
     assert alone == padded
     assert min(values) <= alone[0] <= alone[1] <= max(values)
+
+
+BASE = Material("film", 2e4, Spectrum([100.0, 3.0], [2e4, 4e4]), NoShift(20.0), Gent(110.0), Gent(55.0), permittivity=4e-11)
+
+
+def test_draws_keep_their_laws() -> None:
+    draws = [
+        replace(BASE, equilibrium_law=Gent(80.0)),
+        replace(BASE, equilibrium_law=MooneyRivlin(8e3, 2e3), nonequilibrium_law=NeoHookean()),
+        replace(BASE, equilibrium_law=Gent(120.0), equilibrium_modulus=3e4),
+        replace(BASE, equilibrium_law=Yeoh(1e4, -20.0, 1.0), nonequilibrium_law=Yeoh(0.5, 0.01, 0.0)),
+        replace(BASE, equilibrium_law=Ogden((1.5e4, 2e3), (1.8, 3.0)), equilibrium_modulus=16.5e3),
+    ]
+    content = to_csv(draw_columns(np.arange(len(draws)), draws))
+    for draw, found in zip(draws, parse_draws(content, "draws.csv", BASE), strict=True):
+        assert type(found.equilibrium_law) is type(draw.equilibrium_law)
+        assert type(found.nonequilibrium_law) is type(draw.nonequilibrium_law)
+        stated, kept = numbers_of(draw), numbers_of(found)
+        for section in ("equilibrium", "nonequilibrium"):
+            for key, value in stated[section].items():
+                assert np.allclose(kept[section][key], value), (section, key)
+
+
+@pytest.mark.parametrize(
+    ("row", "cell", "wrong"),
+    [
+        (3, "mooney-rivlin", "mooney-rivlyn"),
+        (4, "120", "-120"),
+        (4, "120", "many"),
+        (2, "80", "many"),
+        (4, "30000", "-30000"),
+    ],
+)
+def test_a_mistake_in_a_draw_is_named_by_its_row(row: int, cell: str, wrong: str) -> None:
+    draws = [
+        replace(BASE, equilibrium_law=Gent(80.0)),
+        replace(BASE, equilibrium_law=MooneyRivlin(8e3, 2e3)),
+        replace(BASE, equilibrium_law=Gent(120.0), equilibrium_modulus=3e4),
+    ]
+    lines = to_csv(draw_columns(np.arange(len(draws)), draws)).decode().splitlines()
+    assert f",{cell}," in lines[row - 1] + ","
+    lines[row - 1] = (lines[row - 1] + ",").replace(f",{cell},", f",{wrong},")[:-1]
+    with pytest.raises(InputError) as caught:
+        parse_draws("\n".join(lines).encode(), "draws.csv", BASE)
+    assert [(problem.file, problem.row) for problem in caught.value.problems] == [("draws.csv", row)]
+
+
+def solid(law: Any, modulus: float) -> Material:
+    return Material("m", modulus, Spectrum([], []), NoShift(20.0), law)
+
+
+def test_an_interval_of_several_laws_holds_that_of_each() -> None:
+    random = np.random.default_rng(3)
+    values, laws = random.standard_normal((400, 2)), np.repeat([0, 1, 2, 3], [230, 150, 19, 1])
+    values[laws == 1] += 7
+    values[laws == 3] = [-50.0, 1.0]
+    low, high = interval(values, 0.9, laws)
+    parts = [interval(values[laws == law], 0.9) for law in range(3)]
+    assert low == pytest.approx([-50.0, min(part[0][1] for part in parts)])
+    assert high == pytest.approx(np.max([part[1] for part in parts], axis=0))
+    assert interval(values, 0.9, np.zeros(400, dtype=int))[0] == pytest.approx(interval(values, 0.9)[0])
+    assert assured(values[:, 1], 0.95, laws) == low[1]
+    # too few draws in all have no interval, as with one law; an event that one law never has has no end
+    assert np.isnan(interval(values[:18, 0], 0.9, laws[:18])[0])
+    times = np.where(laws == 1, np.inf, np.exp(values[:, 1]))
+    assert interval(times, 0.9, laws)[1] == np.inf
+
+
+def test_draws_of_several_laws_take_turns() -> None:
+    parts = [tuple(solid(law, 1e4 + k) for k in range(200)) for law in (Gent(50.0), NeoHookean(), Gent(70.0))]
+    results: Any = [SimpleNamespace(materials=part) for part in parts]
+    members = mixed_draws(results, [0.6, 0.3, 0.1])
+    assert len(members) == 200
+    for count in (20, 100, 200):
+        shares = [np.mean([member in part for member in members[:count]]) for part in parts]
+        assert shares == pytest.approx([0.6, 0.3, 0.1], abs=1 / count)
+    laws = draw_sample(members, 30).laws
+    assert laws is not None
+    assert np.bincount(laws).tolist() == [21, 9]  # two laws: the constants do not count
+    assert draw_sample(parts[0], 30).laws is None
+
+
+def test_a_spring_of_which_nothing_is_free_is_named() -> None:
+    free: Any = {"equilibrium.shear_modulus": FreeValue(), "nonequilibrium.shear_modulus": FreeValue()}
+    branches = Spectrum(np.array([10.0]), np.array([1e4]))
+    materials = {
+        name: Material("m", 1e4, branches, NoShift(20.0), law, law)
+        for name, law in (("gent.toml", Gent(50.0)), ("mooney.toml", MooneyRivlin(4e3, 1e3)))
+    }
+    with pytest.warns(DielastWarning, match=r"\[equilibrium\] of mooney.toml is free, .* equilibrium.C10, equilibrium.C01"):
+        found = free_of(free, materials, Inputs(Path()))
+    assert set(found["mooney.toml"]) == {"nonequilibrium.shear_modulus"}
+
+
+@pytest.mark.parametrize(
+    ("written", "words"),
+    [
+        ({}, r"1.5 between them: \[uncertainty\] draws would be of each of them$"),
+        ({"draws.csv": 0}, "draws are of each of them$"),
+        ({"draws.csv": 0, "next_tests.csv": 0}, "draws are of each of them, next_tests.csv lists tests that would$"),
+    ],
+)
+def test_laws_that_cannot_be_told_apart_name_only_files_that_are_there(written: dict[str, int], words: str) -> None:
+    with pytest.warns(DielastWarning, match=words):
+        warn_of_laws_alike({"gent": 0.6, "yeoh": 0.4}, [2e3, 3e3], written)
+
+
+MODULUS, SCATTER, ERROR = 4e4, 0.06, 0.03
+
+
+START = Material("m", 5e4, Spectrum([], []), NoShift(20.0), NeoHookean(), NeoHookean())
+
+
+STRETCH = np.linspace(1.1, 2.5, 12)
+
+
+DISTANCE = np.sqrt(3) * np.abs(np.log(STRETCH)[:, None] - np.log(STRETCH)) / 0.3
+
+
+ALONG = np.linalg.cholesky((1 + DISTANCE) * np.exp(-DISTANCE) + 1e-9 * np.eye(STRETCH.size))
+
+
+def stress(random: np.random.Generator) -> np.ndarray:
+    """Nominal stresses of a specimen of its own modulus, with an error of the model along the curve, and noise."""
+    wave = ALONG @ random.standard_normal(STRETCH.size)
+    off = np.exp(SCATTER * random.standard_normal()) * (1 + ERROR * wave + 0.003 * random.standard_normal(12))
+    return MODULUS * (STRETCH - STRETCH**-2) * off
+
+
+@pytest.mark.parametrize(("laboratories", "bounds"), [(8, (0.8, 0.97)), pytest.param(60, (0.84, 0.95), marks=pytest.mark.trust)])
+def test_bands_hold_the_next_specimen(laboratories: int, bounds: tuple[float, float]) -> None:
+    held, narrow = [], []
+    for laboratory in range(laboratories):
+        random = np.random.default_rng([laboratory, 70])
+        tests = [MeasuredTest(f"pull {k}", np.arange(1.0, 13.0), STRETCH, stress(random), 20.0) for k in range(5)]
+        fit = fit_material(START, tests, {"equilibrium.shear_modulus": Free()}, starts=1)
+        found = likelihood_of(fit)
+        known = Calibration(fit, found, (), np.zeros((0, 1)), ()).material
+        own = known.equilibrium_modulus * np.exp(found.standard_error[0] * random.standard_normal(100))
+        members = [replace(known, equilibrium_modulus=modulus) for modulus in own.tolist()]
+        further = np.array([stress(random) for _ in range(40)]) / (STRETCH - STRETCH**-2)
+        for coverage, sample in ((held, draw_sample(members, 400)), (narrow, draw_sample(members, 100, specimens=False))):
+            low, high = interval(np.array([member.equilibrium_modulus for member in sample.specimens()]), 0.9)
+            coverage.append(np.mean((further >= low) & (further <= high)))
+    assert bounds[0] < np.mean(held) < bounds[1]
+    assert np.mean(narrow) < 0.6
+
+
+@pytest.mark.parametrize(("relative", "freedom"), [(0.06, 2.0), (0.1, 6.0), (0.5, 3.0), (0.06, 300.0)])
+def test_the_scatter_of_specimens_is_generalised_hyperbolic(relative: float, freedom: float) -> None:
+    """Its tail is bounded where Student's is not: with 2 degrees of freedom, one of 10,000 is 2.5 times as stiff, not 55 times."""
+    quantile = np.array([0.02, 0.3, 0.75, 0.95, 0.9975, 0.9999])
+    delta, steep = relative * np.sqrt(freedom), 1 / WIDEST
+    expected = genhyperbolic.ppf(quantile, -freedom / 2, steep * delta, 0.0, 0.0, delta) / relative
+    assert SpecimenScatter(relative, freedom).deviates(quantile) == pytest.approx(expected, rel=2e-4)
+
+
+def test_the_scatter_of_specimens_is_students_where_the_prior_says_nothing() -> None:
+    quantile = np.array([0.05, 0.6, 0.9, 0.99])
+    for freedom in (3.0, 12.0, 1e4):
+        assert SpecimenScatter(1e-4, freedom).deviates(quantile) == pytest.approx(student.ppf(quantile, freedom), rel=2e-4)
+    assert SpecimenScatter(0.05).deviates(quantile) == pytest.approx(norm.ppf(quantile), rel=1e-9)
+
+
+@pytest.mark.filterwarnings("error")
+def test_a_very_large_scatter_of_specimens_has_deviates() -> None:
+    """Far out, less than the least number that there is lies beyond."""
+    found = SpecimenScatter(3.0, 3.0).deviates(np.array([1e-6, 0.25, 0.5, 0.75]))
+    assert np.all(np.isfinite(found))
+    assert np.all(np.diff(found) > 0)

@@ -34,10 +34,6 @@ def files(**export: Any) -> dict[str, str]:
     return {name: content.decode() for name, content in report.files.items()}
 
 
-def test_without_the_section_no_card_is_written() -> None:
-    assert set(files()) == {"material.toml"}
-
-
 def test_the_codes_and_the_recipe_list_the_same_formats() -> None:
     assert check(ExportSection, {"formats": list(CODES.names)}, "r.toml", Path()).formats == list(CODES.names)
 

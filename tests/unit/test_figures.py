@@ -10,6 +10,7 @@ from importlib import import_module
 from itertools import combinations, pairwise
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import Any
 
 import numpy as np
 import pytest
@@ -22,10 +23,15 @@ from matplotlib.legend import Legend
 from matplotlib.lines import Line2D
 from matplotlib.text import Text
 
+from dielast import fit_spectrum
 from dielast.base.errors import DielastWarning, InputError
 from dielast.commands.registry import COMMANDS, read_cases
 from dielast.commands.simulation.naming import headed
 from dielast.io.files import Inputs
+from dielast.plots.events import Curve
+from dielast.plots.looks import Swept
+from dielast.plots.simulation import plot_cases
+from dielast.plots.spectrum import plot_spectrum
 from dielast.plots.style import style
 from dielast.sharing.execution import Execution
 
@@ -395,32 +401,6 @@ def test_a_history_that_goes_on_after_a_hold_is_on_a_linear_axis(tmp_path: Path,
     assert axes.get_xscale() == scale
 
 
-def test_contours_are_at_even_decades_and_named_as_times(tmp_path: Path) -> None:
-    recipe = MAP.replace("[1.7, 1.9]", "[1.7, 1.75, 1.8, 1.85, 1.9]").replace('"-10 degC", ', "")
-    figure = figure_of(tmp_path, recipe.replace('values = ["3 kV", "4 kV", "5 kV"]', 'from = "3 kV"\nto = "6 kV"\npoints = 7'))
-    names = [text.get_text() for text in figure.axes[1].texts]
-    assert set(names) == {"1 s", "10 s", "100 s", "1000 s (17 min)", "10⁴ s (2.8 h)"}
-
-
-def test_a_quantity_has_one_unit_in_all_figures(tmp_path: Path) -> None:
-    units: dict[str, set[str]] = {}
-    ramp = RELAX.replace("stretch = 2.0", 'stretch = 2.0\nrate = "1 %/s"') + COARSE
-    figures = [figure_of(tmp_path, recipe) for recipe in (ramp, ramp + '[plot]\ny = "relaxation_modulus [Pa]"\n')]
-    figures += map(figure_of_kind, ("six bands", "map", "sweeps", "master curve", "spectrum"))
-    names = ("modul", "stress", "voltage", "time", "frequency", "temperature")
-    for figure in figures:
-        for label in (label for axes in figure.axes for label in (axes.get_xlabel(), axes.get_ylabel())):
-            found = re.fullmatch(r"(.*?) \[(.*)\]", label)
-            if found is not None:
-                units.setdefault(next(name for name in names if name in found[1]), set()).add(found[2])
-        titles = " ".join(axes.get_title("left") for axes in figure.axes)
-        units.setdefault("voltage", set()).update(re.findall(r"voltage = [\d.]+ (\w+)", titles))
-    assert units["modul"] == {"MPa"}
-    assert units["stress"] == {"kPa"}
-    assert units["voltage"] == {"kV"}
-    assert units["time"] == {"s"}
-
-
 def test_a_profile_says_which_film_of_a_sweep_it_is_of(tmp_path: Path) -> None:
     recipe = FILM.replace("[film]", '[film]\nboundary = "frame"\nelectrode_share = 0.1') + COARSE + 'profile = ["1 s"]\n'
     (tmp_path / "r.toml").write_text(recipe + '[sweep]\n"film.electrode_share" = [0.3, 0.6]\n')
@@ -484,3 +464,89 @@ def test_a_line_over_the_voltage_is_drawn_where_failures_determine_it(times: tup
     _, lives = figure_of(tmp_path, LIVES).axes
     dotted = [line for line in lines_of(lives) if to_rgba(line.get_color()) == to_rgba("0.25")]
     assert [bool(np.all(np.isfinite(np.asarray(line.get_ydata(), dtype=float)))) for line in dotted] == [drawn]
+
+
+ANY_FILM = """
+kind = "actuate"
+title = "A film"
+material = "example:vhb4905.toml"
+[film]
+thickness = "0.5 mm"
+prestretch = 1.9
+relax = "10 min"
+[solver]
+rtol = 1e-3
+"""
+
+
+CYCLES = """
+[[step]]
+stretch = 1.15
+duration = "10 s"
+[[step]]
+waveform = "sine"
+low = 1.15
+high = 1.2
+period = "1 s"
+cycles = {}
+"""
+
+
+ANY_RUBBER = 'kind = "relax"\nmaterial = "m.toml"\n[solver]\nrtol = 1e-3\n[output]\npoints_per_decade = 2\n'
+
+
+RUBBER = """
+reference_temperature = "20 degC"
+equilibrium.shear_modulus = "30 kPa"
+nonequilibrium = { relaxation_time_s = [0.3], shear_modulus_Pa = [1e4] }
+shift.law = "none"
+"""
+
+
+def figure_and_headline(folder: Path, steps: str, head: str = ANY_FILM) -> tuple[Figure, dict[str, Any]]:
+    path = folder / "a.toml"
+    path.write_text(head + steps)
+    kind = "actuate" if head == ANY_FILM else "relax"
+    report = COMMANDS[kind].run(read_cases(path, kind), Inputs(folder), Execution())
+    return report.figure(), dict(report.headline)
+
+
+def test_many_cycles_are_drawn_and_named_by_their_numbers(tmp_path: Path) -> None:
+    (tmp_path / "m.toml").write_text(RUBBER)
+    figure, summary = figure_and_headline(tmp_path, CYCLES.format(101), ANY_RUBBER)
+    labels = [axes.get_ylabel() for axes in figure.axes]
+    assert labels == ["amplitude of the nominal stress [kPa]", "phase [rad]", "work [kJ/m³]"]
+    assert all(axes.lines[0].get_xdata()[-1] == 101 for axes in figure.axes)
+    assert summary["cycles"]["cycles"] == 101
+    assert summary["cycles"]["last_amplitude_Pa"] > 1e3
+    assert {"first_phase_rad", "last_phase_rad", "first_work_J_per_m3", "last_work_J_per_m3"} <= summary["cycles"].keys()
+    few, summary = figure_and_headline(tmp_path, CYCLES.format(3), ANY_RUBBER)
+    assert len(few.axes) == 1
+    assert "cycles" not in summary
+
+
+def test_the_title_states_the_voltage(tmp_path: Path) -> None:
+    figure, _ = figure_and_headline(
+        tmp_path, '[[step]]\nvoltage = "2 kV"\nduration = "1 s"\n[[step]]\nvoltage = "3.2 kV"\nduration = "1 s"\n'
+    )
+    assert "up to 3.2 kV" in figure.get_suptitle().replace("\N{NO-BREAK SPACE}", " ")
+
+
+def test_the_panels_of_a_sweep_share_y() -> None:
+    x, y = "time [s]", "stretch_1 [1]"
+    time = np.linspace(1.0, 2.0, 5)
+    cases = [{x: time, y: 1 + time * (1.0 if case % 2 else 1e-3)} for case in range(16)]
+    factors = [Swept("a", tuple(float(case % 2) for case in range(16))), Swept("b", tuple(float(case // 2) for case in range(16)))]
+    figure = plot_cases([Curve(str(number), case[x], case[y]) for number, case in enumerate(cases)], x, y, swept=factors)
+    shown = {axes.get_ylim() for axes in figure.axes if axes.lines}
+    assert len(shown) == 1
+
+
+@pytest.mark.parametrize(("measured", "reduced"), [("master curve", True), ("measured", False), ("", False)])
+def test_a_test_at_one_temperature_is_no_master_curve(measured: str, reduced: bool) -> None:
+    time = np.geomspace(1e-2, 1e3, 40)
+    result = fit_spectrum(time, 1e5 + 1e6 * np.exp(-(time**0.4)), method="nnls", branches=6)
+    curve = plot_spectrum(result, measured=measured).axes[1]
+    assert ("reduced" in curve.get_xlabel()) == reduced
+    texts = [text.get_text() for text in curve.get_legend().get_texts()]
+    assert texts == [*([measured] if measured else []), "discrete model"]

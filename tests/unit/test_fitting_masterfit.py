@@ -1,4 +1,4 @@
-"""The joint fit of smooth curve and shifts: derivatives, what its numbers mean, and errors that hold what they promise."""
+"""The joint fit of smooth curve and shifts: derivatives, spreads of offsets, criteria, and errors that hold what they promise."""
 
 from __future__ import annotations
 
@@ -12,9 +12,20 @@ from numpy.typing import ArrayLike, NDArray
 from dielast.base.errors import DielastWarning
 from dielast.relaxation.superposition import joint_errors, joint_fit, joint_problem
 from dielast.relaxation.superposition.checks import find_undetermined
-from dielast.relaxation.superposition.effects import LEAST, NONE, OFFSET, SPREAD_RATIO, TILT, Drift, RandomEffect, probable
+from dielast.relaxation.superposition.effects import (
+    LEAST,
+    NONE,
+    OFFSET,
+    SPREAD_RATIO,
+    TILT,
+    Drift,
+    Effect,
+    RandomEffect,
+    likeliest,
+    probable,
+)
 from dielast.relaxation.superposition.joint_errors import PARTS, find_misfit
-from dielast.relaxation.superposition.joint_fit import MasterFit, fit_held, fit_master
+from dielast.relaxation.superposition.joint_fit import MasterFit, fit_held, fit_master, knot_spacings
 from dielast.relaxation.superposition.joint_problem import LOOSE, MAX_STEP
 from dielast.relaxation.superposition.points import FitPoints, Weights, even_weights
 from dielast.relaxation.superposition.spline import Spline, roughness
@@ -348,3 +359,114 @@ def test_bends_too_small_to_see_widen_the_errors_if_they_move_the_shifts(slope: 
     far = np.sqrt(np.max(np.diag(fit.covariance)[:5]))
     assert (far > joint_fit.AMBIGUOUS) == ambiguous
     assert np.all(np.sqrt(np.diag(fit.covariance)[:5]) >= fit.noise_stderr)
+
+
+def with_residual(residual: Array, variance: float) -> tuple[FitPoints, joint_problem.State]:
+    """A state of two series of fifty points that misses them by this."""
+    curve = np.repeat([0, 1], 50)
+    x = np.tile(np.linspace(0.0, 3.0, 50), 2)
+    points = FitPoints(curve, x, 7 - x, np.full(100, variance), 2, np.zeros(100, dtype=int), np.ones(100))
+    prior = joint_problem.Prior(np.zeros(4), np.eye(4) * LOOSE, np.array([1]), 1.0)
+    weights = Weights(np.full(100, 1 / variance), np.full(100, variance), 0.0)
+    state = joint_problem.assemble(points, np.zeros(4), prior, weights, 0.5)
+    return points, replace(state, parts=replace(state.parts, residual=residual))
+
+
+def test_neighbours_that_miss_alike_widen_the_errors() -> None:
+    """By (1 + r)/(1 - r), of neighbours on one curve; a correlation that chance makes counts for nothing."""
+    sign = np.repeat([1.0, -1.0], 50)
+    assert joint_problem.correlation(*with_residual(0.1 * sign, 0.01)) == pytest.approx(1.98 / 0.02)
+    assert joint_problem.correlation(*with_residual(0.1 * np.tile([1.0, -1.0], 50), 0.01)) == 1.0
+    blocks = np.tile(np.repeat([1.0, -1.0], 5), 10)  # of ten neighbours two differ in sign
+    assert joint_problem.correlation(*with_residual(blocks, 0.01)) == pytest.approx(1.6 / 0.4, rel=0.1)
+    weak = np.tile([1.0, 1.0, -1.0, -1.0, 1.0], 20)  # r = 0.2, with a standard error of 0.1
+    assert joint_problem.correlation(*with_residual(weak, 0.01)) == 1.0
+
+
+def test_akaike_corrected_for_small_samples() -> None:
+    """Hurvich and Tsai's 2 p n/(n - p - 1), the log likelihood of normal errors, and sixteen at most for one point."""
+    residual = np.concatenate(([0.5, -0.9], np.full(98, 0.1)))
+    _, state = with_residual(residual, 0.01)
+    p = state.splines[0].coefficient.size + 1
+    assert state.parameters == p
+    expected = 100 * np.log(0.01) + 16 + 16 + 98 + 2 * p * 100 / (100 - p - 1)
+    assert joint_problem.akaike(state, 0.0) == pytest.approx(expected, rel=1e-12)
+    for spare in (2, 1, 0, -5):  # points beyond the parameters and one; what is divided by is one at least
+        many = replace(state, freedom=100.0 - 1 - spare - (p - 1))
+        assert joint_problem.akaike(many, 0.0) - expected == pytest.approx(
+            200 * (99 - spare) / max(spare, 1) - 200 * p / (99 - p), rel=1e-12
+        )
+
+
+def test_knots_are_never_closer_than_three_points_are() -> None:
+    for size, channels in ((4, 1), (10, 1), (30, 1), (200, 1), (30, 2)):
+        x = np.linspace(0.0, 3.0, size)
+        curve = np.tile(np.repeat(np.arange(5), size), channels)
+        count = curve.size
+        points = FitPoints(
+            *(curve, np.tile(x, 5 * channels), np.zeros(count), np.zeros(count), 5),
+            *(np.repeat(np.arange(channels), 5 * size), np.ones(count), channels),
+        )
+        theta = np.concatenate((TRUTH, np.zeros(5)))
+        spacings = knot_spacings(points, theta, 4)
+        span = 3.0 + np.ptp(TRUTH)
+        assert np.all(np.diff(spacings) < 0)
+        assert np.all(spacings[:-1] / spacings[1:] <= 1.5 + 1e-9)
+        assert span / spacings[-1] <= (5 * size - 4) / 3 + 1e-9
+        assert spacings[0] <= max(1.6, spacings[-1]) + 1e-9
+        assert spacings[-1] <= max(0.15, 3 * span / (5 * size - 4)) + 1e-9  # and as close as that, if it takes it
+
+
+def told(effects: Array, stderr: Array, kind: Effect = OFFSET, drift: Drift | None = None) -> float:
+    """The spread that effects tell which are each known to a standard error of their own."""
+    normal = np.diag(stderr**-2.0)
+    return likeliest([RandomEffect(kind, kind.first, drift)], normal, normal @ effects, 500).effects[0].spread
+
+
+def test_effects_that_are_known_exactly_tell_their_root_mean_square() -> None:
+    effects = 0.01 * np.random.default_rng(1).standard_normal(400)
+    assert told(effects, np.full(400, 1e-5)) == pytest.approx(np.sqrt(np.mean(effects**2)), rel=0.02)
+
+
+def test_the_spread_is_unbiased_where_some_are_hardly_known() -> None:
+    found = []
+    for seed in range(100):
+        rng = np.random.default_rng(seed)
+        stderr = np.where(np.arange(60) % 3 == 0, 0.05, 0.004)
+        found.append(told(0.01 * rng.standard_normal(60) + stderr * rng.standard_normal(60), stderr))
+    assert np.median(found) == pytest.approx(0.01, rel=0.1)
+
+
+def test_noise_alone_makes_a_spread_that_is_no_larger_than_noise() -> None:
+    for seed in range(20):
+        stderr = np.full(12, 0.003)
+        assert told(stderr * np.random.default_rng(seed).standard_normal(12), stderr) < 0.004
+
+
+def test_where_nothing_is_known_the_spread_is_about_that_of_specimens_and_never_without_bounds() -> None:
+    nothing = np.full(3, 1e3)
+    assert 0.2 * OFFSET.usual < told(np.zeros(3), nothing) < OFFSET.usual
+    assert told(np.array([0.5, -0.5, 0.5]), np.full(3, 1e-4)) == OFFSET.most
+    assert told(np.zeros(3), np.full(3, 1e-9)) >= LEAST
+    assert told(np.full(3, 0.1) * [1, -1, 1], np.full(3, 1e-4), TILT) == TILT.most
+
+
+def test_a_walk_is_as_far_from_its_beginning_as_there_are_steps() -> None:
+    order = np.array([2, 0, 1])
+    drift = Drift.of(order, 0.02)
+    covariance = 0.02**2 * drift.walk
+    np.testing.assert_allclose(np.diag(covariance)[order], 0.02**2 * np.array([1, 2, 3]))
+    draws = np.empty((200_000, 3))
+    draws[:, order] = np.cumsum(0.02 * np.random.default_rng(0).standard_normal((200_000, 3)), axis=1)
+    np.testing.assert_allclose(np.cov(draws, rowvar=False), covariance, rtol=0.02, atol=1e-5)
+    np.testing.assert_allclose(
+        RandomEffect(OFFSET, 1e-3, drift).precision(3) @ (covariance + 1e-6 * np.eye(3)), np.eye(3), atol=1e-9
+    )
+
+
+def test_what_a_stated_drift_explains_is_no_spread_besides() -> None:
+    order = np.arange(40)
+    rng = np.random.default_rng(5)
+    walked = np.cumsum(0.01 * rng.standard_normal(40))
+    assert told(walked, np.full(40, 1e-3)) > 0.02
+    assert told(walked, np.full(40, 1e-3), drift=Drift.of(order, 0.01)) < 0.005

@@ -70,12 +70,6 @@ def test_the_truth_is_found_on_its_own_times_whatever_of_it_is_stated(
     assert np.all(np.diff(found.reduced_time) > 0)
 
 
-def test_an_oscillation_is_told_over_the_inverse_of_its_frequency() -> None:
-    found = oscillation(relaxation_time=(1e-3, 1e3))
-    np.testing.assert_allclose(found.reduced_time, 1 / TIME[::-1], rtol=1e-12)
-    np.testing.assert_allclose(found.measured, [STORAGE[::-1], LOSS[::-1]], rtol=1e-12)
-
-
 @pytest.mark.parametrize("fit", FITS)
 @pytest.mark.parametrize("stated", [0.95, 1.2])
 def test_moduli_add_up_to_the_glassy_modulus_with_the_equilibrium_one(fit: Callable[..., SpectrumFit], stated: float) -> None:

@@ -97,37 +97,6 @@ def test_a_reference_temperature_beside_a_measured_one_is_that_one(law: str) -> 
     np.testing.assert_allclose(beside.log10_shift_factor_stderr, at_20.log10_shift_factor_stderr, atol=1e-3)
 
 
-def test_unmeasured_reference_is_as_good_as_a_measured_one() -> None:
-    master = build(curves(0, 10, 20, 30, 40, noise=0.0), 26.0)
-    truth = LAW.log10_shift_factor(master.temperature) - LAW.log10_shift_factor(26.0)
-    np.testing.assert_allclose(master.log10_shift_factor, truth, atol=1e-4)
-    table = build(curves(0, 10, 20, 30, 40, noise=0.0), 26.0, law="table")
-    np.testing.assert_allclose(table.log10_shift_factor, truth, atol=1e-3)
-    assert float(table.law.log10_shift_factor(26.0)) == 0.0
-    np.testing.assert_array_equal(table.log10_shift_factor_fit, table.log10_shift_factor)
-
-
-def test_points_are_those_given_by_reduced_time() -> None:
-    master = build(ALL)
-    assert master.time.shape == (5 * TIME.size,)
-    assert np.all(np.diff(master.reduced_time) >= 0)
-    shift = dict(zip(master.temperature, master.log10_shift_factor, strict=True))
-    expected = master.time / 10 ** np.array([shift[t] for t in master.point_temperature])
-    np.testing.assert_allclose(master.reduced_time, expected)
-    smooth = np.interp(np.log10(master.reduced_time), np.log10(master.smooth_reduced_time), np.log10(master.smooth_modulus))
-    assert np.std(np.log10(master.relaxation_modulus) - smooth) < 0.006
-    np.testing.assert_allclose(master.glassy_modulus, np.max(master.relaxation_modulus), rtol=0.05)
-
-
-def test_density_temperature_follows_its_formula() -> None:
-    master = build(ALL, vertical="density-temperature", thermal_expansion=6e-4)
-    kelvin = master.temperature + 273.15
-    np.testing.assert_allclose(master.vertical_shift, (1 + 6e-4 * (master.temperature - 20)) * 293.15 / kelvin)
-    assert np.all(master.vertical_shift_stderr == 0)
-    corrected = [RelaxationCurve(c.temperature, c.time, c.modulus * b) for c, b in zip(ALL, master.vertical_shift, strict=True)]
-    np.testing.assert_allclose(build(corrected).log10_shift_factor, master.log10_shift_factor, atol=1e-9)
-
-
 def test_two_runs_of_one_temperature_are_one() -> None:
     parts = [RelaxationCurve(20.0, ALL[2].time[part], ALL[2].modulus[part]) for part in (slice(None, None, 2), slice(1, None, 2))]
     np.testing.assert_array_equal(build([*ALL[:2], *parts, *ALL[3:]]).log10_shift_factor, build(ALL).log10_shift_factor)
@@ -164,7 +133,7 @@ def test_partial_overlap_and_uneven_sampling(data: st.DataObject) -> None:
     np.testing.assert_allclose(master.log10_shift_factor, truth, atol=1e-3)
 
 
-@pytest.mark.parametrize("seed", range(10))
+@pytest.mark.parametrize("seed", range(3))
 def test_power_law_with_free_vertical_shift_is_refused(seed: int) -> None:
     rng = np.random.default_rng(seed)
     line = [
@@ -179,7 +148,7 @@ def test_power_law_with_free_vertical_shift_is_refused(seed: int) -> None:
     np.testing.assert_allclose(build(line, 0.0).log10_shift_factor, [0, -0.5, -1], atol=0.02)
 
 
-@pytest.mark.parametrize("seed", range(10))
+@pytest.mark.parametrize("seed", range(3))
 def test_plateaus_alone_are_refused(seed: int) -> None:
     rng = np.random.default_rng(seed)
     flat = [RelaxationCurve(t, TIME, 1e6 * (1 + 0.01 * rng.standard_normal(40))) for t in (0.0, 10, 20)]

@@ -10,13 +10,11 @@ from hypothesis import given, strategies as st
 from dielast.base.errors import InputError
 from dielast.base.units import (
     ANGULAR_FREQUENCY,
-    COMPLIANCE,
     FREQUENCY,
     STRAIN,
     STRESS,
     TEMPERATURE,
     TIME,
-    VISCOSITY,
     Dimension,
     conversion,
 )
@@ -59,10 +57,6 @@ def test_what_laboratories_write_is_read(separator: str, newline: str, encoding:
     lines = ["Operator: Jörg" if encoding != "utf-8" else "", *header.format(separator).split("\n"), *rows, ""]
     text = newline.join(lines)
     assert numbers(read_measured(text.encode(encoding), "dma.csv")) == as_si()
-
-
-def test_a_byte_order_mark_is_no_part_of_the_first_name() -> None:
-    assert read("time [s],E [MPa]\n1,2\n", "utf-8-sig").names == ("time", "E")
 
 
 def test_quoted_cells_may_hold_the_separator() -> None:
@@ -239,26 +233,6 @@ def test_text_survives_every_encoding(text: str) -> None:
 def test_utf_16_is_seen_without_its_mark() -> None:
     text = "\n".join(["Project:\tmodel", "time [s]\tE [MPa]", *(f"{k}\t{k}" for k in range(1, 40))])
     assert read_measured(text.encode("utf-16-le"), "dma.csv").column("time", "time", TIME)[:2].tolist() == [1, 2]
-
-
-@pytest.mark.parametrize(
-    ("unit", "dimension", "scale"),
-    [
-        ("Hz", FREQUENCY, 1.0),
-        ("kHz", FREQUENCY, 1e3),
-        ("rad/s", ANGULAR_FREQUENCY, 1.0),
-        ("rad/min", ANGULAR_FREQUENCY, 1 / 60),
-        ("rad.s^-1", ANGULAR_FREQUENCY, 1.0),
-        ("1/MPa", COMPLIANCE, 1e-6),
-        ("Pa⁻¹", COMPLIANCE, 1.0),
-        ("cm²/dyn", COMPLIANCE, 10.0),
-        ("mPa·s", VISCOSITY, 1e-3),
-        ("Pa.s", VISCOSITY, 1.0),
-        ("dyn/cm²", STRESS, 0.1),
-    ],
-)
-def test_units_of_instruments(unit: str, dimension: Dimension, scale: float) -> None:
-    assert conversion(unit, dimension) == (pytest.approx(scale, rel=1e-12), 0.0)
 
 
 @pytest.mark.parametrize("dimension", [FREQUENCY, ANGULAR_FREQUENCY])

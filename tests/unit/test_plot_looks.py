@@ -128,14 +128,6 @@ def test_a_short_log_axis_has_plain_numbers_that_do_not_collide(ends: tuple[floa
         assert all(one[1] <= other[0] for one, other in pairwise(boxes))
 
 
-def test_spread_keeps_ends_and_is_even() -> None:
-    position = np.concatenate([np.linspace(0, 0.1, 500), np.linspace(0.2, 1, 5)])
-    chosen = spread(position, 10)
-    assert chosen[0] == 0
-    assert chosen[-1] == position.size - 1
-    assert chosen.size <= 10
-
-
 @pytest.mark.parametrize("count", [41, 54, 79, 80, 81, 125])
 def test_points_that_are_evenly_spaced_stay_so(count: int) -> None:
     noise = 0.3 * np.sin(np.arange(count) ** 2)  # a fraction of the distance

@@ -59,12 +59,6 @@ def test_a_recipe_is_read_with_its_defaults(folder: Path) -> None:
     assert (recipe.fit.method, recipe.fit.branches, recipe.fit.polynomial_degree) == (None, None, 7)
 
 
-def test_a_temperature_may_be_fahrenheit(folder: Path) -> None:
-    recipe = read_recipe(write(folder, MASTERCURVE.replace("20 degC", "68 degF")))
-    assert isinstance(recipe, MasterCurveRecipe)
-    assert recipe.shift.reference_temperature == 20.0
-
-
 def test_relaxation_times_may_be_longer_than_any_test(folder: Path) -> None:
     recipe = read_recipe(write(folder, SPECTRUM + '[fit]\nrelaxation_time = { min = "1e-20 s", max = "1e20 s" }\n'))
     assert isinstance(recipe, SpectrumRecipe)

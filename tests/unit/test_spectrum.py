@@ -64,13 +64,6 @@ def test_units_of_time_and_modulus_do_not_matter(method: Method) -> None:
 
 
 @pytest.mark.parametrize("method", METHODS)
-def test_order_does_not_matter(method: Method) -> None:
-    time, modulus = smooth_curve()
-    one, other = fit_spectrum(time, modulus, method=method), fit_spectrum(time[::-1], modulus[::-1], method=method)
-    np.testing.assert_array_equal(one.spectrum.shear_modulus, other.spectrum.shear_modulus)
-
-
-@pytest.mark.parametrize("method", METHODS)
 def test_points_measured_twice_are_no_obstacle(method: Method) -> None:
     time, modulus = smooth_curve()
     once = fit_spectrum(time, modulus, method=method, branches=25, relaxation_time=(1e-5, 1e6))
@@ -88,15 +81,6 @@ def test_a_crowd_of_late_points_does_not_drown_the_early_ones(method: Method) ->
     early = time[time < 1e4]
     even_model, uneven_model = (fit.spectrum.relaxation_modulus(early, fit.equilibrium_shear_modulus) for fit in (even, uneven))
     np.testing.assert_allclose(uneven_model, even_model, rtol=0.01)
-
-
-def test_one_maxwell_element_is_recovered() -> None:
-    time = np.logspace(-3, 2, 101)
-    modulus = 3 * (2e4 + 5e5 * np.exp(-time / 0.37))
-    fit = fit_spectrum(time, modulus, method="nnls", branches=1)
-    assert fit.spectrum.relaxation_time[0] == pytest.approx(0.37, rel=1e-5)
-    assert fit.spectrum.shear_modulus[0] == pytest.approx(5e5, rel=1e-5)
-    assert fit.equilibrium_shear_modulus == pytest.approx(2e4, rel=1e-5)
 
 
 def test_a_known_series_is_recovered_on_its_own_times() -> None:
@@ -193,28 +177,10 @@ def test_a_melt_has_no_equilibrium_modulus() -> None:
         fit_spectrum(time, 3 * melt.relaxation_modulus(time), method="nnls", branches=40)
 
 
-def test_truncation_keeps_the_slowest_and_is_judged_where_it_holds() -> None:
-    time, modulus = smooth_curve()
-    whole, kept = fit_spectrum(time, modulus, branches=30), fit_spectrum(time, modulus, keep=12)
-    np.testing.assert_array_equal(kept.spectrum.shear_modulus, whole.spectrum.shear_modulus[:12])
-    assert kept.branches == 12
-    late = time >= kept.spectrum.relaxation_time[-1]
-    assert kept.max_relative_error == pytest.approx(np.abs(kept.model / modulus - 1)[late].max())
-    assert kept.max_relative_error < 0.2
-    assert np.abs(kept.model / modulus - 1).max() > 0.5
-
-
 def bumpy_curve(depth: float) -> tuple[Array, Array]:
     """A curve that rises again on its way down, as no relaxation does."""
     time, modulus = smooth_curve()
     return time, modulus * (1 + depth * np.exp(-0.5 * ((np.log10(time) - 4) / 0.5) ** 2))
-
-
-def test_a_small_negative_modulus_is_clipped_counted_and_warned_of() -> None:
-    with pytest.warns(DielastWarning, match=r"moduli came out negative .* were set to zero"):
-        fit = by_polynomial(*bumpy_curve(0.05), polynomial_degree=20)
-    assert fit.clipped_branches >= 1
-    assert np.count_nonzero(fit.spectrum.shear_modulus == 0) == fit.clipped_branches
 
 
 def test_a_large_negative_modulus_is_refused_with_advice() -> None:

@@ -20,12 +20,6 @@ STORAGE, LOSS = 3 * TRUTH.storage_modulus(FREQUENCY, LEVEL), 3 * TRUTH.loss_modu
 COMPLIANCE = retardation_from_relaxation(TRUTH, LEVEL).creep_compliance(TIME) / 3
 
 
-def test_moduli_of_one_element_in_oscillation() -> None:
-    one = Spectrum(np.array([2.0]), np.array([6.0]))
-    assert one.storage_modulus(0.5, 1.0) == pytest.approx(1 + 3)
-    assert one.loss_modulus(0.5) == pytest.approx(3)
-
-
 def test_an_oscillation_gives_its_series_back_on_its_own_times() -> None:
     order = np.random.default_rng(2).permutation(FREQUENCY.size)
     fit = fit_oscillation(FREQUENCY[order], STORAGE[order], LOSS[order], branches=8, relaxation_time=(1e-4, 1e3))
@@ -96,24 +90,6 @@ def test_the_glassy_modulus_of_creep_is_that_of_all_springs(stated: dict[str, fl
     assert fit.spectrum.shear_modulus.sum() + fit.equilibrium_shear_modulus == pytest.approx(whole, rel=1e-9)
 
 
-def test_a_solid_that_does_not_creep_has_no_processes() -> None:
-    fit = fit_creep(np.logspace(-3, 3, 50), np.full(50, 1 / 6e4), branches=5)
-    np.testing.assert_allclose(
-        fit.spectrum.relaxation_modulus(np.logspace(-3, 3, 5), fit.equilibrium_shear_modulus), 2e4, rtol=1e-6
-    )
-
-
-@pytest.mark.filterwarnings("ignore:the spectrum misses the curve")
-def test_truncation_keeps_the_slowest() -> None:
-    whole = fit_oscillation(FREQUENCY, STORAGE, LOSS, branches=12)
-    kept = fit_oscillation(FREQUENCY, STORAGE, LOSS, branches=12, keep=5)
-    np.testing.assert_array_equal(kept.spectrum.shear_modulus, whole.spectrum.shear_modulus[:5])
-    crept = fit_creep(TIME, COMPLIANCE, branches=12, keep=5)
-    assert crept.branches == 5
-    assert crept.retardation is not None
-    np.testing.assert_allclose(crept.model, crept.retardation.creep_compliance(TIME) / 3)
-
-
 @pytest.mark.parametrize(
     ("columns", "options", "found"),
     [
@@ -140,6 +116,10 @@ def test_impossible_oscillations_are_refused_in_one_line(columns: Any, options: 
         ((TIME, COMPLIANCE), {"glassy_modulus": 1e3}, "glassy_modulus: 1000 Pa is below the start of the curve"),
         ((TIME, COMPLIANCE), {"equilibrium_modulus": 1e6}, "is above the end of the curve"),
         ((TIME, COMPLIANCE), {"retardation_time": (1e9, None)}, "no relaxation time lies between"),
+        ((TIME, COMPLIANCE), {"retardation_time": (2.0, 1.0)}, "must be shorter"),
+        ((TIME, COMPLIANCE), {"branches": 0}, "branches: 0: nnls needs at least 1"),
+        ((TIME, COMPLIANCE), {"keep": 0}, "cannot keep 0 of 30 branches"),
+        ((TIME, COMPLIANCE), {"branches": 8, "keep": 9}, "cannot keep 9 of 8 branches"),
     ],
 )
 def test_impossible_creep_is_refused_in_one_line(columns: Any, options: dict[str, Any], found: str) -> None:

@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 import concurrent.futures
+import errno
 import hashlib
 import importlib
 import multiprocessing
 import os
 import pickle
 import subprocess
+import sys
 import threading
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
+from multiprocessing import resource_tracker, util
 from pathlib import Path
 from typing import Any
 
@@ -35,6 +38,7 @@ from dielast.material.springs import Gent
 from dielast.sharing import kept as store_of, processes, study
 from dielast.sharing.execution import Execution
 from dielast.sharing.kept import Kept, load
+from dielast.sharing.processes import solve_in_processes
 from dielast.sharing.study import Draws, Study, Work
 from dielast.simulate.map_plan import MapPlan, SolvedCells, solve_cells
 
@@ -298,14 +302,6 @@ def test_no_batches_and_no_progress_of_a_lone_one() -> None:
     assert Study(Execution(progress=lambda done, of, what: pytest.fail("one case has no progress"))).batches([Squares([0])]) == [0]
 
 
-@pytest.mark.parametrize("kind", [InputError, NumericsError])
-def test_errors_travel_whole(kind: type[DielastError]) -> None:
-    there = pickle.loads(pickle.dumps(kind("step[0]: one", "step[1]: two")))
-    assert type(there) is kind
-    assert there.messages == ("step[0]: one", "step[1]: two")
-    assert str(there) == "step[0]: one\nstep[1]: two"
-
-
 def material(branches: int) -> Material:
     spectrum = Spectrum(np.geomspace(1e6, 1e-6, branches), np.full(branches, 1e4))
     return Material("soft", 26e3, spectrum, NoShift(20.0), Gent(110.0), Gent(55.0))
@@ -356,3 +352,33 @@ def test_a_long_case_shows_how_far_it_is(load_of: str, tmp_path: Path, monkeypat
     assert own == sorted(own)
     assert own[0] <= 1
     assert own[-1] >= 7
+
+
+LONG = 60.0  # s
+
+
+def wait(plan: float, first: int, end: int) -> int:
+    time.sleep(plan)
+    return end - first
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows starts processes by another function")
+def test_a_worker_that_cannot_start_is_one_error_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Those that have begun their chunks end too."""
+    resource_tracker.ensure_running()
+    start, started = util.spawnv_passfds, 0
+
+    def limited(*given: Any) -> int:
+        nonlocal started
+        started += 1
+        if started > 1:
+            raise BlockingIOError(errno.EAGAIN, os.strerror(errno.EAGAIN))
+        return int(start(*given))  # type: ignore[no-untyped-call]
+
+    monkeypatch.setattr(util, "spawnv_passfds", limited)
+    before, begun = set(multiprocessing.active_children()), time.monotonic()
+    with pytest.raises(InputError, match=r"^cannot start worker processes: resource temporarily unavailable"):
+        list(solve_in_processes(3, wait, LONG, [(0, 1), (1, 2), (2, 3)]))
+    assert started == 2
+    assert time.monotonic() - begun < LONG / 2
+    assert set(multiprocessing.active_children()) <= before

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import tomllib
 import warnings
 from pathlib import Path
 from typing import Any
@@ -10,8 +11,10 @@ from readings import relaxation_curves
 
 from dielast import RelaxationCurve, build_master_curve
 from dielast.base.errors import DielastWarning, InputError
+from dielast.cli.run import compute
 from dielast.commands.mastercurve.recipe import MasterCurveRecipe
 from dielast.commands.mastercurve.run import run
+from dielast.commands.registry import read_cases
 from dielast.io.files import Inputs
 from dielast.readings.read import read_all
 from dielast.readings.recipe import MeasurementData
@@ -46,13 +49,6 @@ def test_runs_of_one_temperature_that_contradict_each_other_are_an_error(tmp_pat
         build_master_curve(found, reference_temperature=20.0)
 
 
-def test_points_in_no_order_are_one_run(tmp_path: Path) -> None:
-    lines = rows(0) + rows(20)
-    np.random.default_rng(1).shuffle(lines)
-    found = read(tmp_path, lines)
-    assert [(curve.temperature, curve.time.size) for curve in found] == [(0, 12), (20, 12)]
-
-
 def test_a_clock_that_runs_on_is_noticed(tmp_path: Path) -> None:
     """Not that of tests which begin anew, in windows that overlap, or only touch for some of the temperatures."""
     late = [f"0,{t + 150!r},{1e6 * t**-0.1!r}" for t in TIME.tolist()]
@@ -72,11 +68,6 @@ def test_thermostat_scatter_is_one_temperature(tmp_path: Path) -> None:
     creeping = [f"{T / 10},{t},{1e6}" for T in range(0, 60, 3) for t in (1, 2, 4)]
     with pytest.raises(InputError, match="run into one another"):
         read(tmp_path, creeping)
-
-
-def test_a_shear_modulus_becomes_youngs(tmp_path: Path) -> None:
-    (tension, _), (shear, _) = read(tmp_path, rows(0) + rows(20)), read(tmp_path, rows(0) + rows(20), test="shear")
-    np.testing.assert_allclose(shear.modulus, 3 * tension.modulus)
 
 
 def test_files_state_their_temperature_in_a_list_or_in_their_name(tmp_path: Path) -> None:
@@ -181,3 +172,66 @@ def test_what_is_stated_wrongly_is_refused(tmp_path: Path, key: str, value: str)
         build_master_curve([], reference_temperature=20.0, temperature_stderr=-1.0)
     with pytest.raises(InputError, match="drift: 2: a share"):
         build_master_curve([], reference_temperature=20.0, drift=2.0)
+
+
+ABSCISSA = np.logspace(-1, 2, 16)
+
+
+TEMPERATURES = (0.0, 10.0, 20.0, 30.0)
+
+
+def recipe_of(folder: Path, columns: str, header: str, *values: Any, shift: str = "") -> Path:
+    """A recipe_of and its data: `values` of the abscissa are measured, 20 degC and below slower by a decade in 20 K."""
+    lines = [header]
+    for temperature in TEMPERATURES:
+        scale = 10 ** ((20 - temperature) / 20)
+        for x in ABSCISSA.tolist():
+            reduced = x * scale if "w [rad/s]" in header else x / scale
+            lines.append(",".join(f"{number:.9g}" for number in (temperature, x, *(value(reduced) for value in values))))
+    (folder / "data.csv").write_text("\n".join(lines) + "\n")
+    path = folder / "recipe.toml"
+    path.write_text(
+        f'kind = "mastercurve"\n[data]\nfile = "data.csv"\ncolumns = {{ temperature = "T", {columns} }}\n'
+        f'[shift]\nreference_temperature = "20 degC"\n{shift}\n'
+    )
+    return path
+
+
+def sweeps(folder: Path, shift: str = "") -> Path:
+    def storage(x: float) -> float:
+        return 1e5 * x**2 / (1 + x**2) + 1e3
+
+    def loss(x: float) -> float:
+        return 1e5 * x / (1 + x**2)
+
+    columns = 'angular_frequency = "w", storage = "S", loss = "L"'
+    return recipe_of(folder, columns, "T [degC],w [rad/s],S [Pa],L [Pa]", storage, loss, shift=shift)
+
+
+def creep(folder: Path, shift: str = "") -> Path:
+    def compliance(x: float) -> float:
+        return 1e-6 * (x**0.3 + 0.2 * x**0.9)
+
+    return recipe_of(folder, 'time = "t", compliance = "J"', "T [degC],t [s],J [1/Pa]", compliance, shift=shift)
+
+
+def run_recipe(path: Path, *plots: str) -> tuple[dict[str, bytes], dict[str, Any]]:
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DielastWarning)
+        found = compute("mastercurve", read_cases(path, "mastercurve", ()), path, plots, Execution())[0]
+    return found, tomllib.loads(found["summary.toml"].decode())
+
+
+def test_a_recipe_may_say_what_to_shift_on(tmp_path: Path) -> None:
+    for on in ("moduli", "tan-delta", "storage"):
+        assert run_recipe(sweeps(tmp_path, f'on = "{on}"'))[1]["shift"]["on"] == on
+    with pytest.raises(InputError, match=r'toml: shift.on: "moduli" is for frequency sweeps; creep curves have one'):
+        run_recipe(creep(tmp_path, 'on = "moduli"'))
+
+
+def test_sweeps_and_creep_have_a_figure_and_their_measurement_in_the_summary(tmp_path: Path) -> None:
+    for make, kind, form, begin in ((sweeps, "oscillation", "png", b"\x89PNG"), (creep, "creep", "svg", b"<?xml")):
+        found, summary = run_recipe(make(tmp_path), form)
+        assert found[f"mastercurve.{form}"].startswith(begin)
+        assert summary["data"]["measurement"] == kind
+        assert ("on" in summary["shift"]) == (kind == "oscillation")

@@ -231,13 +231,6 @@ def test_truncate_and_reduce_exclude_each_other(tmp_path: Path) -> None:
         spectrum(tmp_path, mastercurve="mc", truncate={"keep": 3}, reduce={"window": ["1 s", "6 h"]})
 
 
-def test_a_plot_needs_neither() -> None:
-    from dielast.relaxation.fit import fit_oscillation
-
-    _, (frequency, _, storage, loss) = MEASURED["oscillation"]
-    assert len(plot_spectrum(fit_oscillation(frequency, storage, loss)).axes) == 2
-
-
 @pytest.mark.parametrize(
     ("window", "at", "found"),
     [

@@ -1,4 +1,4 @@
-"""Wide tables: columns of their own for each temperature, which the headers, or a row above them, state."""
+"""Files that need no columns: those of RepTate, and wide tables with columns of their own for each temperature."""
 
 from __future__ import annotations
 
@@ -12,12 +12,132 @@ from hypothesis import given, strategies as st
 from readings import expect_sweeps, read
 
 from dielast.base.errors import InputError
+from dielast.base.units import ANGULAR_FREQUENCY, STRESS
+from dielast.commands.spectrum.sources import read_curve
+from dielast.io.files import Inputs
 from dielast.io.header import temperature_in
-from dielast.material.measurement import RelaxationCurve
+from dielast.io.text_table import read_measured
+from dielast.material.measurement import CreepCurve, FrequencySweep, RelaxationCurve
+from dielast.material.measurement_kind import RELAXATION
+from dielast.readings.instruments import recognise
+from dielast.readings.recipe import CurveData
+from dielast.recipe.validate import check
+
+NAMES = "w\tG'\tG\"\tTemp\tg\td\th*\tTorque\td\ttan(d)\tNormalStress"
+UNITS = "rad/s\tPa\tPa\t°C\t%\t°\tPa-s\tN-m\t°\t \tPa"
+
+
+def sweep_text(temperature: float, header: str = f"{NAMES}\n{UNITS}\n", columns: int = 11) -> str:
+    """An export as RepTate keeps it: names and units between tabs, numbers aligned by blanks."""
+    lines = [f"T={temperature:g};Mw=33.6;chem=X;label=model;PDI=1.03;"]
+    for omega, storage, loss in exports.sweep(temperature):
+        cells = (omega, storage, loss, temperature + 0.01, 1.97, 26.9, 2851.4, 0.0011, 26.9, loss / storage, 5.0)
+        lines.append("".join(f"{cell:>17.8g}" for cell in cells[:columns]))
+    return "\n".join([lines[0], header + "\n".join(lines[1:])]) + "\n"
+
+
+@pytest.mark.parametrize("columns", [11, 6, 3])
+@pytest.mark.parametrize("header", [f"{NAMES}\n{UNITS}\n", "w\tG'\tG''\n", "#w  G'(w)  G\"(w)\n", ""])
+def test_sweeps_need_no_columns(tmp_path: Path, header: str, columns: int) -> None:
+    for temperature in exports.TEMPERATURES:
+        (tmp_path / f"model_{temperature:g}C.osc").write_text(sweep_text(temperature, header, columns))
+    reading = read(tmp_path, files="*.osc")
+    assert reading.summary == {"measurement": "oscillation", "test": "shear", "format": "RepTate"}
+    for one, temperature in zip(reading.measurements, exports.TEMPERATURES, strict=True):
+        assert isinstance(one, FrequencySweep)
+        assert one.temperature == temperature
+        assert one.source == f"model_{temperature:g}C.osc"
+        found = np.array([one.angular_frequency, one.storage_modulus / 3, one.loss_modulus / 3])
+        np.testing.assert_allclose(found, exports.sweep(temperature).T, rtol=1e-6)
+
+
+def test_a_master_curve_states_its_temperature(tmp_path: Path) -> None:
+    (tmp_path / "model.tts").write_text(sweep_text(20.0, "", 5))
+    curve = read_curve(check(CurveData, {"file": "model.tts"}, "r", tmp_path), Inputs(tmp_path))
+    assert curve.shift.reference_temperature == 20
+    np.testing.assert_allclose(curve.columns[1], 3 * exports.sweep(20.0)[:, 1], rtol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("head", "scale"), [("T=20;gamma=0.05;\nt sxy\n", 0.05), ("T=20;Mw=0;gamma=0;\n", 1.0), ("T=20;\nt\tGt\ns\tPa\n", 1.0)]
+)
+def test_relaxation_is_over_its_strain(tmp_path: Path, head: str, scale: float) -> None:
+    rows = exports.relaxation(20.0)
+    (tmp_path / "model.gt").write_text(head + "\n".join(f"{t}\t{scale * g}" for t, g in rows) + "\n")
+    curve = read_curve(check(CurveData, {"file": "model.gt"}, "r", tmp_path), Inputs(tmp_path))
+    np.testing.assert_allclose(curve.columns, [rows[:, 0], 3 * rows[:, 1]], rtol=1e-12)
+    assert curve.kind is RELAXATION
+
+
+@pytest.mark.parametrize("column", [True, False])
+def test_creep_has_its_stress_in_a_column_or_in_its_first_line(tmp_path: Path, column: bool) -> None:
+    time = np.geomspace(0.01, 100, 20)
+    head = "T=150;stress=10;\n" + ("t\tstrain\tstress\tT\ns\t-\tPa\tC\n" if column else "t\tstrain\ns\t-\n")
+    rows = [f"{t}\t{1e-3 * t**0.5}" + ("\t10\t149.9" if column else "") for t in time]
+    (tmp_path / "model.creep").write_text(head + "\n".join(rows) + "\n")
+    (one,) = read(tmp_path, files=["model.creep"]).measurements
+    assert isinstance(one, CreepCurve)
+    assert one.temperature == 150
+    np.testing.assert_allclose(one.compliance, 1e-4 * time**0.5 / 3, rtol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "message"),
+    [
+        ("x.osc", "T=20;Mw=3;\nw\tG'\tG''\n1 2 3\n4 5 6 7\n8 9\n", "x.osc: line 5: 2 cells, but step"),
+        ("x.dat", "T=20;Mw=3;\n1 2 3\n4 5 6\n", "x.dat: a RepTate file without names of columns, and not called .osc, .tts, .gt"),
+        ("x.osc", "Mw=3;\n1 2 3\n4 5 6\n", 'x.osc: step "oscillation, oscillation" has no temperature: export it'),
+    ],
+)
+def test_what_lacks_is_said(tmp_path: Path, name: str, text: str, message: str) -> None:
+    (tmp_path / name).write_text(text)
+    with pytest.raises(InputError) as caught:
+        read(tmp_path, files=[name])
+    assert str(caught.value).startswith(message)
+
+
+def test_a_table_of_one_s_own_is_no_such_file() -> None:
+    for text in (
+        "T=20;sample=3\ntime [s]\tE [MPa]\n1\t2\n2\t3\n",
+        "T=20;sample=3;\n1 2\n2 3\n",
+        "time=s;E=MPa;\n1;2\n2;3\n",
+        "w\tG'\n1\t2\n",
+    ):
+        assert recognise(text) is None
+
+
+def test_as_a_plain_table_blank_cells_keep_their_place() -> None:
+    table = read_measured(sweep_text(20.0).encode(), "model.osc")
+    assert table.units == ("rad/s", "Pa", "Pa", "°C", "%", "°", "Pa-s", "N-m", "°", None, "Pa")
+    np.testing.assert_allclose(table.column("w", "angular_frequency", ANGULAR_FREQUENCY), exports.OMEGA, rtol=1e-6)
+    np.testing.assert_allclose(table.column('G"', "loss", STRESS), exports.sweep(20.0)[:, 2], rtol=1e-6)
+
+
+def test_units_between_blanks_of_which_one_lacks_are_not_guessed() -> None:
+    with pytest.raises(InputError, match='column "E" has no unit'):
+        read_measured(b"w  tan_d  E\nHz  Pa\n1 2 3\n2 3 4\n", "x.txt").column("E", "modulus", STRESS)
+
+
+def test_relaxation_curves_know_where_they_come_from(tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_text("T [degC],time [s],E [Pa]\n20,1,5\n20,2,4\n40,1,3\n40,2,2\n")
+    found = read(tmp_path, file="a.csv", columns={"temperature": "T", "modulus": "E"}).measurements
+    assert [one.source for one in found if isinstance(one, RelaxationCurve)] == ["a.csv", "a.csv"]
+    for name in ("b.csv", "c.csv"):
+        (tmp_path / name).write_text("time [s],E [Pa]\n1,5\n2,4\n3,3\n")
+    options = {"files": ["b.csv", "c.csv"], "columns": {"modulus": "E"}}
+    found = read(tmp_path, **options, temperatures=["20 degC", "40 degC"]).measurements
+    assert [one.source for one in found] == ["b.csv", "c.csv"]
+
 
 TIME = np.geomspace(1, 1000, 8)
+
+
 TEMPERATURES = (20.0, 30.0, -10.0)
+
+
 POINTS = (8, 5, 3)  # of each temperature
+
+
 KNOWN = {"modulus": "E"}
 
 
