@@ -125,6 +125,8 @@ def _shift_of(law: str, values: Sequence[float], per_mole: float, scale: str | N
 
     `per_mole` turns the constant of the Arrhenius law into J/mol.
     """
+    if not np.all(np.isfinite([*values, per_mole])):
+        raise InputError("the constants of the shift law: numbers are needed")
     if law == "WLF" and len(values) == 3:  # C1 and C2 are those of the decimal logarithm in both codes
         return WLF(_celsius(values[0], scale), values[1], values[2])
     if law == "ARRHENIUS" and len(values) == 2:
@@ -158,9 +160,11 @@ def _abaqus(text: str, units: Units, scale: str | None) -> PronyCard:
     trs = next((block for block in blocks if block[0] == "TRS"), None)
     physical = next((block[1] for block in blocks if block[0] == "PHYSICAL CONSTANTS"), {})
     if "ABSOLUTE ZERO" in physical:
-        scale = "K" if as_number(physical["ABSOLUTE ZERO"]) == 0 else "degC"
-    stated_gas = physical.get("UNIVERSAL GAS CONSTANT")
-    gas = GAS_CONSTANT * units.molar_energy if stated_gas is None else as_number(stated_gas)
+        zero = as_number(physical["ABSOLUTE ZERO"])
+        scale = "K" if zero == 0 else "degC" if abs(zero + kelvin(0.0)) < 1 else scale
+    gas = as_number(physical.get("UNIVERSAL GAS CONSTANT", str(GAS_CONSTANT * units.molar_energy)))
+    if not gas > 0:
+        raise InputError("*PHYSICAL CONSTANTS: UNIVERSAL GAS CONSTANT above 0 is needed")
     shift = None if trs is None else _shift_of(trs[1].get("DEFINITION", "WLF").upper(), trs[2], GAS_CONSTANT / gas, scale)
     known = ["MATERIAL", "DENSITY", "VISCOELASTIC", "HYPERELASTIC", "ELASTIC", "HEADING", "PHYSICAL CONSTANTS"]
     known += ["TRS"] * (shift is not None)

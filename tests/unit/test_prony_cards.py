@@ -105,6 +105,19 @@ def test_units_and_moduli_are_never_guessed() -> None:
         read_prony(shifted.replace("WLF", "USER").encode(), "material.inp", "SI")
 
 
+@pytest.mark.parametrize(
+    ("lines", "message"),
+    [
+        ("*TRS\n abc, 13.7, 187.\n", "constants of the shift law: numbers are needed"),
+        ("*TRS\n 20., 13.7, -187.\n", "C2: -187"),
+        ("*PHYSICAL CONSTANTS, UNIVERSAL GAS CONSTANT=0\n*TRS, DEFINITION=ARRHENIUS\n 293., 1e7\n", "GAS CONSTANT above 0"),
+    ],
+)
+def test_constants_of_a_shift_law_that_cannot_be_are_refused(lines: str, message: str) -> None:
+    with pytest.raises(InputError, match=f"job.inp: .*{message}"):
+        read_prony((ABAQUS.format(moduli="LONG TERM") + lines).encode(), "job.inp", "SI", "K")
+
+
 @pytest.mark.parametrize("units", ["SI", "mm-t-s"])
 @pytest.mark.parametrize("scale", ["degC", "K"])
 @pytest.mark.parametrize("shift", [WLF(20.0, 13.0, 180.0), Arrhenius(20.0, 6.3e4)], ids=["wlf", "arrhenius"])
