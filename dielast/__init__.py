@@ -56,6 +56,7 @@ if TYPE_CHECKING:  # the public names, of which this is the only list: type chec
     from dielast.material.breakdown import PowerBreakdown as PowerBreakdown
     from dielast.material.damage import InversePower as InversePower
     from dielast.material.dielectric import VACUUM_PERMITTIVITY as VACUUM_PERMITTIVITY, Leakage as Leakage
+    from dielast.material.intervals import interval as interval
     from dielast.material.material import Breakdown as Breakdown, Material as Material
     from dielast.material.measurement import (
         CreepCurve as CreepCurve,
@@ -70,7 +71,6 @@ if TYPE_CHECKING:  # the public names, of which this is the only list: type chec
         Sample as Sample,
         WeibullScatter as WeibullScatter,
         draw_sample as draw_sample,
-        interval as interval,
     )
     from dielast.material.shift import (
         WLF as WLF,

@@ -11,9 +11,10 @@ from flat import failure_map, plan_failure_map
 from numpy.typing import NDArray
 
 from dielast.base.errors import DielastWarning
+from dielast.material.intervals import interval
 from dielast.material.material import Breakdown, Material
 from dielast.material.measurement import RelaxationCurve
-from dielast.material.scatter import draw_sample, interval
+from dielast.material.scatter import draw_sample
 from dielast.material.shift import WLF
 from dielast.material.spectrum import Spectrum
 from dielast.material.springs import Gent

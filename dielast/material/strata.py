@@ -28,8 +28,10 @@ def division(draws: int, constants: int) -> tuple[int, int]:
 
 def strata_of(values: Floats) -> Index:
     """The number (draws,) of the stratum of each draw, from the `values` (draws, constants) of the constants, those first that are
-    divided first: parts have equally many draws, as far as draws of equal values, which share a part, allow. A constant that has
-    one value in all draws has no range to be divided.
+    divided first.
+
+    Parts have equally many draws, as far as draws of equal values, which share a part, allow, and no part of a range has fewer
+    than `FEWEST_DRAWS`. A constant that has one value in all draws has no range to be divided.
     """
     draws = len(values)
     varied = [column for column in values.T if draws and np.min(column) < np.max(column)]
@@ -38,8 +40,21 @@ def strata_of(values: Floats) -> Index:
     for column in varied[:divided]:
         _, which, count = np.unique(column, return_inverse=True, return_counts=True)
         middle = np.cumsum(count) - (count + 1) / 2  # the mean rank of the draws of each value
-        number = number * parts + np.floor(middle * parts / draws).astype(np.intp)[which]
+        number = number * parts + _filled(np.floor(middle * parts / draws).astype(np.intp)[which], parts)
     return number
+
+
+def _filled(part: Index, parts: int) -> Index:
+    """The parts (draws,) of a range; one with too few draws, as others have the same value, is joined to the next one, and the last
+    one to the one before.
+    """
+    edges, held = [0], np.bincount(part, minlength=parts)
+    for last in range(1, parts):
+        if held[edges[-1] : last].sum() >= FEWEST_DRAWS:
+            edges.append(last)
+    if len(edges) > 1 and held[edges[-1] :].sum() < FEWEST_DRAWS:
+        edges.pop()
+    return np.asarray(np.searchsorted(edges, part, side="right") - 1)
 
 
 def strata_of_materials(materials: Sequence[Material], paths: Sequence[str]) -> Index:

@@ -19,8 +19,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from dielast.base.errors import InputError, warn
+from dielast.material.intervals import interval
 from dielast.material.measurement_kind import RELAXATION
-from dielast.material.scatter import interval
 from dielast.material.spectrum import Spectrum
 from dielast.numerics.arrays import Floats
 from dielast.numerics.random_streams import stream

@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 from dielast.base.errors import InputError
 from dielast.io.result import Result, TabularResult
 from dielast.io.table import Column, Table
+from dielast.material.intervals import assured, fewest_draws, interval
 from dielast.material.material import Material
-from dielast.material.scatter import Sample, assured, fewest_draws, interval
+from dielast.material.scatter import Sample
 from dielast.numerics.arrays import Cases, Floats, Index, Texts
 from dielast.numerics.edged_roots import EDGE, FAR, FOUND, LOW, OPEN
 from dielast.simulate.design_plan import UNFINISHED, Designed, DesignPlan, Goal, Targets, solve_draws, solve_films

@@ -31,8 +31,9 @@ from flat import failure_map, plan_failure_map
 from synthetic import TRUTH
 
 from dielast.base.errors import DielastError, DielastWarning
+from dielast.material.intervals import interval
 from dielast.material.material import Breakdown, Material
-from dielast.material.scatter import draw_sample, interval
+from dielast.material.scatter import draw_sample
 from dielast.material.shift import WLF
 from dielast.material.spectrum import Spectrum
 from dielast.relaxation.beyond import end_of

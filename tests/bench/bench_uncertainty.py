@@ -29,8 +29,9 @@ from synthetic import TRUTH
 from dielast.handover.material_draws import draw_columns
 from dielast.handover.material_file import write_material
 from dielast.io.table import to_csv
+from dielast.material.intervals import interval
 from dielast.material.material import Material
-from dielast.material.scatter import draw_sample, interval
+from dielast.material.scatter import draw_sample
 from dielast.material.shift import WLF
 from dielast.material.spectrum import Spectrum
 from dielast.simulate.failure_map import solve_map

@@ -36,8 +36,9 @@ from dielast.calibration.laws import CrossValidation, cross_validation, law_weig
 from dielast.calibration.result import Intervals, assessed, calibrate
 from dielast.calibration.spring_pairs import reach_of, trial
 from dielast.commands.calibrate.run import ALIKE
+from dielast.material.intervals import interval
 from dielast.material.material import VACUUM_PERMITTIVITY
-from dielast.material.scatter import draw_sample, interval
+from dielast.material.scatter import draw_sample
 from dielast.numerics.arrays import Floats, Index
 from dielast.simulate.film_setup import Film
 

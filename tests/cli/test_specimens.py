@@ -14,7 +14,7 @@ from scipy.stats import t as student
 from uncertain import columns
 
 from dielast import draw_sample, read_material
-from dielast.material.scatter import interval
+from dielast.material.intervals import interval
 
 Run = Callable[..., subprocess.CompletedProcess[str]]
 MODULUS, PERMITTIVITY, THICKNESS = 4e4, 4e-11, 5e-4

@@ -10,8 +10,8 @@ import pytest
 
 from dielast.base.errors import DielastWarning, InputError
 from dielast.handover.material_file import parse_material, write_material
+from dielast.material.intervals import interval
 from dielast.material.material import CalibratedRange, Material, Window
-from dielast.material.scatter import interval
 from dielast.material.shift import WLF
 from dielast.material.spectrum import Spectrum
 from dielast.material.use_checks import warn_of_lasting

@@ -175,6 +175,9 @@ def test_strata_of_draws_are_those_of_their_constants() -> None:
     assert np.array_equal(strata_of(np.column_stack((np.ones(200), repeated))), strata_of(repeated))
     pinned = strata_of(np.minimum(limit, np.quantile(limit, 0.4))[:, None])
     assert np.unique(pinned[limit >= np.quantile(limit, 0.4)]).size == 1
+    # no part has fewer draws than have bounds
+    for equal in (1, 12, 23):
+        assert np.unique(strata_of(np.append(np.ones(equal), np.arange(2, 26 - equal))[:, None])).size == (2 if equal <= 12 else 1)
     assert division(200, 6) == (4, 2)
     assert division(200, 1) == (1, 4)
     assert division(20, 3) == (0, 1)

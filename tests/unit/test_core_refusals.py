@@ -14,8 +14,9 @@ from scipy.optimize import brentq
 
 from dielast.base.errors import InputError, NumericsError
 from dielast.handover.export.card import export_card
+from dielast.material.intervals import interval
 from dielast.material.material import Breakdown, Material
-from dielast.material.scatter import draw_sample, interval
+from dielast.material.scatter import draw_sample
 from dielast.material.shift import WLF, NoShift, ShiftTable
 from dielast.material.spectrum import Spectrum
 from dielast.material.springs import Gent

@@ -22,8 +22,8 @@ from dielast.calibration.failures.specimens import Simulated, Specimens
 from dielast.calibration.profiles import Verdict
 from dielast.io.result import TabularResult
 from dielast.io.table import Column, Table
+from dielast.material.intervals import interval
 from dielast.material.material import Material
-from dielast.material.scatter import interval
 from dielast.numerics.arrays import Floats
 
 LIVES = 1000  # draws for intervals of lives, at least

@@ -23,7 +23,7 @@ from dielast.commands.simulation.film_recipe import (
 from dielast.commands.simulation.recipe import MaterialRecipe
 from dielast.commands.simulation.uncertainty_recipe import SENSITIVITY_TEXT, FilmUncertainty
 from dielast.handover.law_section import BreakdownField, breakdown
-from dielast.material.scatter import fewest_draws
+from dielast.material.intervals import fewest_draws
 from dielast.recipe.fields import NamedTimes, Numbers, PositiveTime, Section, Temperatures, Time, Voltage, Voltages, WithUnit
 from dielast.simulate.options import Failure, Solver
 

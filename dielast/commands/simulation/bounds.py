@@ -13,7 +13,8 @@ from dielast.commands.simulation.result import BoundedEvent, CaseResult, SolvedC
 from dielast.commands.simulation.uncertainty_recipe import Uncertainty
 from dielast.handover.law_section import breakdown
 from dielast.io.table import Column, Table, split_header
-from dielast.material.scatter import Sample, assured, interval
+from dielast.material.intervals import assured, interval
+from dielast.material.scatter import Sample
 from dielast.mechanics.cases import of_case
 from dielast.mechanics.criteria import named
 from dielast.numerics.arrays import Flags, Floats, Index

@@ -14,13 +14,13 @@ from dielast.handover.law_section import breakdown
 from dielast.handover.material_draws import check_pair, further_constants, in_folder_of, parse_draws
 from dielast.handover.material_file import parse_file
 from dielast.io.files import Inputs
+from dielast.material.intervals import fewest_draws
 from dielast.material.material import Material
 from dielast.material.scatter import (
     FilmScatter,
     Sample,
     damage_scatter,
     draw_sample,
-    fewest_draws,
     field_scatter,
     of_area,
     specimen_scatter,

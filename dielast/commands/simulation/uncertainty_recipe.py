@@ -5,7 +5,8 @@ from typing import Annotated, ClassVar, Literal
 from pydantic import Field
 
 from dielast.base.errors import InputError
-from dielast.material.scatter import DamageScatter, NormalScatter, Scatter, WeibullScatter, fewest_draws
+from dielast.material.intervals import fewest_draws
+from dielast.material.scatter import DamageScatter, NormalScatter, Scatter, WeibullScatter
 from dielast.recipe.fields import Area, RelativeDeviation, Section
 
 CONFIDENCE = 0.9
