@@ -25,6 +25,7 @@ from dielast.commands.calibrate.recipe import FreeValue
 from dielast.handover.material_draws import draw_columns, parse_draws
 from dielast.io.files import Inputs
 from dielast.io.table import to_csv
+from dielast.material.intervals import assured, fewest_draws, interval
 from dielast.material.material import Breakdown, Material, numbers_of
 from dielast.material.scatter import (
     WIDEST,
@@ -32,10 +33,7 @@ from dielast.material.scatter import (
     NormalScatter,
     SpecimenScatter,
     WeibullScatter,
-    assured,
     draw_sample,
-    fewest_draws,
-    interval,
 )
 from dielast.material.shift import NoShift
 from dielast.material.spectrum import Spectrum
