@@ -16,7 +16,6 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
-from flat import creep
 
 from dielast.material.material import Material
 from dielast.material.shift import WLF
@@ -27,6 +26,8 @@ from dielast.numerics.rosenbrock import Rosenbrock
 from dielast.numerics.stride import System
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+from flat import creep
+
 from reconstruction import spectrum
 
 STRESS, RAMP, HOLD = 0.17 / 3e-6, 17.0, 21600.0
