@@ -70,10 +70,10 @@ def described(files: Given) -> tuple[str, list[str]]:
         lines.append(f"dielast new {kind} --data: {what}")
         doubts += recipe.doubts
     if not takers:
-        these, told = (
+        these, advice = (
             ("these together", "") if len(files.names) > 1 else ("this", ": rename its columns, or name them in a recipe (columns)")
         )
-        lines.append(f"no command takes {these}{told}")
+        lines.append(f"no command takes {these}{advice}")
     complete = next((recipe for _, recipe in takers if not recipe.missing), None)
     return "\n".join(lines) + "\n", list(dict.fromkeys([*doubts, *(_mistakes(complete) if complete else [])]))
 

@@ -159,8 +159,8 @@ def _levelled(fit: SpectrumFit, equilibrium: Floats, moduli: Floats, curves: Cur
     last = (change.time >= time[-1] / LAST) & (change.time <= time[-1])
     offset = np.mean(np.log(own[:, last] / change.modulus[last]), axis=1)
     # the error of the whole curve, less the noise of its last points, which is in the ratio
-    noise = np.log(np.atleast_2d(fit.measured)[0] / np.atleast_2d(fit.model)[0])
-    noise = float(np.mean(noise**2)) / np.count_nonzero(time >= time[-1] / LAST)
+    missed = np.log(np.atleast_2d(fit.measured)[0] / np.atleast_2d(fit.model)[0])
+    noise = float(np.mean(missed**2)) / np.count_nonzero(time >= time[-1] / LAST)
     offset *= np.sqrt(max(1 - noise / np.var(offset), 0.0)) if np.any(offset) else 1.0
     level = fit.equilibrium_shear_modulus * ratio * np.exp(offset)
     within = change.time <= time[-1]

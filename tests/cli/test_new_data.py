@@ -304,6 +304,15 @@ def test_measured_melts_need_their_units_and_then_run(dielast: Run, shared_data:
     assert shift(dielast, tmp_path, text)["data"]["temperatures"] == 5  # type: ignore[index]
 
 
+@pytest.mark.parametrize("law", [True, False])
+def test_a_card_is_asked_for_the_scale_of_its_temperatures_if_it_has_a_shift_law(dielast: Run, tmp_path: Path, law: bool) -> None:
+    card = "*ELASTIC\n 3.0, 0.5\n*VISCOELASTIC, TIME=PRONY\n 0.5, , 1.0\n" + "*TRS\n 20., 13., 187.\n" * law
+    (tmp_path / "job.inp").write_text(card)
+    _, text, _ = made(dielast, "spectrum", "job.inp")
+    assert "prony_units" in text
+    assert ("prony_temperature_scale" in text) is law
+
+
 def test_a_measured_sweep_of_a_glass_takes_a_reference_whose_shift_is_known(
     dielast: Run, shared_data: Callable[[str], Path], tmp_path: Path
 ) -> None:

@@ -46,12 +46,11 @@ relaxation_time_s = [10.0]
 shear_modulus_Pa = [50000.0]
 [shift]
 law = "none"
-[dielectric]
 """
 
 
-def read(*lines: str) -> Material:
-    return parse_material((MATERIAL + "\n".join(lines)).encode(), "film.toml")
+def read(*lines: str, section: str = "dielectric") -> Material:
+    return parse_material(f"{MATERIAL}[{section}]\n{chr(10).join(lines)}".encode(), "film.toml")
 
 
 @pytest.mark.parametrize("coefficient", [-0.2, -0.053, 0.0, 0.1])
@@ -199,23 +198,6 @@ FILM = Material(
 ENTROPIC = replace(FILM, equilibrium_scaling=EntropicModulus(), nonequilibrium_scaling=EntropicModulus())
 
 
-ENTROPIC_MATERIAL = """\
-reference_temperature = "20 degC"
-[equilibrium]
-shear_modulus = "26 kPa"
-[nonequilibrium]
-relaxation_time_s = [10.0]
-shear_modulus_Pa = [50000.0]
-[shift]
-law = "none"
-[temperature]
-"""
-
-
-def read_entropic(*lines: str) -> Material:
-    return parse_material((ENTROPIC_MATERIAL + "\n".join(lines)).encode(), "film.toml")
-
-
 def test_the_factor_is_that_of_absolute_temperature_and_density() -> None:
     temperature = np.array([[20.0, 60.0], [-40.0, 0.0]])
     assert EntropicModulus().factor(temperature, 20.0) == pytest.approx((temperature + ZERO) / (20 + ZERO), rel=1e-14)
@@ -264,12 +246,15 @@ def test_materials_with_and_without_it_run_side_by_side() -> None:
 
 
 def test_material_files_state_it() -> None:
-    assert read_entropic().equilibrium_scaling == read_entropic('equilibrium = "constant"').equilibrium_scaling
-    assert b"temperature]" not in write_material(read_entropic('equilibrium = "constant"'))
-    one = read_entropic('equilibrium = "entropic"')
+    assert (
+        read(section="temperature").equilibrium_scaling
+        == read('equilibrium = "constant"', section="temperature").equilibrium_scaling
+    )
+    assert b"temperature]" not in write_material(read('equilibrium = "constant"', section="temperature"))
+    one = read('equilibrium = "entropic"', section="temperature")
     assert one.equilibrium_scaling == EntropicModulus()
     assert not one.nonequilibrium_scaling.depends_on_temperature
-    two = read_entropic('equilibrium = "entropic"', 'nonequilibrium = "entropic"', 'thermal_expansion = "6e-4 /K"')
+    two = read('equilibrium = "entropic"', 'nonequilibrium = "entropic"', 'thermal_expansion = "6e-4 /K"', section="temperature")
     assert two.equilibrium_scaling == two.nonequilibrium_scaling == EntropicModulus(6e-4)
     for material in (one, two):
         assert write_material(parse_material(write_material(material), "again.toml")) == write_material(material)

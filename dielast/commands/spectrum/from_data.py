@@ -6,7 +6,6 @@ from dielast.base.errors import InputError, without_warnings
 from dielast.handover.export.code import SCALES, UNITS
 from dielast.handover.prony_card import read_prony
 from dielast.io.files import resolve
-from dielast.material.shift import NoShift
 from dielast.readings.seen import Given
 from dielast.readings.stated import state_data
 from dielast.recipe.lines import FILL, RecipeLines
@@ -46,7 +45,7 @@ def _card(given: Given) -> RecipeLines | None:
     recipe.key("prony", name, f"{len(card.g)} branches")
     if card.modulus is not None or _has_keywords(content):
         recipe.key("prony_units", FILL, f"a card does not state its units: {' | '.join(UNITS)}")
-    if not isinstance(card.shift, NoShift):
+    if card.shift is not None:
         recipe.key("prony_temperature_scale", FILL, f"of the temperatures of its shift law: {' | '.join(SCALES)}")
     if card.modulus is None:
         recipe.section("[fit]")

@@ -211,7 +211,7 @@ def warn_if_no_plateau(curve: Spline, kind: MeasurementKind, x: Floats, stiffnes
 
 
 def _rise(x: Floats, y: Floats) -> bool:
-    """Whether points (n,) rise, at the level of 5 % of a straight line's slope."""
+    """Whether the straight line through points (n,) rises by more than its error, one-sided at 5 %."""
     from scipy.special import stdtrit
 
     spare = x.size - 2
