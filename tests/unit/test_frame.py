@@ -32,7 +32,7 @@ from dielast.material.springs import Ogden
 from dielast.mechanics.passive import forms
 from dielast.mechanics.passive.framed import Assembly, FramedFilms, Surroundings
 from dielast.mechanics.passive.mesh import points_needed
-from dielast.mechanics.passive.structure import Factors
+from dielast.mechanics.passive.structure import Factors, inverse
 from dielast.mechanics.point_material import PointMaterial
 from dielast.mechanics.span import Control, Load
 from dielast.mechanics.stability import damped, stability
@@ -93,6 +93,7 @@ def test_factors_solve_and_tell_whether_a_matrix_is_positive() -> None:
     factors = Factors.of(whole.transpose(1, 2, 0).copy())
     found = factors.solve(right.T.copy()).T
     assert found == pytest.approx(np.linalg.solve(whole, right[..., None])[..., 0], rel=1e-6)
+    assert inverse(whole.transpose(1, 2, 0)) == pytest.approx(np.linalg.inv(whole).transpose(1, 2, 0), rel=1e-6)
     positive = np.linalg.eigvalsh(whole)[:, 0] > 0
     assert 5 < positive.sum() < 35
     assert ((factors.rim_stiffness() > 0) == positive).all()

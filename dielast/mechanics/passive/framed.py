@@ -24,7 +24,7 @@ import numpy as np
 
 from dielast.mechanics.electric import ELECTRIC
 from dielast.mechanics.elimination import Eliminated
-from dielast.mechanics.passive.structure import Factors, Structure
+from dielast.mechanics.passive.structure import Factors, Structure, inverse
 from dielast.mechanics.point import FOLLOWER_WEIGHT
 from dielast.mechanics.point_material import SYMMETRIC, PointMaterial
 from dielast.mechanics.span import Control, Controls, Load, UnderLoad
@@ -87,7 +87,7 @@ class Assembly:
 
     def border_stresses(self, nominal: Floats) -> Floats:
         """The two stresses (2, cases) of the border from nominal stresses (2, P, cases)."""
-        return np.stack((nominal[0, 0], np.einsum("pc,pc->c", self.structure.rim, nominal[1])))
+        return np.array((nominal[0, 0], np.einsum("pc,pc->c", self.structure.rim, nominal[1])))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -177,7 +177,7 @@ class FramedArrowhead:
         half = np.einsum("abnm,bnm->abm", self.share, self.hold)
         carried = assembly.carried(self.stress, self.stretch, field, load.electric)
         self.slope = assembly.slope(half, carried, self.stretch, field, load.electric)
-        self.compliance = Factors.of(structure.tangent(self.slope)).inverse()
+        self.compliance = inverse(structure.tangent(self.slope))
         self.load_term = np.zeros_like(self.stretch[:, 0])
         if load.electric:
             _, _, by_load = assembly.points.maxwell_tangent(2 * np.log(self.stretch[:, 0]), field)
@@ -205,7 +205,7 @@ class FramedArrowhead:
         change = structure.moved(out[border:-2])
         nominal += self.slope[:, 0] * change[0]
         nominal += self.slope[:, 1] * change[1]
-        out[-2:] = assembly.border_stresses(nominal) - state[-2:]
+        np.subtract(assembly.border_stresses(nominal), state[-2:], out=out[-2:])
         change_of_stretch = (2 * change / self.stretch).reshape(2, 1, -1)
         right -= self.hold * change_of_stretch
         assert out.flags.c_contiguous  # otherwise `reshape` copies, and the increments of the springs are lost

@@ -100,12 +100,20 @@ class Factors:
             solution[row] /= lower[row, row]
         return np.asarray(solution)
 
-    def inverse(self) -> Floats:
-        """The inverse (u, u, cases), for many right-hand sides in turn."""
-        unit = np.eye(len(self.lower))[:, :, None]
-        return self.solve(np.broadcast_to(unit, self.lower.shape))
-
     def rim_stiffness(self) -> Floats:
         """The last pivot (cases,) or (k, cases) of a symmetric matrix; negative if the matrix is not positive definite."""
         pivots = np.einsum("uu...->u...", self.lower)
         return np.asarray(np.where(np.all(pivots[1:] > 0, axis=0), pivots[0], -np.abs(pivots[0])))
+
+
+def inverse(matrix: Floats) -> Floats:
+    """The inverse (u, u, cases) of symmetric matrices, for many right-hand sides in turn: Gauss-Jordan without exchange of rows."""
+    inverted = matrix.copy()
+    for pivot in range(len(matrix) - 1, -1, -1):
+        column = inverted[:, pivot].copy()
+        row = inverted[pivot] / column[pivot]
+        inverted -= column[:, None] * row
+        inverted[pivot] = row
+        np.divide(column, -column[pivot], out=inverted[:, pivot])
+        inverted[pivot, pivot] = 1 / column[pivot]
+    return inverted
