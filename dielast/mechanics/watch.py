@@ -263,22 +263,26 @@ class Watch:
 
     def finish(self, equations: Callable[[Cases, Load], Films]) -> None:
         """End a piece of load: locate its events. `equations` returns the films of given cases under a load."""
-        for lookout in self.lookouts:
-            if not lookout.brackets:
-                continue
-            brackets = Brackets.joined(lookout.brackets)
-            system = equations(brackets.steps.cases, brackets.load)
-            criterion = lookout.criterion
-            if lookout.exposure is not None:
-                time, moment = lookout.exposure.reached(brackets, system)
-            else:
-                assert lookout.signal is not None
-                time, moment = brackets.first_fall(lookout.signal, system, criterion.needs_springs)
-            time, moment = criterion.refined(self.films, time, moment, brackets.load)
-            parts = zip(self.exposures, brackets.exposed, strict=True)
-            exposed = [exposure.at(brackets, before, time, system) for exposure, before in parts]
-            self.note(lookout, brackets.begin + time, moment, exposed)
-            lookout.brackets = []
+        with np.errstate(all="ignore"):  # between two steps a spring may seem beyond its limit: such values are not finite
+            for lookout in self.lookouts:
+                if lookout.brackets:
+                    self._locate(lookout, equations)
+
+    def _locate(self, lookout: EventSearch, equations: Callable[[Cases, Load], Films]) -> None:
+        """Locate the events of a criterion in its brackets."""
+        brackets = Brackets.joined(lookout.brackets)
+        system = equations(brackets.steps.cases, brackets.load)
+        criterion = lookout.criterion
+        if lookout.exposure is not None:
+            time, moment = lookout.exposure.reached(brackets, system)
+        else:
+            assert lookout.signal is not None
+            time, moment = brackets.first_fall(lookout.signal, system, criterion.needs_springs)
+        time, moment = criterion.refined(self.films, time, moment, brackets.load)
+        parts = zip(self.exposures, brackets.exposed, strict=True)
+        exposed = [exposure.at(brackets, before, time, system) for exposure, before in parts]
+        self.note(lookout, brackets.begin + time, moment, exposed)
+        lookout.brackets = []
 
     def note(self, lookout: EventSearch, time: Floats, moment: FilmSnapshot, exposed: Sequence[Floats] | None = None) -> None:
         """Store events at `time` (k,) in s since the programme began, of the films at a `moment`.
