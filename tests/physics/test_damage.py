@@ -97,7 +97,7 @@ def test_the_damage_is_the_integral_of_the_history(exponent: float, boundary: An
     panels = [(low, high) for edge in edges for low, high in pairwise(edge)]
     times = np.concatenate([0.5 * (high + low) + 0.5 * (high - low) * nodes for low, high in panels])
     weight = np.concatenate([0.5 * (high - low) * weights for low, high in panels])
-    history = actuate(material, programme, stop_at="end", times=times, **film)
+    history = actuate(GENT, programme, stop_at="end", times=times, **film)
     field = np.abs(history.true_field[0])
     assert float(np.sum(weight * law.rate(field))) == pytest.approx(1.0, rel=1e-6)
 
