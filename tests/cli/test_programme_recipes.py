@@ -154,13 +154,14 @@ cycles = 2
     assert np.diff(stress) == pytest.approx(-50e3 * np.diff(stretch), abs=1e-2)
 
 
+@pytest.mark.trust
 def test_tension_under_voltage_is_compared_and_calibrated(dielast: Run, folder: Path, shared_data: Callable[[str], Path]) -> None:
     """Of the measured pull under 6 kV: the same film as a specimen in a constant field, which `calibrate` follows."""
     (folder / "m.toml").write_text(MATERIAL.replace('"neo-hookean"', '"gent"\nJ_lim = 60.0'))
     lines = shared_data("vhb4905/6-coupled.csv").read_text(encoding="latin-1").splitlines()
     cells = [line.replace(",", ".").split(";") for line in lines if line.startswith("703;")]
     points = [(float(row[-2]), float(row[-1])) for row in cells]
-    top = int(np.argmax([stretch for stretch, _ in points]))
+    top = int(np.argmax([stretch > 2.0 for stretch, _ in points])) - 1
     table = "\n".join(f"{(stretch - 1) / 0.2!r},{stretch!r},{stress!r}" for stretch, stress in points[1 : top + 1])
     (folder / "pull.csv").write_text("time [s],stretch,stress [Pa]\n" + table + "\n")
     recipe = """
@@ -172,7 +173,7 @@ thickness = "0.5 mm"
 [[step]]
 voltage = "6 kV"
 [[step]]
-stretch = 3.0
+stretch = 2.0
 rate = "20 %/s"
 [[compare]]
 file = "pull.csv"
@@ -187,7 +188,7 @@ at = "end"
     free = '[free]\n"equilibrium.shear_modulus" = {}\n[fit]\nstarts = 1\n[uncertainty]\ndraws = 0\n'
     fit = 'kind = "calibrate"\nmaterial = "m.toml"\n[[test]]\nrecipe = "pull.toml"\n'
     (folder / "fit.toml").write_text(fit + free)
-    done = dielast("actuate", "pull.toml", "--plot", "png")
+    done = dielast("actuate", "pull.toml", "--plot", "none")
     assert done.returncode == 0, done.stderr
     assert "misfit" in done.stdout or "rms" in done.stdout
     done = dielast("calibrate", "fit.toml", "--plot", "none")

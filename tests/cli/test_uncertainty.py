@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from processes import Run
+from processes import SMALL_CHUNKS, Run
 from uncertain import FILM, SCATTER, columns
 
 import dielast as library
@@ -154,7 +154,7 @@ def test_repeats_in_two_processes_give_the_same_bytes(command: Run, folder: Path
     (folder / "m.toml").write_text(MAP.replace('"3.6 kV", ', "") + UNCERTAIN + SCATTER)
     results = []
     for name, options in (("one", ()), ("two", ("--jobs", "2", "--golden", "one"))):
-        run = command(folder, "failure-map", "m.toml", "--plot", "none", "-o", name, *options)
+        run = command(folder, "failure-map", "m.toml", "--plot", "none", "-o", name, *options, prelude=SMALL_CHUNKS)
         assert run.returncode == 0, run.stderr
         results.append({path.name: path.read_bytes() for path in (folder / name).iterdir()})
     assert results[0] == results[1]

@@ -90,15 +90,6 @@ def test_electrode_axes_in_millimetres_are_compared(dielast: Run, tmp_path: Path
     assert "major_axis" not in (tmp_path / "a/actuate.csv").read_text()
 
 
-def test_a_map_is_the_same_in_any_number_of_processes(dielast: Run, tmp_path: Path) -> None:
-    (tmp_path / "m.toml").write_text(MAP.replace("points = 9", "points = 180"))
-    for jobs in ("1", "2"):
-        done = dielast("failure-map", "m.toml", "--plot", "none", "-o", jobs, "--jobs", jobs)
-        assert done.returncode == 0, done.stderr
-    assert (tmp_path / "1/failure-map.csv").read_bytes() == (tmp_path / "2/failure-map.csv").read_bytes()
-    assert {path.name for path in (tmp_path / "2").iterdir()} == {"failure-map.csv", "fit.csv", "summary.toml"}
-
-
 def test_a_cell_agrees_with_an_actuation_run(dielast: Run, tmp_path: Path) -> None:
     (tmp_path / "m.toml").write_text(MAP)
     (tmp_path / "a.toml").write_text(ACTUATE.replace("48 MV/m", "45 MV/m").replace("1.9", "1.8").replace("1.5 h", "10 min"))

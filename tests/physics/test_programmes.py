@@ -144,7 +144,7 @@ def test_the_blocked_force_of_a_film_with_branches() -> None:
     assert here.nominal_stress_1[0] == pytest.approx(there.at(times).stress[0], rel=1e-7)
 
 
-@pytest.mark.parametrize("seed", [0, 3, *(pytest.param(seed, marks=pytest.mark.trust) for seed in (1, 4, 5, 6, 15))])
+@pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.trust) for seed in (1, 3, 4, 5, 6, 15))])
 def test_random_programmes_against_the_peer(seed: int) -> None:
     """0 breaks down, loses tension and pulls in; 3 is held by a spring. All of them: bench_programmes."""
     stated = programme(seed)
