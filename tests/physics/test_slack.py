@@ -74,7 +74,7 @@ def independent(mode: str, times: np.ndarray) -> tuple[list[tuple[bool, float]],
     events, found = [], np.zeros((2, times.size))
     while now < CORNERS[-1]:
         end = float(np.min(CORNERS[now < CORNERS]))
-        done = solve_ivp(rate, (now, end), state, "Radau", args=(slack,), rtol=1e-10, atol=1e-12, events=signal, dense_output=True)
+        done = solve_ivp(rate, (now, end), state, "Radau", args=(slack,), rtol=1e-9, atol=1e-11, events=signal, dense_output=True)
         for k in np.flatnonzero((times > now) & (times <= done.t[-1])):
             there = done.sol(times[k])
             stretch = length(times[k], there, slack)
