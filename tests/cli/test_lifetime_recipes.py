@@ -124,26 +124,6 @@ def test_survivors_alone_give_a_bound(dielast: Run, tmp_path: Path) -> None:
     assert (found["verdict"], np.isnan(found["value"])) == ("lower bound", True)
 
 
-MISTAKES = [
-    ("t [min]", "t", 'column "t" has no unit: call it "t [s]" or state units = { time = "s" }'),
-    ("S1,5.4", "S0,5.4", "line 2: specimen S0: 2 rows have this name"),
-    ("S2,5.8", "S2,-", '"-" is not a finite number'),
-    ("S2,5.8", "S2,0", "line 4: specimen S2: a voltage above 0 is needed"),
-]
-
-
-@pytest.mark.parametrize(("right", "wrong", "message"), MISTAKES)
-def test_mistakes_in_the_table_name_the_specimen(right: str, wrong: str, message: str, dielast: Run, tmp_path: Path) -> None:
-    (tmp_path / "failures.csv").write_text(table(6).replace(right, wrong))
-    (tmp_path / "l.toml").write_text(RECIPE.replace(right, wrong) if right.startswith("t ") else RECIPE)
-    for command in ("lifetime", "validate"):
-        done = dielast(command, "l.toml")
-        assert done.returncode == 2
-        assert message in done.stderr
-        assert "Traceback" not in done.stderr
-    assert not (tmp_path / "l").exists()
-
-
 def test_films_that_do_not_reach_their_failure_are_refused(dielast: Run, tmp_path: Path) -> None:
     (tmp_path / "p.toml").write_text(
         'kind = "actuate"\nmaterial = "example:vhb4905.toml"\n[film]\nthickness = "0.5 mm"\nprestretch = 1.9\n'

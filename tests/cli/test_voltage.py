@@ -149,35 +149,6 @@ def test_a_terminated_map_leaves_no_process_behind(tmp_path: Path) -> None:
         until(lambda: not alive(process.pid))
 
 
-@pytest.mark.parametrize(
-    ("base", "old", "new", "message"),
-    [
-        (ACTUATE, "prestretch = 1.9", "prestretch = 0.9", "film.prestretch: 0.9: a prestretch of at least 1 is needed"),
-        (ACTUATE, "prestretch = 1.9", "prestretch = 15.0", "beyond the Gent limit"),
-        (ACTUATE, '"0.5 mm"', '"-0.5 mm"', 'film.thickness: "-0.5 mm": a length above 0 m is needed'),
-        (ACTUATE, 'hold = "10 min"', 'hold = "0 s"', 'step[1].hold: "0 s": a time above 0 s is needed'),
-        (ACTUATE, '"4 kV"', '"4 kg"', 'step[0].voltage: "4 kg": a voltage is needed, such as "2.5 kV"'),
-        (ACTUATE, 'field = "48 MV/m"', "", 'breakdown: law "table" needs field'),
-        (MAP, "points = 9", "points = 0", "voltage.points: 0: at least 1 is needed"),
-        (MAP, "prestretch = [1.7, 1.8, 1.9]", "prestretch = []", "film.prestretch: a list of prestretches is needed"),
-        (MAP, '"1 h"', '"0 h"', 'horizon: "0 h": a time above 0 s is needed'),
-        (MAP, 'from = "1 kV"', 'from = "6 kV"', "voltage: from (6000 V) must be below to (5000 V)"),
-        (MAP, 'from = "1 kV"', 'values = ["1 kV"]', "voltage: either values, or from, to and points, are needed"),
-        (MAP, 'temperature = ["20 degC", "40 degC"]', 'temperature = ["-300 degC"]', "a temperature above -273.15 degC is needed"),
-    ],
-)
-def test_bad_input_is_one_line(base: str, old: str, new: str, message: str, dielast: Run, tmp_path: Path) -> None:
-    assert old in base
-    (tmp_path / "r.toml").write_text(base.replace(old, new))
-    kind = tomllib.loads(base)["kind"]
-    done = dielast(kind, "r.toml", "--plot", "none")
-    assert done.returncode == 2
-    assert message in done.stderr
-    assert done.stderr.startswith("r.toml: ")
-    assert done.stderr.count("\n") == 1
-    assert not (tmp_path / "r").exists()
-
-
 def test_a_film_broken_at_once_fails_at_0_s(dielast: Run, tmp_path: Path) -> None:
     (tmp_path / "a.toml").write_text(ACTUATE.replace("4 kV", "9 kV"))
     done = dielast("actuate", "a.toml", "--set", "stop.at=breakdown")

@@ -121,7 +121,7 @@ def test_which_cycles_are_kept() -> None:
 
     assert kept("last", 4) == [4]
     assert kept([1, 3], 4) == [1, 3]
-    assert kept(None, 60) == [1, 2, 5, 10, 20, 50, 60]
+    assert kept(None, 120) == [1, 2, 5, 10, 20, 50, 100, 120]
     assert kept(None, 12) == list(range(1, 13))
     assert kept("all", 13) == list(range(1, 14))
 
