@@ -90,27 +90,6 @@ def test_electrode_axes_in_millimetres_are_compared(dielast: Run, tmp_path: Path
     assert "major_axis" not in (tmp_path / "a/actuate.csv").read_text()
 
 
-def test_a_cell_agrees_with_an_actuation_run(dielast: Run, tmp_path: Path) -> None:
-    (tmp_path / "m.toml").write_text(MAP)
-    (tmp_path / "a.toml").write_text(ACTUATE.replace("48 MV/m", "45 MV/m").replace("1.9", "1.8").replace("1.5 h", "10 min"))
-    assert dielast("failure-map", "m.toml").returncode == 0
-    assert dielast("actuate", "a.toml", "--plot", "none").returncode == 0
-    cells = parse_csv((tmp_path / "m/failure-map.csv").read_bytes(), "m")
-    events = parse_csv((tmp_path / "a/events.csv").read_bytes(), "a")
-    row = next(
-        index
-        for index in range(len(cells["failure_mode"]))
-        if (cells["temperature [degC]"][index], cells["prestretch_1 [1]"][index], cells["voltage [V]"][index])
-        == ("20", "1.8", "4000")
-    )
-    for header, index in (("time_to_breakdown [s]", 0), ("time_to_pull_in [s]", 1)):
-        assert float(cells[header][row]) == pytest.approx(float(events["time [s]"][index]), rel=1e-4)
-    assert cells["failure_mode"][row] == "breakdown"
-    survivors = [index for index, mode in enumerate(cells["failure_mode"]) if mode == "none"]
-    assert survivors
-    assert all(cells["time_to_failure [s]"][index] == "" for index in survivors)
-
-
 def test_an_interrupted_map_goes_on_where_it_stopped(dielast: Run, tmp_path: Path) -> None:
     (tmp_path / "m.toml").write_text(map_of(60, "1 h"))
     assert dielast("failure-map", "m.toml", "--plot", "none", "-o", "whole").returncode == 0
