@@ -19,9 +19,10 @@ import time
 from dataclasses import replace
 
 import numpy as np
-from bench_solver import STEPS, seconds, spring, vhb
+from bench_solver import STEPS, spring, vhb
 from bench_voltage import PERMITTIVITY, Peer
 from flat import actuate, creep, relax
+from parts import clock, seconds
 
 from dielast import MembraneHistory, Step, Track, VoltageStep, Waveform
 from dielast.simulate.actuation_history import ActuationHistory
@@ -48,15 +49,9 @@ def alone(kind: str, count: int) -> None:
     """One history, measured in this process and printed as JSON."""
     solid = vhb(30)
     creep(solid, STEPS)
-    unit = min(_seconds(lambda: creep(solid, STEPS)) for _ in range(5))
-    took = _seconds(lambda: history(kind, count, 1e-6))
+    unit = min(clock(lambda: creep(solid, STEPS)) for _ in range(5))
+    took = clock(lambda: history(kind, count, 1e-6))
     print(json.dumps([unit, took, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024]))
-
-
-def _seconds(action: object) -> float:
-    begin = time.perf_counter()
-    action()  # type: ignore[operator]
-    return time.perf_counter() - begin
 
 
 def peer_cycle(cycles: int) -> float:

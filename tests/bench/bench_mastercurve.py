@@ -10,11 +10,9 @@ from __future__ import annotations
 
 import argparse
 import json
-import statistics
 import subprocess
 import sys
 import tempfile
-import time
 import warnings
 from pathlib import Path
 
@@ -26,6 +24,7 @@ from dielast.relaxation.superposition.result import MasterCurve
 
 TESTS = Path(__file__).resolve().parents[1]
 sys.path[:0] = [str(TESTS), str(TESTS / "physics")]
+from parts import seconds
 from test_mastercurve_truth import error, measure
 
 ROUNDS = 15
@@ -72,16 +71,6 @@ def build(curves: list[RelaxationCurve], reference: float, vertical: Vertical = 
         return build_master_curve(curves, reference_temperature=reference, vertical=vertical)
 
 
-def timed(curves: list[RelaxationCurve], reference: float) -> float:
-    """Median time of one build in s."""
-    spent = []
-    for _ in range(ROUNDS):
-        begin = time.perf_counter()
-        build(curves, reference)
-        spent.append(time.perf_counter() - begin)
-    return statistics.median(spent)
-
-
 def peer(name: str, python: str, curves: list[RelaxationCurve], reference: float, timeout: float) -> tuple[float, np.ndarray] | str:
     """Time in s and log10 a, coldest first; or why there are none."""
     rows = [[c.temperature, c.time.tolist(), c.modulus.tolist()] for c in sorted(curves, key=lambda c: c.temperature)]
@@ -116,7 +105,8 @@ def compare(
     given: list[RelaxationCurve] | None = None,
 ) -> None:
     """Print a table; the peers are given the curves `given`, or the same."""
-    own, spent = build(curves, reference), timed(curves, reference)
+    own = build(curves, reference)
+    (spent,) = seconds(lambda: build(curves, reference), repeats=ROUNDS)
     print(f"\n{title}\n{'':14}{'time':>12}{'ratio':>9}{'rms error':>12}{'largest':>10}   of log10 a, decades")
     wrong = own.log10_shift_factor - truth
     print(f"{'dielast':14}{spent * 1e3:9.1f} ms{1:9.0f}{np.sqrt(np.mean(wrong**2)):12.4f}{np.max(np.abs(wrong)):10.4f}")

@@ -10,9 +10,7 @@ shift factors of the instrument's software, `freq_Eplexor_raw__shift_factors.csv
 from __future__ import annotations
 
 import argparse
-import statistics
 import sys
-import time
 from pathlib import Path
 from typing import Any
 
@@ -21,21 +19,12 @@ import numpy as np
 TESTS = Path(__file__).resolve().parents[1]
 sys.path[:0] = [str(TESTS), str(TESTS / "physics"), str(TESTS / "bench")]
 from bench_mastercurve import PEERS, peer
+from parts import seconds
 from test_sweeps_truth import BY_OSCILLATION, BY_RELAXATION, LAW, POLYSTYRENE, build, error, sweep
 
 from dielast.material.measurement import CreepCurve, FrequencySweep, RelaxationCurve
 
 ROUNDS = 7
-
-
-def timed(curves: list[Any], reference: float, **options: Any) -> float:
-    """Median time of one build in s."""
-    spent = []
-    for _ in range(ROUNDS):
-        begin = time.perf_counter()
-        build(curves, reference, **options)
-        spent.append(time.perf_counter() - begin)
-    return statistics.median(spent)
 
 
 def row(name: str, spent: float, ratio: float, wrong: np.ndarray, note: str = "") -> None:
@@ -52,8 +41,9 @@ def compare(
     first = 0.0
     for on in ("auto", "moduli", "tan-delta", "storage") if peers else ("auto",):
         for vertical in ("none", "free"):
-            own = build(curves, reference, vertical=vertical, on=on)
-            spent = timed(curves, reference, vertical=vertical, on=on)
+            stated = {"vertical": vertical, "on": on}
+            own = build(curves, reference, **stated)
+            (spent,) = seconds(lambda stated=stated: build(curves, reference, **stated), repeats=ROUNDS)
             first = first or spent
             wrong = own.log10_shift_factor - truth
             with np.errstate(invalid="ignore"):

@@ -27,6 +27,7 @@ from dielast.numerics.stride import System
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from flat import creep
+from parts import seconds
 
 from reconstruction import spectrum
 
@@ -151,17 +152,6 @@ def first_attempt(material: Material, rtol: float, allowed: float) -> tuple[floa
     except OutOfTime:
         pass
     return time.perf_counter() - begin, calls, start if start == RAMP + HOLD else reached
-
-
-def seconds(*jobs: Callable[[], object], repeats: int = 7) -> list[float]:
-    """Median time of each job, runs interleaved."""
-    taken: list[list[float]] = [[] for _ in jobs]
-    for _ in range(repeats):
-        for job, times in zip(jobs, taken, strict=True):
-            begin = time.perf_counter()
-            job()
-            times.append(time.perf_counter() - begin)
-    return [float(np.median(times)) for times in taken]
 
 
 def floor(branches: int, cases: int) -> tuple[float, float]:

@@ -16,7 +16,6 @@ import subprocess
 import sys
 import time
 import warnings
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -30,9 +29,10 @@ from dielast.relaxation.creep import fit_creep
 from dielast.relaxation.fit import fit_oscillation, fit_spectrum
 from dielast.relaxation.interconversion import retardation_from_relaxation
 from dielast.relaxation.reduce import reduce_spectrum
-from dielast.relaxation.result import SpectrumFit
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+from parts import timed
+
 from reconstruction import EQUILIBRIUM_MODULUS, LOG_MODULUS, spectrum
 
 TABLE_1 = {10: 39.7e6, 5: 0.110e6, 3: 0.0247e6}
@@ -74,13 +74,6 @@ def peer(python: str, curve: Path, reduced: bool) -> list[tuple[str, int, float,
         sys.exit(f"pyvisco failed: {run.stderr.strip().splitlines()[-1]}")
     found = json.loads(run.stdout)
     return None if found is None else [(row[0], row[1], row[2], row[3]) for row in found]
-
-
-def timed(fit: Callable[[], SpectrumFit]) -> tuple[SpectrumFit, float]:
-    """The fit and the seconds it took."""
-    start = time.perf_counter()
-    result = fit()
-    return result, time.perf_counter() - start
 
 
 def compare(curve: Path, python: str) -> None:

@@ -12,13 +12,13 @@ from __future__ import annotations
 
 import argparse
 import resource
-import time
 from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
-from bench_solver import branch_stages, floor, seconds, vhb
+from bench_solver import branch_stages, floor, vhb
 from flat import actuate, failure_map
+from parts import clock, seconds
 
 from dielast.material.material import Breakdown, Material
 from dielast.simulate.actuate import VoltageStep
@@ -154,13 +154,6 @@ def lifetimes(material: Material, voltages: int, prestretches: int, rtol: float 
         horizon=HORIZON,
         rtol=rtol,
     )
-
-
-def clock(job: Callable[[], object]) -> float:
-    """Seconds that one call takes."""
-    begin = time.perf_counter()
-    job()
-    return time.perf_counter() - begin
 
 
 def coarsest(run: Callable[[float], np.ndarray], reference: np.ndarray, tolerance: float) -> float:

@@ -1,12 +1,36 @@
-"""Benches in parts: what each experiment gave is a line of a file, so that runs of different experiments add up."""
+"""What benches share: seconds that jobs take, and parts: what each experiment gave is a line of a file, so that runs of different
+experiments add up.
+"""
 
 from __future__ import annotations
 
 import argparse
 import json
-from collections.abc import Mapping
+import time
+from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
+
+import numpy as np
+
+Result = TypeVar("Result")
+
+
+def timed(job: Callable[[], Result]) -> tuple[Result, float]:
+    """The result of a job, and the seconds that it took."""
+    begin = time.perf_counter()
+    result = job()
+    return result, time.perf_counter() - begin
+
+
+def clock(job: Callable[[], object]) -> float:
+    """The seconds that a job takes."""
+    return timed(job)[1]
+
+
+def seconds(*jobs: Callable[[], object], repeats: int = 7) -> list[float]:
+    """Median time of each job, runs interleaved."""
+    return np.median([[clock(job) for job in jobs] for _ in range(repeats)], axis=0).tolist()
 
 
 def arguments(parser: argparse.ArgumentParser, experiments: int, first: int = 0) -> None:

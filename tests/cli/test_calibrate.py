@@ -13,7 +13,6 @@ from machines import QUIET, Machine, cycles, hold, softened
 from processes import Run
 
 from dielast import Gent, Material, MeasuredTest, NoShift, Spectrum, VoltageTest, read_draws, read_material
-from dielast.base.errors import InputError
 from dielast.calibration.laboratory import Laboratory
 from dielast.commands.inspect import warnings_of
 from dielast.io.files import Inputs
@@ -27,119 +26,8 @@ HEAD = 'kind = "calibrate"\nmaterial = "example:tensile/start.toml"\n'
 QUICK = "[fit]\nstarts = 1\n[uncertainty]\ndraws = 0\n"
 
 
-FILM = """[[test]]
-file = "films.csv"
-columns = { voltage = "V", relative_stretch = "s" }
-film = { thickness = "1 mm", prestretch = 3.0, relax = "30 min", boundary = "frame", electrode_share = 0.25 }
-ramp = "100 V/s"
-"""
 PREDICTED = '[prediction]\nfilm = { thickness = "1 mm", prestretch = 2.0, boundary = ["dead-load", "clamped"] }\n'
 PREDICTED += "relative_stretch = 1.1\n"
-MISTAKES = [
-    (
-        HEAD + TEST + FREE + PREDICTED.replace('["dead-load", "clamped"]', '"clamped"'),
-        "prediction.film.boundary: axis 1 is clamped, and has no stretch at a voltage: clamp axis 2",
-    ),
-    (
-        HEAD + TEST + FREE + PREDICTED.replace('["dead-load", "clamped"]', '"frame"'),
-        'prediction.film.boundary: "frame" needs the electrode\'s share of the film: state electrode_share, or',
-    ),
-    (
-        HEAD + FILM.replace('"frame"', '"dead-load"') + FREE,
-        'test[0].film.electrode_share: needs boundary = "frame" or "strip", a film with a passive part',
-    ),
-    (
-        HEAD + TEST + FREE + PREDICTED.replace("prestretch", 'relax = ["1 s", "2 s"], prestretch'),
-        "prediction.film.relax: one value is needed: what is unknown has no prediction",
-    ),
-    (HEAD.replace("example:tensile/start.toml", "table.toml") + TEST + FREE + PREDICTED, "state [dielectric] permittivity"),
-    (HEAD + TEST + "[free]\n", 'free: nothing is free: write, for example, "equilibrium.shear_modulus" = {}'),
-    ('kind = "calibrate"\n' + TEST + FREE, "either material or materials is needed"),
-    (
-        HEAD + 'materials = ["example:tensile/start.toml"]\n' + TEST + FREE,
-        "material and materials are both stated: remove one of them",
-    ),
-    (HEAD + TEST + 'recipe = "plain.toml"\n' + FREE, "test[0]: file and recipe are both stated: remove one of them"),
-    (HEAD + TEST.replace(SPECIMEN, "") + FREE, "an extension needs the undeformed specimen"),
-    (HEAD + TEST.replace(SPECIMEN, 'specimen = { gauge_length = "80 mm" }') + FREE, "a force needs the undeformed specimen"),
-    (HEAD + TEST + '[free]\n"equilibrium.C20" = {}\n', 'free."equilibrium.C20": the material has no such constant; there are'),
-    (HEAD + TEST + '[free]\n"equilibrium.J_lim" = { min = 50, max = 5 }\n', "min = 50 is not below max = 5"),
-    (HEAD + TEST + '[free]\n"equilibrium.J_lim" = { min = "5 Pa" }\n', 'free."equilibrium.J_lim".min: "5 Pa": a bare number'),
-    (
-        HEAD + TEST + '[free]\n"equilibrium.shear_modulus" = { max = 5 }\n',
-        'free."equilibrium.shear_modulus".max: 5: a stress or modulus is needed',
-    ),
-    (HEAD + TEST + '[free]\n"equilibrium.J_lim" = { prior = "draws" }\n', "has 0 draws, at least 10 are needed"),
-    (HEAD + '[[test]]\nmode = "uniaxial"\n' + FREE, "test[0]: either file (a table) or recipe (of relax, creep or actuate)"),
-    (HEAD + '[[test]]\nfile = "true.csv"\ncolumns = { stress = "true_stress" }\n' + FREE, "nominal stress is needed"),
-    (
-        HEAD + '[[test]]\nfile = "strain.csv"\n' + FREE,
-        "line 2: stretch 0: a number above 0 is needed (1 is undeformed)",
-    ),
-    (HEAD + '[[test]]\nfile = "back.csv"\n' + FREE, "back.csv: line 4: time 1 s does not come after 2 s"),
-    (
-        HEAD + TEST.replace(SPECIMEN, 'voltage = "6 kV"') + FREE,
-        "a field needs the undeformed",
-    ),
-    (HEAD + '[[test]]\nfile = "good.csv"\nramp_rate = "1 %/s"\n' + FREE, "but the first point is at 1 s"),
-    (
-        'kind = "calibrate"\nmaterial = "table.toml"\n' + TEST + TEST + 'temperature = "60 degC"\n' + FREE,
-        "test[1].temperature: example:tensile/hold.csv: 60 degC is outside the shift table's 0 to 40 degC",
-    ),
-    (HEAD + '[[test]]\nfile = "pushed.csv"\n' + FREE, "pushed.csv: the stress has the other sign than the stretch has"),
-    (HEAD + '[[test]]\nrecipe = "plain.toml"\n' + FREE, "[[compare]] with the measured points is needed"),
-    (HEAD + '[[test]]\nrecipe = "pulled.toml"\n' + FREE, "test[0].recipe: back.csv: line 4: time 1 s does not come after 2 s"),
-    (HEAD + FILM.replace('ramp = "100 V/s"\n', "") + FREE, "test[0].ramp: the rate of the voltage is needed"),
-    (
-        HEAD + FILM.replace('"100 V/s"', '["100 V/s", "10 V/s"]') + FREE,
-        "test[0].ramp: one value is needed, or two that are above 0",
-    ),
-    (HEAD + FILM + 'mode = "uniaxial"\n' + FREE, "test[0]: mode: has no effect on a table of voltage and stretch"),
-    (HEAD + FILM.replace(", electrode_share = 0.25", "") + FREE, '"frame" needs the electrode\'s share of the film'),
-    (HEAD + FILM.replace("relative_", "") + FREE, "films.csv: stretch 1.01 at the lowest voltage is none from the undeformed film"),
-    (HEAD + FILM.replace('"s"', '"V"') + FREE, 'films.csv: column "V" [kV]: a number is needed'),
-    (HEAD + '[[test]]\nfile = "good.csv"\nramp = "1 V/s"\n' + FREE, "test[0].ramp: is the rate of the voltage of a film"),
-    (HEAD + '[[test]]\nfile = "good.csv"\ncolumns = { voltage = "V" }\n' + FREE, "is a column of an actuated film"),
-    (HEAD.replace("example:tensile/start.toml", "table.toml") + FILM + FREE, "table.toml: test films is under voltage: state"),
-]
-
-
-@pytest.fixture
-def kitchen(tmp_path: Path) -> Path:
-    """The folder of the test, with tables and recipes that mistakes are made with."""
-    (tmp_path / "true.csv").write_text("time [s],stretch,true_stress [Pa]\n1,1.1,3\n2,1.2,4\n3,1.3,5\n")
-    (tmp_path / "back.csv").write_text("time [s],stretch,stress [Pa]\n1,1.1,3\n2,1.2,4\n1,1.3,5\n")
-    (tmp_path / "strain.csv").write_text("time [s],stretch,stress [Pa]\n1,0,3\n2,0.2,4\n3,0.3,5\n")
-    (tmp_path / "good.csv").write_text("time [s],stretch,stress [Pa]\n1,1.1,3\n2,1.2,4\n3,1.3,5\n")
-    (tmp_path / "films.csv").write_text("V [kV],s\n2,1.01\n3,1.02\n4,1.05\n")
-    (tmp_path / "pushed.csv").write_text("time [s],stretch,stress [Pa]\n1,1.1,-3\n2,1.2,-4\n3,1.3,-5\n")
-    material = 'reference_temperature = "20 degC"\n[equilibrium]\nshear_modulus = "2e4 Pa"\n'
-    branches = "[nonequilibrium]\nrelaxation_time_s = [50.0]\nshear_modulus_Pa = [2e4]\n"
-    shift = '[shift]\nlaw = "table"\ntemperature_degC = [0.0, 20.0, 40.0]\nlog10_shift_factor = [1.0, 0.0, -1.0]\n'
-    (tmp_path / "table.toml").write_text(material + branches + shift)
-    (tmp_path / "plain.toml").write_text('kind = "relax"\nmaterial = "example:vhb4905"\n[[step]]\nstretch = 2.0\n')
-    pulled = '[[step]]\ntable = "back.csv"\n[[compare]]\nfile = "good.csv"\nx = "time [s]"\ny = "stretch_1 [1]"\n'
-    (tmp_path / "pulled.toml").write_text('kind = "creep"\nmaterial = "example:vhb4905"\n' + pulled)
-    return tmp_path
-
-
-@pytest.mark.parametrize(("recipe", "message"), MISTAKES)
-def test_mistakes_are_said(recipe: str, message: str, dielast: Run, kitchen: Path) -> None:
-    (kitchen / "r.toml").write_text(recipe)
-    done = dielast("calibrate", "r.toml")
-    assert done.returncode == 2, done.stderr
-    assert message in done.stderr
-    assert "Traceback" not in done.stderr
-    assert not (kitchen / "r").exists()
-
-
-def test_validate_says_the_same_mistakes(dielast: Run, kitchen: Path) -> None:
-    recipes = [f"{number}.toml" for number in range(len(MISTAKES))]
-    for name, (recipe, _) in zip(recipes, MISTAKES, strict=True):
-        (kitchen / name).write_text(recipe)
-    lines = dielast("validate", *recipes).stderr.splitlines()
-    for name, (_, message) in zip(recipes, MISTAKES, strict=True):
-        assert any(line.startswith(f"{name}: ") and message in line for line in lines), name
 
 
 def test_validate_reads_each_file_once(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
@@ -168,36 +56,6 @@ def test_rows_of_one_time_and_stretch_are_one_with_their_mean_stress(dielast: Ru
         "warning: test[0]: again.csv: line 8 repeats time and stretch of the row before, 5 s; so do 1 more: mean stresses are taken"
     )
     assert line in done[1].stderr.splitlines()
-
-
-def test_all_mistakes_are_said_at_once(dielast: Run, tmp_path: Path) -> None:
-    free = """[free]
-"equilibrium.shear_modulus" = { min = "2 kg", max = 5 }
-"equilibrium.J_lim" = { min = 50, max = 5 }
-"equilibrium.C77" = {}
-"nonequilibrium.shear_modulus[9]" = {}
-"nonequilibrium.scale" = { min = true }
-"nonequilibrium.J_lim" = { prior = 55 }
-"""
-    (tmp_path / "true.csv").write_text("time [s],stretch,true_stress [Pa]\n1,1.1,3\n2,1.2,4\n3,1.3,5\n")
-    true = '[[{}]]\nfile = "true.csv"\ncolumns = {{ stress = "true_stress" }}\n'
-    recipe = HEAD + TEST.replace(SPECIMEN, "") + true.format("test") + true.format("validate") + free
-    (tmp_path / "r.toml").write_text(recipe)
-    places = ["test[0]", "test[1].file", "validate[0].file"]
-    own = ['shear_modulus".min', 'shear_modulus".max', 'J_lim"', 'C77"']
-    places += [
-        *(f'free."equilibrium.{key}' for key in own),
-        'free."nonequilibrium.shear_modulus[9]"',
-        'free."nonequilibrium.scale".min',
-        'free."nonequilibrium.J_lim"',
-    ]
-    for command in (("calibrate",), ("validate",)):
-        lines = dielast(*command, "r.toml").stderr.splitlines()
-        assert sorted(line.split(": ")[1].removesuffix(".file") for line in lines) == sorted(
-            x.removesuffix(".file") for x in places
-        )
-    (tmp_path / "r.toml").write_text(HEAD + TEST + '[free]\n"equilibrium.J_lim" = { maks = 3 }\n')
-    assert dielast("calibrate", "r.toml").stderr == 'r.toml: free."equilibrium.J_lim".maks: unknown key; did you mean "max"?\n'
 
 
 def test_a_fit_needs_more_points_than_parameters(dielast: Run, tmp_path: Path) -> None:
@@ -273,12 +131,6 @@ def test_ringing_is_left_out_and_shown_and_a_time_to_leave_out_may_be_stated(die
     assert 10 < found < 50  # two transients at 10 Hz, each of 2.1 s until it has faded into noise
     assert asked == 8 + 10
     assert [int(points) + count for points, count in zip(tests["points"], (found, asked), strict=True)] == [140, 140]
-    wrong = [('discard = [["5 s", "4 s"]]', "the first time must be the earlier one"), ('ignore = "all"', "ignore")]
-    wrong.append(('discard_before = "1 d"', "0 of 140 points are not left out of the misfit"))
-    for key, message in wrong:
-        (tmp_path / "r.toml").write_text(HEAD + ring + key + "\n" + FREE + QUICK)
-        with pytest.raises(InputError, match=re.escape(message)):
-            warnings_of(tmp_path / "r.toml")
 
 
 def test_softening_from_cycle_to_cycle_is_named(dielast: Run, tmp_path: Path) -> None:
@@ -487,13 +339,6 @@ def test_recipes_are_tests_and_the_material_knows_how_far_they_went(dielast: Run
         rows = np.array(points["test"]) == name
         squares = np.mean(np.square((model - measured)[rows])) / np.mean(np.square(measured[rows]))
         assert float(stated) == pytest.approx(np.sqrt(squares), rel=1e-3, abs=2e-9)
-
-
-def test_a_factor_beside_the_moduli_is_said_with_the_other_mistakes(dielast: Run, tmp_path: Path) -> None:
-    free = '[free]\n"nonequilibrium.scale" = {}\n"nonequilibrium.shear_modulus" = {}\n"equilibrium.J_lim" = { min = 50, max = 5 }\n'
-    (tmp_path / "r.toml").write_text(HEAD + TEST + free)
-    lines = dielast("calibrate", "r.toml").stderr.splitlines()
-    assert [line.split(": ")[1] for line in lines] == ['free."nonequilibrium.scale"', 'free."equilibrium.J_lim"']
 
 
 def test_slack_specimens_are_named_with_their_stretch_and_counted(dielast: Run, tmp_path: Path) -> None:

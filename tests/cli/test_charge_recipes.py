@@ -8,10 +8,6 @@ import numpy as np
 import pytest
 from processes import Run
 
-from dielast.base.errors import InputError
-from dielast.commands.registry import read_cases
-from dielast.commands.simulation.solver_steps import solver_steps
-from dielast.io.files import Inputs
 from dielast.io.table import number_columns, parse_csv
 
 CHARGE = """
@@ -103,65 +99,3 @@ def test_a_source_without_resistance_is_none_and_its_cycles_have_an_efficiency(d
     # nothing is written that nobody asked for
     assert "efficiency [1]" not in parse_csv((tmp_path / "b/cycles.csv").read_bytes(), "cycles")
     assert not any("charge" in header or "energy" in header for header in plain)
-
-
-@pytest.mark.parametrize(
-    ("recipe", "change", "message"),
-    [
-        (CHARGE, ("charge = ", "voltage = "), r'step\[0\]\.voltage: "30 nC": a voltage is needed, such as "2.5 kV"'),
-        (CHARGE, ('charge = "30 nC"', 'voltage = "1 kV"'), r'step\[0\]\.voltage: a voltage does not go with control = "charge"'),
-        (CHARGE, ('control = "charge"\n', ""), r'step\[0\]\.charge: a charge does not go with control = "voltage"'),
-        (CHARGE, ('electrode_diameter = "10 mm"\n', ""), r"step\[0\]\.charge: a charge needs film\.electrode_diameter, or state"),
-        (CHARGE, ('duration = "1 s"', 'rate = "1 V/s"'), r'rate of charge is needed, such as "5 nC/s"'),
-        (CHARGE, ("[leakage]", '[source]\nresistance = "1 ohm"\n[leakage]'), r'source: control = "charge" prescribes the current'),
-        (CHARGE, ('"3e-14 S/m"', '"-1 S/m"'), r'leakage\.conductivity: "-1 S/m": a conductivity of at least 0 S/m'),
-        (CHARGE, ('"3e-14 S/m"', '"1 S/m"\nfield = "0 V/m"'), r'leakage\.field: "0 V/m": an electric field above 0 V/m'),
-        (SOURCE, ('"0 ohm"', '"-5 ohm"'), r'source\.resistance: "-5 ohm": a resistance of at least 0 ohm is needed'),
-        (SOURCE.replace('"0 ohm"', '"1 ohm"'), ('electrode_diameter = "10 mm"\n', ""), r"source\.resistance: .*electrode_diameter"),
-        (SOURCE, ('high = "2 kV"', 'high = "2 kV"\nlow = "1 nC"'), r"low and high of a waveform must both be voltages"),
-        (
-            SOURCE,
-            ('high = "2 kV"', 'high = "2 kV"\nlow = "3 kV"'),
-            r"step\[0\]\.low: low is 3000, above high, 2000: low is the lowest",
-        ),
-        (SOURCE, ('high = "2 kV"', 'high = "-2 kV"'), r"step\[0\]\.low: low, which is left out, is 0, above high, -2000"),
-        (CHARGE, ("[output]", '[output]\ncycles = "last"'), r"output\.cycles: has no effect without a waveform in"),
-        (SOURCE, ("[stop]", '[plot]\ny = "leaked_energy [J/m^3]"\n[stop]'), r"plot\.y: .* needs \[leakage\]"),
-        (
-            SOURCE,
-            ("[stop]", '[output]\nelectrical = false\n[plot]\ny = "source_voltage [V]"\n[stop]'),
-            r"plot\.y: .* needs output\.electrical = true",
-        ),
-        (
-            CHARGE,
-            ('charge = "30 nC"\nduration = "1 s"', 'table = "q.csv"\ncolumns = { voltage = "V" }'),
-            r'step\[0\]\.columns\.voltage: a column of the voltage does not go with control = "charge"',
-        ),
-    ],
-)
-def test_mistakes_are_one_line(tmp_path: Path, recipe: str, change: tuple[str, str], message: str) -> None:
-    assert change[0] in recipe
-    (tmp_path / "q.csv").write_text("time [s],charge [nC]\n0,0\n1,1\n")
-    (tmp_path / "a.toml").write_text(recipe.replace(*change))
-    with pytest.raises(InputError, match=message) as caught:
-        read_cases(tmp_path / "a.toml")
-    assert len(caught.value.messages) == 1
-
-
-@pytest.mark.parametrize(
-    ("rows", "message"),
-    [
-        ("charge_density [mC/m^2]\n0,0\n1,abc", r'line 3: column "charge_density": "abc" is not a finite number'),
-        ("charge_density\n0,0\n1,1", r'has no unit: call it "charge_density \[C/m\^2\]"'),
-        ("charge_density [nC]\n0,0\n1,1", r'"charge_density" \[nC\]: a charge density is needed'),
-        ("charge [V]\n0,0\n1,1", r'"charge" \[V\]: a charge is needed'),
-        ("charge [nC]\n0,0\n1,", r'line 3: column "charge": the cell is empty'),
-    ],
-)
-def test_mistakes_in_tables_of_charges_are_about_the_column_that_is_there(tmp_path: Path, rows: str, message: str) -> None:
-    (tmp_path / "q.csv").write_text(f"time [s],{rows}\n")
-    recipe = CHARGE.replace('charge = "30 nC"\nduration = "1 s"', 'table = "q.csv"')
-    (tmp_path / "a.toml").write_text(recipe)
-    (case,) = read_cases(tmp_path / "a.toml")
-    with pytest.raises(InputError, match=message):
-        solver_steps(case.recipe, Inputs(tmp_path))

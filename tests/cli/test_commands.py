@@ -151,11 +151,9 @@ def test_the_starter_runs_as_it_is(kind: str, dielast: Run, starter: Starter, tm
     assert dielast("validate", recipe).stdout == f"{recipe}: ok\n"
     if kind == "calibrate":  # all its constants are fitted in the guide, own-material.md
         text = recipe.read_text()
-        less = text.replace('"nonequilibrium.relaxation_time" = {}', "").replace(
-            "nonequilibrium.shear_modulus", "nonequilibrium.scale"
-        )
+        less = text.replace('"nonequilibrium.relaxation_time" = {}', "").replace("starts = 8", "starts = 1")
         assert len(less) < len(text) - 30
-        recipe.write_text(less)
+        recipe.write_text(less.replace("nonequilibrium.shear_modulus", "nonequilibrium.scale").replace("draws = 60", "draws = 20"))
     formats = {f"{kind}.{form}" for form in ("png", "svg", "pdf")} if kind == "relax" else set()
     plots = [word for name in sorted(formats) for word in ("--plot", name.partition(".")[2])]
     done = dielast(kind, recipe, "-o", "out", *plots)

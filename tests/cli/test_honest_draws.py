@@ -159,20 +159,3 @@ def test_a_stated_tolerance_is_the_draws_too(dielast: Run, tmp_path: Path) -> No
         off[name] = float(np.max(np.abs(low / time - 1)))
     # all draws are the material itself
     assert off["stated"] <= 1e-9 < off["loose"] < 1e-3
-
-
-def test_the_figure_of_films_that_fail(dielast: Run, tmp_path: Path) -> None:
-    (tmp_path / "a.toml").write_text(ACTUATE + SCATTER)
-    (tmp_path / "b.toml").write_text(ACTUATE.replace("3.5 kV", "1 kV") + SCATTER)
-    for name in "ab":
-        assert dielast("actuate", f"{name}.toml", "--plot", "svg").returncode == 0
-        assert (tmp_path / name / "actuate.svg").stat().st_size > 1000
-    assert columns(tmp_path / "a/actuate.csv")["surviving [1]"][-1] < 1
-    assert np.all(columns(tmp_path / "b/actuate.csv")["surviving [1]"] == 1)
-
-
-def test_what_the_schema_says(dielast: Run) -> None:
-    schema = dielast("schema").stdout
-    assert "from the top of its table" in schema
-    assert "without these it has no effect" in schema
-    assert "for draws of [uncertainty] 5e-4" in schema

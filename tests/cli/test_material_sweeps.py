@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import re
 import subprocess
 from collections.abc import Callable
 from pathlib import Path
@@ -137,44 +136,6 @@ def test_what_films_take_from_the_material_can_be_swept(
     (tmp_path / "m.toml").write_text(MATERIAL.replace("3.98e-11", "5e-11") + POWER)
     assert run(MAP, out="file").returncode == 0
     assert (tmp_path / "set/failure-map.csv").read_bytes() == (tmp_path / "file/failure-map.csv").read_bytes()
-
-
-@pytest.mark.parametrize(
-    ("sweep", "said"),
-    [
-        (
-            '"equilibrium.law" = ["gent", "yeoh"]',
-            r'equilibrium\.law: law "yeoh" needs C20 or C30.*state one of them, even if it is 0 \(from sweep\."equilibrium\.law"\)',
-        ),
-        ('"equilibrium.law" = ["ogden"]', r'equilibrium: law "ogden" needs alpha and mu \(from sweep\."equilibrium\.law"\)'),
-        ('"equilibrium.law" = ["gnet"]', r'equilibrium\.law: "gnet": one of .* is needed \(from sweep\."equilibrium\.law"\)'),
-        (
-            '"equilibrium.C20" = ["1 Pa"]',
-            r'equilibrium: law "gent" does not take C20: state law = "yeoh" \(from sweep\."equilibrium\.C20"\)',
-        ),
-        ('"equilibrium.J_lin" = [1]', r'sweep\."equilibrium\.J_lin": unknown key; did you mean "J_lim"\?'),
-        ('"dielectric.permittivity" = ["3 kg"]', r'dielectric\.permittivity: "3 kg": a permittivity is needed.*\(from sweep\.'),
-        ('"steps.0.rate" = ["1 /s"]', r'steps: unknown key; did you mean "step"\? \(from sweep\."steps\.0\.rate"\)'),
-        ('mode = "zip"\n"equilibrium.law" = ["gent"]\n"equilibrium.J_lim" = [1, 2]', r"sweep: mode = .* these have 1, 2 values"),
-    ],
-)
-def test_mistakes_name_the_key_that_states_them(
-    run: Callable[..., subprocess.CompletedProcess[str]], dielast: Run, sweep: str, said: str
-) -> None:
-    for done in (run(f"{RELAX}[sweep]\n{sweep}\n"), dielast("validate", "r.toml")):
-        assert done.returncode == 2
-        lines = done.stderr.splitlines()
-        assert len(lines) == 1
-        assert re.fullmatch(rf"r\.toml: {said}.*", lines[0]), lines[0]
-
-
-def test_a_setting_of_the_material_is_checked(run: Callable[..., subprocess.CompletedProcess[str]]) -> None:
-    for setting, said in (
-        ("equilibrium.J_lim='20 kg'", 'r.toml: equilibrium.J_lim: "20 kg": a bare number is needed (from --set equilibrium.J_lim)'),
-        ("equilibrium.J_lin=20", '--set equilibrium.J_lin=20: unknown key; did you mean "J_lim"?'),
-    ):
-        done = run(RELAX, "--set", setting)
-        assert (done.returncode, done.stderr.strip()) == (2, said)
 
 
 def test_draws_take_a_change_that_they_share_and_refuse_one_of_their_own(

@@ -6,7 +6,7 @@ import re
 from collections.abc import Callable
 from pathlib import Path
 
-from processes import Run
+from processes import SMALL_CHUNKS, Run
 
 Starter = Callable[[str], Path]
 
@@ -28,7 +28,7 @@ def test_a_plan_measures_the_first_cells_and_writes_nothing(dielast: Run, starte
     patient = "import dielast.commands.plan as plan; plan.ENOUGH = plan.LONGEST = 1e6"
     few = dielast("failure-map", path.name, "--plan", prelude=patient)
     assert re.fullmatch(r"failure-map.toml: 26 cells; takes \S+ (s|min) here\n", few.stdout), few.stderr
-    quick = "import dielast.commands.plan as plan; plan.ENOUGH = 0.0"
+    quick = f"{SMALL_CHUNKS}\nimport dielast.commands.plan as plan; plan.ENOUGH = 0.0"
     many = dielast("failure-map", path.name, "--plan", "--set", "voltage.points=3000", prelude=quick)
     assert re.search(r"6,000 cells; takes about \S+ (s|min) here, by the first \S+ of 6,000 cells$", many.stdout.strip()), (
         many.stdout

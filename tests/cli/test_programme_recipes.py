@@ -10,8 +10,6 @@ import numpy as np
 import pytest
 from processes import Run
 
-from dielast.base.errors import InputError
-from dielast.commands.registry import read_cases
 from dielast.commands.simulation.naming import TIMES
 from dielast.io.table import number_columns
 from dielast.plots.texts import FIXED
@@ -154,13 +152,14 @@ cycles = 2
     assert np.diff(stress) == pytest.approx(-50e3 * np.diff(stretch), abs=1e-2)
 
 
+@pytest.mark.trust
 def test_tension_under_voltage_is_compared_and_calibrated(dielast: Run, folder: Path, shared_data: Callable[[str], Path]) -> None:
     """Of the measured pull under 6 kV: the same film as a specimen in a constant field, which `calibrate` follows."""
     (folder / "m.toml").write_text(MATERIAL.replace('"neo-hookean"', '"gent"\nJ_lim = 60.0'))
     lines = shared_data("vhb4905/6-coupled.csv").read_text(encoding="latin-1").splitlines()
     cells = [line.replace(",", ".").split(";") for line in lines if line.startswith("703;")]
     points = [(float(row[-2]), float(row[-1])) for row in cells]
-    top = int(np.argmax([stretch for stretch, _ in points]))
+    top = int(np.argmax([stretch > 2.0 for stretch, _ in points])) - 1
     table = "\n".join(f"{(stretch - 1) / 0.2!r},{stretch!r},{stress!r}" for stretch, stress in points[1 : top + 1])
     (folder / "pull.csv").write_text("time [s],stretch,stress [Pa]\n" + table + "\n")
     recipe = """
@@ -172,7 +171,7 @@ thickness = "0.5 mm"
 [[step]]
 voltage = "6 kV"
 [[step]]
-stretch = 3.0
+stretch = 2.0
 rate = "20 %/s"
 [[compare]]
 file = "pull.csv"
@@ -187,7 +186,7 @@ at = "end"
     free = '[free]\n"equilibrium.shear_modulus" = {}\n[fit]\nstarts = 1\n[uncertainty]\ndraws = 0\n'
     fit = 'kind = "calibrate"\nmaterial = "m.toml"\n[[test]]\nrecipe = "pull.toml"\n'
     (folder / "fit.toml").write_text(fit + free)
-    done = dielast("actuate", "pull.toml", "--plot", "png")
+    done = dielast("actuate", "pull.toml", "--plot", "none")
     assert done.returncode == 0, done.stderr
     assert "misfit" in done.stdout or "rms" in done.stdout
     done = dielast("calibrate", "fit.toml", "--plot", "none")
@@ -227,87 +226,3 @@ field = "90 MV/m"
     assert done.returncode == 0, done.stderr
     drawn = " ".join(re.findall(r"<!-- (.*?) -->", (folder / "t/actuate.svg").read_text(encoding="utf-8")))
     assert title in drawn.replace(FIXED, " "), drawn
-
-
-REFUSED = [
-    (
-        'circuit = "open"\nstretch = [2.5, 2.0]',
-        'circuit = "closed"\ncharge = "1 mC/m^2"',
-        r"step\[2\]\.charge: a closed circuit has the voltage",
-    ),
-    ('circuit = "open"', 'circuit = "open"\nvoltage = "1 kV"', r"step\[2\]\.voltage: an open circuit keeps its charge"),
-    ("stretch = 3.0", 'stretch = 3.0\nstress = "1 kPa"', r"step\[0\]: stretch and stress both say what holds the edges"),
-    ('rate = "100 %/s"', 'rate = "1 kV/s"', r'step\[0\]\.rate: a strain rate is needed, such as "12.5 %/s"'),
-    ('rate = "100 %/s"', 'rate = "1 kPa/s"', r"step\[0\]\.rate: .*a rate of voltage, charge or stretch is needed"),
-    ('stretch = 3.0\nrate = "100 %/s"', 'stress = "3 kPa"\nrate = "100 %/s"', r"step\[0\].rate: the rate of a stress or a force"),
-    ("stretch = 3.0", 'stretch = "3 kV"', r'step\[0\]\.stretch: "3 kV": a stretch above 0 is needed'),
-    ('force = ["0.5 N", "0.4 N"]', 'force = "-1 N"', r'step\[4\]\.force: "-1 N": a film bears no compression'),
-    ('width = "20 mm"\n', "", r"step\[4\]\.force: needs the width of the film"),
-    (
-        "prestretch = 1.5",
-        'prestretch = 1.5\nboundary = "frame"\nelectrode_share = 0.1',
-        r'step\[0\]\.stretch: with boundary = "frame" the edges',
-    ),
-    (
-        "prestretch = 1.5",
-        'prestretch = 1.5\nspring = { stiffness = "50 N/m" }',
-        r"film\.spring\.length: N/m needs the length of the film",
-    ),
-    (
-        "prestretch = 1.5",
-        'prestretch = 1.5\nspring = { stiffness = "5 kPa" }',
-        r"step\[0\]\.stretch: a spring holds the edges along axis 1",
-    ),
-    (
-        "[breakdown]",
-        "[repeat]\ntimes = 2\nsteps = [3, 9]\n[breakdown]",
-        r"repeat\.steps: \[3, 9\]: two numbers in order are needed, from 0 to 4",
-    ),
-    ('voltage = "2 kV"\nduration', 'voltage = "2 kV"\nphase = "9 deg"\nduration', r"step\[1\]: phase goes with waveform"),
-    ("[breakdown]", 'control = "charge"\n[breakdown]', r"control"),
-    ('force = ["0.5 N", "0.4 N"]\n', "", r"step\[4\]: one of hold, table, .* force is needed$"),
-    (
-        'rate = "100 %/s"',
-        'waveform = "sine"\nperiod = "1 s"',
-        r"step\[0\]: a waveform of the edges goes from low to high",
-    ),
-    (
-        'stretch = 3.0\nrate = "100 %/s"',
-        'stretch = { low = 1.5, high = 3.0 }\nvoltage = "1 kV"\nhigh = "1 kV"\nwaveform = "sine"\nperiod = "1 s"',
-        r"step\[0\]: voltage does not go with waveform: low and high",
-    ),
-    (
-        'stretch = 3.0\nrate = "100 %/s"',
-        'stretch = { low = 1.5, high = 3.0 }\nvoltage = "1 kV"\nphase = "9 deg"\nwaveform = "sine"\nperiod = "1 s"',
-        r"step\[0\].phase: goes with waveforms of edges and electrodes",
-    ),
-    (
-        "[[step]]",
-        'boundary = "frame"\nelectrode_share = 0.1\n[repeat]\ntimes = 2\n[[step]]',
-        r'repeat: the steps of a film with boundary = "frame" do not repeat',
-    ),
-    (
-        "[[step]]",
-        'boundary = "frame"\nelectrode_share = 0.1\n[limits]\nstretch = [1.0, 3.0]\n[[step]]',
-        r'limits: the states of a film with boundary = "frame" are not those of one stretch',
-    ),
-]
-
-
-@pytest.mark.parametrize(("old", "new", "message"), REFUSED)
-def test_what_cannot_be(dielast: Run, folder: Path, old: str, new: str, message: str) -> None:
-    assert old in GENERATOR
-    changed = GENERATOR.replace(old, new, 1)
-    if new.startswith("control"):
-        changed = GENERATOR.replace('material = "m.toml"', 'material = "m.toml"\ncontrol = "charge"')
-    (folder / "g.toml").write_text(changed)
-    if "spring holds" in message:  # known once the film is set up
-        done = dielast("actuate", "g.toml", "--plot", "none")
-        assert done.returncode == 2
-        assert len(done.stderr.strip().splitlines()) == 1
-        text = done.stderr
-    else:
-        with pytest.raises(InputError) as refused:
-            read_cases(folder / "g.toml")
-        text = str(refused.value)
-    assert re.search(message, text), text

@@ -21,8 +21,8 @@ LONGEST = 230  # lines of the front page
 WITHOUT_RECIPE = {"README.md", "commands.md", "glossary.md", "install.md", "limits.md", "notebook.md", "what-it-computes.md"}
 # pages of more than two seconds, of commands that other tests run, too: `make -C tests trust`
 LONG = {
-    *("cards.md", "cycles.md", "intervals.md", "own-material.md", "photographs.md", "prestretch-and-frame.md"),
-    *("voltage-for-a-strain.md", "what-drives-the-life.md"),
+    *("cards.md", "cycles.md", "generator.md", "intervals.md", "lifetime.md", "own-material.md", "photographs.md"),
+    *("prestretch-and-frame.md", "stretch-sensor.md", "voltage-for-a-strain.md", "voltage-tests.md", "what-drives-the-life.md"),
 }
 SECTIONS = {"uncertainty", "springs", "project"}  # of recipes, and of a pyproject.toml
 NUMBER = re.compile(r"-?\d+(?:\.(\d+))?(?:e([+-]?\d+))?")

@@ -72,35 +72,6 @@ def test_a_table_is_followed(dielast: Run, tmp_path: Path) -> None:
     np.testing.assert_allclose(a, b, rtol=1e-6)
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "message"),
-    [
-        ("stretch = 2.0", "stretch = 20.0", "step[0]: stretch 20 is beyond the Gent limit"),
-        ('"12.5 %/s"', '"0 %/s"', "step[0]: rate 0 never reaches the target"),
-        ('"12.5 %/s"', '"-12.5 %/s"', "step[0]: rate -0.125 leads away from the target"),
-        ('kind = "relax"', 'kind = "relax"\ntemperature = "-200 degC"', "where the WLF law has its pole"),
-    ],
-)
-def test_impossible_histories_are_one_line(old: str, new: str, message: str, dielast: Run, tmp_path: Path) -> None:
-    (tmp_path / "r.toml").write_text(RELAX.replace(old, new))
-    done = dielast("relax", "r.toml")
-    assert done.returncode == 2
-    assert done.stderr.startswith("r.toml: ")
-    assert message in done.stderr
-    assert done.stderr.count("\n") == 1
-    assert not (tmp_path / "r").exists()
-
-
-def test_a_wrong_material_is_told_of_its_file(dielast: Run, tmp_path: Path) -> None:
-    (tmp_path / "m.toml").write_text('reference_temperature = "20 degC"\n[equilibrium]\nshear_modulus = "26 kg"\n')
-    (tmp_path / "r.toml").write_text(RELAX.replace("example:vhb4905.toml", "m.toml"))
-    done = dielast("relax", "r.toml")
-    assert done.returncode == 2
-    assert done.stderr.splitlines() == [
-        'm.toml: equilibrium.shear_modulus: "26 kg": a stress or modulus is needed, such as "26 kPa"'
-    ]
-
-
 def test_measured_loading_curves_are_compared(dielast: Run, tmp_path: Path, shared_data: Callable[[str], Path]) -> None:
     data = shared_data("vhb4905/4-loading.csv")
     recipe = f"""

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import shutil
 import tomllib
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
-from processes import Run
+from processes import SMALL_CHUNKS, Run
 from uncertain import FILM, SCATTER, columns
 
 import dielast as library
@@ -154,7 +153,7 @@ def test_repeats_in_two_processes_give_the_same_bytes(command: Run, folder: Path
     (folder / "m.toml").write_text(MAP.replace('"3.6 kV", ', "") + UNCERTAIN + SCATTER)
     results = []
     for name, options in (("one", ()), ("two", ("--jobs", "2", "--golden", "one"))):
-        run = command(folder, "failure-map", "m.toml", "--plot", "none", "-o", name, *options)
+        run = command(folder, "failure-map", "m.toml", "--plot", "none", "-o", name, *options, prelude=SMALL_CHUNKS)
         assert run.returncode == 0, run.stderr
         results.append({path.name: path.read_bytes() for path in (folder / name).iterdir()})
     assert results[0] == results[1]
@@ -163,59 +162,6 @@ def test_repeats_in_two_processes_give_the_same_bytes(command: Run, folder: Path
     )
     assert other.returncode == 4
     assert "time_to_failure_lower" in other.stderr
-
-
-@pytest.mark.parametrize(
-    ("recipe", "message"),
-    [
-        ("draws = 10", "uncertainty.draws: 10 are too few for an interval of level 0.9: at least 19 are needed"),
-        ("draws = 1", "uncertainty.draws: 1: at least 2 is needed"),
-        ("level = 1.0", "uncertainty.level: 1.0: a number below 1 is needed"),
-        ("level = 0.95", "the 24 draws of material.toml are too few for an interval of level 0.95: at least 39 are needed"),
-        (
-            'thickness = "120 %"',
-            'uncertainty.thickness: "120 %": a relative standard deviation below 100 % is needed, such as "5 %"',
-        ),
-        ("thickness = 0.02", "uncertainty.thickness: 0.02: a relative standard deviation below 100 % is needed"),
-        ('breakdown_field = { law = "weibull" }', 'uncertainty.breakdown_field: law "weibull" needs shape'),
-        ('breakdown_field = { law = "normal", shape = 3.0 }', 'uncertainty.breakdown_field: law "normal" needs relative'),
-        ("drawz = 20", 'uncertainty.drawz: unknown key; did you mean "draws"?'),
-    ],
-)
-def test_bad_sections(command: Run, folder: Path, recipe: str, message: str) -> None:
-    (folder / "m.toml").write_text(MAP + "\n[uncertainty]\n" + recipe + "\n")
-    assert message in refused(command, folder, "failure-map", "m.toml")
-
-
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        (lambda text: text.replace("shear_modulus_30 [Pa]", "x [Pa]"), 'draws.csv: column "shear_modulus_30 [Pa]" is missing'),
-        (lambda text: text.replace("C1 [1]", "C9 [1]"), 'draws.csv: column "C1 [1]" is missing'),
-        (lambda text: text.splitlines()[0] + "\n", "draws.csv: no draws"),
-        (lambda text: text.replace("\n1,", "\n1,-", 1), "draws.csv: row 3: an equilibrium modulus of -"),
-        (lambda text: text.replace("\n1,", "\n1,x", 1), 'draws.csv: row 3: column "equilibrium_shear_modulus [Pa]": "x'),
-        (lambda text: text.replace("\n1,", "\n1,nan", 1), "draws.csv: row 3"),
-        (lambda text: text.replace("relaxation_time_30 [s]", "x [s]"), 'draws.csv: column "relaxation_time_30 [s]" is missing'),
-        (lambda text: changed(text, "C1 [1]", "-13.7"), 'draws.csv: row 3: column "C1 [1]": -13.7: a number above 0 is needed'),
-        (lambda text: changed(text, "relaxation_time_1 [s]", "0"), "draws.csv: row 3: every relaxation time must be positive"),
-        (lambda text: None, "draws.csv: no such file"),
-    ],
-)
-def test_bad_draws(command: Run, folder: Path, change: Callable[[str], str | None], message: str) -> None:
-    text = change((folder / "draws.csv").read_text())
-    if text is None:
-        (folder / "draws.csv").unlink()
-    else:
-        (folder / "draws.csv").write_text(text)
-    (folder / "m.toml").write_text(MAP + UNCERTAIN)
-    assert message in refused(command, folder, "failure-map", "m.toml")
-    checked = refused(command, folder, "validate", "m.toml")
-    assert checked.startswith("m.toml: uncertainty: ")
-    assert message in checked
-    if text is None:  # without [uncertainty] nobody asks for draws
-        (folder / "m.toml").write_text(MAP)
-        assert command(folder, "failure-map", "m.toml", "--plot", "none").returncode == 0
 
 
 @pytest.mark.parametrize(
@@ -268,6 +214,10 @@ def test_draws_of_another_material_are_doubted(command: Run, folder: Path) -> No
     assert run.returncode == 0
     assert run.stderr.count("if the material has been edited, make its draws anew") == 1
     assert "material.toml: a shear modulus of" in run.stderr
+    # without [uncertainty] nobody asks for draws
+    (folder / "draws.csv").unlink()
+    (folder / "m.toml").write_text(MAP)
+    assert command(folder, "failure-map", "m.toml", "--plot", "none").returncode == 0
 
 
 def test_after_its_slowest_time_a_melt_has_no_modulus_that_draws_could_miss(recwarn: pytest.WarningsRecorder) -> None:

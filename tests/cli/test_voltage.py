@@ -90,36 +90,6 @@ def test_electrode_axes_in_millimetres_are_compared(dielast: Run, tmp_path: Path
     assert "major_axis" not in (tmp_path / "a/actuate.csv").read_text()
 
 
-def test_a_map_is_the_same_in_any_number_of_processes(dielast: Run, tmp_path: Path) -> None:
-    (tmp_path / "m.toml").write_text(MAP.replace("points = 9", "points = 180"))
-    for jobs in ("1", "2"):
-        done = dielast("failure-map", "m.toml", "--plot", "none", "-o", jobs, "--jobs", jobs)
-        assert done.returncode == 0, done.stderr
-    assert (tmp_path / "1/failure-map.csv").read_bytes() == (tmp_path / "2/failure-map.csv").read_bytes()
-    assert {path.name for path in (tmp_path / "2").iterdir()} == {"failure-map.csv", "fit.csv", "summary.toml"}
-
-
-def test_a_cell_agrees_with_an_actuation_run(dielast: Run, tmp_path: Path) -> None:
-    (tmp_path / "m.toml").write_text(MAP)
-    (tmp_path / "a.toml").write_text(ACTUATE.replace("48 MV/m", "45 MV/m").replace("1.9", "1.8").replace("1.5 h", "10 min"))
-    assert dielast("failure-map", "m.toml").returncode == 0
-    assert dielast("actuate", "a.toml", "--plot", "none").returncode == 0
-    cells = parse_csv((tmp_path / "m/failure-map.csv").read_bytes(), "m")
-    events = parse_csv((tmp_path / "a/events.csv").read_bytes(), "a")
-    row = next(
-        index
-        for index in range(len(cells["failure_mode"]))
-        if (cells["temperature [degC]"][index], cells["prestretch_1 [1]"][index], cells["voltage [V]"][index])
-        == ("20", "1.8", "4000")
-    )
-    for header, index in (("time_to_breakdown [s]", 0), ("time_to_pull_in [s]", 1)):
-        assert float(cells[header][row]) == pytest.approx(float(events["time [s]"][index]), rel=1e-4)
-    assert cells["failure_mode"][row] == "breakdown"
-    survivors = [index for index, mode in enumerate(cells["failure_mode"]) if mode == "none"]
-    assert survivors
-    assert all(cells["time_to_failure [s]"][index] == "" for index in survivors)
-
-
 def test_an_interrupted_map_goes_on_where_it_stopped(dielast: Run, tmp_path: Path) -> None:
     (tmp_path / "m.toml").write_text(map_of(60, "1 h"))
     assert dielast("failure-map", "m.toml", "--plot", "none", "-o", "whole").returncode == 0
@@ -156,35 +126,6 @@ def test_a_terminated_map_leaves_no_process_behind(tmp_path: Path) -> None:
         assert process.returncode == 130
         assert re.fullmatch(r"interrupted: \d+ of 750 cells are kept: the same command .*\n", said)
         until(lambda: not alive(process.pid))
-
-
-@pytest.mark.parametrize(
-    ("base", "old", "new", "message"),
-    [
-        (ACTUATE, "prestretch = 1.9", "prestretch = 0.9", "film.prestretch: 0.9: a prestretch of at least 1 is needed"),
-        (ACTUATE, "prestretch = 1.9", "prestretch = 15.0", "beyond the Gent limit"),
-        (ACTUATE, '"0.5 mm"', '"-0.5 mm"', 'film.thickness: "-0.5 mm": a length above 0 m is needed'),
-        (ACTUATE, 'hold = "10 min"', 'hold = "0 s"', 'step[1].hold: "0 s": a time above 0 s is needed'),
-        (ACTUATE, '"4 kV"', '"4 kg"', 'step[0].voltage: "4 kg": a voltage is needed, such as "2.5 kV"'),
-        (ACTUATE, 'field = "48 MV/m"', "", 'breakdown: law "table" needs field'),
-        (MAP, "points = 9", "points = 0", "voltage.points: 0: at least 1 is needed"),
-        (MAP, "prestretch = [1.7, 1.8, 1.9]", "prestretch = []", "film.prestretch: a list of prestretches is needed"),
-        (MAP, '"1 h"', '"0 h"', 'horizon: "0 h": a time above 0 s is needed'),
-        (MAP, 'from = "1 kV"', 'from = "6 kV"', "voltage: from (6000 V) must be below to (5000 V)"),
-        (MAP, 'from = "1 kV"', 'values = ["1 kV"]', "voltage: either values, or from, to and points, are needed"),
-        (MAP, 'temperature = ["20 degC", "40 degC"]', 'temperature = ["-300 degC"]', "a temperature above -273.15 degC is needed"),
-    ],
-)
-def test_bad_input_is_one_line(base: str, old: str, new: str, message: str, dielast: Run, tmp_path: Path) -> None:
-    assert old in base
-    (tmp_path / "r.toml").write_text(base.replace(old, new))
-    kind = tomllib.loads(base)["kind"]
-    done = dielast(kind, "r.toml", "--plot", "none")
-    assert done.returncode == 2
-    assert message in done.stderr
-    assert done.stderr.startswith("r.toml: ")
-    assert done.stderr.count("\n") == 1
-    assert not (tmp_path / "r").exists()
 
 
 def test_a_film_broken_at_once_fails_at_0_s(dielast: Run, tmp_path: Path) -> None:

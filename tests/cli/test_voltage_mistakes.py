@@ -41,8 +41,6 @@ values = ["3 kV"]
 [breakdown]
 field = "45 MV/m"
 """
-TABLE = ACTUATE.replace('voltage = "4 kV"', 'table = "load.csv"')
-HEAD = "time [s],voltage [V]\n"
 
 
 def run(path: Path) -> None:
@@ -64,17 +62,6 @@ def test_a_film_without_permittivity_is_told_what_is_missing(tmp_path: Path) -> 
     for text in (ACTUATE, MAP):
         line = mistake(tmp_path, text.replace("example:vhb4905.toml", "m.toml"))
         assert line.endswith("which a film under voltage needs: state [dielectric] permittivity in the material file")
-
-
-def test_the_file_stands_in_front(dielast: Run, tmp_path: Path) -> None:
-    (tmp_path / "r.toml").write_text(ACTUATE.replace("1.9", "9"))
-    done = dielast("actuate", "r.toml")
-    assert (done.returncode, done.stdout) == (2, "")
-    assert done.stderr == "r.toml: film.prestretch: 9 is beyond the Gent limit, J_lim = 55\n"
-    (tmp_path / "r.toml").write_text(TABLE)
-    assert dielast("actuate", "r.toml").stderr == 'r.toml: step[0].table: "load.csv": no such file\n'
-    (tmp_path / "load.csv").write_text(HEAD + "0,0\n1,2\n0.5,3\n")
-    assert dielast("actuate", "r.toml").stderr.startswith("load.csv: line 4: time 0.5 s does not come after 1 s")
 
 
 def test_a_single_voltage_may_be_from_and_to(dielast: Run, tmp_path: Path) -> None:

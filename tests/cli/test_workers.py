@@ -112,7 +112,7 @@ def test_a_killed_worker_is_one_line(tmp_path: Path) -> None:
     assert (tmp_path / "r/.unfinished").exists()
 
 
-@pytest.mark.parametrize("name", ["SIGTERM", "SIGHUP"])
+@pytest.mark.parametrize("name", ["SIGTERM", pytest.param("SIGHUP", marks=pytest.mark.trust)])
 def test_a_group_that_is_told_to_end_is_one_line(name: str, tmp_path: Path) -> None:
     number = signal.Signals[name]
     with half_done(tmp_path) as run:
@@ -138,7 +138,9 @@ from dielast.cli import main; main()
 """
 
 
-@pytest.mark.parametrize("name", ["SIGINT", "SIGTERM", "SIGHUP", "SIGKILL"])
+@pytest.mark.parametrize(
+    "name", ["SIGINT", "SIGKILL", *(pytest.param(name, marks=pytest.mark.trust) for name in ("SIGTERM", "SIGHUP"))]
+)
 def test_nothing_stays_of_a_run_that_ends_as_its_workers_start(name: str, tmp_path: Path) -> None:
     (tmp_path / "r.toml").write_text(MAP.replace("points = 200", "points = 1000"))
     (tmp_path / "temporary").mkdir()

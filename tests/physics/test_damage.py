@@ -97,7 +97,7 @@ def test_the_damage_is_the_integral_of_the_history(exponent: float, boundary: An
     panels = [(low, high) for edge in edges for low, high in pairwise(edge)]
     times = np.concatenate([0.5 * (high + low) + 0.5 * (high - low) * nodes for low, high in panels])
     weight = np.concatenate([0.5 * (high - low) * weights for low, high in panels])
-    history = actuate(material, programme, stop_at="end", times=times, **film)
+    history = actuate(GENT, programme, stop_at="end", times=times, **film)
     field = np.abs(history.true_field[0])
     assert float(np.sum(weight * law.rate(field))) == pytest.approx(1.0, rel=1e-6)
 
@@ -105,10 +105,10 @@ def test_the_damage_is_the_integral_of_the_history(exponent: float, boundary: An
 def test_failure_by_damage_is_where_the_peer_has_it_and_converges_with_the_tolerance() -> None:
     prestretch, damage = (2.0, 1.6), (2.9e7, 2.0, 18.5)
     there = Film(lambda l1, l2: gent(l1, l2, MU, 110.0), lambda l1, l2: gent(l1, l2, 1.0, 55.0), MODULUS, TIME, EPS, damage=damage)
-    relaxed = Run(there, [Piece(60.0, tuple(("stretch", constant(axis)) for axis in prestretch))], rtol=1e-8).final
+    relaxed = Run(there, [Piece(60.0, tuple(("stretch", constant(axis)) for axis in prestretch))], rtol=1e-7).final
     load, nominal = tuple(("stress", constant(stress)) for stress in relaxed.stress), VOLTAGE / THICKNESS
     pieces = [Piece(UP, load, ("field", ramp(0.0, nominal, UP))), Piece(HOLD, load, ("field", constant(nominal)))]
-    (time,) = Run(there, pieces, replace(relaxed, time=0.0), rtol=1e-8).events("damage")
+    (time,) = Run(there, pieces, replace(relaxed, time=0.0), rtol=1e-7).events("damage")
     assert UP < time < UP + HOLD
     film: dict[str, Any] = {"thickness": THICKNESS, "prestretch": prestretch, "relax": 60.0, "stop_at": "damage"}
     material = replace(GENT, damage=InversePower(*damage))

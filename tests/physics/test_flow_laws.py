@@ -50,7 +50,7 @@ FILM = Film(
     lambda l1, l2: gent(l1, l2, MU, 110.0), lambda l1, l2: gent(l1, l2, 1.0, 55.0), MODULUS, TIME, EPS, 3e7, activation=activation
 )
 FREE = ("stress", constant(0.0))
-PEER, OURS, WITHIN = 1e-8, 1e-9, 1e-7  # tolerances asked of the two, and of their results
+PEER, OURS, WITHIN = 2e-8, 2e-9, 1e-7  # tolerances asked of the two, and of their results
 UP, HOLD, RATE = 0.5, 8.0, 0.5
 RELAXED: dict[str, Any] = {"thickness": THICKNESS, "prestretch_rate": RATE, "relax": 60.0}
 TIMES = np.concatenate((np.linspace(0.1, UP, 5), UP + np.geomspace(1e-2, HOLD, 20)))

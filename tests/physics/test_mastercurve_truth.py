@@ -261,8 +261,13 @@ def ramped(ramp: float, first: float, over_last: bool = False, noise: float = 0.
     return curves
 
 
-@pytest.mark.parametrize("over_last", [False, True])
-@pytest.mark.parametrize("ramp", [0.06, 0.4])
+TRUST = pytest.mark.trust
+
+
+@pytest.mark.parametrize(
+    ("ramp", "over_last"),
+    [(0.06, False), (0.4, True), *(pytest.param(*each, marks=TRUST) for each in ((0.06, True), (0.4, False)))],
+)
 @pytest.mark.filterwarnings("ignore::dielast.base.errors.DielastWarning")
 def test_a_ramp_is_found_in_values_over_the_load_of_the_moment_or_the_last(ramp: float, over_last: bool) -> None:
     """Between the limits of the ramps that the times of the readings show, which begin at 0.1 s."""

@@ -57,7 +57,7 @@ def harvested(mode: str, high: float, low: float) -> float:
 
 @pytest.mark.parametrize("mode", ["equibiaxial", "uniaxial", "pure-shear"])
 def test_a_cycle_of_an_ideal_generator(mode: str) -> None:
-    history = run(generator(3.0, 2.0, 1.5), mode=mode, repeat=Repeat(2), rtol=1e-10)
+    history = run(generator(3.0, 2.0, 1.5), mode=mode, repeat=Repeat(2), rtol=1e-8)
     cycles, wanted = history.cycles, harvested(mode, 3.0, 2.0)
     assert cycles.electrical_energy[0] == pytest.approx(-wanted, rel=1e-9)
     assert cycles.energy_per_mass[0] == pytest.approx(wanted / DENSITY, rel=1e-9)
@@ -144,7 +144,7 @@ def test_the_blocked_force_of_a_film_with_branches() -> None:
     assert here.nominal_stress_1[0] == pytest.approx(there.at(times).stress[0], rel=1e-7)
 
 
-@pytest.mark.parametrize("seed", [0, 3, *(pytest.param(seed, marks=pytest.mark.trust) for seed in (1, 4, 5, 6, 15))])
+@pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.trust) for seed in (1, 3, 4, 5, 6, 15))])
 def test_random_programmes_against_the_peer(seed: int) -> None:
     """0 breaks down, loses tension and pulls in; 3 is held by a spring. All of them: bench_programmes."""
     stated = programme(seed)
@@ -177,7 +177,7 @@ def test_energy_is_conserved_over_cycles_with_all_losses(monkeypatch: pytest.Mon
     ]
     losses = {"leakage": Leakage(2e-13, 3e7), "resistance": 2e7, "electrode_area": AREA}
     cycles = 6
-    history = run(steps, material, repeat=Repeat(cycles), times=[1.4 * cycles], rtol=1e-8, **losses)
+    history = run(steps, material, repeat=Repeat(cycles), times=[1.4 * cycles], rtol=1e-7, **losses)
     row = {name.split(" ")[0]: values[0, -1] for name, values in history.values.items()}
     given = abs(row["electrical_energy"]) + row["mechanical_work"]
     assert row["dissipated_energy"] == pytest.approx(watches[0].dissipated, abs=1e-6 * given)
@@ -307,11 +307,11 @@ def test_a_spring_delays_pull_in() -> None:
     """Where the stiffness of film, spring and Maxwell stress together is zero, in closed form of the stretch."""
     start, stiffness = 1.2, 5e3
 
-    def field_squared(x: float) -> float:
+    def field_squared(x: Any) -> Any:
         return (MU * (x - x**-5) - MU * (start - start**-5) + stiffness * (x - start)) / (EPS * x**3)
 
     grid = np.linspace(start, 2.0, 200_001)
-    top = grid[np.argmax([field_squared(x) for x in grid])]
+    top = grid[np.argmax(field_squared(grid))]
     steps = [VoltageStep(1.2 * THICKNESS * np.sqrt(field_squared(top)), duration=10.0)]
     history = run(steps, spring=(stiffness, stiffness), prestretch=start, stop_at="pull-in")
     (event,) = history.events[0]
@@ -463,8 +463,8 @@ def test_a_held_edge_is_set_free_behind_a_resistance(mode: str) -> None:
     film = Material("m", 3e4, Spectrum(np.array([1.0, 0.05]), np.array([2e4, 5e4])), NoShift(20.0), permittivity=EPS)
     steps = [FilmStep(stretch=2.5, duration=0.5), FilmStep(voltage=2e3, duration=0.2), FilmStep(stress=1e4, duration=0.5)]
     at = [0.3, 0.7, 0.9, 1.2]
-    bare = run(steps, film, mode=mode, times=at)
-    behind = run(steps, film, mode=mode, times=at, resistance=1.0, electrode_area=AREA)
+    bare = run(steps, film, mode=mode, times=at, rtol=1e-8)
+    behind = run(steps, film, mode=mode, times=at, rtol=1e-8, resistance=1.0, electrode_area=AREA)
     assert all(outcome.completed for outcome in behind.outcome)
     assert behind.stretch_1 == pytest.approx(bare.stretch_1, rel=1e-6)
     assert behind.nominal_stress_1 == pytest.approx(bare.nominal_stress_1, rel=1e-5)
@@ -480,7 +480,7 @@ def test_energies_of_laps_add_up_to_those_of_the_history_where_a_held_edge_is_se
         FilmStep(stress=1e4, duration=0.5),
         FilmStep(voltage=0.0, duration=0.2),
     ]
-    history = run(steps, film, mode="uniaxial", repeat=Repeat(3), times=[4.2], **losses)
+    history = run(steps, film, mode="uniaxial", repeat=Repeat(3), times=[4.2], rtol=1e-8, **losses)
     energy = {name.partition(" ")[0]: float(value[0, -1]) for name, value in history.values.items() if "J/m^3" in name}
     laps = history.cycles.to_frame().sum()
     assert laps["mechanical_work [J/m^3]"] == pytest.approx(energy["mechanical_work"], rel=1e-7)

@@ -86,7 +86,7 @@ def test_without_noise_the_shift_factors_are_exact(on: str) -> None:
         pytest.param({"level": 0.02}, {"on": "storage"}, 30, marks=pytest.mark.trust),
         ({"common": 0.03, "noise": 0.003}, {"on": "moduli"}, 5),
         pytest.param({"level": 0.05}, {}, 5, marks=pytest.mark.trust),
-        ({"level": 0.05}, {"vertical": "free"}, 5),
+        pytest.param({"level": 0.05}, {"vertical": "free"}, 5, marks=pytest.mark.trust),
     ],
     ids=["separate noise", "tan delta", "storage", "common noise", "specimen scatter", "vertical shifts"],
 )

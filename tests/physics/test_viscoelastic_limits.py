@@ -107,7 +107,7 @@ def test_biaxial_equations_keep_the_uniaxial_and_equibiaxial_symmetry(control: s
 
 
 def test_swapping_the_axes_swaps_the_results() -> None:
-    solid = material(12)
+    solid = material(5, span=(1e-2, 1e3), glassy=1e6)
     steps = [
         Step(stretch=(2.0, None), stress=(None, 3e4), duration=1.0),
         Step.hold(100.0),
@@ -177,14 +177,14 @@ def test_materials_with_fewer_branches_run_beside_others() -> None:
 )
 def test_a_case_does_not_depend_on_its_company_or_on_the_output_grid(mode: str) -> None:
     solid = material(30)
-    temperatures = np.linspace(-20, 60, 41)
+    temperatures = np.linspace(-20, 60, 13)
     steps = [Step(stress=5e4, duration=1.0), Step.hold(1e4)]
     times = np.geomspace(1e-3, 1e4, 50)
     together = creep(solid, steps, mode=mode, times=times, temperature=temperatures)
-    alone = creep(solid, steps, mode=mode, times=times, temperature=temperatures[17])
-    assert np.array_equal(together.stretch_1[17], alone.stretch_1[0])
+    alone = creep(solid, steps, mode=mode, times=times, temperature=temperatures[5])
+    assert np.array_equal(together.stretch_1[5], alone.stretch_1[0])
     assert np.array_equal(
-        creep(solid, steps, mode=mode, times=times[::7], temperature=temperatures[17]).stretch_1[0], alone.stretch_1[0, ::7]
+        creep(solid, steps, mode=mode, times=times[::7], temperature=temperatures[5]).stretch_1[0], alone.stretch_1[0, ::7]
     )
 
 

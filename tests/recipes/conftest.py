@@ -21,12 +21,13 @@ Make = Callable[..., subprocess.CompletedProcess[str]]
 def environment(tmp_path: Path, server: str) -> Path:
     """A folder with `bin/dielast` and `bin/python` as in a virtual environment, of the running interpreter.
 
-    The run that writes to build/KILL kills itself; the one that writes to build/SLOW leaves a note and sleeps.
+    The run that writes to build/KILL kills itself; the one that writes to build/SLOW leaves a note and sleeps. The shell leaves the
+    note itself: had it a command for that, an interrupt just as the command ends would be lost, and the shell would go on.
     """
     folder = tmp_path / "environment"
     (folder / "bin").mkdir(parents=True)
     python, client = shlex.quote(sys.executable), shlex.quote(f"{Path(__file__).parents[1]}/client.py")
-    before = 'case "$*" in *"build/$KILL "*) kill -9 $$;; *"build/$SLOW "*) touch asleep; sleep 600;; esac'
+    before = 'case "$*" in *"build/$KILL "*) kill -9 $$;; *"build/$SLOW "*) true >asleep; exec sleep 600;; esac'
     launchers = {"python": "", "dielast": f'{before}\nset -- -I -S {client} {server} "$@"\n'}
     for name, lines in launchers.items():
         path = folder / "bin" / name

@@ -142,12 +142,6 @@ def whole(folder: Path) -> None:
         assert sorted(listed) == sorted(str(path.relative_to(folder)) for path in summary.parent.iterdir())
 
 
-def heeding() -> None:
-    """Heed an interrupt, which a job in the background may ignore or block."""
-    signal.signal(signal.SIGINT, signal.SIG_DFL)
-    signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
-
-
 def test_an_interrupted_make_or_a_killed_run_leaves_nothing_half_made(
     chain: Path, make: Make, environment: Path, variables: dict[str, str]
 ) -> None:
@@ -158,7 +152,6 @@ def test_an_interrupted_make_or_a_killed_run_leaves_nothing_half_made(
         stdout=subprocess.DEVNULL,
         stderr=subprocess.DEVNULL,
         start_new_session=True,
-        preexec_fn=heeding,
     )
     until(lambda: (chain / "asleep").exists())
     os.killpg(process.pid, signal.SIGINT)

@@ -27,7 +27,7 @@ VHB = Path(__file__).parents[3] / "shared/data/vhb4905/4-loading.csv"
 
 
 @pytest.mark.parametrize("material", [SOFT, FAST, STIFF], ids=lambda material: material.name)
-@pytest.mark.parametrize("noise", [0.0, 0.01, 0.03])
+@pytest.mark.parametrize("noise", [0.0, pytest.param(0.01, marks=pytest.mark.trust), 0.03])
 def test_clean_tests_and_fast_relaxation_ring_nowhere(material: Material, noise: float) -> None:
     random = np.random.default_rng(17)
     machine = replace(QUIET, noise=noise)
@@ -97,13 +97,14 @@ def _laboratory(machine: Machine, seed: int) -> list[Record]:
     return [*first, cycles(SOFT, machine, random, ramp=10.0, count=1, factor=scattered[3])]
 
 
-def test_constants_are_within_their_intervals_although_the_machine_rings() -> None:
+@pytest.mark.parametrize("seeds", [(3,), pytest.param((3, 100, 101), marks=pytest.mark.trust)])
+def test_constants_are_within_their_intervals_although_the_machine_rings(seeds: tuple[int, ...]) -> None:
     machine = Machine(noise=0.003, force=0.5, offset=0.004)
     free = {f"{path}.shear_modulus": Free() for path in ("equilibrium", "nonequilibrium")} | {
         "nonequilibrium.relaxation_time": Free()
     }
     errors, score = [], []
-    for seed, ignore in ((3, False), (3, True), (100, True), (101, True)):
+    for seed, ignore in ((3, False), *((seed, True) for seed in seeds)):
         tests = []
         for k, made in enumerate(_laboratory(machine, seed)):
             test = made.test(f"{k}")
@@ -115,7 +116,8 @@ def test_constants_are_within_their_intervals_although_the_machine_rings() -> No
         errors.append((fit.scatter.model_error, float(np.max(likelihood.standard_error))))
         # the measured history is followed, whatever is left out
         assert tests[0].corner_time.size > 5
-    assert np.mean(np.square(score)) < 0.85**-2  # errors may be stated by the factor 0.85 too small
+    if len(seeds) > 1:  # one laboratory says little of how far errors reach
+        assert np.mean(np.square(score)) < 0.85**-2  # they may be stated by the factor 0.85 too small
     assert errors[1][0] < 0.5 * errors[0][0]
     assert errors[1][1] < errors[0][1]
     assert all(test.unused.shape[1] > 5 for test in tests)

@@ -66,7 +66,7 @@ def test_noise_makes_no_solid_flow(noise: float) -> None:
         assert not said
 
 
-@pytest.mark.parametrize("noise", [0.0, 1e-4, 5e-3, 2e-2, 5e-2])
+@pytest.mark.parametrize("noise", [0.0, 5e-3, *(pytest.param(noise, marks=pytest.mark.trust) for noise in (1e-4, 2e-2, 5e-2))])
 def test_a_melt_is_found_and_its_viscosity(noise: float) -> None:
     time, truth = np.logspace(-6, 4, 121), melt(0.97)
     for seed in range(6):

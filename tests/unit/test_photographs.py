@@ -42,7 +42,10 @@ def test_clean_axes_and_the_coverage_of_their_errors() -> None:
     assert 0.8 <= np.mean(np.abs(scaled) < 1.645) <= 0.97
 
 
-@pytest.mark.parametrize("disturbed", [{"waves": (8, 0.01)}, {"waves": (11, 0.006), "strips": (20.0, 200.0), "blur": 1.0}])
+@pytest.mark.parametrize(
+    "disturbed",
+    [{"waves": (11, 0.006), "strips": (20.0, 200.0), "blur": 1.0}, pytest.param({"waves": (8, 0.01)}, marks=pytest.mark.trust)],
+)
 def test_the_coverage_of_the_errors_of_a_wrinkled_edge(disturbed: dict) -> None:
     scaled = []
     for seed in range(24):
