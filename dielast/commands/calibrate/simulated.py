@@ -16,7 +16,8 @@ from dielast.commands.simulation.compare import interpolated, read_points
 from dielast.commands.simulation.recipe import CompareSection
 from dielast.commands.simulation.result import CaseResult, StatedCase
 from dielast.commands.simulation.run import Simulation
-from dielast.commands.simulation.solver_steps import TimedStep, solver_steps
+from dielast.commands.simulation.solver_steps import solver_steps
+from dielast.commands.simulation.timed_steps import TimedStep, TimedSteps
 from dielast.io.files import Inputs, resolve
 from dielast.io.table import split_header
 from dielast.material.material import Material
@@ -34,7 +35,7 @@ class SimulatedTest(SimulatedExperiment):
     """One `[[compare]]` of a `recipe`, whose case is simulated through the `steps`."""
 
     recipe: Any
-    steps: Sequence[TimedStep]
+    steps: TimedSteps
     simulation: Simulation
     comparison: CompareSection
     x: Floats | None
@@ -173,7 +174,7 @@ def prescribed(recipe: Any, steps: Sequence[TimedStep], header: str) -> tuple[Fl
     return np.array(time), np.array(value)
 
 
-def _until(end: float, steps: Sequence[TimedStep]) -> list[TimedStep]:
+def _until(end: float, steps: TimedSteps) -> TimedSteps:
     """The steps up to the time `end` in s: a film that pulls in later would be followed in ever smaller steps."""
     begun = [timed for timed in steps if timed.begin < end or timed is steps[0]]
     last = begun[-1]
@@ -183,11 +184,11 @@ def _until(end: float, steps: Sequence[TimedStep]) -> list[TimedStep]:
             reached = None if target is None else last.before + (last.after - last.before) * lasts / last.lasts
             stated: dict[str, Any] = {last.step.QUANTITY: reached}
             begun[-1] = replace(last, step=type(last.step)(**stated, duration=lasts))
-    return begun
+    return replace(steps, steps=begun)
 
 
 def _of_its_material(
-    case: Case[Any], comparison: CompareSection, steps: Sequence[TimedStep], inputs: Inputs, temperature: float, key: str
+    case: Case[Any], comparison: CompareSection, steps: TimedSteps, inputs: Inputs, temperature: float, key: str
 ) -> tuple[Floats, Floats]:
     """Times in s and values of the quantity x of a comparison, for the material that its recipe names."""
     recipe = case.recipe

@@ -14,7 +14,7 @@ from dielast.calibration.failures.specimens import Specimens
 from dielast.commands.lifetime.recipe import QUANTITIES, TEXTS, FailureData, LifetimeRecipe
 from dielast.commands.registry import read_cases
 from dielast.commands.simulation.compare import rows_where
-from dielast.commands.simulation.solver_steps import order_of, solver_steps
+from dielast.commands.simulation.solver_steps import solver_steps
 from dielast.io.files import Inputs, resolve
 from dielast.io.text_table import MeasuredTable, read_measured
 from dielast.material.checks import USUAL
@@ -147,4 +147,4 @@ def _programme(name: str, inputs: Inputs) -> Sequence[VoltageStep]:
     with located(file=name):
         timed = solver_steps(recipe, Inputs(path.parent))
     steps = [VoltageStep(one.driven, rate=one.step.rate, duration=one.step.duration) for one in timed]
-    return [steps[number] for number, _ in order_of(recipe, timed)]
+    return [steps[run.place] for run in timed.runs()]

@@ -26,7 +26,8 @@ from dielast.commands.simulation.cases import (
 )
 from dielast.commands.simulation.recipe import SimulationRecipe
 from dielast.commands.simulation.result import CaseResult, SolvedCase, StatedCase, held, with_noise
-from dielast.commands.simulation.solver_steps import end_of, in_recipe_terms, joined, solver_steps
+from dielast.commands.simulation.solver_steps import in_recipe_terms, solver_steps
+from dielast.commands.simulation.timed_steps import joined
 from dielast.io.files import Inputs
 from dielast.io.spool import IN_MEMORY, Spool
 from dielast.io.table import Table, case_table
@@ -217,7 +218,7 @@ def report_of(simulation: Simulation, cases: Sequence[Case[Any]], inputs: Inputs
             timed = replace(prepared.stated[case], recipe=recipes[case].model_copy(update={"output": output}))
             return Study().batches(simulation.batches([timed]))[0].columns
 
-        ends = [case.result.end(end_of(case.recipe, case.steps)) for case in solved]
+        ends = [case.result.end(case.steps.end) for case in solved]
         matched = matches(recipes[0], columns, inputs, at_times, ends)
         compared = {"compare": compare_headline(matched)}
     axes = axes_of(cases, columns[0], simulation.measured, simulation.time_scale)
