@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from dielast.base.errors import placed
-from dielast.commands.actuate.recipe import ActuateRecipe, FilmSection
+from dielast.commands.actuate.recipe import ActuateRecipe
 from dielast.commands.simulation.cases import SimulationBatch, case_result, last, one_or_list
 from dielast.commands.simulation.checks import warn_of_films, warn_of_programmes
 from dielast.commands.simulation.result import CaseResult, StatedCase, at_event
@@ -79,7 +79,7 @@ class ActuateSimulation(Simulation):
         recipe, films = recipes[0], [recipe.film for recipe in recipes]
         film = Film(
             np.array([film.thickness for film in films]) * thickness_factor,
-            _prestretch(films),
+            _over_films([film.stretched_to for film in films]),
             None if films[0].prestretch_rate is None else np.array([film.prestretch_rate for film in films]),
             recipe.film.relax,
             recipe.film.boundary,
@@ -87,7 +87,7 @@ class ActuateSimulation(Simulation):
             _over_films([film.weights[0] for film in films]),
             _over_films([film.weights[1] for film in films]),
             np.array([case.temperature for case in cases]),
-            _over_films([_spring(film, factor) for film, factor in zip(films, thickness_factor.tolist(), strict=True)]),
+            _over_films([film.stiffness(factor) for film, factor in zip(films, thickness_factor.tolist(), strict=True)]),
         )
         sources, leaks = [recipe.source for recipe in recipes], [recipe.leakage for recipe in recipes]
         leakage = Leakage(
@@ -239,18 +239,6 @@ def _stated(recipe: ActuateRecipe) -> tuple[str, ...]:
         return ("time [s]", *delivered, *(() if leaks else ("charge_density [C/m^2]", "charge [C]")))
     behind = recipe.source is not None and recipe.source.resistance > 0
     return ("time [s]", "source_voltage [V]", *(() if behind else ("voltage [V]",)))
-
-
-def _spring(film: FilmSection, factor: float) -> tuple[float | None, float | None]:
-    """The stiffness in Pa of the spring along both axes of a film, whose thickness is multiplied by the `factor`."""
-    return (None, None) if film.spring is None else film.spring.in_pascal(film.thickness * factor, film.width or ())
-
-
-def _prestretch(films: Sequence[FilmSection]) -> tuple[Floats | None, Floats | None]:
-    """The prestretch (cases,) of both axes, None for an axis with a weight."""
-    first, second = np.array([film.prestretch for film in films]).T
-    weight_stress = films[0].weights[0]
-    return None if weight_stress[0] is not None else first, None if weight_stress[1] is not None else second
 
 
 def _over_films(pairs: Sequence[tuple[float | None, float | None]]) -> tuple[Floats | None, Floats | None]:

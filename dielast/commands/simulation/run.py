@@ -119,6 +119,10 @@ class Simulation(ABC):
                 batches.append(SimulationBatch(part, prepare, self.result(recipes[0], materials), terms))
         return batches
 
+    def solve(self, cases: Sequence[StatedCase]) -> list[CaseResult]:
+        """The results of a few cases, at once and in this process."""
+        return Study().batches(self.batches(cases))
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PreparedCases:
@@ -214,9 +218,7 @@ def report_of(simulation: Simulation, cases: Sequence[Case[Any]], inputs: Inputs
         from dielast.commands.simulation.compare import compare_headline, matches
 
         def at_times(case: int, times: Floats) -> Mapping[str, Floats]:
-            output = recipes[case].output.model_copy(update={"times": times.tolist()})
-            timed = replace(prepared.stated[case], recipe=recipes[case].model_copy(update={"output": output}))
-            return Study().batches(simulation.batches([timed]))[0].columns
+            return simulation.solve([replace(prepared.stated[case], recipe=recipes[case].at_times(times))])[0].columns
 
         ends = [case.result.end(case.steps.end) for case in solved]
         matched = matches(recipes[0], columns, inputs, at_times, ends)

@@ -99,7 +99,7 @@ def _at_edges(values: Sequence[float], key: str, recipe: Any) -> tuple[float, ..
     if key != "force":
         return tuple(values)
     film = recipe.film
-    widths = [film.width[min(axis, len(film.width) - 1)] for axis in range(2)]
+    widths = [film.width_across(axis) for axis in range(2)]
     both = values if len(values) == 2 else (values[0],) * (1 if widths[0] == widths[1] or recipe.mode != "equibiaxial" else 2)
     return tuple(value / (width * film.thickness) for value, width in zip(both, widths, strict=False))
 
