@@ -87,7 +87,6 @@ def read_specimens(recipe: LifetimeRecipe, material: Material, inputs: Inputs) -
     for name in dict.fromkeys(name for name in names if names.count(name) > 1):
         refuse(names.index(name), f"{names.count(name)} rows have this name: each row is a specimen of its own")
     wrong.refuse()
-    default = material.reference_temperature if recipe.temperature is None else recipe.temperature
     fields = voltage * first * second / thickness
     USUAL["field of tests"].warn([np.max(fields[np.isfinite(fields)])] if np.any(np.isfinite(fields)) else [])
     USUAL["film"].warn(thickness)
@@ -99,7 +98,7 @@ def read_specimens(recipe: LifetimeRecipe, material: Material, inputs: Inputs) -
         ramp,
         np.stack((first, second), axis=1),
         thickness,
-        filled("temperature", default),
+        filled("temperature", recipe.usual_temperature(material)),
         intact,
         area,
         humidity,
