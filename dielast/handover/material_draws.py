@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dielast.base.errors import InputError, Problem, located
-from dielast.handover.material_file import parse_file
-from dielast.io.files import EXAMPLE, Inputs, read_file, resolve
+from dielast.handover.material_file import parse_file, parse_material
+from dielast.io.files import EXAMPLE, Inputs, read_file
 from dielast.io.manifest import SUMMARY, check_whole
 from dielast.io.table import Column, Table, as_number, finite_columns, parse_csv
 from dielast.io.toml import parse_toml
@@ -219,16 +219,12 @@ def read_draws(path: str | Path) -> tuple[Material, ...]:
 
     Raises `InputError` with a line for every mistake, if the material has no draws, and if the two files are not of one run.
     """
-    content = read_file(resolve(Path(), path), str(path))
-    stated = parse_file(content, str(path))
-    if stated.draws is None:
-        raise InputError(
-            "the material has no draws: mastercurve with [uncertainty] and then spectrum make them, or calibrate", file=path
-        )
-    table = in_folder_of(str(path), stated.draws)
-    draws = read_file(resolve(Path(), table), table)
-    check_pair(Path(), str(path), {PurePosixPath(path).name: content, stated.draws: draws})
-    return parse_draws(draws, table, stated.material())
+    inputs, name = Inputs(Path()), str(path)
+    members = read_draws_beside(inputs, name, parse_material(inputs.read(name), name))
+    if not members:
+        lacking = "the material has no draws: mastercurve with [uncertainty] and then spectrum make them, or calibrate"
+        raise InputError(lacking, file=path)
+    return members
 
 
 def check_pair(home: Path, name: str, contents: Mapping[str, bytes]) -> None:

@@ -1,5 +1,7 @@
 """Intervals of drawn values, and how many draws they need."""
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from dielast.base.errors import InputError
@@ -11,13 +13,6 @@ def fewest_draws(level: float) -> int:
     if not 0 < level < 1:
         raise InputError(f"{level:g}: a probability above 0 and below 1 is needed, such as 0.9", argument="level")
     return int(np.ceil(2 / (1 - level) - 1 - 1e-9))
-
-
-def assured(values: Floats, confidence: float, laws: Index | None = None) -> Floats:
-    """The value (...) that a further draw exceeds with this `confidence`, above 0.5, from `values` (draws, ...); NaN for too few
-    draws. `laws` as for an `interval`.
-    """
-    return interval(values, 2 * confidence - 1, laws)[0]
 
 
 def interval(values: Floats, level: float, laws: Index | None = None) -> tuple[Floats, Floats]:
@@ -46,6 +41,25 @@ def interval(values: Floats, level: float, laws: Index | None = None) -> tuple[F
     lows, highs = zip(*(_ordered(values[laws == law], level, few=True) for law in np.unique(laws)), strict=True)
     enough = ~np.isnan(low)
     return np.where(enough, np.fmin.reduce(lows), np.nan), np.where(enough, np.fmax.reduce(highs), np.nan)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class DrawIntervals:
+    """The intervals that are asked for: their `level`, the `laws` (draws,) of the draws as for an `interval`, and the `confidence`,
+    above 0.5, of assured lives, None without them.
+    """
+
+    level: float
+    laws: Index | None = None
+    confidence: float | None = None
+
+    def of(self, values: Floats) -> tuple[Floats, Floats]:
+        """Lower and upper bound (...) from `values` (draws, ...)."""
+        return interval(values, self.level, self.laws)
+
+    def assured(self, lives: Floats) -> Floats | None:
+        """The life (...) that a further draw exceeds with the confidence, from `lives` (draws, ...); NaN for too few draws."""
+        return None if self.confidence is None else interval(lives, 2 * self.confidence - 1, self.laws)[0]
 
 
 def _ordered(values: Floats, level: float, few: bool = False) -> tuple[Floats, Floats]:

@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 from dielast.base.errors import InputError
 from dielast.io.result import Result, TabularResult
 from dielast.io.table import Column, Table
-from dielast.material.intervals import assured, fewest_draws, interval
+from dielast.material.intervals import DrawIntervals, fewest_draws, interval
 from dielast.material.material import Material
 from dielast.material.scatter import Sample
-from dielast.numerics.arrays import Cases, Floats, Index, Texts
+from dielast.numerics.arrays import Cases, Floats, Texts
 from dielast.numerics.edged_roots import EDGE, FAR, FOUND, LOW, OPEN
 from dielast.simulate.design_plan import UNFINISHED, Designed, DesignPlan, Goal, Targets, solve_draws, solve_films
 from dielast.simulate.film_grid import lay_out
@@ -156,7 +156,7 @@ def design(
     solved = [solve_films(plan, *chunk) for chunk in plan.chunks()]
     plan = under_way(plan, solved)
     drawn = [solve_draws(plan, *chunk) for chunk in plan.chunks(drawn=True)]
-    return designed(plan, solved, drawn, level, goal.failure_probability, laws=None if sample is None else sample.laws)
+    return designed(plan, solved, drawn, DrawIntervals(level, None if sample is None else sample.laws), goal.failure_probability)
 
 
 def check_draws(draws: int, level: float, failure_probability: float) -> None:
@@ -204,13 +204,11 @@ def designed(
     plan: DesignPlan,
     solved: Sequence[Designed],
     drawn: Sequence[Designed],
-    level: float,
+    intervals: DrawIntervals,
     failure_probability: float,
-    confidence: float | None = None,
-    laws: Index | None = None,
 ) -> Design:
-    """The design from the solved films, in any order, and from their draws; with a `confidence`, these are those of the film before
-    which a required share fails. `laws` (draws,) as in `interval`.
+    """The design from the solved films, in any order, and from their draws; if lives are assured, each draw is the film before
+    which a required share fails.
     """
     place = np.argsort(np.concatenate([part.films for part in solved]))
 
@@ -237,19 +235,12 @@ def designed(
         because,
         goal.reached(whole("missed")),
         max(part.rounds for part in solved),
-        _drawn(plan, drawn, level, failure_probability, confidence, laws) if plan.grid.draws else None,
+        _bounds(plan, drawn, intervals, failure_probability) if plan.grid.draws else None,
     )
     return _best_first(result)
 
 
-def _drawn(
-    plan: DesignPlan,
-    drawn: Sequence[Designed],
-    level: float,
-    failure_probability: float,
-    confidence: float | None,
-    laws: Index | None,
-) -> DesignBounds:
+def _bounds(plan: DesignPlan, drawn: Sequence[Designed], intervals: DrawIntervals, failure_probability: float) -> DesignBounds:
     """The results of the draws of all films."""
     voltage, time = np.full((2, plan.grid.draws * plan.films), np.nan)
     for part in drawn:
@@ -259,10 +250,9 @@ def _drawn(
     voltage, time = (values.reshape(plan.grid.draws, plan.films) for values in (voltage, time))
     finished = ~np.isnan(time)
     share = np.sum(np.isfinite(time), axis=0) / np.maximum(finished.sum(axis=0), 1)
-    safe = interval(time, 1 - 2 * failure_probability, laws)[0]
+    safe = interval(time, 1 - 2 * failure_probability, intervals.laws)[0]
     share = np.where(finished.any(axis=0), share, np.nan)
-    life = None if confidence is None else assured(time, confidence, laws)
-    return DesignBounds(interval(voltage, level, laws), interval(time, level, laws), share, safe, life)
+    return DesignBounds(intervals.of(voltage), intervals.of(time), share, safe, intervals.assured(time))
 
 
 def _best_first(result: Design) -> Design:

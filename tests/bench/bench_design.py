@@ -17,6 +17,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from flat import failure_map, plan_failure_map
 
 from dielast import FilmScatter, NormalScatter, WeibullScatter, draw_sample, read_material
+from dielast.material.intervals import DrawIntervals
 from dielast.simulate.design import YES, designed, plan_design, under_way
 from dielast.simulate.design_plan import DesignPlan, Goal, solve_draws, solve_films
 from dielast.simulate.film_setup import Film
@@ -50,7 +51,7 @@ def main() -> None:
             films = Film(5e-4, np.linspace(1.5, 2.1, FILMS), relax=5400.0, **film), Goal(3600.0, HORIZON, goal)
             plan = plan_design(MATERIAL, *films).relaxed()
             cost, solved = least(lambda plan=plan: [solve_films(plan, *chunk) for chunk in plan.chunks()])
-            result = designed(under_way(plan, solved), solved, [], 0.9, 0.05)
+            result = designed(under_way(plan, solved), solved, [], DrawIntervals(0.9), 0.05)
             reached = result.reached == YES
             off = float(np.max(np.abs(result.largest[reached] / goal - 1), initial=0.0))
             drawn = plan_design(MATERIAL, *films, sample=sample).relaxed()

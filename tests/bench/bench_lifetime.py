@@ -40,7 +40,7 @@ import numpy as np
 from dielast.base.errors import InputError
 from dielast.calibration.failures.ageing import Ageing
 from dielast.calibration.failures.exposures import Aged
-from dielast.calibration.failures.fits import HeldFilms, fit_law, lives_of
+from dielast.calibration.failures.fits import fit_law, lives_of
 from dielast.calibration.failures.histories import Histories
 from dielast.calibration.failures.law_models import law_model, line_model
 from dielast.calibration.failures.laws import LawOptions
@@ -184,19 +184,7 @@ def coverage(laboratory: Laboratory, suspended: float, repeats: int, seed: int) 
             low, high = table.loc[name, ["lower", "upper"]].to_numpy(dtype=float)
             held[name] += not (value < low or value > high)
             closed[name] += np.isfinite(low) and np.isfinite(high)
-        films = laboratory.elsewhere
-        lives = lives_of(
-            [fitted],
-            HeldFilms(
-                films.histories,
-                np.array([ELSEWHERE[laboratory.law]]),
-                np.array([[1.9, 1.9]]),
-                np.array([5e-4]),
-                np.array([20.0]),
-                films.pulled_in,
-            ),
-            shares=(0.1,),
-        )
+        lives = lives_of([fitted], laboratory.elsewhere, shares=(0.1,))
         held["B10"] += bool(lives.lower[0, 0] <= laboratory.b10 <= lives.upper[0, 0])
         closed["B10"] += bool(np.isfinite(lives.upper[0, 0]))
     share = {name: count / repeats for name, count in held.items()}

@@ -13,6 +13,7 @@ from processes import Run
 from dielast import read_material
 from dielast.commands.simulation.bounds import bounded_map_columns
 from dielast.io.table import number_columns
+from dielast.material.intervals import DrawIntervals
 from dielast.simulate import quantities
 from dielast.simulate.quantities import Quantity
 
@@ -102,7 +103,7 @@ def test_a_column_of_a_map_from_outside_is_written_and_bounded() -> None:
     try:
         film = {"thickness": 5e-4, "horizon": 10.0, "breakdown_field": 48e6, "rtol": 1e-3}
         found = failure_map(read_material("example:vhb4905.toml"), voltage=[3e3, 4e3], prestretch=[1.9], **film)  # type: ignore[arg-type]
-        table = bounded_map_columns(found.columns(), [found] * 20, 0.9)
+        table = bounded_map_columns(found.columns(), [found] * 20, DrawIntervals(0.9))
     finally:
         quantities.CELLS.remove(nominal)
     values = {column.header: column.values for column in table}

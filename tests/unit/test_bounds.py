@@ -15,6 +15,7 @@ from dielast.commands.simulation.bounds import bounded
 from dielast.commands.simulation.result import CaseResult
 from dielast.handover.material_file import write_material
 from dielast.io.table import number_columns
+from dielast.material.intervals import DrawIntervals
 from dielast.sharing.execution import Execution
 
 RELAX = 'kind = "relax"\nmaterial = "m.toml"\n[[step]]\nstretch = 1.5\nrate = "5 %/s"\n[output]\npoints_per_decade = 2\n'
@@ -65,7 +66,7 @@ def test_a_film_that_has_failed_is_beyond_every_upper_bound() -> None:
     ends = np.minimum(2 + np.arange(39) // 2, 10)
     drawn = [film(rate, rows) for rate, rows in zip(rates.tolist(), ends.tolist(), strict=True)]
     central = film(0.05, 10)
-    columns = bounded(central, drawn, 0.9, [True] * 39).columns
+    columns = bounded(central, drawn, DrawIntervals(0.9), [True] * 39).columns
     low, high, share = (columns[name] for name in ("stretch_1_lower [1]", "stretch_1_upper [1]", "surviving [1]"))
     lost = np.array([np.sum(ends <= row) for row in range(10)])
     assert share == pytest.approx(1 - lost / 39)
@@ -82,7 +83,7 @@ def test_a_film_that_has_failed_is_beyond_every_upper_bound() -> None:
 
 def test_a_draw_that_the_numerics_gave_up_is_none() -> None:
     drawn = [film(0.05, 5 if k == 0 else 10) for k in range(39)]
-    columns = bounded(film(0.05, 10), drawn, 0.9, [False] * 39).columns
+    columns = bounded(film(0.05, 10), drawn, DrawIntervals(0.9), [False] * 39).columns
     assert np.all(columns["surviving [1]"] == 1)
     assert np.all(np.isfinite(columns["stretch_1_upper [1]"]))
 

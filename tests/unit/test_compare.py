@@ -9,16 +9,16 @@ from typing import Any
 import numpy as np
 import pytest
 
-from dielast import FilmStep
+from dielast import FilmStep, Repeat
 from dielast.base.errors import DielastWarning, InputError
 from dielast.cli.run import compute
-from dielast.commands.actuate.uses import use_columns
+from dielast.commands.actuate.run import use_columns
 from dielast.commands.membrane.recipe import RelaxRecipe
 from dielast.commands.registry import read_cases
 from dielast.commands.simulation.compare import Fine, check_comparison, compare_headline, match
 from dielast.commands.simulation.pictures import _Curve
 from dielast.commands.simulation.recipe import CompareSection
-from dielast.commands.simulation.solver_steps import TimedStep
+from dielast.commands.simulation.timed_steps import TimedStep, TimedSteps
 from dielast.io.files import Inputs
 from dielast.recipe.cases import Case
 from dielast.sharing.execution import Execution
@@ -226,8 +226,7 @@ def stated(times: int) -> Any:
         timed = TimedStep(step, number, begin, before, edges)
         begin, before, edges = timed.end, timed.after, timed.stretched
         steps.append(timed)
-    repeat, output = SimpleNamespace(times=times, steps=None), SimpleNamespace(times=None)
-    return SimpleNamespace(steps=steps, recipe=SimpleNamespace(repeat=repeat, output=output))
+    return SimpleNamespace(steps=TimedSteps(steps, Repeat(times)), recipe=SimpleNamespace(output=SimpleNamespace(times=None)))
 
 
 @pytest.mark.parametrize(

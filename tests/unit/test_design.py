@@ -12,6 +12,7 @@ from films import SOFT
 from flat import actuate, design, failure_map
 
 from dielast.base.errors import InputError
+from dielast.material.intervals import DrawIntervals
 from dielast.material.material import Breakdown, Material
 from dielast.material.scatter import FilmScatter, NormalScatter, WeibullScatter, draw_sample
 from dielast.material.shift import NoShift
@@ -214,7 +215,7 @@ def test_every_combination_is_a_film_and_no_film_knows_of_another() -> None:
     plan = plan_design(FILM, setup, Goal(600.0, 86400.0, 1.1)).relaxed()
     copy = pickle.loads(pickle.dumps(plan))
     solved = [solve_films(copy, *chunk) for chunk in reversed(plan.chunks(size=3))]
-    again = designed(under_way(plan, solved), solved, [], 0.9, 0.05)
+    again = designed(under_way(plan, solved), solved, [], DrawIntervals(0.9), 0.05)
     assert np.array_equal(again.voltage, whole.voltage)
     assert np.array_equal(again.time_to_failure, whole.time_to_failure, equal_nan=True)
     # a thinner film of a dead load takes the same field

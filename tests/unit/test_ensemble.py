@@ -25,7 +25,7 @@ from dielast.commands.calibrate.recipe import FreeValue
 from dielast.handover.material_draws import draw_columns, parse_draws
 from dielast.io.files import Inputs
 from dielast.io.table import to_csv
-from dielast.material.intervals import assured, fewest_draws, interval
+from dielast.material.intervals import DrawIntervals, fewest_draws, interval
 from dielast.material.material import Breakdown, Material, numbers_of
 from dielast.material.scatter import (
     WIDEST,
@@ -179,7 +179,7 @@ def test_an_interval_of_several_laws_holds_that_of_each() -> None:
     assert low == pytest.approx([-50.0, min(part[0][1] for part in parts)])
     assert high == pytest.approx(np.max([part[1] for part in parts], axis=0))
     assert interval(values, 0.9, np.zeros(400, dtype=int))[0] == pytest.approx(interval(values, 0.9)[0])
-    assert assured(values[:, 1], 0.95, laws) == low[1]
+    assert DrawIntervals(0.9, laws, 0.95).assured(values[:, 1]) == low[1]
     # too few draws in all have no interval, as with one law; an event that one law never has has no end
     assert np.isnan(interval(values[:18, 0], 0.9, laws[:18])[0])
     times = np.where(laws == 1, np.inf, np.exp(values[:, 1]))

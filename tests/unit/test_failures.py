@@ -135,11 +135,11 @@ def test_closed_forms_of_a_known_shape() -> None:
 
 
 def test_a_test_plan_shows_its_goal() -> None:
-    plan = plan_test([500.0, 1000.0, 2000.0], [500.0, 1000.0, 2000.0], 1000.0, 2.0, 0.1, 0.9)
+    plan = plan_test([500.0, 1000.0, 2000.0], [500.0**2, 1000.0**2, 2000.0**2], 1000.0**2, 0.1, 0.9)
     survive = 0.9 ** (plan.specimens * (plan.duration / 1000.0) ** 2)
     assert np.all(survive <= 0.1 * (1 + 1e-9))
     assert plan.specimens[1] == 22  # ln 0.1 / ln 0.9
-    shown = plan_test([1000.0], [1000.0], 1000.0, 2.0, 0.1, 0.9, shown=10 * 1000.0**2)
+    shown = plan_test([1000.0], [1000.0**2], 1000.0**2, 0.1, 0.9, shown=10 * 1000.0**2)
     assert shown.specimens[0] == 12
 
 

@@ -13,7 +13,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.special import gammaincinv
 
-from dielast.base.errors import InputError
 from dielast.io.result import TabularResult
 from dielast.io.table import Column, Table
 from dielast.numerics.arrays import Floats
@@ -49,7 +48,6 @@ def plan_test(
     duration: ArrayLike,
     exposure: ArrayLike,
     goal: float,
-    shape: float,
     share: float,
     confidence: float,
     *,
@@ -58,21 +56,10 @@ def plan_test(
 ) -> TestPlan:
     """The specimens still needed to show, at the `confidence`, that at most a `share` of films fails before the exposure `goal`.
 
-    `exposure` (k,) is that of a test of this `duration` (k,) in s, in the unit of the goal (the damage, or the time itself).
-    `shown` is the sum of the exposures to the power of the shape of the tests so far, with their `failures`; none of the further
-    specimens may fail.
+    `exposure` (k,) is that of a test of this `duration` (k,) in s, in the unit of the goal: the cumulative hazard, or what grows
+    with it. `shown` is the sum of the exposures of the tests so far, with their `failures`; none of the further specimens may fail.
     """
-    _check(shape, confidence)
-    per_event = goal**shape / -np.log1p(-share)
-    lacking = max(events_of(failures, confidence) * per_event - shown, 0.0)
-    each = np.asarray(exposure, dtype=float) ** shape
-    count = np.ceil(lacking / each - 1e-9)
+    lacking = max(events_of(failures, confidence) * (goal / -np.log1p(-share)) - shown, 0.0)
+    count = np.ceil(lacking / np.asarray(exposure, dtype=float) - 1e-9)
     lasting = np.asarray(duration, dtype=float)
     return TestPlan(lasting, count, count * lasting)
-
-
-def _check(shape: float, confidence: float) -> None:
-    if not (np.isfinite(shape) and shape > 0):
-        raise InputError(f"{shape:g}: a positive shape is needed", argument="shape")
-    if not 0 < confidence < 1:
-        raise InputError(f"{confidence:g}: a confidence between 0 and 1 is needed", argument="confidence")

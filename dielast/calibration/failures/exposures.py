@@ -13,7 +13,7 @@ from typing import Protocol, Self
 import numpy as np
 
 from dielast.calibration.failures.ageing import Ageing
-from dielast.calibration.failures.histories import POWERS, Histories
+from dielast.calibration.failures.histories import POWERS, Histories, log_moments
 from dielast.numerics.arrays import Cases, Floats
 
 STEPS = 60  # nodes of a table over the log of a slope
@@ -102,6 +102,12 @@ class Envelope:
         return Exposed(y - b * self.thinner, y1, np.zeros((*y.shape, 2, 2)), rate, rate1, rate2)
 
 
+def _nodes(ageing: Ageing) -> Floats:
+    """The logs (nodes,) of the slopes of the tables."""
+    low, high = np.log(ageing.slopes).tolist()
+    return np.linspace(low, high, STEPS)
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Aged:
     """ln of the integral of exp(g) dt for a law of `ageing`: tables `y`, `once`, `twice` (nodes, ends) over u = ln slope, equally
@@ -119,29 +125,23 @@ class Aged:
     @classmethod
     def along(cls, histories: Histories, ageing: Ageing, films: Cases, time: Floats) -> Self:
         """Of the films (ends,) up to a `time` (ends,) in s."""
-        low, high = np.log(ageing.slopes)
-        u = np.linspace(low, high, STEPS)
-        slope = np.exp(u)
-        y, by_slope, bend = histories.exposure(ageing, slope, films, time)
-        once = by_slope * slope[:, None]
-        twice = bend * slope[:, None] ** 2 + once
-        with np.errstate(divide="ignore"):
-            log_field = np.log(histories.at(films, time)[0])
-        return cls(ageing, float(low), float(u[1] - u[0]), y, once, twice, log_field)
+        exposure = histories.exposure(ageing, np.exp(_nodes(ageing)), films, time)
+        return cls._of(ageing, exposure, histories.at(films, time)[0])
 
     @classmethod
     def at_rows(cls, histories: Histories, ageing: Ageing) -> Self:
         """Up to every row of all films, one film after another."""
-        low, high = np.log(ageing.slopes).tolist()
-        u = np.linspace(low, high, STEPS)
-        slope = np.exp(u)
-        zeroth, first, second = histories.integrated(ageing, slope).reshape(3, STEPS, -1)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            y, mean = np.log(zeroth), np.where(zeroth > 0, first / zeroth, 0.0)
-            bend = np.where(zeroth > 0, second / zeroth - mean**2, 0.0)
-            log_field = np.log(histories.field.ravel())
-        once = mean * slope[:, None]
-        return cls(ageing, float(u[0]), float(u[1] - u[0]), y, once, bend * slope[:, None] ** 2 + once, log_field)
+        moments = histories.integrated(ageing, np.exp(_nodes(ageing))).reshape(3, STEPS, -1)
+        return cls._of(ageing, log_moments(moments), histories.field.ravel())
+
+    @classmethod
+    def _of(cls, ageing: Ageing, exposure: tuple[Floats, Floats, Floats], field: Floats) -> Self:
+        """With y and its derivatives by the slope, each (nodes, ends), and the field (ends,) at the end."""
+        u, (y, mean, bend) = _nodes(ageing), exposure
+        slope = np.exp(u)[:, None]
+        once = mean * slope
+        with np.errstate(divide="ignore"):
+            return cls(ageing, float(u[0]), float(u[1] - u[0]), y, once, bend * slope**2 + once, np.log(field))
 
     @property
     def slopes(self) -> tuple[tuple[str, float, float], ...]:

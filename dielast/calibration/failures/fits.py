@@ -54,10 +54,6 @@ class FittedLaw(TabularResult):
         """The material with the fitted law."""
         return self.law.material(material, self.fit.at)
 
-    def materials(self, material: Material, count: int) -> tuple[Material, ...]:
-        """The material with the law of each of the first `count` draws."""
-        return tuple(self.law.material(material, at) for at in self.draws[:count])
-
     def interval_of(self, coordinate: int) -> ProfileInterval:
         """The interval of a coordinate."""
         place = np.flatnonzero(self.fit.free == coordinate)
@@ -267,42 +263,27 @@ class Lives(TabularResult):
         ]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class HeldFilms:
-    """Films under constant `voltage` (films,) in V and their `histories` (films, rows), which end at the horizon or at pull-in, at
-    `pulled_in` (films,) in s. The `prestretch` is (films, 2); `thickness` in m and `temperature` in degC are (films,).
-    """
-
-    histories: Histories
-    voltage: Floats
-    prestretch: Floats
-    thickness: Floats
-    temperature: Floats
-    pulled_in: Floats
-
-
 def lives_of(
     fitted: Sequence[FittedLaw],
-    films: HeldFilms,
+    films: Simulated,
     *,
     shares: Sequence[float] = (0.01, 0.1, 0.5, 0.9),
-    area: float | None = None,
 ) -> Lives:
-    """The lives of the films, which fail by the first of several competing kinds of failure, one for each of the fitted laws, or by
-    pull-in. `area` in m^2 is that of their electrodes, by default the reference area.
+    """The lives of films of the reference area under constant voltages, whose histories end at a horizon or at pull-in. They fail
+    by the first of several competing kinds of failure, one for each of the fitted laws, or by pull-in.
     """
     # of one kind of failure, the ends of profile-likelihood intervals; of several, quantiles of draws
     alone = fitted[0].edge if len(fitted) == 1 else None
     spread = [law.draws if alone is None else alone for law in fitted]
-    time = _lives([law.fit.at[None] for law in fitted], fitted, films, shares, area)[0]
-    others = _lives(spread, fitted, films, shares, area)
+    time = _lives([law.fit.at[None] for law in fitted], fitted, films, shares)[0]
+    others = _lives(spread, fitted, films, shares)
     lower, upper = interval(others, fitted[0].level) if alone is None else (others.min(axis=0), others.max(axis=0))
     if not all(law.law.model.observations.failures for law in fitted):  # lower bounds alone
         time, upper = np.full_like(time, np.inf), np.full_like(upper, np.inf)
-    return Lives(films.voltage, films.prestretch, tuple(shares), time, lower, upper)
+    return Lives(films.specimens.voltage, films.specimens.prestretch, tuple(shares), time, lower, upper)
 
 
-def life_error(fitted: Sequence[FittedLaw], films: HeldFilms, shares: Sequence[float] = (0.1, 0.5)) -> float:
+def life_error(fitted: Sequence[FittedLaw], films: Simulated, shares: Sequence[float] = (0.1, 0.5)) -> float:
     """The largest relative change of a life within the horizon without every second row of the histories, of which a third is an
     error (see `history_error`).
     """
@@ -313,21 +294,16 @@ def life_error(fitted: Sequence[FittedLaw], films: HeldFilms, shares: Sequence[f
     return float(np.max(np.abs(np.log(one[known] / other[known])), initial=0.0))
 
 
-def _lives(
-    at: Sequence[Floats], fitted: Sequence[FittedLaw], films: HeldFilms, shares: Sequence[float], area: float | None = None
-) -> Floats:
+def _lives(at: Sequence[Floats], fitted: Sequence[FittedLaw], films: Simulated, shares: Sequence[float]) -> Floats:
     """Lives (k, shares, films) in s at coordinates (k, p) of each of the fitted laws."""
-    square = np.sqrt(films.prestretch[:, 0] * films.prestretch[:, 1])
-    parts = []
+    specimens = films.specimens
+    square, parts = specimens.equibiaxial, []
     for film in range(square.size):
-        one = films.histories.of(np.array([film]))
+        one = films.histories.of(films.film[[film]])
         hazard: Floats | float = 0.0
         for law, coordinates in zip(fitted, at, strict=True):
-            v = law.law.along(one, square[[film]], films.thickness[[film]], films.temperature[[film]], coordinates)[:, 0]
-            reference = law.law.options.reference_area
-            log_area = 0.0 if area is None or reference is None else float(np.log(area / reference))
-            scatter = law.law.model.scatter
-            hazard = hazard - scatter.log_survival(v, coordinates[:, -1:], np.array(log_area)).value
+            v = law.law.along(one, square[[film]], specimens.thickness[[film]], specimens.temperature[[film]], coordinates)[:, 0]
+            hazard = hazard - law.law.model.scatter.log_survival(v, coordinates[:, -1:], np.array(0.0)).value
         parts.append(_crossings(np.asarray(hazard), one.time[0], shares, float(films.pulled_in[film])))
     return np.stack(parts, axis=2)
 

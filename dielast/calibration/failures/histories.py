@@ -156,10 +156,7 @@ class Histories(Result):
         rest = _moments(ageing, slope, field, (share * width)[:, None] * PART_WEIGHTS)
         if self.skipped is not None:
             rest = np.where(self.skipped[films, row] > 0, share * (whole[:, :, films, row + 1] - whole[:, :, films, row]), rest)
-        zeroth, first, second = whole[:, :, films, row] + rest
-        with np.errstate(divide="ignore", invalid="ignore"):
-            mean = np.where(zeroth > 0, first / zeroth, 0.0)
-            return np.log(zeroth), mean, np.where(zeroth > 0, second / zeroth - mean**2, 0.0)
+        return log_moments(whole[:, :, films, row] + rest)
 
     def largest(self, films: Cases, time: Floats) -> tuple[Floats, Floats]:
         """Fields and stretches (k, points) of the films (k,) up to `time` (k,) in s, among which a field over any power of the
@@ -208,6 +205,14 @@ def _moments(ageing: Ageing, slope: Floats, field: Floats, weight: Floats) -> Fl
         mass = np.where(acts, weight * np.exp(g), 0.0)
         rows.append([np.sum(part, axis=-1) for part in (mass, mass * g_s, mass * (g_s**2 + g_ss))])
     return np.moveaxis(np.array(rows), 0, 1)
+
+
+def log_moments(moments: Floats) -> tuple[Floats, Floats, Floats]:
+    """ln of the first of three `moments` (3, ...) of exp(g) dt, and its first and second derivative by the slope."""
+    zeroth, first, second = moments
+    with np.errstate(divide="ignore", invalid="ignore"):
+        mean = np.where(zeroth > 0, first / zeroth, 0.0)
+        return np.log(zeroth), mean, np.where(zeroth > 0, second / zeroth - mean**2, 0.0)
 
 
 def _upper_hull(x: Floats, y: Floats) -> tuple[Floats, Floats]:

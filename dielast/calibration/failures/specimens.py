@@ -34,8 +34,7 @@ class Specimens(Result):
     its voltage at failure. `programme` (n,) is the index of its steps in `programmes`, -1 for a ramp and hold. `intact` is the
     time in s at which a specimen that failed between two looks was last seen intact, else NaN. `prestretch` (n, 2), `thickness`
     in m of the undeformed film, `temperature` in degC, `area` in m^2 of the electrode on the undeformed film (NaN if unknown),
-    relative `humidity` (NaN if unknown), `batch` and `mode` ("" if not stated). `share` is that of the electrode, None without a
-    passive part.
+    relative `humidity` (NaN if unknown), `batch` and `mode` ("" if not stated).
     """
 
     name: tuple[str, ...]
@@ -74,8 +73,7 @@ class Simulated(Result):
     """Specimens that have been simulated: their `histories`, the number `film` (n,) of that of each, and the `end` (n,) in s to
     which it can be followed, that of a film that pulls in before.
 
-    `stretch`, `field` in V/m and `voltage` in V (n,) are the states at the end; `pulled_in` (n,) is the time in s of pull-in,
-    infinite where there is none.
+    `voltage` in V (n,) is that at the end; `pulled_in` (n,) is the time in s of pull-in, infinite where there is none.
     """
 
     specimens: Specimens

@@ -13,21 +13,23 @@ from dielast.base.units import (
     CONDUCTIVITY,
     FIELD,
     RESISTANCE,
+    STIFFNESS,
+    STRESS,
     VOLTAGE,
 )
-from dielast.commands.actuate.programme import LimitsSection, Repetition, SpringSection
-from dielast.commands.actuate.steps import SourceStep
-from dielast.commands.simulation.film_recipe import SHARE_TEXT, FilmBase, FilmSolver, Prestretch, PullInSection, Share
+from dielast.commands.actuate.steps import Repetition, SourceStep
+from dielast.commands.simulation.film_recipe import SHARE_TEXT, FilmBase, FilmSolver, OneFilm, PullInSection, Share
 from dielast.commands.simulation.recipe import LoadingMode, OutputSection, SimulationRecipe
-from dielast.commands.simulation.step_recipe import starting
+from dielast.commands.simulation.step_recipe import AnyOf, starting
 from dielast.commands.simulation.uncertainty_recipe import SENSITIVITY_TEXT, FilmUncertainty
 from dielast.handover.law_section import BreakdownField
 from dielast.mechanics.criteria import END, names
-from dielast.recipe.fields import OneOf, Section, Time, WithUnit
+from dielast.recipe.fields import Length, OneOf, Section, Time, WithUnit
 from dielast.simulate.quantities import ELECTRICAL, ELECTRODE, FILMS, LEAKAGE, SOURCE, Quantity
 
 Resistance = Annotated[float, WithUnit(RESISTANCE, at_least=0.0)]
 Conductivity = Annotated[float, WithUnit(CONDUCTIVITY, at_least=0.0)]
+Stiffness = Annotated[tuple[float, str], AnyOf((STIFFNESS, STRESS), "a stiffness")]
 LeakageField = Annotated[float, WithUnit(FIELD, above=0.0)]
 
 
@@ -76,14 +78,54 @@ class ElectricalOutput(OutputSection):
     )
 
 
-class FilmSection(FilmBase):
+class SpringSection(Section):
+    """A spring between the edges of the film and a wall. The film's nominal stress when the programme begins is that of the dead
+    load; from then on it falls as the film stretches. A stress or a force in a step is that of the spring at the stretch at which
+    the programme began.
+    """
+
+    stiffness: Stiffness = Field(
+        description="Force over displacement, which needs length and film.width; or nominal stress over the change of stretch."
+    )
+    length: Length | None = Field(None, description="Undeformed length of the film between its edges along the axis of the spring.")
+    axis: Literal[1, 2] | None = Field(None, description="Axis along which it acts. Default: both.")
+
+    def check_film(self, film: FilmBase) -> None:
+        """`InputError` for a spring that cannot hold this film."""
+        if self.stiffness[1] == STRESS.unit and self.length is not None:
+            raise InputError("has no effect beside a stiffness in Pa: leave it out", key="film.spring.length")
+        if self.stiffness[1] != STRESS.unit and self.length is None:
+            instead = f"{STIFFNESS.unit} needs the length of the film between its edges, or state a stiffness in Pa"
+            raise InputError(instead, key="film.spring.length")
+        if self.stiffness[1] != STRESS.unit and film.width is None:
+            raise InputError(f"a spring in {STIFFNESS.unit} needs the width of the film", key="film.width")
+        if self.stiffness[0] <= 0:
+            raise InputError(f"{self.stiffness[0]:g}: it must be positive", key="film.spring.stiffness")
+        if film.shares is not None:
+            raise InputError(f'boundary = "{film.boundary[0]}" holds the film: leave it out', key="film.spring")
+        for axis in self.axes:
+            if film.boundary[axis] != "dead-load":
+                raise InputError(f'a spring along axis {axis + 1} is for boundary "dead-load" alone', key="film.spring")
+
+    @property
+    def axes(self) -> tuple[int, ...]:
+        """The axes, from 0, along which it acts."""
+        return (0, 1) if self.axis is None else (self.axis - 1,)
+
+    def in_pascal(self, film: FilmBase, thickness_factor: float) -> tuple[float | None, float | None]:
+        """The stiffness in Pa along both axes of a film, whose thickness is multiplied by the factor."""
+        found: list[float | None] = [None, None]
+        for axis in self.axes:
+            stiffness, unit = self.stiffness
+            if unit != STRESS.unit and self.length is not None:
+                stiffness *= self.length / (thickness_factor * film.thickness * film.width_across(axis))
+            found[axis] = stiffness
+        return found[0], found[1]
+
+
+class FilmSection(OneFilm):
     """The film of an actuation experiment."""
 
-    prestretch: Prestretch = Field(
-        default_factory=lambda: (1.0, 1.0),
-        description="Equibiaxial prestretch, or a pair such as [3.0, 1.0].",
-        json_schema_extra={"default": 1.0},
-    )
     electrode_share: Share | None = Field(None, description=SHARE_TEXT)
     spring: SpringSection | None = Field(None, description="A spring that holds the edges instead of a dead load.")
 
@@ -93,6 +135,26 @@ class FilmSection(FilmBase):
         if self.electrode_diameter is None:
             return None
         return float(0.25 * np.pi * self.electrode_diameter**2 / (self.prestretch[0] * self.prestretch[1]))
+
+    def stiffness(self, thickness_factor: float) -> tuple[float | None, float | None]:
+        """The stiffness in Pa of the spring along both axes, None without one; the thickness is multiplied by the factor."""
+        return (None, None) if self.spring is None else self.spring.in_pascal(self, thickness_factor)
+
+
+class LimitsSection(Section):
+    """limits.csv and limits.png: the voltages over stretch at which the relaxed film breaks down, pulls in or loses tension, with
+    the cycle of the programme.
+    """
+
+    stretch: Annotated[list[float], Field(min_length=2, max_length=2)] = Field(
+        description="Smallest and largest stretch of axis 1 that are shown."
+    )
+    points: int = Field(200, ge=2, le=100_000, description="Number of stretches.")
+    rupture_stretch: float | None = Field(None, gt=1, description="Stretch at which the film tears. Default: unknown.")
+
+    def _check(self) -> None:
+        if not 1 <= self.stretch[0] < self.stretch[1] < float("inf"):
+            raise InputError(f"{self.stretch}: two stretches in order, of at least 1, are needed", key="stretch")
 
 
 class FilmOutput(ElectricalOutput):

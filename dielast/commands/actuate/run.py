@@ -8,21 +8,20 @@ from typing import Any
 import numpy as np
 
 from dielast.base.errors import placed
-from dielast.commands.actuate.recipe import ActuateRecipe, FilmSection
-from dielast.commands.actuate.uses import use_columns
+from dielast.commands.actuate.recipe import ActuateRecipe
 from dielast.commands.simulation.cases import SimulationBatch, case_result, last, one_or_list
 from dielast.commands.simulation.checks import warn_of_films, warn_of_programmes
 from dielast.commands.simulation.result import CaseResult, StatedCase, at_event
 from dielast.commands.simulation.run import Figures, PreparedCases, Simulation, report_of
-from dielast.commands.simulation.solver_steps import repeat_of
+from dielast.commands.simulation.timed_steps import TimedSteps
 from dielast.handover.law_section import breakdown
 from dielast.io.files import Inputs
-from dielast.io.table import Table, case_table
+from dielast.io.table import Column, Table, case_table
 from dielast.material.dielectric import Leakage
 from dielast.material.material import Material
 from dielast.mechanics.criteria import names
-from dielast.mechanics.load import Programme
-from dielast.numerics.arrays import Floats
+from dielast.mechanics.load import FilmStep, Programme, Waveform
+from dielast.numerics.arrays import Cases, Floats
 from dielast.recipe.cases import Case
 from dielast.report.report import RunReport
 from dielast.sharing.execution import Execution
@@ -80,7 +79,7 @@ class ActuateSimulation(Simulation):
         recipe, films = recipes[0], [recipe.film for recipe in recipes]
         film = Film(
             np.array([film.thickness for film in films]) * thickness_factor,
-            _prestretch(films),
+            _over_films([film.stretched_to for film in films]),
             None if films[0].prestretch_rate is None else np.array([film.prestretch_rate for film in films]),
             recipe.film.relax,
             recipe.film.boundary,
@@ -88,7 +87,7 @@ class ActuateSimulation(Simulation):
             _over_films([film.weights[0] for film in films]),
             _over_films([film.weights[1] for film in films]),
             np.array([case.temperature for case in cases]),
-            _over_films([_spring(film, factor) for film, factor in zip(films, thickness_factor.tolist(), strict=True)]),
+            _over_films([film.stiffness(factor) for film, factor in zip(films, thickness_factor.tolist(), strict=True)]),
         )
         sources, leaks = [recipe.source for recipe in recipes], [recipe.leakage for recipe in recipes]
         leakage = Leakage(
@@ -107,7 +106,7 @@ class ActuateSimulation(Simulation):
         return partial(
             prepare,
             film=film,
-            steps=Programme(steps, recipe.mode, repeat_of(recipe)),
+            steps=Programme(steps, recipe.mode, cases[0].steps.repeat),
             circuit=circuit,
             failure=Failure(pull_in_timescale=recipe.pull_in.criterion, stop_at=recipe.stop.at),
             output=output,
@@ -242,18 +241,6 @@ def _stated(recipe: ActuateRecipe) -> tuple[str, ...]:
     return ("time [s]", "source_voltage [V]", *(() if behind else ("voltage [V]",)))
 
 
-def _spring(film: FilmSection, factor: float) -> tuple[float | None, float | None]:
-    """The stiffness in Pa of the spring along both axes of a film, whose thickness is multiplied by the `factor`."""
-    return (None, None) if film.spring is None else film.spring.in_pascal(film.thickness * factor, film.width or ())
-
-
-def _prestretch(films: Sequence[FilmSection]) -> tuple[Floats | None, Floats | None]:
-    """The prestretch (cases,) of both axes, None for an axis with a weight."""
-    first, second = np.array([film.prestretch for film in films]).T
-    weight_stress = films[0].weights[0]
-    return None if weight_stress[0] is not None else first, None if weight_stress[1] is not None else second
-
-
 def _over_films(pairs: Sequence[tuple[float | None, float | None]]) -> tuple[Floats | None, Floats | None]:
     """Numbers of the axes of films as arrays (cases,); None for an axis without a number."""
     first, second = (None if values[0] is None else np.array(values, dtype=float) for values in zip(*pairs, strict=True))
@@ -268,3 +255,41 @@ def _case(
     stopped = next((event for event in result.events or () if outcome.completed and event.name == outcome.reason), None)
     profile = None if history.profiles is None else history.profiles.cases[row]
     return replace(result, stated=stated, profile=profile, stopped=stopped)
+
+
+def use_columns(case: Cases, time: Floats, stated: Sequence[StatedCase], prefix: str = "") -> Table:
+    """Columns of what a device does in a life: the cycles, if a programme has any, and the time in s under voltage or charge, both
+    (rows,), up to a `time` (rows,) in s in the programme of each `case` (rows,); a life without an end has no end in either.
+    """
+    used = np.array([_used(stated[k].steps, at) for k, at in zip(case.tolist(), time.tolist(), strict=True)]).reshape(-1, 2).T
+    cycling = any(one.steps.repeat is not None or any(isinstance(timed.driven, Waveform) for timed in one.steps) for one in stated)
+    return [
+        *([Column(f"{prefix}cycles", "1", used[0])] if cycling else []),
+        Column(f"{prefix}actuated_time", "s", used[1]),
+    ]
+
+
+def _used(steps: TimedSteps, time: float) -> tuple[float, float]:
+    """The cycles up to a time in s, and the time in which voltage or charge is not 0."""
+    if not np.isfinite(time):
+        return time, time
+    runs = list(steps.runs())
+    laps = [sum(run.lasts for run in runs if run.lap == lap) for lap in (1, 2)]
+    cycles = under = begin = 0.0
+    before = steps[0].before
+    for timed, _, lap, lasts in runs:
+        passed, of_lap = min(time - begin, lasts), laps[lap > 1]
+        if time <= begin:
+            break
+        cycles += passed / of_lap if lap and of_lap else 0.0
+        if isinstance(timed.step, FilmStep) and timed.step.charge is not None:
+            under += passed
+        elif isinstance(timed.driven, Waveform):
+            cycles += passed / float(np.max(timed.driven.period))
+            under += passed if before or any(value for value, _ in timed.corners) else 0.0
+        else:
+            for value, to_value in timed.corners:
+                under += min(passed, to_value) if before or value else 0.0
+                before, passed = value, max(passed - to_value, 0.0)
+        before, begin = timed.after if timed.driven is not None else before, begin + lasts
+    return cycles, under

@@ -1,6 +1,6 @@
 """Steps of `actuate`: what drives the electrodes of the film, and what moves its edges."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from math import isfinite, radians
 from typing import Annotated, Any, ClassVar, Literal, NamedTuple
@@ -240,3 +240,19 @@ class SourceStep(HistoryStep):
             raise InputError("the rate of a stress or a force is not known beforehand: state duration", key="rate")
         if self.rate is not None and self.circuit is not None and not edges:
             raise InputError("does not go with circuit alone: state duration", key="rate")
+
+
+class Repetition(Section):
+    """Steps that run again and again; cycles.csv has a row for each time."""
+
+    times: int = Field(ge=1, le=1_000_000, description="How many times the cycle runs.")
+    steps: Annotated[list[int], Field(min_length=2, max_length=2)] | None = Field(
+        None, description="First and last step of the cycle, counted from 0. Default: all steps."
+    )
+
+    def mistakes(self, steps: Sequence[HistoryStep]) -> Iterator[tuple[str, str]]:
+        """The keys that do not suit the steps, and what is wrong with them."""
+        if self.steps is not None and not 0 <= self.steps[0] <= self.steps[1] < len(steps):
+            yield "steps", f"{self.steps}: two numbers in order are needed, from 0 to {len(steps) - 1}"
+        if any(step.waveform is not None for step in steps):
+            yield "times", "a waveform has cycles of its own: state its cycles, or leave repeat out"

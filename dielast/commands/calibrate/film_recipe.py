@@ -8,7 +8,7 @@ from pydantic import AfterValidator, Field
 
 from dielast.base.errors import InputError, placed
 from dielast.base.units import NUMBER, STRAIN, TIME, TIMES, VOLTAGE, VOLTAGE_RATE
-from dielast.commands.simulation.film_recipe import SHARE_TEXT, FilmBase, FilmSolver, Prestretch, Shares
+from dielast.commands.simulation.film_recipe import SHARE_TEXT, FilmSolver, OneFilm, Shares
 from dielast.readings.columns_recipe import MachineColumns
 from dielast.recipe.fields import Section, Temperature, WithUnit
 from dielast.recipe.file_fields import ColumnName
@@ -40,14 +40,9 @@ class TestColumns(MachineColumns):
     )
 
 
-class TestFilm(FilmBase):
+class TestFilm(OneFilm):
     """The film whose stretch was measured at voltages."""
 
-    prestretch: Prestretch = Field(
-        default_factory=lambda: (1.0, 1.0),
-        description="Equibiaxial prestretch, or a pair such as [3.0, 1.0].",
-        json_schema_extra={"default": 1.0},
-    )
     relax: RelaxTimes = Field(  # type: ignore[assignment]
         (0.0,),
         validate_default=False,

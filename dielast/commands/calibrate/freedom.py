@@ -8,7 +8,7 @@ from dielast.base.errors import InputError, Mistakes, Problem, quoted, shown, wa
 from dielast.base.units import parse
 from dielast.calibration.parameters import Free, ParameterSpace, parameter_space
 from dielast.commands.calibrate.recipe import FreeValue
-from dielast.commands.simulation.uncertainty import read_members
+from dielast.handover.material_draws import read_draws_beside
 from dielast.io.files import Inputs
 from dielast.material.material import Material, constants_of
 
@@ -77,7 +77,7 @@ def _converted(stated: FreeValue, path: str, name: str, material: Material, inpu
             raise InputError(
                 'prior = "draws" takes the standard deviation from the draws: leave relative out', key=f"{_key(path)}.relative"
             )
-        members = read_members(name, inputs, material, {})
+        members = read_draws_beside(inputs, name, material)
         if len(members) < FEWEST_DRAWS:
             few = f"{name} has {len(members)} draws, at least {FEWEST_DRAWS} are needed"
             raise InputError(f"{few}: mastercurve with [uncertainty] and spectrum make them", key=f"{_key(path)}.prior")

@@ -16,16 +16,16 @@ from dielast.commands.simulation.compare import interpolated, read_points
 from dielast.commands.simulation.recipe import CompareSection
 from dielast.commands.simulation.result import CaseResult, StatedCase
 from dielast.commands.simulation.run import Simulation
-from dielast.commands.simulation.solver_steps import TimedStep, solver_steps
+from dielast.commands.simulation.solver_steps import solver_steps
+from dielast.commands.simulation.timed_steps import TimedStep, TimedSteps
 from dielast.io.files import Inputs, resolve
 from dielast.io.table import split_header
 from dielast.material.material import Material
 from dielast.mechanics.load import ChargeStep, Track, VoltageStep, Waveform
 from dielast.numerics.arrays import Floats
 from dielast.recipe.cases import Case
-from dielast.sharing.study import Study
 
-FINE = 400  # times of a history for points over a quantity that the material determines
+FINE = 400  # times of a history
 KINDS = ("relax", "creep", "actuate")
 
 
@@ -34,7 +34,7 @@ class SimulatedTest(SimulatedExperiment):
     """One `[[compare]]` of a `recipe`, whose case is simulated through the `steps`."""
 
     recipe: Any
-    steps: Sequence[TimedStep]
+    steps: TimedSteps
     simulation: Simulation
     comparison: CompareSection
     x: Floats | None
@@ -63,9 +63,7 @@ class SimulatedTest(SimulatedExperiment):
 
     def _results(self, materials: Sequence[Material]) -> list[CaseResult]:
         """The result of the simulation of each material."""
-        return Study().batches(
-            self.simulation.batches([StatedCase(self.recipe, material, self.steps, None) for material in materials])
-        )
+        return self.simulation.solve([StatedCase(self.recipe, material, self.steps, None) for material in materials])
 
     def _at_times(self, time: Floats, values: Floats) -> Floats:
         """The values (n,) less `rest` at the times of the test, NaN outside."""
@@ -118,15 +116,13 @@ def recipe_tests(name: str, inputs: Inputs, called: str, specimen: str, temperat
         if time.size < 3:
             raise InputError(f"{time.size} points: at least 3 are needed", key=f"compare[{index}].file", file=name)
         header, (column, unit) = comparison.y, split_header(comparison.y)
-        wanted = time[time >= 0] if x is None else np.linspace(0.0, steps[-1].end, FINE + 1)[1:]
-        output = recipe.output.model_copy(update={"times": wanted.tolist()})
-        stop = {"stop": recipe.stop.model_copy(update={"at": "end"})} if kind == "actuate" else {}
+        wanted = time[time >= 0] if x is None else _evenly(steps)
         if x is None:
             steps = _until(float(time[-1]), steps)
         # as accurate as tests with a prescribed stretch
         coarse = {} if "rtol" in recipe.solver.model_fields_set else {"rtol": max(RTOL, recipe.solver.rtol)}
         solver = recipe.solver.model_copy(update=coarse)
-        simulated = recipe.model_copy(update={"output": output, "solver": solver, "temperature": at, **stop})
+        simulated = _followed(recipe, wanted, at, solver=solver)
         rest = _rest(recipe, column)
         label = called if len(comparisons) == 1 else f"{called}, {comparison.label or os.path.basename(comparison.file)}"
         tests.append(
@@ -173,7 +169,7 @@ def prescribed(recipe: Any, steps: Sequence[TimedStep], header: str) -> tuple[Fl
     return np.array(time), np.array(value)
 
 
-def _until(end: float, steps: Sequence[TimedStep]) -> list[TimedStep]:
+def _until(end: float, steps: TimedSteps) -> TimedSteps:
     """The steps up to the time `end` in s: a film that pulls in later would be followed in ever smaller steps."""
     begun = [timed for timed in steps if timed.begin < end or timed is steps[0]]
     last = begun[-1]
@@ -183,23 +179,31 @@ def _until(end: float, steps: Sequence[TimedStep]) -> list[TimedStep]:
             reached = None if target is None else last.before + (last.after - last.before) * lasts / last.lasts
             stated: dict[str, Any] = {last.step.QUANTITY: reached}
             begun[-1] = replace(last, step=type(last.step)(**stated, duration=lasts))
-    return begun
+    return replace(steps, steps=begun)
 
 
 def _of_its_material(
-    case: Case[Any], comparison: CompareSection, steps: Sequence[TimedStep], inputs: Inputs, temperature: float, key: str
+    case: Case[Any], comparison: CompareSection, steps: TimedSteps, inputs: Inputs, temperature: float, key: str
 ) -> tuple[Floats, Floats]:
     """Times in s and values of the quantity x of a comparison, for the material that its recipe names."""
-    recipe = case.recipe
-    output = recipe.output.model_copy(update={"times": np.linspace(0.0, steps[-1].end, FINE + 1)[1:].tolist()})
-    stop = {"stop": recipe.stop.model_copy(update={"at": "end"})} if recipe.kind == "actuate" else {}
-    stated = recipe.model_copy(update={"output": output, "temperature": temperature, **stop})
-    batches = _simulation(recipe).batches([StatedCase(stated, material_of(case, inputs), steps, None)])
-    table = Study().batches(batches)[0].columns
+    stated = _followed(case.recipe, _evenly(steps), temperature)
+    table = _simulation(stated).solve([StatedCase(stated, material_of(case, inputs), steps, None)])[0].columns
     for header in (comparison.x, comparison.y):
         if header not in table:
             raise InputError(f'"{header}" is no column of the result; there are {", ".join(table)}', key=key)
     return table["time [s]"], table[comparison.x]
+
+
+def _evenly(steps: TimedSteps) -> Floats:
+    """Times in s of a history for points over a quantity that the material determines."""
+    return np.linspace(0.0, steps[-1].end, FINE + 1)[1:]
+
+
+def _followed(recipe: Any, times: Floats, temperature: float, **changes: Any) -> Any:
+    """The recipe at these times in s and a temperature in degC; a film goes on after its failure."""
+    if recipe.kind == "actuate":
+        changes["stop"] = recipe.stop.model_copy(update={"at": "end"})
+    return recipe.at_times(times, temperature=temperature, **changes)
 
 
 def _simulation(recipe: Any) -> Simulation:

@@ -94,15 +94,5 @@ def _measure(table: MeasuredTable, test: TestData) -> tuple[str, str | int]:
 
 def _film(film: TestFilm) -> Film:
     """The film as the library takes it; the middle of a range stands for an unknown condition."""
-    forces, widths = film.weights
-    prestretch = tuple(None if force is not None else value for value, force in zip(film.prestretch, forces, strict=True))
-    return Film(
-        film.thickness,
-        (prestretch[0], prestretch[1]),
-        film.prestretch_rate,
-        film.relax[0],
-        film.boundary,
-        None if film.shares is None else film.shares[0],
-        None if film.force is None else forces,
-        None if film.force is None else widths,
-    )
+    share = None if film.shares is None else film.shares[0]
+    return film.setup(prestretch=film.stretched_to, relax=film.relax[0], electrode_share=share)

@@ -13,6 +13,8 @@ from dielast.commands.grids.recipe import DesignRecipe
 from dielast.commands.simulation.cases import first_of_each, material_of
 from dielast.commands.simulation.recipe import KEYS
 from dielast.io.files import Inputs
+from dielast.material.intervals import DrawIntervals
+from dielast.material.scatter import Sample
 from dielast.recipe.cases import Case
 from dielast.report.report import RunReport
 from dielast.sharing.execution import Execution
@@ -39,7 +41,7 @@ def prepared(cases: Sequence[Case[DesignRecipe]], inputs: Inputs) -> PreparedGri
     recipe, material = cases[0].recipe, material_of(cases[0], inputs)
     sample = sample_for(cases[0], material, inputs)
     with in_keys(GOAL_KEYS):
-        check_draws(0 if sample is None else len(sample), *_levels(recipe))
+        check_draws(0 if sample is None else len(sample), _intervals(recipe, sample).level, _failing(recipe))
     goal = recipe.goal
     plan = partial(plan_design, goal=Goal(goal.at, goal.horizon, goal.relative_stretch, goal.area_strain))
     targets = len(goal.relative_stretch or goal.area_strain or ())
@@ -48,17 +50,20 @@ def prepared(cases: Sequence[Case[DesignRecipe]], inputs: Inputs) -> PreparedGri
     return PreparedGrid(material, sample, stated, in_recipe_terms)
 
 
-def _levels(recipe: DesignRecipe) -> tuple[float, float]:
-    """The level of the intervals, and the probability of failure at the safe life."""
-    level = 0.9 if recipe.uncertainty is None else recipe.uncertainty.level
-    return level, recipe.goal.failure_probability or FAILURE_PROBABILITY
+def _intervals(recipe: DesignRecipe, sample: Sample | None) -> DrawIntervals:
+    return DrawIntervals(0.9) if recipe.uncertainty is None or sample is None else recipe.uncertainty.intervals(sample.laws)
+
+
+def _failing(recipe: DesignRecipe) -> float:
+    """The probability of failure at the safe life."""
+    return recipe.goal.failure_probability or FAILURE_PROBABILITY
 
 
 def run(cases: Sequence[Case[DesignRecipe]], inputs: Inputs, execution: Execution) -> RunReport:
     """Plan the films, find their voltages, report."""
     recipe, ready = cases[0].recipe, prepared(cases, inputs)
     material, sample, stated = ready.material, ready.sample, recipe.uncertainty
-    level, share = _levels(recipe)
+    share = _failing(recipe)
     with placed(ready.in_recipe_terms):
         plan = ready.plan.relaxed()
     study = Study.of(cases, inputs, execution)
@@ -70,8 +75,7 @@ def run(cases: Sequence[Case[DesignRecipe]], inputs: Inputs, execution: Executio
     solved = study.solve(Work(solve_films, "films"), plan, plan.chunks(size=size(plan.films)))
     plan = under_way(plan, solved)
     drawn = study.solve(Work(solve_draws, "films of draws"), plan, plan.chunks(True, size(plan.films * plan.grid.draws)))
-    confidence = None if stated is None else stated.assurance
-    result = designed(plan, solved, drawn, level, share, confidence, None if sample is None else sample.laws)
+    result = designed(plan, solved, drawn, _intervals(recipe, sample), share)
     warn_of_design(recipe, material, result)
 
     def figure() -> Any:

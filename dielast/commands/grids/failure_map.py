@@ -50,7 +50,8 @@ def run(cases: Sequence[Case[FailureMapRecipe]], inputs: Inputs, execution: Exec
         plan = ready.plan.relaxed()
     solved = Study.of(cases, inputs, execution).solve(Work(solve_cells, "cells"), plan, plan.chunks(CHUNK))
     result, *every = assembled(plan, solved)
-    drawn, laws = every[: 0 if sample is None else len(sample)], None if sample is None else sample.laws
+    drawn = every[: 0 if sample is None else len(sample)]
+    intervals = None if stated is None or sample is None else stated.intervals(sample.laws)
     warn_of_failures(recipe, material, result)
     lines = fit_lifetime(result)
 
@@ -60,7 +61,7 @@ def run(cases: Sequence[Case[FailureMapRecipe]], inputs: Inputs, execution: Exec
         from dielast.commands.simulation.uncertainty import interval_label
         from dielast.plots.failure_map import plot_failure_map
 
-        bounds = None if stated is None else map_bounds(drawn, stated.level, laws)["time_to_failure"]
+        bounds = None if intervals is None else map_bounds(drawn, intervals)["time_to_failure"]
         return plot_failure_map(result, lines, titled(recipe.title, cases, [material]), bounds, interval_label([recipe]))
 
     def operating_map() -> Any:
@@ -72,14 +73,12 @@ def run(cases: Sequence[Case[FailureMapRecipe]], inputs: Inputs, execution: Exec
     tables: dict[str, Table] = {"failure-map.csv": result.columns(), "fit.csv": lines.columns()}
     sections = headline(result, lines)
     figures: dict[str, Callable[[], Any]] = {"operating-map": operating_map} if result.relative_stretch else {}
-    if stated is not None:
+    if intervals is not None:
         from dielast.commands.simulation.bounds import bounded_line_columns, bounded_map_columns
         from dielast.commands.simulation.uncertainty import uncertainty_headline
 
-        columns = bounded_map_columns(tables["failure-map.csv"], drawn, stated.level, stated.assurance, laws)
-        tables["failure-map.csv"] = columns
-        lines_drawn = [fit_lifetime(draw) for draw in drawn]
-        tables["fit.csv"] = bounded_line_columns(tables["fit.csv"], lines_drawn, stated.level, laws)
+        tables["failure-map.csv"] = bounded_map_columns(tables["failure-map.csv"], drawn, intervals)
+        tables["fit.csv"] = bounded_line_columns(tables["fit.csv"], [fit_lifetime(draw) for draw in drawn], intervals)
         sections |= uncertainty_headline([stated], [sample])
     if variation is not None:
         from dielast.commands.simulation.sensitivity import sensitivity_outputs

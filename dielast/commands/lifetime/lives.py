@@ -10,7 +10,7 @@ import numpy as np
 
 from dielast.base.errors import InputError, NumericsError, warn, without_warnings
 from dielast.calibration.failures.bounds import TestPlan, plan_test
-from dielast.calibration.failures.fits import FittedLaw, HeldFilms, Lives, fit_law, life_error, lives_of
+from dielast.calibration.failures.fits import FittedLaw, Lives, fit_law, life_error, lives_of
 from dielast.calibration.failures.law_models import line_model
 from dielast.calibration.failures.law_names import LINES
 from dielast.calibration.failures.likelihood import Seen
@@ -57,24 +57,23 @@ def films_under(
     recipe: LifetimeRecipe, points_per_decade: int, material: Material, *, voltage: Floats, prestretch: Floats, end: float
 ) -> Simulated:
     """Films of the recipe under constant voltages (films,) in V up to the `end` in s."""
-    n, usual = voltage.size, recipe.film.thickness
+    n = voltage.size
     unknown, empty = np.full(n, np.nan), ("",) * n
-    at = material.reference_temperature if recipe.temperature is None else recipe.temperature
     films = Specimens(
-        tuple(f"{volt:g} V" for volt in voltage),
-        np.full(n, int(Seen.SUSPENDED)),
-        np.full(n, end),
-        voltage,
-        np.full(n, np.inf),
-        prestretch,
-        np.full(n, usual),
-        np.full(n, at),
-        unknown,
-        unknown,
-        unknown,
-        empty,
-        empty,
-        np.full(n, -1),
+        name=tuple(f"{volt:g} V" for volt in voltage),
+        seen=np.full(n, int(Seen.SUSPENDED)),
+        time=np.full(n, end),
+        voltage=voltage,
+        ramp=np.full(n, np.inf),
+        prestretch=prestretch,
+        thickness=np.full(n, recipe.film.thickness),
+        temperature=np.full(n, recipe.usual_temperature(material)),
+        intact=unknown,
+        area=unknown,
+        humidity=unknown,
+        batch=empty,
+        mode=empty,
+        programme=np.full(n, -1),
     )
     with without_warnings():
         return simulated(recipe, material, films, points_per_decade)
@@ -96,11 +95,9 @@ def lives_under(recipe: LifetimeRecipe, material: Material, tested: Simulated, f
     volts, prestretch = np.tile(voltage, len(pairs)), np.repeat(np.array(pairs, dtype=float), voltage.size, axis=0)
     horizon = axis.horizon or LONGER * float(tested.end.max())
 
-    def solve(factor: int) -> tuple[HeldFilms, float]:
+    def solve(factor: int) -> tuple[Simulated, float]:
         points = factor * tested.points_per_decade
-        made = films_under(recipe, points, material, voltage=volts, prestretch=prestretch, end=horizon)
-        each = made.specimens
-        films = HeldFilms(made.histories.of(made.film), volts, prestretch, each.thickness, each.temperature, made.pulled_in)
+        films = films_under(recipe, points, material, voltage=volts, prestretch=prestretch, end=horizon)
         with without_warnings():
             return films, life_error(fitted, films)
 
@@ -136,7 +133,6 @@ def planned(goal: PlanSection, recipe: LifetimeRecipe, material: Material, teste
         durations[usable],
         exposure[usable],
         float(exposure[2]),
-        1.0,
         goal.failure_share,
         goal.confidence,
         shown=float(np.sum(best.hazard)),
@@ -169,6 +165,13 @@ class Lines:
     """Laws of the time over the voltage by name, without physics, of the specimens (rows,) of one kind of film."""
 
     fitted: Mapping[tuple[Key, str], tuple[FittedLaw, Cases]]
+    usual: tuple[float, float]
+    """The thickness in m and the temperature in degC of the films whose lives are compared with."""
+
+    def law_of(self, name: str, prestretch: Floats) -> FittedLaw | None:
+        """The law of the usual film of a prestretch (2,), None without one."""
+        found = self.fitted.get(((float(prestretch[0]), float(prestretch[1]), *self.usual), name))
+        return None if found is None else found[0]
 
     def columns(self) -> Table:
         """A row for each parameter of each law."""
@@ -184,41 +187,37 @@ class Lines:
             for (name, unit, kind), values in zip(COLUMNS, parts, strict=True)
         ]
 
-    def lives(self, name: str, lives: Lives, thickness: float, temperature: float, share: float) -> Floats:
+    def lives(self, name: str, lives: Lives, share: float) -> Floats:
         """The times (3, films) in s within which a share of the films of `lives` fails by a law, and its bounds; NaN without it."""
         values = np.full((3, lives.voltage.size), np.nan)
-        for k in range(lives.voltage.size):
-            first, second = lives.prestretch[k].tolist()
-            found = self.fitted.get(((first, second, thickness, temperature), name))
-            if found is not None:
-                values[:, k] = found[0].line_life(float(lives.voltage[k]), share)
+        for k, (voltage, prestretch) in enumerate(zip(lives.voltage.tolist(), lives.prestretch, strict=True)):
+            if (law := self.law_of(name, prestretch)) is not None:
+                values[:, k] = law.line_life(voltage, share)
         return values
 
-    def drawn(self, name: str, lives: Lives, thickness: float, temperature: float) -> Floats:
+    def drawn(self, name: str, lives: Lives) -> Floats:
         """The times (films,) in s within which half of the films of `lives` fails by a law, for a figure; NaN where the failures do
         not determine how the time falls with the voltage (the second parameter), or bound the time on one side only.
         """
-        time, lower, upper = self.lives(name, lives, thickness, temperature, 0.5)
+        time, lower, upper = self.lives(name, lives, 0.5)
         known = [
-            (law := self.fitted.get(((first, second, thickness, temperature), name))) is not None
-            and law[0].interval_of(law[0].law.parameters[1].coordinate).verdict is Verdict.DETERMINED
-            for first, second in lives.prestretch.tolist()
+            (law := self.law_of(name, prestretch)) is not None
+            and law.interval_of(law.law.parameters[1].coordinate).verdict is Verdict.DETERMINED
+            for prestretch in lives.prestretch
         ]
         return np.where(np.array(known, dtype=bool) & (lower > 0) & np.isfinite(upper), time, np.nan)
 
-    def of_lives(self, lives: Lives, thickness: float, temperature: float) -> Table:
-        """Columns of `lives`, of films of a thickness in m at a temperature in degC: the time within which a tenth of the films
-        fails by each law, with bounds; none without a law.
-        """
+    def of_lives(self, lives: Lives) -> Table:
+        """Columns of `lives`: the time within which a tenth of the films fails by each law, with bounds; none without a law."""
         columns = []
         for name in LINES if self.fitted else ():
-            values = self.lives(name, lives, thickness, temperature, 0.1)
+            values = self.lives(name, lives, 0.1)
             for k, end in enumerate(("", "_lower", "_upper")):
                 columns.append(Column(f"{name.replace('-', '_')}_time_b10{end}", "s", values[k]))
         return columns
 
 
-def lines_of(recipe: LifetimeRecipe, tested: Simulated) -> Lines:
+def lines_of(recipe: LifetimeRecipe, material: Material, tested: Simulated) -> Lines:
     """The laws of each kind of film that failed at several voltages, where they can be fitted."""
     fitted: dict[tuple[Key, str], tuple[FittedLaw, Cases]] = {}
     specimens = tested.specimens
@@ -238,4 +237,4 @@ def lines_of(recipe: LifetimeRecipe, tested: Simulated) -> Lines:
             except (InputError, NumericsError):
                 continue
             fitted[film, name] = fit, members
-    return Lines(fitted)
+    return Lines(fitted, (recipe.film.thickness, recipe.usual_temperature(material)))

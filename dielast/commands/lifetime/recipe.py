@@ -10,6 +10,7 @@ from dielast.calibration.failures.law_names import DAMAGE_LAWS, LAWS
 from dielast.commands.grids.recipe import VoltageAxis
 from dielast.commands.simulation.film_recipe import SHARE_TEXT, FilmBase, FilmSolver, Prestretch, PullInSection, Share
 from dielast.commands.simulation.recipe import Cell
+from dielast.material.material import Material
 from dielast.readings.columns_recipe import NamedColumns
 from dielast.recipe.base import RecipeBase, TextTable, units_of
 from dielast.recipe.fields import Area, Numbers, OneOf, PositiveTime, RelativeDeviation, Section, Temperature, Voltage, WithUnit
@@ -185,6 +186,10 @@ class LifetimeRecipe(RecipeBase):
     pull_in: PullInSection = Field(default_factory=PullInSection, description="The pull-in criterion.")
     solver: FilmSolver = Field(FilmSolver(), description="How exactly the equations are solved.")
     uncertainty: LifetimeUncertainty = Field(LifetimeUncertainty(), description="Intervals, and draws of the material.")
+
+    def usual_temperature(self, material: Material) -> float:
+        """That in degC of specimens without one of their own."""
+        return material.reference_temperature if self.temperature is None else self.temperature
 
     def _check(self) -> None:
         self.film.check_boundary(self.solver)

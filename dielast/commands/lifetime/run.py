@@ -47,13 +47,12 @@ def run(cases: Sequence[Case[LifetimeRecipe]], inputs: Inputs, execution: Execut
     for rank in ranks:
         warn_of_fit(rank, specimens)
     fitted = [rank.fitted[0] for rank in ranks]
-    lines = lines_of(recipe, tested)
-    usual = material.reference_temperature if recipe.temperature is None else recipe.temperature
+    lines = lines_of(recipe, material, tested)
     lives = lives_under(recipe, material, tested, fitted)
     tables: dict[str, Table] = {
         "parameters.csv": joined([law.columns() for law in fitted]),
         "specimens.csv": specimen_columns(tested, fitted),
-        "life.csv": [*lives.columns(), *lines.of_lives(lives, recipe.film.thickness, usual)],
+        "life.csv": [*lives.columns(), *lines.of_lives(lives)],
         "laws.csv": law_columns(ranks),
         "lines.csv": lines.columns(),
     }
@@ -71,8 +70,7 @@ def run(cases: Sequence[Case[LifetimeRecipe]], inputs: Inputs, execution: Execut
     def figure() -> Any:
         from dielast.plots.failures import plot_failures
 
-        line = lines.drawn("inverse-power", lives, recipe.film.thickness, usual)
-        return plot_failures(tested, fitted, lives, recipe.title, line)
+        return plot_failures(tested, fitted, lives, recipe.title, lines.drawn("inverse-power", lives))
 
     return RunReport(tables, sections, figure, files)
 

@@ -14,7 +14,7 @@ from dielast.calibration.failures.specimens import Specimens
 from dielast.commands.lifetime.recipe import QUANTITIES, TEXTS, FailureData, LifetimeRecipe
 from dielast.commands.registry import read_cases
 from dielast.commands.simulation.compare import rows_where
-from dielast.commands.simulation.solver_steps import order_of, solver_steps
+from dielast.commands.simulation.solver_steps import solver_steps
 from dielast.io.files import Inputs, resolve
 from dielast.io.text_table import MeasuredTable, read_measured
 from dielast.material.checks import USUAL
@@ -87,7 +87,6 @@ def read_specimens(recipe: LifetimeRecipe, material: Material, inputs: Inputs) -
     for name in dict.fromkeys(name for name in names if names.count(name) > 1):
         refuse(names.index(name), f"{names.count(name)} rows have this name: each row is a specimen of its own")
     wrong.refuse()
-    default = material.reference_temperature if recipe.temperature is None else recipe.temperature
     fields = voltage * first * second / thickness
     USUAL["field of tests"].warn([np.max(fields[np.isfinite(fields)])] if np.any(np.isfinite(fields)) else [])
     USUAL["film"].warn(thickness)
@@ -99,7 +98,7 @@ def read_specimens(recipe: LifetimeRecipe, material: Material, inputs: Inputs) -
         ramp,
         np.stack((first, second), axis=1),
         thickness,
-        filled("temperature", default),
+        filled("temperature", recipe.usual_temperature(material)),
         intact,
         area,
         humidity,
@@ -147,4 +146,4 @@ def _programme(name: str, inputs: Inputs) -> Sequence[VoltageStep]:
     with located(file=name):
         timed = solver_steps(recipe, Inputs(path.parent))
     steps = [VoltageStep(one.driven, rate=one.step.rate, duration=one.step.duration) for one in timed]
-    return [steps[number] for number, _ in order_of(recipe, timed)]
+    return [steps[run.place] for run in timed.runs()]

@@ -10,14 +10,13 @@ import numpy as np
 from dielast.base.errors import in_a_draw
 from dielast.commands.simulation.cases import Batches, SimulationBatch
 from dielast.commands.simulation.result import BoundedEvent, CaseResult, SolvedCase, StatedCase
-from dielast.commands.simulation.uncertainty_recipe import Uncertainty
 from dielast.handover.law_section import breakdown
 from dielast.io.table import Column, Table, split_header
-from dielast.material.intervals import assured, interval
+from dielast.material.intervals import DrawIntervals
 from dielast.material.scatter import Sample
 from dielast.mechanics.cases import of_case
 from dielast.mechanics.criteria import named
-from dielast.numerics.arrays import Flags, Floats, Index
+from dielast.numerics.arrays import Flags, Floats
 from dielast.sharing.study import Draws, Study
 from dielast.simulate.events import EVENT_UNITS, Event, event_columns
 from dielast.simulate.failure_map import FailureMap
@@ -35,9 +34,8 @@ def bounded_cases(batches: Batches, cases: Sequence[SolvedCase], study: Study) -
     for number, case in enumerate(cases):
         if case.sample is not None:
             parts = draws_of(batches, case, case.sample, case.result, "uncertainty", of_case(number, len(cases)))
-            drawn[number] = Draws(
-                len(drawn), parts, partial(_bounded, case.result, uncertainty=case.recipe.uncertainty, laws=case.sample.laws)
-            )
+            intervals = case.recipe.uncertainty.intervals(case.sample.laws)
+            drawn[number] = Draws(len(drawn), parts, partial(_bounded, case.result, intervals=intervals))
     bounds = dict(zip(drawn, study.batches(list(drawn.values()), "draws"), strict=True))
     return [bounds.get(number, case.result) for number, case in enumerate(cases)]
 
@@ -51,15 +49,13 @@ def draws_of(
     return [replace(part, place={"key": key, "case": number}) for part in parts]
 
 
-def _bounded(result: CaseResult, drawn: Sequence[CaseResult], uncertainty: Uncertainty, laws: Index | None) -> CaseResult:
+def _bounded(result: CaseResult, drawn: Sequence[CaseResult], intervals: DrawIntervals) -> CaseResult:
     """The result of a case with bounds from its draws, a film's events too."""
-    level = uncertainty.level
     if result.events is None:
-        return bounded(result, drawn, level, laws=laws)
+        return bounded(result, drawn, intervals)
     events = [draw.events or () for draw in drawn]
     failed = [any(named(event.name).is_failure for event in draw) for draw in events]
-    bounds = bounded_events(result.events, events, level, uncertainty.assurance, laws)
-    return replace(bounded(result, drawn, level, failed, laws), bounded_events=bounds)
+    return replace(bounded(result, drawn, intervals, failed), bounded_events=bounded_events(result.events, events, intervals))
 
 
 def drawn_case(case: StatedCase, sample: Sample, result: CaseResult) -> list[StatedCase]:
@@ -91,13 +87,9 @@ def _passed(time: Floats) -> Flags:
 
 
 def bounded(
-    result: CaseResult,
-    drawn: Sequence[CaseResult],
-    level: float,
-    failed: Sequence[bool] | None = None,
-    laws: Index | None = None,
+    result: CaseResult, drawn: Sequence[CaseResult], intervals: DrawIntervals, failed: Sequence[bool] | None = None
 ) -> CaseResult:
-    """The result of a case, with lower and upper bounds of each column in which the draws differ; `laws` (draws,) as in `interval`.
+    """The result of a case, with lower and upper bounds of each column in which the draws differ.
 
     For films, `failed` says which draws end by failure. From then on, such a draw counts as above every upper bound of stretches
     and field, and as below every lower bound of stress and stability; a bound among failed draws is infinite. A further column
@@ -114,7 +106,7 @@ def bounded(
         if header not in result.stated and (quantity is None or quantity.written):
             table = _stacked([draw.columns[header] for draw in drawn], time.size)
             beyond = -np.inf if quantity is not None and quantity.falls else np.inf
-            low, high = interval(np.where(determined, np.where(lost, beyond, table), np.nan), level, laws)
+            low, high = intervals.of(np.where(determined, np.where(lost, beyond, table), np.nan))
             columns[_bound_header(header, "lower")], columns[_bound_header(header, "upper")] = low, high
     if failed is not None:
         columns[SURVIVING] = np.sum(there, axis=0) / np.maximum(np.sum(there | lost, axis=0), 1)
@@ -141,18 +133,12 @@ def _stacked(columns: Sequence[Floats], rows: int) -> Floats:
     return table
 
 
-def bounded_events(
-    events: Sequence[Event],
-    drawn: Sequence[Sequence[Event]],
-    level: float,
-    confidence: float | None = None,
-    laws: Index | None = None,
-) -> list[BoundedEvent]:
+def bounded_events(events: Sequence[Event], drawn: Sequence[Sequence[Event]], intervals: DrawIntervals) -> list[BoundedEvent]:
     """The events of a case with bounds, and the events that happen in draws only.
 
     A draw without the event counts as an infinite time, so that a time may have no upper bound. Bounds of other quantities are
-    those of the draws in which the event happens. With a `confidence`, the draws are those of the film before which a share fails,
-    and the time that they exceed is stated.
+    those of the draws in which the event happens. If lives are assured, the draws are those of the film before which a share
+    fails, and the time that they exceed is stated.
     """
     count: Counter[str] = Counter()
     rows: list[tuple[str, int, Event | None]] = []
@@ -166,11 +152,12 @@ def bounded_events(
         bounds = {}
         for number in EVENT_UNITS:
             absent = np.inf if number == "time" else np.nan
-            low, high = interval(np.array([float(getattr(draw[0], number)) if draw else absent for draw in same]), level, laws)
+            low, high = intervals.of(np.array([float(getattr(draw[0], number)) if draw else absent for draw in same]))
             bounds[number] = float(low), float(high)
         times = np.array([draw[0].time if draw else np.inf for draw in same])
-        life = None if confidence is None else float(assured(times, confidence, laws))
-        result.append(BoundedEvent(name, central, bounds, sum(map(len, same)) / len(same), life))
+        life = intervals.assured(times)
+        share = sum(map(len, same)) / len(same)
+        result.append(BoundedEvent(name, central, bounds, share, None if life is None else float(life)))
     return result
 
 
@@ -198,7 +185,7 @@ def _between_bounds(columns: Sequence[Column], bounds: Mapping[str, Iterable[Flo
     return result
 
 
-def map_bounds(drawn: Sequence[FailureMap], level: float, laws: Index | None = None) -> dict[str, tuple[Floats, Floats]]:
+def map_bounds(drawn: Sequence[FailureMap], intervals: DrawIntervals) -> dict[str, tuple[Floats, Floats]]:
     """Lower and upper bounds of times and stretches of a map by column name; infinite for a time beyond the horizon, and for the
     stretch of a film that has failed before.
     """
@@ -206,44 +193,38 @@ def map_bounds(drawn: Sequence[FailureMap], level: float, laws: Index | None = N
     bounds = {}
     for name in (*drawn[0].times, FAILURE):
         times = np.array([draw.time_to_failure if name == FAILURE else draw.times[name] for draw in drawn])
-        bounds[column_of(name)] = interval(np.where(np.isnan(times), np.where(finished, np.inf, np.nan), times), level, laws)
+        bounds[column_of(name)] = intervals.of(np.where(np.isnan(times), np.where(finished, np.inf, np.nan), times))
     for when in drawn[0].relative_stretch:
         # a failed film counts as above every stretch
         failed = np.array([draw.time_to_failure < draw.stretch_at[when] for draw in drawn])
         for axis in range(len(drawn[0].relative_stretch[when])):
             stretch = np.array([draw.relative_stretch[when][axis] for draw in drawn])
-            bounds[f"relative_stretch_{axis + 1} after {when}"] = interval(np.where(failed, np.inf, stretch), level, laws)
+            bounds[f"relative_stretch_{axis + 1} after {when}"] = intervals.of(np.where(failed, np.inf, stretch))
     for quantity in CELLS:
         values = np.array([quantity.of(draw) for draw in drawn])
         lost = np.isnan(values) & finished
-        bounds[quantity.name] = interval(np.where(lost, -np.inf if quantity.falls else np.inf, values), level, laws)
+        bounds[quantity.name] = intervals.of(np.where(lost, -np.inf if quantity.falls else np.inf, values))
     return bounds
 
 
-def bounded_map_columns(
-    columns: Sequence[Column],
-    drawn: Sequence[FailureMap],
-    level: float,
-    confidence: float | None = None,
-    laws: Index | None = None,
-) -> list[Column]:
+def bounded_map_columns(columns: Sequence[Column], drawn: Sequence[FailureMap], intervals: DrawIntervals) -> list[Column]:
     """The table of a map with bounds of each time, and the probability of failure: the share of the draws that fail within the
-    horizon, among those with a known result; with a `confidence`, also the life that the draws exceed, infinite beyond the horizon.
+    horizon, among those with a known result; if lives are assured, also the life that draws exceed, infinite beyond the horizon.
     """
     failed = np.array([np.isfinite(draw.time_to_failure) for draw in drawn])
     finished = np.array([draw.failure_mode != "unfinished" for draw in drawn])
     probability = np.sum(failed, axis=0) / np.maximum(np.sum(finished, axis=0), 1)
-    result = [*_between_bounds(columns, map_bounds(drawn, level, laws)), Column("failure_probability", "1", probability.ravel())]
-    if confidence is not None:
-        lives = np.array([np.where(np.isnan(draw.time_to_failure), np.inf, draw.time_to_failure) for draw in drawn])
-        result.append(Column("assured_life", "s", assured(np.where(finished, lives, np.nan), confidence, laws).ravel()))
+    result = [*_between_bounds(columns, map_bounds(drawn, intervals)), Column("failure_probability", "1", probability.ravel())]
+    lives = np.array([np.where(np.isnan(draw.time_to_failure), np.inf, draw.time_to_failure) for draw in drawn])
+    if (assured := intervals.assured(np.where(finished, lives, np.nan))) is not None:
+        result.append(Column("assured_life", "s", assured.ravel()))
     return result
 
 
 def bounded_line_columns(
-    columns: Sequence[Column], drawn: Sequence[Sequence[LifetimeLine]], level: float, laws: Index | None = None
+    columns: Sequence[Column], drawn: Sequence[Sequence[LifetimeLine]], intervals: DrawIntervals
 ) -> list[Column]:
     """The table of lifetime lines with bounds of each number, from the lines of all draws."""
     names = (*LINE_UNITS, *POWER)
     numbers = {name: np.array([[getattr(line, name) for line in lines] for lines in drawn], dtype=float) for name in names}
-    return _between_bounds(columns, {name: interval(values, level, laws) for name, values in numbers.items()})
+    return _between_bounds(columns, {name: intervals.of(values) for name, values in numbers.items()})

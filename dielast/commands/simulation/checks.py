@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 from dielast.base.errors import and_more, warn
 from dielast.commands.simulation.cases import last
 from dielast.commands.simulation.result import CaseResult, SolvedCase, StatedCase
-from dielast.commands.simulation.solver_steps import TimedStep, reached_at_once, targets
+from dielast.commands.simulation.timed_steps import TimedStep
 from dielast.handover.law_section import breakdown
 from dielast.material.breakdown import BreakdownLaw
 from dielast.material.checks import (
@@ -42,7 +42,7 @@ def warn_of_tests(cases: Sequence[StatedCase]) -> None:
     """Warn of cases of `relax` or `creep` whose loads, specimens or temperatures look like something else."""
     _warn_of_temperatures(cases)
     if cases[0].recipe.kind == "relax":
-        stretches = [value for case in cases for value in targets(case.steps)]
+        stretches = [value for case in cases for value in case.steps.targets]
         warn_of_stretch(min(stretches, default=1.0), max(stretches, default=1.0))
         return
     specimens = [case.recipe.specimen for case in cases if case.recipe.specimen is not None]
@@ -58,7 +58,7 @@ def warn_of_membranes(cases: Sequence[SolvedCase]) -> None:
     if relaxing:
         _warn_of_slack([case.result for case in cases])
         return
-    loaded = [case for case in cases if any(targets(case.steps))]
+    loaded = [case for case in cases if any(case.steps.targets)]
     if loaded:
         stretches = [_stretches(case.result) for case in loaded]
         margins = [
@@ -87,7 +87,7 @@ def warn_of_programmes(cases: Sequence[StatedCase]) -> None:
         warn_of_no_breakdown([law is not None for law in limits], materials, steady)
     thickness = np.array([film.thickness for film in films])
     warn_of_setups([film.prestretch for film in films], [film.boundary for film in films], thickness, limits)
-    highest = np.array([max(map(abs, targets(case.steps)), default=0.0) for case in cases])
+    highest = np.array([max(map(abs, case.steps.targets), default=0.0) for case in cases])
     before_motion, limit = np.array(list(map(_fields, cases))).T
     field = highest * before_motion
     # if none is known, the plausible value closest to the field
@@ -111,7 +111,7 @@ def warn_of_films(cases: Sequence[SolvedCase]) -> None:
             if event.name != "breakdown" or event.time > 0:
                 continue
             before_motion, limit = _fields(case)
-            if reached_at_once(case.steps) * before_motion >= limit:
+            if case.steps.reached_at_once * before_motion >= limit:
                 broken[index] = at_once
             else:
                 what = f"{_of_case(index, len(cases))}the film breaks down {at_once}, after"

@@ -12,7 +12,7 @@ from dielast.base import units
 from dielast.base.errors import InputError, warn
 from dielast.commands.simulation.cases import one_or_list
 from dielast.commands.simulation.recipe import CompareSection, SimulationRecipe, roles_of
-from dielast.commands.simulation.solver_steps import end_of, solver_steps
+from dielast.commands.simulation.solver_steps import solver_steps
 from dielast.io.files import Inputs
 from dielast.io.table import split_header
 from dielast.io.text_table import MeasuredTable, read_measured
@@ -103,7 +103,7 @@ def check_comparison(index: int, comparison: CompareSection, cases: Sequence[Cas
     if comparison.x != "time [s]":
         return
     try:
-        end = end_of(recipe, solver_steps(recipe, inputs))
+        end = solver_steps(recipe, inputs).end
     except InputError:
         return  # a mistake in a table of load is reported where the table is read
     if time.min() > end:

@@ -204,6 +204,11 @@ class FilmBase(Section):
         forces, widths = ((*values[:count], None, None) for values in (weights, self.width or ()))
         return (forces[0], forces[1]), (widths[0], widths[1])
 
+    def width_across(self, axis: int) -> float:
+        """The undeformed width in m across an axis, from 0; the only one, if one is stated."""
+        widths = self.width or ()
+        return widths[min(axis, len(widths) - 1)]
+
     def setup(self, **of_films: Any) -> Film:
         """The films as the library takes them, with what else of them is stated: prestretch, electrode share, temperature."""
         from dielast.simulate.film_setup import Film  # slow to import
@@ -276,3 +281,20 @@ class FilmBase(Section):
         if boundary == "frame" and (apart := [pair for pair in self.prestretches if pair[0] != pair[1]]):
             instead = 'a round frame needs an equibiaxial one; for a pair use "strip", or "clamped" and "dead-load"'
             raise InputError(f"{list(apart[0])}: {instead}", key="film.prestretch")
+
+
+class OneFilm(FilmBase):
+    """The keys of a film with one prestretch."""
+
+    prestretch: Prestretch = Field(
+        default_factory=lambda: (1.0, 1.0),
+        description="Equibiaxial prestretch, or a pair such as [3.0, 1.0].",
+        json_schema_extra={"default": 1.0},
+    )
+
+    @property
+    def stretched_to(self) -> tuple[float | None, float | None]:
+        """The prestretch of both axes, None for an axis that a weight stretches."""
+        forces, _ = self.weights
+        first, second = (None if force is not None else value for value, force in zip(self.prestretch, forces, strict=True))
+        return first, second

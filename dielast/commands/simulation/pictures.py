@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from dielast.commands.simulation.bounds import band
 from dielast.commands.simulation.naming import labels, swept, titled
 from dielast.commands.simulation.result import SolvedCase, at_event
-from dielast.commands.simulation.solver_steps import TimedStep, of_laps, order_of, targets
+from dielast.commands.simulation.timed_steps import TimedSteps
 from dielast.commands.simulation.uncertainty import interval_label
 from dielast.material.material import Material
 from dielast.mechanics.criteria import named
@@ -39,7 +39,7 @@ class _Curve:
     """What the figure shows of one case: its `steps`, the `table` of its columns (rows,), its bounds, and its events by time."""
 
     case: Case[Any]
-    steps: Sequence[TimedStep]
+    steps: TimedSteps
     table: Mapping[str, Floats]
     band: Band | None
     marks: Sequence[tuple[float, Mark]]
@@ -58,13 +58,11 @@ class _Curve:
             if isinstance(wave := timed.step.target, Waveform):
                 cycling = (time[:-1] >= timed.begin * (1 - ROUNDING)) & (time[1:] <= timed.end * (1 + ROUNDING))
                 last[:-1] |= cycling & (np.diff(time) > SKIPPED * float(np.asarray(wave.period)))
-        order = order_of(recipe, self.steps)
-        turns, of_lap = np.array([turn for _, turn in order]), of_laps(self.steps, order)
-        if turns.max() > 1:
-            lasts = np.array([of_lap[number, min(turn, 2)].lasts for number, turn in order])
-            ends, cycle = np.cumsum(lasts), np.flatnonzero(turns)
+        laps, lasts = np.array([(run.lap, run.lasts) for run in self.steps.runs()]).T
+        if laps.max() > 1:
+            ends, cycle = np.cumsum(lasts), np.flatnonzero(laps)
             begin, end = (ends - lasts)[cycle[0]] * (1 - ROUNDING), ends[cycle[-1]] * (1 + ROUNDING)
-            first, later = (lasts[turns == lap].sum() * (1 - ROUNDING) for lap in (1, 2))
+            first, later = (lasts[laps == lap].sum() * (1 - ROUNDING) for lap in (1, 2))
             skips = np.diff(time) >= np.where(time[:-1] < begin + first, first, later)
             last[:-1] |= (time[:-1] >= begin) & (time[1:] <= end) & skips
         return last
@@ -127,7 +125,7 @@ def voltage_in_words(cases: Sequence[SolvedCase]) -> str:
     """The highest voltage that was simulated, for the title; empty without a voltage, or if it is swept."""
     if any(getattr(case.recipe, "control", "") != "voltage" for case in cases):
         return ""
-    highest = {max(map(abs, targets(steps)), default=0.0) for steps in (case.steps for case in cases)}
+    highest = {max(map(abs, case.steps.targets), default=0.0) for case in cases}
     tables = (case.result.columns for case in cases if len(highest) == 1 and "voltage [V]" in case.result.columns)
     volts = max((float(np.max(np.abs(table["voltage [V]"]), initial=0.0)) for table in tables), default=0.0)
     # a film that fails on the way does not see the rest of its history; that of an open circuit may see more than is stated

@@ -2,7 +2,7 @@
 
 import difflib
 from itertools import pairwise
-from typing import Annotated, Any, ClassVar, Literal, get_args
+from typing import Annotated, Any, ClassVar, Literal, Self, get_args
 
 from pydantic import AfterValidator, Field, PlainValidator, ValidationInfo, WithJsonSchema
 
@@ -11,6 +11,7 @@ from dielast.commands.simulation.uncertainty_recipe import Uncertainty
 from dielast.handover.material_file import MaterialFile, material_file
 from dielast.io.table import split_header
 from dielast.mechanics.load import Mode
+from dielast.numerics.arrays import Floats
 from dielast.readings.columns_recipe import MachineColumns, Specimen
 from dielast.recipe.base import RecipeBase, TextTable, units_of
 from dielast.recipe.fields import OneOf, Section, Temperature, Time, on_one_scale
@@ -252,6 +253,11 @@ class SimulationRecipe(MaterialRecipe):
     def lacking(self, quantity: Quantity) -> list[str]:
         """What the quantity needs that the recipe does not state."""
         return list(quantity.needs)
+
+    def at_times(self, times: Floats, **changes: Any) -> Self:
+        """The recipe with other output times in s, and other values of the keys that are named."""
+        output = self.output.model_copy(update={"times": times.tolist()})
+        return self.model_copy(update={**changes, "output": output})
 
     def provided(self) -> list[Quantity]:
         """The quantities in the table of this recipe."""

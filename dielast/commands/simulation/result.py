@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from dielast.commands.simulation.solver_steps import TimedStep
+from dielast.commands.simulation.timed_steps import TimedSteps
 from dielast.io.spool import Away, Spool
 from dielast.numerics.arrays import Floats
 from dielast.numerics.random_streams import stream
@@ -126,7 +126,7 @@ class StatedCase:
 
     recipe: Any
     material: Material
-    steps: Sequence[TimedStep]
+    steps: TimedSteps
     sample: Sample | None
 
     @property

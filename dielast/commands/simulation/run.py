@@ -26,7 +26,8 @@ from dielast.commands.simulation.cases import (
 )
 from dielast.commands.simulation.recipe import SimulationRecipe
 from dielast.commands.simulation.result import CaseResult, SolvedCase, StatedCase, held, with_noise
-from dielast.commands.simulation.solver_steps import end_of, in_recipe_terms, joined, solver_steps
+from dielast.commands.simulation.solver_steps import in_recipe_terms, solver_steps
+from dielast.commands.simulation.timed_steps import joined
 from dielast.io.files import Inputs
 from dielast.io.spool import IN_MEMORY, Spool
 from dielast.io.table import Table, case_table
@@ -117,6 +118,10 @@ class Simulation(ABC):
                 terms = partial(in_recipe_terms, origin=origin, members=part, cases=different)
                 batches.append(SimulationBatch(part, prepare, self.result(recipes[0], materials), terms))
         return batches
+
+    def solve(self, cases: Sequence[StatedCase]) -> list[CaseResult]:
+        """The results of a few cases, at once and in this process."""
+        return Study().batches(self.batches(cases))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -213,11 +218,9 @@ def report_of(simulation: Simulation, cases: Sequence[Case[Any]], inputs: Inputs
         from dielast.commands.simulation.compare import compare_headline, matches
 
         def at_times(case: int, times: Floats) -> Mapping[str, Floats]:
-            output = recipes[case].output.model_copy(update={"times": times.tolist()})
-            timed = replace(prepared.stated[case], recipe=recipes[case].model_copy(update={"output": output}))
-            return Study().batches(simulation.batches([timed]))[0].columns
+            return simulation.solve([replace(prepared.stated[case], recipe=recipes[case].at_times(times))])[0].columns
 
-        ends = [case.result.end(end_of(case.recipe, case.steps)) for case in solved]
+        ends = [case.result.end(case.steps.end) for case in solved]
         matched = matches(recipes[0], columns, inputs, at_times, ends)
         compared = {"compare": compare_headline(matched)}
     axes = axes_of(cases, columns[0], simulation.measured, simulation.time_scale)

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import pairwise
-from math import fsum
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,138 +13,21 @@ import numpy as np
 from dielast.base.errors import InputError, Problem, placed
 from dielast.base.units import CHARGE, CHARGE_DENSITY, FORCE, NUMBER, STRESS, TIME, TIMES, VOLTAGE
 from dielast.commands.simulation.recipe import KEYS
+from dielast.commands.simulation.timed_steps import SolverStep, TimedStep, TimedSteps
 from dielast.io.files import Inputs
 from dielast.mechanics.cases import of_case
-from dielast.mechanics.load import ChargeStep, ElectricalStep, FilmStep, Path, Repeat, Step, Track, VoltageStep, Waveform
+from dielast.mechanics.load import ChargeStep, FilmStep, Repeat, Step, Track, VoltageStep, Waveform
 from dielast.numerics.arrays import Floats
 
 if TYPE_CHECKING:
     from dielast.io.text_table import MeasuredTable
 
-SolverStep = Step | ElectricalStep
 STEPS: dict[str, Callable[..., SolverStep]] = {"voltage": VoltageStep, "charge": ChargeStep, "stretch": Step, "stress": Step}
 """The step of the solver that prescribes a quantity, as an argument of this name."""
 OWN = ("stretch_1", "nominal_stress_1")
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class TimedStep:
-    """A `step` of the solver in the history of one case, and the `number` (from 0) of the recipe's step that it comes from.
-
-    It begins at the time `begin` in s, with the prescribed value `before`.
-    """
-
-    step: SolverStep
-    number: int
-    begin: float
-    before: float
-    edges: tuple[float, float] = (1.0, 1.0)
-    """The stretch of the edges before a step that moves them, NaN where it is not known."""
-
-    @property
-    def driven(self) -> Any:
-        """The quantity that it goes to or follows, None in a hold: of a programme of edges and electrodes, the voltage."""
-        return self.step.voltage if isinstance(self.step, FilmStep) else self.step.target
-
-    @property
-    def stretched(self) -> tuple[float, float]:
-        """The stretch of the edges at its end, NaN where it is not known."""
-        if not isinstance(self.step, FilmStep) or self.step.edges is None:
-            return self.edges
-        pair = self.step.stretch if isinstance(self.step.stretch, tuple) else (self.step.stretch,) * 2
-        first, second = (np.nan if value is None else _number(value.last if isinstance(value, Path) else value) for value in pair)
-        return first, second
-
-    @property
-    def lasts(self) -> float:
-        """The duration in s; 0 at a rate of 0, which the solver refuses."""
-        target, rate, duration = self.step.target, self.step.rate, self.step.duration
-        if isinstance(self.step, FilmStep) and target is not None:
-            path = next((value for value in _flat(self.step.edges, self.step.electrodes) if isinstance(value, Path)), None)
-            if path is None and rate is not None and self.step.stretch is not None:
-                moves = [abs(end - begin) for begin, end in zip(self.edges, self.stretched, strict=True)]
-                return float(np.nanmax([*moves, 0.0])) / abs(_number(rate)) if rate != 0 else 0.0
-            target = path or target
-        if isinstance(target, Path):
-            return target.duration
-        if rate is None:
-            return 0.0 if duration is None else _number(duration)
-        return abs((_number(target) - self.before) / _number(rate)) if target is not None and rate != 0 else 0.0
-
-    @property
-    def end(self) -> float:
-        """The time in s at which the step ends."""
-        return self.begin + self.lasts
-
-    @property
-    def after(self) -> float:
-        """The prescribed value at the end."""
-        target = self.driven
-        return self.before if target is None else _number(target.last if isinstance(target, Path) else target)
-
-    @property
-    def corners(self) -> list[tuple[float, float]]:
-        """The values that it reaches in turn (for a waveform, in its first cycle), and the time to each value in s."""
-        target = self.driven
-        if isinstance(target, Track):
-            return list(zip(target.values().tolist(), np.diff(np.asarray(target.time), prepend=0.0).tolist(), strict=True))
-        if isinstance(target, Waveform):
-            low, half = self.after, 0.5 * _number(target.period)
-            turns = [(low, 0.0), (_number(target.high), half), (low, half)]
-            return turns if target.cycles == 1 else [*turns, (low, 2 * half * (target.cycles - 1))]
-        return [(self.after, self.lasts)]
-
-    @property
-    def shape(self) -> tuple[Any, ...]:
-        """The properties that steps must share to be solved together.
-
-        Those that change the load and those that do not are never solved together, so that no result depends on the other cases.
-        """
-        target, step = self.driven, self.step
-        path = _shape_of(target)
-        still = path is None and self.after == self.before
-        shape = target is None, step.rate is None, step.duration is None, step.duration == 0, still, path
-        if not isinstance(step, FilmStep):
-            return shape
-        edges = step.edges if isinstance(step.edges, tuple) else (step.edges,)
-        named = step.circuit, step.stretch is None, step.charge is None, self.edges == self.stretched, not step.phase
-        alike = edges[0] == edges[-1] or isinstance(edges[0], Path)
-        return *shape, named, len(edges), alike, *((edge is None, _shape_of(edge)) for edge in (*edges, step.charge))
-
-
-def _shape_of(path: Any) -> tuple[Any, ...] | None:
-    """The properties of a path that those of other cases must have to be solved together; None for another value."""
-    if isinstance(path, Waveform):
-        return path.shape, path.cycles
-    return (np.asarray(path.time).tobytes(), np.asarray(path.value).tobytes()) if isinstance(path, Track) else None
-
-
-def _flat(*values: Any) -> list[Any]:
-    """The values, with those of pairs in their place."""
-    return [entry for value in values for entry in (value if isinstance(value, tuple) else (value,))]
-
-
-def joined(steps: Sequence[SolverStep]) -> SolverStep:
-    """The same step of several cases as one whose values are arrays (cases,); a step that all of them share as it is."""
-    first = steps[0]
-    if all(step is first for step in steps):
-        return first
-
-    def of_cases(values: Sequence[Any]) -> Any:
-        path = values[0]
-        if path is None or isinstance(path, Track | str):
-            return path
-        if isinstance(path, tuple):
-            return tuple(of_cases(axis) for axis in zip(*values, strict=True))
-        if isinstance(path, Waveform):
-            low, high, period = ([getattr(wave, name) for wave in values] for name in ("low", "high", "period"))
-            return Waveform(low, high, period, path.cycles, path.shape)
-        return np.array(values)
-
-    return type(first)(*(of_cases([getattr(step, name) for step in steps]) for name in first.__match_args__))
-
-
-def solver_steps(recipe: Any, inputs: Inputs) -> list[TimedStep]:
+def solver_steps(recipe: Any, inputs: Inputs) -> TimedSteps:
     """The recipe's steps as the solver takes them; forces become nominal stresses, tables become ramps.
 
     Raises `InputError` for tables that cannot be read, and for a rate at which the duration of a step is implausible.
@@ -164,60 +46,8 @@ def solver_steps(recipe: Any, inputs: Inputs) -> list[TimedStep]:
                 raise InputError(f"the step takes {entry.lasts:.3g} s; {needed}", key=f"step[{index}].rate")
             timed.append(entry)
             begin, present = entry.end, entry.after
-    return timed
-
-
-def repeat_of(recipe: Any) -> Repeat | None:
-    """The steps of a recipe that run several times, of a programme of edges and electrodes."""
     stated = getattr(recipe, "repeat", None)
-    return None if stated is None else Repeat(stated.times, *(stated.steps or ()))
-
-
-def order_of(recipe: Any, steps: Sequence[TimedStep]) -> list[tuple[int, int]]:
-    """The number and the lap of each step in the order in which they run, as in `Repeat.expanded`."""
-    repeat = repeat_of(recipe)
-    return [(number, 0) for number in range(len(steps))] if repeat is None else repeat.expanded(len(steps))
-
-
-def of_laps(steps: Sequence[TimedStep], order: Sequence[tuple[int, int]]) -> dict[tuple[int, int], TimedStep]:
-    """The steps by their number and lap: 0 outside of the cycle, 1, or 2 for all later ones, which begin where the cycle ends."""
-    found, last = dict[tuple[int, int], TimedStep](), steps[0]
-    for number, turn in order:
-        if turn <= 2:
-            again = turn == 2
-            found[number, turn] = replace(steps[number], before=last.after, edges=last.stretched) if again else steps[number]
-            last = found[number, turn]
-    return found
-
-
-def end_of(recipe: Any, steps: Sequence[TimedStep]) -> float:
-    """The time in s at which the history of a recipe ends, all laps included."""
-    if repeat_of(recipe) is None:
-        return steps[-1].end
-    order = order_of(recipe, steps)
-    lasts = {place: timed.lasts for place, timed in of_laps(steps, order).items()}
-    return fsum(lasts[number, min(turn, 2)] for number, turn in order)
-
-
-def targets(steps: Sequence[TimedStep]) -> list[float]:
-    """All values that the steps prescribe."""
-    return [value for timed in steps if timed.step.target is not None for value, _ in timed.corners]
-
-
-def reached_at_once(steps: Sequence[TimedStep]) -> float:
-    """The largest magnitude that the first steps reach in no time."""
-    largest = 0.0
-    for timed in steps:
-        for value, lasts in timed.corners:
-            if lasts > 0:
-                return largest
-            largest = max(largest, abs(value))
-    return largest
-
-
-def _number(value: Any) -> float:
-    """The value of a step of one case."""
-    return float(np.asarray(value))
+    return TimedSteps(timed, None if stated is None else Repeat(stated.times, *(stated.steps or ())))
 
 
 def _of_recipe(index: int, step: Any, recipe: Any, inputs: Inputs) -> Iterable[SolverStep]:
@@ -269,7 +99,7 @@ def _at_edges(values: Sequence[float], key: str, recipe: Any) -> tuple[float, ..
     if key != "force":
         return tuple(values)
     film = recipe.film
-    widths = [film.width[min(axis, len(film.width) - 1)] for axis in range(2)]
+    widths = [film.width_across(axis) for axis in range(2)]
     both = values if len(values) == 2 else (values[0],) * (1 if widths[0] == widths[1] or recipe.mode != "equibiaxial" else 2)
     return tuple(value / (width * film.thickness) for value, width in zip(both, widths, strict=False))
 

@@ -1,8 +1,7 @@
 """The draws for `[uncertainty]`, and their texts in summaries and legends."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
-from pathlib import PurePosixPath
 from typing import Any
 
 import numpy as np
@@ -11,7 +10,7 @@ from dielast.base.errors import InputError, in_keys, warn
 from dielast.commands.simulation.cases import material_key, one_or_list
 from dielast.commands.simulation.uncertainty_recipe import FilmUncertainty, Uncertainty
 from dielast.handover.law_section import breakdown
-from dielast.handover.material_draws import check_pair, further_constants, in_folder_of, parse_draws
+from dielast.handover.material_draws import further_constants, in_folder_of, read_draws_beside
 from dielast.handover.material_file import parse_file
 from dielast.io.files import Inputs
 from dielast.material.intervals import fewest_draws
@@ -37,7 +36,9 @@ NOTHING = 1e-6  # of the instantaneous modulus, which a melt falls below soon af
 def sample_of(case: Case[Any], material: Material, inputs: Inputs) -> Sample:
     """The draws of the material of a case; raises `InputError` if nothing differs between them."""
     name, uncertainty = case.recipe.material, case.recipe.uncertainty
-    members = read_members(name, inputs, material, case.of_material)
+    if case.of_material:
+        check_unchanged(name, inputs, material, list(case.of_material))
+    members = read_draws_beside(inputs, name, material)
     if members and len(members) < (fewest := fewest_draws(uncertainty.level)):
         raise InputError(
             f"the {len(members)} draws of {name} are too few for an interval of level {uncertainty.level:g}: at least {fewest} are "
@@ -49,7 +50,9 @@ def sample_of(case: Case[Any], material: Material, inputs: Inputs) -> Sample:
         if (film := getattr(case.recipe, "film", None)) is not None:
             alike = getattr(case.recipe, "sensitivity", False)  # which compares the same draws of all films
             members = _stretchable(members, film.prestretches, film.prestretch_rate is None, uncertainty, alike)
-    scatter: dict[str, Any] = uncertainty.scatter() if isinstance(uncertainty, FilmUncertainty) else {}
+    films: FilmUncertainty | None = uncertainty if isinstance(uncertainty, FilmUncertainty) else None
+    scatter: dict[str, Any] = {} if films is None else films.scatter()
+    area, share = (None, None) if films is None else (films.area, films.failure_share)
     if "damage" in scatter and material.damage is None:
         raise InputError(f"{name} has no [damage] that could scatter", key="uncertainty.damage")
     field = getattr(case.recipe, "breakdown", None) or material.breakdown or material.damage
@@ -59,8 +62,6 @@ def sample_of(case: Case[Any], material: Material, inputs: Inputs) -> Sample:
     limit = breakdown(getattr(case.recipe, "breakdown", None))
     if limit is not None:  # whose scatter is that of the recipe's law
         members, material = tuple(replace(member, breakdown=limit) for member in members), replace(material, breakdown=limit)
-    of_films = isinstance(uncertainty, FilmUncertainty)
-    area = uncertainty.area if of_films else None
     if area is not None:
         if limit is not None:
             raise InputError(
@@ -68,8 +69,8 @@ def sample_of(case: Case[Any], material: Material, inputs: Inputs) -> Sample:
             )
         with in_keys({"area": "uncertainty.area"}):
             members, material = tuple(of_area(member, area) for member in members), of_area(material, area)
-    stated = of_films and (field_scatter(material) is not None or damage_scatter(material) is not None)
-    if of_films and uncertainty.failure_share is not None and not (scatter or stated):
+    stated = films is not None and (field_scatter(material) is not None or damage_scatter(material) is not None)
+    if share is not None and not (scatter or stated):
         raise InputError("nothing scatters from film to film, of which this could be a share", key="uncertainty.failure_share")
     specimens = uncertainty.specimens and specimen_scatter(material) is not None
     if uncertainty.specimens and not specimens and "specimens" in uncertainty.model_fields_set:
@@ -81,7 +82,6 @@ def sample_of(case: Case[Any], material: Material, inputs: Inputs) -> Sample:
             key="uncertainty",
         )
     draws = uncertainty.draws
-    share = uncertainty.failure_share if of_films else None
     random = specimens or (share is None and (scatter or stated))
     if members and not random and draws > len(members):
         # a draw that is used again adds no information
@@ -89,9 +89,14 @@ def sample_of(case: Case[Any], material: Material, inputs: Inputs) -> Sample:
             less = f"{name} has {len(members)} draws, and nothing else scatters: {len(members)} draws are used instead of {draws}"
             warn(less, key="uncertainty.draws")
         draws = len(members)
-    films = FilmScatter(**scatter)
     return draw_sample(
-        members or (material,), draws, seed=uncertainty.seed, scatter=films, share=share, area=area, specimens=specimens
+        members or (material,),
+        draws,
+        seed=uncertainty.seed,
+        scatter=FilmScatter(**scatter),
+        share=share,
+        area=area,
+        specimens=specimens,
     )
 
 
@@ -118,37 +123,31 @@ def _stretchable(
     return tuple(member for member, flags in zip(members, reached, strict=True) if (flags.all() if alike else flags.any()))
 
 
-def read_members(name: str, inputs: Inputs, material: Material, changes: Mapping[str, Any]) -> tuple[Material, ...]:
-    """The draws of the `material`, which is that of a material file with `changes`; empty if the file names no table of draws.
-
-    Raises `InputError` for a change of constants that differ between the draws.
+def check_unchanged(name: str, inputs: Inputs, material: Material, changes: Sequence[str]) -> None:
+    """`InputError` for a change of constants that differ between the draws of the `material`, which is that of a material file with
+    `changes`.
     """
-    content = inputs.read(name)
-    file = parse_file(content, name)
+    file = parse_file(inputs.read(name), name)
     if file.draws is None:
-        return ()
-    table = in_folder_of(name, file.draws)
-    draws = inputs.read(table)
-    check_pair(inputs.folder, name, {PurePosixPath(name).name: content, file.draws: draws})
-    if changes:
-        plain = file.material()
-        drawn = [
-            part
-            for part, changed in (
-                ("the equilibrium modulus", material.equilibrium_modulus != plain.equilibrium_modulus),
-                ("the relaxation spectrum", _differ(material.spectrum, plain.spectrum)),
-                ("the shift law", material.shift.name != plain.shift.name or material.shift.drawn() != plain.shift.drawn()),
-                ("the reference temperature", material.reference_temperature != plain.reference_temperature),
-            )
-            if changed
-        ]
-        # the draws of a calibration have all constants of a law
-        sections = {path.partition(".")[0] for path in further_constants(draws)}
-        drawn += [f"[{section}]" for section in sorted(sections & {key.partition(".")[0] for key in changes})]
-        if drawn:
-            what = f"the draws of {name} differ in {' and '.join(drawn)}"
-            raise InputError(f"{what}, which {', '.join(changes)} cannot change", key="uncertainty")
-    return parse_draws(draws, table, material)
+        return
+    plain = file.material()
+    drawn = [
+        part
+        for part, changed in (
+            ("the equilibrium modulus", material.equilibrium_modulus != plain.equilibrium_modulus),
+            ("the relaxation spectrum", _differ(material.spectrum, plain.spectrum)),
+            ("the shift law", material.shift.name != plain.shift.name or material.shift.drawn() != plain.shift.drawn()),
+            ("the reference temperature", material.reference_temperature != plain.reference_temperature),
+        )
+        if changed
+    ]
+    # the draws of a calibration have all constants of a law
+    further = further_constants(inputs.read(in_folder_of(name, file.draws)))
+    sections = {path.partition(".")[0] for path in further} & {key.partition(".")[0] for key in changes}
+    drawn += [f"[{section}]" for section in sorted(sections)]
+    if drawn:
+        what = f"the draws of {name} differ in {' and '.join(drawn)}"
+        raise InputError(f"{what}, which {', '.join(changes)} cannot change", key="uncertainty")
 
 
 def _differ(first: Spectrum, second: Spectrum) -> bool:

@@ -5,8 +5,9 @@ from typing import Annotated, ClassVar, Literal
 from pydantic import Field
 
 from dielast.base.errors import InputError
-from dielast.material.intervals import fewest_draws
+from dielast.material.intervals import DrawIntervals, fewest_draws
 from dielast.material.scatter import DamageScatter, NormalScatter, Scatter, WeibullScatter
+from dielast.numerics.arrays import Index
 from dielast.recipe.fields import Area, RelativeDeviation, Section
 
 CONFIDENCE = 0.9
@@ -54,10 +55,9 @@ class Uncertainty(Section):
             wrong = f"{self.draws} are too few for an interval of level {self.level:g}: at least {fewest} are needed"
             raise InputError(wrong, key="draws")
 
-    @property
-    def assurance(self) -> float | None:
-        """The confidence of the life that a required share of films exceeds; None if no share is stated."""
-        return None
+    def intervals(self, laws: Index | None) -> DrawIntervals:
+        """The intervals from draws of these laws (draws,); for films of which a share may fail, with assured lives."""
+        return DrawIntervals(self.level, laws)
 
 
 class FieldScatter(Section):
@@ -165,10 +165,9 @@ class FilmUncertainty(Uncertainty):
         if self.draws < (fewest := fewest_draws(2 * self.confidence - 1)):
             raise InputError(f"{self.draws} draws are too few for it: at least {fewest} are needed", key="confidence")
 
-    @property
-    def assurance(self) -> float | None:
-        """The confidence of the life that the other films exceed; None without a failure_share."""
-        return None if self.failure_share is None else self.confidence or CONFIDENCE
+    def intervals(self, laws: Index | None) -> DrawIntervals:
+        """The intervals from draws of these laws (draws,); with a failure_share, lives are assured that the other films exceed."""
+        return DrawIntervals(self.level, laws, None if self.failure_share is None else self.confidence or CONFIDENCE)
 
     def scatter(self) -> dict[str, Scatter | DamageScatter]:
         """The distributions by the quantity that scatters."""
