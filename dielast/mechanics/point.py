@@ -64,8 +64,10 @@ class LoadedPoints(PointStates):
         np.abs(tangent, out=tangent)
         tangent *= points.modulus
         strain = np.abs(self.packed(increment))
-        pairs = (slice(None),) if self.axes == 1 else (slice(0, 2), slice(1, 3))  # the entries 11 and 12, 12 and 22
-        change = np.stack([np.einsum("cnm,cnm->m", tangent[pair], strain) for pair in pairs])
+        if self.axes == 1:
+            change = np.einsum("cnm,cnm->cm", tangent, strain)
+        else:  # the entries 11 and 12, 12 and 22
+            change = np.stack([np.einsum("cnm,cnm->m", tangent[pair], strain) for pair in (slice(0, 2), slice(1, 3))])
         return np.asarray(change / (np.abs(carried) + points.stress_floor * np.exp(0.5 * log_squared)))
 
     def fading(self, time: Floats, state: Floats, lasts: Floats) -> Fading | None:

@@ -222,7 +222,7 @@ class Watch:
         opening = within = None
         pool, fallen_anywhere = cases.size, False
         for lookout in self.lookouts:
-            if lookout.signal is None and lookout.exposure is None:
+            if (lookout.signal is None and lookout.exposure is None) or not lookout.criterion.possible(system.load.controls):
                 continue
             watched = stride.accepted & ~lookout.seen[cases]
             if not np.count_nonzero(watched):

@@ -8,7 +8,7 @@ output, to record it or to stop cases at an event.
 
 from collections.abc import Callable
 from contextvars import ContextVar
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from enum import IntEnum
 from typing import Any, Protocol
 
@@ -179,26 +179,24 @@ class Stepper:
 
     def _refill(self, starting: Cases) -> None:
         """Drop the columns of cases that have ended, and add columns of the `starting` cases."""
-        keep, count = np.flatnonzero(self.active), starting.size
+        keep = np.flatnonzero(self.active)
         new_columns = PoolColumns.start(starting, self.durations[starting], self.longest_steps[starting])
         at = PoolColumns.joined([self.at.take(keep), new_columns])
         state = np.concatenate((self.state[:, keep], self.result.state[:, starting]), axis=1)
         if self.fading is not None:  # of the new columns, any that are kept until they open
-            self.fading = self.fading.take(np.concatenate((keep, np.zeros_like(starting))))
+            self.fading = self.fading.take(paired(np.concatenate((keep, np.zeros_like(starting)))))
+        pair = paired(np.arange(at.cases.size))
+        at, state = at.take(pair), np.take(state, pair, axis=1)
+        new = np.arange(keep.size, at.cases.size) if starting.size else starting
         system: Any = self.system_of_all.take(at.cases)
         if self.turns is not None:
             system = self.turns.present(system, at.cases)
         if self.spans is not None and at.cases.size:
             system, at.duration = self._entered(system, np.arange(at.cases.size), at.cases, at.span)
-        if count:
-            new = np.arange(keep.size, at.cases.size)
+        if new.size:
             self._respond(system, state, at, new)
-            at.next_step[new] = self._opening(system, state, at, new, self.first_steps[starting])
-        if at.cases.size == 1:
-            pair = paired(np.zeros(1, dtype=np.intp))
-            at, state, system = at.take(pair), state[:, pair], system.take(pair)
-            self.fading = None if self.fading is None else self.fading.take(pair)
-        self.at, self.state, self.system = at, np.ascontiguousarray(state), system
+            at.next_step[new] = self._opening(system, state, at, new[: starting.size], self.first_steps[starting])
+        self.at, self.state, self.system = at, state, system
         self.active = np.ones(at.cases.size, dtype=bool)
         self.increments = np.empty((self.method.stages, *state.shape))
 
@@ -244,13 +242,14 @@ class Stepper:
         if not isinstance(system, Responsive):
             return
         pair, count = paired(columns), columns.size
-        fading = system.take(pair).fading(at.time[pair], np.take(state, pair, axis=1), (at.duration - at.time)[pair])
+        responding = system if count == at.cases.size else system.take(pair)
+        fading = responding.fading(at.time[pair], np.take(state, pair, axis=1), (at.duration - at.time)[pair])
         if fading is None or count == at.cases.size:
             self.fading = None if fading is None else fading.take(np.arange(count))
         elif self.fading is not None:
             self.fading = self.fading.put(columns, fading.take(np.arange(count)))
         no_time = np.zeros(pair.size)
-        increment = self._first_increment(system.take(pair), at.time[pair], np.take(state, pair, axis=1), no_time, pair)
+        increment = self._first_increment(responding, at.time[pair], np.take(state, pair, axis=1), no_time, pair)
         state[:, pair] += np.where(np.isfinite(increment).all(axis=0), increment, 0.0)  # there is none at a limit point
 
     def _first_increment(self, system: Any, time: Floats, state: Floats, step: Floats, columns: Cases) -> Floats:
@@ -351,7 +350,8 @@ class Stepper:
             self.result.next_step[cases[opening]] = following[opening]
         shift = total - at.time
         rounding = at.rounding + (at.time - (total - shift)) + (step - shift)
-        now: tuple[Floats, ...] = after, total, rounding, step, np.maximum(error, 1e-2)
+        # copied, as observers keep the step, and kinks change that of the pool
+        now: tuple[Floats, ...] = after, total, rounding, step.copy(), np.maximum(error, 1e-2)
         if count < accepted.size:
             before = self.state, at.time, at.rounding, at.last_step, at.last_error
             now = tuple(np.where(accepted, new, old) for new, old in zip(now, before, strict=True))
@@ -359,7 +359,9 @@ class Stepper:
         at.next_step = following
         if self.fading is not None and self.response is not None:
             faded = self.fading.rate * np.exp(-self.response.decay * step)
-            self.fading = replace(self.fading, rate=np.where(accepted, faded, self.fading.rate))
+            if count < accepted.size:
+                faded = np.where(accepted, faded, self.fading.rate)
+            self.fading = Fading(faded, self.fading.beyond)
         if share is not None and np.isfinite(share).any():
             self._turn(share, step)
         self._settle(accepted, finished, last, stop)

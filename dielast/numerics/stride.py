@@ -4,8 +4,9 @@ position of the cases in time, and the states within a step (dense output).
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any, Protocol, Self
 
 import numpy as np
@@ -143,7 +144,7 @@ def advance(
     return after, response
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class TriedStep:
     """One step of a pool of cases; all arrays (pool,) unless stated.
 
@@ -173,16 +174,16 @@ class TriedStep:
     """The rate (m, n, pool) that fades at the beginning of the step."""
     _stored: dict[int | None, DenseSteps] = field(default_factory=dict, repr=False)
 
-    @property
+    @cached_property
     def once(self) -> Cases:
         """The accepted columns (k,); of two columns with the same case, the first."""
         accepted = np.flatnonzero(self.accepted)
         return accepted[:1] if self.cases.size == 2 and self.cases[0] == self.cases[1] else accepted
 
     def stored(self, rows: slice) -> DenseSteps:
-        """The dense output of the last `rows` in the columns `once`, for all observers alike."""
+        """The dense output of the last `rows` of all columns, for all observers alike."""
         if rows.start not in self._stored:
-            self._stored[rows.start] = DenseSteps.of(self, rows, self.once)
+            self._stored[rows.start] = DenseSteps.of(self, rows)
         return self._stored[rows.start]
 
     def dense(self, rows: slice, columns: Cases, fraction: Floats) -> Floats:
@@ -225,17 +226,23 @@ class DenseSteps(ByCase):
     fading: Floats | None = None
 
     @classmethod
-    def of(cls, stride: TriedStep, rows: slice, columns: Cases) -> DenseSteps:
-        """The dense output of these rows and columns (k,) of a stride."""
-        inner = np.einsum("is,srk->irk", stride.method.dense, stride.increments[:, rows, paired(columns)])[:, :, : columns.size]
-        ends = np.stack((stride.before[rows, columns], stride.after[rows, columns]))
-        coefficients, step = np.concatenate((ends, inner)), stride.step[columns]
-        response, fading = _of_rows(stride.response, rows), None
-        if response is not None and stride.fading is not None:
-            response = response.take(columns)
+    def of(cls, stride: TriedStep, rows: slice, columns: Cases | None = None) -> DenseSteps:
+        """The dense output of these rows and columns (k,), by default of all columns, of a stride."""
+        chosen: Any = slice(None) if columns is None else columns
+        pair: Any = slice(None) if columns is None else paired(columns)
+        before, after = stride.before[rows, chosen], stride.after[rows, chosen]
+        response, fading = _of_rows(stride.response, rows), stride.fading if rows == slice(None) else None
+        if columns is not None:
+            response = None if response is None else response.take(columns)
+            fading = None if fading is None else fading.take(columns, axis=-1)
+        coefficients = np.empty((2 + len(stride.method.dense), *before.shape))
+        coefficients[0], coefficients[1] = before, after
+        inner = np.einsum("is,srk->irk", stride.method.dense, stride.increments[:, rows, pair])
+        coefficients[2:] = inner[..., : before.shape[1]]
+        if response is not None:
             coefficients[1] -= response.end
-            fading = stride.fading.take(columns, axis=-1) if rows == slice(None) else None
-        return cls(stride.method, stride.cases[columns], stride.time[columns], step, coefficients, response, fading)
+        place = stride.cases[chosen], stride.time[chosen], stride.step[chosen]
+        return cls(stride.method, *place, coefficients, response, fading)
 
     def rows(self, rows: slice) -> DenseSteps:
         """The selected rows."""
@@ -263,6 +270,13 @@ class DenseSteps(ByCase):
         bulge = (1 - 2 * fraction) * (k1 + fraction * (k2 + fraction * k3)) + fraction * (1 - fraction) * (k2 + 2 * fraction * k3)
         rate = np.asarray((after - before + bulge) / self.step)
         return rate if self.response is None else rate + self.response.slope(fraction * self.step)
+
+
+def joined_steps(parts: Sequence[tuple[DenseSteps, Cases]]) -> DenseSteps:
+    """The selected columns (k,) of strides as one, in this order."""
+    first = np.cumsum([0, *(steps.cases.size for steps, _ in parts[:-1])])
+    columns = [begin + part for begin, (_, part) in zip(first, parts, strict=True)]
+    return DenseSteps.joined([steps for steps, _ in parts]).take(np.concatenate(columns))
 
 
 def _of_rows(response: Response | None, rows: slice) -> Response | None:

@@ -26,7 +26,7 @@ from dielast.mechanics.point import LoadedPoints
 from dielast.mechanics.point_material import PointMaterial
 from dielast.mechanics.span import Control
 from dielast.numerics.arrays import Cases, Flags, Floats, paired
-from dielast.numerics.stride import DenseSteps, TriedStep
+from dielast.numerics.stride import DenseSteps, TriedStep, joined_steps
 from dielast.simulate.electrical import PLACE_WEIGHTS, PLACES, ElectricMeter, flow
 
 FINE = np.linspace(0.0, 1.0, 33)
@@ -44,7 +44,14 @@ UNITS = {
     **{"phase": "rad", "work": "J/m^3", "efficiency": "1"},
     **{"electrical_energy": "J/m^3", "mechanical_work": "J/m^3", "energy_per_mass": "J/kg"},
 }
-PLANNED, SUMS = 9, 11  # the row of the planned duration in the sums, and their number
+LOWEST, HIGHEST, TOTAL, PLANNED, LASTED = (
+    0,
+    1,
+    2,
+    9,
+    10,
+)  # rows of the sums: the extremes and the integral of the measured quantity,
+SUMS = 11  # the planned and the reached duration; and their number
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -105,9 +112,9 @@ class CycleMeter:
     _piece: Piece | None = None
     """The piece of load, if it is a waveform or part of a lap."""
     _lap: int = 0
-    _buffer: list[tuple[DenseSteps, Cases, Floats, Flags, Flags]] = field(default_factory=list)
-    """Steps (k,) to evaluate together: their dense output, the spans, when these begin, whether the step ends its span, and whether
-    the film is slack.
+    _buffer: list[tuple[DenseSteps, Cases, Cases, Floats, Flags, Flags]] = field(default_factory=list)
+    """Steps to evaluate together: the dense output of a pool, and of its columns (k,) the spans, when these begin, whether the step
+    ends its span, and whether the film is slack.
     """
     _size: int = 0
     _system: Films | None = None
@@ -136,23 +143,24 @@ class CycleMeter:
             membrane = system.membrane(state, system.driven(np.zeros(cases), state))
             self._at_rest = self._measured(*membrane, np.arange(cases))
         self._lap = piece.lap
+        if self.electric is not None:
+            self.electric.also = self._add_of_lap if self._lap else None
         self._sums[PLANNED] += piece.duration[:, None]
 
     def __call__(self, stride: TriedStep) -> None:
-        """Store the step until it is added to the sums."""
-        if self._piece is None:
+        """Store the step of a waveform until it is added to the sums."""
+        if self._piece is None or self._lap:
             return
         columns = stride.once
         if not columns.size:
             return
         self._system = system = films_of(stride)
-        # the energies of a lap are those of the electric meter
-        steps = stride.stored(slice(system.border, None) if self._lap else system.of_membrane)
+        steps = stride.stored(system.of_membrane)
         slack = (
             system.slack[columns] if isinstance(system, LoadedPoints) and system.slack is not None else np.zeros(columns.size, bool)
         )
         ends_span = (stride.until == stride.duration)[columns]
-        self._buffer.append((steps, stride.span[columns], stride.begin[columns], ends_span, slack))
+        self._buffer.append((steps, columns, stride.span[columns], stride.begin[columns], ends_span, slack))
         self._size += columns.size
         if self._size >= MANY:
             self._add()
@@ -212,13 +220,26 @@ class CycleMeter:
             return None
         return CycleTable("Pa" if self.stress else "1", **_joined(self._tables))
 
+    def _add_of_lap(self, steps: DenseSteps, log_squared: Floats) -> None:
+        """Add steps (k,) of a lap, whose stretch is measured, to the sums, from Lambda (2, places k) at `PLACES`."""
+        measured = np.exp(0.5 * log_squared[0]).reshape(PLACES.size, -1) / self.unit[steps.cases]
+        self._add_measured(steps, np.zeros_like(steps.cases), measured)
+
+    def _add_measured(self, steps: DenseSteps, cycle: Cases, measured: Floats) -> None:
+        """Add steps (k,) of these cycles to the extremes and the mean of the quantity `measured` (places, k) at `PLACES`."""
+        where, fine = (steps.cases, cycle), _applied(POLYNOMIAL, measured)
+        np.minimum.at(self._sums[LOWEST], where, fine.min(axis=0))
+        np.maximum.at(self._sums[HIGHEST], where, fine.max(axis=0))
+        np.add.at(self._sums[TOTAL], where, steps.step * _applied(PLACE_WEIGHTS, measured))
+        np.add.at(self._sums[LASTED], where, steps.step)
+
     def _add(self) -> None:
-        """Add the stored steps to the sums."""
+        """Add the stored steps of a waveform to the sums."""
         piece, system = self._piece, self._system
         assert piece is not None
         assert system is not None
-        steps = DenseSteps.joined([kept[0] for kept in self._buffer])
-        span, begin, ends_span, slack = (np.concatenate([kept[index] for kept in self._buffer]) for index in (1, 2, 3, 4))
+        steps = joined_steps([kept[:2] for kept in self._buffer])
+        span, begin, ends_span, slack = (np.concatenate([kept[index] for kept in self._buffer]) for index in (2, 3, 4, 5))
         self._buffer, self._size = [], 0
         load, cycle = piece.span(steps.cases, span)[0], np.zeros_like(span)
         if isinstance(piece, Cycles):
@@ -237,15 +258,9 @@ class CycleMeter:
         value, slope = films.driven(local, state), driving.slope(local)
         log_squared, nominal = films.membrane(state, value)
         measured = self._measured(log_squared, nominal, wide.cases).reshape(places, count)
+        self._add_measured(steps, cycle, measured)
         where = steps.cases, cycle
-        lowest, highest, total, cosine, sine, worked, delivered, returned, by_edges, _, lasted = self._sums
-        fine = _applied(POLYNOMIAL, measured)
-        np.minimum.at(lowest, where, fine.min(axis=0))
-        np.maximum.at(highest, where, fine.max(axis=0))
-        np.add.at(total, where, steps.step * _applied(PLACE_WEIGHTS, measured))
-        np.add.at(lasted, where, steps.step)
-        if self._lap:
-            return
+        _, _, _, cosine, sine, worked, delivered, returned, by_edges, *_ = self._sums
         stretch = np.exp(0.5 * log_squared)
         sent: Floats | None = None
         if self.leakage is None:

@@ -13,6 +13,7 @@ viscous stretches. The work of the source is then the stored energy less the wor
 edges is the stored energy less int E~ dD~, exact if field or charge stays.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -24,9 +25,9 @@ from dielast.mechanics.film import FilmState
 from dielast.mechanics.piece import Piece
 from dielast.mechanics.point import LoadedPoints
 from dielast.mechanics.point_material import SYMMETRIC
-from dielast.mechanics.span import Control, Controls, stretched
+from dielast.mechanics.span import Control, Controls, Load, stretched
 from dielast.numerics.arrays import Cases, Flags, Floats, paired
-from dielast.numerics.stride import DenseSteps, TriedStep
+from dielast.numerics.stride import DenseSteps, TriedStep, joined_steps
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(8)
 PLACES = np.concatenate(([0.0], 0.5 * (1 + _NODES), [1.0]))  # fractions of a step: Gauss points and both ends
@@ -91,12 +92,16 @@ class ElectricMeter:
         self._piece: Piece | None = None
         self._system: LoadedPoints | None = None
         self._needs_springs = False
-        self._kept: list[tuple[DenseSteps, Cases, Floats]] = []  # steps (k,), their spans, and when these begin
+        self._kept: list[
+            tuple[DenseSteps, Cases, Cases, Floats]
+        ] = []  # steps of a pool, its columns (k,), their spans, when they begin
         self._size = 0
         self._asked: list[tuple[Cases, Floats]] = []  # the steps that contain the rows (k,), and the times of the rows
         self._stopped: list[Cases] = []  # the steps (k,) within which films stopped
         self._ready: list[Floats] = []
-        self._ends: list[tuple[DenseSteps, LoadedPoints, Floats, Floats]] = []  # with the times and energies at the beginning
+        self._ends: list[tuple[DenseSteps, Load, Floats, Floats]] = []  # with the times and energies at the beginning
+        self.also: Callable[[DenseSteps, Floats], None] | None = None
+        """Called with steps (k,) and Lambda (2, places k) of their films at `PLACES`, as these are evaluated."""
 
     @property
     def totals(self) -> Floats:
@@ -147,16 +152,15 @@ class ElectricMeter:
         if self._size >= MANY:
             self._evaluate()
         steps = stride.stored(slice(None) if self._needs_springs else slice(films_of(stride).border, None))
-        self._kept.append((steps, stride.span[columns], stride.begin[columns]))
+        self._kept.append((steps, columns, stride.span[columns], stride.begin[columns]))
         if (last := np.flatnonzero(stopped[columns])).size:
             self._stopped.append(self._size + last)
         self._size += columns.size
 
     def ask(self, stride: TriedStep, columns: Cases, time: Floats) -> None:
         """Ask for rows of columns (k,) at times (k,) in s since their spans began, within the step that was added last."""
-        steps = self._kept[-1][0]
-        first, last = self._size - steps.cases.size, steps.cases.size - 1
-        self._asked.append((first + np.minimum(np.searchsorted(stride.once, columns), last), time))
+        count = stride.once.size
+        self._asked.append((self._size - count + np.minimum(np.searchsorted(stride.once, columns), count - 1), time))
 
     def rows(self, count: int) -> Floats:
         """The rows of `EXTRA` but the last (7, count) that were asked for first, and have not been returned yet."""
@@ -174,8 +178,8 @@ class ElectricMeter:
         none = np.full(time.size, np.nan)
         source = np.zeros(time.size) if self._piece is None else self._piece.start[ELECTRIC]
         rows = np.stack((none, source, none, *self.totals))
-        for steps, films, start, before in self._ends:
-            rows[:, steps.cases] = self._within(films, steps, before, time[steps.cases] - start)
+        for steps, load, start, before in self._ends:
+            rows[:, steps.cases] = self._within(load, steps, before, time[steps.cases] - start)
         return rows
 
     def _evaluate(self) -> None:
@@ -184,49 +188,62 @@ class ElectricMeter:
             return
         assert self._piece is not None
         assert self._system is not None
-        steps = DenseSteps.joined([kept[0] for kept in self._kept])
-        span, begin = (np.concatenate([kept[index] for kept in self._kept]) for index in (1, 2))
+        steps = joined_steps([kept[:2] for kept in self._kept])
+        span, begin = (np.concatenate([kept[index] for kept in self._kept]) for index in (2, 3))
         load = self._piece.span(steps.cases, span)[0]
-        films = self._system.take(steps.cases).driven_by(np.arange(self._size), load)
-        added = self._energies(films, steps, np.ones(self._size))
+        added = self._energies(load, steps, np.ones(self._size), self.also)
         before, first = np.empty_like(added), 0
-        for kept, _, _ in self._kept:  # the steps of a case follow each other
-            part = slice(first, first + kept.cases.size)
-            before[:, part] = self._totals[:, kept.cases]
-            self._totals[:, kept.cases] = before[:, part] + added[:, part]
+        for _, columns, _, _ in self._kept:  # the steps of a case follow each other
+            part = slice(first, first + columns.size)
+            cases = steps.cases[part]
+            before[:, part] = self._totals[:, cases]
+            self._totals[:, cases] = before[:, part] + added[:, part]
             first = part.stop
         if self._asked:
             index, time = (np.concatenate(asked) for asked in zip(*self._asked, strict=True))
-            self._ready.append(self._within(films.take(index), steps.take(index), before[:, index], time))
+            self._ready.append(self._within(load.take(index), steps.take(index), before[:, index], time))
         if self._stopped:
             last = np.concatenate(self._stopped)
             start = self._start[steps.cases[last]] + begin[last]
-            self._ends.append((steps.take(last), films.take(last), start, before[:, last]))
+            self._ends.append((steps.take(last), load.take(last), start, before[:, last]))
         self._kept, self._size, self._asked, self._stopped = [], 0, [], []
 
-    def _within(self, films: LoadedPoints, steps: DenseSteps, before: Floats, time: Floats) -> Floats:
-        """The rows of `EXTRA` but the last (7, k) at times (k,) in s since the spans began, with the energies `before` (4, k) the
-        steps.
+    def _within(self, load: Load, steps: DenseSteps, before: Floats, time: Floats) -> Floats:
+        """The rows of `EXTRA` but the last (7, k) under a load of k cases, at times (k,) in s since the spans began, with the
+        energies `before` (4, k) the steps.
         """
         fraction = np.clip((time - steps.time) / steps.step, 0.0, 1.0)
-        flowing = flow(films, self.leakage.take(steps.cases), time, steps.state(fraction), steps.rate(fraction))
-        return self._rows(flowing, before + self._energies(films, steps, fraction))
+        _, _, flowing = self._flowing(load, steps, time, fraction)
+        return self._rows(flowing, before + self._energies(load, steps, fraction))
 
-    def _energies(self, films: LoadedPoints, steps: DenseSteps, part: Floats) -> Floats:
-        """The energies (4, k) of the first `part` (k,) of the steps."""
+    def _flowing(self, load: Load, steps: DenseSteps, time: Floats, fraction: Floats) -> tuple[LoadedPoints, Floats, Flow]:
+        """The films (k,) at fractions (k,) of the steps, which are times (k,) in s since the spans began; their state, and the
+        currents.
+        """
+        assert self._system is not None
+        films = self._system.take(steps.cases).driven_by(np.arange(time.size), load)
+        state, rate = steps.state(fraction), steps.rows(slice(films.border, None)).rate(fraction)
+        return films, state, flow(films, self.leakage.take(steps.cases), time, state, rate)
+
+    def _energies(
+        self, load: Load, steps: DenseSteps, part: Floats, also: Callable[[DenseSteps, Floats], None] | None = None
+    ) -> Floats:
+        """The energies (4, k) of the first `part` (k,) of the steps, under a load of k cases."""
         count = steps.cases.size
         many = np.tile(np.arange(count), PLACES.size)
         fraction = np.repeat(PLACES, count) * part[many]
-        wide, at = steps.take(many), films.take(many)
-        time, state = wide.time + fraction * wide.step, wide.state(fraction)
-        flowing = flow(at, self.leakage.take(wide.cases), time, state, wide.rate(fraction))
-        drop, circuit = flowing.source - flowing.field, at.points.circuit
+        wide = steps.take(many)
+        time = wide.time + fraction * wide.step
+        films, state, flowing = self._flowing(load.take(many), wide, time, fraction)
+        drop, circuit = flowing.source - flowing.field, films.points.circuit
         heat = drop * flowing.current
         if circuit is not None and circuit.resistance is not None:
             # a very small drop is below the tolerance of the charge; r i^2, which is never negative, is then more accurate
             small = np.abs(drop) < NEXT_TO_NOTHING * np.abs(flowing.field)
             heat = np.where(small, circuit.resistance * flowing.current**2, heat)
-        power, term = self._work_of_edges(at, time, state)
+        log_squared, power, term = self._work_of_edges(films, time, state)
+        if also is not None:
+            also(steps, log_squared)
         powers = np.stack((flowing.source * flowing.current, flowing.field * flowing.leak, heat, power))
         powers = powers.reshape(4, PLACES.size, count)[..., paired(np.arange(count))]
         energies = np.einsum("n,rnk->rk", PLACE_WEIGHTS, powers)[:, :count] * part * steps.step
@@ -234,9 +251,9 @@ class ElectricMeter:
         return np.asarray(energies)
 
     @staticmethod
-    def _work_of_edges(films: LoadedPoints, time: Floats, state: Floats) -> tuple[Floats, Floats]:
-        """A power (k,) in W/m^3 and a term (k,) in J/m^3 at times (k,): int s_i dlambda_i is the integral of the power, and the
-        change of the term.
+    def _work_of_edges(films: LoadedPoints, time: Floats, state: Floats) -> tuple[Floats, Floats, Floats]:
+        """Lambda (2, k), a power (k,) in W/m^3 and a term (k,) in J/m^3 at times (k,): int s_i dlambda_i is the integral of the
+        power, and the change of the term.
 
         Along an axis of prescribed stress it is integrated by parts, as the rate of the stretch is less exact than the stretch.
         """
@@ -252,7 +269,7 @@ class ElectricMeter:
                     term -= 0.5 * edges.stiffness[axis] * np.square(stretch[axis] - edges.home[axis])
             elif slope[axis].any():
                 power += nominal[axis] * slope[axis]
-        return power, term
+        return log_squared, power, term
 
     @staticmethod
     def _rows(flowing: Flow, energies: Floats) -> Floats:

@@ -122,6 +122,10 @@ class Criterion:
     at the end.
     """
 
+    def possible(self, controls: Controls) -> bool:
+        """Whether the event can happen under a load of these controls."""
+        return True
+
     def signal(self, films: WatchedFilms) -> Signal | None:
         """The signal for these films; None if the event cannot happen in any of them, or if the criterion has a rate."""
         return None

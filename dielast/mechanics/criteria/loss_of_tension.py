@@ -9,7 +9,7 @@ import numpy as np
 
 from dielast.mechanics.criteria.criterion import Criterion, FilmSnapshot, Signal, WatchedFilms
 from dielast.mechanics.point_material import FLOOR
-from dielast.mechanics.span import Control
+from dielast.mechanics.span import Control, Controls
 from dielast.numerics.arrays import Floats
 
 
@@ -24,18 +24,22 @@ class LossOfTension(Criterion):
     def __init__(self, axis: int) -> None:
         self.axis = axis
 
+    def possible(self, controls: Controls) -> bool:
+        """Whether the stress along the axis is free to fall."""
+        return controls[self.axis] is not Control.STRESS
+
     def signal(self, films: WatchedFilms) -> Signal | None:
         """The remaining fraction of the tension (k,); 1 for an axis without tension in the relaxed film, which can lose none."""
         if films.moved:
             scale = self._scale(films)
 
             def present(moment: FilmSnapshot) -> Floats:
-                if moment.controls[self.axis] is Control.STRESS:
+                if not self.possible(moment.controls):
                     return np.full(moment.cases.size, np.nan)
                 return np.asarray(moment.tension[self.axis] / scale[moment.cases])
 
             return present
-        if films.controls[self.axis] is Control.STRESS:
+        if not self.possible(films.controls):
             return None
         tension = films.nominal_stress[self.axis]
         has_tension = tension > films.stress_floor

@@ -6,7 +6,7 @@ from typing import ClassVar
 import numpy as np
 
 from dielast.mechanics.criteria.criterion import Criterion, FilmSnapshot, Signal, WatchedFilms
-from dielast.mechanics.span import Control, Load
+from dielast.mechanics.span import Control, Controls, Load
 from dielast.mechanics.stability import Fold, Stability, TimeScale, stability
 from dielast.numerics.arrays import Floats, where
 
@@ -33,9 +33,13 @@ class PullIn(Criterion):
     needs_springs: ClassVar[bool] = True
     ends_equilibria: ClassVar[bool] = True
 
+    def possible(self, controls: Controls) -> bool:
+        """Whether an axis is free to run away."""
+        return controls != (Control.STRETCH, Control.STRETCH)
+
     def signal(self, films: WatchedFilms) -> Signal | None:
-        """The margin; None if both axes are held."""
-        if films.controls == (Control.STRETCH, Control.STRETCH) and not films.moved:
+        """The margin; None if both axes are held throughout."""
+        if not self.possible(films.controls) and not films.moved:
             return None
         return lambda moment: stability_at(moment, films.timescale).margin
 
