@@ -8,7 +8,7 @@ from dielast.base.errors import InputError
 
 WIDE = 100.0  # default bounds of a positive number, as a factor on either side of the start
 SIGNED = 3.0  # default bounds of a number of either sign, in scales on either side of the start
-BELOW, ABOVE = f"start/{WIDE:g}", f"{WIDE:g} start"
+BELOW, ABOVE = f"start/{WIDE:g}", f"{WIDE:g} times start"
 
 Bound = tuple[float, str]
 """A bound in SI, and what it is by default in words; "" if it was stated."""

@@ -64,7 +64,7 @@ class MeasuredTest(Result):
         if not time.ndim == 1 or not time.shape == stretch.shape == stress.shape:
             raise InputError("time, stretch and stress need one value for each point", argument=self.name)
         if time.size < 3:
-            raise InputError(f"{time.size} points: at least 3 are needed", argument=self.name)
+            raise InputError(f"at least 3 points are needed, not {time.size}", argument=self.name)
         if not np.all(np.isfinite(time) & np.isfinite(stretch) & np.isfinite(stress)):
             raise InputError("every value must be finite", argument=self.name)
         if not np.isfinite(self.nominal_field):

@@ -63,11 +63,12 @@ def described(files: Given) -> tuple[str, list[str]]:
     takers = [(kind, recipe) for kind, recipe in _takers(files) if not recipe.unsure]
     lines = [line for name in files.names for line in _of_file(name, files)]
     doubts = _contradictions(files)
+    them, are = ("them", "they are") if len(files.names) > 1 else ("it", "it is")
     for kind, recipe in takers:
-        what = "as they are" if len(files.names) > 1 else "as it is"
+        what = f"as {are}"
         if recipe.missing:
             what = f"with {_keys(recipe)} to fill in: {_listed_keys(recipe)}"
-        lines.append(f"dielast new {kind} --data: {what}")
+        lines.append(f"dielast new {kind} --data takes {them} {what}")
         doubts += recipe.doubts
     if not takers:
         these, advice = (

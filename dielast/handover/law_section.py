@@ -55,7 +55,12 @@ class LawSection(FamilySection):
         Raises `InputError` for a constant that is missing, or that belongs to another law.
         """
         law = self.FAMILY[self.law_stated()]
-        return law(*place, **law.arguments(self.constants()))
+        stated = law.arguments(self.constants())
+        try:
+            return law(*place, **stated)
+        except InputError as error:
+            keys = {constant.name: constant.file_key for constant in law.constants}
+            raise error.changed(lambda problem: problem.in_keys(keys)) from None
 
     def restated(self, values: Mapping[str, Any], law: str, given: Set[str]) -> dict[str, Any]:
         """The `values` of this table for another law of the family, without the constants that this law does not take.

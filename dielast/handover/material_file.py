@@ -3,6 +3,7 @@
 import re
 from collections.abc import Mapping, Set
 from copy import copy
+from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Annotated, Any, ClassVar
@@ -122,7 +123,7 @@ class Nonequilibrium(SpringSection):
 class ShiftSection(LawSection):
     """The shift law and its constants."""
 
-    EXAMPLE_PLACE = (0.0,)  # a reference temperature
+    EXAMPLE_PLACE = (np.inf,)  # a reference temperature above all that a law excludes; `MaterialFile` checks its own
 
 
 class FlowSection(LawSection):
@@ -208,7 +209,10 @@ class MaterialFile(Section):
     def shift_law(self) -> ShiftLaw:
         """How relaxation times change with temperature."""
         there = self.reference_temperature
-        law: ShiftLaw = NoShift(there) if self.shift is None else self.shift.stated(there)
+        try:
+            law: ShiftLaw = NoShift(there) if self.shift is None else self.shift.stated(there)
+        except InputError as error:
+            raise error.changed(lambda problem: replace(problem, key=".".join(filter(None, ("shift", problem.key))))) from None
         return law
 
     def material(self) -> Material:

@@ -142,7 +142,9 @@ def test_films_that_do_not_reach_their_failure_are_refused(dielast: Run, tmp_pat
     (tmp_path / "failures.csv").write_text("specimen,voltage [kV],time [s],suspended\na,5,60,no\nb,5.2,60,yes\n")
     (tmp_path / "l.toml").write_text(TABLE)
     done = dielast("lifetime", "l.toml")
-    assert done.stderr == "l.toml: fit.law: inverse-power: 1 failures are too few for 3 parameters: field, exponent, log_scatter\n"
+    assert (
+        done.stderr == "l.toml: fit.law: inverse-power: 3 parameters (field, exponent, log_scatter) need as many failures, not 1\n"
+    )
 
 
 OPEN = [

@@ -58,7 +58,7 @@ def test_every_layout_of_an_instrument_gives_a_recipe_that_runs(export: Path, di
     summary = shift(dielast, tmp_path, text)
     assert summary["data"]["temperatures"] == 3  # type: ignore[index]
     told = dielast("new", "--data", export.name).stdout
-    assert ("dielast new mastercurve --data: as it is" in told and "0, 20, 40 degC" in told) or "step" in told
+    assert ("dielast new mastercurve --data takes it as it is" in told and "0, 20, 40 degC" in told) or "step" in told
 
 
 @pytest.mark.parametrize(

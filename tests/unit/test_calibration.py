@@ -475,14 +475,14 @@ def test_relaxation_times_are_bounded_half_way_between_their_starts() -> None:
     assert (first.start, second.start) == (100.0, 1.0)
     assert (first.lower, first.upper) == (pytest.approx(10.0), pytest.approx(1e4))
     assert (second.lower, second.upper) == (pytest.approx(0.01), pytest.approx(10.0))
-    assert first.default_bounds == ("half-way to relaxation_time[1] in log time", "100 start")
+    assert first.default_bounds == ("half-way to relaxation_time[1] in log time", "100 times start")
     assert second.default_bounds == ("start/100", "half-way to relaxation_time[0] in log time")
     # a prior holds for a single time, too
     (known,) = times(_1=Free(prior=4.0, relative=0.05))
     assert (known.start, known.prior, known.relative) == (4.0, 4.0, 0.05)
     (stated,) = times(_1=Free(min=0.5))
     assert (stated.lower, stated.upper) == (0.5, pytest.approx(300.0))
-    assert stated.default_bounds == ("", "100 start")
+    assert stated.default_bounds == ("", "100 times start")
     with pytest.raises(InputError, match="in the order of size of those in the material, are needed, or min"):
         times(_0=Free(), _1=Free(start=200.0))
 

@@ -217,9 +217,10 @@ def test_a_prestretch_beyond_the_breakdown_fields_takes_the_nearest_and_says_how
         warn_of_prestretches([(1.7, 1.7), (1.9, 1.9)], [Breakdown((1.7,), (4e7,))] * 2)
 
 
-def test_a_film_without_prestretch_in_a_frame_is_warned_of() -> None:
-    with pytest.warns(DielastWarning, match="in a frame: without prestretch the voltage pushes"):
-        warn_of_setups([(2.0, 2.0), (1.0, 1.0)], [("frame", "frame")] * 2, 5e-4, [None] * 2)
+@pytest.mark.parametrize(("held", "where"), [("frame", "in a frame"), ("strip", "in a strip"), ("clamped", "with clamped edges")])
+def test_a_held_film_without_prestretch_is_warned_of(held: str, where: str) -> None:
+    with pytest.warns(DielastWarning, match=f"{where}: without prestretch the voltage pushes"):
+        warn_of_setups([(2.0, 2.0), (1.0, 1.0)], [(held, held)] * 2, 5e-4, [None] * 2)
     warn_of_setups([(2.0, 2.0), (1.0, 1.0)], [("frame", "frame"), ("dead-load", "dead-load")], 5e-4, [None] * 2)
 
 

@@ -153,6 +153,15 @@ def test_a_shift_table_must_hold_the_reference_temperature(where: str) -> None:
         parse_material(text.replace("20 degC", where).encode(), "vhb.toml")
 
 
+def test_a_vogel_temperature_lies_below_the_reference_temperature_of_its_file() -> None:
+    law = VogelFulcherTammann(100.0, 1500.0, 50.0)
+    shift = '[shift]\nlaw = "vft"\nB = "1500 K"\nT_V = "50 degC"\n'
+    text = VHB.split("[shift]")[0].replace("20 degC", "100 degC") + shift
+    assert parse_material(text.encode(), "a").shift == law
+    with pytest.raises(InputError, match=r"^a: shift.T_V: 50 degC: a temperature below the reference temperature, 40 degC, is"):
+        parse_material(text.replace("100 degC", "40 degC").encode(), "a")
+
+
 def test_a_material_without_branches_is_elastic() -> None:
     before, after = VHB.split("[nonequilibrium]")
     shift = "[shift]" + after.partition("[shift]")[2]

@@ -179,7 +179,7 @@ def estimate(model: FailureModel, *, known: dict[str, float] | None = None, weig
     failures = int(np.count_nonzero(failed if weight is None else failed & (weight > 0)))
     free = [name for name, is_fixed in zip(model.names, fixed, strict=True) if not is_fixed]
     if failures < len(free):
-        raise InputError(f"{failures} failures are too few for {len(free)} parameters: {', '.join(free)}")
+        raise InputError(f"{len(free)} parameters ({', '.join(free)}) need as many failures, not {failures}")
 
     def function(at: Floats, fits: Cases) -> tuple[Floats, Floats, Floats]:
         return model.function(at, None if weight is None else np.broadcast_to(weight, (at.shape[0], weight.size)))

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from dielast.base.errors import InputError, warn
+from dielast.base.errors import InputError, and_more, warn
 from dielast.calibration.failures.ageing import Ageing
 from dielast.calibration.failures.exposures import Aged, Envelope, Exposure, Plain
 from dielast.calibration.failures.law_names import DAMAGE_LAWS, LINES
@@ -33,10 +33,8 @@ def law_model(name: str, tested: Simulated, options: LawOptions) -> LawModel:
     area, options = _areas(specimens.area, scatter, options)
     rows = np.arange(len(specimens))
     if is_damage and np.any(once := (tested.seen == Seen.DEAD) & (tested.end == 0)):
-        first_one = specimens.name[int(np.argmax(once))]
-        warn(
-            f"law {name}: {np.count_nonzero(once)} specimens are dead at once, {first_one} first, without damage: they are left out"
-        )
+        these = f"specimen {specimens.name[int(np.argmax(once))]}" + and_more(np.count_nonzero(once) - 1)
+        warn(f"law {name}: {these}: a failure at time 0, before any damage, is left out")
         rows = np.flatnonzero(~once)
     seen, between = tested.seen[rows], np.flatnonzero(tested.seen[rows] == Seen.BETWEEN)
     of_ends, ends, later = _ends(tested, rows)

@@ -135,7 +135,7 @@ class FreeValue(Section):
         None, description="The least value. Default: start/100; for the defaults of other constants see the key free."
     )
     max: Value | None = Field(
-        None, description="The greatest value. Default: 100 start; for the defaults of other constants see the key free."
+        None, description="The greatest value. Default: 100 times start; for the defaults of other constants see the key free."
     )
     start: Value | None = Field(None, description="Where the first fit begins. Default: the prior, or the material's value.")
     prior: Value | None = Field(
@@ -235,11 +235,11 @@ class CalibrateRecipe(RecipeBase):
     free: dict[str, FreeValue] = Field(
         description='The constants to fit, by path in the material file, such as "equilibrium.J_lim" = {}; for a list, all its '
         'entries. In braces, all optional: min, max, start, prior and relative, as in { min = "5 kPa", max = "50 kPa" }. Default '
-        "of start: the prior, or the value in the material file. Defaults of min and max: start/100 and 100 start; for a constant "
-        "of either sign, three times the larger of the magnitude of start and the shear modulus (1 for a bare number) below and "
-        "above start; for a relaxation time without min and max, half-way in log time to the starts of the neighbouring branches; "
-        "for an exponent of Ogden's law without them, half-way to the starts of the terms next to it in size. "
-        "A value that ends at a bound is warned of."
+        "of start: the prior, or the value in the material file. Defaults of min and max: start/100 and 100 times start; for a "
+        "constant of either sign, three times the larger of the magnitude of start and the shear modulus (1 for a bare number) "
+        "below and above start; for a relaxation time without min and max, half-way in log time to the starts of the "
+        "neighbouring branches; for an exponent of Ogden's law without them, half-way to the starts of the terms next to it in "
+        "size. A value that ends at a bound is warned of."
     )
     springs: SpringTrials | None = Field(None, description="Laws of springs to try in the place of those of the material.")
     prediction: PredictedFilm | None = Field(

@@ -114,7 +114,7 @@ def recipe_tests(name: str, inputs: Inputs, called: str, specimen: str, temperat
             time, first = np.unique(time[order], return_index=True)
             values = values[order][first]
         if time.size < 3:
-            raise InputError(f"{time.size} points: at least 3 are needed", key=f"compare[{index}].file", file=name)
+            raise InputError(f"at least 3 points are needed, not {time.size}", key=f"compare[{index}].file", file=name)
         header, (column, unit) = comparison.y, split_header(comparison.y)
         wanted = time[time >= 0] if x is None else _evenly(steps)
         if x is None:

@@ -35,6 +35,12 @@ AnyCase = TypeVar("AnyCase", bound=StatedCase)
 EARLY, EARLIEST = 1e-3, "the first thousandth of what follows takes"
 """The part of the duration after a load at once in which the response is not of interest, though tables begin there."""
 SLACK = 0.01  # of the highest stress: a larger compressive stress gives a warning
+HELD = {
+    ("frame", "frame"): ("in a frame", "the film around the electrode"),
+    ("strip", "strip"): ("in a strip", "the film beside the electrode"),
+    ("clamped", "clamped"): ("with clamped edges", "the film"),
+}
+"""Boundaries that hold both axes -> where a film is, and what the voltage pushes together if nothing stretches it."""
 AT_ONCE = "as the voltage comes on"
 
 
@@ -86,7 +92,7 @@ def warn_of_programmes(cases: Sequence[StatedCase]) -> None:
     if any(recipe.stop.at is None for recipe in recipes):
         warn_of_no_breakdown([law is not None for law in limits], materials, steady)
     thickness = np.array([film.thickness for film in films])
-    warn_of_setups([film.prestretch for film in films], [film.boundary for film in films], thickness, limits)
+    warn_of_setups([film.prestretch for film in films], [recipe.held for recipe in recipes], thickness, limits)
     highest = np.array([max(map(abs, case.steps.targets), default=0.0) for case in cases])
     before_motion, limit = np.array(list(map(_fields, cases))).T
     field = highest * before_motion
@@ -145,18 +151,20 @@ def warn_of_no_breakdown(has_limit: Sequence[bool], materials: Sequence[Material
 
 def warn_of_setups(
     prestretch: Sequence[tuple[float, float]],
-    boundary: Sequence[tuple[str, str]],
+    boundary: Sequence[tuple[str, ...]],
     thickness: ArrayLike,
     limits: Sequence[BreakdownLaw | None],
 ) -> None:
     """Warn of prestretches outside the range of the breakdown `limits`, of thicknesses (any shape) in m that seem to be in
-    another unit, and of films in a frame without a prestretch.
+    another unit, and of films without a prestretch whose edges a `boundary` holds: they have no tension to lose.
     """
     warn_of_prestretches(prestretch, limits)
     USUAL["film"].warn(thickness)
-    if any(held[0] == "frame" and max(pair) == 1 for pair, held in zip(prestretch, boundary, strict=True)):
-        buckles = "without prestretch the voltage pushes the film around the electrode together, which buckles"
-        warn(f"film.prestretch: 1 in a frame: {buckles}; the result is of a film that stays flat")
+    for where, pressed in dict.fromkeys(
+        HELD[held] for pair, held in zip(prestretch, boundary, strict=True) if max(pair) == 1 and held in HELD
+    ):
+        buckles = f"without prestretch the voltage pushes {pressed} together, which buckles"
+        warn(f"film.prestretch: 1 {where}: {buckles}; the result is of a film that stays flat")
 
 
 def _warn_of_temperatures(cases: Sequence[StatedCase]) -> None:

@@ -225,7 +225,7 @@ class FilmBase(Section):
         if len(forces) > 2:
             raise InputError(f"{len(forces)} forces: one, or one for each of two axes", key="film.force")
         if len(forces) != len(widths):
-            raise InputError(f"a width for each force is needed: {len(forces)} and {len(widths)} are stated", key="film.width")
+            raise InputError(f"a width for each force is needed: forces {len(forces)}, widths {len(widths)}", key="film.width")
         for axis in range(len(forces)):
             if self.boundary[axis] != "dead-load":
                 raise InputError(f'a weight along axis {axis + 1} is for boundary "dead-load" alone', key="film.force")

@@ -164,7 +164,7 @@ class ArrudaBoyce(LimitedLaw):
     title: ClassVar = "Arruda-Boyce"
     SHORTEST: ClassVar = 1.2
     MEASURE: ClassVar = " of sqrt(I1/3)"
-    USUAL: ClassVar = "is it a strain? 2 to 10 by rule"
+    USUAL: ClassVar = "is it a strain? It is usually 2 to 10"
     constants: ClassVar = (
         Constant("locking_stretch", "arruda-boyce: stretch sqrt(I1/3) of the chains at which they lock.", above=1.0),
     )

@@ -30,7 +30,7 @@ class Gent(LimitedLaw):
     name: ClassVar = "gent"
     title: ClassVar = "Gent"
     SHORTEST: ClassVar = 1.0
-    USUAL: ClassVar = "is it I1 - 3 where they are taut, 10 to 200 by rule?"
+    USUAL: ClassVar = "is it I1 - 3 where they are taut, usually 10 to 200?"
     constants: ClassVar[tuple[Constant, ...]] = (
         Constant(
             "J_lim",
