@@ -123,7 +123,7 @@ def test_a_terminated_map_leaves_no_process_behind(tmp_path: Path) -> None:
     with half_done(tmp_path, "out", "--jobs", "2") as process:
         process.send_signal(signal.SIGTERM)
         _, said = process.communicate(timeout=ENDS)
-        assert process.returncode == 130
+        assert process.returncode == 143
         assert re.fullmatch(r"interrupted: \d+ of 750 cells are kept: the same command .*\n", said)
         until(lambda: not alive(process.pid))
 
