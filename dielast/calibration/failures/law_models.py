@@ -33,7 +33,7 @@ def law_model(name: str, tested: Simulated, options: LawOptions) -> LawModel:
     area, options = _areas(specimens.area, scatter, options)
     rows = np.arange(len(specimens))
     if is_damage and np.any(once := (tested.seen == Seen.DEAD) & (tested.end == 0)):
-        these = f"specimen {specimens.name[int(np.argmax(once))]}" + and_more(np.count_nonzero(once) - 1)
+        these = f"specimen {specimens.name[int(np.argmax(once))]}" + and_more(int(np.count_nonzero(once)) - 1)
         warn(f"law {name}: {these}: a failure at time 0, before any damage, is left out")
         rows = np.flatnonzero(~once)
     seen, between = tested.seen[rows], np.flatnonzero(tested.seen[rows] == Seen.BETWEEN)
