@@ -4,8 +4,8 @@ predicted tests, with slack specimens that bear nothing and that push, over the 
     python tests/bench/bench_raw_tests.py [--laboratories 2] [--first 0] [--file LINES]
 
 Measured, 19 laboratories: the predicted error is 0.56 to 1.32 times that of the true material, 0.94 in the middle; in laboratories
-11 to 18 it is 0.56 to 1.18 times, and 0.93 by the mean squares of all. The true one is that of two specimens, and small by chance in
-some laboratories, while the mean of five specimens that scatter by 5 % would be off by 5 %/sqrt(5) in any: the ratio is largest
+11 to 18 it is 0.56 to 1.18 times, and 0.93 by the mean squares of all. The true one is that of two specimens, and small by chance
+in some laboratories, while the mean of five specimens that scatter by 5 % would be off by 5 %/sqrt(5) in any: the ratio is largest
 where the two specimens happen to differ least, by 2.4 %.
 """
 
