@@ -518,6 +518,8 @@ class Run:
         for segment in self.segments:
             times, before = falls(lambda t, segment=segment: self._signal(name, segment, t), segment.knots, before)
             found += [segment.start + t for t in times]
+            if np.isnan(before):  # a prescribed stress cannot fall, but it is a tension that grips may take away
+                before = float(segment.piece.axes[int(name[-1]) - 1][1](segment.piece.duration))
         return found
 
     def _signal(self, name: str, segment: _Segment, t: Floats) -> Floats:

@@ -48,6 +48,7 @@ def test_a_curve_that_ends_before_its_plateau_states_a_range_that_holds_the_trut
 
 
 @pytest.mark.filterwarnings("ignore:the curve has not levelled off")
+@pytest.mark.trust
 def test_a_spectrum_that_ends_with_its_curve_is_within_the_range() -> None:
     """At the border of what a curve allows: it still falls, and there is nothing slower.
 

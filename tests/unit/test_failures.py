@@ -268,6 +268,7 @@ def at_two_temperatures(seed: int, n: int = 48) -> LawModel:
     return law_model("inverse-power", tested, LawOptions(time=3600.0))
 
 
+@pytest.mark.trust
 def test_intervals_hold_the_activation_energy_of_lives() -> None:
     """As often as they say, and the estimates scatter about the truth: their mean lies within 3.9 of its standard errors, beyond
     which either of two quantities lies with a probability of about 2e-4.
