@@ -18,7 +18,7 @@ from dielast.simulate.follow import follow
 from dielast.simulate.history import Outcome
 from dielast.simulate.membrane import symmetry_of
 from dielast.simulate.output import Output
-from dielast.simulate.record import Recorder
+from dielast.simulate.recorder import Recorder
 
 SOFT = Material(
     "soft",

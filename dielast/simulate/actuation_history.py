@@ -21,7 +21,8 @@ from dielast.simulate.history import History, Outcome
 from dielast.simulate.output import Output
 from dielast.simulate.profile import ProfileRecorder, Profiles
 from dielast.simulate.quantities import FILMS, SolvedFilms, values_of
-from dielast.simulate.record import Recorder, ending
+from dielast.simulate.record import ending
+from dielast.simulate.recorder import Recorder
 from dielast.simulate.setup import Setup
 from dielast.simulate.wiring import Wiring
 

@@ -25,7 +25,7 @@ from dielast.simulate.film_setup import Film, OfAxes, followed as reached_by
 from dielast.simulate.follow import follow
 from dielast.simulate.options import Failure, Solver
 from dielast.simulate.output import Output
-from dielast.simulate.record import Recorder
+from dielast.simulate.recorder import Recorder
 from dielast.simulate.setup import Setup, set_up
 
 if TYPE_CHECKING:

@@ -17,7 +17,7 @@ from dielast.numerics.arrays import Cases, Flags, Floats
 from dielast.numerics.integrate import KEEPER, Status, Stepper
 from dielast.numerics.stride import TriedStep
 from dielast.simulate.cycles import CycleMeter
-from dielast.simulate.record import Recorder
+from dielast.simulate.recorder import Recorder
 
 MANY = 100  # spans of a piece of load that are worth a progress bar
 

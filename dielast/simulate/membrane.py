@@ -29,7 +29,7 @@ from dielast.simulate.history import Arguments, History, Outcome, simulating
 from dielast.simulate.options import Solver, check_tolerance
 from dielast.simulate.output import Output, check_end
 from dielast.simulate.quantities import TESTS, SolvedTests, values_of
-from dielast.simulate.record import Recorder
+from dielast.simulate.recorder import Recorder
 
 BEARS_NOTHING, PUSHES = "bears nothing", "pushes"
 

@@ -11,7 +11,7 @@ from dielast.mechanics.equations import Films
 from dielast.mechanics.passive.forms import Spread
 from dielast.mechanics.passive.framed import FramedFilms, Surroundings
 from dielast.numerics.arrays import Cases, Floats
-from dielast.simulate.record import Recorder
+from dielast.simulate.recorder import Recorder
 
 UNITS = {
     **{"time": "s", "radius": "1", "stretch_1": "1", "stretch_2": "1"},

@@ -25,7 +25,7 @@ from dielast.simulate.electrical import ElectricMeter
 from dielast.simulate.follow import follow
 from dielast.simulate.options import Circuit
 from dielast.simulate.output import Output
-from dielast.simulate.record import Recorder
+from dielast.simulate.recorder import Recorder
 from dielast.simulate.setup import prestretched
 from dielast.simulate.wiring import Wiring
 
