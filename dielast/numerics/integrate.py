@@ -15,15 +15,14 @@ from typing import Any, Protocol
 import numpy as np
 
 from dielast.numerics.arrays import Cases, Flags, Floats, paired
-from dielast.numerics.response import Fading, Response, Responsive
+from dielast.numerics.beginning import Beginning
+from dielast.numerics.response import Fading, Response
 from dielast.numerics.rosenbrock import RODAS5P, Rosenbrock
 from dielast.numerics.stride import Observer, PoolColumns, Spans, System, TriedStep, Turns, advance
 
 # numbers in the state of the cases that advance together: large enough to amortise Python calls, small enough to cache
 POOL = 32_000
 SAFETY, SHRINK, GROW = 0.9, 0.1, 8.0  # safety factor and bounds of the step size controller
-FIRST_MOVE = 5.0  # change of the state in the first step, in tolerances
-PROBED = 10.0 ** -np.arange(10)  # fractions of the proposed first step at which transients are looked for
 LEAST_STEP = 1e-24  # shortest step over the time since the span began; a shorter one means that the solution ceases to exist
 NO_STEP = 1e-290  # s, shortest step at the beginning of a span
 MOST_STEPS = 100_000  # in a span
@@ -146,7 +145,7 @@ class Stepper:
         self.at = PoolColumns.start(np.zeros(0, dtype=np.intp), np.zeros(0), np.zeros(0))
         self.active = np.zeros(0, dtype=bool)
         self.state = self.result.state[:, :0]
-        self.fading: Fading | None = None
+        self.beginning = Beginning(method, rtol)
         self.response: Response | None = None
 
     def __getstate__(self) -> dict[str, Any]:
@@ -183,8 +182,8 @@ class Stepper:
         new_columns = PoolColumns.start(starting, self.durations[starting], self.longest_steps[starting])
         at = PoolColumns.joined([self.at.take(keep), new_columns])
         state = np.concatenate((self.state[:, keep], self.result.state[:, starting]), axis=1)
-        if self.fading is not None:  # of the new columns, any that are kept until they open
-            self.fading = self.fading.take(paired(np.concatenate((keep, np.zeros_like(starting)))))
+        if self.beginning.fading is not None:  # of the new columns, any that are kept until they open
+            self.beginning.fading = self.beginning.fading.take(paired(np.concatenate((keep, np.zeros_like(starting)))))
         pair = paired(np.arange(at.cases.size))
         at, state = at.take(pair), np.take(state, pair, axis=1)
         new = np.arange(keep.size, at.cases.size) if starting.size else starting
@@ -194,8 +193,8 @@ class Stepper:
         if self.spans is not None and at.cases.size:
             system, at.duration = self._entered(system, np.arange(at.cases.size), at.cases, at.span)
         if new.size:
-            self._respond(system, state, at, new)
-            at.next_step[new] = self._opening(system, state, at, new[: starting.size], self.first_steps[starting])
+            self.beginning.respond(system, state, at, new)
+            at.next_step[new] = self.beginning.step(system, state, at, new[: starting.size], self.first_steps[starting])
         self.at, self.state, self.system = at, state, system
         self.active = np.ones(at.cases.size, dtype=bool)
         self.increments = np.empty((self.method.stages, *state.shape))
@@ -230,83 +229,9 @@ class Stepper:
             kinks = kinks[:1] if single_case else kinks
             proposed = np.where(self.result.next_step > 0, self.result.next_step, self.durations)[at.cases[kinks]]
             self.state = np.array(self.state)
-            self._respond(self.system, self.state, at, at_kink)
-            at.next_step[at_kink] = self._opening(self.system, self.state, at, kinks, proposed)
+            self.beginning.respond(self.system, self.state, at, at_kink)
+            at.next_step[at_kink] = self.beginning.step(self.system, self.state, at, kinks, proposed)
             at.last_step[at_kink] = at.last_error[at_kink] = 0.0
-
-    def _respond(self, system: System, state: Floats, at: PoolColumns, columns: Cases) -> None:
-        """Make the state of columns (k,) after the start or a kink consistent, in place, and find what fades, if it is known.
-
-        A state that is consistent only to the tolerance would be an error within the first step, however short that is.
-        """
-        if not isinstance(system, Responsive):
-            return
-        pair, count = paired(columns), columns.size
-        responding = system if count == at.cases.size else system.take(pair)
-        fading = responding.fading(at.time[pair], np.take(state, pair, axis=1), (at.duration - at.time)[pair])
-        if fading is None or count == at.cases.size:
-            self.fading = None if fading is None else fading.take(np.arange(count))
-        elif self.fading is not None:
-            self.fading = self.fading.put(columns, fading.take(np.arange(count)))
-        no_time = np.zeros(pair.size)
-        increment = self._first_increment(responding, at.time[pair], np.take(state, pair, axis=1), no_time, pair)
-        state[:, pair] += np.where(np.isfinite(increment).all(axis=0), increment, 0.0)  # there is none at a limit point
-
-    def _first_increment(self, system: Any, time: Floats, state: Floats, step: Floats, columns: Cases) -> Floats:
-        """The increment (rows, k) of the first stage of a `step` (k,) of columns (k,), but for what fades as is known."""
-        gamma, shape, start = self.method.gamma, state.shape, time[None]
-        if self.fading is None:
-            equations = system.linearise(start, state, step, gamma)
-        else:
-            fading = self.fading.take(columns)
-            equations = system.linearise(start, state, step, gamma, fading.rate - fading.beyond)
-        return np.asarray(equations.increment(0, state, None, gamma, np.empty(shape)))
-
-    def _opening(self, system: System, state: Floats, at: PoolColumns, columns: Cases, proposed: Floats) -> Floats:
-        """The first step (k,) of columns (k,) after the start or a kink, at most `proposed` (k,) where that is not 0."""
-        step, left = np.zeros(columns.size), at.duration - at.time
-        with_proposal = np.flatnonzero(proposed > 0)
-        if with_proposal.size:
-            chosen = columns[with_proposal]
-            most = np.minimum(proposed[with_proposal], left[chosen])
-            step[with_proposal] = self._continued_step(system, state, chosen, most, at.time)
-        undecided = np.flatnonzero(step <= 0)
-        if undecided.size:
-            pair = paired(columns[undecided])
-            first = self._first_step(system.take(pair), np.take(state, pair, axis=1), left[pair], at.time[pair], pair)
-            step[undecided] = first[: undecided.size]
-        return step
-
-    def _first_step(self, system: System, state: Floats, duration: Floats, time: Floats, columns: Cases) -> Floats:
-        """A step in which the initial rates change the state by `FIRST_MOVE` tolerances.
-
-        A longer first step would hide any stiffer transient: neither its error estimate nor its dense output would show it. Where
-        nothing changes it is a small part of the duration, as an early event within a far longer step has few digits.
-        """
-        probe = 1e-18 * duration
-        increment = self._first_increment(system, time, state, probe, columns)
-        rate = system.error(time, state, increment) / (self.method.gamma * probe)
-        step = FIRST_MOVE * self.rtol / rate
-        return np.where((step > 0) & (step < np.inf), np.minimum(step, duration), 1e-6 * duration)
-
-    def _continued_step(self, system: System, state: Floats, columns: Cases, proposed: Floats, time: Floats) -> Floats:
-        """The proposed first step (k,), reduced so far that no transient decays within it unseen; 0 where it would be too short.
-
-        The slope of an implicit Euler step shows the rate that remains after that step. Where it differs by more than the
-        tolerance from the slope over a step ten times as long, a transient decays in between.
-        """
-        many = np.repeat(columns, PROBED.size + 1)
-        system, state = system.take(many), np.take(state, many, axis=1)
-        steps = (proposed[:, None] * np.append(PROBED, 1e-18)).ravel()
-        change = self._first_increment(system, time[many], state, steps, many)
-        change = change.reshape(state.shape[0], columns.size, -1)
-        change = change - change[..., -1:]  # less the correction towards a consistent state
-        change[..., 1:] -= 0.1 * change[..., :-1]
-        change = change.reshape(state.shape) / self.method.gamma
-        error = system.error(time[many], state, change).reshape(columns.size, -1)
-        transient = ~(error[:, 1:-1] <= FIRST_MOVE * self.rtol)
-        finest = np.where(transient.any(axis=1), PROBED.size - 1 - np.argmax(transient[:, ::-1], axis=1), 0)
-        return np.where(finest < PROBED.size - 1, proposed * PROBED[np.maximum(finest - 1, 0)], 0.0)
 
     def _advance(self) -> None:
         """Try one step in every column, and accept the steps that are accurate enough."""
@@ -316,7 +241,7 @@ class Stepper:
         step = np.where(step >= 0.99 * left, left, np.minimum(step, 0.5 * left))
         if self.turns is not None:
             step = np.where(at.landing, np.minimum(at.next_step, left), step)
-        fading = None if self.fading is None else self.fading.rate
+        fading = None if self.beginning.fading is None else self.beginning.fading.rate
         after, self.response = advance(self.system, self.method, at.time, self.state, step, self.increments, fading)
         total, ends = at.time + step, step >= left
         until = np.where(ends, at.duration, total)
@@ -357,11 +282,11 @@ class Stepper:
             now = tuple(np.where(accepted, new, old) for new, old in zip(now, before, strict=True))
         self.state, at.time, at.rounding, at.last_step, at.last_error = now
         at.next_step = following
-        if self.fading is not None and self.response is not None:
-            faded = self.fading.rate * np.exp(-self.response.decay * step)
+        if self.beginning.fading is not None and self.response is not None:
+            faded = self.beginning.fading.rate * np.exp(-self.response.decay * step)
             if count < accepted.size:
-                faded = np.where(accepted, faded, self.fading.rate)
-            self.fading = Fading(faded, self.fading.beyond)
+                faded = np.where(accepted, faded, self.beginning.fading.rate)
+            self.beginning.fading = Fading(faded, self.beginning.fading.beyond)
         if share is not None and np.isfinite(share).any():
             self._turn(share, step)
         self._settle(accepted, finished, last, stop)
@@ -370,7 +295,10 @@ class Stepper:
         """The step that was tried."""
         at = self.at
         tried = at.cases, accepted, at.time, step, until, self.state, after, self.increments
-        place, fading = (at.span, at.begin, at.duration, elapsed), None if self.fading is None else self.fading.rate
+        place, fading = (
+            (at.span, at.begin, at.duration, elapsed),
+            None if self.beginning.fading is None else self.beginning.fading.rate,
+        )
         return TriedStep(self.system, self.method, *tried, *place, self.response, fading)
 
     def _turn(self, share: Floats, step: Floats) -> None:
@@ -387,8 +315,8 @@ class Stepper:
             place = columns, at.cases[columns], (at.begin + at.time)[columns], at.time[columns]
             self.state = np.array(self.state)
             self.system = self.turns.turn(self.system, *place, self.state)
-            self._respond(self.system, self.state, at, columns)
-            at.next_step[columns] = self._opening(self.system, self.state, at, columns, step[columns])
+            self.beginning.respond(self.system, self.state, at, columns)
+            at.next_step[columns] = self.beginning.step(self.system, self.state, at, columns, step[columns])
             at.last_step[columns] = at.last_error[columns] = 0.0
 
     def _settle(self, accepted: Flags, finished: Flags, last: Flags, stop: Flags | None) -> None:
