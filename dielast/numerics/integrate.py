@@ -26,7 +26,9 @@ SAFETY, SHRINK, GROW = 0.9, 0.1, 8.0  # safety factor and bounds of the step siz
 LEAST_STEP = 1e-24  # shortest step over the time since the span began; a shorter one means that the solution ceases to exist
 NO_STEP = 1e-290  # s, shortest step at the beginning of a span
 MOST_STEPS = 100_000  # in a span
-STALL_STEPS, STALL_REACH = 10_000, 1e-8  # a case stalls if so many tried steps cover less than this fraction of the span
+# a case stalls if so many tried steps lengthen the time in a span by less than this fraction, or, after ten times as many, cover
+# less than a tenth of this fraction of the span
+STALL_STEPS, STALL_REACH = 1_000, 1e-8
 
 
 class Status(IntEnum):
@@ -337,7 +339,8 @@ class Stepper:
             endless = self.active & (at.tries >= MOST_STEPS)
             stalled = self.active & (at.tries % STALL_STEPS == 0)
             due = np.flatnonzero(stalled)
-            stalled[due] = at.time[due] - at.milestone[due] < STALL_REACH * at.duration[due]
+            whole = np.where(at.tries[due] % (10 * STALL_STEPS) == 0, 0.1 * at.duration[due], at.time[due])
+            stalled[due] = at.time[due] - at.milestone[due] < STALL_REACH * whole
             at.milestone[due] = at.time[due]
         ended = finished | vanished | endless | stalled | stopped
         if not np.count_nonzero(ended):
