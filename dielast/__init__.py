@@ -30,9 +30,7 @@ The words of this package:
 
 from __future__ import annotations
 
-from functools import cache
-
-TYPE_CHECKING = False  # typing, importlib and types take longer than all else here, and Ctrl-C meanwhile is a traceback
+TYPE_CHECKING = False  # typing, functools and types take longer than all else here, and Ctrl-C meanwhile is a traceback
 __version__ = "0.1.0"
 
 if TYPE_CHECKING:  # the public names, of which this is the only list: type checkers read it, and so does `_modules`
@@ -147,14 +145,18 @@ if TYPE_CHECKING:  # the public names, of which this is the only list: type chec
     )
 
 
-@cache
-def _modules() -> dict[str, str]:
-    """The module of each public name, read from the imports above."""
-    import ast
+_MODULES: dict[str, str] = {}
 
-    source = __spec__.loader.get_source(__name__)  # type: ignore[union-attr]
-    imports = [node for node in ast.walk(ast.parse(source)) if isinstance(node, ast.ImportFrom)]
-    return {alias.name: str(node.module) for node in imports for alias in node.names if alias.asname}
+
+def _modules() -> dict[str, str]:
+    """The module of each public name, read from the imports above when first needed."""
+    if not _MODULES:
+        import ast
+
+        source = __spec__.loader.get_source(__name__)  # type: ignore[union-attr]
+        imports = [node for node in ast.walk(ast.parse(source)) if isinstance(node, ast.ImportFrom)]
+        _MODULES.update({alias.name: str(node.module) for node in imports for alias in node.names if alias.asname})
+    return _MODULES
 
 
 def __getattr__(name: str) -> Any:
@@ -162,10 +164,10 @@ def __getattr__(name: str) -> Any:
         return __dir__()
     if name.startswith("__") or name not in _modules():
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return _public(name)
+    public = globals()[name] = _public(name)
+    return public
 
 
-@cache
 def _public(name: str) -> Any:
     """What a public name stands for; a function with a check of its arguments."""
     from importlib import import_module

@@ -1,8 +1,8 @@
 """The command line: a thin shell on the library. Nothing heavier than typer is imported before a command runs."""
 
+import _signal  # type: ignore[import-not-found]  # built in: Ctrl-C while `signal` is loaded would be a traceback
 import gc
 import os
-import signal
 import sys
 
 
@@ -10,8 +10,8 @@ def main() -> None:
     """Run the command line: exit 0 done, 2 bad input, 3 the numerics gave up, 4 golden mismatch, 1 a bug, or `Leave.code`."""
     if _in_worker():
         return
-    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:  # a shell lets a job in the background ignore it
-        signal.signal(signal.SIGINT, lambda number, _: os._exit(128 + number))  # before anything that takes time
+    if _signal.getsignal(_signal.SIGINT) is _signal.default_int_handler:  # a shell lets a job in the background ignore it
+        _signal.signal(_signal.SIGINT, lambda number, _: os._exit(128 + number))  # before anything that takes time
     from dielast.cli.terminal import handle_signals, mend_streams, report_refusal
 
     handle_signals()

@@ -214,7 +214,8 @@ def write_files(
                     with contextlib.suppress(OSError):
                         part.unlink()
     except OSError as error:
-        raise InputError(f"cannot write here: {(error.strerror or str(error)).lower()}", file=folder) from None
+        of_file = (target for _, target in parts if str(target) in (str(error.filename), str(error.filename2)))
+        raise InputError(f"cannot write here: {(error.strerror or str(error)).lower()}", file=next(of_file, folder)) from None
 
 
 def _is_unfinished(path: Path) -> bool:
