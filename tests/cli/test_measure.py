@@ -117,6 +117,7 @@ def test_damaged_and_empty_photographs_are_lost_and_the_run_goes_on(dielast: Run
     ("changes", "message"),
     [
         ({"interval": ""}, 'times are needed: either interval, such as "8 s", or times'),
+        ({'8 s"': '8 s"\ntimes = "exif"'}, "interval: interval and times are both stated: leave one out"),
         ({"photo-*": "nothing-*"}, 'files: "nothing-*": no file matches'),
         ({"8 s": "8"}, "interval: "),
         (

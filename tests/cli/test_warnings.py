@@ -228,6 +228,11 @@ def test_a_film_that_is_let_back_too_fast(run: Run, back: str, slack: bool) -> N
     assert [" by which the film is pushed: a thin one goes slack" in one for one in said] == [True] * slack
 
 
+def test_a_load_that_presses_a_film_is_warned_of(run: Run) -> None:
+    said, _ = run("creep", 'step=[{stress="-1 kPa",duration="1 s"}]')
+    assert "the load presses by 1e+03 Pa: a thin film buckles instead" in said
+
+
 def test_warnings_before_an_error_tell_why(dielast: Callable[..., Any], tmp_path: Path) -> None:
     """The temperatures of the example plus 273.15, under a header that says degC."""
     table = (files("dielast") / "examples/relaxation-test.csv").read_text("utf-8").splitlines()

@@ -109,8 +109,10 @@ class MeasureRecipe(RecipeBase):
     camera: CameraSection | None = Field(None, description="Marks that correct tilt and lens. Default: no correction.")
 
     def _check(self) -> None:
-        if (self.interval is None) == (self.times is None):
+        if self.interval is None and self.times is None:
             raise InputError('times are needed: either interval, such as "8 s", or times')
+        if self.interval is not None and self.times is not None:
+            raise InputError("interval and times are both stated: leave one out", key="interval")
         stated = self.times not in (None, "exif")
         if stated and "start" in self.model_fields_set:
             raise InputError("times states when the first photograph was taken: leave start out", key="start")

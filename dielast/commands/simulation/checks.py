@@ -64,6 +64,8 @@ def warn_of_membranes(cases: Sequence[SolvedCase]) -> None:
     if relaxing:
         _warn_of_slack([case.result for case in cases])
         return
+    lowest = [float(np.min(case.result.columns["nominal_stress_1 [Pa]"], initial=0.0)) for case in cases]
+    _warn_of_cases("the load presses", [f"by {-low:.3g} Pa" if low < 0 else "" for low in lowest], ": a thin film buckles instead")
     loaded = [case for case in cases if any(case.steps.targets)]
     if loaded:
         stretches = [_stretches(case.result) for case in loaded]
