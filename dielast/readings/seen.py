@@ -185,7 +185,8 @@ class SeenTable:
         if dimension is None or (column.unit is None and dimension is not NUMBER):
             return None
         scale, offset = conversion(column.unit or "1", dimension)
-        return self.raw(column.place) * scale + offset
+        with np.errstate(over="ignore"):  # infinite is no reading, as whoever reads the column says
+            return self.raw(column.place) * scale + offset
 
     def constant(self, column: SeenColumn) -> str | None:
         """The cell that all rows of a column have; None if they differ."""
@@ -212,7 +213,7 @@ class SeenTable:
         return np.array([as_number(cell.translate(marks)) for cell in self.table.cells[place]])
 
     def _column(self, place: int, role: str, reason: str) -> SeenColumn:
-        unit, dimension = self.table.units[place], DIMENSIONS.get(role)
+        unit, dimension = self.table.headers[place].unit, DIMENSIONS.get(role)
         known = unit is not None and dimension is not None and states(unit, dimension)
         return SeenColumn(place, self.name_of(place), role, unit if known else None, reason)
 
@@ -221,15 +222,16 @@ class SeenTable:
         return [k for k, text in enumerate(texts) if text == (name if letter else plain(name))]
 
     def _is_named(self, place: int, role: str) -> bool:
-        letters = _LETTERS.get(role, ())
-        return any(place in self._called(name, name in letters) for name in (*NAMES.get(role, (role,)), *letters))
+        text = self.table.headers[place].name  # of this column alone, as there may be thousands
+        names = map(plain, NAMES.get(role, (role,)))
+        return text.strip() in _LETTERS.get(role, ()) or plain(text) in names
 
     def _is_known(self, place: int) -> bool:
         return any(self._is_named(place, role) for role in NAMES)
 
     def _fits(self, place: int, role: str) -> bool:
         """Whether the unit of a column may be that of a role; text in brackets that is no unit belongs to the name."""
-        unit, dimension = self.table.units[place], DIMENSIONS.get(role)
+        unit, dimension = self.table.headers[place].unit, DIMENSIONS.get(role)
         if dimension is None:
             return True
         fits = unit is None or not is_unit(unit) or states(unit, dimension) or is_ambiguous(unit, dimension)

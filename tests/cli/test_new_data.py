@@ -378,3 +378,8 @@ def test_what_cannot_be_is_one_line(arguments: tuple[str, ...], message: str, di
     assert message in done.stderr
     assert len(done.stderr.splitlines()) == 1
     assert not done.stdout
+
+
+def test_a_number_that_overflows_in_its_unit_is_no_python_warning(dielast: Run, tmp_path: Path) -> None:
+    (tmp_path / "t.csv").write_text("temperature [degC],time [s],modulus [MPa]\n20,1,1\n20,2,1e305\n20,3,0.8\n")
+    assert "RuntimeWarning" not in dielast("new", "--data", "t.csv").stderr

@@ -3,6 +3,7 @@
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import zip_longest
 from typing import Literal, NamedTuple, Self
 
@@ -214,6 +215,7 @@ def _unit(name: str, cell: str) -> str:
     return text or "-"
 
 
+@lru_cache(maxsize=4096)
 def plain(name: str) -> str:
     """A column's name in the form of `ROLES`: lower case, single blanks, primes as apostrophes."""
     text = re.sub(r"[\s_]+", " ", name).strip().casefold()
