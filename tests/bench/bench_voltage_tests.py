@@ -9,6 +9,7 @@ truth to the laws (1.30 in the middle), and the best law is off by 41 %. It take
 of them for the draws of gent-i2; with `--folder`, a bench that was stopped goes on.
 `films --first 2001 --laboratories 12`: 12 of 12 bands hold the truth, which has 11 to 93 % of the draws below it (59 midway);
 their width is 22 % of it in the middle, and the best law is off by 3.3 %.
+`speed`: 23 s of the processor for the fit, 55 s with profiles and 200 draws.
 """
 
 from __future__ import annotations
