@@ -162,12 +162,22 @@ def _text(model: type[BaseModel], detail: ErrorDetails, context: Mapping[str, An
         return str(context["error"])
     if kind == "list_type" and isinstance(value, dict) and (field := field_at(model, keys)) and _models(field.annotation):
         return _no_list(str(keys[-1]), value)
+    if kind == "missing" and (choices := _choices(field_at(model, keys))):
+        return _PLAIN["literal_error"].format(expected=choices)
     if "expected" in context:
         # quoted as values are shown
         context = {**context, "expected": str(context["expected"]).replace("'", '"')}
     needed = _PLAIN.get(kind, detail["msg"]).format(**context, **_counted(context))
     comma = decimal_comma(value) if isinstance(value, str) and kind in ("float_type", "int_type") else ""
     return ("" if kind == "missing" else f"{shown(value)}: ") + needed + (f"; {comma}" if comma else "")
+
+
+def _choices(field: FieldInfo | None) -> str:
+    """The values of which a field takes one, as messages list them; empty if there is no such list."""
+    if field is None or typing.get_origin(field.annotation) is not typing.Literal:
+        return ""
+    *others, last = (f'"{value}"' for value in typing.get_args(field.annotation))
+    return f"{', '.join(others)} or {last}" if others else last
 
 
 def _no_list(key: str, value: Mapping[str, Any]) -> str:
