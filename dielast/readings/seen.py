@@ -4,6 +4,7 @@ A column has a role by its name, with a unit of the role's dimension, or by a un
 where the header states none, `SeenColumn.unit` is None.
 """
 
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -176,8 +177,8 @@ class SeenTable:
 
     def unnamed(self, known: Iterable[SeenColumn]) -> list[str | int]:
         """What a recipe calls the other columns that hold something."""
-        places = {column.place for column in known}
-        return [self.name_of(k) for k, cells in enumerate(self.table.cells) if k not in places and any(cells)]
+        places, names = {column.place for column in known}, self._names
+        return [names[k] for k, cells in enumerate(self.table.cells) if k not in places and any(cells)]
 
     def numbers(self, column: SeenColumn) -> NDArray[np.float64] | None:
         """The numbers of a column in SI and degC (n,), NaN for other cells; None if its unit is not known."""
@@ -199,13 +200,14 @@ class SeenTable:
 
     def name_of(self, place: int) -> str | int:
         """What a recipe calls the column of this index: its header, or its number where the header is no name of its own."""
-        header = self.table.headers[place]
-        spelled = header.spelled or header.text
-        try:
-            clear = bool(spelled.strip()) and self.table.find(spelled, "") == place
-        except InputError:
-            clear = False
-        return spelled if clear else place + 1
+        return self._names[place]
+
+    @property
+    def _names(self) -> list[str | int]:
+        """What a recipe calls each column, as `name_of`."""
+        spelled = [header.spelled or header.text for header in self.table.headers]
+        times = Counter(map(str.strip, spelled))
+        return [text if text.strip() and times[text.strip()] == 1 else k for k, text in enumerate(spelled, start=1)]
 
     def raw(self, place: int) -> NDArray[np.float64]:
         """The numbers as they are written in the column of this index (n,), NaN for other cells."""
