@@ -144,7 +144,7 @@ class CycleMeter:
             self._at_rest = self._measured(*membrane, np.arange(cases))
         self._lap = piece.lap
         if self.electric is not None:
-            self.electric.also = self._add_of_lap if self._lap else None
+            self.electric.pass_on = self._add_of_lap if self._lap else None
         self._sums[PLANNED] += piece.duration[:, None]
 
     def __call__(self, stride: TriedStep) -> None:

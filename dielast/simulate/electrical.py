@@ -100,7 +100,7 @@ class ElectricMeter:
         self._stopped: list[Cases] = []  # the steps (k,) within which films stopped
         self._ready: list[Floats] = []
         self._ends: list[tuple[DenseSteps, Load, Floats, Floats]] = []  # with the times and energies at the beginning
-        self.also: Callable[[DenseSteps, Floats], None] | None = None
+        self.pass_on: Callable[[DenseSteps, Floats], None] | None = None
         """Called with steps (k,) and Lambda (2, places k) of their films at `PLACES`, as these are evaluated."""
 
     @property
@@ -191,7 +191,7 @@ class ElectricMeter:
         steps = joined_steps([kept[:2] for kept in self._kept])
         span, begin = (np.concatenate([kept[index] for kept in self._kept]) for index in (2, 3))
         load = self._piece.span(steps.cases, span)[0]
-        added = self._energies(load, steps, np.ones(self._size), self.also)
+        added = self._energies(load, steps, np.ones(self._size), self.pass_on)
         before, first = np.empty_like(added), 0
         for _, columns, _, _ in self._kept:  # the steps of a case follow each other
             part = slice(first, first + columns.size)
@@ -226,7 +226,7 @@ class ElectricMeter:
         return films, state, flow(films, self.leakage.take(steps.cases), time, state, rate)
 
     def _energies(
-        self, load: Load, steps: DenseSteps, part: Floats, also: Callable[[DenseSteps, Floats], None] | None = None
+        self, load: Load, steps: DenseSteps, part: Floats, pass_on: Callable[[DenseSteps, Floats], None] | None = None
     ) -> Floats:
         """The energies (4, k) of the first `part` (k,) of the steps, under a load of k cases."""
         count = steps.cases.size
@@ -242,8 +242,8 @@ class ElectricMeter:
             small = np.abs(drop) < NEXT_TO_NOTHING * np.abs(flowing.field)
             heat = np.where(small, circuit.resistance * flowing.current**2, heat)
         log_squared, power, term = self._work_of_edges(films, time, state)
-        if also is not None:
-            also(steps, log_squared)
+        if pass_on is not None:
+            pass_on(steps, log_squared)
         powers = np.stack((flowing.source * flowing.current, flowing.field * flowing.leak, heat, power))
         powers = powers.reshape(4, PLACES.size, count)[..., paired(np.arange(count))]
         energies = np.einsum("n,rnk->rk", PLACE_WEIGHTS, powers)[:, :count] * part * steps.step
