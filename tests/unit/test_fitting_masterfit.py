@@ -185,7 +185,7 @@ def state_of(
     points: FitPoints, theta: Array, prior: joint_problem.Prior, weight: Array, spacing: float = 0.5
 ) -> joint_problem.State:
     weights = Weights(weight, 1 / weight, 0.0)
-    return joint_problem.assemble(points, theta, prior, weights, spacing)
+    return joint_problem.State.of(points, theta, prior, weights, spacing)
 
 
 def prior_of(theta: Array, free: list[int]) -> joint_problem.Prior:
@@ -256,7 +256,7 @@ def test_a_step_is_bounded_and_never_goes_uphill(away: float) -> None:
     prior = joint_problem.Prior(theta, np.eye(10) * LOOSE, np.array([0, 1, 3, 4]), 4.0)
     state = state_of(points, theta, prior, even_weights(points.variance).weight)
     for _ in range(12):
-        new, moved = joint_problem.gauss_newton_step(points, prior, state)
+        new, moved = joint_problem.gauss_newton_step(state)
         assert np.max(np.abs(new.theta - state.theta)) <= MAX_STEP * (1 + 1e-12)
         if moved >= joint_problem.CONVERGED:
             assert new.cost <= state.cost
@@ -328,20 +328,18 @@ def test_the_jackknife_leaves_out_one_part_after_the_other() -> None:
     theta = np.concatenate((TRUTH, np.zeros(5)))
     prior = joint_problem.Prior(theta, np.eye(10) * LOOSE, np.array([0, 1, 3, 4]), 4.0)
     weight = np.full(points.curve.size, 1e4)
-    state, prior, _ = joint_fit.converge(bent, prior, state_of(bent, theta, prior, weight))
+    state, _ = joint_fit.converge(state_of(bent, theta, prior, weight))
     part = np.minimum((points.log_time / 3.0 * PARTS).astype(int), PARTS - 1)
     thetas = []
     for k in range(PARTS):
-        left = joint_problem.assemble(
-            bent, state.theta, prior, replace(state.weights, weight=np.where(part == k, 0.0, state.weights.weight)), state.spacing
-        )
+        left = state.with_weights(replace(state.weights, weight=np.where(part == k, 0.0, state.weights.weight)))
         for _ in range(15):
-            left, _ = joint_problem.gauss_newton_step(bent, prior, left)
+            left, _ = joint_problem.gauss_newton_step(left)
         thetas.append(left.theta)
     whole = np.cov(thetas, rowvar=False, bias=True) * (PARTS - 1)
     misfit = find_misfit(bent.series, bent.curve, bent.log_time, state.residual)
     np.testing.assert_array_equal(misfit.part, part)
-    found, _ = joint_errors.leave_out(bent, prior, state, misfit)
+    found, _ = joint_errors.leave_out(state, misfit)
     steps = np.diff(np.eye(10), axis=0)[:4]  # from one curve to the next
     found, whole = (steps @ matrix @ steps.T for matrix in (found, whole))
     np.testing.assert_allclose(np.diag(found), np.diag(whole), rtol=0.05, atol=1e-12)
@@ -361,38 +359,39 @@ def test_bends_too_small_to_see_widen_the_errors_if_they_move_the_shifts(slope: 
     assert np.all(np.sqrt(np.diag(fit.covariance)[:5]) >= fit.noise_stderr)
 
 
-def with_residual(residual: Array, variance: float) -> tuple[FitPoints, joint_problem.State]:
+def with_residual(residual: Array, variance: float) -> joint_problem.State:
     """A state of two series of fifty points that misses them by this."""
     curve = np.repeat([0, 1], 50)
     x = np.tile(np.linspace(0.0, 3.0, 50), 2)
     points = FitPoints(curve, x, 7 - x, np.full(100, variance), 2, np.zeros(100, dtype=int), np.ones(100))
     prior = joint_problem.Prior(np.zeros(4), np.eye(4) * LOOSE, np.array([1]), 1.0)
     weights = Weights(np.full(100, 1 / variance), np.full(100, variance), 0.0)
-    state = joint_problem.assemble(points, np.zeros(4), prior, weights, 0.5)
-    return points, replace(state, parts=replace(state.parts, residual=residual))
+    state = joint_problem.State.of(points, np.zeros(4), prior, weights, 0.5)
+    vars(state.parts)["_fit"] = (*state.parts._fit[:2], residual)
+    return state
 
 
 def test_neighbours_that_miss_alike_widen_the_errors() -> None:
     """By (1 + r)/(1 - r), of neighbours on one curve; a correlation that chance makes counts for nothing."""
     sign = np.repeat([1.0, -1.0], 50)
-    assert joint_problem.correlation(*with_residual(0.1 * sign, 0.01)) == pytest.approx(1.98 / 0.02)
-    assert joint_problem.correlation(*with_residual(0.1 * np.tile([1.0, -1.0], 50), 0.01)) == 1.0
+    assert with_residual(0.1 * sign, 0.01).repeated == pytest.approx(1.98 / 0.02)
+    assert with_residual(0.1 * np.tile([1.0, -1.0], 50), 0.01).repeated == 1.0
     blocks = np.tile(np.repeat([1.0, -1.0], 5), 10)  # of ten neighbours two differ in sign
-    assert joint_problem.correlation(*with_residual(blocks, 0.01)) == pytest.approx(1.6 / 0.4, rel=0.1)
+    assert with_residual(blocks, 0.01).repeated == pytest.approx(1.6 / 0.4, rel=0.1)
     weak = np.tile([1.0, 1.0, -1.0, -1.0, 1.0], 20)  # r = 0.2, with a standard error of 0.1
-    assert joint_problem.correlation(*with_residual(weak, 0.01)) == 1.0
+    assert with_residual(weak, 0.01).repeated == 1.0
 
 
 def test_akaike_corrected_for_small_samples() -> None:
     """Hurvich and Tsai's 2 p n/(n - p - 1), the log likelihood of normal errors, and sixteen at most for one point."""
     residual = np.concatenate(([0.5, -0.9], np.full(98, 0.1)))
-    _, state = with_residual(residual, 0.01)
+    state = with_residual(residual, 0.01)
     p = state.splines[0].coefficient.size + 1
     assert state.parameters == p
     expected = 100 * np.log(0.01) + 16 + 16 + 98 + 2 * p * 100 / (100 - p - 1)
     assert joint_problem.akaike(state, 0.0) == pytest.approx(expected, rel=1e-12)
     for spare in (2, 1, 0, -5):  # points beyond the parameters and one; what is divided by is one at least
-        many = replace(state, freedom=100.0 - 1 - spare - (p - 1))
+        many = replace(state, prior=replace(state.prior, freedom=100.0 - 1 - spare - (p - 1)))
         assert joint_problem.akaike(many, 0.0) - expected == pytest.approx(
             200 * (99 - spare) / max(spare, 1) - 200 * p / (99 - p), rel=1e-12
         )

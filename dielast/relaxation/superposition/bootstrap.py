@@ -22,9 +22,9 @@ from dielast.numerics.arrays import Floats, Index
 from dielast.numerics.random_streams import stream
 from dielast.relaxation.superposition.effects import OFFSET, TILT, RandomEffect
 from dielast.relaxation.superposition.joint_fit import fit_state
-from dielast.relaxation.superposition.joint_problem import LOOSE, Prior, assemble, correlation, with_random
+from dielast.relaxation.superposition.joint_problem import LOOSE, Prior, State, with_random
 from dielast.relaxation.superposition.mastercurve import Vertical, prepare
-from dielast.relaxation.superposition.points import FitPoints, Weights, points_of
+from dielast.relaxation.superposition.points import FitPoints, points_of
 from dielast.relaxation.superposition.result import MasterCurve
 from dielast.relaxation.superposition.shiftfit import fit_shift_law
 
@@ -135,14 +135,10 @@ def bootstrap_master_curve(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Smooth:
-    """Smooth curves of the `points` at the parameters `theta` (3m,) of a fit, with offsets and tilts that have a `prior`."""
+    """Smooth curves at parameters `theta` (3m,), with offsets and tilts that have a prior; `fit` is the state of the best ones."""
 
-    points: FitPoints
+    fit: State
     theta: Floats
-    prior: Prior
-    weights: Weights
-    spacing: float
-    repeated: float
 
     @classmethod
     def of(cls, points: FitPoints, master: MasterCurve, order: Index, vertical: bool) -> Self:
@@ -154,8 +150,7 @@ class _Smooth:
         prior = with_random(Prior(theta, np.eye(3 * m) * LOOSE, np.arange(3 * m), 0.0), random, m)
         free = prior.random_parameters(m)
         prior = replace(prior, free=free, freedom=float(free.size), random=())  # their spreads are not fitted again
-        state, prior, _ = fit_state(points, theta, prior)
-        return cls(points, theta, prior, state.weights, state.spacing, correlation(points, state))
+        return cls(fit_state(points, theta, prior)[0], theta)
 
     def __call__(self, x: Floats, moved: Floats, random: np.random.Generator | None) -> Floats:
         """log10 of the moduli (c, k) at log times `x` (k,) with shifts and vertical shifts `moved` by (2m,): drawn, or, without
@@ -163,12 +158,12 @@ class _Smooth:
         """
         theta = self.theta.copy()
         theta[: moved.size] += moved
-        state = assemble(self.points, theta, self.prior, self.weights, self.spacing)
-        parts, free = state.parts, self.prior.free
+        state = self.fit.at(theta)
+        parts, free = state.parts, state.prior.free
         effects = -np.linalg.solve(state.normal, state.gradient)
         noise = np.zeros(parts.coefficient.size)
         if random is not None:
-            root = np.sqrt(self.repeated)
+            root = np.sqrt(self.fit.repeated)
             effects += root * np.linalg.solve(np.linalg.cholesky(state.normal).T, random.standard_normal(free.size))
             noise = root * np.linalg.cholesky(parts.inverse) @ random.standard_normal(noise.size)
         coefficient = parts.coefficient + parts.inverse @ parts.cross[:, free] @ effects + noise

@@ -6,13 +6,8 @@ import numpy as np
 
 from dielast.numerics.arrays import Floats, Index
 from dielast.numerics.robust import robust_variance
-from dielast.relaxation.superposition.joint_problem import (
-    Prior,
-    State,
-    assemble,
-    gauss_newton_step,
-)
-from dielast.relaxation.superposition.points import FitPoints, Weights
+from dielast.relaxation.superposition.joint_problem import State, gauss_newton_step
+from dielast.relaxation.superposition.points import FitPoints
 
 PARTS = 4  # number of parts of each curve, of equal length in log time
 VISIBLE = 0.01  # decades of modulus; usual differences of specimens and instruments
@@ -66,38 +61,38 @@ def _root(square: Floats | float) -> Floats:
     return np.sqrt(np.maximum(square, 0.0))
 
 
-def leave_out(points: FitPoints, prior: Prior, state: State, misfit: Misfit) -> tuple[Floats, tuple[float, ...]]:
+def leave_out(state: State, misfit: Misfit) -> tuple[Floats, tuple[float, ...]]:
     """The covariance (2m, 2m) of the shifts as each part of all curves is omitted in turn, and `left_out` of `MasterFit`.
 
     Where curves do not superpose, a shift depends on the part of the curves that determines it; the scatter does not show this.
     """
+    points = state.points
     thetas, distance = [], np.zeros(points.curve.size)
     scatter = _scatter(points, state.residual)
     for k in range(PARTS):
         out = misfit.part == k
         weights = replace(state.weights, weight=np.where(out, LEFT_OUT, 1.0) * state.weights.weight)
-        left = _resettled(points, prior, state.theta, weights, state.spacing)
+        left = _resettled(state.with_weights(weights))
         thetas.append(left.theta[: 2 * points.curves])
-        distance[out] = (left.residual**2 / (_predicted_variance(points, prior, left) + scatter))[out]
+        distance[out] = (left.residual**2 / (_predicted_variance(left) + scatter))[out]
     deviation = np.sqrt((PARTS - 1) / PARTS) * (np.array(thetas) - np.mean(thetas, axis=0))
     return _from_trials(deviation, points.curves), tuple(
         float(np.mean(np.minimum(distance[points.channel == k], BOUND**2))) for k in range(points.channels)
     )
 
 
-def smoothing_errors(points: FitPoints, prior: Prior, state: State) -> Floats:
+def smoothing_errors(state: State) -> Floats:
     """Covariance (2m, 2m) of the shifts for wider and narrower knot spacings: the dependence on the smoothness of the curves."""
     factors = (KNOT_RATIO, 1 / KNOT_RATIO)
-    others = [_resettled(points, prior, state.theta, state.weights, state.spacing * factor).theta for factor in factors]
-    deviation = (np.array(others) - state.theta)[:, : 2 * points.curves]
-    return _from_trials(deviation / np.sqrt(len(factors)), points.curves)
+    others = [_resettled(state.with_knots(state.spacing * factor)).theta for factor in factors]
+    deviation = (np.array(others) - state.theta)[:, : 2 * state.points.curves]
+    return _from_trials(deviation / np.sqrt(len(factors)), state.points.curves)
 
 
-def _resettled(points: FitPoints, prior: Prior, theta: Floats, weights: Weights, spacing: float) -> State:
-    """The fit with other weights or knots, a few steps from `theta` (2m,)."""
-    state = assemble(points, theta, prior, weights, spacing)
+def _resettled(state: State) -> State:
+    """The fit a few steps from a `state` with other weights or knots."""
     for _ in range(RESETTLING_STEPS):
-        state, _ = gauss_newton_step(points, prior, state)
+        state, _ = gauss_newton_step(state)
     return state
 
 
@@ -124,9 +119,9 @@ def _scatter(points: FitPoints, residual: Floats) -> Floats:
     return np.array(typical)[points.channel] + points.variance + VISIBLE**2
 
 
-def _predicted_variance(points: FitPoints, prior: Prior, state: State) -> Floats:
+def _predicted_variance(state: State) -> Floats:
     """Variance (n,) of the smooth curve at each point, from the covariance of its coefficients, shifts and offsets."""
-    parts = state.parts
+    points, prior, parts = state.points, state.prior, state.parts
     m, curves = points.curves, parts.curves
     answer = (parts.inverse @ parts.cross)[:, prior.free]
     sensitive = -np.einsum("an,ank->nk", curves.basis, answer[curves.rows])

@@ -18,11 +18,8 @@ from dielast.relaxation.superposition.joint_problem import (
     Prior,
     State,
     akaike,
-    assemble,
-    correlation,
     gauss_newton_step,
-    linear_parts,
-    reweigh,
+    reweighed,
     with_random,
 )
 from dielast.relaxation.superposition.points import FitPoints, channel_shares, even_weights, noise_shares
@@ -67,12 +64,11 @@ class MasterFit:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Fitted:
-    """A fit relative to the curve `anchor`, its prior, Akaike's criterion as `score`, and the misfit of the curves."""
+    """A fit relative to the curve `anchor`, Akaike's criterion as `score`, and the misfit of the curves."""
 
     anchor: int
-    score: float
     state: State
-    prior: Prior
+    score: float
     misfit: Misfit
 
 
@@ -83,16 +79,16 @@ def best_fit(points: FitPoints, starts: Sequence[Floats], anchor: int, vertical:
     `drift`, stated or not. Knots are refined until Akaike's criterion no longer improves.
     """
     m = points.curves
-    best: tuple[float, State, Prior] | None = None
+    best: tuple[State, float] | None = None
     for k, start in enumerate(starts):
-        earlier = [*starts[:k], *([] if best is None else [best[1].theta[:m]])]
+        earlier = [*starts[:k], *([] if best is None else [best[0].theta[:m]])]
         if any(np.max(np.abs(start - other)) < SAME_START for other in earlier):
             continue
-        state, prior, score = fit_state(points, *_begin(points, start, anchor, vertical, drift))
-        if best is None or score < best[0]:
-            best = score, state, prior
+        state, score = fit_state(points, *_begin(points, start, anchor, vertical, drift))
+        if best is None or score < best[1]:
+            best = state, score
     assert best is not None
-    return Fitted(anchor, *best, find_misfit(points.series, points.curve, points.log_time, best[1].residual))
+    return Fitted(anchor, *best, find_misfit(points.series, points.curve, points.log_time, best[0].residual))
 
 
 def fit_master(
@@ -110,15 +106,15 @@ def with_errors(points: FitPoints, fitted: Fitted, vertical: bool, compared: boo
     """A fit of `points` with the covariance of its shifts, to which that of a `doubt` (2m, 2m) about the points is added. One that
     is not `compared` with those to other points has no `left_out` where its curves superpose.
     """
-    m, score, state, prior, misfit = points.curves, fitted.score, fitted.state, fitted.prior, fitted.misfit
-    covariance = smoothing_errors(points, prior, state)
-    scatter = shift_covariance(points, *_smoothest(points, prior, state, score))
+    m, score, state, prior, misfit = points.curves, fitted.score, fitted.state, fitted.state.prior, fitted.misfit
+    covariance = smoothing_errors(state)
+    scatter = shift_covariance(_smoothest(state, score))
     free = prior.free[prior.free < 2 * m]
     covariance[np.ix_(free, free)] += scatter[: free.size, : free.size]
     if doubt is not None:
         covariance += doubt
     noise_stderr = np.sqrt(np.diag(covariance)[:m])
-    ambiguity, left_out = leave_out(points, prior, state, misfit) if compared or misfit.sure else (None, ())
+    ambiguity, left_out = leave_out(state, misfit) if compared or misfit.sure else (None, ())
     if misfit.sure and ambiguity is not None:
         covariance += ambiguity
         misfit = replace(misfit, matters=misfit.matters or bool(np.max(np.diag(ambiguity)[:m]) > AMBIGUOUS**2))
@@ -126,9 +122,7 @@ def with_errors(points: FitPoints, fitted: Fitted, vertical: bool, compared: boo
     if not vertical:
         covariance[m:, :] = covariance[:, m:] = 0.0
         level = np.zeros(m)
-    plain = np.concatenate((shift, level))
-    parts = linear_parts(points, plain, prior.free[:0], state.weights, state.spacing)
-    placed = parts.curves.splines(parts.coefficient)
+    placed = state.at(np.concatenate((shift, level))).splines
     splines = state.splines
     return MasterFit(
         shift,
@@ -152,11 +146,11 @@ def fit_held(points: FitPoints, shifts: MasterFit, anchor: int, vertical: bool) 
     movable = np.delete(np.arange(2 * m), [anchor, m + anchor])
     free = movable[m - 1 :] if vertical else movable[:0]
     prior = Prior(theta, np.eye(2 * m) * LOOSE, free, float(free.size))
-    state, prior, _ = fit_state(points, theta, prior)
+    state, _ = fit_state(points, theta, prior)
     covariance = shifts.covariance.copy()
     if vertical:
-        level_covariance = np.linalg.inv(state.normal) * correlation(points, state)
-        joint = assemble(points, state.theta, replace(prior, free=movable), state.weights, state.spacing).normal
+        level_covariance = np.linalg.inv(state.normal) * state.repeated
+        joint = replace(state, prior=replace(prior, free=movable)).normal
         response = np.zeros((m, m))
         across, down = movable[: m - 1], movable[m - 1 :] - m
         response[np.ix_(down, across)] = -np.linalg.solve(joint[m - 1 :, m - 1 :], joint[m - 1 :, : m - 1])
@@ -180,63 +174,58 @@ def _begin(points: FitPoints, start: Floats, anchor: int, vertical: bool, drift:
     return theta, with_random(prior, (*offsets, RandomEffect(TILT, TILT.first)), m)
 
 
-def _respread(points: FitPoints, prior: Prior, state: State) -> tuple[State, Prior]:
+def _respread(state: State) -> State:
     """The fit with the likeliest spreads of the random effects, given the linearised equations."""
+    prior, m = state.prior, state.points.curves
     if not prior.random:
-        return state, prior
-    m, repeated, free = points.curves, correlation(points, state), prior.free
-    likely = likeliest(prior.random, *effect_equations(prior, state, m, repeated), SPREAD_ROUNDS)
-    freedom = float(free.size - len(likely.effects) * m) + likely.counted
-    new = replace(with_random(prior, likely.effects, m, repeated), freedom=freedom, evidence=likely.evidence)
-    change, deviation = new.precision - prior.precision, state.theta - prior.mean
-    normal, gradient = state.normal + change[np.ix_(free, free)], state.gradient + change[free] @ deviation
-    cost = state.cost + float(deviation @ change @ deviation)
-    return replace(state, cost=cost, gradient=gradient, normal=normal, freedom=freedom), new
+        return state
+    likely = likeliest(prior.random, *effect_equations(state), SPREAD_ROUNDS)
+    freedom = float(prior.free.size - len(likely.effects) * m) + likely.counted
+    new = with_random(prior, likely.effects, m, state.repeated)
+    return replace(state, prior=replace(new, freedom=freedom, evidence=likely.evidence))
 
 
-def fit_state(points: FitPoints, theta: Floats, prior: Prior) -> tuple[State, Prior, float]:
+def fit_state(points: FitPoints, theta: Floats, prior: Prior) -> tuple[State, float]:
     """Try knot spacings from wide to narrow, then iterate with the best one to convergence; also returns Akaike's criterion."""
     tried: list[tuple[float, State]] = []
-    weights, last = even_weights(points.variance), theta
+    begin = even_weights(points.variance)
     for spacing in knot_spacings(points, theta, int(np.count_nonzero(prior.free < 2 * points.curves))):
-        starts = [assemble(points, start, prior, weights, spacing) for start in (theta, last)]
-        state = min(starts, key=lambda state: state.cost)
+        state = State.of(points, theta, prior, begin, spacing)
+        if tried:
+            state = min(state, state.at(tried[-1][1].theta), key=lambda each: each.cost)
         for _ in range(BEGINNING):
-            state, _ = gauss_newton_step(
-                points, prior, reweigh(points, state, prior, channel_shares(points.channel, state.residual))
-            )
-        state = reweigh(points, state, prior, channel_shares(points.channel, state.residual))
+            state, _ = gauss_newton_step(reweighed(state, channel_shares(points.channel, state.residual)))
+        state = reweighed(state, channel_shares(points.channel, state.residual))
         tried.append((akaike(state, 0.0), state))
-        last = state.theta
         best = min(range(len(tried)), key=lambda k: tried[k][0])
         if len(tried) > best + 2:
             break
     # The spacing of the lowest criterion still bends the curves slightly, and so biases the shifts; one step finer costs little.
-    return converge(points, prior, tried[min(best + FINER, len(tried) - 1)][1])
+    return converge(tried[min(best + FINER, len(tried) - 1)][1])
 
 
-def _smoothest(points: FitPoints, prior: Prior, state: State, score: float) -> tuple[Prior, State]:
+def _smoothest(state: State, score: float) -> State:
     """The fit with no more knots than the data support once offsets are known: more take noise for the shape of the curves."""
-    tried = [(score, prior, state)]
-    spacings = knot_spacings(points, state.theta, int(np.count_nonzero(prior.free < 2 * points.curves)))
+    points, free = state.points, state.prior.free
+    tried = [(state, score)]
+    spacings = knot_spacings(points, state.theta, int(np.count_nonzero(free < 2 * points.curves)))
     for spacing in spacings[spacings > 1.01 * state.spacing][::-1]:
-        wider, its_prior, its_score = converge(points, prior, assemble(points, state.theta, prior, state.weights, spacing))
-        tried.append((its_score, its_prior, wider))
-        best = min(range(len(tried)), key=lambda k: tried[k][0])
+        tried.append(converge(state.with_knots(spacing)))
+        best = min(range(len(tried)), key=lambda k: tried[k][1])
         if len(tried) > best + 2:
             break
-    return min(tried, key=lambda fit: fit[0])[1:]
+    return min(tried, key=lambda fit: fit[1])[0]
 
 
-def converge(points: FitPoints, prior: Prior, state: State) -> tuple[State, Prior, float]:
+def converge(state: State) -> tuple[State, float]:
     """Iterate shifts, weights and the spread of the offsets to convergence; also returns Akaike's criterion."""
+    points = state.points
     for _ in range(ITERATIONS):
-        state, prior = _respread(points, prior, state)
-        state, change = gauss_newton_step(points, prior, state)
-        state = reweigh(points, state, prior, noise_shares(points.series, state.residual, points.channel))
+        state, change = gauss_newton_step(_respread(state))
+        state = reweighed(state, noise_shares(points.series, state.residual, points.channel))
         if change < CONVERGED:
             break
-    return state, prior, akaike(state, prior.evidence)
+    return state, akaike(state, state.prior.evidence)
 
 
 def knot_spacings(points: FitPoints, theta: Floats, parameters: int) -> Floats:

@@ -6,7 +6,9 @@ For given shifts, the coefficients are a linear problem, so they are projected o
 """
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import combinations_with_replacement
+from typing import Self
 
 import numpy as np
 
@@ -46,35 +48,139 @@ class Prior:
         return sum(each.spread for each in self.random if each.kind is kind)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class LinearParts:
-    """The best smooth curves at given shifts: the `inverse` of their normal matrix (K, K), coefficients (K,) and residuals (n,).
+    """The best smooth curves of the `points` at parameters `theta` (3m,), on the splines `curves`; computed as far as it is needed.
 
-    `sides` are the derivatives (n,) of the residuals with respect to shifts, vertical shifts and tilts, and `cross` (K, sides m)
-    their weighted products with the basis of the curves.
+    The first `count` of shifts, vertical shifts and tilts may be free.
     """
 
-    curves: SplineProblem
-    inverse: Floats
-    coefficient: Floats
-    residual: Floats
-    sides: list[Floats]
-    cross: Floats
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class State:
-    """The best smooth curves for given parameters `theta` (3m,), the weights used, and the cost, with its gradient and normal
-    matrix with respect to the free parameters.
-    """
-
+    points: FitPoints
     theta: Floats
-    parts: LinearParts
-    cost: float
-    gradient: Floats
-    normal: Floats
     weights: Weights
-    freedom: float
+    curves: SplineProblem
+    count: int
+
+    @cached_property
+    def _fit(self) -> tuple[Floats, Floats, Floats]:
+        m, curve = self.points.curves, self.points.curve
+        moved = sum(side * self.theta[k * m :][curve] for k, side in enumerate(self._linear, start=1))
+        target = self.points.log_modulus + moved
+        inverse, coefficient, fitted = self.curves.fit(self.weights.weight, target)
+        return inverse, coefficient, target - fitted
+
+    @property
+    def _linear(self) -> list[Floats]:
+        return [self.points.lift, self.points.lean][: self.theta.size // self.points.curves - 1]
+
+    @property
+    def inverse(self) -> Floats:
+        """The inverse (K, K) of the normal matrix of the curves."""
+        return self._fit[0]
+
+    @property
+    def coefficient(self) -> Floats:
+        """Coefficients (K,) of the curves."""
+        return self._fit[1]
+
+    @property
+    def residual(self) -> Floats:
+        """Distances (n,) of the points from the curves."""
+        return self._fit[2]
+
+    @cached_property
+    def sides(self) -> list[Floats]:
+        """Derivatives (n,) of the residuals with respect to shifts, vertical shifts and tilts."""
+        slope = np.sum(self.curves.slope * self.coefficient[self.curves.rows], axis=0)
+        return [slope, *self._linear][: self.count]
+
+    @cached_property
+    def cross(self) -> Floats:
+        """Weighted products (K, sides m) of the derivatives with the basis of the curves."""
+        weighted, size = self.curves.basis * self.weights.weight, self.curves.size * self.curves.channels
+        return np.hstack([cross_products(self.points, self.curves.rows, weighted * side, size) for side in self.sides])
+
+    @cached_property
+    def normal(self) -> Floats:
+        """The normal matrix (sides m, sides m) without a prior."""
+        m, curve, weight, count = self.points.curves, self.points.curve, self.weights.weight, self.count
+        each = np.arange(m)
+        blocks = np.zeros((count, m, count, m))
+        for i, j in combinations_with_replacement(range(count), 2):
+            sums = np.bincount(curve, weight * self.sides[i] * self.sides[j], minlength=m)
+            blocks[i, each, j, each] = blocks[j, each, i, each] = sums
+        return np.asarray(blocks.reshape(count * m, count * m) - self.cross.T @ self.inverse @ self.cross)
+
+    @cached_property
+    def pull(self) -> Floats:
+        """Half the gradient (sides m,) of the weighted squares of the residuals."""
+        weighted = self.weights.weight * self.residual
+        return np.hstack([np.bincount(self.points.curve, weighted * side, minlength=self.points.curves) for side in self.sides])
+
+
+@dataclass(frozen=True, eq=False)
+class State:
+    """The best smooth curves for given parameters, with their `prior`; computed as far as it is needed."""
+
+    parts: LinearParts
+    prior: Prior
+
+    @classmethod
+    def of(cls, points: FitPoints, theta: Floats, prior: Prior, weights: Weights, spacing: float) -> Self:
+        """The state at the parameters `theta` (3m,), with knots `spacing` apart in decades."""
+        curves = SplineProblem.of(points.log_time - theta[points.curve], spacing, points.channel, points.channels)
+        count = theta.size // points.curves if prior.free.size and prior.free[-1] >= points.curves else 1
+        return cls(LinearParts(points, theta, weights, curves, count), prior)
+
+    def at(self, theta: Floats) -> Self:
+        """The state at other parameters (3m,)."""
+        return self.of(self.points, theta, self.prior, self.weights, self.spacing)
+
+    def of_points(self, points: FitPoints) -> Self:
+        """The state of other points of the same curves."""
+        return self.of(points, self.theta, self.prior, self.weights, self.spacing)
+
+    def with_knots(self, spacing: float) -> Self:
+        """The state with other knots, `spacing` apart in decades."""
+        return self.of(self.points, self.theta, self.prior, self.weights, spacing)
+
+    def with_weights(self, weights: Weights) -> Self:
+        """The state with other weights."""
+        return replace(self, parts=replace(self.parts, weights=weights))
+
+    @property
+    def points(self) -> FitPoints:
+        """The points of the fit."""
+        return self.parts.points
+
+    @property
+    def theta(self) -> Floats:
+        """The parameters (3m,)."""
+        return self.parts.theta
+
+    @property
+    def weights(self) -> Weights:
+        """The weights of the points."""
+        return self.parts.weights
+
+    @cached_property
+    def cost(self) -> float:
+        """Weighted squares of the residuals and of the distance from the prior."""
+        deviation = self.theta - self.prior.mean
+        squares = np.sum(self.weights.weight * self.residual**2)
+        return float(squares + deviation @ self.prior.precision @ deviation)
+
+    @cached_property
+    def gradient(self) -> Floats:
+        """Half the gradient (p,) of the cost with respect to the free parameters."""
+        free = self.prior.free
+        return np.asarray(self.parts.pull[free] + self.prior.precision[free] @ (self.theta - self.prior.mean), dtype=float)
+
+    @cached_property
+    def normal(self) -> Floats:
+        """The normal matrix (p, p) of the free parameters."""
+        free = self.prior.free
+        return np.asarray(self.parts.normal[free[:, None], free] + self.prior.precision[free[:, None], free], dtype=float)
 
     @property
     def splines(self) -> tuple[Spline, ...]:
@@ -89,12 +195,19 @@ class State:
     @property
     def parameters(self) -> float:
         """The effective number of parameters of the fit."""
-        return self.parts.coefficient.size + self.freedom
+        return self.parts.coefficient.size + self.prior.freedom
 
     @property
     def spacing(self) -> float:
         """Knot spacing in decades."""
         return self.parts.curves.spacing
+
+    @cached_property
+    def repeated(self) -> float:
+        """The number of correlated points that count as one: (1 + r)/(1 - r), with r the correlation of neighbours."""
+        z = self.residual * np.sqrt(self.weights.weight)
+        r = neighbour_correlation(self.points.series, z)
+        return (1 + r) / (1 - r) if r > 3 / np.sqrt(z.size) else 1.0
 
 
 def with_random(prior: Prior, random: tuple[RandomEffect, ...], curves: int, repeated: float = 1.0) -> Prior:
@@ -105,20 +218,6 @@ def with_random(prior: Prior, random: tuple[RandomEffect, ...], curves: int, rep
     return new
 
 
-def linear_parts(points: FitPoints, theta: Floats, free: Index, weights: Weights, spacing: float) -> LinearParts:
-    """The smooth curves at the parameters `theta` (3m,), with knots `spacing` apart in decades."""
-    m, curve = points.curves, points.curve
-    linear = [points.lift, points.lean][: theta.size // m - 1]
-    target = points.log_modulus + sum(side * theta[k * m :][curve] for k, side in enumerate(linear, start=1))
-    curves = SplineProblem.of(points.log_time - theta[curve], spacing, points.channel, points.channels)
-    inverse, coefficient, fitted = curves.fit(weights.weight, target)
-    slope = np.sum(curves.slope * coefficient[curves.rows], axis=0)
-    sides = [slope, *linear] if free.size and free[-1] >= m else [slope]
-    size = curves.size * curves.channels
-    cross = np.hstack([cross_products(points, curves.rows, curves.basis * weights.weight * side, size) for side in sides])
-    return LinearParts(curves, inverse, coefficient, target - fitted, sides, cross)
-
-
 def cross_products(points: FitPoints, rows: Index, values: Floats, size: int) -> Floats:
     """Sums (size, m) of `values` (4, n) over the points of each curve, for each coefficient of `rows` (4, n)."""
     m = points.curves
@@ -126,34 +225,17 @@ def cross_products(points: FitPoints, rows: Index, values: Floats, size: int) ->
     return np.asarray(np.bincount(key, values.ravel(), minlength=size * m).reshape(size, m), dtype=float)
 
 
-def assemble(points: FitPoints, theta: Floats, prior: Prior, weights: Weights, spacing: float) -> State:
-    """The best smooth curves at `theta` (3m,), with cost, gradient and normal matrix of the free parameters."""
-    m, curve, weight, free = points.curves, points.curve, weights.weight, prior.free
-    parts = linear_parts(points, theta, free, weights, spacing)
-    each, count = np.arange(m), len(parts.sides)
-    blocks = np.zeros((count, m, count, m))
-    for i, j in combinations_with_replacement(range(count), 2):
-        sums = np.bincount(curve, weight * parts.sides[i] * parts.sides[j], minlength=m)
-        blocks[i, each, j, each] = blocks[j, each, i, each] = sums
-    pull = np.hstack([np.bincount(curve, weight * parts.residual * side, minlength=m) for side in parts.sides])
-    deviation = theta - prior.mean
-    normal = blocks.reshape(count * m, count * m) - parts.cross.T @ parts.inverse @ parts.cross
-    normal = normal[free[:, None], free] + prior.precision[free[:, None], free]
-    gradient = np.asarray(pull[free] + prior.precision[free] @ deviation, dtype=float)
-    cost = float(np.sum(weight * parts.residual**2) + deviation @ prior.precision @ deviation)
-    return State(theta, parts, cost, gradient, normal, weights, prior.freedom)
-
-
-def gauss_newton_step(points: FitPoints, prior: Prior, state: State) -> tuple[State, float]:
+def gauss_newton_step(state: State) -> tuple[State, float]:
     """One Gauss-Newton step of the shifts, shortened until the cost falls, and its length in standard errors."""
-    if not prior.free.size:
+    free = state.prior.free
+    if not free.size:
         return state, 0.0
     step = -np.linalg.solve(state.normal, state.gradient)
     step *= min(1.0, MAX_STEP / max(float(np.max(np.abs(step))), 1e-300))
     for _ in range(SHORTENINGS):
         theta = state.theta.copy()
-        theta[prior.free] += step
-        new = assemble(points, theta, prior, state.weights, state.spacing)
+        theta[free] += step
+        new = state.at(theta)
         length = float(np.sqrt(max(float(step @ state.normal @ step), 0.0) / step.size))
         if length < CONVERGED or new.cost <= state.cost:
             return new, length
@@ -161,10 +243,9 @@ def gauss_newton_step(points: FitPoints, prior: Prior, state: State) -> tuple[St
     return state, 0.0
 
 
-def reweigh(points: FitPoints, state: State, prior: Prior, share: Floats) -> State:
+def reweighed(state: State, share: Floats) -> State:
     """The fit at the same shifts with weights from the residuals; `share` (n,) is that of `robust_weights`."""
-    weights = robust_weights(points.variance, state.residual, state.parameters, share, state.weights)
-    return assemble(points, state.theta, prior, weights, state.spacing)
+    return state.with_weights(robust_weights(state.points.variance, state.residual, state.parameters, share, state.weights))
 
 
 def akaike(state: State, evidence: float) -> float:
@@ -172,10 +253,3 @@ def akaike(state: State, evidence: float) -> float:
     n, p = state.residual.size, state.parameters
     bounded = np.minimum(state.residual**2 / state.weights.variance, 16.0)
     return float(np.sum(np.log(state.weights.variance)) + np.sum(bounded)) + evidence + 2 * p * n / max(n - p - 1, 1)
-
-
-def correlation(points: FitPoints, state: State) -> float:
-    """Factor on the covariance for correlated residuals: (1 + r)/(1 - r), with r the correlation of neighbours."""
-    z = state.residual * np.sqrt(state.weights.weight)
-    r = neighbour_correlation(points.series, z)
-    return (1 + r) / (1 - r) if r > 3 / np.sqrt(z.size) else 1.0

@@ -117,7 +117,7 @@ def build_master_curve(
                 if refit is not None:
                     ramp, plain = found.duration, refit
                     data, binned, imposed = after
-                    temperature, doubt = data.temperature, found.covariance(points_of(binned), refit)
+                    temperature, doubt = data.temperature, found.covariance(refit.state)
             if found is None:
                 warn_if_modulus_rises(data, binned)
             else:

@@ -28,7 +28,7 @@ from dielast.relaxation.superposition.binning import Binned
 from dielast.relaxation.superposition.effects import Drift
 from dielast.relaxation.superposition.gather import MIN_BINS, Gathered
 from dielast.relaxation.superposition.joint_fit import Fitted, best_fit, converge
-from dielast.relaxation.superposition.joint_problem import Prior, State, assemble, correlation
+from dielast.relaxation.superposition.joint_problem import State
 from dielast.relaxation.superposition.overlap import starting_shifts, steepest
 from dielast.relaxation.superposition.points import FitPoints, points_of
 from dielast.relaxation.superposition.spline import Spline
@@ -130,14 +130,14 @@ class FoundRamp:
     stderr: float
     theta: Floats
 
-    def covariance(self, points: FitPoints, fitted: Fitted) -> Floats:
+    def covariance(self, state: State) -> Floats:
         """The covariance (2m, 2m) of shifts and vertical shifts due to the error of the duration, if the ramp is taken out of the
-        `points`: a longer one makes all ages smaller, early ones most.
+        points: a longer one makes all ages smaller, early ones most.
         """
-        m, state, free = points.curves, fitted.state, fitted.prior.free
-        time = time_of_age(10**points.log_time, self.duration)
+        m, free = state.points.curves, state.prior.free
+        time = time_of_age(10**state.points.log_time, self.duration)
         later = mean_log_age(time, self.duration * np.exp(CHANGE)) - mean_log_age(time, self.duration)
-        _, across = _weighed(points, fitted.prior, state, (state.parts.sides[0] * later / np.log(10) / CHANGE)[:, None])
+        _, across = _weighed(state, (state.parts.sides[0] * later / np.log(10) / CHANGE)[:, None])
         moved = np.zeros(3 * m)
         moved[free] = np.linalg.solve(state.normal, across)[:, 0]
         return self.stderr**2 * np.outer(moved[: 2 * m], moved[: 2 * m])
@@ -159,26 +159,27 @@ def find_ramp(data: Gathered, binned: Binned, plain: Fitted | None, vertical: bo
     problem = _Problem.of(data, binned, vertical, drift)
     if problem.longest <= problem.shortest:
         return None
-    found: list[tuple[Ramp, Floats, Spline | None, int]] = []
+    found: list[tuple[Ramp, Fitted]] = []
     if plain is not None and (begin := _likeliest(problem, plain)) is not None:
-        begin = _most_likely(problem, begin, plain)
-        found.append((begin, plain.state.theta[: problem.points.curves], plain.state.splines[0], plain.anchor))
+        found.append(_most_likely(problem, begin, plain))
     if (rise := _rise(data, binned)) is not None:
         begin = Ramp(min(rise.time, problem.longest), 0.0, True)
         moved = replace(binned, log_time=problem.log_age(begin), log_modulus=binned.log_modulus + problem.lift(begin))
         try:
             anchor = steepest(moved)
-            found.append((begin, starting_shifts(data.temperature, moved, anchor, data.kind), None, anchor))
-        except InputError:
+            shift = starting_shifts(data.temperature, moved, anchor, data.kind)
+            with without_warnings():
+                found.append((begin, _fit(problem, _moved(problem, begin, shift, None), shift, anchor)))
+        except (InputError, NumericsError, np.linalg.LinAlgError):
             pass  # a ramp does not explain why the curves do not overlap
     best, least = None, np.inf if plain is None else plain.score
-    for begin, shift, spline, anchor in found:
+    for begin, fitted in found:
         try:
             with without_warnings():
-                trial, bare = _settled(problem, begin, shift, spline, anchor)
+                trial, bare = _settled(problem, begin, fitted)
         except (InputError, NumericsError, np.linalg.LinAlgError):
             continue
-        gain = (min(least, bare) - trial.score) / trial.repeated
+        gain = (min(least, bare) - trial.score) / trial.state.repeated
         # a duration that the curves do not determine is anywhere in its range
         known = min(np.sqrt(2 * np.pi) * trial.ramp.stderr / np.log(problem.longest / problem.shortest), 1.0)
         if np.isfinite(trial.ramp.stderr) and gain + 2 * np.log(known) > NEEDED:
@@ -272,22 +273,22 @@ def _likeliest(problem: _Problem, plain: Fitted) -> Ramp | None:
     """The ramp of the highest likelihood near a fit without one, to first order; None if not even one of known duration would be
     sure.
     """
-    points, state = problem.points, plain.state
+    state = plain.state
     durations = np.geomspace(problem.shortest, problem.longest, TRIED)
     ages = np.stack([problem.log_age(Ramp(each, 0.0, False)) for each in durations.tolist()], axis=1)
-    along, square = _projected(points, plain.prior, state, state.parts.sides[0][:, None] * (ages - points.log_time[:, None]))
-    gain = (2 * along - square) / correlation(points, state)
+    along, square = _projected(state, state.parts.sides[0][:, None] * (ages - state.points.log_time[:, None]))
+    gain = (2 * along - square) / state.repeated
     best = int(np.argmax(gain))
     return Ramp(float(durations[best]), 0.0, False) if gain[best] > NEEDED else None
 
 
-def _most_likely(problem: _Problem, begin: Ramp, plain: Fitted) -> Ramp:
-    """The likeliest of ramps of the duration of `begin` or 2, 4, 8... times that: beyond first order, there are several maxima."""
+def _most_likely(problem: _Problem, begin: Ramp, plain: Fitted) -> tuple[Ramp, Fitted]:
+    """The likeliest of ramps of the duration of `begin` or 2, 4, 8... times that, and its fit: there are several maxima."""
     octaves = int(np.log2(problem.longest / begin.duration))
     tried = [replace(begin, duration=begin.duration * 2.0**k) for k in range(octaves + 1)]
     shift, spline = plain.state.theta[: problem.points.curves], plain.state.splines[0]
-    scores = [_fit(problem, _moved(problem, each, shift, spline), shift, plain.anchor).score for each in tried]
-    return tried[int(np.argmin(scores))]
+    fits = [_fit(problem, _moved(problem, each, shift, spline), shift, plain.anchor) for each in tried]
+    return min(zip(tried, fits, strict=True), key=lambda each: each[1].score)
 
 
 def _moved(problem: _Problem, ramp: Ramp, shift: Floats, spline: Spline | None) -> FitPoints:
@@ -304,45 +305,37 @@ def _fit(problem: _Problem, moved: FitPoints, shift: Floats, anchor: int) -> Fit
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Trial:
-    """The fit for a ramp, with Akaike's criterion as `score` and how many points count as one (`repeated`); the next `step` of the
-    logarithm of the duration.
-    """
+    """The fit for a ramp, with Akaike's criterion as `score`; the next `step` of the logarithm of the duration."""
 
     ramp: Ramp
     state: State
-    prior: Prior
     score: float
-    repeated: float
     step: float
 
     @classmethod
-    def of(cls, problem: _Problem, ramp: Ramp, state: State, prior: Prior) -> Self:
+    def of(cls, problem: _Problem, ramp: Ramp, state: State) -> Self:
         """The fit near a `state` of the fit for another ramp."""
         moved = _moved(problem, ramp, state.theta[: problem.points.curves], state.splines[0])
-        state = assemble(moved, state.theta, prior, state.weights, state.spacing)
-        state, prior, score = converge(moved, prior, state)
+        state, score = converge(state.of_points(moved))
         longer = replace(ramp, duration=ramp.duration * np.exp(CHANGE))
         later, higher = problem.log_age(longer) - moved.log_time, problem.lift(longer) - problem.lift(ramp)
         change = (state.parts.sides[0] * later - higher) / CHANGE
-        (along,), (square,) = _projected(moved, prior, state, change[:, None])
-        repeated = correlation(moved, state)
+        (along,), (square,) = _projected(state, change[:, None])
         step = float(np.clip(along / square, -LONGEST_STEP, LONGEST_STEP))
-        return cls(replace(ramp, stderr=float(np.sqrt(repeated / square))), state, prior, score, repeated, step)
+        return cls(replace(ramp, stderr=float(np.sqrt(state.repeated / square))), state, score, step)
 
     def moved(self, problem: _Problem, step: float) -> Self:
         """The fit for another duration, by a `step` of its logarithm."""
         duration = float(np.clip(self.ramp.duration * np.exp(step), problem.shortest, problem.longest))
-        return self.of(problem, replace(self.ramp, duration=duration), self.state, self.prior)
+        return self.of(problem, replace(self.ramp, duration=duration), self.state)
 
 
-def _settled(problem: _Problem, ramp: Ramp, shift: Floats, spline: Spline | None, anchor: int) -> tuple[_Trial, float]:
-    """The likeliest ramp, from one near it on, and the criterion of a fit without a ramp and with the same knots.
+def _settled(problem: _Problem, ramp: Ramp, fitted: Fitted) -> tuple[_Trial, float]:
+    """The likeliest ramp, from one near it with its fit on, and the criterion of a fit without a ramp and with the same knots.
 
-    `shift` (m,), relative to the curve `anchor`, and `spline` are those of a fit near it. The likelihood has a cusp where the ramp
-    ends at a reading: where the iteration is caught by one, steps are halved instead.
+    The likelihood has a cusp where the ramp ends at a reading: where the iteration is caught by one, steps are halved instead.
     """
-    fitted = _fit(problem, _moved(problem, ramp, shift, spline), shift, anchor)
-    trial = _Trial.of(problem, ramp, fitted.state, fitted.prior)
+    trial = _Trial.of(problem, ramp, fitted.state)
     for _ in range(ITERATIONS):
         if abs(trial.step) < CONVERGED * trial.ramp.stderr:
             break
@@ -351,29 +344,28 @@ def _settled(problem: _Problem, ramp: Ramp, shift: Floats, spline: Spline | None
         for k in range(HALVINGS):
             others = [trial.moved(problem, sign * 2.0**-k * WIDEST) for sign in (-1, 1)]
             trial = min(trial, *others, key=lambda each: each.score)
-    state, prior = trial.state, trial.prior
-    bare = converge(problem.points, prior, assemble(problem.points, state.theta, prior, state.weights, state.spacing))[-1]
+    _, bare = converge(trial.state.of_points(problem.points))
     return trial, bare
 
 
-def _projected(points: FitPoints, prior: Prior, state: State, change: Floats) -> tuple[Floats, Floats]:
+def _projected(state: State, change: Floats) -> tuple[Floats, Floats]:
     """Weighted products (k,) of the residuals with the `change` (n, k) of the values for unit steps of k further parameters, and
     squares (k,) of these changes, less what all other parameters explain.
     """
     weighted = state.weights.weight[:, None] * change
-    square, others = _weighed(points, prior, state, change)
+    square, others = _weighed(state, change)
     square = square - np.sum(others * np.linalg.solve(state.normal, others), axis=0)
     return np.asarray(weighted.T @ state.residual), square
 
 
-def _weighed(points: FitPoints, prior: Prior, state: State, change: Floats) -> tuple[Floats, Floats]:
+def _weighed(state: State, change: Floats) -> tuple[Floats, Floats]:
     """Weighted squares (k,) of the `change` (n, k) of the values for unit steps of k further parameters, and products (p, k) with
     those for the free parameters, both less what the smooth curves explain.
     """
-    parts, m = state.parts, points.curves
+    parts, points = state.parts, state.points
     weighted = state.weights.weight[:, None] * change
     of_curves = np.stack([parts.curves.gather(parts.curves.basis * column) for column in weighted.T], axis=1)
-    sums = [[np.bincount(points.curve, side * column, minlength=m) for column in weighted.T] for side in parts.sides]
+    sums = [[np.bincount(points.curve, side * column, minlength=points.curves) for column in weighted.T] for side in parts.sides]
     answer = parts.inverse @ of_curves
-    others = (np.concatenate(np.swapaxes(sums, 1, 2)) - parts.cross.T @ answer)[prior.free]
+    others = (np.concatenate(np.swapaxes(sums, 1, 2)) - parts.cross.T @ answer)[state.prior.free]
     return np.asarray(np.sum(weighted * change, axis=0) - np.sum(of_curves * answer, axis=0)), others

@@ -23,8 +23,7 @@ import numpy as np
 
 from dielast.numerics.arrays import Floats
 from dielast.relaxation.superposition.effects import probable
-from dielast.relaxation.superposition.joint_problem import LOOSE, Prior, State, correlation, cross_products, with_random
-from dielast.relaxation.superposition.points import FitPoints
+from dielast.relaxation.superposition.joint_problem import LOOSE, State, cross_products, with_random
 
 LEVEL = 0.9  # of the intervals by which the distribution of a shift is measured
 QUANTILE = 1.6448536269514722  # standard deviations of a normal distribution at that level
@@ -33,12 +32,12 @@ SMALLEST_ERROR = 1e-7  # decades
 NO_INFORMATION = 1e-12  # eigenvalue of normal equations, over the largest
 
 
-def shift_covariance(points: FitPoints, prior: Prior, state: State) -> Floats:
+def shift_covariance(state: State) -> Floats:
     """The covariance of the free parameters of a fit, from the scatter of its points and the offsets and tilts of its curves.
 
     An offset of probable size that was fitted as a shift, or the reverse, counts as an error.
     """
-    m, repeated = points.curves, correlation(points, state)
+    prior, m, repeated = state.prior, state.points.curves, state.repeated
     random = prior.random_parameters(m)
     place = np.searchsorted(prior.free, random)
     moved = np.flatnonzero(prior.free < m)
@@ -48,17 +47,11 @@ def shift_covariance(points: FitPoints, prior: Prior, state: State) -> Floats:
     gradient[place] -= precision @ state.theta[random]
     normal, gradient = normal / repeated, gradient / repeated
     shifts = np.ix_(prior.free[moved], prior.free[moved])
-    by_curve = _slope_products(points, state)
-    slopes = _slope_noise(points, state, by_curve, state.parts.inverse)[shifts]
+    by_curve = _slope_products(state)
+    slopes = _slope_noise(state, by_curve, state.parts.inverse)[shifts]
     probability, precisions = np.ones(1), np.zeros((1, 0, 0))
     if random.size:
-        of_effects, right = effect_equations(
-            prior,
-            state,
-            m,
-            repeated,
-            _slope_noise(points, state, by_curve, _bent_by_offsets(points, prior, state, repeated))[shifts],
-        )
+        of_effects, right = effect_equations(state, _slope_noise(state, by_curve, _bent_by_offsets(state))[shifts])
         probability, precisions = probable(prior.random, of_effects, right)
     full = np.repeat(normal[None], probability.size, axis=0)
     full[:, place[:, None], place] += precisions
@@ -66,7 +59,7 @@ def shift_covariance(points: FitPoints, prior: Prior, state: State) -> Floats:
     slope = np.repeat(gradient[None], probability.size, axis=0)
     slope[:, place] += precisions @ state.theta[random]
     step = np.einsum("sij,sj->si", inverse, slope)
-    noise = _noise_information(points, state, prior, full, repeated, slopes, by_curve)
+    noise = _noise_information(state, full, slopes, by_curve)
     response = inverse[:, :, moved]
     blurred = response @ noise @ np.swapaxes(response, 1, 2)
     within = inverse + step[:, :, None] * step[:, None, :]
@@ -92,16 +85,15 @@ def _mixture_errors(probability: Floats, variance: Floats, doubt: Floats) -> Flo
     return np.asarray(np.exp(high))
 
 
-def effect_equations(
-    prior: Prior, state: State, curves: int, repeated: float, noise: Floats | None = None
-) -> tuple[Floats, Floats]:
+def effect_equations(state: State, noise: Floats | None = None) -> tuple[Floats, Floats]:
     """The normal equations of the random effects, whatever the other parameters: matrix (g m, g m) and right-hand side (g m,),
     without a prior.
 
     The information `noise` (k, k) on the k shifts from noise in the slopes is subtracted: with it, level or straight curves would
     tell an offset from a shift.
     """
-    places = prior.random_parameters(curves)
+    prior, repeated = state.prior, state.repeated
+    places = prior.random_parameters(state.points.curves)
     random, fixed = np.searchsorted(prior.free, places), np.flatnonzero(~np.isin(prior.free, places))
     effects, precision = state.theta[places], prior.precision[np.ix_(places, places)]
     normal, gradient = state.normal[np.ix_(random, random)] - precision, state.gradient[random] - precision @ effects
@@ -124,17 +116,21 @@ def _less(normal: Floats, right: Floats, noise: Floats) -> tuple[Floats, Floats]
     return half * left @ half.T, half * left @ (turned.T @ ((vectors / root).T @ right))
 
 
-def _bent_by_offsets(points: FitPoints, prior: Prior, state: State, repeated: float) -> Floats:
-    """The covariance (K, K) of the coefficients of the smooth curves, over `repeated`, with random effects of the usual spreads."""
+def _bent_by_offsets(state: State) -> Floats:
+    """The covariance (K, K) of the coefficients of the smooth curves, as of independent points, with random effects of the usual
+    spreads.
+    """
+    prior = state.prior
     usual = tuple(replace(each, spread=max(each.spread, each.kind.usual)) for each in prior.random)
-    change = (with_random(prior, usual, points.curves, repeated).precision - prior.precision)[np.ix_(prior.free, prior.free)]
+    change = with_random(prior, usual, state.points.curves, state.repeated).precision - prior.precision
+    change = change[np.ix_(prior.free, prior.free)]
     response = state.parts.inverse @ state.parts.cross[:, prior.free]
     return np.asarray(state.parts.inverse + response @ np.linalg.solve(state.normal + change, response.T))
 
 
-def _slope_products(points: FitPoints, state: State) -> Floats:
+def _slope_products(state: State) -> Floats:
     """Sums (m, K, K) over the points of each curve of the products of basis functions with their slopes."""
-    curves, weight, size = state.parts.curves, state.weights.weight, len(state.parts.inverse)
+    points, curves, weight, size = state.points, state.parts.curves, state.weights.weight, len(state.parts.inverse)
     products = np.zeros(points.curves * size * size)
     for basis, row in zip(curves.basis, curves.rows, strict=True):
         for slope, column in zip(curves.slope, curves.rows, strict=True):
@@ -143,29 +139,27 @@ def _slope_products(points: FitPoints, state: State) -> Floats:
     return products.reshape(points.curves, size, size)
 
 
-def _slope_noise(points: FitPoints, state: State, by_curve: Floats, covariance: Floats) -> Floats:
+def _slope_noise(state: State, by_curve: Floats, covariance: Floats) -> Floats:
     """The information (m, m) on all shifts that is expected of noise in the slopes if smooth curves alone are fitted.
 
     `by_curve` (m, K, K) are the `_slope_products`, and `covariance` (K, K) that of the coefficients.
     """
-    m, parts = points.curves, state.parts
+    points, m, parts = state.points, state.points.curves, state.parts
     shared = by_curve.reshape(m, -1) @ (parts.inverse @ by_curve @ covariance).reshape(m, -1).T
     direct = np.bincount(points.curve, state.weights.weight * parts.curves.slope_variance(covariance), minlength=m)
     return np.asarray(np.diag(direct) - (shared + shared.T) / 2)
 
 
-def _noise_information(
-    points: FitPoints, state: State, prior: Prior, full: Floats, repeated: float, slopes: Floats, by_curve: Floats
-) -> Floats:
+def _noise_information(state: State, full: Floats, slopes: Floats, by_curve: Floats) -> Floats:
     """The information (s, k, k) on the k free shifts that is expected of curves without a slope: that of the noise in their slopes.
 
-    `full` (s, p, p) are the normal matrices of all free parameters over `repeated`. With M = W - W X A X' W, where X are the basis
-    functions B, the offsets and the tilts, and A is the covariance of their coefficients, it is the sum over the points i of one
-    curve and j of another of M times the covariances S G S' of the slopes at i and j. G is the covariance of the coefficients of B.
-    `slopes` (k, k) and `by_curve` are those of `_slope_noise` and `_slope_products`.
+    `full` (s, p, p) are the normal matrices of all free parameters, as of independent points. With M = W - W X A X' W, where X are
+    the basis functions B, the offsets and the tilts, and A is the covariance of their coefficients, it is the sum over the points i
+    of one curve and j of another of M times the covariances S G S' of the slopes at i and j. G is the covariance of the
+    coefficients of B. `slopes` (k, k) and `by_curve` are those of `_slope_noise` and `_slope_products`.
     """
-    m, parts, weight = points.curves, state.parts, state.weights.weight
-    curves, inverse = parts.curves, parts.inverse
+    points, prior, parts, weight = state.points, state.prior, state.parts, state.weights.weight
+    m, curves, inverse = points.curves, parts.curves, parts.inverse
     moved = prior.free < m
     shifts, linear = prior.free[moved], prior.free[~moved]
     if not linear.size:
@@ -175,6 +169,6 @@ def _noise_information(
     sloped = np.hstack([cross_products(points, curves.rows, curves.slope * weight * side, len(inverse)) for side in parts.sides])
     left[linear % m, np.arange(linear.size)] += sloped[:, linear].T
     left = left[shifts] @ np.linalg.cholesky(inverse)
-    root = np.linalg.cholesky(np.linalg.inv(full[:, ~moved][:, :, ~moved]) / repeated)
+    root = np.linalg.cholesky(np.linalg.inv(full[:, ~moved][:, :, ~moved]) / state.repeated)
     explained = np.einsum("sab,kac->skbc", root, left, optimize=True).reshape(len(full), shifts.size, -1)
     return np.asarray(slopes - explained @ np.swapaxes(explained, 1, 2))
