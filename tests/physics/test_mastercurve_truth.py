@@ -304,7 +304,7 @@ def test_the_error_of_a_duration_moves_the_shifts_as_another_duration_does() -> 
         fitted = best_fit(points, [LAW.log10_shift_factor(TEMPERATURES[::-2]) if not thetas else thetas[0]], 0, False)
         thetas.append(fitted.state.theta[: points.curves])
         if duration == 1.0:
-            covariance = FoundRamp(1.0, stderr, thetas[0]).covariance(points, fitted)
+            covariance = FoundRamp(1.0, stderr, thetas[0]).covariance(fitted.state)
     moved = thetas[1] - thetas[0]
     assert np.max(np.abs(moved)) > 0.001
     stated = np.sqrt(np.diag(covariance)[: moved.size])
