@@ -22,7 +22,7 @@ from dielast.base.errors import InputError, warn
 from dielast.material.intervals import interval
 from dielast.material.measurement_kind import RELAXATION
 from dielast.material.spectrum import Spectrum
-from dielast.numerics.arrays import Floats
+from dielast.numerics.arrays import Floats, Index
 from dielast.numerics.random_streams import stream
 from dielast.relaxation.ends import long_time_end
 from dielast.relaxation.nnls import WeightedCurve, non_negative
@@ -176,15 +176,30 @@ def _draws(
     cells: WeightedCurve, end: float, guided: tuple[Floats, Floats], count: int, generator: np.random.Generator
 ) -> tuple[Floats, Floats]:
     """Equilibrium moduli (count,) and moduli along paths (count, m) that go with the curve of `cells`."""
+    (paths, unguided), scale = guided, cells.values[0, -1]
+    follow = Following.of(cells, end, unguided_paths()[1], paths)
+    path, level, size, drop = _falls(follow, unguided, count, generator)
+    chance = _chance_of_a_constant(follow, unguided, drop)
+    constant = generator.random(count) < chance
+    alone, noise = follow.d / follow.a, np.sqrt(follow.least / follow.freedom / follow.a)  # level if nothing falls, and its error
+    level[constant] = np.maximum(alone + noise * generator.standard_normal(int(constant.sum())), 0.0)
+    size[constant] = 0.0
+    return level * scale, size[:, None] * paths[path] * scale
+
+
+def _falls(follow: Following, unguided: Floats, count: int, generator: np.random.Generator) -> tuple[Index, Floats, Floats, float]:
+    """Numbers of paths (count,), equilibrium moduli (count,) and sizes (count,) of curves that fall, and what the prior of a size
+    changes in the evidence for a fall.
+
+    Drawn as normal and not negative, for paths by their evidence, and from these draws anew by the ratio of the priors to even ones
+    (D. B. Rubin, J. Am. Stat. Assoc. 82 (1987) 543). If few paths count, the likelihood counts less, by a power.
+    """
     from scipy.special import log_ndtr, ndtr, ndtri
 
-    u, (paths, unguided), scale = unguided_paths()[1], guided, cells.values[0, -1]
-    follow = Following.of(cells, end, u, paths)
-    least = follow.least
-    (sigma_level, sigma_size), rho = follow.spread(least), -follow.b / np.sqrt(follow.a * follow.c)
-    mean_level, mean_size, power = follow.mean_level, follow.mean_size, 1.0
+    (sigma_level, sigma_size), rho = follow.spread(follow.least), -follow.b / np.sqrt(follow.a * follow.c)
+    power = 1.0
     while True:
-        weight = unguided + follow.evidence(least, power)
+        weight = unguided + follow.evidence(follow.least, power)
         if power < LEAST_POWER or effective(weight) >= ENOUGH:
             break
         power *= 0.8
@@ -197,22 +212,25 @@ def _draws(
         below = ndtr(-mean / sigma)
         return np.maximum(mean + sigma * ndtri(np.clip(below + (1 - below) * chance, 1e-15, 1 - 1e-15)), 0.0)
 
-    size = positive(mean_size[k], sigma_size[k], first)
-    given = mean_level[k] + rho[k] * sigma_level[k] / sigma_size[k] * (size - mean_size[k])
+    size = positive(follow.mean_size[k], sigma_size[k], first)
+    given = follow.mean_level[k] + rho[k] * sigma_level[k] / sigma_size[k] * (size - follow.mean_size[k])
     given_size = sigma_level[k] * np.sqrt(np.maximum(1 - rho[k] ** 2, 1e-12))  # as in `det`
     level = positive(given, given_size, second)
     # of a path and a size, the chance of a level above 0, in place of that for all sizes, which is in the evidence
-    allowed = log_ndtr(given / given_size) - log_ndtr(mean_level[k] / sigma_level[k])
-    drop = np.exp(allowed) / (size + LEAST_SIZE)
-    likely = np.exp(allowed - allowed.max()) / ((size + LEAST_SIZE) * (level + LEAST_MODULUS))  # all of `drop` may be 0
+    allowed = log_ndtr(given / given_size) - log_ndtr(follow.mean_level[k] / sigma_level[k])
+    drop = float(np.mean(np.exp(allowed) / (size + LEAST_SIZE)))
+    likely = np.exp(allowed - allowed.max()) / ((size + LEAST_SIZE) * (level + LEAST_MODULUS))  # all that is averaged may be 0
     chosen = generator.choice(many, size=count, p=likely / likely.sum())
-    # the evidence for a curve that falls by no path, and for one that falls, by the curve as measured
-    noise, drops = np.sqrt(least / follow.freedom), float(np.mean(drop)) / -np.log(LEAST_SIZE)
-    falls = float(np.mean(np.exp(unguided + follow.evidence(least)))) * 2 * np.pi * noise**2 * drops
-    a, square = follow.a, follow.n - follow.d**2 / follow.a
-    stays = (max(square, least) / least) ** (-0.5 * follow.freedom) * np.sqrt(2 * np.pi / a) * noise
-    level, size = level[chosen], size[chosen]
-    constant = generator.random(count) < stays / (stays + falls)
-    level[constant] = np.maximum(follow.d / a + noise / np.sqrt(a) * generator.standard_normal(int(constant.sum())), 0.0)
-    size[constant] = 0.0
-    return level * scale, size[:, None] * paths[k[chosen]] * scale
+    return k[chosen], level[chosen], size[chosen], drop
+
+
+def _chance_of_a_constant(follow: Following, unguided: Floats, drop: float) -> float:
+    """Probability that a curve falls by no path; before the data, it is as likely as a fall (posterior odds are the ratio of the
+    evidences, R. E. Kass and A. E. Raftery, J. Am. Stat. Assoc. 90 (1995) 773).
+    """
+    noise = np.sqrt(follow.least / follow.freedom)
+    of_size = drop / -np.log(LEAST_SIZE)  # the prior is even in the logarithm, over this range
+    falls = float(np.mean(np.exp(unguided + follow.evidence(follow.least)))) * 2 * np.pi * noise**2 * of_size
+    square = follow.n - follow.d**2 / follow.a
+    stays = (max(square, follow.least) / follow.least) ** (-0.5 * follow.freedom) * np.sqrt(2 * np.pi / follow.a) * noise
+    return float(stays / (stays + falls))
