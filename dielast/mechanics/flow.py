@@ -93,6 +93,10 @@ class Flow(ByCase):
         """
         return np.exp(self.fluidity * (-3 * time))
 
+    def apart(self) -> Flow:
+        """The flow of single springs, spring after spring: (1, n cases)."""
+        return Flow(self.fluidity.reshape(1, -1))
+
     def with_linear(self, fluidity: Floats) -> Self:
         """The flow with one more spring, the last, of linear flow and this fluidity (cases,)."""
         return replace(self, fluidity=np.concatenate((self.fluidity, fluidity[None])))
@@ -128,6 +132,12 @@ class ActivatedFlow(Flow):
         invariant = _invariant(stress())
         activation, slope = self._activation(invariant)
         return np.exp(self.fluidity * (activation + 2 * invariant * slope) * (-3 * time))
+
+    def apart(self) -> Flow:
+        """As for linear flow."""
+        springs, cases = self.fluidity.shape
+        laws = self.laws.take(np.tile(np.arange(cases), springs))
+        return ActivatedFlow(self.fluidity.reshape(1, -1), self.modulus.reshape(1, -1), laws)
 
     def with_linear(self, fluidity: Floats) -> Self:
         """As for linear flow."""
