@@ -73,13 +73,10 @@ class Flow(ByCase):
             return (tangent * self.fluidity)[None]
         k11, k12, k22 = tangent
         block = np.empty((2, 2, *k11.shape))
-        np.add(k11, k11, out=block[0, 0])
-        block[0, 0] -= k12
-        np.add(k12, k12, out=block[1, 0])
-        np.subtract(block[1, 0], k22, out=block[0, 1])
-        block[1, 0] -= k11
-        np.add(k22, k22, out=block[1, 1])
-        block[1, 1] -= k12
+        twice = tangent + tangent
+        np.subtract(twice[::2], k12, out=block.reshape(4, *k11.shape)[::3])
+        np.subtract(twice[1], k22, out=block[0, 1])
+        np.subtract(twice[1], k11, out=block[1, 0])
         block *= self.fluidity
         return block
 

@@ -77,7 +77,7 @@ def _pull(points: PointMaterial, share: Floats, prestretch: Floats, stretch: Flo
     """
     structure = disc(share, prestretch, count)
     assembly = Assembly.of(points, structure)
-    wide, none = assembly.all_points, np.zeros_like(share)
+    wide = assembly.all_points
     equilibrium_modulus = wide.modulus[:1]
     with np.errstate(all="ignore"):
         # initial guess: a straight line from rim to frame in z, in which small strains are linear
@@ -87,10 +87,10 @@ def _pull(points: PointMaterial, share: Floats, prestretch: Floats, stretch: Flo
             viscous = np.repeat(at[:, None], len(wide.modulus), axis=1)
             viscous[:, 0] = 1.0  # the branches are relaxed, the equilibrium spring is not
             stress, half = wide.law.tangent(assembly.springs(viscous, at))
-            carried = assembly.carried(stress, at, none, electric=False)
+            carried = assembly.carried(stress, None)
             spring_tangent = (equilibrium_modulus * half[:, 0])[SYMMETRIC]
             force = structure.force(carried / at)
-            tangent = structure.tangent(assembly.slope(spring_tangent, carried, at, none, electric=False))
+            tangent = structure.tangent(assembly.slope(spring_tangent, carried, at, None))
             step = Factors.of(tangent[1:, 1:]).solve(-force[1:])
             unknown[1:] += step
             if np.nanmax(np.abs(step), initial=0.0) <= 1e-15 * prestretch.max():
