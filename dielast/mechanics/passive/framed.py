@@ -92,17 +92,18 @@ class Assembly:
             carried[:, 0] -= maxwell
         return carried
 
-    def slope(self, half: Floats, carried: Floats, stretch: Floats, maxwell: Floats | None) -> Floats:
+    def slope(self, half: Floats, stretch: Floats, carried: Floats | None = None, maxwell: Floats | None = None) -> Floats:
         """ds_i/dl_j (2, 2, P, cases): from `half` (2, 2, P cases), the tangent of all springs together in Lambda, and the terms of
         the true mechanical stress `carried` (2, P, cases) and of the Maxwell stress, whose derivative (2, 2, cases) is in Lambda.
         """
-        slope = self.by_point(half).copy()
-        for axis in (0, 1):
-            slope[axis, axis] -= 0.5 * carried[axis]
-        if maxwell is not None:
-            slope[:, :, 0] -= maxwell
-        slope *= 2 / (stretch[:, None] * stretch)
-        return slope
+        slope = self.by_point(half)
+        if carried is not None:
+            slope = slope.copy()
+            slope[0, 0] -= 0.5 * carried[0]
+            slope[1, 1] -= 0.5 * carried[1]
+            if maxwell is not None:
+                slope[:, :, 0] -= maxwell
+        return np.asarray(slope * (2 / (stretch[:, None] * stretch)))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -196,7 +197,7 @@ class FramedArrowhead:
             self.load_term = by_load * (step * load.slope(times[0])[ELECTRIC]) / stretch[:, 0]
         carried = assembly.carried(self.stress, maxwell)
         self.nominal = carried / stretch
-        pushed = structure.pushed(assembly.slope(half, carried, stretch, by_stretch))
+        pushed = structure.pushed(assembly.slope(half, stretch, carried, by_stretch))
         inward = np.einsum("uvc,apvc->uapc", inverse(structure.assembled(pushed)), -structure.weighted)
         self.inward = np.concatenate((inward, structure.watched)).reshape(-1, 2 * structure.points, step.size)
         moved = structure.gather / stretch[:, :, None]
@@ -270,7 +271,7 @@ class Surroundings(ByCase):
         maxwell, by_stretch, _ = assembly.maxwell_tangent(stretch, field)
         carried = assembly.carried(stress, maxwell)
         slopes = np.empty((2, 2, 2, *carried.shape[1:]))
-        slopes[0] = assembly.slope(spring_tangent, carried, stretch, by_stretch)
-        slopes[1] = assembly.slope(spring_tangent, np.zeros_like(carried), stretch, None)
+        slopes[0] = assembly.slope(spring_tangent, stretch, carried, by_stretch)
+        slopes[1] = assembly.slope(spring_tangent, stretch)
         rim, alone = Factors.of(structure.tangent(slopes).transpose(1, 2, 0, 3)).rim_stiffness()
         return rim, alone

@@ -91,7 +91,7 @@ def _pull(points: PointMaterial, share: Floats, prestretch: Floats, stretch: Flo
             carried = assembly.carried(stress, None)
             spring_tangent = (wide.modulus * half[:, 0])[SYMMETRIC]
             force = structure.force(carried / at)
-            tangent = structure.tangent(assembly.slope(spring_tangent, carried, at, None))
+            tangent = structure.tangent(assembly.slope(spring_tangent, at, carried))
             step = Factors.of(tangent[1:, 1:]).solve(-force[1:])
             unknown[1:] += step
             size = np.max(np.abs(step), axis=0)

@@ -31,7 +31,7 @@ def settle(at: Surroundings, internal: Floats, field: Floats, nearby: float | No
         carried = assembly.carried(stress, maxwell)
         spring_tangent = np.einsum("nm,cnm->cm", assembly.all_points.modulus, half)[SYMMETRIC]
         nominal = carried / stretch
-        return nominal, structure.force(nominal), assembly.slope(spring_tangent, carried, stretch, by_stretch)
+        return nominal, structure.force(nominal), assembly.slope(spring_tangent, stretch, carried, by_stretch)
 
     with np.errstate(all="ignore"):
         unknown = at.border[:-2].copy()
