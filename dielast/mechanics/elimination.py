@@ -76,21 +76,22 @@ class Eliminated:
         determinant = block[0, 0] * block[1, 1]
         determinant -= block[0, 1] * block[1, 0]
         np.divide(1, determinant, out=determinant)
-        diagonal = block[(1, 0), (1, 0)] * determinant
-        off_diagonal = block[(0, 1), (1, 0)] * -determinant
-        (d11, d22), (d12, d21) = diagonal, off_diagonal
+        entries, inverse = block.reshape(4, *k11.shape), np.empty((4, *k11.shape))
+        diagonal, off_diagonal = inverse[::3], inverse[1:3]
+        np.multiply(entries[::-3], determinant, out=diagonal)
+        np.multiply(entries[1:3], determinant, out=off_diagonal)
+        np.negative(off_diagonal, out=off_diagonal)
+        first, second = inverse.reshape(block.shape)
         share = block
-        np.multiply(k11, d11, out=share[0, 0])
-        share[0, 0] += k12 * d21
-        np.multiply(k11, d12, out=share[0, 1])
-        share[0, 1] += k12 * d22
-        if hold_1 is not hold_2:
-            np.multiply(k12, d11, out=share[1, 0])
-            share[1, 0] += k22 * d21
-        np.multiply(k22, d22, out=share[1, 1])
-        share[1, 1] += k12 * d12
+        np.multiply(k11, first, out=share[0])
+        share[0] += k12 * second
         if hold_1 is hold_2:
             share[1, 0] = share[0, 1]
+            np.multiply(k22, second[1], out=share[1, 1])
+            share[1, 1] += k12 * first[1]
+        else:
+            np.multiply(k12, first, out=share[1])
+            share[1] += k22 * second
         return cls(diagonal, off_diagonal, share)
 
     def carried(self, right: Floats) -> Floats:
@@ -98,6 +99,14 @@ class Eliminated:
         if self.off_diagonal is None:
             return np.asarray(self.share[0] * right)
         return np.asarray(np.einsum("bcnm,cnm->bnm", self.share, right))
+
+    def scaled(self, units: Floats) -> Eliminated:
+        """U D^-1 U^-1 in the place of D^-1, with U the diagonal matrix of `units` (2, n, cases); in place, without Q."""
+        assert self.off_diagonal is not None
+        ratio = units[0] / units[1]
+        self.off_diagonal[0] *= ratio
+        self.off_diagonal[1] /= ratio
+        return self
 
     def solve(self, right: Floats, out: Floats) -> None:
         """Write D^-1 `right` to `out`, both (axes, n, cases); `right` is overwritten."""

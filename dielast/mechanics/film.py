@@ -73,6 +73,21 @@ class FilmState(ByCase):
         source = None if points.circuit is None else field if drive is Drive.VOLTAGE else charge
         return replace(self, points=points, drive=drive, field=acting, source=source)
 
+    def apart(self) -> FilmState:
+        """The springs of homogeneous films as films of one spring each, spring after spring."""
+        springs, cases = self.points.modulus.shape
+        single = replace(self, points=self.points.without_springs(), internal=self.internal[:, :0])
+        single = single.take(np.tile(np.arange(cases), springs))
+        return replace(single, points=self.points.apart(), internal=self.internal.reshape(2, 1, -1))
+
+    def together(self, apart: FilmState) -> FilmState:
+        """These films, their springs and stretches those of films of one spring each (`apart`), which move together."""
+        internal = apart.internal.reshape(self.internal.shape)
+        log_squared = apart.log_squared_stretch[:, : self.time.size]
+        carried = np.einsum("nm,cnm->cm", self.points.modulus, self.points.law.stress(self.points.springs(internal, log_squared)))
+        nominal = carried / np.exp(0.5 * log_squared)
+        return replace(self, internal=internal, log_squared_stretch=log_squared, nominal_stress=nominal)
+
     def framed(self, structure: Structure) -> FilmState:
         """These homogeneous films, divided into the active and the passive part of a structure."""
         internal = np.repeat(np.exp(0.5 * self.internal)[:, :, None], structure.points, axis=2)

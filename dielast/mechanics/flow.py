@@ -73,13 +73,10 @@ class Flow(ByCase):
             return (tangent * self.fluidity)[None]
         k11, k12, k22 = tangent
         block = np.empty((2, 2, *k11.shape))
-        np.add(k11, k11, out=block[0, 0])
-        block[0, 0] -= k12
-        np.add(k12, k12, out=block[1, 0])
-        np.subtract(block[1, 0], k22, out=block[0, 1])
-        block[1, 0] -= k11
-        np.add(k22, k22, out=block[1, 1])
-        block[1, 1] -= k12
+        twice = tangent + tangent
+        np.subtract(twice[::2], k12, out=block.reshape(4, *k11.shape)[::3])
+        np.subtract(twice[1], k22, out=block[0, 1])
+        np.subtract(twice[1], k11, out=block[1, 0])
         block *= self.fluidity
         return block
 
@@ -92,6 +89,10 @@ class Flow(ByCase):
         constant stretch: exp(-t/tau).
         """
         return np.exp(self.fluidity * (-3 * time))
+
+    def apart(self) -> Flow:
+        """The flow of single springs, spring after spring: (1, n cases)."""
+        return Flow(self.fluidity.reshape(1, -1))
 
     def with_linear(self, fluidity: Floats) -> Self:
         """The flow with one more spring, the last, of linear flow and this fluidity (cases,)."""
@@ -128,6 +129,12 @@ class ActivatedFlow(Flow):
         invariant = _invariant(stress())
         activation, slope = self._activation(invariant)
         return np.exp(self.fluidity * (activation + 2 * invariant * slope) * (-3 * time))
+
+    def apart(self) -> Flow:
+        """As for linear flow."""
+        springs, cases = self.fluidity.shape
+        laws = self.laws.take(np.tile(np.arange(cases), springs))
+        return ActivatedFlow(self.fluidity.reshape(1, -1), self.modulus.reshape(1, -1), laws)
 
     def with_linear(self, fluidity: Floats) -> Self:
         """As for linear flow."""

@@ -115,6 +115,13 @@ class PointMaterial(ByCase):
         """The points without springs, for what only the border of a state tells: many of them are quickly selected."""
         return replace(self, modulus=self.modulus[:0], flow=Flow(self.flow.fluidity[:0]), law=self.law.of_spring(0, 0))
 
+    def apart(self) -> PointMaterial:
+        """Points of one spring each, of all n springs of the cases, spring after spring: arrays (1, n cases)."""
+        springs, cases = self.modulus.shape
+        single = self.without_springs().take(np.tile(np.arange(cases), springs))
+        law = self.law.apart(springs, cases)
+        return replace(single, modulus=self.modulus.reshape(1, -1), flow=self.flow.apart(), law=law)
+
     def with_damper_floor(self, rtol: float) -> PointMaterial:
         """The points with a stress floor that counts the rounding of the last spring, the damper, for films whose edges move."""
         return replace(self, stress_floor=self.stress_floor + ROUNDING / rtol * self.modulus[-1])

@@ -243,6 +243,10 @@ class Watch:
                     lookout.last[cases[waking]] = value[waking]
                     watched = watched & ~waking
                 last = lookout.last[cases]
+                # a parabola whose minimum lies within the step falls at most by a quarter of its whole change below its middle
+                if np.min(np.minimum(value, half - 0.25 * np.abs(value - last))) > CLOSE:
+                    lookout.last[cases[watched]] = value[watched]
+                    continue
                 fallen = watched & ~((half > 0) & (value > 0))
                 # the minimum of the parabola, where it lies within the step
                 curvature = last - 2 * half + value

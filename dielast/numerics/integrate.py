@@ -22,6 +22,7 @@ from dielast.numerics.stride import Observer, PoolColumns, Spans, System, TriedS
 
 # numbers in the state of the cases that advance together: large enough to amortise Python calls, small enough to cache
 POOL = 32_000
+FEW = 2_000  # numbers in the state of so few cases that the columns of those that have ended cost less than to drop them
 SAFETY, SHRINK, GROW = 0.9, 0.1, 8.0  # safety factor and bounds of the step size controller
 LEAST_STEP = 1e-24  # shortest step over the time since the span began; a shorter one means that the solution ceases to exist
 NO_STEP = 1e-290  # s, shortest step at the beginning of a span
@@ -160,7 +161,7 @@ class Stepper:
             while (running := np.count_nonzero(self.active)) or self.waiting.size:
                 vacant = self.size - running
                 if (self.waiting.size and vacant >= self.size // 8) or (
-                    not self.waiting.size and running <= 0.75 * self.active.size > 2
+                    not self.waiting.size and running <= 0.75 * self.active.size > 2 and self.state.size > FEW
                 ):
                     starting, self.waiting = self.waiting[:vacant], self.waiting[vacant:]
                     self._refill(starting)

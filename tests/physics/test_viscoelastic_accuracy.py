@@ -9,10 +9,13 @@ from peers.energies import gent, stress
 from scipy.optimize import brentq
 
 from dielast.material.material import Material
-from dielast.material.shift import WLF
+from dielast.material.shift import WLF, NoShift
 from dielast.material.spectrum import Spectrum
-from dielast.material.springs import Gent
+from dielast.material.springs import EQUIBIAXIAL, Gent, NeoHookean
+from dielast.mechanics.film import FilmState
 from dielast.mechanics.load import Step
+from dielast.mechanics.point_material import PointMaterial
+from dielast.simulate.setup import prestretched
 from reconstruction import spectrum
 
 
@@ -88,3 +91,28 @@ def test_the_elastic_limit_of_a_creep_step_is_a_root() -> None:
         return float(carried) - 1e5
 
     assert history.stretch_1[0, 0] == pytest.approx(brentq(imbalance, 1.0, 3.0, xtol=1e-14), rel=1e-12)
+
+
+@pytest.mark.parametrize("rtol", [1e-5, 1e-9])
+def test_a_prestretched_film_relaxes_as_its_closed_form(rtol: float) -> None:
+    """Neo-Hookean branches at a constant equibiaxial stretch: with A the squared elastic stretch, 3 tau dA/dt = (1 - A^3)/A, so
+    that t/(3 tau) is the difference of the integral of a/(a^3 - 1).
+    """
+    stretch, relax_time, tau = np.array([1.3, 3.0]), 40.0, np.array([1e5, 300.0, 30.0, 10.0, 4.0, 1e-3, 1e-8])
+    solid = Material("closed form", 26e3, Spectrum(tau, np.full(tau.size, 1e5)), NoShift(20.0), NeoHookean(), NeoHookean())
+    points = PointMaterial.of([solid], np.full(2, 20.0), rtol)
+    rest = FilmState.at_rest(points, EQUIBIAXIAL)
+    film, status = prestretched(rest, (stretch, stretch), np.zeros(2), relax_time, rtol)
+    assert not status.any()
+
+    def integral(a: np.ndarray) -> np.ndarray:
+        return np.log(a - 1) / 3 - np.log(a * a + a + 1) / 6 + np.arctan((2 * a + 1) / 3**0.5) / 3**0.5
+
+    elastic = np.exp(2 * np.log(stretch) - film.internal[0, 1:-1])
+    slow = elastic > 1.001
+    took = integral(np.broadcast_to(stretch**2, elastic.shape)[slow]) - integral(elastic[slow])
+    change = np.abs(took - (relax_time / (3 * tau))[:, None].repeat(2, axis=1)[slow]) * (elastic - 1 / elastic**2)[slow]
+    assert np.max(change) <= 3 * rtol
+    assert np.max(np.abs(elastic[-2:] - 1)) <= rtol
+    nominal = 26e3 * (stretch - stretch**-5) + 1e5 * np.sum(elastic - elastic**-2, axis=0) / stretch
+    assert film.nominal_stress == pytest.approx(np.stack((nominal, nominal)), rel=1e-13)

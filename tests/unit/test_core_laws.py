@@ -93,6 +93,11 @@ def test_materials_of_different_laws_run_side_by_side() -> None:
         for name, value in whole[0].of_spring(0, column).values().items():
             assert np.array_equal(value, expected_law[name])
     assert isinstance(law.take(np.array([0, 2])), Gent)
+    mixed = gathered([(NeoHookean(), laws[3][1])], np.ones((3, 5), dtype=bool))
+    for whole in (law, taken, mixed):
+        single = whole.apart(3, 5).take(np.arange(15)[::-1])  # springs as cases of one spring each
+        expected = whole.stress(squared).reshape(2, 1, 15)[..., ::-1]
+        assert np.array_equal(single.stress(squared.reshape(2, 1, 15)[..., ::-1]), expected)
 
 
 def test_a_limit_that_all_cases_share_is_stored_for_each_case() -> None:

@@ -52,8 +52,7 @@ class FirstInvariantLaw(SpringLaw):
         half[1] = thickness
         half *= stiffness
         steeper = difference * slope
-        half[0] += steeper[0] * difference[0]
-        half[1] += steeper[0] * difference[1]
+        half[:2] += steeper[0] * difference
         half[2] += steeper[1] * difference[1]
         difference *= stiffness
         return difference, half

@@ -65,6 +65,15 @@ class JoinedLaw(SpringLaw):
         laws = tuple(self.laws[index].take(places[cases][which == index]) for index in left.tolist())
         return laws[0] if len(laws) == 1 else JoinedLaw(laws, renumbered, -1)
 
+    def apart(self, springs: int, cases: int) -> Self:
+        """The laws of single springs, spring after spring."""
+        parts = list(zip(self.laws, np.bincount(self.which).tolist(), strict=True))
+        if self.axis == -1:
+            laws, which = [law.apart(springs, count) for law, count in parts], np.tile(self.which, springs)
+        else:
+            laws, which = [law.apart(count, cases) for law, count in parts], np.repeat(self.which, cases)
+        return replace(self, laws=tuple(laws), which=which, axis=-1)
+
     def of_spring(self, spring: int, case: int) -> SpringLaw:  # type: ignore[override]
         """The law of one spring in one case."""
         position = (spring, case)[self.axis]

@@ -162,6 +162,18 @@ class SpringLaw(Law):
                 object.__setattr__(law, name, value.take(cases if value.shape[-1] > 1 else first, axis=-1))
         return law
 
+    def apart(self, springs: int, cases: int) -> Self:
+        """The law of `springs` springs in `cases` cases as that of single springs in springs times cases cases, spring after
+        spring.
+        """
+        law = copy(self)
+        for name in (known.name for known in fields(self)):  # type: ignore[arg-type]
+            value = getattr(self, name)
+            if np.ndim(value) >= 2:
+                wide = np.broadcast_to(value, (*value.shape[:-2], springs, cases))
+                object.__setattr__(law, name, wide.reshape(*value.shape[:-2], 1, springs * cases))
+        return law
+
     def of_spring(self, spring: int, case: int) -> Self:
         """The law of one spring in one case."""
         of_one = {

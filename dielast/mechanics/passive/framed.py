@@ -18,7 +18,7 @@ the structure. The nominal field acts on the active part.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -40,6 +40,16 @@ class Assembly:
     points: PointMaterial
     all_points: PointMaterial
     structure: Structure
+    stress_floor: Floats = field(init=False)
+    """The size (cases,) in Pa of stresses by which errors are measured: the rounding error of the stress of the stiffest spring,
+    the damper, bounds the accuracy of every stress.
+    """
+
+    def __post_init__(self) -> None:
+        modulus = self.points.modulus
+        with np.errstate(all="ignore"):
+            floor = modulus[0] + self.points.stress_floor * (modulus.sum(axis=0) / modulus[:-1].sum(axis=0))
+        object.__setattr__(self, "stress_floor", floor)
 
     @classmethod
     def of(cls, points: PointMaterial, structure: Structure) -> Assembly:
@@ -65,29 +75,35 @@ class Assembly:
         elastic *= elastic
         return np.asarray(elastic)
 
-    def carried(self, stress: Floats, stretch: Floats, field: Floats, electric: bool = True) -> Floats:
-        """True mechanical stresses (2, P, cases): those of springs, of unit modulus (2, n, P cases), less the Maxwell stress in
-        point 0.
+    def maxwell_stress(self, stretch: Floats, field: Floats) -> Floats:
+        """The Maxwell stress (2, cases), or (1, cases) if both are equal, of point 0 at stretches (2, P, cases)."""
+        return self.points.maxwell_stress(2 * np.log(stretch[:, 0]), field)
+
+    def maxwell_tangent(self, stretch: Floats, field: Floats) -> tuple[Floats, Floats, Floats]:
+        """The same with its derivatives, as by `PointMaterial.maxwell_tangent`."""
+        return self.points.maxwell_tangent(2 * np.log(stretch[:, 0]), field)
+
+    def carried(self, stress: Floats, maxwell: Floats | None) -> Floats:
+        """True mechanical stresses (2, P, cases): those of springs, of unit modulus (2, n, P cases), less the Maxwell stress
+        (2, cases) in point 0.
         """
         carried = self.by_point(np.einsum("nm,cnm->cm", self.all_points.modulus, stress))
-        if electric:
-            carried[:, 0] -= self.points.maxwell_stress(2 * np.log(stretch[:, 0]), field)
+        if maxwell is not None:
+            carried[:, 0] -= maxwell
         return carried
 
-    def slope(self, half: Floats, carried: Floats, stretch: Floats, field: Floats, electric: bool = True) -> Floats:
+    def slope(self, half: Floats, stretch: Floats, carried: Floats | None = None, maxwell: Floats | None = None) -> Floats:
         """ds_i/dl_j (2, 2, P, cases): from `half` (2, 2, P cases), the tangent of all springs together in Lambda, and the terms of
-        the true mechanical stress `carried` (2, P, cases) and of the Maxwell stress.
+        the true mechanical stress `carried` (2, P, cases) and of the Maxwell stress, whose derivative (2, 2, cases) is in Lambda.
         """
-        slope = self.by_point(half).copy()
-        slope[(0, 1), (0, 1)] -= 0.5 * carried
-        if electric:
-            slope[:, :, 0] -= self.points.maxwell_tangent(2 * np.log(stretch[:, 0]), field)[1]
-        slope *= 2 / (stretch[:, None] * stretch)
-        return slope
-
-    def border_stresses(self, nominal: Floats) -> Floats:
-        """The two stresses (2, cases) of the border from nominal stresses (2, P, cases)."""
-        return np.array((nominal[0, 0], np.einsum("pc,pc->c", self.structure.rim, nominal[1])))
+        slope = self.by_point(half)
+        if carried is not None:
+            slope = slope.copy()
+            slope[0, 0] -= 0.5 * carried[0]
+            slope[1, 1] -= 0.5 * carried[1]
+            if maxwell is not None:
+                slope[:, :, 0] -= maxwell
+        return np.asarray(slope * (2 / (stretch[:, None] * stretch)))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -133,10 +149,7 @@ class FramedFilms(UnderLoad):
         stretch = structure.stretch(state[self.border : -2])
         change = np.max(np.abs(structure.moved(increment[self.border : -2]) / stretch), axis=(0, 1))
         worst = np.maximum(worst, np.where(self.load.moving, FOLLOWER_WEIGHT, 1.0) * change)
-        modulus = self.points.modulus
-        # the rounding error of the stress of the stiffest spring, the damper, bounds the accuracy of every stress
-        floor = modulus[0] + self.points.stress_floor * (modulus.sum(axis=0) / modulus[:-1].sum(axis=0))
-        stress = np.max(np.abs(increment[-2:]) / (np.abs(state[-2:]) + floor), axis=0)
+        stress = np.max(np.abs(increment[-2:]) / (np.abs(state[-2:]) + self.assembly.stress_floor), axis=0)
         return np.asarray(np.maximum(worst, FOLLOWER_WEIGHT * stress))
 
     def linearise(self, times: Floats, state: Floats, step: Floats, gamma: float) -> FramedArrowhead:
@@ -157,63 +170,67 @@ class FramedArrowhead:
 
     With phi = 2 d ln xi/dt and its derivative G in the stress (`flow`), v = 2 u_xi/xi and w = 2 u_l/l, the equations of a spring
     are (c + h G K) v = right + h G K w with the diagonal c = 1/gamma - h phi/2. So v = w + D^-1 (right - c w) with D the matrix on
-    the left, and the contribution of the spring to the stress is mu Q (c w - right), Q = K D^-1.
+    the left, and the contribution of the spring to the stress is mu Q (c w - right), Q = K D^-1. What is kept is scaled so that
+    xi right/2 takes the place of `right`, and u_xi that of v.
     """
 
     def __init__(self, system: FramedFilms, times: Floats, state: Floats, step: Floats, gamma: float) -> None:
-        self.films = system
-        assembly, load = system.assembly, system.load
-        wide, structure = assembly.all_points, assembly.structure
-        self.field = load.values(times)[:, ELECTRIC]
-        field = self.field[0]
-        self.stretch = structure.stretch(state[system.border : -2])
-        self.viscous = state[: system.border].reshape(2, len(wide.modulus), -1)
-        self.stress, tangent = wide.law.tangent(assembly.springs(self.viscous, self.stretch))
-        self.flow = wide.flow.over(assembly.wide(step))
-        self.rate = self.flow.rate(self.stress)
-        self.hold = 1 / gamma - 0.5 * self.rate
-        self.springs = Eliminated.of(tangent, self.flow.mobility(self.stress), self.hold)
-        self.share = self.springs.share * wide.modulus
-        half = np.einsum("abnm,bnm->abm", self.share, self.hold)
-        carried = assembly.carried(self.stress, self.stretch, field, load.electric)
-        self.slope = assembly.slope(half, carried, self.stretch, field, load.electric)
-        self.compliance = inverse(structure.tangent(self.slope))
-        self.load_term = np.zeros_like(self.stretch[:, 0])
+        self.assembly, self.border = system.assembly, system.border
+        assembly, load, structure = self.assembly, system.load, system.assembly.structure
+        wide = assembly.all_points
+        self.electric, self.field = load.electric, load.values(times)[:, ELECTRIC]
+        self.stretch = stretch = structure.stretch(state[self.border : -2])
+        self.viscous = viscous = state[: self.border].reshape(2, len(wide.modulus), -1)
+        self.stress, tangent = wide.law.tangent(assembly.springs(viscous, stretch))
+        flow = wide.flow.over(assembly.wide(step))
+        self.half_flow = flow.of_fluidity(0.5 * flow.fluidity)
+        self.rate = self.half_flow.rate(self.stress)
+        hold = 1 / gamma - self.rate
+        self.springs = Eliminated.of(tangent, flow.mobility(self.stress), hold).scaled(viscous)
+        self.held = np.multiply(hold, viscous, out=hold)
+        self.share = self.springs.share
+        self.share *= 2 * wide.modulus / viscous
+        half = 0.5 * np.einsum("abnm,bnm->abm", self.share, self.held)
+        maxwell = by_stretch = self.load_term = None
         if load.electric:
-            _, _, by_load = assembly.points.maxwell_tangent(2 * np.log(self.stretch[:, 0]), field)
-            self.load_term -= by_load * (step * load.slope(times[0])[ELECTRIC]) / self.stretch[:, 0]
+            maxwell, by_stretch, by_load = assembly.maxwell_tangent(stretch, self.field[0])
+            self.load_term = by_load * (step * load.slope(times[0])[ELECTRIC]) / stretch[:, 0]
+        carried = assembly.carried(self.stress, maxwell)
+        self.nominal = carried / stretch
+        pushed = structure.pushed(assembly.slope(half, stretch, carried, by_stretch))
+        inward = np.einsum("uvc,apvc->uapc", inverse(structure.assembled(pushed)), -structure.weighted)
+        self.inward = np.concatenate((inward, structure.watched)).reshape(-1, 2 * structure.points, step.size)
+        moved = structure.gather / stretch[:, :, None]
+        self.outward = np.concatenate((structure.border(pushed), moved.reshape(-1, *moved.shape[2:])))
 
     def increment(self, stage: int, state: Floats, history: Floats | None, gamma_i: float, out: Floats) -> Floats:
         """The increment u_i of a stage at `state`, in `out`; `history` is sum_j c_ij u_j, None in the first stage."""
-        system, assembly = self.films, self.films.assembly
-        wide, structure, border = assembly.all_points, assembly.structure, system.border
+        assembly, border = self.assembly, self.border
         if history is None:
-            stretch, stress, right = self.stretch, self.stress, self.rate.copy()
+            nominal, right = self.nominal, self.rate * self.viscous
         else:
-            stretch = structure.stretch(state[border:-2])
+            stretch = assembly.structure.stretch(state[border:-2])
             viscous = state[:border].reshape(self.viscous.shape)
-            stress = wide.law.stress(assembly.springs(viscous, stretch))
-            right = self.flow.rate(stress)
+            stress = assembly.all_points.law.stress(assembly.springs(viscous, stretch))
+            nominal = assembly.carried(stress, assembly.maxwell_stress(stretch, self.field[stage]) if self.electric else None)
+            nominal /= stretch
+            right = self.half_flow.rate(stress)
             right *= viscous
-            right += 2 * history[:border].reshape(right.shape)
-            right /= self.viscous
-        nominal = assembly.carried(stress, stretch, self.field[stage], system.load.electric) / stretch
-        nominal -= assembly.by_point(np.einsum("abnm,bnm->am", self.share, right)) / self.stretch
-        if gamma_i:
-            nominal[:, 0] += gamma_i * self.load_term
-        out[border:-2] = np.einsum("uvc,vc->uc", self.compliance, -structure.force(nominal))
-        change = structure.moved(out[border:-2])
-        nominal += self.slope[:, 0] * change[0]
-        nominal += self.slope[:, 1] * change[1]
-        np.subtract(assembly.border_stresses(nominal), state[-2:], out=out[-2:])
-        change_of_stretch = (2 * change / self.stretch).reshape(2, 1, -1)
-        right -= self.hold * change_of_stretch
+            right += history[:border].reshape(right.shape)
+        nominal = nominal - assembly.by_point(np.einsum("abnm,bnm->am", self.share, right)) / self.stretch
+        if gamma_i and self.load_term is not None:
+            nominal[:, 0] -= gamma_i * self.load_term
+        # the unknowns and what the present stresses add to those of the border, and then what follows the unknowns
+        unknown = np.einsum("kqc,qc->kc", self.inward, nominal.reshape(-1, nominal.shape[-1]), out=out[border:])
+        follows = np.einsum("kuc,uc->kc", self.outward, unknown[:-2])
+        unknown[-2:] += follows[:2]
+        unknown[-2:] -= state[-2:]
+        change = follows[2:].reshape(2, 1, -1)
+        right -= self.held * change
         assert out.flags.c_contiguous  # otherwise `reshape` copies, and the increments of the springs are lost
         internal = out[:border].reshape(right.shape)
         self.springs.solve(right, out=internal)
-        internal += change_of_stretch
-        internal *= self.viscous
-        internal *= 0.5
+        internal += self.viscous * change
         return out
 
 
@@ -239,20 +256,22 @@ class Surroundings(ByCase):
 
     def stresses(self, internal: Floats, field: Floats) -> Floats:
         """Nominal stresses (2, P, k) in Pa at xi (2, n, P, k)."""
-        stretch, law = self.stretch(), self.assembly.all_points.law
-        return self.assembly.carried(law.stress(self.assembly.springs(internal, stretch)), stretch, field) / stretch
+        assembly, stretch = self.assembly, self.stretch()
+        stress = assembly.all_points.law.stress(assembly.springs(internal, stretch))
+        return assembly.carried(stress, assembly.maxwell_stress(stretch, field)) / stretch
 
     def stiffness(self, watched: Floats, internal: Floats, field: Floats) -> tuple[Floats, Floats]:
         """The stiffness (k,) in Pa of the whole film at the rim of the active part, and the stiffness of its springs alone, if they
         are `watched` for a time (k,) in s.
         """
-        assembly, stretch = self.assembly, self.stretch()
+        assembly, stretch, structure = self.assembly, self.stretch(), self.assembly.structure
         stress, half = assembly.all_points.law.tangent(assembly.springs(internal, stretch))
         held = assembly.all_points.held(assembly.wide(watched), lambda: stress)
         spring_tangent = np.einsum("nm,cnm->cm", held, half)[SYMMETRIC]
-        carried = assembly.carried(stress, stretch, field)
-        springs_alone = assembly.slope(spring_tangent, np.zeros_like(carried), stretch, field, electric=False)
-        present = assembly.slope(spring_tangent, carried, stretch, field)
-        tangents = assembly.structure.tangent(np.stack((present, springs_alone)))
-        rim, alone = Factors.of(np.moveaxis(tangents, 0, 2)).rim_stiffness()
+        maxwell, by_stretch, _ = assembly.maxwell_tangent(stretch, field)
+        carried = assembly.carried(stress, maxwell)
+        slopes = np.empty((2, 2, 2, *carried.shape[1:]))
+        slopes[0] = assembly.slope(spring_tangent, stretch, carried, by_stretch)
+        slopes[1] = assembly.slope(spring_tangent, stretch)
+        rim, alone = Factors.of(structure.tangent(slopes).transpose(1, 2, 0, 3)).rim_stiffness()
         return rim, alone

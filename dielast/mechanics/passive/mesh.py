@@ -32,8 +32,8 @@ def points_needed(points: PointMaterial, share: Floats, prestretch: Floats, tole
     where no number is enough.
     """
     # where the film has no equilibrium modulus, any other does: the error is relative to the field
-    equilibrium = np.where(points.modulus[0] > 0, points.modulus[0], 1.0)
-    points = replace(points, modulus=np.concatenate((equilibrium[None], points.modulus[1:])))
+    points = points.apart().take(np.arange(share.size))  # the equilibrium springs: the branches are relaxed
+    points = replace(points, modulus=np.where(points.modulus > 0, points.modulus, 1.0))
     finest = min(tolerance, RESOLVED)
     errors = _errors(points, share, prestretch, finest, taut=False)
     kinked = np.flatnonzero(~np.any(errors <= RESOLVED, axis=0))
@@ -61,10 +61,14 @@ def _errors(points: PointMaterial, share: Floats, prestretch: Floats, finest: fl
         reachable = np.where(np.isnan(reachable) & reached, aim, reachable)
         if not np.isnan(reachable).any():
             break
+    known = dict(zip(FEW_AND_MANY, reach, strict=True)) if np.array_equal(reachable, aim) else {}
     errors: list[Floats] = []
-    pulls = [_pull(points, share, prestretch, reachable, count)[0] for count in (LEAST, LEAST + 1)]
-    for count in range(LEAST, MOST):
-        pulls.append(_pull(points, share, prestretch, reachable, count + 2)[0])
+    pulls: list[Floats] = []
+    for count in range(LEAST - 2, MOST):
+        now = known.get(count + 2)
+        pulls.append(_pull(points, share, prestretch, reachable, count + 2)[0] if now is None else now)
+        if count < LEAST:
+            continue
         errors.append(0.5 * np.max(np.abs(np.array(pulls[-2:]) / pulls[-3] - 1), axis=0))
         if np.all(errors[-1] <= finest):
             break
@@ -77,26 +81,25 @@ def _pull(points: PointMaterial, share: Floats, prestretch: Floats, stretch: Flo
     """
     structure = disc(share, prestretch, count)
     assembly = Assembly.of(points, structure)
-    wide, none = assembly.all_points, np.zeros_like(share)
-    equilibrium_modulus = wide.modulus[:1]
+    wide = assembly.all_points
     with np.errstate(all="ignore"):
         # initial guess: a straight line from rim to frame in z, in which small strains are linear
         unknown = structure.home + _line(count) * (stretch - prestretch)
         for _ in range(ITERATIONS):
             at = structure.stretch(unknown)
-            viscous = np.repeat(at[:, None], len(wide.modulus), axis=1)
-            viscous[:, 0] = 1.0  # the branches are relaxed, the equilibrium spring is not
-            stress, half = wide.law.tangent(assembly.springs(viscous, at))
-            carried = assembly.carried(stress, at, none, electric=False)
-            spring_tangent = (equilibrium_modulus * half[:, 0])[SYMMETRIC]
+            stress, half = wide.law.tangent(np.square(at).reshape(2, 1, -1))
+            carried = assembly.carried(stress, None)
+            spring_tangent = (wide.modulus * half[:, 0])[SYMMETRIC]
             force = structure.force(carried / at)
-            tangent = structure.tangent(assembly.slope(spring_tangent, carried, at, none, electric=False))
+            tangent = structure.tangent(assembly.slope(spring_tangent, at, carried))
             step = Factors.of(tangent[1:, 1:]).solve(-force[1:])
             unknown[1:] += step
-            if np.nanmax(np.abs(step), initial=0.0) <= 1e-15 * prestretch.max():
+            size = np.max(np.abs(step), axis=0)
+            if not np.any(size > SETTLED * prestretch):
                 break
-        maxwell = 0.5 * force[0] * stretch
-        settled = np.max(np.abs(step), axis=0) <= SETTLED * prestretch
+        # with what the last step changes, which is exact to the square of that step
+        maxwell = 0.5 * (force[0] + np.sum(tangent[0, 1:] * step, axis=0)) * stretch
+        settled = size <= SETTLED * prestretch
         reached = settled & np.all(at > 0, axis=(0, 1)) & np.isfinite(maxwell)
         tension = np.min((carried / at)[:, 1:], axis=(0, 1))
         return np.where(reached, maxwell, np.nan), np.where(reached, tension, np.nan)

@@ -27,10 +27,11 @@ def settle(at: Surroundings, internal: Floats, field: Floats, nearby: float | No
     def equations(unknown: Floats) -> tuple[Floats, Floats, Floats]:
         stretch = structure.stretch(unknown)
         stress, half = assembly.all_points.law.tangent(assembly.springs(internal, stretch))
-        carried = assembly.carried(stress, stretch, field)
+        maxwell, by_stretch, _ = assembly.maxwell_tangent(stretch, field)
+        carried = assembly.carried(stress, maxwell)
         spring_tangent = np.einsum("nm,cnm->cm", assembly.all_points.modulus, half)[SYMMETRIC]
         nominal = carried / stretch
-        return nominal, structure.force(nominal), assembly.slope(spring_tangent, carried, stretch, field)
+        return nominal, structure.force(nominal), assembly.slope(spring_tangent, stretch, carried, by_stretch)
 
     with np.errstate(all="ignore"):
         unknown = at.border[:-2].copy()
@@ -60,7 +61,7 @@ def settle(at: Surroundings, internal: Floats, field: Floats, nearby: float | No
         newton_step = np.max(np.abs(factors.solve(-force)), axis=0)
         holds = settled & ~lost & (newton_step <= BALANCED)
         stable = holds & (factors.rim_stiffness() > 0) & np.all(np.isfinite(nominal), axis=(0, 1))
-    return Surroundings(assembly, np.concatenate((unknown, assembly.border_stresses(nominal)))), stable
+    return Surroundings(assembly, np.concatenate((unknown, structure.border(nominal)))), stable
 
 
 def _merit(force: Floats) -> Floats:

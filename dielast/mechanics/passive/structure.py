@@ -13,7 +13,7 @@ pivot, the stiffness of the film at the rim of the active part, is the first to 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -33,6 +33,16 @@ class Structure(ByCase):
     fixed: Floats
     home: Floats
     rim: Floats
+    weighted: Floats = field(init=False)
+    """w gather (2, P, u, cases)."""
+    watched: Floats = field(init=False)
+    """The weights (2, 2, P, cases) of the points' nominal stresses in the two stresses that are watched (`border`)."""
+
+    def __post_init__(self) -> None:
+        watched = np.zeros((2, 2, *self.weight.shape))
+        watched[0, 0, 0], watched[1, 1] = 1.0, self.rim
+        for name, value in {"weighted": self.weight[:, None] * self.gather, "watched": watched}.items():
+            object.__setattr__(self, name, value)
 
     @property
     def points(self) -> int:
@@ -58,12 +68,25 @@ class Structure(ByCase):
 
     def force(self, nominal: Floats) -> Floats:
         """The forces F (u, cases) from nominal stresses (2, P, cases)."""
-        return np.asarray(np.einsum("apuc,apc->uc", self.gather, self.weight * nominal))
+        return np.asarray(np.einsum("apuc,apc->uc", self.weighted, nominal))
+
+    def border(self, nominal: Floats) -> Floats:
+        """The nominal stress of the active part along axis 1, and the transverse one that may be the first to fall to zero,
+        (2, ..., cases), from nominal stresses (2, P, ..., cases).
+        """
+        return np.asarray(np.einsum("kapc,ap...c->k...c", self.watched, nominal))
+
+    def pushed(self, slope: Floats) -> Floats:
+        """The change ds/du (..., 2, P, u, cases) of the nominal stresses from ds_i/dl_j (..., 2, 2, P, cases)."""
+        return np.asarray(np.einsum("...abpc,bpvc->...apvc", slope, self.gather))
+
+    def assembled(self, pushed: Floats) -> Floats:
+        """dF/du (..., u, u, cases) from ds/du (..., 2, P, u, cases)."""
+        return np.asarray(np.einsum("apuc,...apvc->...uvc", self.weighted, pushed))
 
     def tangent(self, slope: Floats) -> Floats:
         """dF/du (..., u, u, cases) from ds_i/dl_j (..., 2, 2, P, cases)."""
-        pushed = np.einsum("...abpc,bpvc->...apvc", self.weight * slope, self.gather)
-        return np.asarray(np.einsum("apuc,...apvc->...uvc", self.gather, pushed))
+        return self.assembled(self.pushed(slope))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -107,13 +130,10 @@ class Factors:
 
 
 def inverse(matrix: Floats) -> Floats:
-    """The inverse (u, u, cases) of symmetric matrices, for many right-hand sides in turn: Gauss-Jordan without exchange of rows."""
-    inverted = matrix.copy()
-    for pivot in range(len(matrix) - 1, -1, -1):
-        column = inverted[:, pivot].copy()
-        row = inverted[pivot] / column[pivot]
-        inverted -= column[:, None] * row
-        inverted[pivot] = row
-        np.divide(column, -column[pivot], out=inverted[:, pivot])
-        inverted[pivot, pivot] = 1 / column[pivot]
-    return inverted
+    """The inverse (u, u, cases) of matrices, for many right-hand sides in turn; NaN where a matrix is singular."""
+    matrices = np.moveaxis(matrix, -1, 0)
+    try:
+        inverted = np.linalg.inv(matrices)
+    except np.linalg.LinAlgError:
+        inverted = np.linalg.inv(np.where(np.linalg.det(matrices)[:, None, None] == 0, np.nan, matrices))
+    return np.moveaxis(inverted, 0, -1)
