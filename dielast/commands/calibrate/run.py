@@ -27,9 +27,8 @@ from dielast.calibration.proposals import FEWEST_DRAWS, film_voltages, predicted
 from dielast.calibration.result import Calibration, Intervals, assessed, range_of
 from dielast.calibration.voltage import VoltageTest
 from dielast.commands.calibrate.checks import warn_of_few_points, warn_of_fit, warn_of_laws_alike, warn_of_springs
-from dielast.commands.calibrate.readings import readings as readings
 from dielast.commands.calibrate.recipe import CalibrateRecipe
-from dielast.commands.calibrate.task import CalibrationTask, check_conditions, read_task
+from dielast.commands.calibrate.task import CalibrationTask, prepared as prepared
 from dielast.handover.material_draws import draw_columns
 from dielast.handover.material_file import write_material
 from dielast.io.files import Inputs
@@ -73,8 +72,7 @@ class Candidate:
 def run(cases: Sequence[Case[CalibrateRecipe]], inputs: Inputs, execution: Execution) -> RunReport:
     """Fit every material, rank them, report the best, with draws of all that cannot be told apart from it."""
     recipe = cases[0].recipe
-    task = read_task(recipe, inputs)
-    check_conditions(task)
+    task = prepared(cases, inputs)
     watch = watcher(execution)
     several = len(task.materials) > 1
     candidates: list[Candidate] = []
