@@ -66,12 +66,6 @@ def cross_validation(fit: Fit) -> CrossValidation | None:
     return CrossValidation(relative_error(tests, misses), np.array(square))
 
 
-def cross_validation_error(fit: Fit) -> float | None:
-    """The relative error of a `cross_validation`, None for a single test."""
-    found = cross_validation(fit)
-    return None if found is None else found.relative_error
-
-
 def law_weights(found: Sequence[CrossValidation], pieces: Floats) -> Floats:
     """The weight (laws,) of each law, from its cross-validation over tests with so many independent `pieces` (tests,).
 
