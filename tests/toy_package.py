@@ -168,6 +168,6 @@ def run(cases, inputs, execution):
     return RunReport({"squares.csv": [Column("x", "1", x), Column("square", "1", x**2)]}, {"squares": {"n": x.size}}, Figure)
 
 
-def readings(cases, inputs):
-    yield from ()
+def prepared(cases, inputs):
+    return None
 """

@@ -180,6 +180,17 @@ def placed(change: Change) -> Iterator[None]:
         _CHANGES.reset(token)
 
 
+@contextmanager
+def reached_by(key: str) -> Iterator[None]:
+    """Errors from within the block name the `key` of the recipe that leads to the file with the mistake; a mistake without a file
+    keeps its own key of the recipe.
+    """
+    try:
+        yield
+    except DielastError as error:
+        raise error.changed(lambda problem: problem.within(key=key) if problem.file or not problem.key else problem) from None
+
+
 def located(**place: Unpack[Where]) -> AbstractContextManager[None]:
     """Errors and warnings from within the block have those parts of the `place` that are not known yet."""
     return placed(lambda problem: problem.at(**place))

@@ -7,8 +7,6 @@ the test, and springs with and without strain stiffening, so that it is meant to
 later, and it needs no start. What is left is what no such film does; the factors are no material, as nothing else determines them.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from dielast.calibration.experiment import MeasuredTest
@@ -30,16 +28,9 @@ ROUNDS = 5  # of weights for the least sum of magnitudes
 RTOL = 1e-4  # of the answers
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class AnyFilm:
-    """The `stress` (n,) in Pa of the film that comes nearest to a test at its points, with their `level` (n,)."""
-
-    stress: Floats
-    level: Floats
-
-
-def answers_of_parts(test: MeasuredTest, time: Floats) -> Floats:
-    """The stress (n, parts) of springs and branches of modulus 1 Pa at times (n,) of a test."""
+def answers_of_parts(test: MeasuredTest) -> Floats:
+    """The stress (n, parts) of springs and branches of modulus 1 Pa at the points of a test."""
+    time = test.time
     reach = max(test.largest_invariant - 3, 1e-3)
     gaps = np.diff(time, prepend=0.0)
     fastest, slowest = FASTER * float(np.min(gaps[gaps > 0])), SLOWER * float(time[-1])
@@ -57,20 +48,20 @@ def answers_of_parts(test: MeasuredTest, time: Floats) -> Floats:
     return carried(joined.take(law), Flow(rate[None]), SYMMETRIES[Mode(test.mode)], Histories(*corners), place, stretch, RTOL).T
 
 
-def any_film(test: MeasuredTest, time: Floats, stress: Floats, used: Flags) -> AnyFilm:
-    """The film with the least sum of magnitudes of differences from the `stress` (n,) at times (n,) of a test, over the points that
-    are `used` (n,); differences count over the level of the curve.
+def any_film(test: MeasuredTest, used: Flags) -> Floats:
+    """The stress (n,) in Pa of the film with the least sum of magnitudes of differences from a test, over the points that are
+    `used` (n,); differences count over the level of the curve.
 
     Least magnitudes follow most points and leave the others alone; they are found by weights (Schlossmacher 1973,
     DOI 10.1080/01621459.1973.10481386).
     """
     from scipy.optimize import nnls
 
-    parts = answers_of_parts(test, time)
+    parts = answers_of_parts(test)
     parts = parts[:, np.all(np.isfinite(parts), axis=0)]
-    level = level_of(stress, 0.5)
+    level = level_of(test.stress, 0.5)
     size = np.linalg.norm(parts / level[:, None], axis=0)
-    scaled, wanted = (parts / level[:, None] / size)[used], (stress / level)[used]
+    scaled, wanted = (parts / level[:, None] / size)[used], (test.stress / level)[used]
     weight, factors = np.ones(wanted.size), np.zeros(size.size)
     for _ in range(ROUNDS):
         # the same least squares with as many rows as columns
@@ -78,4 +69,4 @@ def any_film(test: MeasuredTest, time: Floats, stress: Floats, used: Flags) -> A
         factors, _ = nnls(triangle[:, :-1], triangle[:, -1])
         miss = np.abs(scaled @ factors - wanted)
         weight = 1 / np.sqrt(np.maximum(miss, max(float(np.median(miss)), 1e-9) * 0.1))
-    return AnyFilm(parts @ (factors / size), level)
+    return np.asarray(parts @ (factors / size))

@@ -28,6 +28,7 @@ from dielast.calibration.scatter import (
     noise_of,
     specimen_factors,
 )
+from dielast.calibration.weighting import Weighting
 from dielast.numerics.arrays import Floats
 
 SHARES = 0.002 * 3.0 ** np.arange(0, 5.5, 0.5)  # sizes of the model's error that are tried
@@ -41,40 +42,35 @@ MOST_POINTS = 80  # of a curve, evenly chosen, for the restricted likelihood
 UNLIKELY = 1e-4  # relative to the most likely correlation: less likely ones are dropped
 
 
-def estimate(
-    curves: Curves, differences: Floats, weight: Floats, jacobian: Floats, precision: Floats, specimen: float, stated: bool
-) -> Scatter:
-    """The most likely scatter, from differences (n,) between measurements and a fitted model.
+def estimate(curves: Curves, jacobian: Floats, precision: Floats, before: Scatter) -> Scatter:
+    """The most likely scatter of measured curves about a fitted model.
 
-    The model was fitted with the `weight` (n,); its `jacobian` (n, p) and the prior `precision` (p, p) say which part of the
-    differences the fit removed. `specimen` is the scatter of specimens, final if it is `stated`, else a first estimate.
+    The model was fitted with the weighting by the scatter `before`, which also gives the scatter of specimens, final if it was
+    stated; its `jacobian` (n, p) and the prior `precision` (p, p) say which part of the differences the fit removed.
     """
-    tried, logarithm = _tried(curves, differences, jacobian, precision, specimen)
-    return _sized(tried[int(np.argmax(logarithm))], curves, differences, weight, jacobian, stated)
+    tried, logarithm = _tried(curves, jacobian, precision, before)
+    return _sized(tried[int(np.argmax(logarithm))], curves, jacobian, before)
 
 
-def likely(curves: Curves, differences: Floats, weight: Floats, jacobian: Floats, precision: Floats, known: Scatter) -> Scatters:
-    """The possible scatters with their probabilities; arguments as for `estimate`, `known` gives the scatter of specimens."""
-    tried, logarithm = _tried(curves, differences, jacobian, precision, known.specimen)
+def likely(curves: Curves, jacobian: Floats, precision: Floats, before: Scatter) -> Scatters:
+    """The possible scatters with their probabilities; arguments as for `estimate`."""
+    tried, logarithm = _tried(curves, jacobian, precision, before)
     probability = np.exp(logarithm - np.max(logarithm))
     kept = np.flatnonzero(probability >= UNLIKELY)
-    stated = not np.isfinite(known.specimens)
-    members = tuple(_sized(tried[k], curves, differences, weight, jacobian, stated) for k in kept.tolist())
+    members = tuple(_sized(tried[k], curves, jacobian, before) for k in kept.tolist())
     return Scatters(members, probability[kept] / np.sum(probability[kept]))
 
 
-def _tried(
-    curves: Curves, differences: Floats, jacobian: Floats, precision: Floats, specimen: float
-) -> tuple[list[Scatter], Floats]:
+def _tried(curves: Curves, jacobian: Floats, precision: Floats, before: Scatter) -> tuple[list[Scatter], Floats]:
     """The correlations that are tried, and the logarithm (tried,) of their restricted likelihood, averaged over the sizes of the
     error (with a uniform prior on a logarithmic scale).
     """
-    few = ThinnedCurves.of(curves, differences, jacobian)
-    noises = [noise_of(curves, curves.split(differences), steady) for steady in STEADY]
+    few = ThinnedCurves.of(curves, jacobian)
+    noises = [noise_of(curves, curves.split(curves.differences), steady) for steady in STEADY]
     tried: list[Scatter] = []
     logarithm: list[float] = []
     for smooth, length in product(range(len(CORRELATIONS)), LENGTHS):
-        trial = Scatter(noises[0], FIRST_SHARE, length, specimen, smooth=smooth)
+        trial = Scatter(noises[0], FIRST_SHARE, length, before.specimen, smooth=smooth)
         spectra = [np.linalg.eigh(trial.correlation(place)) for place in few.curves.places]
         for steady, noise in zip(STEADY, noises, strict=True):
             tried.append(replace(trial, noise=noise, steady=steady))
@@ -83,10 +79,11 @@ def _tried(
     return tried, np.array(logarithm)
 
 
-def _sized(tried: Scatter, curves: Curves, differences: Floats, weight: Floats, jacobian: Floats, stated: bool) -> Scatter:
-    """A correlation with the size of the model's error and, unless `stated`, the scatter of specimens, both from differences."""
+def _sized(tried: Scatter, curves: Curves, jacobian: Floats, before: Scatter) -> Scatter:
+    """A correlation with the size of the model's error and, unless stated, the scatter of specimens, both from differences."""
+    weight, differences = Weighting.of(curves, before).weight, curves.differences
     scatter = replace(tried, model_error=ResidualSpace.of(curves, tried, weight, jacobian).size(differences))
-    if not stated:
+    if np.isfinite(before.specimens):
         factors = specimen_factors(curves, scatter, differences)
         # a scaled inverse chi-square prior: counts as PRIOR_SPECIMENS specimens with the usual scatter
         total = PRIOR_SPECIMENS * USUAL_SCATTER**2 + float(np.sum((factors - factors.mean()) ** 2))
@@ -103,7 +100,7 @@ class ThinnedCurves:
     columns: list[Floats]
 
     @classmethod
-    def of(cls, curves: Curves, differences: Floats, jacobian: Floats) -> Self:
+    def of(cls, curves: Curves, jacobian: Floats) -> Self:
         """At most `MOST_POINTS` of each curve."""
         sizes = [values.size for values in curves.values]
         rows = [np.unique(np.linspace(0, size - 1, min(size, MOST_POINTS)).astype(np.intp)) for size in sizes]
@@ -111,7 +108,7 @@ class ThinnedCurves:
             tuple(part[chosen] for part, chosen in zip(parts, rows, strict=True))
             for parts in (curves.values, curves.model, curves.places, curves.wide)
         )
-        miss, slopes = curves.split(differences), np.split(jacobian, np.cumsum(sizes)[:-1])
+        miss, slopes = curves.split(curves.differences), np.split(jacobian, np.cumsum(sizes)[:-1])
         columns = [np.column_stack((miss[k][row], slopes[k][row], curves.by_factor[k][row])) for k, row in enumerate(rows)]
         return cls(Curves(values, model, places, curves.specimen, wider, curves.power), columns)
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from dielast.base.errors import InputError, NumericsError
-from dielast.calibration.estimate import estimate
+from dielast.calibration.estimate import PRIOR_SPECIMENS, estimate
 from dielast.calibration.experiment import Experiment, explained, relative_error
 from dielast.calibration.laboratory import Laboratory
 from dielast.calibration.levenberg import MOST_ITERATIONS, Watcher, minimise
@@ -168,8 +168,8 @@ def _fit(problem: FitProblem, start: Floats, specimen_scatter: float | None, wat
     """The best fit from the coordinates `start` (starts, p)."""
     bounds = problem.space.bounds
     curves = problem.curves()
-    specimens = USUAL_SCATTER if specimen_scatter is None else specimen_scatter
-    scatter = Scatter(np.full(len(curves.values), 0.01), FIRST_SHARE, FIRST_LENGTH, specimens)
+    stated = (USUAL_SCATTER, PRIOR_SPECIMENS) if specimen_scatter is None else (specimen_scatter, np.inf)
+    scatter = Scatter(np.full(len(curves.values), 0.01), FIRST_SHARE, FIRST_LENGTH, stated[0], specimens=stated[1])
     best = np.clip(start, *bounds)[0]  # so far, for an interrupt
 
     def watcher(task: str) -> Watcher:
@@ -184,10 +184,6 @@ def _fit(problem: FitProblem, start: Floats, specimen_scatter: float | None, wat
 
         return watched
 
-    def estimated(slopes: Floats) -> Scatter:
-        weight, stated = Weighting.of(curves, scatter).weight, specimen_scatter is not None
-        return estimate(curves, curves.differences, weight, slopes, problem.prior, scatter.specimen, stated)
-
     finished, ends = True, np.zeros(1)
     try:
         solutions = minimise(problem.weighted(curves, Weighting.of(curves, scatter)), start, bounds, watch=watcher("starts"))
@@ -197,7 +193,7 @@ def _fit(problem: FitProblem, start: Floats, specimen_scatter: float | None, wat
         for _ in range(ROUNDS):
             curves = problem.curves(best)
             slopes = problem.slopes(best)
-            scatter = estimated(slopes)
+            scatter = estimate(curves, slopes, problem.prior, scatter)
             problem = replace(problem, smoothness=smooth_branches(problem, curves, scatter, slopes, best))
             refined = problem.weighted(about_factors(curves, scatter), Weighting.of(curves, scatter))
             best = minimise(refined, best[None], bounds, watch=watcher("refined")).coordinates[0]
@@ -207,7 +203,9 @@ def _fit(problem: FitProblem, start: Floats, specimen_scatter: float | None, wat
     if not np.all(np.isfinite(np.concatenate(curves.model))):
         raise KeyboardInterrupt
     slopes = problem.slopes(best)
-    return Fit(problem, best, estimated(slopes) if finished else scatter, curves, slopes, ends, finished)
+    if finished:
+        scatter = estimate(curves, slopes, problem.prior, scatter)
+    return Fit(problem, best, scatter, curves, slopes, ends, finished)
 
 
 def _furthest(tests: Sequence[Experiment]) -> str:

@@ -1,16 +1,22 @@
-"""Laws side by side: how well each predicts a test that it was not fitted to, and in which modes its springs are stable."""
+"""Laws side by side: how well each predicts a test that it was not fitted to, in which modes its springs are stable, how likely it
+is beside the others, and which are drawn from.
+"""
 
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import compress
 
 import numpy as np
 from scipy.special import fdtrc
 
+from dielast.base.errors import and_more, warn
 from dielast.calibration.experiment import relative_error
 from dielast.calibration.fit import Fit
 from dielast.calibration.levenberg import minimise
-from dielast.calibration.result import Calibration
+from dielast.calibration.proposals import film_voltages, predicted_film
+from dielast.calibration.result import Calibration, range_of
 from dielast.calibration.scatter import level_of
+from dielast.calibration.voltage import VoltageTest
 from dielast.calibration.weighting import Weighting
 from dielast.io.result import Result
 from dielast.material.material import Material
@@ -23,6 +29,8 @@ STEADY = 0.5  # share of the squared level that is that of the whole curve
 BOOTSTRAPS = 2000
 ITERATIONS = 12
 PRECISE = 1e-4
+# Choices, for draws: the least weight of a law that is drawn from beside the best, and the most laws.
+ALIKE, MOST_ALIKE = 0.05, 5
 CONTRADICTED = 0.05  # probability of an error by chance, below which a law is not drawn from
 
 
@@ -56,12 +64,6 @@ def cross_validation(fit: Fit) -> CrossValidation | None:
     levels = [level_of(values, STEADY) for values in curves.values]
     square = [np.mean(np.square(miss / (wide * level))) for miss, wide, level in zip(misses, curves.wide, levels, strict=True)]
     return CrossValidation(relative_error(tests, misses), np.array(square))
-
-
-def cross_validation_error(fit: Fit) -> float | None:
-    """The relative error of a `cross_validation`, None for a single test."""
-    found = cross_validation(fit)
-    return None if found is None else found.relative_error
 
 
 def law_weights(found: Sequence[CrossValidation], pieces: Floats) -> Floats:
@@ -166,3 +168,93 @@ def stabilities(material: Material, furthest: float, tested: Collection[str] = (
         at_equilibrium = first == 0 and material.equilibrium_modulus > 0
         stabilities.append(StableRange(mode, lowest, highest, furthest, mode in tested, at_equilibrium))
     return tuple(stabilities)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Candidate:
+    """A fitted law: the file or the laws that it started from, its cross-validation, its range of stability, its `weight` among all
+    laws, and the voltage in V of the predicted film.
+    """
+
+    name: str
+    fit: Fit
+    found: CrossValidation | None
+    stability: tuple[StableRange, ...]
+    interrupted: bool = False
+    weight: float = np.nan
+    film_voltage: float = np.nan
+
+    @property
+    def prediction_error(self) -> float | None:
+        """The error of the cross-validation."""
+        return None if self.found is None else self.found.relative_error
+
+
+def in_order(candidates: Sequence[Candidate]) -> list[Candidate]:
+    """The laws, the best first: by the error of cross-validation, or by the error of the fit if a law lacks a cross-validation; of
+    a single test by their weight, and of equal weights the one with the fewest constants.
+    """
+    if _single(candidates):
+        fits = [each.fit for each in candidates]
+        square, constants = np.array([(fit.mean_square, len(fit.space)) for fit in fits]).T
+        order = np.lexsort((square, constants, -weights_by_one_test(fits)))
+    else:
+        foreseen = [each.prediction_error for each in candidates if each.prediction_error is not None]
+        complete = len(foreseen) == len(candidates)
+        order = np.argsort(foreseen if complete else [each.fit.misfit for each in candidates], kind="stable")
+    return [candidates[k] for k in order]
+
+
+def _single(candidates: Sequence[Candidate]) -> bool:
+    """Whether all laws were fitted to one and the same test."""
+    return {len(each.fit.problem.laboratory.tests) for each in candidates} == {1}
+
+
+def usual_prediction(fit: Fit) -> VoltageTest:
+    """The film that is predicted if none is stated."""
+    known = range_of(fit)
+    return predicted_film(known.largest_invariant, float(np.mean(known.temperature)))
+
+
+def weighed(ranked: Sequence[Candidate], asked: VoltageTest) -> list[Candidate]:
+    """The laws with their weights and the voltage of the film that is `asked` for, if all have a cross-validation of the same
+    tests, or one test.
+    """
+    found = [each.found for each in ranked if each.found is not None]
+    if len(ranked) < 2:
+        return list(ranked)
+    if _single(ranked):
+        weights = weights_by_one_test([each.fit for each in ranked])
+    elif len({each.square.size for each in found}) != 1 or len(found) < len(ranked):
+        return list(ranked)
+    else:
+        weights = law_weights(found, pieces_of(ranked[0].fit))
+    volts = film_voltages([each.fit.material for each in ranked], asked)
+    return [
+        replace(each, weight=weight, film_voltage=volt)
+        for each, weight, volt in zip(ranked, weights.tolist(), volts.tolist(), strict=True)
+    ]
+
+
+def drawn_beside(ranked: Sequence[Candidate]) -> list[Candidate]:
+    """The laws that are drawn from beside the best; warns of those that should be, but cannot stand in one table with it."""
+    best = ranked[0].fit.material
+    alike = [each for each in ranked[1:] if each.weight >= min(ALIKE, ranked[0].weight)]
+    joins = [
+        len(each.fit.material.spectrum) == len(best.spectrum) and type(each.fit.material.shift) is type(best.shift)
+        for each in alike
+    ]
+    if apart := [f"{each.name} ({100 * each.weight:.0f} %)" for each, join in zip(alike, joins, strict=True) if not join]:
+        other = "as their number of branches or their shift law is another"
+        warn(f"these tests cannot tell {', '.join(apart)} from {ranked[0].name}: draws leave them out, {other}")
+    beside = list(compress(alike, joins))
+    if len(beside) < MOST_ALIKE:
+        return beside
+    # of many, those whose films differ most are among the drawn
+    volts = np.nan_to_num([each.film_voltage for each in beside])
+    first = sorted({int(np.argmin(volts)), int(np.argmax(volts))})
+    kept = sorted([*first, *(k for k in range(len(beside)) if k not in first)][: MOST_ALIKE - 1])
+    left = [beside[k].name for k in range(len(beside)) if k not in kept]
+    named = ", ".join(left[:MOST_ALIKE]) + and_more(len(left) - MOST_ALIKE)
+    warn(f"draws are of {MOST_ALIKE} laws at most, and leave out {named}, which the tests allow as well")
+    return [beside[k] for k in kept]

@@ -89,13 +89,12 @@ class Likelihood:
         return fall(left, low, high)
 
 
-def likelihood_of(fit: Fit, scatters: Scatters | None = None) -> Likelihood:
-    """The likelihood about a fit; `scatters` are the possible scatters, by default those that the curves make likely."""
+def likelihood_of(fit: Fit) -> Likelihood:
+    """The likelihood about a fit, under all scatters that the curves make likely."""
     problem, curves = fit.problem, fit.curves
     weighting = Weighting.of(curves, fit.scatter)
     weight = weighting.weight
-    if scatters is None:
-        scatters = likely(curves, curves.differences, weight, fit.slopes, problem.prior, fit.scatter)
+    scatters = likely(curves, fit.slopes, problem.prior, fit.scatter)
     slopes = weighting(fit.slopes.T).T
     # a parameter at a bound is not a solution of least squares
     basis = basis_of(slopes[:, ~fit.at_bound])

@@ -23,6 +23,8 @@ from dielast.numerics.arrays import Floats
 
 TINY = 1e-3  # of the start: replaces a modulus of 0 in a draw, which has no logarithm
 NARROW = 1e-3  # standard deviation added to each coordinate, as draws may share one value
+SPRING_KEYS = {"equilibrium": ("shear_modulus",), "nonequilibrium": ("shear_modulus", "relaxation_time", SCALE)}
+"""Keys of the sections of springs that are no constants of the shape of a spring law."""
 _KEY = re.compile(r"(?P<section>[a-z]+)\.(?P<key>[A-Za-z0-9_]+)(\[(?P<index>\d+)\])?")
 
 
@@ -71,6 +73,11 @@ class Parameter(Result):
         if self.of_test:
             return f"{self.section}: {self.key}"
         return f"{self.section}.{self.key}" + ("" if self.index is None else f"[{self.index}]")
+
+    @property
+    def of_shape(self) -> bool:
+        """Whether this is a constant of a spring law, beside its modulus."""
+        return self.section in SPRING_KEYS and self.key not in SPRING_KEYS[self.section]
 
     def coordinate(self, value: Floats | float) -> Floats:
         """The coordinate of values in SI (...)."""

@@ -19,7 +19,7 @@ from scipy.special import ndtri
 from dielast.calibration.any_film import any_film
 from dielast.calibration.estimate import USUAL_ERROR
 from dielast.calibration.experiment import TOLERANCE, MeasuredTest
-from dielast.calibration.scatter import LEAST_NOISE
+from dielast.calibration.scatter import LEAST_NOISE, level_of
 from dielast.numerics.arrays import Cases, Flags, Floats
 from dielast.numerics.robust import robust_deviation
 
@@ -40,15 +40,12 @@ def ringing(test: MeasuredTest) -> Flags:
     lasts = _ramp_time(test)
     if test.nominal_field or test.time.size < FEWEST or not lasts > 0:
         return found
-    film = any_film(test, test.time, test.stress, ~_after_kinks(test, SHY * lasts))
+    columns = test.time, test.stress, any_film(test, ~_after_kinks(test, SHY * lasts)), level_of(test.stress, 0.5)
     for block in BLOCKS:
         count = test.time.size // block
         if count < FEWEST:
             break
-        time, stress, model, level = (
-            values[: count * block].reshape(count, block).mean(axis=1)
-            for values in (test.time, test.stress, film.stress, film.level)
-        )
+        time, stress, model, level = (values[: count * block].reshape(count, block).mean(axis=1) for values in columns)
         for first, end in runs(_swinging(time, stress, model, level, lasts)):
             part = slice(first * block, end * block)
             # fewer points find the bounds of a transient more closely

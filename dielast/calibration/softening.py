@@ -39,7 +39,7 @@ def softening(test: MeasuredTest) -> float:
     again = taut & (np.gradient(energy) > 0) & (energy < (1 - TOLERANCE) * largest)
     if test.nominal_field or not again.any():
         return 0.0
-    parts, level = answers_of_parts(test, test.time), level_of(test.stress, 0.5)
+    parts, level = answers_of_parts(test), level_of(test.stress, 0.5)
     parts = np.where(np.isfinite(parts).all(axis=0), parts, 0.0)
     lost = np.stack([erf((1 - energy / np.maximum(largest, 1e-12)) / sharpness) for sharpness in SHARPNESS], axis=-1)
 

@@ -13,13 +13,11 @@ import numpy as np
 
 from dielast.base.errors import InputError, nearest
 from dielast.calibration.experiment import Experiment, MeasuredTest
-from dielast.calibration.parameters import Free
+from dielast.calibration.parameters import SPRING_KEYS, Free
 from dielast.calibration.voltage import VoltageTest
 from dielast.material.material import Material
 from dielast.material.springs import SPRINGS, SpringLaw
 
-SHAPE = {"equilibrium": ("shear_modulus",), "nonequilibrium": ("shear_modulus", "relaxation_time", "scale")}
-"""Keys of the sections of a material that are no constants of a spring law."""
 # Choices: wide enough to hold rubbers, narrow enough for starts to be near a fit.
 CLOSE = 1.02  # least limit over the largest value of the tests
 LOOSE = 0.05  # the same for branches, which flow
@@ -67,17 +65,17 @@ def trial(material: Material, pair: Pair, free: Mapping[str, Free], reach: float
     """
     modulus = material.equilibrium_modulus or 1.0
     laws, stated = [], dict[str, Free]()
-    for section, name in zip(SHAPE, pair, strict=True):
+    for section, name in zip(SPRING_KEYS, pair, strict=True):
         law, shape = _start(SPRINGS[name], modulus if section == "equilibrium" else None, reach)
         laws.append(law)
         kept = {path: each for path, each in free.items() if path.partition(".")[0] == section}
         known = {path.partition(".")[2].partition("[")[0] for path in kept}
         for path, each in kept.items():
             key = path.partition(".")[2].partition("[")[0]
-            if (key in SHAPE[section] and (section != "equilibrium" or law.takes_modulus)) or key in shape:
+            if (key in SPRING_KEYS[section] and (section != "equilibrium" or law.takes_modulus)) or key in shape:
                 stated[path] = each
         stated |= {f"{section}.{key}": each for key, each in shape.items() if key not in known}
-    stated |= {path: each for path, each in free.items() if path.partition(".")[0] not in SHAPE}
+    stated |= {path: each for path, each in free.items() if path.partition(".")[0] not in SPRING_KEYS}
     made = replace(material, equilibrium_law=laws[0], nonequilibrium_law=laws[1], name=material.name)
     return Trial(made, stated)
 

@@ -8,15 +8,13 @@ from scipy.special import fdtri
 
 from dielast.calibration.levenberg import minimise, with_slopes
 from dielast.calibration.likelihood import Likelihood
-from dielast.calibration.parameters import Parameter, ParameterSpace
+from dielast.calibration.parameters import ParameterSpace
 from dielast.calibration.profiles import DECISIVE, Profile, Verdict
 from dielast.material.strata import division
 from dielast.numerics.arrays import Floats, Index
 
 ITERATIONS, PRECISE = 10, 1e-2  # of the fits in the boxes, whose sums of squares are to be plausible, not the least
 SEEN = 1e-3  # of the largest effect: parameters of smaller ones do not follow
-NO_SHAPE = ("shear_modulus", "relaxation_time", "scale")
-"""Keys of the sections of springs that are no constants of a spring law."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -54,11 +52,7 @@ def open_parameters(space: ParameterSpace, profiles: Sequence[Profile]) -> list[
         for k, (parameter, profile) in enumerate(zip(space.parameters, profiles, strict=False))
         if profile.verdict is not Verdict.DETERMINED and not parameter.of_test and not expected[k]
     ]
-    return sorted(found, key=lambda k: (not _shapes(space.parameters[k]), profiles[k].verdict is not Verdict.UNDETERMINED))
-
-
-def _shapes(parameter: Parameter) -> bool:
-    return parameter.section in ("equilibrium", "nonequilibrium") and parameter.key not in NO_SHAPE
+    return sorted(found, key=lambda k: (not space.parameters[k].of_shape, profiles[k].verdict is not Verdict.UNDETERMINED))
 
 
 def strata_of(likelihood: Likelihood, profiles: Sequence[Profile], draws: int) -> Strata | None:

@@ -216,14 +216,14 @@ def _ramps(tests: Sequence[VoltageTest], index: Cases, row: Cases, conditions: C
 
     films = [test.film for test in tests]
     first = films[int(index[0])]
-    prepared = [test._prestretch() for test in tests]
+    prestretches = [test._prestretch() for test in tests]
     size = max(test.voltage.size for test in tests)
     wanted = np.full((len(tests), size), np.inf)
     for k, test in enumerate(tests):
         wanted[k, : test.voltage.size] = test.wanted
     thickness = [float(np.asarray(film.thickness)) for film in films]
     weight_stress = [
-        film.weight_stress(np.array([thick]), known[1]) for film, thick, known in zip(films, thickness, prepared, strict=True)
+        film.weight_stress(np.array([thick]), known[1]) for film, thick, known in zip(films, thickness, prestretches, strict=True)
     ]
 
     def axes(values: Sequence[Stretched]) -> Stretched:
@@ -237,8 +237,8 @@ def _ramps(tests: Sequence[VoltageTest], index: Cases, row: Cases, conditions: C
     return Ramps(
         first.controls,
         of(thickness),
-        axes([known for _, known in prepared]),
-        of([float(lasts[0]) for lasts, _ in prepared]),
+        axes([known for _, known in prestretches]),
+        of([float(lasts[0]) for lasts, _ in prestretches]),
         condition("relax", [float(np.asarray(film.relax)) for film in films]),
         axes(weight_stress),
         None

@@ -186,7 +186,7 @@ def _validate(
     Nothing is simulated or written; spectrum recipes are fitted to check them.
     Load files and material files can be checked by themselves.
     """
-    from dielast.commands.inspect import amount_of, warnings_of
+    from dielast.commands.plan import amount_of, warnings_of
 
     mistakes: list[Problem] = []
     for path in files:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from importlib import import_module
 from importlib.util import find_spec
@@ -14,7 +14,7 @@ from dielast.base.errors import InputError
 if TYPE_CHECKING:
     from dielast.io.files import Inputs
     from dielast.readings.seen import Given
-    from dielast.recipe.base import Reading, RecipeBase
+    from dielast.recipe.base import RecipeBase
     from dielast.recipe.cases import Case
     from dielast.recipe.lines import RecipeLines
     from dielast.report.report import RunReport
@@ -22,8 +22,8 @@ if TYPE_CHECKING:
 
 Run = Callable[[Sequence["Case[Any]"], "Inputs", "Execution"], "RunReport"]
 """Computes the cases of a recipe."""
-Readings = Callable[[Sequence["Case[Any]"], "Inputs"], Iterator["Reading"]]
-"""Lists the files that the cases name, for `dielast validate`."""
+Prepared = Callable[[Sequence["Case[Any]"], "Inputs"], object]
+"""Reads and checks all of the cases that can be known before anything is solved."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,8 +33,8 @@ class Command:
     Its `package` holds
 
     - `recipe.py` with the recipe's model, whose `kind` is the command's name,
-    - `run.py`, or another `module`, with the function `run`, of type `Run`, and with `readings`, of type `Readings`, or else
-      `prepared`: `validate` then reads what all simulations read, and checks what `prepared` does before anything is solved,
+    - `run.py`, or another `module`, with the functions `run`, of type `Run`, and `prepared`, of type `Prepared`, with which a run
+      begins, and which is all that `dielast validate` does,
     - `from_data.py` with the function `from_data(name, given)`, which writes the recipe for given files, if it takes any,
     - `starters/NAME.toml` and `starters/NAME.short.toml`, the recipes that `dielast new` and the help print.
 
@@ -71,18 +71,12 @@ class Command:
         return run
 
     @property
-    def readings(self) -> Readings | None:
-        """The function that lists what `dielast validate` reads; None where it reads what all simulations read."""
-        readings: Readings | None = getattr(import_module(f"{self.package}.{self.module}"), "readings", None)
-        return readings
-
-    @property
-    def prepared(self) -> Callable[[Sequence[Case[Any]], Inputs], object]:
+    def prepared(self) -> Prepared:
         """What a run does with its cases and the files that they name before it solves anything."""
         module = f"{self.package}.{self.module}"
-        prepared: Callable[[Sequence[Case[Any]], Inputs], object] | None = getattr(import_module(module), "prepared", None)
+        prepared: Prepared | None = getattr(import_module(module), "prepared", None)
         if prepared is None:
-            raise InputError(f"{self.name} cannot be validated: {module} needs a function readings")
+            raise InputError(f"{self.name} cannot be validated: {module} needs a function prepared")
         return prepared
 
     def from_data(self, given: Given) -> RecipeLines:

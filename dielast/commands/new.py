@@ -9,7 +9,7 @@ import numpy as np
 
 from dielast.base.errors import InputError, as_toml, nearest, shown
 from dielast.base.units import NUMBER, TEMPERATURE
-from dielast.commands.inspect import warnings_of
+from dielast.commands.plan import warnings_of
 from dielast.commands.registry import COMMANDS
 from dielast.io.files import EXAMPLE, EXAMPLES, Inputs, exists, of_backslashes, resolve
 from dielast.readings.named import levels_of

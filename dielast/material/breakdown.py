@@ -57,11 +57,7 @@ class Breakdown(Result, BreakdownLaw):
             check_table(self.title, ("prestretches", self.prestretch), ("fields", self.field))
         if any(value <= 0 for value in self.field):
             raise InputError("a breakdown field must be positive")
-        for name in ("shape", "relative", "reference_area"):
-            value = getattr(self, name)
-            if value is not None and not (np.isfinite(value) and value > 0):
-                raise InputError(f"{value:g}: a positive number is needed", argument=name)
-        self.check_scatter()
+        self.check_constants()
 
     def at(self, prestretch: ArrayLike) -> Floats:
         """The field in V/m at equibiaxial prestretches of any shape; for unequal ones, pass the square root of their product."""
@@ -139,7 +135,6 @@ class PowerBreakdown(BreakdownLaw):
         if self.reference_thickness is None and np.any(self.thickness_exponent):
             raise InputError("thickness_exponent needs reference_thickness, the present thickness of films with the stated field")
         self.check_constants()
-        self.check_scatter()
 
     def at(self, prestretch: ArrayLike) -> Floats:
         """The field of films with the reference thickness at this stretch."""

@@ -242,8 +242,9 @@ class BreakdownLaw(Law):
     relative: float | Floats | None = None
     reference_area: float | Floats | None = None
 
-    def check_scatter(self) -> None:
-        """`InputError` for two laws of scatter, or a standard deviation of 100 %."""
+    def check_constants(self) -> None:
+        """`InputError` also for two laws of scatter, or a standard deviation of 100 %."""
+        Law.check_constants(self)
         if self.shape is not None and self.relative is not None:
             raise InputError("shape (of a Weibull distribution) and relative (of a normal one) are both stated: remove one of them")
         if self.relative is not None and np.ndim(self.relative) == 0 and self.relative >= 1:

@@ -94,12 +94,12 @@ def _numbers_in_names(names: Sequence[str]) -> NamedTemperatures | None:
 TOLERANCE = float(MeasuredData.model_fields["temperature_tolerance"].default)  # K
 
 
-def levels_of(celsius: NDArray[np.float64], tolerance: float = TOLERANCE) -> list[float]:
-    """The temperatures in degC that readings (n,) further apart than the `tolerance` in K show, ascending, each as their mean."""
+def levels_of(celsius: NDArray[np.float64]) -> list[float]:
+    """The temperatures in degC that readings (n,) further apart than the `TOLERANCE` show, ascending, each as their mean."""
     values = np.sort(celsius[np.isfinite(celsius)])
     if not values.size:
         return []
-    sets = np.split(values, np.flatnonzero(np.diff(values) > tolerance) + 1)
+    sets = np.split(values, np.flatnonzero(np.diff(values) > TOLERANCE) + 1)
     return [round(float(np.mean(readings)), 6) + 0.0 for readings in sets]
 
 

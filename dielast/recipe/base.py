@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import codecs
-from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any, Literal, Protocol
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Literal, Protocol
 
 from pydantic import AfterValidator, BaseModel, Field, field_validator
 
@@ -42,11 +42,6 @@ class Kind(Protocol):
 
 Kinds = Mapping[str, Kind]
 """Every kind of recipe by its name."""
-Reading = tuple[str, Any, Callable[[], object]]
-"""A key of the recipe, its value, and a function that reads the file that it names, or raises `InputError`.
-
-An empty key stands for the recipe as a whole.
-"""
 
 
 class TextTable(Section):

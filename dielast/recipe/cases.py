@@ -70,7 +70,7 @@ def read_cases(
     mistakes += [
         (("sweep", key), Problem(unknown, file=source, key=f"sweep.{quoted(key)}"))
         for key, material in of_material_file.items()
-        if (unknown := unknown_key(material, keys_of(key), {}))
+        if (unknown := unknown_key(material, keys_of(key)))
     ]
     # a key that only a wrong list of the sweep would set is not reported as missing
     unset = [keys for place, _ in mistakes if len(place) > 1 and (keys := read_path(str(place[1])))]
@@ -158,7 +158,7 @@ def _read_values(
     for override, (keys, value) in read:
         material = None if model is None else _material_with(model, keys)
         if material is not None:
-            if unknown := unknown_key(material, keys, {}):
+            if unknown := unknown_key(material, keys):
                 wrong.append(Problem(unknown, key=f"--set {override}"))
             of_material[shown_path(keys)] = value
         else:

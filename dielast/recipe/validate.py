@@ -121,10 +121,10 @@ def on_the_way(place: Place, path: Place) -> bool:
     return all(str(key) == str(other) for key, other in zip(place, path, strict=False))
 
 
-def unknown_key(model: type[BaseModel], keys: Place, kinds: Kinds) -> str | None:
+def unknown_key(model: type[BaseModel], keys: Place) -> str | None:
     """The message about the path `keys` if it leads to no key of `model`, else None; indices at its end are ignored."""
     named = [key for key in keys if not str(key).isdecimal()]
-    return _unknown(model, tuple(named), kinds) if field_at(model, tuple(named)) is None else None
+    return _unknown(model, tuple(named), {}) if field_at(model, tuple(named)) is None else None
 
 
 def field_at(model: type[BaseModel], keys: Place) -> FieldInfo | None:

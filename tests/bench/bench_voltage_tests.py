@@ -33,10 +33,9 @@ from dielast.calibration import posterior
 from dielast.calibration.experiment import Experiment
 from dielast.calibration.fit import Fit, fit_material
 from dielast.calibration.laboratory import Laboratory
-from dielast.calibration.laws import CrossValidation, cross_validation, law_weights, mixed_draws, pieces_of
+from dielast.calibration.laws import ALIKE, CrossValidation, cross_validation, law_weights, mixed_draws, pieces_of
 from dielast.calibration.result import Intervals, assessed, calibrate
 from dielast.calibration.spring_pairs import reach_of, trial
-from dielast.commands.calibrate.run import ALIKE
 from dielast.material.intervals import interval
 from dielast.material.material import VACUUM_PERMITTIVITY
 from dielast.material.scatter import draw_sample

@@ -14,7 +14,7 @@ from processes import Run
 
 from dielast import Gent, Material, MeasuredTest, NoShift, Spectrum, VoltageTest, read_draws, read_material
 from dielast.calibration.laboratory import Laboratory
-from dielast.commands.inspect import warnings_of
+from dielast.commands.plan import warnings_of
 from dielast.io.files import Inputs
 from dielast.io.table import parse_csv
 from dielast.simulate.film_setup import Film

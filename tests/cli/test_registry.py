@@ -45,27 +45,24 @@ class ToyRecipe(RecipeBase):
 import numpy as np
 from matplotlib.figure import Figure
 
-from dielast.base.errors import InputError
+from dielast.base.errors import InputError, reached_by
 from dielast.io.table import Column, parse_csv
 from dielast.report.report import RunReport
 
 
-def read(recipe, inputs):
-    numbers = parse_csv(inputs.read(recipe.numbers), recipe.numbers)["x [1]"]
-    if not numbers:
-        raise InputError("no numbers", file=recipe.numbers)
+def prepared(cases, inputs):
+    name = cases[0].recipe.numbers
+    with reached_by("numbers"):
+        numbers = parse_csv(inputs.read(name), name)["x [1]"]
+        if not numbers:
+            raise InputError("no numbers", file=name)
     return np.array(numbers, dtype=float)
 
 
 def run(cases, inputs, execution):
-    x = read(cases[0].recipe, inputs)
+    x = prepared(cases, inputs)
     table = [Column("x", "1", x), Column("square", "1", x ** cases[0].recipe.power)]
     return RunReport({"squares.csv": table}, {"toy": {"largest_Pa": float(table[1].values.max())}}, Figure)
-
-
-def readings(cases, inputs):
-    recipe = cases[0].recipe
-    yield "numbers", recipe.numbers, lambda: read(recipe, inputs)
 """,
     "starters/toy.toml": '# a starter\nkind = "toy"\nnumbers = "x.csv"   # a table\n',
     "starters/toy.short.toml": 'kind = "toy"\nnumbers = "x.csv"\n',
@@ -145,4 +142,4 @@ def test_a_registered_command_holds_what_its_line_says() -> None:
         assert len(command.short_help) <= 61
         assert command.model.model_fields["kind"].annotation.__args__ == (name,)  # type: ignore[union-attr]
         assert callable(command.run)
-        assert callable(command.readings or command.prepared)
+        assert callable(command.prepared)

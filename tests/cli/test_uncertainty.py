@@ -179,7 +179,7 @@ def test_damaged_draws_of_a_master_curve(command: Run, made: Path, tmp_path: Pat
     assert old in laws
     (tmp_path / "mc/draw-laws.csv").write_text(laws.replace(old, new, 1) if old != "C1 [1]" else changed(laws, old, new))
     shutil.copy(made / "sp.toml", tmp_path / "sp.toml")
-    whole = "mc/summary.toml: draw-laws.csv is not the file that its run wrote"
+    whole = "sp.toml: mastercurve: mc/summary.toml: draw-laws.csv is not the file that its run wrote"
     assert refused(command, tmp_path, "spectrum", "sp.toml", "--plot", "none").startswith(whole)
     summary = tmp_path / "mc/summary.toml"
     summary.write_text('changed = ["draw-laws.csv"]\n' + summary.read_text())

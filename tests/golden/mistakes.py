@@ -25,7 +25,7 @@ from pathlib import Path
 
 from dielast.base.errors import DielastError
 from dielast.cli.run import compute
-from dielast.commands.inspect import warnings_of
+from dielast.commands.plan import warnings_of
 from dielast.commands.registry import read_cases
 from dielast.sharing.execution import Execution
 

@@ -42,9 +42,7 @@ def likelihood_of(
     """
     size = len(fit)
     space = SimpleNamespace(bounds=tuple(np.array(bound) for bound in bounds), precision=np.zeros((size, size)))
-    space.parameters = [
-        SimpleNamespace(scale=None if positive else 1.0, of_test=not divided, section="equilibrium", key="J_lim")
-    ] * size
+    space.parameters = [SimpleNamespace(scale=None if positive else 1.0, of_test=not divided, of_shape=True)] * size
     known = np.isfinite(np.diag(covariance))
     information = np.zeros((size, size))
     information[np.ix_(known, known)] = np.linalg.inv(np.array(covariance)[np.ix_(known, known)])

@@ -50,8 +50,8 @@ def test_the_size_of_the_error_of_a_model_is_found_again() -> None:
     for _ in range(12):
         miss = [level * (0.08 * root @ random.standard_normal(60) + 0.003 * random.standard_normal(60)) for level in levels]
         slopes = np.concatenate([np.ones(60) * level for level in levels])[:, None]
-        weight = 1 / np.concatenate(levels)
-        found = estimate(curves, np.concatenate(miss), weight, slopes, np.zeros((1, 1)), 0.05, stated=True)
+        values = tuple(model + away for model, away in zip(curves.model, miss, strict=True))
+        found = estimate(replace(curves, values=values), slopes, np.zeros((1, 1)), Scatter(np.full(6, 0.01), 0.05, 0.3, 0.05))
         sizes.append(found.model_error)
     assert np.median(sizes) == pytest.approx(0.08, rel=0.25)
     # where the fit has taken out all that differences could tell, the error is as usual

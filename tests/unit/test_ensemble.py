@@ -20,8 +20,8 @@ from dielast.calibration.laws import mixed_draws
 from dielast.calibration.likelihood import likelihood_of
 from dielast.calibration.result import Calibration
 from dielast.commands.calibrate.checks import warn_of_laws_alike
-from dielast.commands.calibrate.freedom import free_of
 from dielast.commands.calibrate.recipe import FreeValue
+from dielast.commands.calibrate.task import free_of
 from dielast.handover.material_draws import draw_columns, parse_draws
 from dielast.io.files import Inputs
 from dielast.io.table import to_csv

@@ -10,8 +10,7 @@ import pytest
 
 from dielast.base.errors import InputError
 from dielast.cli.run import compute
-from dielast.commands.inspect import mistakes, readings_of
-from dielast.commands.registry import read_cases
+from dielast.commands.registry import COMMANDS, read_cases
 from dielast.commands.simulation.compare import read_points
 from dielast.commands.simulation.recipe import CompareSection
 from dielast.commands.simulation.solver_steps import solver_steps
@@ -136,7 +135,7 @@ def test_a_simulation_agrees_with_its_own_force_and_extension(tmp_path: Path) ->
     (tmp_path / "machine.csv").write_text("\n".join(["time [s],extension [mm],force [N]", *lines]) + "\n")
     compare = '[[compare]]\nfile = "machine.csv"\nx = "time [s]"\ny = "nominal_stress_1 [Pa]"\n'
     path.write_text(HEAD.format(kind="relax") + SPECIMEN + '[[step]]\ntable = "machine.csv"\n' + compare)
-    assert mistakes(readings_of(read_cases(path), Inputs(tmp_path))) == []
+    assert COMMANDS["relax"].prepared(read_cases(path), Inputs(tmp_path))
     contents = compute("relax", read_cases(path), path, (), Execution())[0]
     summary = contents["summary.toml"].decode()
     error = float(summary.split("rms_relative_error = ")[1].split("\n")[0])

@@ -10,13 +10,23 @@ import pytest
 from dielast import DielastWarning, Free, Gent, InputError, Material, MeasuredTest, MooneyRivlin, NoShift, Spectrum, VoltageTest
 from dielast.calibration.fit import Fit, fit_material
 from dielast.calibration.laboratory import Laboratory
-from dielast.calibration.laws import CrossValidation, cross_validation, law_weights, pieces_of, weights_by_one_test
+from dielast.calibration.laws import (
+    Candidate,
+    CrossValidation,
+    cross_validation,
+    drawn_beside,
+    in_order,
+    law_weights,
+    pieces_of,
+    usual_prediction,
+    weighed,
+    weights_by_one_test,
+)
 from dielast.calibration.parameters import parameter_space, with_conditions
 from dielast.calibration.profiles import Profile, Verdict, possible_values
 from dielast.calibration.proposals import film_voltages, predicted_film, proposals
 from dielast.calibration.spring_pairs import pairs_of, trial
 from dielast.commands.calibrate.checks import warn_of_few_points
-from dielast.commands.calibrate.run import Candidate, _ranked, drawn_beside, usual_prediction, weighed
 from dielast.material.springs import SPRINGS
 from dielast.simulate.film_setup import Film
 
@@ -92,7 +102,7 @@ def test_laws_of_a_single_test_are_weighed_by_as_much_as_it_tells() -> None:
     few = [fitted(3, 5, 1e-4), fitted(3, 2, 4e-4), fitted(3, 3, 4e-4), fitted(3, 2, 4e-2)]
     assert few[0].aicc == np.inf
     assert weights_by_one_test(few) == pytest.approx([1 / 3, 1 / 3, 1 / 3, 0.0])
-    ranked = _ranked([Candidate(f"{k}", fit, None, ()) for k, fit in enumerate(few)])
+    ranked = in_order([Candidate(f"{k}", fit, None, ()) for k, fit in enumerate(few)])
     assert [each.name for each in ranked] == ["1", "2", "0", "3"]
     with pytest.warns(DielastWarning, match=r"about 3 independent points cannot weigh laws of up to 5 constants"):
         warn_of_few_points(few)

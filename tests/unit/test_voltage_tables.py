@@ -11,7 +11,7 @@ import pytest
 
 from dielast.base.errors import InputError
 from dielast.base.units import STRAIN
-from dielast.commands.inspect import warnings_of
+from dielast.commands.plan import warnings_of
 from dielast.commands.registry import read_cases
 from dielast.commands.simulation.solver_steps import solver_steps
 from dielast.io.files import Inputs

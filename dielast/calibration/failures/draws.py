@@ -45,7 +45,7 @@ def draw(fit: Estimate, draws: int, seed: int = 1) -> Floats:
         inside = np.all((at >= bounds[0]) & (at <= bounds[1]), axis=1)
         log = np.full(count, -np.inf)
         for part in np.array_split(np.flatnonzero(inside), max(1, count // 1500)):
-            log[part] = fit.share_known * fit.model.total(at[part], fit.weight) + fit.model.log_prior(at[part])
+            log[part] = fit.share_known * fit.model.total(at[part]) + fit.model.log_prior(at[part])
         log = np.where(np.isfinite(log), log, -np.inf)
         likeliest = proposed[np.argmax(log)]
         log -= -0.5 * (HEAVY + p) * np.log1p(np.sum(away**2, axis=1) / HEAVY)
@@ -109,7 +109,7 @@ def edge(fit: Estimate, level: float = 0.9, seed: int = 1) -> Floats:
     inner, outer, at = np.zeros(RAYS), room.copy(), np.minimum(goal, room)
     inside, beyond, run = np.zeros(RAYS), np.full(RAYS, np.inf), np.arange(RAYS)
     for _ in range(60):
-        value = fit.model.total(fit.at + at[run, None] * ray[run], fit.weight)
+        value = fit.model.total(fit.at + at[run, None] * ray[run])
         root = np.sqrt(2 * np.maximum(fit.value - np.where(np.isnan(value), -np.inf, value), 0.0))
         below = root <= goal
         inner[run], inside[run] = np.where(below, at[run], inner[run]), np.where(below, root, inside[run])

@@ -6,8 +6,8 @@ projection (Bertsekas 1982, DOI 10.1137/0320018).
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -86,7 +86,7 @@ FLAT = 1e-10  # curvature, over those along the coordinates, of a direction in w
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Estimate(Result):
     """The maximum of a likelihood: coordinates `at` (p,), the log likelihood `value`, `hessian` (p, p); `fixed` (p,) coordinates
-    are known. `weight` (n,) are those of the specimens, if not one.
+    are known.
     """
 
     model: FailureModel
@@ -94,7 +94,6 @@ class Estimate(Result):
     value: float
     hessian: Floats
     fixed: Flags
-    weight: Floats | None = field(default=None)
     settled: bool = True
     """Whether it is a maximum; False where the likelihood rises or stays equal without end."""
 
@@ -166,8 +165,8 @@ def starts_of(model: FailureModel) -> Floats:
     return np.concatenate((own, grid), axis=1)
 
 
-def estimate(model: FailureModel, *, known: dict[str, float] | None = None, weight: Floats | None = None) -> Estimate:
-    """The most likely coordinates; those `known` by name are not fitted. `weight` (n,) counts the specimens, one each by default.
+def estimate(model: FailureModel, known: Mapping[str, float] | None = None) -> Estimate:
+    """The most likely coordinates; those `known` by name are not fitted.
 
     Raises `InputError` for fewer failures than coordinates, and `NumericsError` if no start has a likelihood.
     """
@@ -175,21 +174,17 @@ def estimate(model: FailureModel, *, known: dict[str, float] | None = None, weig
     for name, value in (known or {}).items():
         index = model.names.index(name)
         start[:, index], fixed[index] = value, True
-    failed = model.observations.seen != Seen.SUSPENDED
-    failures = int(np.count_nonzero(failed if weight is None else failed & (weight > 0)))
+    failures = model.observations.failures
     free = [name for name, is_fixed in zip(model.names, fixed, strict=True) if not is_fixed]
     if failures < len(free):
         raise InputError(f"{len(free)} parameters ({', '.join(free)}) need as many failures, not {failures}")
 
-    def function(at: Floats, fits: Cases) -> tuple[Floats, Floats, Floats]:
-        return model.function(at, None if weight is None else np.broadcast_to(weight, (at.shape[0], weight.size)))
-
-    found = maximise(function, start, model.bounds, fixed)
+    found = maximise(lambda at, _: model.function(at), start, model.bounds, fixed)
     if not np.isfinite(found.value).any():
         raise NumericsError("no start of the fit has a likelihood: do the specimens fail under rising exposures?")
     # of equal maxima, the first: along a level ridge, rounding would choose one
     best = int(np.argmax(found.value > np.max(found.value[np.isfinite(found.value)]) - ROUNDING))
-    return Estimate(model, found.at[best], float(found.value[best]), found.hessian[best], fixed, weight, bool(found.settled[best]))
+    return Estimate(model, found.at[best], float(found.value[best]), found.hessian[best], fixed, bool(found.settled[best]))
 
 
 def without_each(fit: Estimate) -> tuple[Maxima, Floats]:

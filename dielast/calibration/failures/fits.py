@@ -183,7 +183,7 @@ def fit_law(law: LawModel, *, level: float = 0.9, draws: int = 200, seed: int = 
 
     Raises `InputError` for fewer failures than parameters and `NumericsError` where no start has a likelihood.
     """
-    fit = estimate(law.model, known=dict(law.known))
+    fit = estimate(law.model, law.known)
     if not fit.fixed[-1] and fit.at[-1] <= law.model.bounds[0][-1]:
         raise InputError("the failures do not scatter about the law: state the scatter, or voltages and times with more digits")
     intervals = tuple(profile_intervals(fit, level))
@@ -283,13 +283,13 @@ def lives_of(
     return Lives(films.specimens.voltage, films.specimens.prestretch, tuple(shares), time, lower, upper)
 
 
-def life_error(fitted: Sequence[FittedLaw], films: Simulated, shares: Sequence[float] = (0.1, 0.5)) -> float:
-    """The largest relative change of a life within the horizon without every second row of the histories, of which a third is an
-    error (see `history_error`).
+def life_error(fitted: Sequence[FittedLaw], films: Simulated) -> float:
+    """The largest relative change of a life within the horizon, of 10 % and of 50 % of films, without every second row of the
+    histories, of which a third is an error (see `history_error`).
     """
     at = [law.fit.at[None] for law in fitted]
     coarser = replace(films, histories=films.histories.coarser())
-    one, other = (_lives(at, fitted, rows, shares)[0] for rows in (films, coarser))
+    one, other = (_lives(at, fitted, rows, (0.1, 0.5))[0] for rows in (films, coarser))
     known = np.isfinite(one) & np.isfinite(other) & (one > 0) & (other > 0)
     return float(np.max(np.abs(np.log(one[known] / other[known])), initial=0.0))
 

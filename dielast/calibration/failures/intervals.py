@@ -111,17 +111,17 @@ class _Profile:
         fit, column, rows = self.fit, self.column[run], np.arange(run.size)
         fixed = np.tile(fit.fixed, (run.size, 1))
         fixed[rows, column] = True
-        weight, (low, high) = fit.weight, fit.model.bounds
+        low, high = fit.model.bounds
         moved = place - self.last[run, column]
         plain = self.last[run].copy()
         plain[rows, column] = place
         straight = self.last[run] + moved[:, None] * self.ridge[run]
         along = np.clip(straight, low, high)
-        totals = [fit.model.total(start, None if weight is None else weight[None]) for start in (plain, along)]
+        totals = [fit.model.total(start) for start in (plain, along)]
         start = np.where((np.nan_to_num(totals[1], nan=-np.inf) > np.nan_to_num(totals[0], nan=-np.inf))[:, None], along, plain)
 
         def function(at: Floats, fits: Cases) -> tuple[Floats, Floats, Floats]:
-            return fit.model.function(at, None if weight is None else np.broadcast_to(weight, (at.shape[0], weight.size)))
+            return fit.model.function(at)
 
         found = maximise(function, start, fit.model.bounds, fixed)
         lost = np.flatnonzero(~found.settled)
@@ -146,6 +146,5 @@ class _Profile:
         ends = np.array(list(product(*zip(low[moved], high[moved], strict=True))))
         tried = np.repeat(start[:, None], len(ends), axis=1)
         tried[:, :, moved] = np.where(fixed[:, None, moved], tried[:, :, moved], ends)
-        weight = None if self.fit.weight is None else self.fit.weight[None]
-        totals = self.fit.model.total(tried.reshape(-1, low.size), weight).reshape(len(start), -1)
+        totals = self.fit.model.total(tried.reshape(-1, low.size)).reshape(len(start), -1)
         return np.asarray(tried[np.arange(len(start)), np.argmax(np.nan_to_num(totals, nan=-np.inf), axis=1)])

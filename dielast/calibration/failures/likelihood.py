@@ -207,13 +207,12 @@ class FailureModel:
         """The log likelihoods (k, n) of the specimens."""
         return self._evaluated(at, 0)[0]
 
-    def total(self, at: Floats, weight: Floats | None = None) -> Floats:
-        """The log likelihood (k,), specimens counted by a `weight` (k, n)."""
-        values = self.values(at)
-        return np.asarray(values.sum(axis=1) if weight is None else np.where(weight > 0, weight * values, 0.0).sum(axis=1))
+    def total(self, at: Floats) -> Floats:
+        """The log likelihood (k,)."""
+        return np.asarray(self.values(at).sum(axis=1))
 
     def function(self, at: Floats, weight: Floats | None = None) -> tuple[Floats, Floats, Floats]:
-        """The log likelihood (k,), its gradient (k, p) and second derivatives (k, p, p)."""
+        """The log likelihood (k,), its gradient (k, p) and second derivatives (k, p, p), specimens counted by a `weight` (k, n)."""
         values, first, second = self._evaluated(at, 2)
         w = np.ones_like(values) if weight is None else weight
         with np.errstate(invalid="ignore"):

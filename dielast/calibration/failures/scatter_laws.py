@@ -128,13 +128,13 @@ class ScatterLaw:
         """The log probability of at most v."""
         return _chained(self.standard.failed, self.place(v, k, log_area))
 
-    def quantile(self, probability: Floats, k: Floats, log_area: float = 0.0) -> Floats:
-        """v of which films do not exceed it with this `probability`."""
+    def quantile(self, probability: Floats, k: Floats) -> Floats:
+        """v that films of the reference area do not exceed with this `probability`."""
         w, scale = self.standard.quantile(np.asarray(probability, dtype=float)), np.exp(k)
         if self.linear:
             with np.errstate(divide="ignore", invalid="ignore"):
                 return np.where(1 + scale * w > 0, np.log1p(np.maximum(scale * w, -1.0)), -np.inf)
-        return np.asarray(scale * (w - (log_area if self.scales_with_area else 0.0)))
+        return np.asarray(scale * w)
 
 
 def _chained(function: Callable[[Floats], Derivatives], place: tuple[Floats, ...]) -> Terms:

@@ -1,35 +1,32 @@
 """`calibrate`: tests -> a material with intervals, or a comparison of several laws."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
-from itertools import compress
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from dielast.base.errors import NumericsError, and_more, in_keys, warn
+from dielast.base.errors import NumericsError, in_keys, warn
 from dielast.calibration.comparison import hull
 from dielast.calibration.experiment import MeasuredTest
 from dielast.calibration.fit import Fit, Watch, fit_material
 from dielast.calibration.laws import (
-    CrossValidation,
-    StableRange,
+    Candidate,
     cross_validation,
-    law_weights,
+    drawn_beside,
+    in_order,
     mixed_draws,
-    pieces_of,
     stabilities,
-    weights_by_one_test,
+    usual_prediction,
+    weighed,
 )
 from dielast.calibration.profiles import Verdict
-from dielast.calibration.proposals import FEWEST_DRAWS, film_voltages, predicted_film, proposal_columns, proposals
-from dielast.calibration.result import Calibration, Intervals, assessed, range_of
-from dielast.calibration.voltage import VoltageTest
+from dielast.calibration.proposals import FEWEST_DRAWS, proposal_columns, proposals
+from dielast.calibration.result import Calibration, Intervals, assessed
 from dielast.commands.calibrate.checks import warn_of_few_points, warn_of_fit, warn_of_laws_alike, warn_of_springs
-from dielast.commands.calibrate.readings import readings as readings
 from dielast.commands.calibrate.recipe import CalibrateRecipe
-from dielast.commands.calibrate.task import CalibrationTask, check_conditions, read_task
+from dielast.commands.calibrate.task import CalibrationTask, prepared as prepared
 from dielast.handover.material_draws import draw_columns
 from dielast.handover.material_file import write_material
 from dielast.io.files import Inputs
@@ -45,36 +42,13 @@ NOTHING = (
     "these tests determine no free constant: free fewer of them, state priors or narrower bounds, add tests at other rates and "
     "stretches, and look in calibrate.png at what the model misses (unit, mode, slack, ringing: see discard and ignore of a test)"
 )
-# Choices, for draws: the least weight of a law that is drawn from beside the best, and the most laws.
-ALIKE, MOST_ALIKE = 0.05, 5
 STRETCHED = 2.0  # default of fit.stable_up_to if no test prescribes the stretch
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Candidate:
-    """A fitted law: the file or the laws that it started from, its cross-validation, its range of stability, its `weight` among all
-    laws, and the voltage in V of the predicted film.
-    """
-
-    name: str
-    fit: Fit
-    found: CrossValidation | None
-    stability: tuple[StableRange, ...]
-    interrupted: bool = False
-    weight: float = np.nan
-    film_voltage: float = np.nan
-
-    @property
-    def prediction_error(self) -> float | None:
-        """The error of the cross-validation."""
-        return None if self.found is None else self.found.relative_error
 
 
 def run(cases: Sequence[Case[CalibrateRecipe]], inputs: Inputs, execution: Execution) -> RunReport:
     """Fit every material, rank them, report the best, with draws of all that cannot be told apart from it."""
     recipe = cases[0].recipe
-    task = read_task(recipe, inputs)
-    check_conditions(task)
+    task = prepared(cases, inputs)
     watch = watcher(execution)
     several = len(task.materials) > 1
     candidates: list[Candidate] = []
@@ -94,7 +68,7 @@ def run(cases: Sequence[Case[CalibrateRecipe]], inputs: Inputs, execution: Execu
             break
     if not candidates:
         raise NumericsError(*failures)
-    ranked = _ranked(candidates)
+    ranked = in_order(candidates)
     asked = task.asked or usual_prediction(ranked[0].fit)
     ranked = weighed(ranked, asked)
     alike = drawn_beside(ranked)
@@ -148,30 +122,6 @@ def run(cases: Sequence[Case[CalibrateRecipe]], inputs: Inputs, execution: Execu
         return plot_calibration(best, recipe.title)
 
     return RunReport(tables, headline(best), figure, files, failures, interrupted=interrupted)
-
-
-def drawn_beside(ranked: Sequence[Candidate]) -> list[Candidate]:
-    """The laws that are drawn from beside the best; warns of those that should be, but cannot stand in one table with it."""
-    best = ranked[0].fit.material
-    alike = [each for each in ranked[1:] if each.weight >= min(ALIKE, ranked[0].weight)]
-    joins = [
-        len(each.fit.material.spectrum) == len(best.spectrum) and type(each.fit.material.shift) is type(best.shift)
-        for each in alike
-    ]
-    if apart := [f"{each.name} ({100 * each.weight:.0f} %)" for each, join in zip(alike, joins, strict=True) if not join]:
-        other = "as their number of branches or their shift law is another"
-        warn(f"these tests cannot tell {', '.join(apart)} from {ranked[0].name}: draws leave them out, {other}")
-    beside = list(compress(alike, joins))
-    if len(beside) < MOST_ALIKE:
-        return beside
-    # of many, those whose films differ most are among the drawn
-    volts = np.nan_to_num([each.film_voltage for each in beside])
-    first = sorted({int(np.argmin(volts)), int(np.argmax(volts))})
-    kept = sorted([*first, *(k for k in range(len(beside)) if k not in first)][: MOST_ALIKE - 1])
-    left = [beside[k].name for k in range(len(beside)) if k not in kept]
-    named = ", ".join(left[:MOST_ALIKE]) + and_more(len(left) - MOST_ALIKE)
-    warn(f"draws are of {MOST_ALIKE} laws at most, and leave out {named}, which the tests allow as well")
-    return [beside[k] for k in kept]
 
 
 def with_origin(calibration: Calibration) -> Material:
@@ -238,52 +188,6 @@ def _assessed(recipe: CalibrateRecipe, task: CalibrationTask, fit: Fit, watch: W
     wanted = recipe.uncertainty
     intervals = Intervals(wanted.level, wanted.draws, wanted.seed)
     return assessed(fit, validate=task.predicted, intervals=intervals, watch=watch)
-
-
-def usual_prediction(fit: Fit) -> VoltageTest:
-    """The film that is predicted if none is stated."""
-    known = range_of(fit)
-    return predicted_film(known.largest_invariant, float(np.mean(known.temperature)))
-
-
-def weighed(ranked: Sequence[Candidate], asked: VoltageTest) -> list[Candidate]:
-    """The laws with their weights and the voltage of the film that is `asked` for, if all have a cross-validation of the same
-    tests, or one test.
-    """
-    found = [each.found for each in ranked if each.found is not None]
-    if len(ranked) < 2:
-        return list(ranked)
-    if _single(ranked):
-        weights = weights_by_one_test([each.fit for each in ranked])
-    elif len({each.square.size for each in found}) != 1 or len(found) < len(ranked):
-        return list(ranked)
-    else:
-        weights = law_weights(found, pieces_of(ranked[0].fit))
-    volts = film_voltages([each.fit.material for each in ranked], asked)
-    return [
-        replace(each, weight=weight, film_voltage=volt)
-        for each, weight, volt in zip(ranked, weights.tolist(), volts.tolist(), strict=True)
-    ]
-
-
-def _ranked(candidates: Sequence[Candidate]) -> list[Candidate]:
-    """The laws, the best first: by the error of cross-validation, or by the error of the fit if a law lacks a cross-validation; of
-    a single test by their weight, and of equal weights the one with the fewest constants.
-    """
-    if _single(candidates):
-        fits = [each.fit for each in candidates]
-        square, constants = np.array([(fit.mean_square, len(fit.space)) for fit in fits]).T
-        order = np.lexsort((square, constants, -weights_by_one_test(fits)))
-    else:
-        foreseen = [each.prediction_error for each in candidates if each.prediction_error is not None]
-        complete = len(foreseen) == len(candidates)
-        order = np.argsort(foreseen if complete else [each.fit.misfit for each in candidates], kind="stable")
-    return [candidates[k] for k in order]
-
-
-def _single(candidates: Sequence[Candidate]) -> bool:
-    """Whether all laws were fitted to one and the same test."""
-    return {len(each.fit.problem.laboratory.tests) for each in candidates} == {1}
 
 
 def headline(best: Calibration) -> Mapping[str, Mapping[str, Any]]:

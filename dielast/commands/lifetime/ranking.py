@@ -30,12 +30,11 @@ def accepted(specimens: int) -> float:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Ranked:
-    """The laws fitted to one kind of failure, the best first, their scores, and why others were not fitted."""
+    """The laws fitted to one kind of failure, the best first, and their scores."""
 
     mode: str
     fitted: list[FittedLaw]
     scores: list[float]
-    refused: dict[str, str]
     error: float
     """What every second row of the histories changes in the best of them (see `history_error`)."""
 
@@ -108,7 +107,7 @@ def ranked(recipe: LifetimeRecipe, material: Material, tested: Simulated, mode: 
         warn(f"law {name} is not fitted: {text}")
     order = sorted(range(len(fitted)), key=lambda k: fitted[k].fit.aic)
     left = history_error(fitted[order[0]], tested)
-    return Ranked(mode, [fitted[k] for k in order], [scores[k] for k in order], refused, left)
+    return Ranked(mode, [fitted[k] for k in order], [scores[k] for k in order], left)
 
 
 def _placed(error: InputError | NumericsError, law: str) -> InputError | NumericsError:

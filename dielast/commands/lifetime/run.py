@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
-from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from dielast.base.errors import InputError, without_warnings
+from dielast.base.errors import reached_by
 from dielast.calibration.failures.likelihood import Seen
 from dielast.commands.lifetime.recipe import LifetimeRecipe
 from dielast.commands.lifetime.table import read_specimens
@@ -19,14 +18,13 @@ from dielast.io.files import Inputs
 from dielast.io.table import Column, Table, joined
 from dielast.material.checks import warn_of_material
 from dielast.material.material import Material, paths_of
-from dielast.recipe.base import Reading
 from dielast.recipe.cases import Case
 from dielast.report.report import RunReport
 from dielast.sharing.execution import Execution
 
 if TYPE_CHECKING:
     from dielast.calibration.failures.fits import FittedLaw
-    from dielast.calibration.failures.specimens import Simulated
+    from dielast.calibration.failures.specimens import Simulated, Specimens
     from dielast.commands.lifetime.ranking import Ranked
 
 DRAWS = "draws.csv"
@@ -34,14 +32,12 @@ DRAWS = "draws.csv"
 
 def run(cases: Sequence[Case[LifetimeRecipe]], inputs: Inputs, execution: Execution) -> RunReport:
     """Simulate the specimens, fit the laws, report."""
-    # readings need none of these
+    # `prepared` needs none of these
     from dielast.commands.lifetime.lives import lines_of, lives_under, planned
     from dielast.commands.lifetime.ranking import chosen_of, simulated_and_ranked, warn_of_fit
 
     recipe = cases[0].recipe
-    material = parse_material(inputs.read(recipe.material), recipe.material)
-    warn_of_material(material)
-    specimens = read_specimens(recipe, material, inputs)
+    material, specimens = prepared(cases, inputs)
     tested, ranks = simulated_and_ranked(recipe, material, specimens)
     best = chosen_of(recipe, ranks).fitted[0]
     for rank in ranks:
@@ -86,21 +82,14 @@ def with_origin(material: Material, fitted: FittedLaw, file: str) -> Material:
     return replace(material, origin=origin)
 
 
-def readings(cases: Sequence[Case[LifetimeRecipe]], inputs: Inputs) -> Iterator[Reading]:
-    """The material, then the specimens."""
+def prepared(cases: Sequence[Case[LifetimeRecipe]], inputs: Inputs) -> tuple[Material, Specimens]:
+    """The material, and the specimens."""
     recipe = cases[0].recipe
-    yield "material", recipe.material, lambda: parse_material(inputs.read(recipe.material), recipe.material)
-    yield "data.file", recipe.data, partial(_specimens, recipe, inputs)
-
-
-def _specimens(recipe: LifetimeRecipe, inputs: Inputs) -> None:
-    """The specimens; a mistake in the material is stated by its reading."""
-    try:
-        with without_warnings():
-            material = parse_material(inputs.read(recipe.material), recipe.material)
-    except InputError:
-        return
-    read_specimens(recipe, material, inputs)
+    with reached_by("material"):
+        material = parse_material(inputs.read(recipe.material), recipe.material)
+    warn_of_material(material)
+    with reached_by("data.file"):
+        return material, read_specimens(recipe, material, inputs)
 
 
 def specimen_columns(tested: Simulated, fitted: Sequence[FittedLaw]) -> Table:

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from dielast.base.errors import InputError, in_keys
+from dielast.base.errors import InputError, in_keys, reached_by
 from dielast.commands.mastercurve.recipe import KEYS, MasterCurveRecipe
 from dielast.handover.mastercurve_folder import CURVES, DRAWS, LAWS
 from dielast.io.files import Inputs
@@ -18,7 +18,6 @@ from dielast.material.measurement_kind import MeasurementKind
 from dielast.material.ramp import without_ramp
 from dielast.readings.read import Dataset, read_all
 from dielast.readings.values import ONE_TEMPERATURE
-from dielast.recipe.base import Reading
 from dielast.recipe.cases import Case
 from dielast.report.report import RunReport
 from dielast.sharing.execution import Execution
@@ -30,12 +29,12 @@ if TYPE_CHECKING:
 
 def run(cases: Sequence[Case[MasterCurveRecipe]], inputs: Inputs, execution: Execution) -> RunReport:
     """Read the tests, shift them, report."""
-    # readings need none of these
+    # `prepared` needs none of these
     from dielast.relaxation.superposition.bootstrap import bootstrap_master_curve
     from dielast.relaxation.superposition.mastercurve import build_master_curve
 
     recipe = cases[0].recipe
-    dataset = read_all(recipe.data, inputs)
+    dataset = prepared(cases, inputs)
     shift, uncertainty = recipe.shift, recipe.uncertainty
     if len({curve.temperature for curve in dataset.in_order}) == 1:
         at = dataset.in_order[0].temperature
@@ -74,10 +73,11 @@ def run(cases: Sequence[Case[MasterCurveRecipe]], inputs: Inputs, execution: Exe
     return RunReport(written, numbers, figure)
 
 
-def readings(cases: Sequence[Case[MasterCurveRecipe]], inputs: Inputs) -> Iterator[Reading]:
+def prepared(cases: Sequence[Case[MasterCurveRecipe]], inputs: Inputs) -> Dataset:
     """The measurements."""
     data = cases[0].recipe.data
-    yield "data.file" if data.file else "data.files", data, lambda: read_all(data, inputs)
+    with reached_by("data.file" if data.file else "data.files"):
+        return read_all(data, inputs)
 
 
 def _levels_off(result: MasterCurve) -> bool:

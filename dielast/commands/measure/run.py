@@ -1,7 +1,7 @@
 """`measure`: photographs of an electrode -> stretches over time."""
 
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +19,6 @@ from dielast.readings.photographs.decode import CHANNELS, MEAN, count_pictures, 
 from dielast.readings.photographs.find import reduced, separability
 from dielast.readings.photographs.outline import Outline, find_outline
 from dielast.readings.photographs.series import BREAKDOWN, DOUBTFUL, LOST, OK, WRINKLES, Stretches, stretches
-from dielast.recipe.base import Reading
 from dielast.recipe.cases import Case
 from dielast.report.report import RunReport
 from dielast.sharing.execution import Execution
@@ -170,7 +169,7 @@ def _colour(content: bytes, name: str, region: tuple[int, ...] | None) -> str:
 def run(cases: Sequence[Case[MeasureRecipe]], inputs: Inputs, execution: Execution) -> RunReport:
     """Measure every photograph, put them together, report."""
     recipe = cases[0].recipe
-    ready = PreparedPhotographs(recipe, inputs)
+    ready = prepared(cases, inputs)
     photographs = measure_all(ready.plan, Study.of(cases, inputs, execution))
     for (name, _), photograph in zip(ready.pictures, photographs, strict=True):
         if photograph.digest:
@@ -192,9 +191,9 @@ def run(cases: Sequence[Case[MeasureRecipe]], inputs: Inputs, execution: Executi
     return RunReport({"electrode.csv": result.columns()}, headline(result, ready), figure, figures=figures)
 
 
-def readings(cases: Sequence[Case[MeasureRecipe]], inputs: Inputs) -> Iterator[Reading]:
+def prepared(cases: Sequence[Case[MeasureRecipe]], inputs: Inputs) -> PreparedPhotographs:
     """The reference, and the times: a photograph of the series that cannot be read does not stop a run."""
-    yield "", cases[0].recipe, lambda: PreparedPhotographs(cases[0].recipe, inputs)
+    return PreparedPhotographs(cases[0].recipe, inputs)
 
 
 def _together(recipe: MeasureRecipe, ready: PreparedPhotographs, photographs: Sequence[Photograph]) -> Stretches:

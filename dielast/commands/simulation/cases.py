@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from dielast.base.errors import InputError, Mistakes, Problem, Where, and_more, as_toml, in_a_draw, placed
+from dielast.base.errors import InputError, Mistakes, Problem, Where, and_more, as_toml, in_a_draw, placed, reached_by
 from dielast.commands.simulation.recipe import NO_WAVEFORM, SimulationRecipe
 from dielast.commands.simulation.result import CaseResult, StatedCase
 from dielast.commands.simulation.step_recipe import HistoryStep
@@ -60,6 +60,7 @@ Batches = Callable[[Sequence[StatedCase], Floats], Sequence[SimulationBatch]]
 """Divides cases into batches, each case with a factor (cases,) on the thickness."""
 
 
+@reached_by("material")
 def material_of(case: Case[Any], inputs: Inputs) -> Material:
     """The material of a case: that of its file, with the changes that the case states."""
     name = case.recipe.material

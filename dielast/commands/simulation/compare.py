@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from dielast.base import units
-from dielast.base.errors import InputError, warn
+from dielast.base.errors import InputError, reached_by, warn
 from dielast.commands.simulation.cases import one_or_list
 from dielast.commands.simulation.recipe import CompareSection, SimulationRecipe, roles_of
 from dielast.commands.simulation.solver_steps import solver_steps
@@ -99,16 +99,17 @@ def check_comparison(index: int, comparison: CompareSection, cases: Sequence[Cas
         numbered = f"cases are numbered from 0, and the last is {len(cases) - 1}"
         raise InputError(f"{comparison.case}: {numbered}", key=f"compare[{index}].case")
     recipe: Any = cases[comparison.case].recipe
-    time, _ = read_points(comparison, inputs, getattr(cases[0].recipe, "specimen", None))
-    if comparison.x != "time [s]":
-        return
-    try:
-        end = solver_steps(recipe, inputs).end
-    except InputError:
-        return  # a mistake in a table of load is reported where the table is read
-    if time.min() > end:
-        late = f"the steps end at {end:g} s, before the first of the {time.size} points at {time.min():g} s"
-        raise InputError(f"{late}: is their time in another unit?", file=comparison.file)
+    with reached_by(f"compare[{index}].file"):
+        time, _ = read_points(comparison, inputs, getattr(cases[0].recipe, "specimen", None))
+        if comparison.x != "time [s]":
+            return
+        try:
+            end = solver_steps(recipe, inputs).end
+        except InputError:
+            return  # a mistake in a table of load is reported where the table is read
+        if time.min() > end:
+            late = f"the steps end at {end:g} s, before the first of the {time.size} points at {time.min():g} s"
+            raise InputError(f"{late}: is their time in another unit?", file=comparison.file)
 
 
 def compare_headline(matched: Sequence[Match]) -> dict[str, Any]:

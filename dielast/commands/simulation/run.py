@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
-from dielast.base.errors import Mistakes, without_warnings
+from dielast.base.errors import Mistakes
 from dielast.commands.simulation.cases import (
     SimulationBatch,
     axes_of,
@@ -138,31 +138,22 @@ class PreparedCases:
         Warns of what looks like a mistake. Raises `InputError` with the mistakes of all cases, and `NumericsError` if memory is
         short.
         """
-        materials = read_materials(cases, inputs)
-        branches = max(material.spectrum.relaxation_time.size for material in materials)
-        check_series(cases, 2 + len(cases[0].recipe.provided()), inputs, jobs * together(branches), jobs)
-        samples: Sequence[Sample | None] = [None] * len(cases)
-        if any(case.recipe.uncertainty is not None for case in cases):
-            from dielast.commands.simulation.uncertainty import samples_of, typical_materials
-
-            samples = samples_of(cases, materials, inputs)
-            materials = typical_materials(materials, samples)
         wrong = Mistakes()
+        known = wrong.tried(partial(_materials, cases, inputs, jobs))
         steps = [wrong.tried(partial(solver_steps, case.recipe, inputs)) for case in cases]
         wrong.tried(partial(check_cycles, cases))
         if comparisons := cases[0].recipe.compare:
             from dielast.commands.simulation.compare import check_comparison
 
-            with without_warnings():  # the comparison itself warns of its points
-                for index, comparison in enumerate(comparisons):
-                    wrong.tried(partial(check_comparison, index, comparison, cases, inputs))
+            for index, comparison in enumerate(comparisons):
+                wrong.tried(partial(check_comparison, index, comparison, cases, inputs))
+        if known is None or None in steps:
+            wrong.refuse()
         stated = [
             StatedCase(case.recipe, material, timed, sample)
-            for case, material, timed, sample in zip(cases, materials, steps, samples, strict=True)
+            for case, (material, sample), timed in zip(cases, known or (), steps, strict=True)
             if timed is not None
         ]
-        if len(stated) < len(cases):
-            wrong.refuse()
         batches = simulation.batches(stated)
         for batch in batches:
             found = len(wrong)
@@ -175,6 +166,20 @@ class PreparedCases:
         wrong.refuse()
         simulation.warn_before(stated)
         return cls(stated, batches)
+
+
+def _materials(cases: Sequence[Case[Any]], inputs: Inputs, jobs: int) -> list[tuple[Material, Sample | None]]:
+    """The material of each case, and its draws; `NumericsError` if the tables of the cases do not fit in memory."""
+    materials = read_materials(cases, inputs)
+    branches = max(material.spectrum.relaxation_time.size for material in materials)
+    check_series(cases, 2 + len(cases[0].recipe.provided()), inputs, jobs * together(branches), jobs)
+    samples: Sequence[Sample | None] = [None] * len(cases)
+    if any(case.recipe.uncertainty is not None for case in cases):
+        from dielast.commands.simulation.uncertainty import samples_of, typical_materials
+
+        samples = samples_of(cases, materials, inputs)
+        materials = typical_materials(materials, samples)
+    return list(zip(materials, samples, strict=True))
 
 
 def report_of(simulation: Simulation, cases: Sequence[Case[Any]], inputs: Inputs, execution: Execution) -> RunReport:

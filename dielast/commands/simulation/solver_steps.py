@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import suppress
+from contextlib import nullcontext, suppress
 from dataclasses import replace
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from dielast.base.errors import InputError, Problem, placed
+from dielast.base.errors import InputError, Problem, placed, reached_by
 from dielast.base.units import CHARGE, CHARGE_DENSITY, FORCE, NUMBER, STRESS, TIME, TIMES, VOLTAGE
 from dielast.commands.simulation.recipe import KEYS
 from dielast.commands.simulation.timed_steps import SolverStep, TimedStep, TimedSteps
@@ -38,7 +38,9 @@ def solver_steps(recipe: Any, inputs: Inputs) -> TimedSteps:
     begin, present = 0.0, recipe.step[0].REST
     edges = recipe.film.prestretch if getattr(recipe, "programme", False) else (1.0, 1.0)
     for index, step in enumerate(recipe.step):
-        for of_solver in _of_recipe(index, step, recipe, inputs):
+        with nullcontext() if step.table is None else reached_by(f"step[{index}].table"):
+            stated = list(_of_recipe(index, step, recipe, inputs))
+        for of_solver in stated:
             entry = TimedStep(of_solver, index, begin, present, edges)
             edges = entry.stretched
             if of_solver.rate is not None and entry.lasts > 0 and not TIMES[0] <= entry.lasts <= TIMES[1]:
@@ -46,8 +48,8 @@ def solver_steps(recipe: Any, inputs: Inputs) -> TimedSteps:
                 raise InputError(f"the step takes {entry.lasts:.3g} s; {needed}", key=f"step[{index}].rate")
             timed.append(entry)
             begin, present = entry.end, entry.after
-    stated = getattr(recipe, "repeat", None)
-    return TimedSteps(timed, None if stated is None else Repeat(stated.times, *(stated.steps or ())))
+    repeat = getattr(recipe, "repeat", None)
+    return TimedSteps(timed, None if repeat is None else Repeat(repeat.times, *(repeat.steps or ())))
 
 
 def _of_recipe(index: int, step: Any, recipe: Any, inputs: Inputs) -> Iterable[SolverStep]:

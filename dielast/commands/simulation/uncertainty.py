@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from dielast.base.errors import InputError, in_keys, warn
+from dielast.base.errors import InputError, in_keys, reached_by, warn
 from dielast.commands.simulation.cases import material_key, one_or_list
 from dielast.commands.simulation.uncertainty_recipe import FilmUncertainty, Uncertainty
 from dielast.handover.law_section import breakdown
@@ -33,6 +33,7 @@ BESIDE = 1.1  # factor by which a material may lie outside the range of its draw
 NOTHING = 1e-6  # of the instantaneous modulus, which a melt falls below soon after its slowest time
 
 
+@reached_by("uncertainty")
 def sample_of(case: Case[Any], material: Material, inputs: Inputs) -> Sample:
     """The draws of the material of a case; raises `InputError` if nothing differs between them."""
     name, uncertainty = case.recipe.material, case.recipe.uncertainty

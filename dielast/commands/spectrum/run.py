@@ -1,13 +1,13 @@
 """`spectrum`: master curve -> discrete relaxation spectrum and material file."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from dielast.base.errors import InputError, Mistakes, Problem, in_keys, located, warn, without_warnings
+from dielast.base.errors import InputError, Mistakes, Problem, in_keys, located, reached_by, warn, without_warnings
 from dielast.commands.spectrum.recipe import (
     FIT_KEYS,
     REDUCE_KEYS,
@@ -19,7 +19,7 @@ from dielast.commands.spectrum.recipe import (
 )
 from dielast.commands.spectrum.sources import card_of, curve_of, exported, run_card
 from dielast.handover.law_section import breakdown
-from dielast.handover.mastercurve_folder import DRAWS, ReducedCurve, read_curve_draws
+from dielast.handover.mastercurve_folder import DRAWS, ReadDraws, ReducedCurve, read_curve_draws
 from dielast.handover.material_draws import draw_columns
 from dielast.handover.material_file import write_material
 from dielast.io.files import Inputs
@@ -31,7 +31,6 @@ from dielast.material.shift import ShiftLaw
 from dielast.material.spectrum import Spectrum
 from dielast.material.springs import Gent
 from dielast.numerics.arrays import Floats
-from dielast.recipe.base import Reading
 from dielast.recipe.cases import Case
 from dielast.relaxation.beyond import OpenEnd, end_of
 from dielast.relaxation.checks import Plateaus
@@ -52,7 +51,7 @@ def run(cases: Sequence[Case[SpectrumRecipe]], inputs: Inputs, execution: Execut
     recipe = cases[0].recipe
     if recipe.prony is not None:
         return run_card(recipe, inputs)
-    curve = curve_of(recipe, inputs)
+    curve, read = read_curve(recipe, inputs)
     result, reduction, material, cards = characterise(recipe, curve)
     continuous = continuous_spectrum(result) if recipe.fit.continuous else None
 
@@ -65,9 +64,7 @@ def run(cases: Sequence[Case[SpectrumRecipe]], inputs: Inputs, execution: Execut
         measured = "measured" if recipe.mastercurve is None else "master curve"
         return plot_spectrum(result, title, continuous=continuous, reduction=reduction, reference_temperature=at, measured=measured)
 
-    drawn = None
-    if recipe.mastercurve is not None:
-        drawn = draw_materials(recipe.mastercurve, curve, result, material, recipe.whole_fit, inputs)
+    drawn = None if read is None else draw_materials(read, curve, result, material, recipe.whole_fit)
     files = {"material.toml": write_material(material, None if drawn is None else DRAWS)}
     files |= {name: text.encode() for name, text in cards.items()}
     written, numbers = tables(result, continuous, reduction), headline(result, continuous, reduction)
@@ -78,23 +75,20 @@ def run(cases: Sequence[Case[SpectrumRecipe]], inputs: Inputs, execution: Execut
     return RunReport(written, numbers, figure, files)
 
 
-def readings(cases: Sequence[Case[SpectrumRecipe]], inputs: Inputs) -> Iterator[Reading]:
+def prepared(cases: Sequence[Case[SpectrumRecipe]], inputs: Inputs) -> object:
     """The master curve or the test, and its fit: without the fit it is not known what a card or fewer branches can hold."""
     recipe = cases[0].recipe
     if recipe.prony is not None:
-        yield "prony", recipe, lambda: card_of(recipe, inputs)
-        return
+        return card_of(recipe, inputs)
+    return characterise(recipe, read_curve(recipe, inputs)[0])
+
+
+def read_curve(recipe: SpectrumRecipe, inputs: Inputs) -> tuple[ReducedCurve, ReadDraws | None]:
+    """The curve that a recipe names, and the draws of a master curve, if it has any."""
     folder = recipe.mastercurve
-    curves: list[ReducedCurve] = []
-
-    def read() -> None:
-        curves.append(curve_of(recipe, inputs))
-        if folder is not None:
-            read_curve_draws(folder, curves[0], inputs)
-
-    yield "data.file" if folder is None else "mastercurve", folder or recipe.data, read
-    if curves:
-        yield "", recipe, lambda: characterise(recipe, curves[0])
+    with reached_by("data.file" if folder is None else "mastercurve"):
+        curve = curve_of(recipe, inputs)
+        return curve, None if folder is None else read_curve_draws(folder, curve, inputs)
 
 
 def characterise(recipe: SpectrumRecipe, curve: ReducedCurve) -> tuple[SpectrumFit, Reduction | None, Material, dict[str, str]]:
@@ -140,14 +134,9 @@ def fit_curve(curve: ReducedCurve, fit: FitSection, keep: int | None = None, flo
 
 
 def draw_materials(
-    folder: str, curve: ReducedCurve, result: SpectrumFit, material: Material, fit: FitSection, inputs: Inputs
-) -> tuple[Table, dict[str, Any]] | None:
-    """A material for each draw of the master curve in its `folder`: their table, and their section of the summary; None if the
-    master curve has no draws.
-    """
-    read = read_curve_draws(folder, curve, inputs)
-    if read is None:
-        return None
+    read: ReadDraws, curve: ReducedCurve, result: SpectrumFit, material: Material, fit: FitSection
+) -> tuple[Table, dict[str, Any]]:
+    """A material for each draw of the master curve: their table, and their section of the summary."""
     with without_warnings():  # the fit itself has issued them
         whole = fit_curve(curve, fit)
     times = whole.spectrum.relaxation_time if whole.retardation is None else whole.retardation.retardation_time

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from dielast.base.errors import InputError, in_keys, located, warn
+from dielast.base.errors import InputError, in_keys, located, reached_by, warn
 from dielast.commands.spectrum.recipe import EXPORT_KEYS, ExportSection, SpectrumRecipe
 from dielast.handover.export.card import export_cards
 from dielast.handover.export.code import CardOptions
@@ -73,6 +73,7 @@ def _warn_of_several(columns: Floats, source: str) -> None:
         warn(f"{again}: are these several tests? Leave the rows of one in the file", file=source)
 
 
+@reached_by("prony")
 def card_of(recipe: SpectrumRecipe, inputs: Inputs) -> tuple[Material, dict[str, str]]:
     """The material of a Prony series that exists, and the cards (name -> text) that the recipe requests."""
     from dielast.handover.prony_card import read_prony

@@ -11,7 +11,7 @@ from dielast.numerics.arrays import Cases, Flags, Floats
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class JoinedLaw(SpringLaw):
+class SeveralLaws(SpringLaw):
     """Several laws side by side: along the `axis` -1 of all arrays (..., n, cases), each for all springs of some of the cases, or
     along the axis -2, each for some of the springs. `which` (cases,) or (n,) is the index of the law of each case or spring.
 
@@ -63,7 +63,7 @@ class JoinedLaw(SpringLaw):
             places[self.which == index] = np.arange(np.count_nonzero(self.which == index))
         left, renumbered = np.unique(which, return_inverse=True)
         laws = tuple(self.laws[index].take(places[cases][which == index]) for index in left.tolist())
-        return laws[0] if len(laws) == 1 else JoinedLaw(laws, renumbered, -1)
+        return laws[0] if len(laws) == 1 else SeveralLaws(laws, renumbered, -1)
 
     def apart(self, springs: int, cases: int) -> Self:
         """The laws of single springs, spring after spring."""
@@ -119,7 +119,7 @@ def gathered(laws: Sequence[tuple[SpringLaw, SpringLaw]], carrying: Flags) -> Sp
         return _of_one_kind(laws, carrying)
     which = np.array([different.index(kind) for kind in kinds])
     members = [np.flatnonzero(which == index) for index in range(len(different))]
-    return JoinedLaw(
+    return SeveralLaws(
         tuple(_of_one_kind([laws[case] for case in cases.tolist()], carrying[:, cases]) for cases in members), which, -1
     )
 
@@ -141,7 +141,9 @@ def _of_one_kind(laws: Sequence[tuple[SpringLaw, SpringLaw]], carrying: Flags) -
         width = max((value.shape[-1] for block in blocks for value in block.values()), default=1)
         joined = {name: [np.broadcast_to(block[name], (*block[name].shape[:-1], width)) for block in blocks] for name in blocks[0]}
         return first[0].with_values({name: np.concatenate(rows, axis=-2) for name, rows in joined.items()})
-    return JoinedLaw((first[0].with_values(blocks[0]), rest[0].with_values(blocks[1])), np.minimum(np.arange(len(carrying)), 1), -2)
+    return SeveralLaws(
+        (first[0].with_values(blocks[0]), rest[0].with_values(blocks[1])), np.minimum(np.arange(len(carrying)), 1), -2
+    )
 
 
 def _of_rows(laws: Sequence[SpringLaw], carrying: Flags, rows: int) -> dict[str, Floats]:
