@@ -80,10 +80,11 @@ GIBIBYTE = 1 << 30
             r"40 cases of 90200 rows need about 1.3 GB of memory, and \d+ MB are free: state fewer rows "
             r"\(output.points_per_decade or output.times\) or cases",
         ),
-        (
+        pytest.param(
             "actuate",
             ["output.points_per_decade=10000", f"sweep={{ temperature = {MANY} }}"],
             r"40 cases of 360400 rows need about 8.82 GB of memory, and \d+ MB are free: state fewer rows .* or cases",
+            marks=pytest.mark.trust,
         ),
         (
             "failure-map",
