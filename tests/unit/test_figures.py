@@ -443,6 +443,7 @@ file = "failures.csv"
 [film]
 thickness = "0.5 mm"
 prestretch = 1.9
+boundary = "clamped"
 [fit]
 law = "inverse-power"
 [uncertainty]
