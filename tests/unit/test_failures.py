@@ -355,11 +355,11 @@ def test_cycles_that_are_not_kept_age_a_film() -> None:
 
 
 def test_cycles_of_creeping_films_may_be_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
-    steps = [VoltageStep(voltage=1e3, duration=7.0), VoltageStep(voltage=Waveform(1e3, 3e3, 10.0, 25)), VoltageStep.hold(400.0)]
+    steps = [VoltageStep(voltage=1e3, duration=7.0), VoltageStep(voltage=Waveform(1e3, 3e3, 10.0, 45)), VoltageStep.hold(400.0)]
 
     def exposures() -> tuple[int, Any]:
-        histories = under(steps, 657.0, relax=5400.0).histories
-        time = np.array([120.0, 257.0, 657.0])
+        histories = under(steps, 857.0, relax=5400.0).histories
+        time = np.array([220.0, 457.0, 857.0])
         return histories.time.size, histories.exposure(Ageing("power", 3e7), np.array([12.0]), np.zeros(3, dtype=int), time)[0][0]
 
     rows, whole = exposures()
