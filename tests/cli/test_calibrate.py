@@ -14,7 +14,9 @@ from processes import Run
 
 from dielast import Gent, Material, MeasuredTest, NoShift, Spectrum, VoltageTest, read_draws, read_material
 from dielast.calibration.laboratory import Laboratory
+from dielast.commands.calibrate.task import read_task
 from dielast.commands.plan import warnings_of
+from dielast.commands.registry import read_cases
 from dielast.io.files import Inputs
 from dielast.io.table import parse_csv
 from dielast.simulate.film_setup import Film
@@ -48,10 +50,6 @@ def test_rows_of_one_time_and_stretch_are_one_with_their_mean_stress(dielast: Ru
         (tmp_path / f"{name}.toml").write_text(HEAD + f'[[test]]\nfile = "{name}.csv"\nlabel = "test"\n' + FREE + QUICK)
         done.append(dielast("calibrate", f"{name}.toml", "--plot", "none"))
     assert done[0].stdout == done[1].stdout
-    # the same tests, the same bytes; test_calibration_draws.py does so with draws
-    dielast("calibrate", "once.toml", "--plot", "none", "-o", "same")
-    first, second = ({path.name: path.read_bytes() for path in (tmp_path / out).iterdir()} for out in ("once", "same"))
-    assert first == second
     line = (
         "warning: test[0]: again.csv: line 8 repeats time and stretch of the row before, 5 s; so do 1 more: mean stresses are taken"
     )
@@ -114,34 +112,45 @@ def test_what_does_not_fit_to_the_rest_to_the_times_and_to_other_tests_is_warned
     assert copy == "test loose under [[validate]] has the points of test loose (2): it validates nothing"
 
 
-def test_ringing_is_left_out_and_shown_and_a_time_to_leave_out_may_be_stated(dielast: Run, tmp_path: Path) -> None:
+def test_what_curves_show_besides_their_material_is_named_and_left_out(dielast: Run, tmp_path: Path) -> None:
+    """Ringing, a time that is stated to be left out, softening, slack, and a history that is not told."""
     truth = Material("t", 22e3, Spectrum([300.0, 8.0], [16e3, 35e3]), NoShift(20.0), Gent(110.0), Gent(55.0))
-    made = hold(truth, Machine(force=0.5, noise=0.003), np.random.default_rng(2), rate=10.0)
-    (tmp_path / "ring.csv").write_text(made.table())
-    ring = f'[[test]]\nfile = "ring.csv"\n{SPECIMEN}\n'
-    stated = ring + 'ignore = "none"\ndiscard_before = "0.75 s"\ndiscard = [["4.05 s", "5.05 s"], ["1e6 s", "2e6 s"]]\n'
-    (tmp_path / "r.toml").write_text(HEAD + ring + stated + FREE + QUICK)
+    ringing = hold(truth, Machine(force=0.5, noise=0.003), np.random.default_rng(2), rate=10.0)
+    again = softened(cycles(truth, Machine(force=0.0, overshoot=0.0), np.random.default_rng(2), points=20), 0.2)
+    loop = cycles(truth, replace(QUIET, noise=0.003), np.random.default_rng(2), count=1)
+    for name, made in (("ring", ringing), ("again", again), ("loop", loop)):
+        (tmp_path / f"{name}.csv").write_text(made.table())
+    (tmp_path / "late.csv").write_text("time [s],stretch,stress [kPa]\n900,2,40\n1800,2,36\n36000,2,33\n")
+    stated = 'ignore = "none"\ndiscard_before = "0.75 s"\ndiscard = [["4.05 s", "5.05 s"], ["1e6 s", "2e6 s"]]\n'
+    tests = [("ring", ""), ("ring", stated), ("again", 'slack = "pushes"\n'), ("loop", ""), ("loop", 'slack = "pushes"\n')]
+    recipe = HEAD + "".join(f'[[test]]\nfile = "{name}.csv"\n{SPECIMEN}\n{more}' for name, more in tests)
+    late = '[[validate]]\nfile = "late.csv"\nmode = "pure-shear"\n'
+    (tmp_path / "r.toml").write_text(recipe + late + FREE + QUICK)
     done = dielast("calibrate", "r.toml", "--plot", "svg", "-q")
     assert done.returncode == 0, done.stderr
-    said = r"ring\.csv: (\d+) of 140 points are left out of the misfit, at 0\.\d+ to .* s, 4\.1 to .* s: a force that swings"
-    assert re.search(said, done.stderr), done.stderr
-    assert "ring.csv: discard[1]: there is no point from 1e+06 to 2e+06 s" in done.stderr
+    for said in (
+        r"ring\.csv: (\d+) of 140 points are left out of the misfit, at 0\.\d+ to .* s, 4\.1 to .* s: a force that swings",
+        r"ring\.csv: discard\[1\]: there is no point from 1e\+06 to 2e\+06 s",
+        r"again\.csv: later loadings are softer than the first by 1\d % .*\(Mullins\).*discard",
+        r"late\.csv: the first point is at 900 s and a stretch of 2: it is reached by a ramp from time 0",
+        r"test late lasts 3\.6e\+04 s",
+        r"test late is in pure-shear loading, the fitted tests in uniaxial loading only: the springs are ex",
+    ):
+        assert re.search(said, done.stderr), (said, done.stderr)
     tests = parse_csv((tmp_path / "r/tests.csv").read_bytes(), "tests")
-    found, asked = (int(count) for count in tests["left_out_points [1]"])
+    found, asked, *_ = (int(count) for count in tests["left_out_points [1]"])
     assert 10 < found < 50  # two transients at 10 Hz, each of 2.1 s until it has faded into noise
     assert asked == 8 + 10
-    assert [int(points) + count for points, count in zip(tests["points"], (found, asked), strict=True)] == [140, 140]
-
-
-def test_softening_from_cycle_to_cycle_is_named(dielast: Run, tmp_path: Path) -> None:
-    truth = Material("t", 22e3, Spectrum([300.0, 8.0], [16e3, 35e3]), NoShift(20.0), Gent(110.0), Gent(55.0))
-    made = softened(cycles(truth, Machine(force=0.0, overshoot=0.0), np.random.default_rng(2), points=20), 0.2)
-    (tmp_path / "again.csv").write_text(made.table())
-    loop = f'[[test]]\nfile = "again.csv"\n{SPECIMEN}\nslack = "pushes"\n'  # other tests are about slack
-    (tmp_path / "r.toml").write_text(HEAD + loop + FREE + QUICK)
-    done = dielast("calibrate", "r.toml", "--plot", "none", "-q")
-    assert done.returncode == 0, done.stderr
-    assert re.search(r"again\.csv: later loadings are softer than the first by 1\d % .*\(Mullins\).*discard", done.stderr)
+    assert [int(points) + count for points, count in zip(tests["points"], (found, asked), strict=False)] == [140, 140]
+    said = r"specimens go slack when they are unloaded, and bear nothing: loop.* up to a stretch of 1\.\d+ \((\d+) of 121 points\)"
+    named = re.search(said, done.stderr)
+    assert named, done.stderr
+    assert [int(count) for count in tests["slack_points [1]"]] == [0, 0, 0, int(named[1]), 0, 0]
+    assert int(named[1]) > 5
+    loose, pushed = (float(error) for error in tests["rms_relative_error [1]"][3:5])
+    assert loose < pushed
+    (tmp_path / "r.toml").write_text(recipe + late + 'ramp_rate = "10 %/s"\n' + FREE)
+    assert not any("straight line" in warned for warned in warnings_of(tmp_path / "r.toml"))
 
 
 def test_a_fit_that_determines_nothing_exits_3_with_what_to_do(dielast: Run, tmp_path: Path) -> None:
@@ -154,32 +163,27 @@ def test_a_fit_that_determines_nothing_exits_3_with_what_to_do(dielast: Run, tmp
 
 
 def test_points_over_voltage_and_over_a_stretch_are_those_over_time(dielast: Run, tmp_path: Path) -> None:
-    film = 'kind = "actuate"\nmaterial = "m.toml"\n[film]\nthickness = "0.5 mm"\nprestretch = 2.0\n'
+    film = 'kind = "actuate"\nmaterial = "m.toml"\n[film]\nthickness = "0.5 mm"\nprestretch = 2.0\nrelax = "10 min"\n'
     film += '[[step]]\nvoltage = "2 kV"\nrate = "50 V/s"\n[output]\ntimes = ["5 s", "10 s", "15 s", "20 s", "30 s"]\n'
     material = 'name = "m"\nreference_temperature = "35 degC"\n[equilibrium]\nshear_modulus = "26 kPa"\n'
     material += '[nonequilibrium]\nrelaxation_time_s = [20.0]\nshear_modulus_Pa = [2e4]\n[shift]\nlaw = "none"\n'
     (tmp_path / "m.toml").write_text(material + '[dielectric]\npermittivity = "4e-11 F/m"\n')
     (tmp_path / "film.toml").write_text(film)
     assert dielast("actuate", "film.toml", "--plot", "none", "-q").returncode == 0
-    free = '[free]\n"dielectric.permittivity" = { start = "5e-11 F/m" }\n'
     stretch, volt = "relative_stretch_1 [1]", "voltage [V]"
-    tests = ""
-    for k, (x, y) in enumerate((("time [s]", stretch), (volt, stretch), (stretch, volt))):
-        (tmp_path / f"f{k}.toml").write_text(film + f'[[compare]]\nfile = "film/actuate.csv"\nx = "{x}"\ny = "{y}"\n')
-        tests += f'[[test]]\nrecipe = "f{k}.toml"\n'
-    (tmp_path / "r.toml").write_text(f'kind = "calibrate"\nmaterial = "m.toml"\n{tests}{free}{QUICK}')
-    done = dielast("calibrate", "r.toml", "--plot", "none", "-q")
-    assert done.returncode == 0, done.stderr
-    # of what made them all, so that any that were read otherwise would contradict the others
-    found = parse_csv((tmp_path / "r/parameters.csv").read_bytes(), "parameters")
-    assert float(found["value"][0]) == pytest.approx(4e-11, rel=1e-3)
-    errors = parse_csv((tmp_path / "r/tests.csv").read_bytes(), "tests")["rms_relative_error [1]"]
-    assert max(map(float, errors)) < 0.01
-    points = parse_csv((tmp_path / "r/residuals.csv").read_bytes(), "residuals")
-    assert np.allclose(np.array(points["time [s]"], dtype=float), [5, 10, 15, 20, 30] * 3, rtol=0.01)
-    known = read_material(tmp_path / "r/material.toml").calibrated
-    assert known is not None
-    assert known.temperature == (35.0, 35.0)  # the recipe states none: the reference temperature
+    for x, y in (("time [s]", stretch), (volt, stretch), (stretch, volt)):
+        film += f'[[compare]]\nfile = "film/actuate.csv"\nx = "{x}"\ny = "{y}"\n'
+    (tmp_path / "f.toml").write_text(film)
+    (tmp_path / "r.toml").write_text('kind = "calibrate"\nmaterial = "m.toml"\n[[test]]\nrecipe = "f.toml"\n' + FREE)
+    task = read_task(read_cases(tmp_path / "r.toml")[0].recipe, Inputs(tmp_path))
+    (truth,) = task.materials.values()
+    answers = Laboratory(task.tests).answers([truth, replace(truth, permittivity=4.4e-11)])
+    assert [test.temperature for test in task.tests] == [35.0] * 3  # the recipe states none: the reference temperature
+    for test, (own, softer) in zip(task.tests, answers, strict=True):
+        assert test.time == pytest.approx([5, 10, 15, 20, 30], rel=1e-4)
+        assert own == pytest.approx(test.measured, rel=1e-3)  # of changes from rest; the solver's tolerance is of whole stretches
+        # a tenth more permittivity: a tenth more strain, or a twentieth less voltage for it, at small voltages
+        assert softer[0] / own[0] - 1 == pytest.approx(1 / 1.1**0.5 - 1 if test.unit == "V" else 0.1, rel=0.03)
 
 
 @pytest.mark.parametrize(("at", "lacks"), [("profiles_of", "intervals and draws"), ("draw", "draws")])
@@ -210,19 +214,6 @@ module.warn_of_fit = press
     assert done.returncode == 130
     assert done.stderr == "interrupted: nothing is kept or written; the same command begins anew\n"
     assert not (tmp_path / "r").exists()
-
-
-def test_a_history_that_is_not_told_and_tests_beyond_the_others_are_warned_of(dielast: Run, tmp_path: Path) -> None:
-    (tmp_path / "late.csv").write_text("time [s],stretch,stress [kPa]\n900,2,40\n1800,2,36\n36000,2,33\n")
-    late = '[[validate]]\nfile = "late.csv"\nmode = "pure-shear"\n'
-    (tmp_path / "r.toml").write_text(HEAD + TEST + late + FREE + QUICK)
-    done = dielast("calibrate", "r.toml", "--plot", "none")
-    assert done.returncode == 0, done.stderr
-    assert "late.csv: the first point is at 900 s and a stretch of 2: it is reached by a ramp from time 0" in done.stderr
-    assert "test late lasts 3.6e+04 s" in done.stderr
-    assert "test late is in pure-shear loading, the fitted tests in uniaxial loading only: the springs are ex" in done.stderr
-    (tmp_path / "r.toml").write_text(HEAD + TEST + late + 'ramp_rate = "10 %/s"\n' + FREE + QUICK)
-    assert "straight line" not in dielast("calibrate", "r.toml", "--plot", "none").stderr
 
 
 def test_a_parameter_at_a_bound_is_named_with_its_bound(dielast: Run, tmp_path: Path) -> None:
@@ -278,7 +269,7 @@ def test_a_film_that_runs_away_is_warned_of(dielast: Run, tmp_path: Path) -> Non
     assert float(tests["rms_error"][1]) == pytest.approx(np.sqrt(np.mean(np.square(miss))), rel=1e-6)
 
 
-def test_laws_are_ranked_and_draws_go_on(dielast: Run, tmp_path: Path) -> None:
+def test_laws_are_ranked(dielast: Run, tmp_path: Path) -> None:
     yeoh = 'name = "y"\nreference_temperature = "20 degC"\n[equilibrium]\nlaw = "yeoh"\nshear_modulus = "20 kPa"\nC20 = "-50 Pa"\n'
     yeoh += '[nonequilibrium]\nrelaxation_time_s = [200.0, 5.0]\nshear_modulus_Pa = [2e4, 2e4]\n[shift]\nlaw = "none"\n'
     yeoh += '[dielectric]\npermittivity = "4e-11 F/m"\n'
@@ -287,21 +278,15 @@ def test_laws_are_ranked_and_draws_go_on(dielast: Run, tmp_path: Path) -> None:
     head = 'kind = "calibrate"\nmaterials = ["gent.toml", "yeoh.toml"]\n'
     free = FREE + '"equilibrium.J_lim" = { min = 15, max = 1e4 }\n"equilibrium.C20" = {}\n"nonequilibrium.shear_modulus" = {}\n'
     tests = "".join(TEST.replace("hold", name) for name in ("hold", "fast"))
-    (tmp_path / "r.toml").write_text(head + tests + free + "[fit]\nstarts = 1\n[uncertainty]\ndraws = 20\n")
+    (tmp_path / "r.toml").write_text(head + tests + free + QUICK)
     done = dielast("calibrate", "r.toml", "--plot", "none", "-q")
     assert done.returncode == 0, done.stderr
     laws = parse_csv((tmp_path / "r/laws.csv").read_bytes(), "laws")
     assert set(laws["material"]) == {"gent.toml", "yeoh.toml"}
     errors = [float(error) for error in laws["cross_validation_error [1]"]]
     assert errors == sorted(errors)
-    material, draws = read_material(tmp_path / "r/material.toml"), read_draws(tmp_path / "r/material.toml")
-    assert len(draws) == 20
-    assert tomllib.loads((tmp_path / "r/summary.toml").read_text())["fit"]["law"] == material.equilibrium_law.name
-    assert np.std([each.equilibrium_modulus for each in draws]) > 0.005 * material.equilibrium_modulus
-    relax = 'kind = "relax"\nmaterial = "r/material.toml"\n[[step]]\nstretch = 2.0\nrate = "10 %/s"\n[uncertainty]\ndraws = 20\n'
-    (tmp_path / "relax.toml").write_text(relax)
-    done = dielast("relax", "relax.toml", "--plot", "none", "-q")
-    assert (done.returncode, done.stderr) == (0, "")
+    fitted = tomllib.loads((tmp_path / "r/summary.toml").read_text())["fit"]["law"]
+    assert read_material(tmp_path / "r/material.toml").equilibrium_law.name == fitted == laws["equilibrium_law"][0]
 
 
 @pytest.mark.trust
@@ -341,32 +326,10 @@ def test_recipes_are_tests_and_the_material_knows_how_far_they_went(dielast: Run
         assert float(stated) == pytest.approx(np.sqrt(squares), rel=1e-3, abs=2e-9)
 
 
-def test_slack_specimens_are_named_with_their_stretch_and_counted(dielast: Run, tmp_path: Path) -> None:
-    truth = Material("t", 22e3, Spectrum([300.0, 8.0], [16e3, 35e3]), NoShift(20.0), Gent(110.0), Gent(55.0))
-    made = cycles(truth, replace(QUIET, noise=0.003), np.random.default_rng(2), count=1)
-    (tmp_path / "loop.csv").write_text(made.table())
-    loop = f'[[test]]\nfile = "loop.csv"\n{SPECIMEN}\n'
-    (tmp_path / "r.toml").write_text(
-        HEAD + loop + 'label = "loop"\n' + loop + 'label = "pushed"\nslack = "pushes"\n' + FREE + QUICK
-    )
-    done = dielast("calibrate", "r.toml", "--plot", "none", "-q")
-    assert done.returncode == 0, done.stderr
-    said = r"specimens go slack when they are unloaded, and bear nothing: loop up to a stretch of 1\.\d+ \((\d+) of 121 points\)"
-    named = re.search(said, done.stderr)
-    assert named, done.stderr
-    tests = parse_csv((tmp_path / "r/tests.csv").read_bytes(), "tests")
-    assert [int(count) for count in tests["slack_points [1]"]] == [int(named[1]), 0]
-    assert int(named[1]) > 5
-    loose, pushed = (float(error) for error in tests["rms_relative_error [1]"])
-    assert loose < pushed
-    (tmp_path / "r.toml").write_text(HEAD + loop + 'slack = "gives"\n' + FREE + QUICK)
-    assert "test[0].slack" in dielast("calibrate", "r.toml").stderr
-
-
 def test_voltage_tests_are_fitted_and_laws_that_fit_alike_are_drawn_together(dielast: Run, tmp_path: Path) -> None:
     truth = Material("m", 2e4, Spectrum([20.0], [3e4]), NoShift(20.0), Gent(60.0), Gent(60.0), permittivity=4e-11)
     tests = ""
-    for number, top in enumerate((2.0, 3.0, 4.0)):
+    for number, top in enumerate((2.0, 4.0)):
         at = np.linspace(0, 15 * (top - 1), 25)[1:]
         blank = MeasuredTest("pull", at, np.interp(at, [0, 10 * (top - 1), 20 * (top - 1)], [1, top, 1]), np.ones(at.size), 20.0)
         clean = Laboratory([blank]).answers([truth])[0][0]
@@ -389,8 +352,8 @@ def test_voltage_tests_are_fitted_and_laws_that_fit_alike_are_drawn_together(die
     )
     (tmp_path / "m.toml").write_text(start)
     free = FREE + '"nonequilibrium.shear_modulus" = {}\n"nonequilibrium.relaxation_time" = {}\n'
-    tried = '[springs]\ntry = [["gent", "gent"], ["ogden", "ogden"], ["neo-hookean", "neo-hookean"]]\n'
-    few = "[fit]\nstarts = 1\n[uncertainty]\ndraws = 40\n"
+    tried = '[springs]\ntry = [["gent", "gent"], ["ogden", "ogden"]]\n'
+    few = "[fit]\nstarts = 1\n[uncertainty]\ndraws = 20\n"
     recipe = 'kind = "calibrate"\nmaterial = "m.toml"\n' + tests + free + PREDICTED + tried + few
     (tmp_path / "r.toml").write_text(recipe)
     done = dielast("calibrate", "r.toml", "-q", "--plot", "none")
@@ -401,7 +364,6 @@ def test_voltage_tests_are_fitted_and_laws_that_fit_alike_are_drawn_together(die
     assert found["rms_voltage_error [1]"][0] in ("", "nan")
     laws = parse_csv((tmp_path / "r/laws.csv").read_bytes(), "laws")
     assert sum(map(float, laws["weight [1]"])) == pytest.approx(1.0)
-    assert laws["equilibrium_law"][-1] == "neo-hookean"
     assert "these tests cannot tell gent + gent" in done.stderr
     assert "apart; the voltage of a film differs by a factor of" in done.stderr
     proposed = parse_csv((tmp_path / "r/next_tests.csv").read_bytes(), "next")
@@ -421,17 +383,18 @@ def test_voltage_tests_are_fitted_and_laws_that_fit_alike_are_drawn_together(die
     assert float(drawn[0]) == pytest.approx(first, rel=1e-3)
     draws = read_draws(tmp_path / "r/material.toml")
     assert {draw.equilibrium_law.name for draw in draws} >= {"gent", "ogden"}
+    assert len(draws) == 20
     assert read_material(tmp_path / "r/material.toml").calibrated.law_spread > 1
     # the draws of both laws go on to a simulation, which says how far they differ
     drive = 'kind = "actuate"\nmaterial = "r/material.toml"\n[film]\nthickness = "1 mm"\nprestretch = 2.0\n'
     drive += '[[step]]\nvoltage = "2 kV"\n[[step]]\nhold = "1 s"\n[stop]\nat = "end"\n'
-    drive += '[output]\ntimes = ["1 s"]\n[uncertainty]\ndraws = 30\n'
+    drive += '[output]\ntimes = ["1 s"]\n[uncertainty]\ndraws = 20\n'
     (tmp_path / "a.toml").write_text(drive)
     done = dielast("actuate", "a.toml", "-q", "--plot", "none")
     assert done.returncode == 0, done.stderr
     assert "laws that fit these tests alike differ by a factor of" in done.stderr
     # a film that no draw can follow
-    far = PREDICTED.replace("prestretch = 2.0", "prestretch = 40.0") + few.replace("40", "20")
+    far = PREDICTED.replace("prestretch = 2.0", "prestretch = 40.0") + QUICK
     (tmp_path / "far.toml").write_text('kind = "calibrate"\nmaterial = "m.toml"\n[[test]]\nfile = "pull0.csv"\n' + FREE + far)
     done = dielast("calibrate", "far.toml", "-q", "--plot", "none")
     assert done.returncode == 0, done.stderr

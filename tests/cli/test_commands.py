@@ -17,82 +17,13 @@ from dielast.io.table import parse_csv
 
 Starter = Callable[[str], Path]
 NUMBER = re.compile(r"-?\d+(\.\d+)?(e[+-]\d+)?")
-SIMULATED = [
-    "case",
-    "temperature [degC]",
-    "time [s]",
-    "stretch_1 [1]",
-    "stretch_2 [1]",
-    "nominal_stress_1 [Pa]",
-    "nominal_stress_2 [Pa]",
-    "true_stress_1 [Pa]",
-    "true_stress_2 [Pa]",
-]
-HEADERS = {
-    "mastercurve.csv": ["temperature [degC]", "time [s]", "reduced_time [s]", "relaxation_modulus [Pa]"],
-    "shift-factors.csv": [
-        "temperature [degC]",
-        "log10_shift_factor [1]",
-        "log10_shift_factor_stderr [1]",
-        "log10_shift_factor_fit [1]",
-        "vertical_shift [1]",
-    ],
-    "spectrum.csv": ["relaxation_time [s]", "shear_modulus [Pa]"],
-    "fit.csv": ["reduced_time [s]", "measured [Pa]", "model [Pa]"],
-    "relax.csv": [*SIMULATED, "relaxation_modulus [Pa]"],
-    "creep.csv": SIMULATED,
-    "cases.csv": ["case"],
-    "actuate.csv": [
-        "case",
-        "temperature [degC]",
-        "time [s]",
-        "voltage [V]",
-        "stretch_1 [1]",
-        "stretch_2 [1]",
-        "relative_stretch_1 [1]",
-        "relative_stretch_2 [1]",
-        "nominal_stress_1 [Pa]",
-        "nominal_stress_2 [Pa]",
-        "true_field [V/m]",
-        "stability [1]",
-        "area_strain [1]",
-        "thickness_stretch [1]",
-        "capacitance [F/m^2]",
-        "capacitance [F]",
-    ],
-    "events.csv": [
-        "case",
-        "event",
-        "time [s]",
-        "voltage [V]",
-        "stretch_1 [1]",
-        "stretch_2 [1]",
-        "true_field [V/m]",
-        "actuated_time [s]",
-    ],
-    "failure-map.csv": [
-        "temperature [degC]",
-        "prestretch_1 [1]",
-        "prestretch_2 [1]",
-        "electrode_share [1]",
-        "voltage [V]",
-        "time_to_breakdown [s]",
-        "time_to_pull_in [s]",
-        "time_to_loss_of_tension [s]",
-        "time_to_failure [s]",
-        "failure_mode",
-    ],
-}
 FITTED = ["equilibrium.shear_modulus", "nonequilibrium.scale"]
-HEADERS |= {
+# of the tables without a golden recipe
+HEADERS = {
     "electrode.csv": [
         *("file", "time [s]", "centre_x [px]", "centre_y [px]", "major_axis [px]", "minor_axis [px]", "angle [deg]"),
         *("relative_stretch_1 [1]", "relative_stretch_1_stderr [1]", "relative_stretch_2 [1]", "relative_stretch_2_stderr [1]"),
         *("area_strain [1]", "state"),
-    ],
-    "design.csv": [
-        *("temperature [degC]", "prestretch_1 [1]", "prestretch_2 [1]", "electrode_share [1]", "area_strain [1]", "voltage [V]"),
-        *("time_to_failure [s]", "failure_mode", "reached"),
     ],
     "parameters.csv": ["parameter", "start", "value", "standard_error", "lower", "upper", "verdict", "unit"],
     "tests.csv": [
@@ -113,9 +44,6 @@ HEADERS |= {
         *("relaxation_time_1 [s]", "relaxation_time_2 [s]"),
     ],
 }
-FILMS = ["temperature [degC]", "prestretch_1 [1]", "prestretch_2 [1]", "electrode_share [1]"]
-POWER = [f"power_{name} [1]" for name in ("exponent", "intercept", "rms_residual", "r_squared")]
-LIFETIME = [*FILMS, "slope [1/V]", "intercept [1]", "rms_residual [1]", "r_squared [1]", "points", *POWER, "aic_difference [1]"]
 TEXT = {"failure_mode", "reached", "event", "parameter", "verdict", "unit", "test", "used", "specimen", "material"}
 TEXT |= {"equilibrium_law", "nonequilibrium_law", "file", "state"}
 TEXT |= {"law", "scatter", "suspended"}
@@ -165,9 +93,8 @@ def test_the_starter_runs_as_it_is(kind: str, dielast: Run, starter: Starter, tm
         assert str(tmp_path).encode() not in content
         if name.endswith(".csv"):
             cells = parse_csv(content, name)
-            wanted = LIFETIME if (kind, name) == ("failure-map", "fit.csv") else HEADERS.get(name)
-            if kind != "lifetime":  # whose columns depend on its laws: test_lifetime
-                assert list(cells) == wanted
+            if kind in ("measure", "calibrate"):  # columns of lifetime depend on its laws: test_lifetime
+                assert list(cells) == HEADERS[name]
             assert set(cells.get("reached", [])) <= {"yes"}  # the goal of a design
             assert b"\r" not in content
             # a film that outlives the horizon has no time, a specimen no voltage
@@ -278,18 +205,11 @@ GOOD = "\n".join(f"{T},{t},{1e6 * (t * 10 ** (T / 40)) ** -0.3:.6g}" for T in (0
     ("content", "message"),
     [
         (None, 'data.file: "dma.csv": no such file'),
-        ("", "dma.csv: the file is empty"),
-        ("\x00\x01\x02", "dma.csv: "),
-        (table(GOOD).replace("time [s]", "zeit [s]"), 'dma.csv: no column "time [s]" for time; '),
-        (table(GOOD).replace("time [s]", "time [kg]"), 'no column "time [s]" for time; did you mean "time [kg]"?'),
         (table(GOOD).replace("20,4,", "20,four,"), 'dma.csv: line 11: column "time": "four" is not a finite number'),
-        (table(GOOD).replace("20,4,", "20,nan,"), 'dma.csv: line 11: column "time": "nan" is not a finite number'),
-        (table(GOOD).replace("20,4,", "20,-4,"), "dma.csv: line 11: time is not above zero"),
         (
             table(GOOD).replace("0,1,", "0,0,"),
             'dma.csv: line 2: time is not above zero: if the test begins with a ramp, state its duration, such as ramp = "1 s"',
         ),
-        (table("\n".join(GOOD.splitlines()[:7])), "temperature"),
     ],
 )
 def test_bad_input_is_one_line_and_writes_nothing(
@@ -425,7 +345,7 @@ def test_golden_files_and_inputs_are_never_overwritten(dielast: Run, starter: St
     assert (tmp_path / "fit.csv").read_text() == table(GOOD)
 
 
-@pytest.mark.parametrize("title", ["$x^{$", "Price $5 and 10 % for $6", "long " * 80, "50 µm, 20 °C"])
+@pytest.mark.parametrize("title", ["long " * 80 + "$x^{$", "Price $5 and 10 % for $6, 50 µm, 20 °C"])
 def test_any_title_is_drawn_as_it_stands(title: str, dielast: Run, starter: Starter, tmp_path: Path) -> None:
     done = dielast("creep", starter("creep"), "-q", "--set", f"title={title}")
     assert (done.returncode, done.stderr) == (0, "")

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import csv
 from pathlib import Path
 
 import numpy as np
 import pytest
 from processes import Run
+from tables import rows
 
 from dielast.handover.material_file import parse_material, write_material
 from dielast.material.damage import InversePower
@@ -42,11 +42,6 @@ def folder(tmp_path: Path) -> Path:
     (tmp_path / "map.toml").write_text(MAP)
     (tmp_path / "actuate.toml").write_text(ACTUATE)
     return tmp_path
-
-
-def rows(path: Path) -> list[dict[str, str]]:
-    with path.open() as file:
-        return list(csv.DictReader(file))
 
 
 def test_a_run_stops_at_the_damage_and_its_draws_have_bounds(folder: Path, dielast: Run) -> None:

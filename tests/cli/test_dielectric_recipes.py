@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Callable
 from pathlib import Path
 
 import pandas as pd
 import pytest
 from processes import Run
+from tables import rows
 
 MATERIAL = """\
 name = "film"
@@ -54,11 +54,6 @@ relax = "1 min"
 [voltage]
 values = ["4.4 kV", "4.8 kV", "5.2 kV"]
 """
-
-
-def rows(path: Path) -> list[dict[str, str]]:
-    with path.open() as file:
-        return list(csv.DictReader(file))
 
 
 def breakdown_time(folder: Path, dielectric: str, dielast: Run, *options: str) -> float:

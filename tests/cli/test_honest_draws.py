@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 from processes import Run
-from uncertain import FILM, SCATTER, columns
+from tables import FILM, SCATTER, columns
 
 import dielast as library
 from dielast.handover.material_draws import draw_columns

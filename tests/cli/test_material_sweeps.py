@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import csv
 import subprocess
 from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 from processes import Run
+from tables import rows
 
 MATERIAL = """\
 name = "film"
@@ -75,11 +75,6 @@ def run(tmp_path: Path, dielast: Run) -> Callable[..., subprocess.CompletedProce
         return dielast(kind, "r.toml", "-q", "--plot", "none", "-o", out, *arguments)
 
     return run
-
-
-def rows(path: Path) -> list[dict[str, str]]:
-    with path.open(newline="") as file:
-        return list(csv.DictReader(file))
 
 
 def alone(path: Path, case: int) -> list[list[str]]:

@@ -110,7 +110,6 @@ def kitchen(tmp_path: Path) -> Path:
 
 def test_six_commands_give_the_same_bytes_as_on_windows(kitchen: Path, command: Run) -> None:
     options = {kind: ["--plot", "none"] for kind in RECIPES} | {"creep": []}
-    options["design"] += ["--jobs", "2"]  # shared out there, in one process here
     options["relax"] += ["--depfile", "d", "--json"]
     mistake = ["validate", str(kitchen / "spectrum.toml"), "no ≤.toml"]
     lines = [[kind, f"{kind}.toml", "-o", f"Ergebnisse/{kind}", *own] for kind, own in options.items()]
@@ -132,10 +131,11 @@ def test_six_commands_give_the_same_bytes_as_on_windows(kitchen: Path, command: 
 
 
 @pytest.mark.trust
-def test_a_map_is_shared_out_as_on_macos(kitchen: Path) -> None:
+@pytest.mark.parametrize("system", ["macOS", "Windows"])
+def test_a_map_is_shared_out_as_on_another_system(kitchen: Path, system: str) -> None:
     (kitchen / "map.toml").write_text(map_of(200), encoding="utf-8")
     map_of_two = ["failure-map", "map.toml", "--plot", "none", "-q", "-o"]
-    done = elsewhere("macOS", kitchen, [*map_of_two, "two", "--jobs", "2"], [*map_of_two, "one"])
+    done = elsewhere(system, kitchen, [*map_of_two, "two", "--jobs", "2"], [*map_of_two, "one"])
     assert (done.returncode, done.stdout, done.stderr) == (0, b"", b"")
     assert (kitchen / "two/failure-map.csv").read_bytes() == (kitchen / "one/failure-map.csv").read_bytes()
 

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 from scipy.stats import t as student
-from uncertain import columns
+from tables import columns
 
 from dielast import draw_sample, read_material
 from dielast.material.intervals import interval

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import csv
 from pathlib import Path
 
 import numpy as np
 import pytest
 from processes import Run
+from tables import rows
 
 from dielast import Yeoh, write_material
 from dielast.handover.material_draws import draw_columns
@@ -58,11 +58,6 @@ FILM = '[film]\nthickness = "0.5 mm"\nprestretch = 1.7\nrelax = "5 min"\n'
 
 def text(equilibrium: str, branches: str = "") -> str:
     return TEMPLATE.format(equilibrium=equilibrium, branches=branches)
-
-
-def rows(path: Path) -> list[dict[str, str]]:
-    with path.open() as file:
-        return list(csv.DictReader(file))
 
 
 @pytest.mark.parametrize("name", LAWS)

@@ -60,22 +60,23 @@ def test_without_standard_error_warnings_do_not_spoil_the_json(tmp_path: Path) -
 
 @needs_full
 @pytest.mark.parametrize("arguments", [["--version"], ["relax", "--help"], ["schema"]])
-def test_a_full_output_is_one_line(arguments: list[str], tmp_path: Path) -> None:
-    done = shell(tmp_path, ">/dev/full", *arguments)
+def test_a_full_output_is_one_line(arguments: list[str], dielast: Run) -> None:
+    with open("/dev/full", "wb") as full:
+        done = dielast(*arguments, to=full.fileno())
     assert (done.returncode, done.stderr) == (2, "cannot write: no space left on device\n")
 
 
 @needs_full
-def test_errors_that_nobody_hears_keep_their_exit_code(tmp_path: Path) -> None:
-    assert shell(tmp_path, "2>/dev/full", "relax", "nothere.toml").returncode == 2
-    assert shell(tmp_path, "2>/dev/full", "nothing").returncode == 2
+def test_errors_that_nobody_hears_keep_their_exit_code(dielast: Run) -> None:
+    with open("/dev/full", "wb") as full:
+        assert dielast("relax", "nothere.toml", errors_to=full.fileno()).returncode == 2
+        assert dielast("nothing", errors_to=full.fileno()).returncode == 2
 
 
-def test_errors_to_a_reader_that_has_gone_keep_their_exit_code(tmp_path: Path) -> None:
+def test_errors_to_a_reader_that_has_gone_keep_their_exit_code(dielast: Run) -> None:
     reader, writer = os.pipe()
     os.close(reader)
-    command = [sys.executable, "-c", CODE, "relax", "nothere.toml"]
-    done = subprocess.run(command, cwd=tmp_path, stdout=writer, stderr=writer, timeout=ENDS, check=False)
+    done = dielast("relax", "nothere.toml", to=writer, errors_to=writer)
     os.close(writer)
     assert done.returncode == 2
 
@@ -89,13 +90,13 @@ def test_plots_need_no_home_and_no_display(tmp_path: Path) -> None:
     assert (tmp_path / "r/relax.png").read_bytes().startswith(b"\x89PNG")
 
 
-def test_a_name_that_is_no_utf_8_is_written_with_escapes(tmp_path: Path) -> None:
+def test_a_name_that_is_no_utf_8_is_written_with_escapes(dielast: Run, tmp_path: Path) -> None:
     name = os.fsdecode(b"b\xff.toml")
     try:
         (tmp_path / name).write_text(RECIPE)
     except OSError:
         pytest.skip("a file system that knows text only")
-    done = shell(tmp_path, "", "relax", name, "--plot", "none", "--depfile", "d")
+    done = dielast("relax", name, "--plot", "none", "--depfile", "d")
     assert (done.returncode, done.stderr) == (0, "")
     assert 'recipe = "b\\\\udcff.toml"\n' in (tmp_path / os.fsdecode(b"b\xff") / "summary.toml").read_text()
     assert b"b\xff/relax.csv" in (tmp_path / "d").read_bytes()
@@ -162,9 +163,7 @@ def test_what_may_not_be_read_is_named(dielast: Run, recipe: Path, tmp_path: Pat
         locked.chmod(0o700)
 
 
-def test_a_folder_that_is_gone_is_said_to_be(recipe: Path, tmp_path: Path) -> None:
+def test_a_folder_that_is_gone_is_said_to_be(command: Run, recipe: Path, tmp_path: Path) -> None:
     (tmp_path / "gone").mkdir()
-    remove = "import os; os.rmdir(os.getcwd());"
-    command = [sys.executable, "-c", remove + CODE, "relax", str(recipe), "-q", "--plot", "none"]
-    done = subprocess.run(command, cwd=tmp_path / "gone", capture_output=True, text=True, timeout=ENDS, check=False)
+    done = command(tmp_path / "gone", "relax", recipe, "-q", "--plot", "none", prelude="import os; os.rmdir(os.getcwd())")
     assert (done.returncode, done.stderr) == (2, "the current folder is no longer there\n")

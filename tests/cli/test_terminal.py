@@ -5,48 +5,39 @@ from __future__ import annotations
 import os
 import pty
 import re
-import subprocess
-import sys
+import threading
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
-from processes import ENDS, Run
+from processes import Run
 
 from dielast.report.summary import rows
 
-CODE = "from dielast.cli import main; main()"
 WARNED = 'kind = "relax"\nmaterial = "example:vhb4905.toml"\n[[step]]\nhold = "10 s"\n' + (
     '[[compare]]\nfile = "m.csv"\nx = "time [s]"\ny = "stretch_1 [1]"\n'
 )
 
 
-def on_a_terminal(folder: Path, *arguments: str, **environment: str) -> tuple[str, str]:
+def on_a_terminal(dielast: Run, *arguments: str, **environment: str | bool) -> tuple[str, str]:
     """Standard output as a terminal gets it, and standard error."""
     ours, theirs = pty.openpty()
-    child = subprocess.Popen(
-        [sys.executable, "-c", CODE, *arguments],
-        cwd=folder,
-        env={**os.environ, "TERM": "xterm-256color", "COLUMNS": "80", "PYTHONUTF8": "1", **environment},
-        stdin=subprocess.DEVNULL,
-        stdout=theirs,
-        stderr=subprocess.PIPE,
-    )
+    shown: list[bytes] = []
+
+    def read() -> None:
+        with suppress(OSError):  # once the other end is closed
+            while piece := os.read(ours, 65536):
+                shown.append(piece)
+
+    reader = threading.Thread(target=read)
+    reader.start()
+    terminal = {"TERM": "xterm-256color", "COLUMNS": "80", "PYTHONUTF8": "1"}
+    done = dielast(*arguments, to=theirs, **{**terminal, **environment})
     os.close(theirs)
-    shown = b""
-    while True:
-        try:
-            piece = os.read(ours, 65536)
-        except OSError:
-            break
-        if not piece:
-            break
-        shown += piece
+    reader.join()
     os.close(ours)
-    assert child.stderr is not None
-    errors = child.stderr.read().decode()
-    child.stderr.close()
-    assert child.wait(timeout=ENDS) == 0, errors
-    return shown.decode().replace("\r\n", "\n"), errors
+    assert done.returncode == 0, done.stderr
+    return b"".join(shown).decode(), done.stderr
 
 
 @pytest.mark.parametrize(
@@ -85,7 +76,7 @@ def test_a_terminal_gets_a_table_and_a_script_gets_lines(dielast: Run, tmp_path:
     (tmp_path / "r.toml").write_text(
         'kind = "spectrum"\nmastercurve = "example:mastercurve"\n[fit]\nmethod = "schwarzl-staverman"\n'
     )
-    shown, errors = on_a_terminal(tmp_path, "spectrum", "r.toml", "--plot", "none", TERM="dumb")
+    shown, errors = on_a_terminal(dielast, "spectrum", "r.toml", "--plot", "none", TERM="dumb")
     assert errors.startswith("warning: the curve ends before its plateau")
     lines = [line.split() for line in shown.splitlines()]
     assert lines[0] == ["spectrum:", "results", "in", "r"]
@@ -98,38 +89,32 @@ def test_a_terminal_gets_a_table_and_a_script_gets_lines(dielast: Run, tmp_path:
     assert all(" = " in line for line in plain.splitlines())
 
 
-def test_no_colour_where_none_is_wanted(tmp_path: Path) -> None:
+def test_no_colour_where_none_is_wanted(dielast: Run, tmp_path: Path) -> None:
     (tmp_path / "r.toml").write_text('kind = "spectrum"\nmastercurve = "example:mastercurve"\n')
-    shown, _ = on_a_terminal(tmp_path, "spectrum", "r.toml", "--plot", "none", NO_COLOR="1")
+    shown, _ = on_a_terminal(dielast, "spectrum", "r.toml", "--plot", "none", NO_COLOR="1")
     # bold and dim are no colours
     assert not any(f"\x1b[{code}m" in shown for code in (*range(30, 38), *range(90, 98)))
     assert "\x1b[38" not in shown
 
 
-def test_a_terminal_without_unicode_gets_what_it_can_write(tmp_path: Path) -> None:
+def test_a_terminal_without_unicode_gets_what_it_can_write(dielast: Run, tmp_path: Path) -> None:
     (tmp_path / "r.toml").write_text(
         'kind = "mastercurve"\n[data]\nfile = "example:relaxation-test.csv"\nramp = "1 s"\n'
         'columns = { temperature = "temperature", modulus = "relaxation_modulus" }\n[shift]\nreference_temperature = "20 degC"\n'
     )
-    ascii_only = {"PYTHONUTF8": "0", "PYTHONIOENCODING": "ascii", "LC_ALL": "C", "TERM": "dumb"}
-    shown, errors = on_a_terminal(tmp_path, "mastercurve", "r.toml", "--plot", "none", **ascii_only)
+    ascii_only = {"PYTHONUTF8": "0", "PYTHONIOENCODING": "ascii", "LC_ALL": "C", "TERM": "dumb", "fresh": True}
+    shown, errors = on_a_terminal(dielast, "mastercurve", "r.toml", "--plot", "none", **ascii_only)
     assert errors == ""
     assert "20 degC" in shown
     assert " +- " in shown
 
 
-def test_warnings_come_below_the_summary(tmp_path: Path) -> None:
+def test_warnings_come_below_the_summary(dielast: Run, tmp_path: Path) -> None:
     (tmp_path / "r.toml").write_text(WARNED)
     (tmp_path / "m.csv").write_text("time [s],stretch_1\n1,1\n20,1\n")
-    done = subprocess.run(
-        [sys.executable, "-c", CODE, "relax", "r.toml", "--plot", "none"],
-        cwd=tmp_path,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        text=True,
-        check=True,
-    )
-    *above, last = done.stdout.splitlines()
+    with (tmp_path / "both").open("wb") as both:
+        dielast("relax", "r.toml", "--plot", "none", to=both.fileno(), errors_to=both.fileno())
+    *above, last = (tmp_path / "both").read_text().splitlines()
     assert last.startswith("warning: m.csv: the simulation does not reach 1 of 2 points")
     assert above[0] == "relax.cases = 1"
 
@@ -145,9 +130,7 @@ def test_warnings_come_below_the_summary(tmp_path: Path) -> None:
         ("dielast fai", {"failure-map"}),
     ],
 )
-def test_a_shell_offers_kinds(words: str, offered: set[str]) -> None:
-    environment = dict(os.environ, _DIELAST_COMPLETE="complete_bash", COMP_WORDS=words, COMP_CWORD=str(len(words.split(" ")) - 1))
-    command = [sys.executable, "-c", "from dielast.cli import main; main()"]
-    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
+def test_a_shell_offers_kinds(words: str, offered: set[str], dielast: Run) -> None:
+    done = dielast(_DIELAST_COMPLETE="complete_bash", COMP_WORDS=words, COMP_CWORD=str(len(words.split(" ")) - 1))
     assert set(done.stdout.split()) == offered
     assert done.stderr == ""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import tomllib
 from collections.abc import Iterator
 from pathlib import Path
@@ -12,6 +11,7 @@ import pytest
 from flat import creep
 from keys import keys
 from processes import Run
+from tables import rows
 from toys import MATERIAL, Cooling, Eyring, Linear, Power, Varga, register
 
 from dielast import CardOptions, InputError, Material, NoShift, Spectrum, export_card, write_material
@@ -53,11 +53,6 @@ def registered() -> Iterator[None]:
     for family, entries in zip(families, before, strict=True):
         family._entries.clear()
         family._entries.update(entries)
-
-
-def rows(path: Path) -> list[dict[str, str]]:
-    with path.open() as file:
-        return list(csv.DictReader(file))
 
 
 @pytest.mark.usefixtures("registered")

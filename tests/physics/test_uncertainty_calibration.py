@@ -40,7 +40,7 @@ def test_intervals_are_neither_too_narrow_nor_too_wide() -> None:
         pytest.param(Flaws(thermometer=0.3), 40, marks=pytest.mark.trust),
         pytest.param(Flaws(walk=0.02), 40, marks=pytest.mark.trust),
         pytest.param(Flaws(tilt=0.01), 40, marks=pytest.mark.trust),
-        (Flaws(0.3, 0.02, 0.01), 40),
+        (Flaws(0.3, 0.02, 0.01), 25),
     ],
     ids=["thermometer", "walk", "tilt", "all"],
 )

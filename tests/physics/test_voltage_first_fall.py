@@ -35,7 +35,7 @@ def test_a_margin_that_falls_while_the_film_hardly_moves(hold: float, rtol: floa
     assert times == pytest.approx([1295.886, 868.932], rel=1e-4)
 
 
-@settings(max_examples=6, phases=(Phase.explicit, Phase.generate))
+@settings(max_examples=4, phases=(Phase.explicit, Phase.generate))
 @given(
     ratio=st.floats(0.0, 10.0).map(lambda x: 10.0 ** (1 + 0.9 * x)),
     share=st.floats(-2.0, 1.0).map(lambda x: 10.0**x),

@@ -111,7 +111,7 @@ def test_an_elastic_film_under_dead_load_pulls_in_where_theory_says(prestretch: 
     assert below.stretch_1[0, -1] == pytest.approx(stretch, rel=2e-3)
 
 
-@pytest.mark.parametrize("prestretch", [(2.0, 1.2), (3.0, 1.5)])
+@pytest.mark.parametrize("prestretch", [(2.0, 1.2), pytest.param((3.0, 1.5), marks=pytest.mark.trust)])
 def test_a_clamped_axis_keeps_the_film_from_pulling_in_until_it_goes_slack(prestretch: tuple[float, float]) -> None:
     # s_1 = mu (l_1 - l_1^-3 l_2^-2) - eps E~^2 l_1 l_2^2 grows with l_1 as long as eps E~^2 < mu / l_2^2, so nothing ends the
     # equilibrium before

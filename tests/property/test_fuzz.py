@@ -18,7 +18,7 @@ from dielast.base.errors import InputError
 from dielast.commands.registry import COMMANDS, read_cases
 from dielast.report.golden import differences
 
-INPUTS = 50
+INPUTS = 25
 HUGE = "1" + 400 * "0"  # beyond every floating-point number, and short enough for Python
 FOLDER = str(Path(__file__).parents[1] / "trust")
 sys.path.append(FOLDER)

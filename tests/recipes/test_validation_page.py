@@ -14,7 +14,8 @@ from processes import ENDS
 RECIPES = Path(__file__).parents[2] / "recipes"
 
 
-@pytest.mark.parametrize("section", ["shifts", pytest.param("other-tests", marks=pytest.mark.trust)])
+@pytest.mark.trust
+@pytest.mark.parametrize("section", ["shifts", "other-tests"])
 def test_the_quick_sections_are_what_the_command_finds(section: str, shared_data: Callable[[str], Path]) -> None:
     """The others are by the same command, in minutes."""
     data = shared_data("polystyrene/creep_ps160_data.csv").parents[1]

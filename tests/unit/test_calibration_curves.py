@@ -106,7 +106,7 @@ def test_constants_are_within_their_intervals_although_the_machine_rings(seeds: 
     errors, score = [], []
     for seed, ignore in ((3, False), *((seed, True) for seed in seeds)):
         tests = []
-        for k, made in enumerate(_laboratory(machine, seed)):
+        for k, made in enumerate(_laboratory(machine, seed)[: None if len(seeds) > 1 else 2]):  # two tests are enough for a seed
             test = made.test(f"{k}")
             tests.append(replace(test, left_out=ringing(test)) if ignore else test)
         fit = fit_material(SOFT, tests, free, starts=1)
@@ -145,7 +145,7 @@ MATERIALS = pytest.mark.parametrize("material", [SOFT, FAST, PLAIN, TIGHT], ids=
 
 
 @MATERIALS
-@pytest.mark.parametrize("noise", [0.0, 0.02])
+@pytest.mark.parametrize("noise", [pytest.param(0.0, marks=pytest.mark.trust), 0.02])
 def test_relaxation_is_no_softening(material: Material, noise: float) -> None:
     random = np.random.default_rng(6)
     for ramp, count, low in ((1.0, 3, 1.0), (10.0, 2, 1.0), (100.0, 2, 1.2)):
@@ -157,7 +157,7 @@ def test_relaxation_is_no_softening(material: Material, noise: float) -> None:
 
 
 @MATERIALS
-@pytest.mark.parametrize("noise", [0.0, 0.01])
+@pytest.mark.parametrize("noise", [pytest.param(0.0, marks=pytest.mark.trust), 0.01])
 def test_a_specimen_that_softens_is_recognised(material: Material, noise: float) -> None:
     for ramp, share in ((1.0, 0.1), (10.0, 0.1), (10.0, 0.4), (100.0, 0.2)):
         made = cycles(material, replace(QUIET, noise=noise), np.random.default_rng(2), ramp=ramp, points=30, slack="pushes")

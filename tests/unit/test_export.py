@@ -10,7 +10,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
-from hypothesis import given, strategies as st
+from hypothesis import given, settings, strategies as st
 
 from dielast import CardOptions, Gent, InputError, Material, NeoHookean, Spectrum, Yeoh, export_card
 from dielast.base.errors import DielastWarning
@@ -260,6 +260,7 @@ def test_lines_are_short_enough_for_every_reader() -> None:
             assert all(len(line.split(",")) <= 8 for line in lines if line.startswith("TBDATA"))
 
 
+@settings(max_examples=10)
 @given(name=st.text(max_size=80))
 def test_no_name_breaks_a_card(name: str) -> None:
     odd = replace(NEO, name=name)

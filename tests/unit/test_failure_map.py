@@ -161,7 +161,11 @@ def test_films_without_a_breakdown_field_end_by_pull_in() -> None:
 
 @pytest.mark.parametrize(
     ("boundary", "voltage"),
-    [(("dead-load", "clamped"), 9e3), ("clamped", 1e4), pytest.param(("clamped", "dead-load"), 9e3, marks=pytest.mark.trust)],
+    [
+        (("dead-load", "clamped"), 9e3),
+        pytest.param("clamped", 1e4, marks=pytest.mark.trust),
+        pytest.param(("clamped", "dead-load"), 9e3, marks=pytest.mark.trust),
+    ],
 )
 def test_a_held_axis_that_goes_slack_is_known_to_the_map(boundary: Any, voltage: float) -> None:
     film: dict[str, Any] = {**FILM, "boundary": boundary, "breakdown_field": 1e9}

@@ -49,6 +49,8 @@ voltage = "3 kV"
 hold = "10 min"
 [breakdown]
 field = "48 MV/m"
+[solver]
+rtol = 1e-4
 """
 CREEP = 'kind = "creep"\nmaterial = "example:vhb4905.toml"\n[[step]]\nstress = "50 kPa"\n[[step]]\nhold = "1 h"\n'
 COARSE = "[output]\npoints_per_decade = 3\n"
@@ -70,6 +72,8 @@ prestretch = [1.7, 1.9]
 relax = "1.5 h"
 [voltage]
 values = ["3 kV", "4 kV", "5 kV"]
+[solver]
+rtol = 1e-4
 """
 SWEEPS = """
 kind = "mastercurve"
@@ -443,6 +447,7 @@ file = "failures.csv"
 [film]
 thickness = "0.5 mm"
 prestretch = 1.9
+boundary = "clamped"
 [fit]
 law = "inverse-power"
 [uncertainty]

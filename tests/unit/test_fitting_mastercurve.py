@@ -241,12 +241,6 @@ def test_noise_floors_of_sweeps_are_those_of_low_frequencies() -> None:
     assert int(dropped) > 100
 
 
-@pytest.mark.parametrize(("reference", "outside"), [(-20.0, False), (60.0, False), (-20.5, True), (60.5, True)])
-def test_a_reference_is_outside_when_it_is_beyond_all_temperatures(reference: float, outside: bool) -> None:
-    said = heard(relaxation(), reference)[1]
-    assert ("is outside the measured -20 to 60 degC: the master curve is extrapolated by the shift law" in said) == outside
-
-
 @pytest.mark.parametrize("reference", [-273.15, -300.0, np.inf, -np.inf])
 def test_a_reference_is_a_temperature(reference: float) -> None:
     with pytest.raises(InputError, match="is not a temperature above absolute zero"):

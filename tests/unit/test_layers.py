@@ -76,10 +76,6 @@ def test_every_public_name_is_there_and_documented() -> None:
 def test_public_functions_can_be_pickled_and_keep_their_signatures() -> None:
     functions = {name: thing for name in dielast.__all__ if isinstance(thing := getattr(dielast, name), FunctionType)}
     assert all(getattr(dielast, name) is function is pickle.loads(pickle.dumps(function)) for name, function in functions.items())
-    elsewhere = "import pickle, sys; print(*(function.__name__ for function in pickle.load(sys.stdin.buffer)))"
-    stored = pickle.dumps([*functions.values()])
-    done = subprocess.run([sys.executable, "-c", elsewhere], input=stored, capture_output=True, check=True)
-    assert done.stdout.decode().split() == [*functions]
     assert [*signature(dielast.relax).parameters][:2] == ["material", "steps"]
 
 

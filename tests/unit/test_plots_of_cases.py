@@ -77,7 +77,7 @@ def test_few_cases_are_named(count: int) -> None:
     assert len(figure.axes) == 1
 
 
-@pytest.mark.parametrize("count", [8, 12, 36, 200])
+@pytest.mark.parametrize("count", [8, 200])
 def test_many_cases_of_one_quantity_have_a_colour_bar(count: int) -> None:
     figure = drawn(count, [Swept("rate [%/s]", tuple(map(float, range(count))))])
     assert named(figure) == ["breakdown", "pull-in"]

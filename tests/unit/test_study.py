@@ -116,7 +116,7 @@ def test_interrupts_change_no_byte(kind: str, tmp_path: Path, monkeypatch: pytes
 
     for run in range(1, 100):
         monkeypatch.setattr(designs, "CHUNK", 5 + run % 3)
-        moments = iter([*[False] * (5 if kind == "sweep" else 1), True, *[False] * 1000])
+        moments = iter([*[False] * {"sweep": 7, "map": 3}.get(kind, 1), True, *[False] * 1000])
         try:
             resumed = files(Execution(folder=tmp_path / "out", progress=interrupt, note=notes.append))
             break
@@ -129,7 +129,12 @@ def test_interrupts_change_no_byte(kind: str, tmp_path: Path, monkeypatch: pytes
 
 @pytest.mark.parametrize(
     ("name", "stated"),
-    [("actuate-sine", "output.electrical=true"), ("actuate-frame", ""), ("creep-force", ""), ("relax-pure-shear", "")],
+    [
+        ("actuate-sine", "output.electrical=true"),
+        pytest.param("actuate-frame", "", marks=pytest.mark.trust),
+        ("creep-force", ""),
+        ("relax-pure-shear", ""),
+    ],
 )
 def test_a_simulation_goes_on_within_a_step_of_its_load(
     name: str, stated: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -288,7 +293,7 @@ def test_results_that_are_too_many_to_keep_are_said_to_be(tmp_path: Path, monkey
     assert not list(tmp_path.iterdir())
 
 
-@pytest.mark.parametrize("jobs", [1, 2])
+@pytest.mark.parametrize("jobs", [1, pytest.param(2, marks=pytest.mark.trust)])
 def test_the_first_batch_with_an_error_is_told_of(jobs: int) -> None:
     first = InputError("step[0]: one", "step[1]: two")
     batches = [Squares([0]), Squares([1], 0.3, first), Squares([2], 0.0, NumericsError("later, though sooner found"))]
@@ -344,7 +349,7 @@ def test_a_long_case_shows_how_far_it_is(load_of: str, tmp_path: Path, monkeypat
     step = 'waveform = "sine"\nlow = 1.0\nhigh = 1.1\nperiod = "1 s"\ncycles = 9'
     path = tmp_path / "r.toml"
     step = step if load_of == "cycles" else 'table = "load.csv"'
-    path.write_text(f'kind = "relax"\nmaterial = "example:vhb4905"\n[[step]]\n{step}\n')
+    path.write_text(f'kind = "relax"\nmaterial = "example:vhb4905"\n[[step]]\n{step}\n[solver]\nrtol = 1e-3\n')
     shown: list[tuple[int, int, str]] = []
     execution = Execution(folder=tmp_path, progress=lambda *state: shown.append(state))
     compute("relax", read_cases(path), path, (), execution)

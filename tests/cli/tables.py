@@ -1,7 +1,8 @@
-"""What the tests of `[uncertainty]` share: a film of material.toml, its scatter from film to film, and how tables are read."""
+"""What tests of results share: a film of material.toml, its scatter from film to film, and how tables are read."""
 
 from __future__ import annotations
 
+import csv
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +17,12 @@ prestretch = 1.9
 relax = "10 min"
 """
 SCATTER = 'breakdown_field = { law = "weibull", shape = 20 }\nthickness = "2 %"\n'
+
+
+def rows(path: Path) -> list[dict[str, str]]:
+    """The rows of a table, cells by their headers."""
+    with path.open(newline="") as file:
+        return list(csv.DictReader(file))
 
 
 def columns(path: Path) -> dict[str, np.ndarray]:
