@@ -14,6 +14,7 @@ import pytest
 
 from dielast import WLF, InputError, Material, read_material, write_material
 from dielast.cli.run import compute
+from dielast.commands.inspect import warnings_of
 from dielast.commands.registry import COMMANDS, read_cases
 from dielast.material.spectrum import Spectrum
 from dielast.sharing.execution import Execution
@@ -128,6 +129,26 @@ def test_other_units_and_quantities_are_told(run: Run, kind: str, overrides: lis
     assert len(warnings) == len(said)
     for warning, words in zip(warnings, said, strict=True):
         assert words in warning
+
+
+def test_the_size_of_a_specimen_is_told_with_its_key(tmp_path: Path) -> None:
+    starter = COMMANDS["calibrate"].starter().encode().replace(b'"80 mm"', b'"80 km"')
+    said = warnings_of(tmp_path / "calibrate.toml", starter)
+    assert [line.partition(": ")[0] for line in said] == [
+        "test[0].specimen",
+        "test[1].specimen",
+        "test[2].specimen",
+        "validate[0].specimen",
+    ]
+    (tmp_path / "test.csv").write_text(
+        "time [s],extension [mm],force [N]\n" + "".join(f"{t},2,{2 + 1 / t}\n" for t in (1, 2, 4, 8))
+    )
+    columns = 'columns = { time = "time", extension = "extension", force = "force" }'
+    recipe = f'kind = "spectrum"\n[data]\nfile = "test.csv"\nreference_temperature = "20 degC"\n{columns}\n'
+    said = warnings_of(
+        tmp_path / "r.toml", (recipe + 'specimen = { gauge_length = "50 mm", width = "6 nm", thickness = "1 mm" }').encode()
+    )
+    assert any(line.startswith("data.specimen: the width is 6e-06 mm") for line in said)
 
 
 def test_moduli_in_another_unit_are_told_by_the_plateau(run: Run, tmp_path: Path) -> None:

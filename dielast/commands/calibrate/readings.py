@@ -50,7 +50,7 @@ def readings(cases: Sequence[Case[CalibrateRecipe]], inputs: Inputs) -> Iterator
         at = next((known.reference_temperature for known in (materials() or {}).values()), ROOM)
         if test.recipe is not None:
             return list(recipe_tests(test.recipe, inputs, name, test.specimen_id or name, at))
-        return [read_test(test, inputs, at, name)]
+        return [read_test(test, inputs, at, name, f"{key}[{index}]")]
 
     for name in recipe.started_from:
         yield "materials" if recipe.start is None else "material", name, partial(material, name)
