@@ -83,7 +83,7 @@ def test_several_attempts_are_told_together_and_each_problem_once() -> None:
             ("pointsPerDecade", "points_per_decade"),
             ("points-per-decade", "points_per_decade"),
         ],
-        *[("wave", "waveform"), ("periods", "period"), ("decade", "points_per_decade"), ("strech_rate", None)],
+        *[("wave", "waveform"), ("periods", "period"), ("decade", "points_per_decade"), ("strech_rate", "rate")],
         *[("from", None), ("to", None), ("x", None), ("", None), ("x" * 100_000, None)],
     ],
 )
