@@ -63,7 +63,7 @@ def started(kind: str, files: Given) -> tuple[str, list[str]]:
 def described(files: Given) -> tuple[str, list[str]]:
     """What the `files` hold and which commands take them, and what is doubtful about them."""
     takers = [(kind, recipe) for kind, recipe in _takers(files) if not recipe.unsure]
-    lines = [line for name in files.names for line in _of_file(name, files)]
+    lines = [line for name in files.names for line in _of_file(name, files, bool(takers))]
     doubts = _contradictions(files)
     them, are = ("them", "they are") if len(files.names) > 1 else ("it", "it is")
     for kind, recipe in takers:
@@ -117,7 +117,8 @@ def _mistakes(recipe: RecipeLines) -> list[str]:
         return [message.removeprefix(f"{_RECIPE}: ") for message in error.messages]
 
 
-def _of_file(name: str, files: Given) -> Iterator[str]:
+def _of_file(name: str, files: Given, taken: bool) -> Iterator[str]:
+    """What a file holds; a file without a table is an error, unless a command takes it."""
     if os.path.isdir(resolve(files.inputs.folder, name)):
         yield f"{name}: folder"
         return
@@ -129,7 +130,10 @@ def _of_file(name: str, files: Given) -> Iterator[str]:
 
             height, width = read_picture(files.inputs.read(name), name).shape[:2]
         except InputError:
-            raise error from None
+            if not taken:
+                raise error from None
+            yield f"{name}: no table of measurements"
+            return
         yield f"{name}: photograph, {width} x {height} pixels"
         return
     yield from _of_tables(seen)

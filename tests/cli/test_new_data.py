@@ -329,6 +329,9 @@ def test_a_card_is_asked_for_the_scale_of_its_temperatures_if_it_has_a_shift_law
     _, text, _ = made(dielast, "spectrum", "job.inp")
     assert "prony_units" in text
     assert ("prony_temperature_scale" in text) is law
+    told = dielast("new", "--data", "job.inp")
+    assert told.returncode == 0, told.stderr
+    assert "dielast new spectrum --data takes it" in told.stdout
 
 
 def test_a_measured_sweep_of_a_glass_takes_a_reference_whose_shift_is_known(
