@@ -77,6 +77,24 @@ def test_what_is_faster_than_the_spectrum_is_told_once(run: Run, kind: str, over
 
 
 @pytest.mark.parametrize(
+    ("points", "said"),
+    [
+        ("5,1.2\n6,1.25\n7,1.3", "a stretch of 1.2 at 5 s: until then it goes there evenly, from 1"),
+        ("0,1.2\n1,1.25\n2,1.3", "a stretch of 1.2 at 0 s: it goes there at once, from 1"),
+        ("1,1.05\n2,1.1\n3,1.15", ""),  # as a machine writes it
+        ("5,1\n6,1.1\n7,1.2", ""),
+    ],
+)
+def test_a_load_that_begins_late_or_loaded_is_told(run: Run, tmp_path: Path, points: str, said: str) -> None:
+    (tmp_path / "load.csv").write_text(f"time [s],stretch\n{points}\n")
+    warnings, summary = run("relax", 'step=[{table="load.csv"}]', 'output.times=["2 s"]')
+    assert [line for line in warnings if "the table begins" in line] == (
+        [f"load.csv: the table begins with {said}"] if said else []
+    )
+    assert summary["relax"]["peak_of"] == "the rows at output.times"
+
+
+@pytest.mark.parametrize(
     ("kind", "overrides"),
     [
         ("relax", ['step.0={stretch=2.0,duration="10 min"}']),
