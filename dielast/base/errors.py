@@ -21,6 +21,7 @@ LONGEST = 1000  # characters of a message: more than any that is meant to be rea
 _ENDLESS = re.compile(r"\S{300,}")
 _BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
 _SHOWN = 60  # characters of a value, and more than enough entries of a list
+_WORD = 3  # characters that a word has at least
 _DEEPEST = 9  # lists and tables within each other
 
 
@@ -211,12 +212,47 @@ def nearest(wrong: object, names: Iterable[str]) -> str:
     """Advice for a `wrong` name: the nearest of the `names`, whatever its case, spaces and underscores; or the name of which it is
     one word; or else all names.
     """
-    from difflib import get_close_matches  # slow to import
+    known = list(names)
+    near = similar(wrong, known)
+    return f"one of {', '.join(known)} is needed" if near is None else f'did you mean "{near}"?'
 
-    known, plain = list(names), "-".join(str(wrong).casefold().replace("_", " ").split())
-    near = get_close_matches(str(wrong), known, n=1) or get_close_matches(plain, known, n=1)
-    near = near or [name for name in known if plain and plain in name.split("-")]
-    return f'did you mean "{near[0]}"?' if near else f"one of {', '.join(known)} is needed"
+
+def similar(wrong: object, names: Iterable[str]) -> str | None:
+    """The one of the `names` that is probably meant by a `wrong` one, whatever its case, blanks, dashes and underscores; None if
+    none is.
+
+    At most a third of its characters are other ones, or it begins like the wrong name, or has all its words.
+    """
+    plain = _plain(wrong)
+    words, ranked = set(plain.split()), list[tuple[float, int, int, str]]()
+    for order, name in enumerate(names):
+        other = _plain(name)
+        length, short = max(len(plain), len(other), 1), min(len(plain), len(other))
+        changes = _changes(plain, other) if 3 * (length - short) <= length <= _SHOWN else 0 if plain == other else length
+        others = set(other.split())
+        if changes == 0 or (length >= _WORD and changes <= max(1, length // 3)):
+            ranked.append((changes / length, -len(other), order, name))
+        elif short >= _WORD and (plain.startswith(other) or other.startswith(plain) or words <= others or others <= words):
+            ranked.append((1 + (length - short) / length, -len(other), order, name))
+    return min(ranked)[-1] if ranked else None
+
+
+def _plain(name: object) -> str:
+    """A name without case, and with blanks in the place of dashes and underscores."""
+    return " ".join(str(name).casefold().replace("_", " ").replace("-", " ").split())
+
+
+def _changes(one: str, other: str) -> int:
+    """How many characters differ: inserted, left out, replaced, or swapped with their neighbours (Damerau, CACM 7 (1964) 171)."""
+    before, above = list[int](), list(range(len(other) + 1))
+    for i, mine in enumerate(one):
+        row = [i + 1]
+        for j, theirs in enumerate(other):
+            row.append(min(above[j + 1] + 1, row[j] + 1, above[j] + (mine != theirs)))
+            if i and j and mine == other[j - 1] and one[i - 1] == theirs:
+                row[-1] = min(row[-1], before[j - 1] + 1)
+        before, above = above, row
+    return above[-1]
 
 
 def and_more(others: int, noun: str = "") -> str:

@@ -126,7 +126,7 @@ MOLAR_ENERGY = Dimension("a molar energy", "J/mol", "120 kJ/mol")
 _COMMON = (
     *("s", "ms", "min", "h", "d", "m", "mm", "µm", "um", "K", "degC", "°C", "℃", "degF", "°F", "℉"),
     *("Pa", "kPa", "MPa", "GPa", "1/Pa", "/Pa", "1/kPa", "1/MPa", "1/GPa", "Pa*s", "Pa.s", "mPa*s", "mPa.s", "kPa*s"),
-    *("Hz", "mHz", "kHz", "rad/s", "Pa/s", "kPa/s", "MPa/s", "%", "1/s", "/s", "%/s", "%/min", "N", "mN", "N/s", "mN/s"),
+    *("Hz", "mHz", "kHz", "rad/s", "kN", "Pa/s", "kPa/s", "MPa/s", "%", "1/s", "/s", "%/s", "%/min", "N", "mN", "N/s", "mN/s"),
     *("V", "kV", "V/s", "kV/s", "V/m", "MV/m", "kV/mm", "F/m", "J/mol", "kJ/mol"),
     *("C", "uC", "nC", "C/m^2", "ohm", "kohm", "Mohm", "Gohm", "S/m"),
 )
@@ -138,8 +138,10 @@ RECOGNISED = (
 
 _NUMBER = r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?"
 _COMMA = re.compile(r"(?<![\w.,])[+-]?\d++,(\d++)(?![\w.,]*,)")
-# words of other languages for units
-_ABROAD = {"sek": "s", "sekunden": "s", "minuten": "min", "std": "h", "stunden": "h", "tage": "d", "grad": "degC"}
+# what units are called in other languages, and on the screens of instruments
+_OTHERWISE = {"sek": "s", "sekunden": "s", "minuten": "min", "std": "h", "stunden": "h", "tage": "d", "grad": "degC"}
+_OTHERWISE |= {"micron": "um", "microns": "um", "pct": "%", "oc": "degC", "c": "degC", "of": "degF", "f": "degF", "rads": "rad/s"}
+_WORD = 4  # letters of a unit in full, such as Volt
 _QUANTITY = re.compile(rf"({_NUMBER})\s*+(.*+)", re.DOTALL)  # of text without blanks around it
 # a name with a small power, and products and quotients of such: units of measurement need no more
 _NAME = r"[A-Za-zµμ°%_Ω]+(?:(?:\^|\*\*)?-?[1-9])?"
@@ -213,6 +215,18 @@ def conversion(unit: str, dimension: Dimension) -> tuple[float, float]:
 
     Raises `InputError` for an unknown unit and for one of another dimension.
     """
+    try:
+        return _conversion(unit, dimension)
+    except InputError as error:
+        near = _near_unit(unit, dimension)
+        if near is None:
+            raise
+        wrong = str(error) if parse_unit(unit) is not None else f'unknown unit "{unit}"'
+        raise InputError(f'{wrong}; did you mean "{near}"?') from None
+
+
+def _conversion(unit: str, dimension: Dimension) -> tuple[float, float]:
+    """The same, without a suggestion."""
     needed = f"{dimension.name} is needed, such as {shown(dimension.example)}"
     if dimension in (STRAIN, NUMBER) and unit in ("", "-", "1"):
         return 1.0, 0.0
@@ -220,8 +234,7 @@ def conversion(unit: str, dimension: Dimension) -> tuple[float, float]:
         unit = "degC"
     parsed, target = parse_unit(unit), parse_unit(dimension.unit)
     if parsed is None:
-        near = _near_unit(unit, dimension)
-        raise InputError(f'unknown unit "{unit}"; ' + (f'did you mean "{near}"?' if near else needed))
+        raise InputError(f'unknown unit "{unit}"; {needed}')
     if dimension in (FREQUENCY, ANGULAR_FREQUENCY):
         _tell_frequencies_apart(unit, dimension)
     if target is None or parsed.powers != target.powers:
@@ -230,13 +243,16 @@ def conversion(unit: str, dimension: Dimension) -> tuple[float, float]:
 
 
 def _near_unit(unit: str, dimension: Dimension) -> str | None:
-    """The common unit of `dimension` that differs from `unit` in upper and lower case alone, if no other can be meant."""
-    word = _ABROAD.get(unit.casefold())
-    if word is not None and converts(word, dimension):
-        return word
+    """The unit of `dimension` that is written otherwise elsewhere, or differs from `unit` in upper and lower case alone.
+
+    None if another can be meant.
+    """
+    for word in (_OTHERWISE.get(unit.casefold()), unit.casefold() if len(unit) >= _WORD else None):
+        if word is not None and converts(word, dimension):
+            return word
     near = [common for common in _COMMON if common.casefold() == unit.casefold() and converts(common, dimension)]
     # MPa and mPa, mm and Mm
-    doubtful = any(parse_unit(common[0].swapcase() + common[1:]) is not None for common in near if common[0] != unit[0])
+    doubtful = any(converts(common[0].swapcase() + common[1:], dimension) for common in near if common[0] != unit[0])
     return near[0] if len(near) == 1 and not doubtful else None
 
 
@@ -276,7 +292,7 @@ def converts(unit: str, dimension: Dimension) -> bool:
     if unit.strip() in ("", "-"):
         return False
     try:
-        conversion(unit, dimension)
+        _conversion(unit, dimension)
     except InputError:
         return False
     return True

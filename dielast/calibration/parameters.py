@@ -6,12 +6,11 @@ A parameter is fitted in a coordinate: its logarithm if it can only be positive,
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from difflib import get_close_matches
 from functools import partial
 
 import numpy as np
 
-from dielast.base.errors import InputError, Mistakes, Problem
+from dielast.base.errors import InputError, Mistakes, Problem, similar
 from dielast.calibration.bounds import Bound, bounds_about, bounds_apart, bounds_between
 from dielast.calibration.experiment import Experiment
 from dielast.calibration.voltage import UNITS, Conditions, VoltageTest
@@ -211,10 +210,10 @@ def _parameters(material: Material, path: str, free: Mapping[str, Free]) -> list
         raise InputError(f"free equilibrium.shear_modulus instead: {law.name} is stated by it or by {key}", key=path)
     if key not in kinds.get(section, {}):
         there = {name: [each for each in group if (name, each) not in replaced] for name, group in kinds.items()}
-        near = get_close_matches(key, there.get(section, []), n=1)
+        near = similar(key, there.get(section, []))
         of = [section] if section in there else list(there)
         listed = ", ".join(f"{name}.{each}" for name in of for each in there[name])
-        instead = f': did you mean "{section}.{near[0]}"?' if near else f"; there are {listed}"
+        instead = f': did you mean "{section}.{near}"?' if near else f"; there are {listed}"
         raise InputError(f"the material has no such constant{instead}", key=path)
     kind, value = kinds[section][key], numbers[section].get(key)
     size = _size(material, section, kind)

@@ -31,14 +31,14 @@ def softening(test: MeasuredTest) -> float:
     0 for a test that is loaded once, and where the film that does not soften explains the test within noise, or misses it by less
     than films usually miss a curve.
     """
-    from scipy.optimize import nnls
-
     energy = first_invariant(test.followed, Mode(test.mode)) - 3
     largest = np.maximum.accumulate(energy)
     taut = test.stress > TAUT * np.max(test.stress)
     again = taut & (np.gradient(energy) > 0) & (energy < (1 - TOLERANCE) * largest)
     if test.nominal_field or not again.any():
         return 0.0
+    from scipy.optimize import nnls  # slow to load, and needed by few tests
+
     parts, level = answers_of_parts(test), level_of(test.stress, 0.5)
     parts = np.where(np.isfinite(parts).all(axis=0), parts, 0.0)
     lost = np.stack([erf((1 - energy / np.maximum(largest, 1e-12)) / sharpness) for sharpness in SHARPNESS], axis=-1)

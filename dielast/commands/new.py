@@ -7,13 +7,14 @@ from pathlib import Path
 
 import numpy as np
 
-from dielast.base.errors import InputError, as_toml, nearest, shown
+from dielast.base.errors import InputError, Problem, as_toml, nearest, shown
 from dielast.base.units import NUMBER, TEMPERATURE
 from dielast.commands.plan import warnings_of
 from dielast.commands.registry import COMMANDS
 from dielast.io.files import EXAMPLE, EXAMPLES, Inputs, exists, of_backslashes, resolve
 from dielast.readings.named import levels_of
 from dielast.readings.seen import DIMENSIONS, NAMES, Given, SeenColumn, SeenFile, SeenTable
+from dielast.readings.stated import listed_sheets
 from dielast.recipe.lines import FILL, RecipeLines
 
 _RECIPE = Path("recipe.toml")
@@ -52,7 +53,8 @@ def started(kind: str, files: Given) -> tuple[str, list[str]]:
             name for name, recipe in _takers(files) if name != kind and not recipe.unsure and f"dielast {name}" not in str(error)
         ]
         takers = " or ".join(filter(None, (", ".join(others[:-1]), *others[-1:])))
-        raise error.adding(f"; {takers} would take {'it' if len(files.names) == 1 else 'them'}" if others else "") from None
+        error = error.adding(f"; {takers} would take {'it' if len(files.names) == 1 else 'them'}" if others else "")
+        raise InputError(*error.problems, *map(Problem, _contradictions(files))) from None
     if recipe.missing:
         recipe.lines.insert(1, f"# {_keys(recipe)} to fill in, as the files do not state them: {_listed_keys(recipe)}")
     return str(recipe), [*recipe.doubts, *_mistakes(recipe)]
@@ -61,7 +63,7 @@ def started(kind: str, files: Given) -> tuple[str, list[str]]:
 def described(files: Given) -> tuple[str, list[str]]:
     """What the `files` hold and which commands take them, and what is doubtful about them."""
     takers = [(kind, recipe) for kind, recipe in _takers(files) if not recipe.unsure]
-    lines = [line for name in files.names for line in _of_file(name, files)]
+    lines = [line for name in files.names for line in _of_file(name, files, bool(takers))]
     doubts = _contradictions(files)
     them, are = ("them", "they are") if len(files.names) > 1 else ("it", "it is")
     for kind, recipe in takers:
@@ -115,7 +117,8 @@ def _mistakes(recipe: RecipeLines) -> list[str]:
         return [message.removeprefix(f"{_RECIPE}: ") for message in error.messages]
 
 
-def _of_file(name: str, files: Given) -> Iterator[str]:
+def _of_file(name: str, files: Given, taken: bool) -> Iterator[str]:
+    """What a file holds; a file without a table is an error, unless a command takes it."""
     if os.path.isdir(resolve(files.inputs.folder, name)):
         yield f"{name}: folder"
         return
@@ -127,7 +130,10 @@ def _of_file(name: str, files: Given) -> Iterator[str]:
 
             height, width = read_picture(files.inputs.read(name), name).shape[:2]
         except InputError:
-            raise error from None
+            if not taken:
+                raise error from None
+            yield f"{name}: no table of measurements"
+            return
         yield f"{name}: photograph, {width} x {height} pixels"
         return
     yield from _of_tables(seen)
@@ -138,6 +144,8 @@ def _of_tables(seen: SeenFile) -> Iterator[str]:
     steps = f", {len(seen.tables)} step{'s' if len(seen.tables) > 1 else ''}" if seen.is_export else ""
     place = f"sheet {shown(seen.sheet)} of a workbook" if seen.sheet is not None else "a workbook"
     yield f"{seen.name}: {seen.format}{f' in {place}' if seen.is_workbook else ''}{steps}, {rows} rows"
+    if seen.other_sheets:
+        yield f"  {listed_sheets(seen.other_sheets)}"
     for table in seen.tables[:_LEVELS]:
         if seen.is_export:
             yield f"  step {shown(table.step)}, {table.table.lines.size} rows" + (

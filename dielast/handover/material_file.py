@@ -25,7 +25,7 @@ from dielast.handover.law_section import (
     stated_law,
     stated_scaling,
 )
-from dielast.handover.provenance import CalibratedSection, WindowSection, origins, stated_provenance, warn_of_origin
+from dielast.handover.provenance import OF_SCATTER, CalibratedSection, WindowSection, origins, stated_provenance, warn_of_origin
 from dielast.io.files import read_file, resolve
 from dielast.io.table import rounded
 from dielast.io.toml import parse_toml
@@ -341,7 +341,9 @@ def write_material(material: Material, draws: str | None = None) -> bytes:
         document |= {} if law is None else {section: stated_law(law, default)}
     document |= stated_scaling(material)
     document |= stated_provenance(material)
-    return tomli_w.dumps(document).encode()
+    return re.sub(
+        r"^(specimen_scatter|model_error) = ", rf"{OF_SCATTER}\g<0>", tomli_w.dumps(document), count=1, flags=re.M
+    ).encode()
 
 
 def _stated_spring(law: SpringLaw, modulus: float) -> dict[str, Any]:

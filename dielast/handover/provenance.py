@@ -28,12 +28,15 @@ class CalibratedSection(Section):
     )
     specimen_scatter: Share | None = Field(
         None,
-        description="Scatter of the stress of specimens over the stress, as the tests showed it, for [uncertainty] specimens. "
-        "Default: none is known.",
+        description="Scatter of the stress of specimens over the stress, as the tests showed it, for [uncertainty] specimens: the "
+        "root of its mean square over all correlations of the model's error along a curve that the tests allow. "
+        "scatter.specimen_scatter in a summary of calibrate is that with the likeliest correlation. Default: none is known.",
     )
     model_error: Share | None = Field(
         None,
-        description="Error of the model along the curves of the tests over the stress, for the same. Default: none is known.",
+        description="Error of the model along the curves of the tests over the stress, for the same, and likewise a mean over "
+        "correlations; scatter.model_error in a summary of calibrate is that with the likeliest correlation. Default: none is "
+        "known.",
     )
     scatter_freedom: Annotated[float, Field(gt=0, allow_inf_nan=False)] | None = Field(
         None, description="Degrees of freedom of the estimates of both together. Default: they are exact."
@@ -99,6 +102,12 @@ def warn_of_origin(material: Material) -> None:
     for path, origin in material.origin.items():
         if origin.partition(":")[0] not in ORIGINS:
             warn(f"origin: {shown(path)} = {shown(origin)}: stated, measured or fitted is expected")
+
+
+OF_SCATTER = (
+    "# specimen_scatter, model_error: means over all correlations of the error along a curve that the tests allow;\n"
+    "# [scatter] of summary.toml has those with the likeliest correlation\n"
+)
 
 
 def stated_provenance(material: Material) -> dict[str, Any]:

@@ -5,7 +5,6 @@ naming the line of whatever is not a number. Units come from the header (`name [
 of units below the names, or from the recipe; they are never guessed.
 """
 
-import difflib
 import math
 import re
 from collections.abc import Mapping, Sequence
@@ -16,7 +15,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from dielast.base.errors import InputError, Where, shown
+from dielast.base.errors import InputError, Where, shown, similar
 from dielast.base.units import (
     FORCE,
     LARGEST,
@@ -109,8 +108,8 @@ class MeasuredTable:
                     return matches[0]
         # the names as in the file, with the units from the row below them
         there = [cell if split_header(cell)[1] else text for cell, text in zip(spelled, texts, strict=True)]
-        near = difflib.get_close_matches(column, there, n=1)
-        hint = f'did you mean "{near[0]}"?' if near else "there are " + ", ".join(f'"{header}"' for header in there)
+        near = similar(column, there)
+        hint = f'did you mean "{near}"?' if near else "there are " + ", ".join(f'"{header}"' for header in there)
         raise self.error(f'no column "{column}" for {role}; {hint}')
 
     def has(self, name: str) -> bool:

@@ -37,9 +37,9 @@ MEANINGS: Mapping[str, str] = {
 def plot_design(result: Design, title: str | None = None, interval: str | None = None, share: float = 0.05) -> Figure:
     """Voltage and life over the goal, if there are several, else over the quantity with most values; a line for each other film.
 
-    With draws, the voltage has bars of the `interval`, and the life is that which a `share` of the films does not reach. A thick
-    line is the longest life of all films for each goal. Films that live longer than the horizon have marks in a strip above the
-    times; films that do not reach the goal have crosses in a strip below.
+    With draws, the voltage has bars of the `interval`, side by side where there are several lines, and the life is that which a
+    `share` of the films does not reach. A thick line is the longest life of all films for each goal. Films that live longer than
+    the horizon have marks in a strip above the times; films that do not reach the goal have crosses in a strip below.
     """
     along, others = _axes(result)
     place, levels = np.array(along.values), np.array(along.levels)
@@ -77,7 +77,8 @@ def plot_design(result: Design, title: str | None = None, interval: str | None =
         for axes in (left, right):
             axes.set(xlabel=along.label, xlim=(levels[0] - room, levels[-1] + room))
         bars = result.drawn is not None and _wider_than_marks(left, *(factor * bound for bound in result.drawn.voltage))
-        handles += _marks(frontier, interval if bars else None, len(combinations) - len(shown))
+        beside = ", side by side" if len(shown) > 1 else ""
+        handles += _marks(frontier, f"{interval}{beside}" if bars else None, len(combinations) - len(shown))
         if handles:
             legend_below(figure, handles)
     return figure
@@ -164,6 +165,7 @@ def _lives(
         shown = shown[0], float(known.max()) * ROOM
     side = _side_by_side(np.unique(along), len(lines))
     height = WORDS + ROW * (-(-len(lines) // side) + 0.5)
+    aside_by = " (marks side by side)" if side > 1 else ""
     axes.set_ylim(*limits(shown, *(height if np.any(marks != "") else 0.0 for marks in (above, below))))
     log_axis(axes, "y")
     ticks_within(axes, shown)
@@ -172,8 +174,8 @@ def _lives(
         axes.plot(along[films], timed, **look)
     crosses = ", ".join(MEANINGS[mark] for mark in CROSSES.values() if mark in below)
     strips = (
-        (above, shown[1], 1 - height, 1 - 0.6 * WORDS, f"longer than {lasting(result.horizon)}"),
-        (below, shown[0], 0.0, height - 0.5 * WORDS, crosses),
+        (above, shown[1], 1 - height, 1 - 0.6 * WORDS, f"longer than {lasting(result.horizon)}{aside_by}"),
+        (below, shown[0], 0.0, height - 0.5 * WORDS, crosses + aside_by),
     )
     for marks, edge, foot, middle, words in strips:
         if not np.any(marks != ""):

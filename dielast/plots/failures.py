@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from dielast.calibration.failures.fits import FittedLaw, Lives
 from dielast.calibration.failures.likelihood import Seen
 from dielast.calibration.failures.specimens import Simulated
-from dielast.plots.style import COLOURS, SHADE, entry, legend_below, letter, open_marker, panels, shade, style
+from dielast.plots.style import COLOURS, SHADE, entry, letter, open_marker, panels, row_legend, shade, style
 from dielast.plots.texts import log_axis
 
 DASHES = ("-", "--", "-.", ":")
@@ -29,9 +29,9 @@ def plot_failures(
     """
     with style():
         figure, (left, right) = panels(2, title)
-        handles = [*_probability(left, fitted), *_lives(right, tested, lives, line)]
+        for axes, handles in ((left, _probability(left, fitted)), (right, _lives(right, tested, lives, line))):
+            row_legend(axes, handles, 2, loc="upper center", bbox_to_anchor=(0.5, -0.2), fontsize=6.5)
         letter((left, right))
-        legend_below(figure, handles)
     return figure
 
 
@@ -123,10 +123,11 @@ def _lives(axes: Axes, tested: Simulated, lives: Lives, without: NDArray[np.floa
             axes.annotate("", (volts, end * 1.6), (volts, end), arrowprops={"arrowstyle": "->", "color": colour, "lw": 0.6})
         handles.append(entry(f"{name}: measured, B50", **look | {"linestyle": _dashes(number)}))
     if np.any(tested.seen == Seen.SUSPENDED):
-        handles.append(entry("suspended: lived longer", marker=r"$\uparrow$", markersize=6, color="0.4", linestyle="none"))
-    handles.append(Patch(color="0.4", alpha=SHADE, label=f"B{100 * lives.shares[low]:g} to B{100 * lives.shares[-1]:g}"))
+        handles.append(entry("suspended", marker=r"$\uparrow$", markersize=6, color="0.4", linestyle="none"))
+    band = COLOURS[2] if len(pairs) == 1 else "0.4"
+    handles.append(Patch(color=band, alpha=SHADE, label=f"B{100 * lives.shares[low]:g} to B{100 * lives.shares[-1]:g}"))
     if without is not None and np.any(np.isfinite(without)):
-        handles.append(entry("power law of the voltage: B50", **WITHOUT))
+        handles.append(entry("power law: B50", **WITHOUT))
     axes.set(xlabel="voltage [kV]", ylabel="time to failure [s]")
     log_axis(axes, "y")
     return handles

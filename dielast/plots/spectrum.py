@@ -37,7 +37,9 @@ def plot_spectrum(
         equilibrium = MEGA * result.equilibrium_shear_modulus
         lines.vlines(tau, floor, mu, color="0.6", linewidth=0.8)
         zeros = len(spectrum) - tau.size
-        count = f"{len(spectrum)} branches" + (f", {zeros} of them zero" if zeros else "")
+        clipped = min(result.clipped_branches, zeros)
+        count = f"{len(spectrum)} branches" + (f", {zeros - clipped} fitted as zero" if zeros > clipped else "")
+        count += f", {clipped} negative, set to zero" if clipped else ""
         lines.plot(tau, mu, "o", color=COLOURS[2], markersize=3.5 if tau.size <= 60 else 2.0, label=count)
         if equilibrium > 0:
             lines.axhline(equilibrium, color=COLOURS[1], linestyle="--", label="equilibrium modulus")

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from dielast.base.errors import InputError, Mistakes, Problem, warn
+from dielast.base.errors import InputError, Mistakes, Problem, in_keys, warn
 from dielast.io.files import Inputs
 from dielast.io.table import spoken
 from dielast.material.checks import warn_of_tension
@@ -76,7 +76,8 @@ def read_all(data: MeasuredData, inputs: Inputs) -> Dataset:
     if kind.over_frequency and (data.ramp is not None or data.discard_before > 0):
         raise InputError("ramp and discard_before belong to a test over time: leave them out for a frequency sweep")
     labels: dict[tuple[int, str], int] = {}
-    readings = [read_part(part, data, 3.0 if deformation == "shear" else 1.0, labels) for part in parts]
+    with in_keys({"specimen": "data.specimen"}):
+        readings = [read_part(part, data, 3.0 if deformation == "shear" else 1.0, labels) for part in parts]
     source = np.repeat(np.arange(len(parts)), [reading.abscissa.size for reading in readings])
     temperature = np.concatenate([reading.temperature for reading in readings])
     columns = np.concatenate([np.vstack([reading.abscissa, reading.ordinates]) for reading in readings], axis=1)

@@ -6,7 +6,6 @@ where the header states none, `SeenColumn.unit` is None.
 
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -44,7 +43,7 @@ DIMENSIONS: Mapping[str, Dimension] = {
     **ROLES,
     **{"voltage": VOLTAGE, "ramp": VOLTAGE_RATE, "intact": TIME, "prestretch": NUMBER, "prestretch_2": NUMBER},
     **{"relative_stretch": NUMBER, "area_strain": STRAIN},
-    **{"thickness": LENGTH, "area": AREA, "humidity": STRAIN, "rate": STRAIN_RATE},
+    **{"thickness": LENGTH, "width": LENGTH, "gauge_length": LENGTH, "area": AREA, "humidity": STRAIN, "rate": STRAIN_RATE},
 }
 """The dimension of the numbers in a column by its role; roles without one hold text or labels."""
 
@@ -52,8 +51,8 @@ DIMENSIONS: Mapping[str, Dimension] = {
 _NAMES: Mapping[str, tuple[str, ...]] = {
     "time": ("test time", "elapsed time", "total time", "time to failure", "life", "lifetime", "prüfzeit"),
     "modulus": ("young's modulus", "shear modulus", "tensile modulus", "e relax", "g relax", "e-modul"),
-    "storage": ("e stor", "g stor", "e storage", "g storage", "tensile storage modulus", "shear storage modulus"),
-    "loss": ("e loss", "g loss", "tensile loss modulus", "shear loss modulus"),
+    "storage": ("e stor", "g stor", "e storage", "g storage", "tensile storage modulus", "shear storage modulus", "storage"),
+    "loss": ("e loss", "g loss", "tensile loss modulus", "shear loss modulus", "loss"),
     "strain": ("nominal strain", "engineering strain", "eps", "epsilon", "ε", "dehnung"),
     "stretch": ("stretch", "stretch ratio", "stretch 1", "lambda", "λ"),
     "stress": (
@@ -86,6 +85,8 @@ _NAMES: Mapping[str, tuple[str, ...]] = {
     "prestretch": ("prestretch", "pre-stretch", "prestretch 1"),
     "prestretch_2": ("prestretch 2",),
     "thickness": ("thickness", "dicke"),
+    "width": ("width", "breite"),
+    "gauge_length": ("gauge length", "gage length", "initial length", "messlänge"),
     "area": ("area", "electrode area"),
     "humidity": ("humidity", "relative humidity", "rh"),
     "rate": ("rate", "strain rate", "stretch rate", "vel", "velocity"),
@@ -101,8 +102,12 @@ _LETTERS: Mapping[str, tuple[str, ...]] = {
     **{"compliance": ("J", "D"), "force": ("F",), "extension": ("u",), "stress": ("P",), "voltage": ("U", "V", "phi", "Phi")},
 }
 NAMES = {role: (*OF_EXPORTS.get(role, ()), *_NAMES.get(role, ())) for role in (*OF_EXPORTS, *_NAMES)}
-# roles that a column without a known name may have by its unit: no other role of these files has it
 _SHEETS = 20  # sheets of a workbook that are looked at
+# what shows a measurement: one of the first with another, or a deformation with what it takes
+_OVER = ("time", "frequency", "angular_frequency", "voltage")
+_DEFORMATIONS, _LOADS = ("strain", "stretch", "extension"), ("stress", "force")
+_RESPONSES = ("modulus", "compliance", "storage", "loss", "tan_delta", "complex_modulus", "relative_stretch", "area_strain")
+# roles that a column without a known name may have by its unit: no other role of these files has it
 _BY_UNIT = ("temperature", "time", "frequency", "angular_frequency", "force", "extension", "compliance", "voltage", "ramp")
 
 
@@ -157,14 +162,22 @@ class SeenTable:
 
     def contradictions(self) -> list[str]:
         """Columns whose name contradicts their unit or their numbers, as messages."""
-        wrong = []
+        wrong, unlike = [], list[tuple[str, str, str, str]]()
         for place, (name, unit) in enumerate(zip(self.table.names, self.table.units, strict=True)):
             roles = [role for role in DIMENSIONS if self._is_named(place, role)]
             what = kind_of(unit) if unit is not None else None
-            if roles and what is not None and not any(self._fits(place, role) for role in roles):
-                role = spoken(roles[0])
-                article = "an" if role[0] in "aeio" else "a"
-                wrong.append(f'column "{name}" is called {article} {role}, but its unit, {unit}, is that of {what.name}')
+            if roles and unit is not None and what is not None and not any(self._fits(place, role) for role in roles):
+                unlike.append((name, roles[0], unit, what.name))
+        while unlike:
+            name, role, unit, what_name = unlike.pop(0)
+            theirs = [other for other in unlike if states(other[2], DIMENSIONS[role]) and states(unit, DIMENSIONS[other[1]])]
+            if theirs:
+                unlike.remove(theirs[0])
+                both = f'columns "{name}" [{unit}] and "{theirs[0][0]}" [{theirs[0][2]}]'
+                wrong.append(f"{both} have the unit of each other: are their names, or their units, swapped?")
+            else:
+                called = f"{'an' if role[0] in 'aeio' else 'a'} {spoken(role)}"
+                wrong.append(f'column "{name}" is called {called}, but its unit, {unit}, is that of {what_name}')
         columns = self.columns(("time", "temperature"))
         for role, column in columns.items():
             numbers = self.numbers(column)
@@ -174,6 +187,12 @@ class SeenTable:
             elif role == "temperature" and (odd := odd_temperature(numbers)):
                 wrong.append(f'column "{column.name}" holds {odd}')
         return wrong
+
+    def is_measured(self) -> bool:
+        """Whether the rows are those of a measurement, not of parameters or specimens."""
+        shown = self.columns((*_OVER, *_RESPONSES, *_DEFORMATIONS, *_LOADS)).keys()
+        over_another = len(shown) > 1 and not shown.isdisjoint(_OVER)
+        return self.table.lines.size > 1 and (over_another or not (shown.isdisjoint(_DEFORMATIONS) or shown.isdisjoint(_LOADS)))
 
     def unnamed(self, known: Iterable[SeenColumn]) -> list[str | int]:
         """What a recipe calls the other columns that hold something."""
@@ -243,7 +262,7 @@ class SeenTable:
 @dataclass(frozen=True, slots=True, eq=False)
 class SeenFile:
     """A measured file: its `name` as a recipe states it, the `format` ("table", or that of an export) and its tables or steps. A
-    `sheet` of a workbook is named unless it is the first.
+    `sheet` of a workbook is named unless it is the first; `other_sheets` are all the others.
     """
 
     name: str
@@ -251,6 +270,7 @@ class SeenFile:
     tables: tuple[SeenTable, ...]
     is_workbook: bool = False
     sheet: str | None = None
+    other_sheets: tuple[str, ...] = ()
 
     @property
     def is_export(self) -> bool:
@@ -287,15 +307,24 @@ class Given:
 def look(content: bytes, name: str) -> SeenFile:
     """What the table or the export in the bytes `content` of the file `name` holds; raises `InputError` if no table is found.
 
-    Of a workbook it is the first sheet with a table.
+    Of a workbook it is the first sheet with a measurement, or else the first with a table.
     """
-    try:
+    if not is_workbook(content):
         return _look(content, name)
-    except InputError:
-        for sheet in sheet_names(content, name)[1:_SHEETS] if is_workbook(content) else ():
-            with suppress(InputError):
-                return replace(_look(content, name, sheet), sheet=sheet)
-        raise
+    sheets, found, wrong = sheet_names(content, name), list[SeenFile](), list[InputError]()
+    for number, sheet in enumerate(sheets[:_SHEETS]):
+        try:
+            seen = _look(content, name, sheet if number else None)
+        except InputError as error:
+            wrong.append(error)
+            continue
+        others = tuple(other for other in sheets if other != sheet)
+        found.append(replace(seen, sheet=sheet if number else None, other_sheets=others))
+        if seen.is_export or seen.first.is_measured():
+            return found[-1]
+    if not found:
+        raise wrong[0]
+    return found[0]
 
 
 def _look(content: bytes, name: str, sheet: str | None = None) -> SeenFile:

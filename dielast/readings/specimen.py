@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from dielast.base.errors import InputError, as_toml
+from dielast.base.errors import InputError, as_toml, located
 from dielast.base.units import FORCE, LARGEST, LENGTH, MASS, STIFFNESS, STRAIN, STRESS, TORQUE, kind_of
 from dielast.io.text_table import MeasuredTable
 from dielast.material.checks import USUAL
@@ -14,7 +14,8 @@ def strain_of(extension: NDArray[np.float64], specimen: Specimen | None) -> NDAr
     """Nominal strain (n,) from an extension (n,) in m, by the gauge length; raises `InputError` if that is not stated."""
     if specimen is None or specimen.gauge_length is None:
         raise InputError(str(unmeasured(("extension",), specimen)))
-    USUAL["gauge length"].warn(specimen.gauge_length)
+    with located(argument="specimen"):
+        USUAL["gauge length"].warn(specimen.gauge_length)
     return extension / specimen.gauge_length
 
 
@@ -22,8 +23,9 @@ def nominal_stress(force: NDArray[np.float64], specimen: Specimen | None) -> NDA
     """Nominal stress (n,) in Pa from a force (n,) in N, by the undeformed section; raises `InputError` if that is not stated."""
     if specimen is None or specimen.area is None:
         raise InputError(str(unmeasured(("force",), specimen)))
-    for usual, length in (("width", specimen.width), ("specimen", specimen.thickness)):
-        USUAL[usual].warn([] if length is None else [length])
+    with located(argument="specimen"):
+        for usual, length in (("width", specimen.width), ("specimen", specimen.thickness)):
+            USUAL[usual].warn([] if length is None else [length])
     return force / specimen.area
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from dielast.base.errors import InputError, as_toml
+from dielast.base.errors import InputError, as_toml, shown
 from dielast.base.units import NUMBER
 from dielast.material.measurement_kind import KINDS
 from dielast.readings.columns_recipe import MODULI, unmeasured
@@ -22,6 +22,7 @@ _SWEEP = ("frequency", "angular_frequency", "storage", "loss", "tan_delta", "com
 _STRAINS, _STRESSES = ("strain", "stretch", "extension"), ("stress", "force")
 _ORDINATES = {"modulus", "compliance", "storage", "loss", "tan_delta", "complex_modulus", *_STRESSES}
 _ROLES = ("temperature", "set", "time", "modulus", "compliance", *_SWEEP, *_STRAINS, *_STRESSES)
+_SHEETS = 5  # of a workbook that are named
 _NO_TEMPERATURE = "neither a column nor the names of the files state it with its unit"
 
 
@@ -88,11 +89,17 @@ def state_data(recipe: RecipeLines, given: Given, one: bool) -> list[float] | No
 
 
 def state_sheet(recipe: RecipeLines, seen: SeenFile) -> None:
-    """State the sheet of a workbook that was looked at, or that there may be others."""
+    """State the sheet of a workbook that was looked at, or that there are others."""
     if seen.sheet is not None:
-        recipe.key("sheet", seen.sheet, "the first sheet with a table of numbers")
-    elif seen.is_workbook:
-        recipe.option('sheet = "NAME"', "of the workbook; the first sheet was looked at")
+        what = "measurement" if seen.is_export or seen.first.is_measured() else "table"
+        recipe.key("sheet", seen.sheet, f"the first sheet with a {what}; {listed_sheets(seen.other_sheets)}")
+    elif seen.other_sheets:
+        recipe.option(f"sheet = {as_toml(seen.other_sheets[0])}", f"the first sheet is read; {listed_sheets(seen.other_sheets)}")
+
+
+def listed_sheets(others: Sequence[str]) -> str:
+    """The other sheets of a workbook, for a comment."""
+    return f"other sheets: {', '.join(map(shown, others[:_SHEETS]))}" + (", ..." if len(others) > _SHEETS else "")
 
 
 def _shared(files: Sequence[SeenFile], used: Mapping[str, SeenColumn]) -> dict[str, SeenColumn]:

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from dielast.base.errors import warn
+from dielast.base.errors import located, warn
 from dielast.base.units import LARGEST, ZERO_CELSIUS
 from dielast.io.table import spoken
 from dielast.material.checks import warn_of_strain
@@ -158,7 +158,8 @@ def _ordinates(part: Part, per_shear: float, specimen: Specimen | None) -> NDArr
     else:
         strain = column("strain") if "strain" in columns else strain_of(column("extension"), specimen)
     stress = column("stress") if "stress" in columns else nominal_stress(column("force"), specimen)
-    warn_of_strain(strain)
+    with located(file=part.table.source):
+        warn_of_strain(strain)
     over, under = (("stress", stress), ("strain", strain))[:: part.kind.stiffness_power]
     _warn_of_held(part, held=under[1], response=over[1])
     _refuse(part, under[1] == 0, under[0], f"is zero, so {over[0]} / {under[0]} is no {plain}")

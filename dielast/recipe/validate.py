@@ -1,6 +1,5 @@
 """From the values of a TOML file to a checked model, with every mistake in one line: file, key, what is wrong, what is needed."""
 
-import difflib
 import math
 import types
 import typing
@@ -14,7 +13,7 @@ from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails
 
-from dielast.base.errors import DielastError, InputError, Problem, shown, shown_path
+from dielast.base.errors import DielastError, InputError, Problem, shown, shown_path, similar
 from dielast.base.units import LARGEST, decimal_comma
 from dielast.recipe.base import Kinds
 from dielast.recipe.fields import Section
@@ -23,7 +22,6 @@ from dielast.recipe.paths import keys_of
 Model = TypeVar("Model", bound=BaseModel)
 Place = tuple[int | str, ...]
 """The keys and indices that lead to a value."""
-_ALIKE = 0.75  # ratio of matching letters above which a key is taken for another one misspelt
 Mistake = tuple[Place, Problem]
 """Where in a recipe a mistake is, and what it is."""
 _PLAIN = {
@@ -232,18 +230,16 @@ def _unknown(model: type[BaseModel], keys: Place, kinds: Kinds) -> str:
         return f"unknown key; {key} belongs to {', '.join(others)}"
     known = _fields(table)
     near = _meant(model, keys)
-    alike = near is not None and difflib.SequenceMatcher(None, key, str(near[-1])).ratio() > _ALIKE
     if homes := [home for home in _homes(model, key) if not home.endswith(_header(model, keys[:-1]))]:
-        meant = f'did you mean "{near[-1]}"? ' if near and alike else ""
+        meant = f'did you mean "{near[-1]}"? ' if near else ""
         return f"unknown key; {meant}{key} belongs {' or '.join(homes[:3])}"
     return "unknown key; " + (f'did you mean "{near[-1]}"?' if near else "known keys here are " + ", ".join(known))
 
 
 def _meant(model: type[BaseModel], keys: Place) -> Place | None:
     """The place of the known key that is nearest to an unknown one; None if none is near."""
-    known = _fields(_table_at(model, keys[:-1]) or model)
-    near = difflib.get_close_matches(str(keys[-1]), known, n=1, cutoff=0.5)
-    return (*keys[:-1], near[0]) if near else None
+    near = similar(keys[-1], _fields(_table_at(model, keys[:-1]) or model))
+    return None if near is None else (*keys[:-1], near)
 
 
 def _homes(model: type[BaseModel], key: str) -> list[str]:

@@ -139,11 +139,12 @@ def test_films_that_do_not_reach_their_failure_are_refused(dielast: Run, tmp_pat
     done = dielast("lifetime", "l.toml")
     assert done.returncode == 2
     assert "line 2: specimen thin: its film pulls in after" in done.stderr
-    (tmp_path / "failures.csv").write_text("specimen,voltage [kV],time [s],suspended\na,5,60,no\nb,5.2,60,yes\n")
+    (tmp_path / "failures.csv").write_text("specimen,voltage [kV],time [s],suspended\na,5,60,\nb,5.2,60,yes\nc,5.3,60,no\n")
     (tmp_path / "l.toml").write_text(TABLE)
     done = dielast("lifetime", "l.toml")
-    assert (
-        done.stderr == "l.toml: fit.law: inverse-power: 3 parameters (field, exponent, log_scatter) need as many failures, not 1\n"
+    assert done.stderr == (
+        "warning: failures.csv: suspended is empty for specimen a, which counts as no, failed: write no or yes\n"
+        "l.toml: fit.law: inverse-power: 3 parameters (field, exponent, log_scatter) need as many failures, not 2\n"
     )
 
 

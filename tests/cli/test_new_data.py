@@ -141,8 +141,13 @@ def test_names_that_contradict_their_units_are_not_believed(dielast: Run, tmp_pa
     (tmp_path / "d.csv").write_text(table("T [degC],time [MPa],E [s]"))
     recipe, _, warnings = made(dielast, "mastercurve", "d.csv")
     assert recipe["data"]["columns"] == {"time": "FILL IN", "modulus": "FILL IN", "temperature": "T [degC]"}  # type: ignore[index]
-    assert 'column "time" is called a time, but its unit, MPa' in warnings
-    assert 'column "time" is called a time' in dielast("new", "--data", "d.csv").stderr
+    swapped = 'columns "time" [MPa] and "E" [s] have the unit of each other: are their names, or their units, swapped?'
+    assert swapped in warnings
+    assert swapped in dielast("new", "--data", "d.csv").stderr
+    (tmp_path / "d.csv").write_text(table("T [degC],time [MPa],E [kPa]"))
+    contradiction = 'column "time" is called a time, but its unit, MPa, is that of a stress or modulus'
+    for arguments in ((), ("calibrate",)):
+        assert contradiction in dielast("new", *arguments, "--data", "d.csv").stderr
 
 
 def test_numbers_that_contradict_their_names_are_named(dielast: Run, tmp_path: Path) -> None:
@@ -157,13 +162,26 @@ def test_the_sheet_with_the_table_is_found_and_stated(dielast: Run, tmp_path: Pa
     openpyxl = pytest.importorskip("openpyxl")
     made_of = openpyxl.Workbook()
     made_of.active.append(["Operator", "A. N. Other"])
+    specimens = made_of.create_sheet("Specimens")  # tables, but of no measurement
+    for row in (
+        ["specimen", "width [mm]", "T [degC]"],
+        ["A", 22, 20],
+        ["B", 22, 40],
+        ["Parameter", "Value", "Unit"],
+        ["Speed", 5, "mm/s"],
+    ):
+        specimens.append(row)
     sheet = made_of.create_sheet("Results")
     for line in table("T [degC],time [min],E [MPa]").splitlines():
         sheet.append([float(cell) if cell[-1].isdigit() else cell for cell in line.split(",")])
     made_of.save(tmp_path / "d.xlsx")
     recipe, _, _ = made(dielast, "mastercurve", "d.xlsx")
     assert recipe["data"]["sheet"] == "Results"  # type: ignore[index]
-    assert 'd.xlsx: table in sheet "Results" of a workbook' in dielast("new", "--data", "d.xlsx").stdout
+    told = dielast("new", "--data", "d.xlsx").stdout
+    assert 'd.xlsx: table in sheet "Results" of a workbook, 48 rows\n  other sheets: "Sheet", "Specimens"' in told
+    made_of.remove(sheet)
+    made_of.save(tmp_path / "d.xlsx")
+    assert 'd.xlsx: table in sheet "Specimens" of a workbook' in dielast("new", "--data", "d.xlsx").stdout
 
 
 def test_ratios_of_areas_and_recipes_are_recognised(dielast: Run, tmp_path: Path) -> None:
@@ -311,6 +329,9 @@ def test_a_card_is_asked_for_the_scale_of_its_temperatures_if_it_has_a_shift_law
     _, text, _ = made(dielast, "spectrum", "job.inp")
     assert "prony_units" in text
     assert ("prony_temperature_scale" in text) is law
+    told = dielast("new", "--data", "job.inp")
+    assert told.returncode == 0, told.stderr
+    assert "dielast new spectrum --data takes it" in told.stdout
 
 
 def test_a_measured_sweep_of_a_glass_takes_a_reference_whose_shift_is_known(

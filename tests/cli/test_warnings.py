@@ -14,6 +14,7 @@ import pytest
 
 from dielast import WLF, InputError, Material, read_material, write_material
 from dielast.cli.run import compute
+from dielast.commands.inspect import warnings_of
 from dielast.commands.registry import COMMANDS, read_cases
 from dielast.material.spectrum import Spectrum
 from dielast.sharing.execution import Execution
@@ -76,6 +77,24 @@ def test_what_is_faster_than_the_spectrum_is_told_once(run: Run, kind: str, over
 
 
 @pytest.mark.parametrize(
+    ("points", "said"),
+    [
+        ("5,1.2\n6,1.25\n7,1.3", "a stretch of 1.2 at 5 s: until then it goes there evenly, from 1"),
+        ("0,1.2\n1,1.25\n2,1.3", "a stretch of 1.2 at 0 s: it goes there at once, from 1"),
+        ("1,1.05\n2,1.1\n3,1.15", ""),  # as a machine writes it
+        ("5,1\n6,1.1\n7,1.2", ""),
+    ],
+)
+def test_a_load_that_begins_late_or_loaded_is_told(run: Run, tmp_path: Path, points: str, said: str) -> None:
+    (tmp_path / "load.csv").write_text(f"time [s],stretch\n{points}\n")
+    warnings, summary = run("relax", 'step=[{table="load.csv"}]', 'output.times=["2 s"]')
+    assert [line for line in warnings if "the table begins" in line] == (
+        [f"load.csv: the table begins with {said}"] if said else []
+    )
+    assert summary["relax"]["peak_of"] == "the rows at output.times"
+
+
+@pytest.mark.parametrize(
     ("kind", "overrides"),
     [
         ("relax", ['step.0={stretch=2.0,duration="10 min"}']),
@@ -128,6 +147,26 @@ def test_other_units_and_quantities_are_told(run: Run, kind: str, overrides: lis
     assert len(warnings) == len(said)
     for warning, words in zip(warnings, said, strict=True):
         assert words in warning
+
+
+def test_the_size_of_a_specimen_is_told_with_its_key(tmp_path: Path) -> None:
+    starter = COMMANDS["calibrate"].starter().encode().replace(b'"80 mm"', b'"80 km"')
+    said = warnings_of(tmp_path / "calibrate.toml", starter)
+    assert [line.partition(": ")[0] for line in said] == [
+        "test[0].specimen",
+        "test[1].specimen",
+        "test[2].specimen",
+        "validate[0].specimen",
+    ]
+    (tmp_path / "test.csv").write_text(
+        "time [s],extension [mm],force [N]\n" + "".join(f"{t},2,{2 + 1 / t}\n" for t in (1, 2, 4, 8))
+    )
+    columns = 'columns = { time = "time", extension = "extension", force = "force" }'
+    recipe = f'kind = "spectrum"\n[data]\nfile = "test.csv"\nreference_temperature = "20 degC"\n{columns}\n'
+    said = warnings_of(
+        tmp_path / "r.toml", (recipe + 'specimen = { gauge_length = "50 mm", width = "6 nm", thickness = "1 mm" }').encode()
+    )
+    assert any(line.startswith("data.specimen: the width is 6e-06 mm") for line in said)
 
 
 def test_moduli_in_another_unit_are_told_by_the_plateau(run: Run, tmp_path: Path) -> None:

@@ -291,7 +291,10 @@ def test_films_without_a_time_are_in_strips_beyond_the_times() -> None:
     drawn = [line for line in right.lines if line.get_transform() == right.transData and len(line.get_xdata()) > 2]
     times = np.concatenate([np.asarray(line.get_ydata(), dtype=float) for line in drawn])
     assert set(times[np.isfinite(times)]) == set(result.life[np.isfinite(result.life)])
-    assert {text.get_text() for text in right.texts} == {"longer than 1 d", "\N{MULTIPLICATION SIGN} fails first"}
+    assert {text.get_text() for text in right.texts} == {
+        "longer than 1 d (marks side by side)",
+        "\N{MULTIPLICATION SIGN} fails first (marks side by side)",
+    }
     low, high = right.get_ylim()
     ticks = np.concatenate((right.get_yticks(), right.get_yticks(minor=True)))
     assert low * 2 < ticks.min() <= ticks.max() <= 86400.0 < high / 2
@@ -305,7 +308,7 @@ def test_the_legend_names_bars_and_a_frontier_where_they_are_seen(scatter: Any, 
     sample = draw_sample([FILM], 20, scatter=FilmScatter(**scatter))
     result = design(FILM, prestretch=[1.7, 1.9], relative_stretch=[1.02, 1.2], sample=sample, **GOAL)
     figure = plot_design(result, interval="90 % interval")
-    assert any(text.get_text() == "bars: 90 % interval" for text in figure.legends[0].get_texts()) == seen
+    assert any(text.get_text() == "bars: 90 % interval, side by side" for text in figure.legends[0].get_texts()) == seen
     known = {target for target, life in zip(result.target, result.life, strict=True) if 0 < life < np.inf}
     assert len(known) == 1
     assert not any("frontier" in text.get_text() for text in figure.legends[0].get_texts())

@@ -16,9 +16,11 @@ from dielast.base.errors import (
     in_a_draw,
     in_keys,
     located,
+    similar,
     warn,
 )
 
+STEP = ("hold", "table", "duration", "waveform", "period", "cycles", "stretch", "rate", "low", "high", "points_per_decade")
 KEYS = {"keep": "truncate.keep", "degree": "fit.degree"}
 
 
@@ -70,3 +72,20 @@ def test_several_attempts_are_told_together_and_each_problem_once() -> None:
         wrong.refuse()
     assert caught.value.messages == ("a: one", "two")
     Mistakes().refuse()
+
+
+@pytest.mark.parametrize(
+    ("wrong", "meant"),
+    [
+        *[
+            ("raet", "rate"),
+            ("STRETCH", "stretch"),
+            ("pointsPerDecade", "points_per_decade"),
+            ("points-per-decade", "points_per_decade"),
+        ],
+        *[("wave", "waveform"), ("periods", "period"), ("decade", "points_per_decade"), ("strech_rate", "rate")],
+        *[("from", None), ("to", None), ("x", None), ("", None), ("x" * 100_000, None)],
+    ],
+)
+def test_a_name_is_suggested_for_a_slip_and_for_nothing_else(wrong: str, meant: str | None) -> None:
+    assert similar(wrong, STEP) == meant

@@ -79,10 +79,11 @@ def test_branches_that_are_zero_are_counted_in_the_legend() -> None:
     time = np.geomspace(1e-3, 1e3, 60)
     fit = fit_spectrum(time, 1e6 * np.exp(-time) + 1e5, method="nnls", branches=20)
     zeros = int(np.count_nonzero(fit.spectrum.shear_modulus == 0))
-    legend = plot_spectrum(fit).axes[0].get_legend()
-    assert legend is not None
-    words = legend.get_texts()[0].get_text()
-    assert words == ("20 branches" if zeros == 0 else f"20 branches, {zeros} of them zero")
+    assert zeros > 1
+    for clipped, words in ((0, f", {zeros} fitted as zero"), (1, f", {zeros - 1} fitted as zero, 1 negative, set to zero")):
+        legend = plot_spectrum(replace(fit, clipped_branches=clipped)).axes[0].get_legend()
+        assert legend is not None
+        assert legend.get_texts()[0].get_text() == f"20 branches{words}"
 
 
 def test_log_axes_have_minor_ticks_over_few_and_many_decades() -> None:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from dielast.base.errors import InputError, Mistakes, and_more, located, placed, warn
+from dielast.base.errors import InputError, Mistakes, and_more, in_keys, located, placed, warn
 from dielast.base.units import TIME
 from dielast.calibration.estimate import USUAL_ERROR
 from dielast.calibration.experiment import Experiment, MeasuredTest, corners, path_length
@@ -54,7 +54,7 @@ def _read(test: TestData, inputs: Inputs, temperature: float, name: str, key: st
     """The test of a table, or the tests of a recipe."""
     if test.recipe is None:
         with placed(lambda problem: problem.within(key=f"{key}.file") if problem.file else problem.at(key=key)):
-            made = read_test(test, inputs, temperature, name)
+            made = read_test(test, inputs, temperature, name, key)
         with placed(lambda problem: problem.within(key=f"{key}.temperature")):
             check_temperature(test, made.temperature, fixed)
         return [made]
@@ -77,15 +77,16 @@ def named(tests: Sequence[TestData]) -> list[str]:
     return [f"{name} ({names[: k + 1].count(name)})" if names.count(name) > 1 else name for k, name in enumerate(names)]
 
 
-def read_test(test: TestData, inputs: Inputs, temperature: float, name: str) -> MeasuredTest | VoltageTest:
-    """A test of a table; raises `InputError` naming the file for columns that are missing or wrong."""
+def read_test(test: TestData, inputs: Inputs, temperature: float, name: str, key: str) -> MeasuredTest | VoltageTest:
+    """A test of a table under a `key`; raises `InputError` naming the file for columns that are missing or wrong."""
     assert test.file is not None
     if test.film is not None:
         return read_voltage_test(test, inputs, temperature, name)
     table = read_measured(inputs.read(test.file), test.file, test.text_format(), test.units)
     rows = rows_where(table, test.where)
-    stretch = _quantity(table, test, "stretch", rows)
-    stress = _quantity(table, test, "stress", rows)
+    with in_keys({"specimen": f"{key}.specimen"}):
+        stretch = _quantity(table, test, "stretch", rows)
+        stress = _quantity(table, test, "stress", rows)
     lines = table.lines[rows]
     for row in np.flatnonzero(stretch <= 0)[:1]:
         line = int(lines[row])

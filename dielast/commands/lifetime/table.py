@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from dielast.base.errors import InputError, Mistakes, located, shown
+from dielast.base.errors import InputError, Mistakes, and_more, located, shown, warn
 from dielast.calibration.failures.likelihood import Seen
 from dielast.calibration.failures.specimens import Specimens
 from dielast.commands.lifetime.recipe import QUANTITIES, TEXTS, FailureData, LifetimeRecipe
@@ -45,6 +45,11 @@ def read_specimens(recipe: LifetimeRecipe, material: Material, inputs: Inputs) -
         wrong.append(table.error(f"specimen {names[row]}: {text}", row).problems[0])
 
     suspended = np.array([_is_yes(text, refuse, row) for row, text in enumerate(texts.get("suspended", empty))])
+    answers = texts.get("suspended", [])
+    unstated = [name for name, text in zip(names, answers, strict=False) if not text]
+    if unstated and any(text.casefold() in NO for text in filter(None, answers)):  # where some say no, empty may mean unknown
+        what = f"suspended is empty for specimen {unstated[0]}{and_more(len(unstated) - 1)}, which counts as no, failed"
+        warn(f"{what}: write no or yes", file=data.file)
     recipes, of_recipe = texts.get("recipe", empty), np.full(n, -1)
     programmes = list[Sequence[VoltageStep]]()
     for name in dict.fromkeys(filter(None, recipes)):

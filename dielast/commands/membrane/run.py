@@ -88,11 +88,13 @@ class Membranes(Simulation):
         suffix = "" if unit == "1" else f"_{unit}"
         series = [result.columns[self.measured] for result in results]
         rest = 0.0 if self.kind == "relax" else 1.0  # value before loading
+        where = {"peak_of": "the rows at output.times"} if any(case.recipe.output.times is not None for case in cases) else {}
         events = {"slack_events": one_or_list([len(result.slack) for result in results])} if any(r.slack for r in results) else {}
         return {
             self.kind: {
                 "cases": len(results),
                 f"peak_{name}{suffix}": one_or_list([_farthest(values, rest) for values in series]),
+                **where,
                 f"final_{name}{suffix}": one_or_list([last(values) for values in series]),
                 **events,
             }

@@ -1,12 +1,11 @@
 """The keys that recipes of relax, creep and actuate share, and the columns of a result as recipes name them."""
 
-import difflib
 from itertools import pairwise
 from typing import Annotated, Any, ClassVar, Literal, Self, get_args
 
 from pydantic import AfterValidator, Field, PlainValidator, ValidationInfo, WithJsonSchema
 
-from dielast.base.errors import InputError, shown, shown_path
+from dielast.base.errors import InputError, shown, shown_path, similar
 from dielast.commands.simulation.uncertainty_recipe import Uncertainty
 from dielast.handover.material_file import MaterialFile, material_file
 from dielast.io.table import split_header
@@ -48,9 +47,9 @@ def _column(header: str, info: ValidationInfo) -> str:
     """A column of the result; the model of the recipe lists them as `columns`."""
     columns = (info.context or {}).get("columns")
     if columns and header not in columns:
-        near = [column for column in columns if split_header(column)[0] == split_header(header)[0]]
-        near = near or difflib.get_close_matches(header, columns, n=1, cutoff=0.8)
-        hint = f'did you mean "{near[0]}"?' if near else "there are " + ", ".join(columns)
+        named = {split_header(column)[0]: column for column in columns}
+        near = similar(split_header(header)[0], named)
+        hint = f'did you mean "{named[near]}"?' if near else "there are " + ", ".join(columns)
         raise InputError(f'"{header}" is no column of the result; {hint}')
     return header
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from dielast.base.errors import InputError, Problem, placed, reached_by
+from dielast.base.errors import InputError, Problem, placed, reached_by, warn
 from dielast.base.units import CHARGE, CHARGE_DENSITY, FORCE, NUMBER, STRESS, TIME, TIMES, VOLTAGE
 from dielast.commands.simulation.recipe import KEYS
 from dielast.commands.simulation.timed_steps import SolverStep, TimedStep, TimedSteps
@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
 STEPS: dict[str, Callable[..., SolverStep]] = {"voltage": VoltageStep, "charge": ChargeStep, "stretch": Step, "stress": Step}
 """The step of the solver that prescribes a quantity, as an argument of this name."""
+IN_WORDS = {"stretch": "a stretch of {:g}", "stress": "a nominal stress of {:g} Pa", "voltage": "{:g} V", "charge": "{:g} C/m^2"}
 OWN = ("stretch_1", "nominal_stress_1")
 
 
@@ -42,6 +43,8 @@ def solver_steps(recipe: Any, inputs: Inputs) -> TimedSteps:
             stated = list(_of_recipe(index, step, recipe, inputs))
         for of_solver in stated:
             entry = TimedStep(of_solver, index, begin, present, edges)
+            if step.table is not None and (not timed or timed[-1].number != index):
+                _warn_of_beginning(entry, step.table, _control(recipe, step))
             edges = entry.stretched
             if of_solver.rate is not None and entry.lasts > 0 and not TIMES[0] <= entry.lasts <= TIMES[1]:
                 needed = f"from {TIMES[0]:g} to {TIMES[1]:g} s is needed"
@@ -50,6 +53,17 @@ def solver_steps(recipe: Any, inputs: Inputs) -> TimedSteps:
             begin, present = entry.end, entry.after
     repeat = getattr(recipe, "repeat", None)
     return TimedSteps(timed, None if repeat is None else Repeat(repeat.times, *(repeat.steps or ())))
+
+
+def _warn_of_beginning(entry: TimedStep, table: str, control: str) -> None:
+    """Warn of a table of load that begins farther from what was before, in time or in value, than any two of its points are."""
+    if not isinstance(track := entry.driven, Track) or np.size(track.time) < 3:
+        return
+    time, values, before = np.asarray(track.time, dtype=float), track.values(), entry.before
+    late, far = time[0] > np.max(np.diff(time)), abs(values[0] - before) > np.max(np.abs(np.diff(values)))
+    if (late or far) and values[0] != before:
+        how = f"at {time[0]:g} s: until then it goes there evenly" if time[0] > 0 else "at 0 s: it goes there at once"
+        warn(f"{table}: the table begins with {IN_WORDS[control].format(values[0])} {how}, from {before:g}")
 
 
 def _of_recipe(index: int, step: Any, recipe: Any, inputs: Inputs) -> Iterable[SolverStep]:

@@ -77,6 +77,10 @@ class HistoryStep(Section):
 
     CONTROL: ClassVar[str]
     REST: ClassVar[float] = 0.0
+    ELSEWHERE: ClassVar = {
+        "from": "a step begins where the one before ends; of a waveform low is the lowest value",
+        "to": "a step goes to the value of what it changes, such as stretch = 2.0; of a waveform high is the highest value",
+    }
 
     hold: PositiveTime | None = Field(None, description="Time for which the load stays as it is.")
     table: InputFile | None = Field(
