@@ -136,4 +136,4 @@ def inverse(matrix: Floats) -> Floats:
         inverted = np.linalg.inv(matrices)
     except np.linalg.LinAlgError:
         inverted = np.linalg.inv(np.where(np.linalg.det(matrices)[:, None, None] == 0, np.nan, matrices))
-    return np.moveaxis(inverted, 0, -1)
+    return np.asarray(np.moveaxis(inverted, 0, -1))
