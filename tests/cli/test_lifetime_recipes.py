@@ -157,11 +157,11 @@ OPEN = [
     ("power", "voltage [kV],ramp [V/s]\n6,100\n6.3,100\n6.1,100\n6.5,100\n6.2,100\n",
      {"breakdown.field": "undetermined", "breakdown.stretch_exponent": "undetermined", "breakdown.shape": "determined"}),
 ]  # fmt: skip
-OPEN = [OPEN[0], *(pytest.param(*each, marks=pytest.mark.trust) for each in OPEN[1:])]
 PLAIN = TABLE.replace('reference_area = "1 cm^2"\n', "")
 PLAIN = PLAIN.replace("draws = 40", "draws = 0")
 
 
+@pytest.mark.trust  # tests/unit/test_failures.py has a level ridge
 @pytest.mark.parametrize(("law", "rows", "verdicts"), OPEN)
 def test_what_the_failures_do_not_determine_is_not_called_determined(
     law: str, rows: str, verdicts: dict[str, str], dielast: Run, tmp_path: Path

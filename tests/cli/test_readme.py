@@ -19,7 +19,7 @@ PAGES = {path.name if path != readme.README else "front": path.read_text() for p
 FRONT, INDEX = PAGES["front"], (readme.GUIDE / "README.md").read_text()
 LONGEST = 230  # lines of the front page
 WITHOUT_RECIPE = {"README.md", "commands.md", "glossary.md", "install.md", "limits.md", "notebook.md", "what-it-computes.md"}
-# pages of more than a second, of commands that other tests run, too: `make -C tests trust`
+# pages that take long, of commands that other tests run, too: `make -C tests trust`
 LONG = {
     *(
         "against-a-spring.md",
@@ -31,7 +31,10 @@ LONG = {
         "intervals.md",
         "lifetime.md",
         "own-material.md",
+        "life-at-a-voltage.md",
         "photographs.md",
+        "stretch-over-voltage.md",
+        "tensile-data.md",
         "report.md",
     ),
     *(

@@ -69,7 +69,7 @@ def test_damaged_input_is_refused_in_a_line(name: str, targets: dict[str, Any]) 
 @pytest.mark.parametrize(
     ("kind", "inputs"),
     [
-        *((kind, 2) for kind in ("relax", "creep", "actuate", "failure-map", "spectrum")),
+        *((kind, 1) for kind in ("relax", "creep", "actuate", "failure-map", "spectrum")),
         *(pytest.param(kind, 40, marks=pytest.mark.trust) for kind in COMMANDS),
     ],
 )
