@@ -146,8 +146,10 @@ class Study:
             self._join(kept, whole, joins)
         waiting = _left(chunks, outermost(kept))
         undone, failed, done = set(waiting), dict[Chunk, DielastError](), total - size(waiting)
-        if done or any(many == work.many for many, _, _ in self.kept.states):
-            self.note(f"goes on from an interrupted run, which kept {done} of {total} {work.many}")
+        parts = [f"{done} of {total} {work.many}"] * bool(done)
+        parts += [f"the states of {work.many} under way"] * any(many == work.many for many, _, _ in self.kept.states)
+        if parts:
+            self.note(f"goes on from an interrupted run, which kept {' and '.join(parts)}")
         self.keep(self.state() or NOTHING_KEPT)
         solve = work.solve if self.store is None or is_shared(self.execution, waiting) else partial(self._solve_here, work)
         try:
