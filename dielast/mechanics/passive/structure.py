@@ -131,9 +131,10 @@ class Factors:
 
 def inverse(matrix: Floats) -> Floats:
     """The inverse (u, u, cases) of matrices, for many right-hand sides in turn; NaN where a matrix is singular."""
-    matrices = np.moveaxis(matrix, -1, 0)
+    matrices = np.ascontiguousarray(np.moveaxis(matrix, -1, 0))
     try:
         inverted = np.linalg.inv(matrices)
     except np.linalg.LinAlgError:
-        inverted = np.linalg.inv(np.where(np.linalg.det(matrices)[:, None, None] == 0, np.nan, matrices))
-    return np.asarray(np.moveaxis(inverted, 0, -1))
+        matrices[np.linalg.det(matrices) == 0] = np.nan
+        inverted = np.linalg.inv(matrices)
+    return np.asarray(np.moveaxis(inverted, 0, -1), dtype=float)
