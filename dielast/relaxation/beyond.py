@@ -22,7 +22,7 @@ from dielast.base.errors import InputError, warn
 from dielast.material.intervals import interval
 from dielast.material.measurement_kind import RELAXATION
 from dielast.material.spectrum import Spectrum
-from dielast.numerics.arrays import Floats
+from dielast.numerics.arrays import Cases, Floats
 from dielast.numerics.random_streams import stream
 from dielast.relaxation.ends import long_time_end
 from dielast.relaxation.nnls import WeightedCurve, non_negative
@@ -176,43 +176,57 @@ def _draws(
     cells: WeightedCurve, end: float, guided: tuple[Floats, Floats], count: int, generator: np.random.Generator
 ) -> tuple[Floats, Floats]:
     """Equilibrium moduli (count,) and moduli along paths (count, m) that go with the curve of `cells`."""
+    paths, unguided = guided
+    follow, scale = Following.of(cells, end, unguided_paths()[1], paths), cells.values[0, -1]
+    many, share = 10 * count + 200, _chances_of_paths(follow, unguided)
+    k = generator.choice(share.size, size=many, p=share)
+    size, level, allowed = _sizes_and_levels(follow, k, *generator.random((2, many)))
+    drop = np.exp(allowed) / (size + LEAST_SIZE)
+    likely = np.exp(allowed - allowed.max()) / ((size + LEAST_SIZE) * (level + LEAST_MODULUS))  # all of `drop` may be 0
+    chosen = generator.choice(many, size=count, p=likely / likely.sum())
+    level, size, noise = level[chosen], size[chosen], np.sqrt(follow.least / follow.freedom)
+    constant = generator.random(count) < _chance_of_no_fall(follow, unguided, noise, float(np.mean(drop)))
+    level[constant] = np.maximum(
+        follow.d / follow.a + noise / np.sqrt(follow.a) * generator.standard_normal(int(constant.sum())), 0.0
+    )
+    size[constant] = 0.0
+    return level * scale, size[:, None] * paths[k[chosen]] * scale
+
+
+def _chances_of_paths(follow: Following, unguided: Floats) -> Floats:
+    """The chances (paths,) by which paths are drawn: those of the evidence, weakened until enough paths count."""
+    power = 1.0
+    while True:
+        weight = unguided + follow.evidence(follow.least, power)
+        if power < LEAST_POWER or effective(weight) >= ENOUGH:
+            share = np.exp(weight - weight.max())
+            return np.asarray(share / share.sum())
+        power *= 0.8
+
+
+def _sizes_and_levels(follow: Following, k: Cases, first: Floats, second: Floats) -> tuple[Floats, Floats, Floats]:
+    """Sizes and levels (many,) of the paths `k` (many,), both positive, at the chances `first` and `second` (many,); and of a path
+    and a size, the log of the chance of a level above 0, in place of that for all sizes, which is in the evidence.
+    """
     from scipy.special import log_ndtr, ndtr, ndtri
 
-    u, (paths, unguided), scale = unguided_paths()[1], guided, cells.values[0, -1]
-    follow = Following.of(cells, end, u, paths)
-    least = follow.least
-    (sigma_level, sigma_size), rho = follow.spread(least), -follow.b / np.sqrt(follow.a * follow.c)
-    mean_level, mean_size, power = follow.mean_level, follow.mean_size, 1.0
-    while True:
-        weight = unguided + follow.evidence(least, power)
-        if power < LEAST_POWER or effective(weight) >= ENOUGH:
-            break
-        power *= 0.8
-    many, share = 10 * count + 200, np.exp(weight - weight.max())
-    share /= share.sum()
-    k = generator.choice(share.size, size=many, p=share)
-    first, second = generator.random((2, many))
+    (sigma_level, sigma_size), rho = follow.spread(follow.least), -follow.b / np.sqrt(follow.a * follow.c)
 
     def positive(mean: Floats, sigma: Floats, chance: Floats) -> Floats:
         below = ndtr(-mean / sigma)
         return np.maximum(mean + sigma * ndtri(np.clip(below + (1 - below) * chance, 1e-15, 1 - 1e-15)), 0.0)
 
-    size = positive(mean_size[k], sigma_size[k], first)
-    given = mean_level[k] + rho[k] * sigma_level[k] / sigma_size[k] * (size - mean_size[k])
+    size = positive(follow.mean_size[k], sigma_size[k], first)
+    given = follow.mean_level[k] + rho[k] * sigma_level[k] / sigma_size[k] * (size - follow.mean_size[k])
     given_size = sigma_level[k] * np.sqrt(np.maximum(1 - rho[k] ** 2, 1e-12))  # as in `det`
-    level = positive(given, given_size, second)
-    # of a path and a size, the chance of a level above 0, in place of that for all sizes, which is in the evidence
-    allowed = log_ndtr(given / given_size) - log_ndtr(mean_level[k] / sigma_level[k])
-    drop = np.exp(allowed) / (size + LEAST_SIZE)
-    likely = np.exp(allowed - allowed.max()) / ((size + LEAST_SIZE) * (level + LEAST_MODULUS))  # all of `drop` may be 0
-    chosen = generator.choice(many, size=count, p=likely / likely.sum())
-    # the evidence for a curve that falls by no path, and for one that falls, by the curve as measured
-    noise, drops = np.sqrt(least / follow.freedom), float(np.mean(drop)) / -np.log(LEAST_SIZE)
-    falls = float(np.mean(np.exp(unguided + follow.evidence(least)))) * 2 * np.pi * noise**2 * drops
-    a, square = follow.a, follow.n - follow.d**2 / follow.a
-    stays = (max(square, least) / least) ** (-0.5 * follow.freedom) * np.sqrt(2 * np.pi / a) * noise
-    level, size = level[chosen], size[chosen]
-    constant = generator.random(count) < stays / (stays + falls)
-    level[constant] = np.maximum(follow.d / a + noise / np.sqrt(a) * generator.standard_normal(int(constant.sum())), 0.0)
-    size[constant] = 0.0
-    return level * scale, size[:, None] * paths[k[chosen]] * scale
+    allowed = log_ndtr(given / given_size) - log_ndtr(follow.mean_level[k] / sigma_level[k])
+    return size, positive(given, given_size, second), allowed
+
+
+def _chance_of_no_fall(follow: Following, unguided: Floats, noise: float, drop: float) -> float:
+    """The chance that a curve falls by no path, by the evidence for that and for a curve that falls, of the curve as measured."""
+    fallen = float(np.mean(np.exp(unguided + follow.evidence(follow.least))))
+    falls = fallen * 2 * np.pi * noise**2 * (drop / -np.log(LEAST_SIZE))
+    square = follow.n - follow.d**2 / follow.a
+    stays = (max(square, follow.least) / follow.least) ** (-0.5 * follow.freedom) * np.sqrt(2 * np.pi / follow.a) * noise
+    return float(stays / (stays + falls))
