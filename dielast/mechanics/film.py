@@ -84,7 +84,9 @@ class FilmState(ByCase):
         """These films, their springs and stretches those of films of one spring each (`apart`), which move together."""
         internal = apart.internal.reshape(self.internal.shape)
         log_squared = apart.log_squared_stretch[:, : self.time.size]
-        carried = np.einsum("nm,cnm->cm", self.points.modulus, self.points.law.stress(self.points.springs(internal, log_squared)))
+        with np.errstate(all="ignore"):  # a spring that has locked
+            stress = self.points.law.stress(self.points.springs(internal, log_squared))
+        carried = np.einsum("nm,cnm->cm", self.points.modulus, stress)
         nominal = carried / np.exp(0.5 * log_squared)
         return replace(self, internal=internal, log_squared_stretch=log_squared, nominal_stress=nominal)
 

@@ -15,7 +15,7 @@ from processes import Run
 
 from dielast import Gent, Material, MeasuredTest, NoShift, Spectrum, VoltageTest, read_draws, read_material
 from dielast.calibration.laboratory import Laboratory
-from dielast.commands.calibrate.task import read_task
+from dielast.commands.calibrate.task import prepared
 from dielast.commands.plan import warnings_of
 from dielast.commands.registry import read_cases
 from dielast.io.files import Inputs
@@ -51,7 +51,7 @@ def test_rows_of_one_time_and_stretch_are_one_with_their_mean_stress(tmp_path: P
         (tmp_path / f"{name}.toml").write_text(HEAD + f'[[test]]\nfile = "{name}.csv"\n' + FREE)
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always")
-            read += read_task(read_cases(tmp_path / f"{name}.toml")[0].recipe, Inputs(tmp_path)).tests
+            read += prepared(read_cases(tmp_path / f"{name}.toml"), Inputs(tmp_path)).tests
     once, again = read
     assert np.array_equal([once.time, once.stretch, once.stress], [again.time, again.stretch, again.stress])
     line = "again.csv: line 8 repeats time and stretch of the row before, 5 s; so do 1 more: mean stresses are taken"
@@ -107,9 +107,10 @@ def test_what_does_not_fit_to_the_rest_to_the_times_and_to_other_tests_is_warned
     head = 'kind = "calibrate"\nmaterial = "m.toml"\n'
     more = TEST + 'temperature = "60 degC"\n' + loose.replace("test", "validate")
     (tmp_path / "r.toml").write_text(head + loose + 'rate = "1 %/s"\n' + loose + more + FREE)
-    rated, late, cold, copy = warnings_of(tmp_path / "r.toml")
+    rated, *late, cold, copy = warnings_of(tmp_path / "r.toml")
     assert "loose.csv: rate states the times in place of the column time" in rated
-    assert "loose.csv: the specimen is slack up to a stretch of 1.100 at least" in late
+    for key, said in zip(("test[0]", "test[1]", "validate[0]"), late, strict=True):
+        assert said.startswith(f"{key}: loose.csv: the specimen is slack up to a stretch of 1.100 at least")
     assert "at 60 degC it relaxes as at 20 degC: state [shift]" in cold
     assert copy == "test loose under [[validate]] has the points of test loose (2): it validates nothing"
 
@@ -177,7 +178,7 @@ def test_points_over_voltage_and_over_a_stretch_are_those_over_time(dielast: Run
         film += f'[[compare]]\nfile = "film/actuate.csv"\nx = "{x}"\ny = "{y}"\n'
     (tmp_path / "f.toml").write_text(film)
     (tmp_path / "r.toml").write_text('kind = "calibrate"\nmaterial = "m.toml"\n[[test]]\nrecipe = "f.toml"\n' + FREE)
-    task = read_task(read_cases(tmp_path / "r.toml")[0].recipe, Inputs(tmp_path))
+    task = prepared(read_cases(tmp_path / "r.toml"), Inputs(tmp_path))
     (truth,) = task.materials.values()
     answers = Laboratory(task.tests).answers([truth, replace(truth, permittivity=4.4e-11)])
     assert [test.temperature for test in task.tests] == [35.0] * 3  # the recipe states none: the reference temperature

@@ -14,7 +14,7 @@ import pytest
 
 from dielast import WLF, InputError, Material, read_material, write_material
 from dielast.cli.run import compute
-from dielast.commands.inspect import warnings_of
+from dielast.commands.plan import warnings_of
 from dielast.commands.registry import COMMANDS, read_cases
 from dielast.material.spectrum import Spectrum
 from dielast.sharing.execution import Execution

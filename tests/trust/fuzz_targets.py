@@ -347,7 +347,7 @@ def _draws(scratch: Path) -> dict[str, Target]:
         return sample_of(Case(recipe), materials[law], Inputs(folder))  # type: ignore[type-var]
 
     # too few draws are the recipe's own affair: it may ask for less
-    return {"draws": Target("draws", seeds, read, ["draws.csv", "uncertainty.level: the "])}
+    return {"draws": Target("draws", seeds, read, ["uncertainty: draws.csv", "uncertainty.level: the "])}
 
 
 def _kept(scratch: Path) -> dict[str, Target]:

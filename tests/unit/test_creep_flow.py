@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import warnings
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -16,7 +15,6 @@ from dielast.base.errors import DielastWarning, InputError
 from dielast.commands.spectrum import run as workflow
 from dielast.commands.spectrum.recipe import FitSection
 from dielast.handover.mastercurve_folder import ReadDraws, ReducedCurve
-from dielast.io.files import Inputs
 from dielast.material.material import Material
 from dielast.material.measurement_kind import CREEP
 from dielast.material.shift import WLF
@@ -213,7 +211,6 @@ def test_draws_flow_if_and_only_if_the_fit_does(monkeypatch: pytest.MonkeyPatch,
     # as resampling makes them: the ends are the least certain
     wave = np.cumsum(rng.standard_normal((12, time.size)), axis=1) * 0.01 / np.sqrt(time.size)
     read = ReadDraws(np.arange(12), time, (smooth * np.exp(wave))[:, None], (curve.shift,) * 12)
-    monkeypatch.setattr(workflow, "read_curve_draws", lambda *_: read)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", DielastWarning)
         fit = workflow.fit_curve(curve, FitSection())
@@ -225,7 +222,7 @@ def test_draws_flow_if_and_only_if_the_fit_does(monkeypatch: pytest.MonkeyPatch,
             return fitting(curve, fit, **options)
 
         monkeypatch.setattr(workflow, "fit_curve", fit_curve)
-        drawn = workflow.draw_materials("any", curve, fit, material, FitSection(), Inputs(Path()))
+        drawn = workflow.draw_materials(read, curve, fit, material, FitSection())
     assert drawn is not None
     assert asked == [None, *[50] * 12]  # the number that the curve demands is that of all draws
     equilibrium = next(column for column in drawn[0] if "equilibrium" in column.header).values

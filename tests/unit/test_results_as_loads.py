@@ -97,10 +97,10 @@ def test_the_simple_name_goes_first(tmp_path: Path, kind: str) -> None:
 def test_measured_times_do_not_repeat(tmp_path: Path) -> None:
     path = write(tmp_path, "relax", FOLLOWED)
     (tmp_path / "first.csv").write_text("time [s],stretch [1]\n1,1.5\n1,2\n")
-    with pytest.raises(InputError, match=r"^first.csv: line 3: time 1 s does not come after 1 s"):
+    with pytest.raises(InputError, match=r"^step\[0\].table: first.csv: line 3: time 1 s does not come after 1 s"):
         solver_steps(read_cases(path)[0].recipe, Inputs(tmp_path))
     (tmp_path / "first.csv").write_text("time [s],stretch_1 [1]\n1,1.5\n1,2\n0.5,1\n")
-    with pytest.raises(InputError, match=r"^first.csv: line 4: time 0.5 s does not come after 1 s"):
+    with pytest.raises(InputError, match=r"^step\[0\].table: first.csv: line 4: time 0.5 s does not come after 1 s"):
         solver_steps(read_cases(path)[0].recipe, Inputs(tmp_path))
 
 
@@ -117,7 +117,7 @@ def test_a_step_knows_its_place_in_the_history(tmp_path: Path) -> None:
 def test_several_cases_are_no_load(tmp_path: Path) -> None:
     sweep = '[sweep]\ntemperature = ["20 degC", "30 degC"]\n[output]\ntimes = ["1 s", "2 s"]\n'
     (tmp_path / "first.csv").write_bytes(run(tmp_path, "relax", STRETCHED + sweep))
-    said = r"^first.csv: line 4: case 0 ends and case 1 begins, so that times do not ascend: a load is one case, so leave only its"
+    said = r"^step\[0\].table: first.csv: line 4: case 0 ends and case 1 begins, so that times do not ascend: a load is one case"
     with pytest.raises(InputError, match=said):
         solver_steps(read_cases(write(tmp_path, "relax", FOLLOWED))[0].recipe, Inputs(tmp_path))
 

@@ -53,7 +53,7 @@ def test_a_sheet_of_a_workbook_can_be_a_voltage_table(tmp_path: Path) -> None:
     (tmp_path / "v.xlsx").write_bytes(content.getvalue())
     assert followed(tmp_path, 'table = "v.xlsx"\nsheet = "Voltage"\n') == [([0.0, 1.0, 3.0], [0.0, 2500.0, 500.0])]
     (tmp_path / "v.csv").write_text("time [s],voltage [V]\n0,0\n1,1\n")
-    with pytest.raises(InputError, match=r'^v\.csv: sheet = "Voltage" is stated, but this is no workbook$'):
+    with pytest.raises(InputError, match=r'^step\[0\]\.table: v\.csv: sheet = "Voltage" is stated, but this is no workbook$'):
         followed(tmp_path, 'table = "v.csv"\nsheet = "Voltage"\n')
 
 
