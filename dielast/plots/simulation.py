@@ -32,7 +32,8 @@ from dielast.plots.style import (
 )
 from dielast.plots.texts import FIXED, axis_of, log_axis, number, shortened, typeset
 
-SHOWN = "amplitude", "phase", "work"  # of cycles
+OF_WAVES = "amplitude of the {}", "phase", "work"  # panels of cycles of a waveform,
+OF_STEPS = "lowest {}", "highest {}", "work"  # and of repeated steps, which have no amplitude or phase
 MOST_MARKED = 12  # points of a line with markers
 MOST_TICKS = 8
 OF_POINTS: Any = {"linestyle": "none", "markeredgewidth": 0.8}
@@ -244,20 +245,22 @@ def plot_cycles(
     measured: str,
     title: str | None = None,
 ) -> Figure:
-    """Amplitude of the `measured` quantity, phase, and work of each cycle; each case maps headers to columns (cycles,)."""
+    """Amplitude of the `measured` quantity, phase, and work of each cycle, or its lowest and highest value and the work where steps
+    are repeated; each case maps headers to columns (cycles,).
+    """
     with style():
         arranged = arrange(labels, swept)
         shown = arranged.shown if len(arranged.panels) == 1 else list(range(len(cases)))
-        figure, axes = row_of_panels(len(SHOWN), title)
-        for place, name in zip(axes, SHOWN, strict=True):
-            header = next(header for header in cases[0] if header.partition(" [")[0] == name)
+        headers, quantity = {header.partition(" [")[0]: header for header in cases[0]}, axis_of(measured)[0].partition(" [")[0]
+        panels = OF_WAVES if "amplitude" in headers else OF_STEPS
+        figure, axes = row_of_panels(len(panels), title)
+        for place, words in zip(axes, panels, strict=True):
+            header = headers[words.split()[0]]
             label, factor = axis_of(header, [cases[case][header] for case in shown])
             for case in shown:
                 place.plot(cases[case]["cycle"], factor * cases[case][header], linewidth=arranged.width, **arranged.looks[case])
             place.set_xlabel("cycle")
-            place.set_ylabel(
-                f"amplitude of the {axis_of(measured)[0].partition(' [')[0]}{_unit(label)}" if name == SHOWN[0] else label
-            )
+            place.set_ylabel(words.format(quantity) + _unit(label) if "{}" in words else label)
             if max(float(np.max(cases[case]["cycle"], initial=1.0)) for case in shown) > 10:
                 place.set_xscale("log")
                 log_axis(place, "x")

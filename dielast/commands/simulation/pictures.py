@@ -142,7 +142,7 @@ def picture_of_cycles(cases: Sequence[Case[Any]], solved: Sequence[SolvedCase], 
     tables = [case.result.cycles for case in solved if case.result.cycles is not None]
     materials = [case.material for case in solved]
     # cycles are those of the nominal stress where the stretch is prescribed
-    quantity = "nominal_stress_1 [Pa]" if "amplitude [Pa]" in tables[0] else measured
+    quantity = "nominal_stress_1 [Pa]" if "lowest [Pa]" in tables[0] else measured
     title = titled(cases[0].recipe.title, cases, materials, voltage_in_words(solved))
     return plot_cycles(tables, labels(cases, materials), swept(cases, materials), quantity, title)
 
