@@ -85,8 +85,24 @@ class VoltageTest(Result):
         thickness = positive(film.thickness, "thickness", "m", 1)
         film.share(reached, 1)
         film.weight_stress(thickness, reached)
-        if self.measure != "area_strain" and film.controls[0] is Control.STRETCH:
-            raise InputError("axis 1 is clamped: the area strain is needed", argument="measure")
+        first, second = film.controls
+        if first is Control.STRETCH and second is Control.STRETCH:
+            raise InputError("both axes are clamped: a voltage does not move such a film", argument=self.name)
+        if self.measure != "area_strain" and first is Control.STRETCH:
+            raise InputError("axis 1 is clamped: state columns.area_strain instead of a stretch", argument=self.name)
+        # a tension along both axes, or along axis 1 of a film of constant width, extends any stable film along axis 1
+        extends = self.measure == "area_strain" or second is Control.STRETCH or self._alike
+        if extends and not self.total and np.max(self.wanted) <= 0:
+            rest = {"stretch": "prestretch", "relative_stretch": "stretch 1", "area_strain": "area strain 0"}[self.measure]
+            counts = "; one that counts from the prestretch is columns.relative_stretch" if self.measure == "stretch" else ""
+            told = f"no {self.measure} above 0 V is beyond the {rest} at which the film rests before the voltage{counts}"
+            raise InputError(told, argument=self.name)
+
+    @property
+    def _alike(self) -> bool:
+        """Whether the film is stretched and held alike along both axes."""
+        first, second = (1.0 if axis is None else float(axis[0]) for axis in self._prestretch()[1])
+        return first == second and self.film.controls[0] is self.film.controls[1]
 
     def _range(self, key: str) -> tuple[float, float]:
         """The least and the largest value of a condition; `InputError` unless both are positive and ascend."""
@@ -158,7 +174,7 @@ class VoltageTest(Result):
         largest = float(np.exp(np.max(self.wanted)))
         if self.measure == "area_strain":
             largest = float(np.sqrt(largest)) if self.film.controls[0] is self.film.controls[1] else largest
-        alike = first == second and self.film.controls[0] is self.film.controls[1]
+        alike = self._alike
         one, other = first * largest, second * largest if alike else second
         return "equibiaxial" if alike else "biaxial", one**2 + other**2 + (one * other) ** -2.0
 

@@ -159,7 +159,7 @@ def _draw_profile(axes: Axes, calibration: Calibration, k: int) -> None:
     axes.set_xlabel(f"{_symbol(parameter.name)}" + ("" if unit == "1" else f" [{unit}]"), fontsize=6.5)
     axes.set_ylabel("rise of $\\chi^2$", fontsize=6.5)
     if parameter.scale is None and x.max() > 5 * x.min():
-        log_axis(axes, "x")
+        log_axis(axes, "x", narrow=True)
     else:
         axes.xaxis.set_major_locator(MaxNLocator(4))
     axes.set_ylim(0, top)

@@ -132,8 +132,8 @@ def clear_ticks(axes: Axes) -> bool:
     return apart < wide
 
 
-def log_axis(axes: Axes, which: str) -> None:
-    """A decimal log axis whose major ticks stay apart over many decades, with minor ticks if they fit."""
+def log_axis(axes: Axes, which: str, *, narrow: bool = False) -> None:
+    """A decimal log axis whose major ticks stay apart over many decades, with minor ticks if they fit; fewer labels if `narrow`."""
     scale, axis = (axes.set_xscale, axes.xaxis) if which == "x" else (axes.set_yscale, axes.yaxis)
     scale("log")
     low, high = axes.get_xlim() if which == "x" else axes.get_ylim()
@@ -151,7 +151,7 @@ def log_axis(axes: Axes, which: str) -> None:
 
     def plain(value: float, _: float | None = None) -> str:
         first = f"{value:.12e}"[0]
-        return number(value) if decades < 0.4 or first in ("12357" if decades < 0.8 else "125") else ""
+        return number(value) if decades < 0.4 or first in ("12357" if decades < 0.8 else "13" if narrow else "125") else ""
 
     axis.set_major_formatter(plain)
     axis.set_minor_formatter(plain)

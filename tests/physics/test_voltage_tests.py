@@ -1,11 +1,13 @@
 """Films under voltage in a calibration: the voltage at a stretch, against the simulation of `actuate` and closed forms."""
 
 from functools import cache
+from typing import Any
 
 import numpy as np
 import pytest
 
 from dielast import Gent, Material, NoShift, Spectrum, VoltageTest
+from dielast.base.errors import InputError
 from dielast.calibration.laboratory import Laboratory
 from dielast.material.material import VACUUM_PERMITTIVITY
 from dielast.mechanics.load import VoltageStep
@@ -60,3 +62,11 @@ def test_voltages_are_those_of_actuate(form: str, measure: str) -> None:
     test = measured(form, measure)
     (found,) = Laboratory([test], rtol=1e-7).answers([FILM])
     assert found[0] == pytest.approx(test.voltage, rel=3e-5)
+
+
+@pytest.mark.parametrize("boundary", ["dead-load", "frame", "strip"])
+def test_a_film_that_no_voltage_extends_is_refused(boundary: Any) -> None:
+    share = None if boundary == "dead-load" else 0.4
+    film = Film(1e-3, 3.5, boundary=boundary, electrode_share=share)
+    with pytest.raises(InputError, match="no stretch above 0 V is beyond the prestretch"):
+        VoltageTest("film", np.array([2e3, 3e3, 4e3]), np.array([3.03, 3.1, 3.2]), film, RATE, 20.0)
