@@ -42,7 +42,8 @@ class Arrowhead:
         self.flow = points.flow.over(step, symmetry)
         mobility = self.flow.mobility(self.stress)
         self.springs = Eliminated.of(tangent, mobility, self.hold)
-        self.known = None if fading is None else self._known(fading, times, step, tangent, mobility)
+        self.known = None if fading is None or system.loose else self._known(fading, times, step, tangent, mobility)
+        self.of_slack = self._of_slack(times[0]) if fading is not None and system.loose else None
         if self.known is not None and not self.free:  # Lambda - x but for what the stages add to x
             self.ahead = self.held_log_squared[:, :, None] - self.known.inner[:-1]
         if self.known is None or self.free:
@@ -59,7 +60,14 @@ class Arrowhead:
     @property
     def response(self) -> Response | None:
         """What is known of the step in closed form."""
-        return None if self.known is None else self.known.response
+        return self.of_slack if self.known is None else self.known.response
+
+    def _of_slack(self, begin: Floats) -> Response:
+        """Nothing that is known, in the form in which steps of taut points are: springs of slack points follow no grips."""
+        (axes, springs, cases), start = self.stress.shape, self.driven[0, : self.axes]
+        rate, rows = np.zeros((springs, cases)), np.zeros((axes * springs - self.border, cases))
+        path = StretchPath(self.system.load, begin, rate, start)
+        return Response(rate, rows[: self.border], -self.border, rows, rows, tuple(range(springs)) * axes, path)
 
     def _known(self, fading: Floats, times: Floats, step: Floats, tangent: Floats, mobility: Mobility) -> KnownPart:
         """The known part of the step with rates that are `fading` (axes, n, cases); `tangent` is K of both axes."""
@@ -104,6 +112,8 @@ class Arrowhead:
             self._drive(by_load, change)
         if change is not None:
             for axis, held in enumerate(self.held):
+                if self.system.loose and axis == 0:
+                    continue
                 if held is False:
                     self.load_term[axis] += stretch[axis] * change[axis]
                 else:

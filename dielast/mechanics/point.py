@@ -39,7 +39,8 @@ class LoadedPoints(PointStates):
         `time` (cases,) in s.
         """
         load, worst = self.load, 0.5 * np.maximum.reduce(np.abs(increment[: self.border]), axis=0)
-        of_stress = self._error_of_stress(time, state, increment) if self.stretched else None
+        fixed = any(held is not False for held in self.held)
+        of_stress = self._error_of_stress(time, state, increment) if fixed else None
         if self.free:
             following = 0.5 if load.still else np.where(load.moving, 0.5 * FOLLOWER_WEIGHT, 0.5)
             of_stretch = following * np.abs(increment[-self.axes :])

@@ -45,7 +45,9 @@ class PointStates(UnderLoad):
     free: list[int] = field(init=False)
     """The axes whose stretch is not prescribed, or not for all points."""
     stretched: bool = field(init=False)
-    """Whether the stretch of an axis is prescribed: its stress then follows from the springs."""
+    """Whether a load prescribes the stretch of an axis: its stress then follows from the springs, unless the point is slack."""
+    loose: bool = field(init=False)
+    """Whether all points are slack, so that the stretch of axis 1 is not prescribed for any."""
 
     CHARGES: ClassVar[int] = 0
     """The number of charges among the unknowns."""
@@ -53,11 +55,13 @@ class PointStates(UnderLoad):
     def __post_init__(self) -> None:
         axes = 2 if self.symmetry is None else 1
         held: list[bool | Flags] = [control is Control.STRETCH for control in self.load.controls[:axes]]
-        if self.slack is not None and held[0] and self.slack.any():
-            held[0] = ~self.slack
+        slack = self.slack if held[0] is True else None
+        loose = slack is not None and bool(slack.all())
+        if slack is not None and slack.any():
+            held[0] = False if loose else ~slack
         free = [axis for axis, fixed in enumerate(held) if fixed is not True]
-        derived = {"axes": axes, "border": -axes - self.CHARGES, "held": tuple(held), "free": free}
-        for name, value in {**derived, "stretched": any(fixed is not False for fixed in held)}.items():
+        derived = {"axes": axes, "border": -axes - self.CHARGES, "held": tuple(held), "free": free, "loose": loose}
+        for name, value in {**derived, "stretched": loose or any(fixed is not False for fixed in held)}.items():
             object.__setattr__(self, name, value)
 
     @property
@@ -92,6 +96,10 @@ class PointStates(UnderLoad):
             nominal = np.concatenate((nominal, np.zeros_like(nominal) if self.symmetry == UNIAXIAL else nominal))
         return self._of_both(log_squared), nominal
 
+    def held_stress(self, state: Floats, driven: Floats) -> Floats:
+        """The nominal stress (cases,) of axis 1 of a `state` under `driven` (3, cases), at the stretch that is prescribed."""
+        return np.asarray(self._carried(state, driven, self.log_squared(state, driven))[0] / driven[0])
+
     def of_both_axes(self, state: Floats, driven: Floats) -> Floats:
         """Lambda (2, cases) of a `state` under the prescribed values `driven` (3, cases)."""
         return self._of_both(self.log_squared(state, driven))
@@ -113,9 +121,9 @@ class PointStates(UnderLoad):
         """The nominal stress (axes, cases) that the load prescribes at Lambda (axes, cases), 0 along axes of prescribed stretch."""
         stress = driven[: self.axes]
         if self.stretched:
-            stress = np.array(
-                [load if held is False else np.zeros_like(load) for held, load in zip(self.held, stress, strict=True)]
-            )
+            stress = np.zeros_like(stress)
+            for axis in self.free:
+                stress[axis] = driven[axis] if self.held[axis] is False and not (self.loose and axis == 0) else 0.0
         if self.points.edges is None:
             return stress
         return np.asarray(stress - self.points.edges.borne(in_both_axes(log_squared))[: self.axes])

@@ -18,7 +18,7 @@ from dielast.mechanics.point_material import FLOOR, ROUNDING
 from dielast.mechanics.span import Control, Controls
 from dielast.numerics.arrays import Cases, Flags, Floats, paired, where
 from dielast.numerics.integrate import SHRINK
-from dielast.numerics.roots import ROOT, fall, samples
+from dielast.numerics.roots import ROOT, Signal, fall, samples
 from dielast.numerics.stride import TriedStep
 
 NEARBY = 0.1  # largest change of Lambda in a turn, in which the state is continuous to the tolerance of the integration
@@ -61,27 +61,32 @@ class Contact:
         return replace(film, slack=self.slack, grips=start[0])
 
     def signal(self, system: LoadedPoints, time: Floats, state: Floats) -> Floats:
-        """The signals (k,) of a `state` (rows, k) at `time` (k,) in s since the span began."""
+        """The signals (k,) of a `state` (rows, k) at `time` (k,) in s since the span began; those of slack specimens need only the
+        rows of the border.
+        """
         assert system.slack is not None
         driven = system.load.value(time)
-        log_squared, nominal = system.membrane(state, driven)
-        gap = 0.5 * log_squared[0] - np.log(driven[0])
-        return np.asarray(np.where(system.slack, gap, nominal[0] * FLOOR / system.points.stress_floor))
+        taut = np.zeros_like(time) if system.slack.all() else system.held_stress(state, driven) * FLOOR / system.points.stress_floor
+        return np.asarray(np.where(system.slack, 0.5 * state[-system.axes] - np.log(driven[0]), taut))
 
     def share(self, stride: TriedStep, landing: Flags) -> Floats:
         """The fractions (pool,) of the steps at which specimens go slack or taut; see `Turns`."""
-        system = films_of(stride)
+        system, steps = films_of(stride), stride.stored(slice(None))
         assert isinstance(system, LoadedPoints)
         assert system.slack is not None
 
-        def along(columns: Cases, fraction: Floats, within: LoadedPoints) -> Floats:
-            time = stride.time[columns] + fraction * stride.step[columns]
-            return self.signal(within, time, stride.dense(slice(None), columns, fraction)) - zero[columns]
+        def along(columns: Cases) -> Signal:
+            same = np.array_equal(columns, np.arange(landing.size))
+            part = system if same else system.take(columns)
+            assert part.slack is not None
+            dense = steps.rows(slice(part.border, None)) if part.slack.all() else steps
+            dense = dense if same else dense.take(columns)
+            return lambda fraction: self.signal(part, dense.time + fraction * dense.step, dense.state(fraction)) - zero[columns]
 
         first = self.signal(system, stride.time, stride.before)
         zero = self._zero[stride.cases] = np.minimum(np.maximum(self._zero[stride.cases], first), 0.0)
         first, last = first - zero, self.signal(system, stride.until, stride.after) - zero
-        middle = self.signal(system, stride.time + 0.5 * stride.step, stride.halfway()) - zero
+        middle = along(np.arange(landing.size))(np.full(landing.size, 0.5))
         # a step that ends at a zero does so to the tolerance of a stress of zero; other falls are sure beyond that of the stretch
         least = np.where(landing, max(self.rtol * FLOOR, ROUNDING), self.rtol)
         share = np.where(landing & (np.abs(last) <= least), 1.0, np.inf)
@@ -90,8 +95,7 @@ class Contact:
         near = where(np.logical_and(stride.accepted, np.logical_or(system.slack, lowest < 0)))
         if not near.size:
             return share
-        part = system.take(near)
-        values, fractions = samples(lambda fraction: along(near, fraction, part), first[near], last[near])
+        values, fractions = samples(along(near), first[near], last[near])
         fallen = values < -least[near]
         some = paired(np.flatnonzero(fallen.any(axis=0)))
         if not some.size:
@@ -103,9 +107,9 @@ class Contact:
         end = np.argmax(fallen, axis=0)
         positive &= np.arange(len(values))[:, None] < end
         inside, begin = positive.any(axis=0), len(values) - 1 - np.argmax(positive[::-1], axis=0)
-        each, part = np.arange(falls.size), system.take(falls)
+        each, signal = np.arange(falls.size), along(falls)
         low, high = fractions[np.where(inside, begin, 0), each], fractions[end, each]
-        root = fall(lambda fraction: np.where(inside, along(falls, fraction, part), 0.5 - fraction), low, high)
+        root = fall(lambda fraction: np.where(inside, signal(fraction), 0.5 - fraction), low, high)
         root = np.where(root <= ROOT, 0.0, np.where(root >= 1 - ROOT, 1.0, root))  # at an end
         share[falls] = np.where(inside, root, np.where(just, SHRINK, 0.0))
         return share

@@ -8,7 +8,7 @@ output, to record it or to stop cases at an event.
 
 from collections.abc import Callable
 from contextvars import ContextVar
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import IntEnum
 from typing import Any, Protocol
 
@@ -251,7 +251,9 @@ class Stepper:
         error = self.system.error(until, after, self.increments[-1]) / self.rtol
         error = np.maximum(error, 1e-6)  # NaN, as the comparisons and `fmax` below need it, where the step is not finite
         accepted = (error <= 1) & self.active
-        share = None
+        if self.turns is not None:  # part of a step that was accurate enough: relative to a stress that vanishes, no error is
+            accepted |= at.landing & self.active & np.isfinite(error)
+        share, stride = None, None
         if self.turns is not None and np.count_nonzero(accepted):
             stride = self._stride(accepted, step, until, after, at.begin + until)
             share = np.where(accepted, self.turns.share(stride, at.landing), np.inf)
@@ -263,7 +265,11 @@ class Stepper:
             elapsed = np.where(last, self.durations[cases], elapsed)
         stop, count = None, np.count_nonzero(accepted)
         if self.observe is not None and count:
-            stop = self.observe(self._stride(accepted, step, until, after, elapsed))
+            if stride is None:
+                stride = self._stride(accepted, step, until, after, elapsed)
+            else:  # with what is stored of its dense output
+                stride = replace(stride, accepted=accepted, elapsed=elapsed)
+            stop = self.observe(stride)
         factor = SAFETY * error**-self.exponent
         # Gustafsson's predictive controller extrapolates the trend of the errors; upwards, it would make events less exact
         trend = factor * (step / at.last_step) * (at.last_error / error) ** self.exponent
@@ -290,7 +296,7 @@ class Stepper:
             if count < accepted.size:
                 faded = np.where(accepted, faded, self.beginning.fading.rate)
             self.beginning.fading = Fading(faded, self.beginning.fading.beyond)
-        if share is not None and np.isfinite(share).any():
+        if share is not None and (np.isfinite(share).any() or at.landing.any()):
             self._turn(share, step)
         self._settle(accepted, finished, last, stop)
 
@@ -319,7 +325,7 @@ class Stepper:
             self.state = np.array(self.state)
             self.system = self.turns.turn(self.system, *place, self.state)
             self.beginning.respond(self.system, self.state, at, columns)
-            at.next_step[columns] = self.beginning.step(self.system, self.state, at, columns, step[columns])
+            at.next_step[columns] = self.beginning.step(self.system, self.state, at, columns, (at.duration - at.time)[columns])
             at.last_step[columns] = at.last_error[columns] = 0.0
 
     def _settle(self, accepted: Flags, finished: Flags, last: Flags, stop: Flags | None) -> None:

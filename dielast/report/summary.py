@@ -6,12 +6,15 @@ from pathlib import Path
 from typing import Any
 
 # ending of a key -> its unit; the first match counts
-UNITS = {"_V_per_m": "V/m", "_J_per_mol": "J/mol", "_Pa": "Pa", "_degC": "°C", "_K": "K", "_V": "V", "_s": "s"}
-SCALED = ("V/m", "J/mol", "Pa", "V", "s")
+UNITS = {
+    **{"_V_per_m": "V/m", "_J_per_mol": "J/mol", "_J_per_m3": "J/m³", "_J_per_kg": "J/kg", "_Pa": "Pa", "_degC": "°C"},
+    **{"_K": "K", "_V": "V", "_s": "s", "_rad": "rad"},
+}
+SCALED = ("V/m", "J/mol", "J/m³", "J/kg", "Pa", "V", "s")
 PREFIXES = ((1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"), (1e-12, "p"))
 LONG = 1e4  # s; longer times are shown in hours
 SHOWN = 5  # values of a list
-PLAIN = str.maketrans({"°": "deg", "µ": "u", "±": "+-", "…": "..."})
+PLAIN = str.maketrans({"°": "deg", "µ": "u", "³": "3", "±": "+-", "…": "..."})
 
 
 def print_summary(summary: Mapping[str, Any], out: Path) -> None:

@@ -47,6 +47,7 @@ def on_a_terminal(dielast: Run, *arguments: str, **environment: str | bool) -> t
         ({"glassy_Pa": 2.8524e8}, ("glassy", "285.2 MPa")),
         ({"true_field_V_per_m": [4.8e7, 4e7]}, ("true field", "48 MV/m, 40 MV/m")),
         ({"activation_energy_J_per_mol": 1.2e5}, ("activation energy", "120 kJ/mol")),
+        ({"first_work_J_per_m3": 1234.0}, ("first work", "1.234 kJ/m³")),
         ({"reference_temperature_degC": 20.0}, ("reference temperature", "20 °C")),
         ({"time_s": 646.52}, ("time", "646.5 s")),
         ({"time_s": 9999.96}, ("time", "1e+04 s")),

@@ -525,10 +525,17 @@ def test_many_cycles_are_drawn_and_named_by_their_numbers(tmp_path: Path) -> Non
     assert summary["cycles"]["cycles"] == 101
     assert summary["cycles"]["last_amplitude_Pa"] > 1e3
     assert {"first_phase_rad", "last_phase_rad", "first_work_J_per_m3", "last_work_J_per_m3"} <= summary["cycles"].keys()
+    assert summary["cycles"]["of"] == "nominal_stress_1"
     steps = "".join(f'[[step]]\nvoltage = "{volts} V"\nduration = "1 s"\n' for volts in (500, 0))
-    repeated, _ = figure_and_headline(tmp_path, f"{steps}[repeat]\ntimes = 101\n")  # these have no amplitude or phase
+    repeated, summary = figure_and_headline(tmp_path, f"{steps}[repeat]\ntimes = 101\n")  # these have no amplitude or phase
+    assert summary["cycles"]["of"] == "relative_stretch_1"
+    assert 1 < summary["cycles"]["first_highest"] < summary["cycles"]["last_highest"]
+    assert {"last_lowest", "last_mean", "last_electrical_energy_J_per_m3"} < summary["cycles"].keys()
     labels = [axes.get_ylabel().partition(" [")[0] for axes in repeated.axes]
     assert labels == ["lowest relative stretch", "highest relative stretch", "work"]
+    over_stretch, stated = figure_and_headline(tmp_path, f'{steps}[repeat]\ntimes = 101\n[plot]\nx = "stretch_1 [1]"\n')
+    assert len(over_stretch.axes) == 1  # as the recipe states
+    assert stated == summary
     few, summary = figure_and_headline(tmp_path, CYCLES.format(3), ANY_RUBBER)
     assert len(few.axes) == 1
     assert "cycles" not in summary

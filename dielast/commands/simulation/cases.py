@@ -165,25 +165,36 @@ def check_cycles(cases: Sequence[Case[SimulationRecipe]]) -> None:
         raise InputError(NO_WAVEFORM, key="output.cycles")
 
 
-def many_cycles(cases: Sequence[Case[SimulationRecipe]], results: Sequence[CaseResult]) -> bool:
-    """Whether there are so many cycles that the figure shows them by their numbers, unless the recipe states its axes."""
-    recipe = cases[0].recipe
-    if recipe.compare or recipe.output.times is not None or any((recipe.plot.x, recipe.plot.y, recipe.plot.join)):
-        return False
+def many_cycles(results: Sequence[CaseResult]) -> bool:
+    """Whether there are so many cycles that the summary, and the figure, show them by their numbers."""
     counts = [0 if result.cycles is None else result.cycles["cycle"].size for result in results]
     return min(counts) > 0 and max(counts) > KEPT_WHOLE
 
 
-def cycle_headline(results: Sequence[CaseResult]) -> dict[str, dict[str, Any]]:
-    """The numbers of cycles, and amplitude, phase and work of the first and the last one."""
+def states_axes(recipe: SimulationRecipe) -> bool:
+    """Whether the recipe states what the figure shows."""
+    return bool(recipe.compare or recipe.output.times is not None or any((recipe.plot.x, recipe.plot.y, recipe.plot.join)))
+
+
+def quantity_of_cycles(results: Sequence[CaseResult], measured: str) -> str:
+    """The column whose lowest and highest values cycles have: `measured`, or the nominal stress where stretches are prescribed."""
+    return "nominal_stress_1 [Pa]" if "lowest [Pa]" in (results[0].cycles or ()) else measured
+
+
+def cycle_headline(results: Sequence[CaseResult], measured: str) -> dict[str, dict[str, Any]]:
+    """The numbers of cycles, and all that `cycles.csv` tells of the first and the last one."""
     tables = [result.cycles for result in results if result.cycles is not None]
-    numbers: dict[str, Any] = {"cycles": one_or_list([table["cycle"].size for table in tables])}
-    for header in tables[0]:
+    numbers: dict[str, Any] = {
+        "cycles": one_or_list([table["cycle"].size for table in tables]),
+        "of": split_header(quantity_of_cycles(results, measured))[0],
+    }
+    for header in list(tables[0])[1:]:
         name, unit = split_header(header)
-        if name in ("amplitude", "phase", "work"):
-            suffix = "" if unit in (None, "1") else f"_{str(unit).replace('/', '_per_').replace('^', '')}"
-            for place, which in ((0, "first"), (-1, "last")):
-                numbers[f"{which}_{name}{suffix}"] = one_or_list([float(table[header][place]) for table in tables])
+        suffix = "" if unit in (None, "1") else f"_{str(unit).replace('/', '_per_').replace('^', '')}"
+        ends = [[float(table[header][place]) for table in tables] for place in (0, -1)]
+        if np.isfinite(ends).any():
+            first, last = map(one_or_list, ends)
+            numbers |= {f"first_{name}{suffix}": first, f"last_{name}{suffix}": last}
     return {"cycles": numbers}
 
 

@@ -11,6 +11,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from dielast.commands.simulation.bounds import band
+from dielast.commands.simulation.cases import quantity_of_cycles
 from dielast.commands.simulation.naming import labels, swept, titled
 from dielast.commands.simulation.result import SolvedCase, at_event
 from dielast.commands.simulation.timed_steps import TimedSteps
@@ -141,8 +142,7 @@ def picture_of_cycles(cases: Sequence[Case[Any]], solved: Sequence[SolvedCase], 
     """The figure of cases with many cycles."""
     tables = [case.result.cycles for case in solved if case.result.cycles is not None]
     materials = [case.material for case in solved]
-    # cycles are those of the nominal stress where the stretch is prescribed
-    quantity = "nominal_stress_1 [Pa]" if "lowest [Pa]" in tables[0] else measured
+    quantity = quantity_of_cycles([case.result for case in solved], measured)
     title = titled(cases[0].recipe.title, cases, materials, voltage_in_words(solved))
     return plot_cycles(tables, labels(cases, materials), swept(cases, materials), quantity, title)
 

@@ -21,6 +21,7 @@ from dielast.commands.simulation.cases import (
     one_or_all,
     read_materials,
     result_columns,
+    states_axes,
     together,
     with_all_columns,
 )
@@ -230,18 +231,20 @@ def report_of(simulation: Simulation, cases: Sequence[Case[Any]], inputs: Inputs
         compared = {"compare": compare_headline(matched)}
     axes = axes_of(cases, columns[0], simulation.measured, simulation.time_scale)
 
-    many = many_cycles(cases, results)
+    many = many_cycles(results)
 
     def figure() -> Any:
         from dielast.commands.simulation.pictures import picture, picture_of_cycles
 
-        return picture_of_cycles(cases, solved, simulation.measured) if many else picture(cases, solved, columns, matched, axes)
+        if many and not states_axes(recipes[0]):
+            return picture_of_cycles(cases, solved, simulation.measured)
+        return picture(cases, solved, columns, matched, axes)
 
     more_tables, more_figures = simulation.extras(cases, prepared.stated, results)
     tables = {f"{kind}.csv": result_columns(results), **more_tables, **tables, "cases.csv": case_columns(cases)}
     if cycling:
         tables["cycles.csv"] = case_table(cycling)
-    sections = simulation.headline(cases, results) | (cycle_headline(results) if many else {}) | sections
+    sections = simulation.headline(cases, results) | (cycle_headline(results, simulation.measured) if many else {}) | sections
     return RunReport(tables, sections | compared | intervals, figure, failures=failures(results), figures=more_figures | figures)
 
 
