@@ -66,12 +66,14 @@ def load() -> None:
         import_module(module.name)
     for name in LATE:
         import_module(name)
+    from dielast.base.registry import adopt
     from dielast.commands.registry import COMMANDS
     from dielast.handover.material_file import material_file
     from dielast.plots.style import panels, style
 
     for model in (*(command.model for command in COMMANDS.values()), material_file()):
         model.model_rebuild()
+    adopt("what no package has")  # which looks up what all of them have
     with style():
         figure, (axes,) = panels(1, "")
         axes.loglog([1.0, 1e9], [1.0, 1e9])

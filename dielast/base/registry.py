@@ -10,7 +10,9 @@ It is loaded when that name is wanted and is not one of dielast's, or, for expor
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable, Iterator, Mapping
+from functools import cache
 from importlib import import_module
 from pathlib import Path
 from traceback import walk_tb
@@ -108,9 +110,16 @@ def _outermost(names: Mapping[str, Any]) -> str:
 
 
 def _points() -> list[tuple[str, EntryPoint]]:
+    return _points_on(tuple(sys.path))
+
+
+@cache
+def _points_on(_path: tuple[str, ...]) -> list[tuple[str, EntryPoint]]:
+    """What is found on a path of imports: the files of every installed package are read, which takes tens of milliseconds."""
     from importlib.metadata import entry_points  # pydantic has imported it where recipes are read
 
-    return [(point.group, point) for group in GROUPS for point in entry_points(group=group)]
+    points = entry_points()
+    return [(group, point) for group in GROUPS for point in points.select(group=group)]
 
 
 def _package(point: EntryPoint) -> str:

@@ -47,7 +47,6 @@ Dielast = Callable[..., subprocess.CompletedProcess[str]]
 
 @pytest.fixture(scope="module")
 def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    pytest.importorskip("setuptools")
     return install(tmp_path_factory.mktemp("toy"), TESTS)
 
 

@@ -24,6 +24,9 @@ law = "inverse-power"
 reference_area = "1 cm^2"
 [uncertainty]
 draws = 40
+[life]
+values = ["5.4 kV", "5.8 kV"]
+horizon = "30 d"
 """
 TABLE = RECIPE.replace(RECIPE[RECIPE.index("columns") : RECIPE.index("[fit]")], "")  # of columns with their usual names
 FIELD, EXPONENT, SHAPE = 40e6, 12.0, 1.5  # for 1 h and 1 cm^2

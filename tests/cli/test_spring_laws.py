@@ -53,7 +53,7 @@ LAWS = {
     ),
 }
 INITIAL = {"ogden": 16900.0}
-FILM = '[film]\nthickness = "0.5 mm"\nprestretch = 1.7\nrelax = "5 min"\n'
+FILM = '[film]\nthickness = "0.5 mm"\nprestretch = 1.7\nrelax = "1 min"\n[solver]\nrtol = 1e-4\n'
 
 
 def text(equilibrium: str, branches: str = "") -> str:

@@ -91,14 +91,14 @@ def test_electrode_axes_in_millimetres_are_compared(dielast: Run, tmp_path: Path
 
 
 def test_an_interrupted_map_goes_on_where_it_stopped(dielast: Run, tmp_path: Path) -> None:
-    (tmp_path / "m.toml").write_text(map_of(60, "1 h"))
+    (tmp_path / "m.toml").write_text(map_of(30))
     assert dielast("failure-map", "m.toml", "--plot", "none", "-o", "whole").returncode == 0
     store = tmp_path / "part/.unfinished"
     with half_done(tmp_path, "part") as process:
         process.send_signal(signal.SIGINT)
         _, said = process.communicate(timeout=ENDS)
     assert process.returncode == 130
-    assert re.fullmatch(r"interrupted: \d+ of 360 cells are kept: the same command goes on from there, .*anew\n", said)
+    assert re.fullmatch(r"interrupted: \d+ of 180 cells are kept: the same command goes on from there, .*anew\n", said)
     kept = store.stat().st_size
     assert kept > 1000
     # another recipe says that it has no use for it
@@ -111,7 +111,7 @@ def test_an_interrupted_map_goes_on_where_it_stopped(dielast: Run, tmp_path: Pat
     )
     again = dielast("failure-map", "m.toml", "--plot", "none", "-o", "part", prelude=SMALL_CHUNKS)
     assert again.returncode == 0
-    assert re.match(r"note: goes on from an interrupted run, which kept \d+ of 360 cells\n", again.stderr)
+    assert re.match(r"note: goes on from an interrupted run, which kept \d+ of 180 cells\n", again.stderr)
     assert not store.exists()
     for name in ("failure-map.csv", "fit.csv", "summary.toml"):
         assert (tmp_path / "part" / name).read_bytes() == (tmp_path / "whole" / name).read_bytes()

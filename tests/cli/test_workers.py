@@ -40,7 +40,7 @@ relax = "10 min"
 [voltage]
 from = "1 kV"
 to = "5 kV"
-points = 200
+points = 100
 [breakdown]
 field = "45 MV/m"
 """
@@ -143,7 +143,7 @@ from dielast.cli import main; main()
     "name", ["SIGINT", "SIGKILL", *(pytest.param(name, marks=pytest.mark.trust) for name in ("SIGTERM", "SIGHUP"))]
 )
 def test_nothing_stays_of_a_run_that_ends_as_its_workers_start(name: str, tmp_path: Path) -> None:
-    (tmp_path / "r.toml").write_text(MAP.replace("points = 200", "points = 1000"))
+    (tmp_path / "r.toml").write_text(MAP.replace("points = 100", "points = 1000"))
     (tmp_path / "temporary").mkdir()
     command = [sys.executable, "-c", STARTING, "failure-map", "r.toml", "-q", "--plot", "none", "--jobs", "2", name]
     environment, number = os.environ | {"TMPDIR": str(tmp_path / "temporary")}, signal.Signals[name]
@@ -210,7 +210,7 @@ def test_workers_that_end_as_they_start_are_one_error(end: str, message: str, tm
 @pytest.mark.trust
 def test_a_script_may_run_the_command_line_at_its_top_level(tmp_path: Path) -> None:
     (tmp_path / "script.py").write_text(f"{SMALL_CHUNKS}\nfrom dielast.cli import main\nmain()\n")
-    (tmp_path / "r.toml").write_text(MAP.replace("points = 200", "points = 100"))
+    (tmp_path / "r.toml").write_text(MAP.replace("points = 100", "points = 100"))
     command = [sys.executable, "script.py", "failure-map", "r.toml", "-q", "--plot", "none", "--jobs", "2"]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=ENDS, check=False)
     assert (done.returncode, done.stderr) == (0, "")

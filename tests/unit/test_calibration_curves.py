@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -26,21 +27,32 @@ STIFF = Material(
 VHB = Path(__file__).parents[3] / "shared/data/vhb4905/4-loading.csv"
 
 
-@pytest.mark.parametrize("material", [SOFT, FAST, STIFF], ids=lambda material: material.name)
-@pytest.mark.parametrize("noise", [pytest.param(0.0, marks=pytest.mark.trust), pytest.param(0.01, marks=pytest.mark.trust), 0.03])
-def test_clean_tests_and_fast_relaxation_ring_nowhere(material: Material, noise: float) -> None:
+def each_in_turn(materials: Sequence[Material], levels: Sequence[object], varied: Sequence[object]) -> pytest.MarkDecorator:
+    """Every material with one of what is varied, at the last level; all with all before a release."""
+    turns = zip(materials, range(len(materials)), strict=True)
+    some = [pytest.param(material, levels[-1], [varied[k % len(varied)]], id=material.name) for material, k in turns]
+    whole = [
+        pytest.param(material, level, varied, id=f"{material.name}-{level}-all", marks=pytest.mark.trust)
+        for material in materials
+        for level in levels
+    ]
+    return pytest.mark.parametrize(("material", "noise", "varied"), [*some, *whole])
+
+
+@each_in_turn([SOFT, FAST, STIFF], [0.0, 0.01, 0.03], [(2.0, 4.0), (3.0, 1.0), (1.5, 0.2)])
+def test_clean_tests_and_fast_relaxation_ring_nowhere(material: Material, noise: float, varied: list[tuple[float, float]]) -> None:
     random = np.random.default_rng(17)
     machine = replace(QUIET, noise=noise)
-    for top, ramp in ((2.0, 4.0), (3.0, 1.0), (1.5, 0.2)):
+    for top, ramp in varied:
         for made in (hold(material, machine, random, top=top, ramp=ramp), cycles(material, machine, random, top=top, ramp=ramp)):
             test = made.test()
             assert not ringing(test).any()
             assert not loaded_at_rest(test).any()
 
 
-@pytest.mark.parametrize("material", [SOFT, FAST, STIFF], ids=lambda material: material.name)
-def test_ringing_is_left_out_where_it_is(material: Material) -> None:
-    for rate, noise, left in ((10.0, 0.001, 0.01), (50.0, 0.001, 0.01), (20.0, 0.01, 0.07)):
+@each_in_turn([SOFT, STIFF, FAST], [None], [(10.0, 0.001, 0.01), (50.0, 0.001, 0.01), (20.0, 0.01, 0.07)])
+def test_ringing_is_left_out_where_it_is(material: Material, noise: None, varied: list[tuple[float, float, float]]) -> None:
+    for rate, noise, left in varied:
         machine = Machine(force=0.5 * material.equilibrium_modulus / 20e3, noise=noise)
         made = hold(material, machine, np.random.default_rng(4), rate=rate)
         found = ringing(made.test())
@@ -141,14 +153,13 @@ PLAIN = Material("plain", 20e3, Spectrum([300.0, 10.0], [40e3, 40e3]), NoShift(2
 TIGHT = Material("tight", 20e3, Spectrum([300.0, 10.0], [20e3, 20e3]), NoShift(20.0), Gent(6.0), Gent(6.0))
 
 
-MATERIALS = pytest.mark.parametrize("material", [SOFT, FAST, PLAIN, TIGHT], ids=lambda material: material.name)
+MATERIALS = [SOFT, FAST, PLAIN, TIGHT]
 
 
-@MATERIALS
-@pytest.mark.parametrize("noise", [pytest.param(0.0, marks=pytest.mark.trust), 0.02])
-def test_relaxation_is_no_softening(material: Material, noise: float) -> None:
+@each_in_turn(MATERIALS, [0.0, 0.02], [(10.0, 2, 1.0), (1.0, 3, 1.0), (100.0, 2, 1.2)])
+def test_relaxation_is_no_softening(material: Material, noise: float, varied: list[tuple[float, int, float]]) -> None:
     random = np.random.default_rng(6)
-    for ramp, count, low in ((1.0, 3, 1.0), (10.0, 2, 1.0), (100.0, 2, 1.2)):
+    for ramp, count, low in varied:
         made = cycles(material, replace(QUIET, noise=noise), random, ramp=ramp, count=count, low=low, points=30)
         assert softening(made.test()) == 0.0
         # without force, a film that is longer than at the beginning is slack
@@ -156,10 +167,9 @@ def test_relaxation_is_no_softening(material: Material, noise: float) -> None:
     assert softening(hold(material, replace(QUIET, noise=noise), random).test()) == 0.0
 
 
-@MATERIALS
-@pytest.mark.parametrize("noise", [pytest.param(0.0, marks=pytest.mark.trust), 0.01])
-def test_a_specimen_that_softens_is_recognised(material: Material, noise: float) -> None:
-    for ramp, share in ((1.0, 0.1), (10.0, 0.1), (10.0, 0.4), (100.0, 0.2)):
+@each_in_turn(MATERIALS, [0.0, 0.01], [(1.0, 0.1), (10.0, 0.1), (10.0, 0.4), (100.0, 0.2)])
+def test_a_specimen_that_softens_is_recognised(material: Material, noise: float, varied: list[tuple[float, float]]) -> None:
+    for ramp, share in varied:
         made = cycles(material, replace(QUIET, noise=noise), np.random.default_rng(2), ramp=ramp, points=30, slack="pushes")
         found = softening(softened(made, share).test())
         # the mean over the loading is less than the share next to rest
