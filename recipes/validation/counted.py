@@ -16,7 +16,6 @@ sys.path += [str(Path(__file__).resolve().parents[2] / "tests" / each) for each 
 
 from bench_voltage_tests import HIDDEN, MODEL, SPECIMEN, Outcome, outcomes_of, truth
 
-TAIL = 0.05  # of draws on either side of a band
 COUNTS = Path(__file__).parent / "counts.jsonl"
 KINDS = {"uniaxial": "six uniaxial tests", "films": "and two films under voltage"}
 
@@ -27,10 +26,10 @@ def voltage_tests(data: Path) -> Section:
     true, law, alone, films = truth(), HIDDEN.equilibrium_law, found["uniaxial"], found["films"]
     header = ["tests", "laboratories", "bands that hold the truth", "band, kV, in the middle", "width", "error of the best law"]
     rows = [_row(what, counted, true) for what, counted in found.items()]
-    missed = [each for counted in found.values() for each in counted if not _holds(each, true)]
+    missed = [each for counted in found.values() for each in counted if not each.holds(true)]
     ends = [f"{1e-3 * (each.high if each.high < true else each.low):.2f}" for each in missed]
     short = f"Bands that do not hold the truth end at {', '.join(ends)} kV.\n" if ends else ""
-    together = sum(TAIL <= each.below <= 1 - TAIL for each in films)
+    together = sum(each.holds_by_all_draws for each in films)
     best = sum(max(each.laws, key=lambda name: each.laws[name][0]) == law.name for each in alone)
     return Section(f"""## The second invariant: a voltage from uniaxial tests
 
@@ -49,12 +48,8 @@ the band of each law in each part of the range of such constants. They are as wi
 from uniaxial tests alone says little more than a factor of {np.median([each.high / each.low for each in alone]):.0f}.
 {short}The true law is the best one in {best} of {len(alone)} laboratories with uniaxial tests alone.
 
-With two films the laws agree, and bands that hold each law's are a little wider than need be: the middle
-{100 * (1 - 2 * TAIL):.0f} % of the draws of all laws together hold the truth in {together} of {len(films)} laboratories.""")
-
-
-def _holds(outcome: Outcome, true: float) -> bool:
-    return outcome.low <= true <= outcome.high
+With two films the laws agree, and a band that holds the band of each law is a little wider than it need be: the middle 90 % of
+the draws of all laws together hold the truth in {together} of {len(films)} laboratories.""")
 
 
 def _row(what: str, counted: Sequence[Outcome], true: float) -> list[str]:
@@ -62,6 +57,6 @@ def _row(what: str, counted: Sequence[Outcome], true: float) -> list[str]:
     low, high = (1e-3 * np.median([getattr(each, end) for each in counted]) for end in ("low", "high"))
     widths = [each.width for each in counted]
     off = 100 * np.sqrt(np.mean([(each.best / true - 1) ** 2 for each in counted]))
-    held = sum(_holds(each, true) for each in counted)
+    held = sum(each.holds(true) for each in counted)
     width = "-" if what == "films" else f"{min(widths):.2f}, {np.median(widths):.2f}, {max(widths):.2f}"  # the laws agree there
     return [KINDS[what], f"{len(counted)}", f"{held}", f"{low:.2f} to {high:.2f}", width, f"{off:.0f} %"]

@@ -197,6 +197,15 @@ class Outcome:
         """The width of the band over what is needed, in logarithms."""
         return float(np.log(self.high / self.low)) / self.needed
 
+    def holds(self, true: float) -> bool:
+        """Whether the band holds the `true` voltage, in V."""
+        return self.low <= true <= self.high
+
+    @property
+    def holds_by_all_draws(self) -> bool:
+        """Whether the middle 90 % of the draws of all laws together hold it."""
+        return 0.05 <= self.below <= 0.95
+
 
 def truth() -> float:
     """The voltage of the material of all laboratories."""
@@ -242,7 +251,7 @@ def bench_laboratories(what: str, count: int = 12, first: int = 0, file: Path | 
         band = f"{each.low:.0f} to {each.high:.0f} V, {each.below:.0%} below the truth of {true:.0f} V"
         print(f"{what} {number}: {band}; width {each.width:.2f}; {laws}", flush=True)
     found = list((every | dict(enumerate(made, first))).values())
-    inside, mixed = sum(each.low <= true <= each.high for each in found), sum(0.05 <= each.below <= 0.95 for each in found)
+    inside, mixed = sum(each.holds(true) for each in found), sum(each.holds_by_all_draws for each in found)
     off = np.sqrt(np.mean([(each.best / true - 1) ** 2 for each in found]))
     print(f"{what}: {inside} of {len(found)} hold the truth, {mixed} by the draws of all laws together; the width is")
     print(f"{np.median([each.width for each in found]):.2f} times that from the truth to the laws, in logarithms; the best law is")
