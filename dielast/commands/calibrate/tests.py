@@ -9,11 +9,10 @@ import numpy as np
 
 from dielast.base.errors import InputError, Mistakes, and_more, in_keys, located, placed, warn
 from dielast.base.units import TIME
+from dielast.calibration.doubts import gives_work, slack_of, softening, stress_at_rest
 from dielast.calibration.estimate import USUAL_ERROR
 from dielast.calibration.experiment import Experiment, MeasuredTest, corners, path_length
-from dielast.calibration.rest import gives_work, slack_of, stress_at_rest
 from dielast.calibration.ringing import loaded_at_rest, ringing, runs
-from dielast.calibration.softening import softening
 from dielast.calibration.voltage import VoltageTest
 from dielast.commands.calibrate.recipe import TestData
 from dielast.commands.calibrate.simulated import recipe_tests

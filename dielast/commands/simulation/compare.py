@@ -18,6 +18,7 @@ from dielast.io.table import split_header
 from dielast.io.text_table import MeasuredTable, read_measured
 from dielast.material.checks import warn_of_measured_stretch
 from dielast.numerics.arrays import Flags, Floats, rms
+from dielast.numerics.robust import extremes
 from dielast.readings.columns_recipe import Specimen
 from dielast.readings.extents import check_area_strain, read_extent
 from dielast.readings.specimen import KNOWN_AS, read_as, role_in
@@ -255,14 +256,7 @@ def interpolated(comparison: CompareSection, x: Floats, model_x: Floats, model_y
 
 def _turns(x: Floats) -> int:
     """Number of reversals of x by more than noise, 2 % of its range."""
-    least = 0.02 * float(np.ptp(x))
-    count, direction, extreme = 0, 0, float(x[0])
-    for value in x.tolist():
-        if direction * (value - extreme) > 0 or (direction == 0 and abs(value - extreme) > least):
-            direction, extreme = direction or int(np.sign(value - extreme)), value
-        elif direction * (extreme - value) > least:
-            count, direction, extreme = count + 1, -direction, value
-    return count
+    return len(extremes(x, 0.02 * float(np.ptp(x)))) - 1
 
 
 def _one_way(x: Floats, model_x: Floats, model_y: Floats) -> Floats:
