@@ -17,9 +17,8 @@ from dielast.calibration.strata import open_parameters
 from dielast.io.result import TabularResult
 from dielast.io.table import Column, Table, joined
 from dielast.material.argument_types import checked
-from dielast.material.intervals import fewest_draws
+from dielast.material.intervals import fewest_draws, strata_of
 from dielast.material.material import CalibratedRange, Material
-from dielast.material.strata import strata_of
 from dielast.mechanics.load import Mode
 from dielast.numerics.arrays import Floats
 from dielast.simulate.options import Options

@@ -20,8 +20,7 @@ from dielast.material.checks import warn_of_measured_stretch
 from dielast.numerics.arrays import Flags, Floats, rms
 from dielast.numerics.robust import extremes
 from dielast.readings.columns_recipe import Specimen
-from dielast.readings.extents import check_area_strain, read_extent
-from dielast.readings.specimen import KNOWN_AS, read_as, role_in
+from dielast.readings.quantities import KNOWN_AS, check_area_strain, read_as, read_extent, role_in
 from dielast.recipe.cases import Case
 
 FINE = 4000  # points along a history for a comparison over another quantity than time
@@ -172,7 +171,7 @@ def read_points(comparison: CompareSection, inputs: Inputs, specimen: Specimen |
     # of measured photographs those without the electrode have no numbers, and those of doubt none to rely on
     of_photographs = all(map(table.has, ("state", "centre_x", "relative_stretch_1")))
     where = {"state": "ok", **comparison.where} if of_photographs else comparison.where
-    rows, specimen = rows_where(table, where), comparison.specimen or specimen
+    rows, specimen = table.rows_where(where), comparison.specimen or specimen
 
     def values_of(axis: str, header: str, column: str | None) -> Floats:
         name, unit = split_header(header)
@@ -222,17 +221,6 @@ def _place(table: MeasuredTable, chosen: str | int, axis: str, column: str | Non
 def _label(comparison: CompareSection) -> str:
     chosen = ", ".join(f"{name} {value}" for name, value in comparison.where.items())
     return f"measured, {Path(comparison.file).name}" + (f", {chosen}" if chosen else "")
-
-
-def rows_where(table: MeasuredTable, values: Mapping[str, str | float]) -> Flags:
-    """The rows (rows,) that have these values in these columns; raises `InputError` if there is none."""
-    keep = np.ones(table.lines.size, dtype=bool)
-    for name, value in values.items():
-        keep &= table.equals(name, value)
-    if not keep.any():
-        chosen = ", ".join(f"{name} = {value}" for name, value in values.items())
-        raise InputError(f"no row has {chosen}" if chosen else "no rows", file=table.source)
-    return keep
 
 
 def interpolated(comparison: CompareSection, x: Floats, model_x: Floats, model_y: Floats) -> Floats:
