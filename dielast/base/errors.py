@@ -260,6 +260,12 @@ def and_more(others: int, noun: str = "") -> str:
     return f" (and {others} more{noun and f' {noun}'})" if others > 0 else ""
 
 
+def listed(names: Iterable[str], word: str = "or") -> str:
+    """The names as a sentence lists them: a, b or c."""
+    *first, last = names
+    return f"{', '.join(first)} {word} {last}" if first else last
+
+
 def shown(value: Any) -> str:
     """A value as an error message shows it: as TOML has it, in one line, cut if long."""
     text = _printable(as_toml(value, _SHOWN))

@@ -25,10 +25,10 @@ from dielast.calibration.scatter import (
     Curves,
     Scatter,
     Scatters,
+    Weighting,
     noise_of,
     specimen_factors,
 )
-from dielast.calibration.weighting import Weighting
 from dielast.numerics.arrays import Floats
 
 SHARES = 0.002 * 3.0 ** np.arange(0, 5.5, 0.5)  # sizes of the model's error that are tried

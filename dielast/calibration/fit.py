@@ -12,8 +12,7 @@ from dielast.calibration.laboratory import Laboratory
 from dielast.calibration.levenberg import MOST_ITERATIONS, Watcher, minimise
 from dielast.calibration.parameters import Free, ParameterSpace, parameter_space, with_conditions
 from dielast.calibration.problem import FitProblem, smooth_branches
-from dielast.calibration.scatter import FIRST_LENGTH, FIRST_SHARE, USUAL_SCATTER, Curves, Scatter, about_factors
-from dielast.calibration.weighting import Weighting
+from dielast.calibration.scatter import FIRST_LENGTH, FIRST_SHARE, USUAL_SCATTER, Curves, Scatter, Weighting, about_factors
 from dielast.io.result import Result
 from dielast.material.material import Material
 from dielast.numerics.arrays import Flags, Floats

@@ -15,9 +15,8 @@ from dielast.calibration.fit import Fit
 from dielast.calibration.levenberg import minimise
 from dielast.calibration.proposals import film_voltages, predicted_film
 from dielast.calibration.result import Calibration, range_of
-from dielast.calibration.scatter import level_of
+from dielast.calibration.scatter import Weighting, level_of
 from dielast.calibration.voltage import VoltageTest
-from dielast.calibration.weighting import Weighting
 from dielast.io.result import Result
 from dielast.material.material import Material
 from dielast.material.springs.stable_range import SECOND, stable_range

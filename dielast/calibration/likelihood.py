@@ -28,8 +28,7 @@ from dielast.calibration.estimate import ResidualSpace, basis_of, likely
 from dielast.calibration.fit import Fit
 from dielast.calibration.levenberg import Residuals
 from dielast.calibration.problem import FitProblem, root_of
-from dielast.calibration.scatter import Curves, Scatter, Scatters, covariance_of
-from dielast.calibration.weighting import Weighting
+from dielast.calibration.scatter import Curves, Scatter, Scatters, Weighting, covariance_of
 from dielast.material.scatter import SpecimenScatter
 from dielast.numerics.arrays import Cases, Flags, Floats
 from dielast.numerics.roots import fall

@@ -13,8 +13,7 @@ import numpy as np
 from dielast.calibration.laboratory import Laboratory
 from dielast.calibration.levenberg import Residuals, with_slopes
 from dielast.calibration.parameters import ParameterSpace
-from dielast.calibration.scatter import Curves, Scatter, Whitening
-from dielast.calibration.weighting import Weighting
+from dielast.calibration.scatter import Curves, Scatter, Weighting, Whitening
 from dielast.numerics.arrays import Cases, Floats
 
 FEWEST = 4  # branches of a spectrum with a smoothness

@@ -15,11 +15,10 @@ from dielast.calibration.profiles import Profile, Verdict, possible_values, prof
 from dielast.calibration.scatter import specimen_factors
 from dielast.calibration.strata import open_parameters
 from dielast.io.result import TabularResult
-from dielast.io.table import Column, Table
+from dielast.io.table import Column, Table, joined
 from dielast.material.argument_types import checked
-from dielast.material.intervals import fewest_draws
+from dielast.material.intervals import fewest_draws, strata_of
 from dielast.material.material import CalibratedRange, Material
-from dielast.material.strata import strata_of
 from dielast.mechanics.load import Mode
 from dielast.numerics.arrays import Floats
 from dielast.simulate.options import Options
@@ -163,13 +162,7 @@ class Calibration(TabularResult):
 
     def residual_columns(self) -> Table:
         """A row for each point of all tests."""
-        tables = [comparison.columns() for comparison in self.comparisons]
-        return [
-            Column(parts[0].name, parts[0].unit, [str(text) for part in parts for text in part.values])
-            if parts[0].name in ("test", "unit")
-            else Column(parts[0].name, parts[0].unit, np.concatenate([np.asarray(part.values) for part in parts]))
-            for parts in zip(*tables, strict=True)
-        ]
+        return joined([comparison.columns() for comparison in self.comparisons])
 
     def profile_columns(self) -> Table:
         """The profiles, a row for each point: the rise of the sum of squares above that of the fit."""

@@ -20,8 +20,8 @@ from dielast.calibration.any_film import any_film
 from dielast.calibration.estimate import USUAL_ERROR
 from dielast.calibration.experiment import TOLERANCE, MeasuredTest
 from dielast.calibration.scatter import LEAST_NOISE, level_of
-from dielast.numerics.arrays import Cases, Flags, Floats
-from dielast.numerics.robust import robust_deviation
+from dielast.numerics.arrays import Flags, Floats
+from dielast.numerics.robust import extremes, robust_deviation
 
 ALARM = 0.01  # probability that noise alone makes a swing in a test
 LAGS = (1, 2, 4)  # distances between points over which noise is estimated, as it may be correlated
@@ -78,7 +78,7 @@ def _swinging(time: Floats, stress: Floats, film: Floats, level: Floats, lasts: 
     found, difference = np.zeros(time.size, dtype=bool), (stress - film) / level
     noise = _noise(stress, difference, level)
     extreme = float(-ndtri(ALARM / (2 * len(BLOCKS) * time.size))) * noise
-    turns = _turns(difference, 2 * extreme)
+    turns = np.unique([0, *extremes(difference, 2 * extreme), difference.size - 1])
     motion = np.concatenate(([0.0], np.cumsum(np.abs(np.diff(film)) / level[1:])))
     first, last = turns[:-1], turns[1:]
     swing = np.abs(difference[last] - difference[first])
@@ -138,19 +138,6 @@ def _ramp_time(test: MeasuredTest) -> float:
     moved = path > 0
     rates = float(np.sum(np.square(path[moved]) / lasts[moved]))
     return float(np.ptp(test.corner_stretch)) * float(np.sum(path)) / rates if rates > 0 else 0.0
-
-
-def _turns(values: Floats, least: float) -> Cases:
-    """Indices of the extremes between which values (n,) change by more than `least`, with the first and the last point."""
-    turns, extreme, direction = [0], 0, 0
-    for k, value in enumerate(values.tolist()):
-        change = value - values[extreme]
-        if direction * change > 0 or (direction == 0 and abs(change) > least):
-            direction, extreme = direction or int(np.sign(change)), k
-        elif direction * change < -least:
-            turns.append(extreme)
-            direction, extreme = -direction, k
-    return np.unique([*turns, extreme, len(values) - 1])
 
 
 def runs(flags: Flags) -> list[tuple[int, int]]:

@@ -1,4 +1,4 @@
-"""The strata that a posterior is drawn in: boxes of the parameters that tests do not determine (`dielast.material.strata`)."""
+"""The strata that a posterior is drawn in: boxes of the parameters that tests do not determine (`dielast.material.intervals`)."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -10,7 +10,7 @@ from dielast.calibration.levenberg import minimise, with_slopes
 from dielast.calibration.likelihood import Likelihood
 from dielast.calibration.parameters import ParameterSpace
 from dielast.calibration.profiles import DECISIVE, Profile, Verdict
-from dielast.material.strata import division
+from dielast.material.intervals import division
 from dielast.numerics.arrays import Floats, Index
 
 ITERATIONS, PRECISE = 10, 1e-2  # of the fits in the boxes, whose sums of squares are to be plausible, not the least

@@ -9,7 +9,7 @@ from typing import Any, ClassVar, cast
 import numpy as np
 from numpy.typing import ArrayLike
 
-from dielast.base.errors import InputError
+from dielast.base.errors import InputError, listed
 from dielast.calibration.films import Ramps, voltages
 from dielast.io.result import Result
 from dielast.material.argument_types import checked
@@ -63,7 +63,7 @@ class VoltageTest(Result):
         if not np.all(np.isfinite(voltage) & np.isfinite(stretch)):
             raise InputError("every value must be finite", argument=self.name)
         if self.measure not in QUANTITIES:
-            raise InputError(f"{self.measure!r}: {', '.join(QUANTITIES[:-1])} or {QUANTITIES[-1]} is needed", argument="measure")
+            raise InputError(f"{self.measure!r}: {listed(QUANTITIES)} is needed", argument="measure")
         least = -1.0 if self.measure == "area_strain" else 0.0
         if np.any(stretch <= least):
             raise InputError(f"{self.measure} {stretch.min():g}: a number above {least:g} is needed", argument=self.name)

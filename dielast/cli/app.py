@@ -9,9 +9,9 @@ from typing import Annotated, Any
 
 import typer
 
-from dielast.base.errors import InputError, NumericsError, Problem, nearest, shown
+from dielast.base.errors import InputError, NumericsError, Problem, listed, nearest, shown
 from dielast.base.registry import blame
-from dielast.cli.help import EXIT_CODES, START, PlainUsage, RecipeCommand, listed
+from dielast.cli.help import EXIT_CODES, START, PlainUsage, RecipeCommand
 from dielast.cli.terminal import give_up_output, is_unread, leave, report_refusal
 from dielast.commands.registry import COMMANDS
 
@@ -274,7 +274,7 @@ def application(only: str | None = None) -> typer.Typer:
         context_settings={"help_option_names": ["-h", "--help"]},
     )
     app.callback()(_main)
-    starters = f"Print a commented starter recipe that runs as it is.\n\nKIND is {listed(COMMANDS, 'or')}."
+    starters = f"Print a commented starter recipe that runs as it is.\n\nKIND is {listed(COMMANDS)}."
     starters += "\nWith --data it is the recipe for measured files, with what they do not say marked FILL IN."
     helpers: dict[str, tuple[Callable[..., None], str | None]] = {
         "new": (_new, starters),

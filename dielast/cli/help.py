@@ -3,7 +3,6 @@
 import re
 import sys
 import textwrap
-from collections.abc import Iterable
 from typing import Any
 
 from typer import BadParameter
@@ -72,9 +71,3 @@ def report_usage(error: Any) -> int:
             wrong = f'no command "{unknown[1]}": {nearest(unknown[1], (*COMMANDS, "new", "validate", "report", "schema"))}'
         print(f"{command}: {wrong[:1].lower()}{wrong[1:]} (see {command} --help)", file=sys.stderr)
     return int(error.exit_code)
-
-
-def listed(names: Iterable[str], word: str = "and") -> str:
-    """The names as a sentence lists them: a, b and c."""
-    *first, last = names
-    return f"{', '.join(first)} {word} {last}" if first else last

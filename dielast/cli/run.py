@@ -12,8 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from dielast import __version__
-from dielast.base.errors import DielastError, DielastWarning, InputError, messages_of
-from dielast.cli.help import listed
+from dielast.base.errors import DielastError, DielastWarning, InputError, listed, messages_of
 from dielast.cli.terminal import Bar, leave, working
 from dielast.commands.registry import COMMANDS, others_in, read_cases
 from dielast.io.files import STORE, Inputs, as_text, check_folder, check_targets, depfile, read_file, write_files
@@ -178,7 +177,7 @@ def _check_scheduler(kind: str, options: Options) -> None:
     if options.scheduler is None:
         return
     if not COMMANDS[kind].can_share:
-        kinds = listed(name for name, command in COMMANDS.items() if command.can_share)
+        kinds = listed((name for name, command in COMMANDS.items() if command.can_share), "and")
         raise InputError(f"--scheduler: only {kinds} can run on a cluster: leave the option out for {kind}")
     if options.jobs != 1:
         raise InputError("--jobs and --scheduler exclude each other: the cluster sets the number of processes")

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from dielast.base.errors import InputError, Problem, as_toml, nearest, shown
+from dielast.base.errors import InputError, Problem, as_toml, listed, nearest, shown
 from dielast.base.units import NUMBER, TEMPERATURE
 from dielast.commands.plan import warnings_of
 from dielast.commands.registry import COMMANDS
@@ -52,8 +52,7 @@ def started(kind: str, files: Given) -> tuple[str, list[str]]:
         others = [
             name for name, recipe in _takers(files) if name != kind and not recipe.unsure and f"dielast {name}" not in str(error)
         ]
-        takers = " or ".join(filter(None, (", ".join(others[:-1]), *others[-1:])))
-        error = error.adding(f"; {takers} would take {'it' if len(files.names) == 1 else 'them'}" if others else "")
+        error = error.adding(f"; {listed(others)} would take {'it' if len(files.names) == 1 else 'them'}" if others else "")
         raise InputError(*error.problems, *map(Problem, _contradictions(files))) from None
     if recipe.missing:
         recipe.lines.insert(1, f"# {_keys(recipe)} to fill in, as the files do not state them: {_listed_keys(recipe)}")

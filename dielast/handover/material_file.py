@@ -38,7 +38,7 @@ from dielast.material.modulus import CONSTANT_MODULUS, MODULI
 from dielast.material.shift import SHIFTS, NoShift, ShiftLaw
 from dielast.material.spectrum import Spectrum
 from dielast.material.springs import SPRINGS, NeoHookean, SpringLaw
-from dielast.recipe.fields import Modulus, Section, Temperature, WithUnit
+from dielast.recipe.fields import Modulus, Pair, Section, Temperature, WithUnit, first_below
 from dielast.recipe.validate import check
 
 Density = Annotated[float, WithUnit(DENSITY, above=0.0)]
@@ -59,14 +59,9 @@ class Equilibrium(SpringSection):
     shear_modulus: Modulus | None = Field(
         None, description="Shear modulus of the spring at small strain; needed unless C10 or mu of the law states it."
     )
-    shear_modulus_range: Annotated[list[Modulus], Field(min_length=2, max_length=2)] | None = Field(
+    shear_modulus_range: Annotated[Pair[Modulus], first_below("the lower bound")] | None = Field(
         None, description="Bounds of the shear modulus (90 %), where the measured curve ends before its plateau."
     )
-
-    def _check(self) -> None:
-        super()._check()
-        if self.shear_modulus_range is not None and self.shear_modulus_range[0] > self.shear_modulus_range[1]:
-            raise InputError("the lower bound must come first", key="shear_modulus_range")
 
     def stated(self, *place: float) -> SpringLaw:
         """The law of the spring."""
@@ -167,7 +162,7 @@ class MaterialFile(Section):
     )
     shift: ShiftSection | None = Field(None, description="The shift law and its constants; needed with nonequilibrium.")
     flow: FlowSection | None = Field(None, description="How branches flow under stress. Default: in proportion to it.")
-    measured_temperature: Annotated[list[Temperature], Field(min_length=2, max_length=2)] | None = Field(
+    measured_temperature: Annotated[Pair[Temperature], first_below("the lowest temperature")] | None = Field(
         None, description="Lowest and highest temperature at which the shift factors were measured; simulations outside warn."
     )
     dielectric: DielectricSection | None = Field(None, description="Permittivity; needed for simulations with a voltage.")
@@ -188,8 +183,6 @@ class MaterialFile(Section):
     def _check(self) -> None:
         if self.equilibrium.modulus() == 0 and not any(self.spectrum.shear_modulus):
             raise InputError("every shear modulus is zero: the material carries no load")
-        if self.measured_temperature is not None and self.measured_temperature[0] > self.measured_temperature[1]:
-            raise InputError("the lowest temperature must come first", key="measured_temperature")
         if self.nonequilibrium is not None and self.shift is None:
             raise InputError('is needed; law = "none" says that temperature does not change relaxation times', key="shift")
         if self.nonequilibrium is None and self.shift_law.depends_on_temperature:

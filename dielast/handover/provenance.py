@@ -7,7 +7,7 @@ from pydantic import Field
 from dielast.base.errors import InputError, and_more, shown, warn
 from dielast.io.table import rounded
 from dielast.material.material import CalibratedRange, Material, Window, constants_of
-from dielast.recipe.fields import Section, Temperature, Time
+from dielast.recipe.fields import Pair, Section, Temperature, Time, first_below
 
 Share = Annotated[float, Field(ge=0, allow_inf_nan=False)]
 
@@ -17,10 +17,8 @@ class CalibratedSection(Section):
 
     modes: list[str] = Field(min_length=1, description="Modes in which the specimens were stretched.")
     largest_I1: float = Field(ge=3, description="Largest first invariant of the stretches, l1^2 + l2^2 + l3^2.")
-    time: Annotated[list[Time], Field(min_length=2, max_length=2)] = Field(description="Shortest and longest time.")
-    temperature: Annotated[list[Temperature], Field(min_length=2, max_length=2)] = Field(
-        description="Lowest and highest temperature."
-    )
+    time: Pair[Time] = Field(description="Shortest and longest time.")
+    temperature: Pair[Temperature] = Field(description="Lowest and highest temperature.")
     law_spread: Annotated[float, Field(ge=1, allow_inf_nan=False)] | None = Field(
         None,
         description="Largest ratio between laws that these tests cannot tell apart of the voltage of an equibiaxial film. Default: "
@@ -59,14 +57,10 @@ class CalibratedSection(Section):
 class WindowSection(Section):
     """The part of the relaxation that was measured; a simulation that is slower warns."""
 
-    reduced_time_s: Annotated[list[Annotated[float, Field(gt=0, allow_inf_nan=False)]], Field(min_length=2, max_length=2)] = Field(
+    reduced_time_s: Annotated[Pair[Annotated[float, Field(gt=0, allow_inf_nan=False)]], first_below("the shortest time")] = Field(
         description="Shortest and longest reduced time of the measured curve in s, at the reference temperature."
     )
     plateau_reached: bool = Field(description="Whether the curve had reached the plateau of the equilibrium modulus.")
-
-    def _check(self) -> None:
-        if self.reduced_time_s[0] > self.reduced_time_s[1]:
-            raise InputError("the shortest time must come first", key="reduced_time_s")
 
     def stated(self) -> Window:
         """The part of the relaxation that was measured."""

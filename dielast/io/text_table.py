@@ -121,12 +121,17 @@ class MeasuredTable:
         chosen = rows.tolist()
         return replace(self, cells=tuple(list(compress(cells, chosen)) for cells in self.cells), lines=self.lines[rows])
 
-    def equals(self, column: str | int, value: str | float) -> NDArray[np.bool_]:
-        """Which rows hold `value` in a column, shape (rows,): the same text, or the same number."""
-        index = self.find(column, "where")
-        if isinstance(value, str):
-            return np.array([cell == value for cell in self.cells[index]])
-        return np.asarray(self._numbers(index) == value)
+    def rows_where(self, values: Mapping[str, str | float]) -> NDArray[np.bool_]:
+        """The rows (rows,) that hold these values in these columns, the same text or the same number; `InputError` if none does."""
+        keep = np.ones(self.lines.size, dtype=bool)
+        for column, value in values.items():
+            index = self.find(column, "where")
+            same = [cell == value for cell in self.cells[index]] if isinstance(value, str) else self._numbers(index) == value
+            keep &= np.asarray(same, dtype=bool)
+        if not keep.any():
+            chosen = ", ".join(f"{name} = {value}" for name, value in values.items())
+            raise self.error(f"no row has {chosen}" if chosen else "no rows")
+        return keep
 
     def column(
         self, column: str | int, role: str, dimension: Dimension, rows: NDArray[np.bool_] | None = None

@@ -11,7 +11,7 @@ from typing import Any, Literal, TypeVar, Union, get_args, get_origin
 import numpy as np
 from numpy.typing import ArrayLike
 
-from dielast.base.errors import InputError, shown
+from dielast.base.errors import InputError, listed, shown
 from dielast.numerics.arrays import Floats
 
 WORDS: dict[Any, tuple[str, str]] = {  # one value, and the entries of a list
@@ -107,8 +107,7 @@ def _mistake(value: Any, kind: Any) -> str:
 
 
 def _needs(value: Any, types: typing.Sequence[Any]) -> str:
-    *others, last = dict.fromkeys(words for kind in types for words in _in_words(kind))
-    return f"{shown(value)}: {', '.join(others)} or {last} is needed" if others else f"{shown(value)}: {last} is needed"
+    return f"{shown(value)}: {listed(dict.fromkeys(words for kind in types for words in _in_words(kind)))} is needed"
 
 
 def _in_words(kind: Any) -> list[str]:

@@ -10,9 +10,9 @@ from dielast.base.errors import InputError
 from dielast.io.result import TabularResult
 from dielast.io.table import Column, Table
 from dielast.material.argument_types import checked
+from dielast.material.intervals import strata_of_materials
 from dielast.material.material import Material
 from dielast.material.spectrum import Spectrum
-from dielast.material.strata import strata_of_materials
 from dielast.numerics.arrays import Floats, Index
 from dielast.numerics.random_streams import stream
 

@@ -13,7 +13,7 @@ from dielast.calibration.comparison import Comparison
 from dielast.calibration.profiles import DECISIVE, Profile
 from dielast.calibration.result import Calibration
 from dielast.calibration.voltage import VoltageTest
-from dielast.plots.style import ACROSS, COLOURS, SHADE, entry, row_of, shade, sheet, spread, spread_indices, style
+from dielast.plots.style import ACROSS, COLOURS, SHADE, entry, grid, row_of, shade, sheet, spread, spread_indices, style
 from dielast.plots.texts import axis_of, log_axis, number, shortened, typeset, unit_for
 
 KILO = 1e-3  # from Pa
@@ -39,28 +39,22 @@ def plot_calibration(calibration: Calibration, title: str | None = None) -> Figu
         shown = spread_indices(count, MOST_PROFILES) if count else []
         across = row_of(len(tests))
         blocks = len(shown) + (len(shown) > 1)  # one parameter has no correlations
-        rows = [-(-len(tests) // across), -(-blocks // ACROSS)]
-        heights = [1.75 * rows[0] + 0.35, 1.6 * rows[1]]
+        heights = [1.75 * -(-len(tests) // across) + 0.35, 1.6 * -(-blocks // ACROSS)]
         figure = sheet(title, 2.1, sum(heights))
         parts = figure.subfigures(2, 1, height_ratios=heights, squeeze=False)[:, 0] if shown else [figure]
-        _draw_tests(parts[0], calibration, tests, rows[0], across)
+        _draw_tests(parts[0], calibration, tests, across)
         if shown:
-            axes = list(parts[1].subplots(rows[1], ACROSS, squeeze=False).ravel())
+            axes = grid(parts[1], blocks, ACROSS)
             for place, k in zip(axes, shown, strict=False):
                 _draw_profile(place, calibration, k)
             if len(shown) > 1:
-                _draw_correlations(axes[len(shown)], calibration, shown)
-            for unused in axes[blocks:]:
-                unused.remove()
+                _draw_correlations(axes[-1], calibration, shown)
     return figure
 
 
-def _draw_tests(part: Figure | SubFigure, calibration: Calibration, tests: Sequence[Comparison], rows: int, across: int) -> None:
-    axes = list(part.subplots(rows, across, squeeze=False).ravel())
-    for place, comparison in zip(axes, tests, strict=False):
+def _draw_tests(part: Figure | SubFigure, calibration: Calibration, tests: Sequence[Comparison], across: int) -> None:
+    for place, comparison in zip(grid(part, len(tests), across), tests, strict=True):
         _draw_test(place, comparison)
-    for unused in axes[len(tests) :]:
-        unused.remove()
     percent = f"{100 * calibration.level:g} % interval of measurements"
     handles = [
         entry(color="0.35", marker="o", linestyle="none", markerfacecolor="white", label="measured, fitted"),

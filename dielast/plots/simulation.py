@@ -2,7 +2,7 @@
 
 import textwrap
 from collections.abc import Mapping, Sequence
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from matplotlib.artist import Artist
@@ -43,17 +43,8 @@ HEIGHTS = {1: 2.7, 2: 2.3, 3: 1.75, 4: 1.5}  # inches of a panel, by the number 
 ROOM = {1: 58, 2: 56, 3: 36, 4: 27}  # characters of a line of its title, by the number of panels across
 
 
-class Measured(Protocol):
-    """Measured points of one `case`: `x` and `y` (n,) in SI, and the `label` in the legend."""
-
-    @property
-    def label(self) -> str: ...  # noqa: D102
-    @property
-    def case(self) -> int: ...  # noqa: D102
-    @property
-    def x(self) -> NDArray[np.float64]: ...  # noqa: D102
-    @property
-    def y(self) -> NDArray[np.float64]: ...  # noqa: D102
+Measured = tuple[int, Curve]
+"""The case that was measured, and the measured points."""
 
 
 def plot_cases(
@@ -88,9 +79,9 @@ def plot_cases(
             axes.set_title(textwrap.fill(parts, ROOM[arranged.across]).replace(FIXED, " "), loc="left", fontsize=7, pad=3)
             for case in panel.cases:
                 _line(axes, view, curves[case], arranged.looks[case], arranged.width)
-            for index, points in enumerate(measured):
-                if points.case in panel.cases:
-                    marker = open_marker(index, arranged.looks[points.case]["color"]) | OF_POINTS
+            for index, (case, points) in enumerate(measured):
+                if case in panel.cases:
+                    marker = open_marker(index, arranged.looks[case]["color"]) | OF_POINTS
                     axes.plot(points.x * view.factors[0], points.y * view.factors[1], **marker)
         opened = draw_bands(panels, arranged, view, curves)
         happened = draw_marks(panels, arranged, view, curves)
@@ -125,7 +116,8 @@ def _view(
 ) -> tuple[View, tuple[str, str]]:
     """The axes for these columns, and their labels."""
     along = [curve.x for curve in curves], [curve.y for curve in curves]
-    across, up = axis_of(x, [*along[0], *(points.x for points in measured)]), axis_of(y, [*along[1], *(p.y for p in measured)])
+    points = [each for _, each in measured]
+    across, up = axis_of(x, [*along[0], *(each.x for each in points)]), axis_of(y, [*along[1], *(each.y for each in points)])
     # a log axis needs positive values
     log_x, log_y = (
         scale == "log" and any(bool(np.any(column > 0)) for column in values) for scale, values in zip(scales, along, strict=True)
@@ -135,7 +127,7 @@ def _view(
 
 def _beginning(curves: Sequence[Curve], measured: Sequence[Measured], view: View) -> float | None:
     """Where a log axis of x begins: a little before the first measured point or change of a curve; None if there is none."""
-    firsts = [float(points.x[points.x > 0].min()) for points in measured if np.any(points.x > 0)]
+    firsts = [float(points.x[points.x > 0].min()) for _, points in measured if np.any(points.x > 0)]
     for curve in curves:
         across, up = curve.x, curve.y
         seen = view.seen(across, up) & (across > 0)
@@ -208,10 +200,10 @@ def _legend(arranged: Arrangement, labels: Sequence[str], measured: Sequence[Mea
         handles.append(entry(label=_fitting(name or "model"), linewidth=arranged.width, **arranged.looks[case]))
     if 0 < len(arranged.named) < count and len(arranged.panels) == 1:
         handles.append(entry(linestyle="none", label=f"and {count - len(arranged.named)} more"))
-    for index, points in enumerate(measured):
-        if points.case in arranged.shown:
-            marker = open_marker(index, arranged.looks[points.case]["color"]) | OF_POINTS
-            parts = [labels[points.case]] if count > 1 and labels[points.case] else []
+    for index, (case, points) in enumerate(measured):
+        if case in arranged.shown:
+            marker = open_marker(index, arranged.looks[case]["color"]) | OF_POINTS
+            parts = [labels[case]] if count > 1 and labels[case] else []
             handles.append(entry(label=_fitting(*parts, points.label), **marker))
     return handles
 

@@ -17,7 +17,7 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.colors import LinearSegmentedColormap
-from matplotlib.figure import Figure
+from matplotlib.figure import Figure, SubFigure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.legend import Legend
 from matplotlib.lines import Line2D
@@ -171,7 +171,7 @@ def sheet(title: str | None, columns: float, height: float) -> Sheet:
     return figure
 
 
-def grid(figure: Figure, count: int, across: int, **shared: Any) -> list[Axes]:
+def grid(figure: Figure | SubFigure, count: int, across: int, **shared: Any) -> list[Axes]:
     """The axes of `count` panels, so many `across`; the last row may be shorter: axes without a panel below have tick labels."""
     axes = list(figure.subplots(-(-count // across), across, squeeze=False, **shared).ravel())
     for unused in axes[count:]:

@@ -17,8 +17,8 @@ from dielast.material.measurement_kind import RELAXATION, MeasurementKind
 from dielast.readings.columns_recipe import MECHANICAL, ROLES
 from dielast.readings.isotherms import isotherms
 from dielast.readings.kramers_kronig import viscosity_factor, warn_if_inconsistent
+from dielast.readings.quantities import mistaken
 from dielast.readings.recipe import MeasuredData
-from dielast.readings.specimen import mistaken
 from dielast.readings.steps import Part, parts_of
 from dielast.readings.values import Readings, read_part
 

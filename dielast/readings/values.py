@@ -15,8 +15,8 @@ from dielast.material.measurement_kind import RELAXATION
 from dielast.material.ramp import mean_age
 from dielast.readings.columns_recipe import Specimen
 from dielast.readings.isotherms import WIDEST
+from dielast.readings.quantities import nominal_stress, strain_of
 from dielast.readings.recipe import CurveData, MeasuredData, MeasurementData
-from dielast.readings.specimen import nominal_stress, strain_of
 from dielast.readings.steps import Part
 
 FREQUENCY_AGREEMENT = 0.01  # relative tolerance between columns of frequency and of angular frequency

@@ -2,11 +2,14 @@
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Annotated, Any, ClassVar, Self, get_args
+from itertools import pairwise
+from typing import Annotated, Any, ClassVar, Self, TypeVar, get_args
 
 from pydantic import (
+    AfterValidator,
     BaseModel,
     ConfigDict,
+    Field,
     GetCoreSchemaHandler,
     GetJsonSchemaHandler,
     PlainValidator,
@@ -17,9 +20,11 @@ from pydantic.fields import FieldInfo
 from pydantic_core import CoreSchema, core_schema
 
 from dielast.base import units
-from dielast.base.errors import InputError, shown
+from dielast.base.errors import InputError, listed, shown
 from dielast.base.registry import adopt
 from dielast.base.units import Dimension
+
+Entry = TypeVar("Entry")
 
 
 class Section(BaseModel):
@@ -148,8 +153,7 @@ class OneOf:
     def read(self, value: Any) -> str:
         """The text; raises `InputError`."""
         if value not in self.names() and not (adopt(value) and value in self.names()):
-            *first, last = map(shown, self.names())
-            raise InputError(f"{shown(value)}: one of {' or '.join(filter(None, (', '.join(first), last)))} is needed")
+            raise InputError(f"{shown(value)}: one of {listed(map(shown, self.names()))} is needed")
         return str(value)
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
@@ -159,6 +163,25 @@ class OneOf:
         return {"type": "string", "enum": list(self.names())}
 
 
+def first_below(what: str) -> AfterValidator:
+    """Two numbers of which the first one, `what` it is called, must not be the larger one."""
+
+    def check(pair: list[float] | None) -> list[float] | None:
+        if pair is not None and pair[0] > pair[1]:
+            raise InputError(f"{what} must come first")
+        return pair
+
+    return AfterValidator(check)
+
+
+def ascending(values: list[float] | None) -> list[float] | None:
+    """Times that ascend; raises `InputError`."""
+    if any(after <= before for before, after in pairwise(values or ())):
+        raise InputError("times must ascend")
+    return values
+
+
+Pair = Annotated[list[Entry], Field(min_length=2, max_length=2)]
 Time = Annotated[float, WithUnit(units.TIME, at_least=0.0, within=units.TIMES)]
 PositiveTime = Annotated[float, WithUnit(units.TIME, above=0.0, within=units.TIMES)]
 NamedTimes = Annotated[tuple[tuple[str, float], ...], NamedQuantity(units.TIME, above=0.0, within=units.TIMES, many=True)]
@@ -178,6 +201,7 @@ Temperatures = Annotated[
 ]
 Force = Annotated[float, WithUnit(units.FORCE)]
 Stress = Annotated[float, WithUnit(units.STRESS)]
+AscendingTimes = Annotated[list[Time], Field(min_length=1), AfterValidator(ascending)]
 Length = Annotated[float, WithUnit(units.LENGTH, above=0.0)]
 Area = Annotated[float, WithUnit(units.AREA, above=0.0)]
 

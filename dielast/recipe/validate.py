@@ -13,7 +13,7 @@ from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails
 
-from dielast.base.errors import DielastError, InputError, Problem, shown, shown_path, similar
+from dielast.base.errors import DielastError, InputError, Problem, listed, shown, shown_path, similar
 from dielast.base.units import LARGEST, decimal_comma
 from dielast.recipe.base import Kinds
 from dielast.recipe.fields import Section
@@ -174,8 +174,7 @@ def _choices(field: FieldInfo | None) -> str:
     """The values of which a field takes one, as messages list them; empty if there is no such list."""
     if field is None or typing.get_origin(field.annotation) is not typing.Literal:
         return ""
-    *others, last = (f'"{value}"' for value in typing.get_args(field.annotation))
-    return f"{', '.join(others)} or {last}" if others else last
+    return listed(f'"{value}"' for value in typing.get_args(field.annotation))
 
 
 def _no_list(key: str, value: Mapping[str, Any]) -> str:

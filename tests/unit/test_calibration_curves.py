@@ -12,12 +12,11 @@ import pytest
 from machines import QUIET, Machine, Record, cycles, hold, softened
 
 from dielast import Comparison, Free, Gent, Material, MeasuredTest, NeoHookean, NoShift, Spectrum, Yeoh
+from dielast.calibration.doubts import gives_work, slack_of, softening, stress_at_rest
 from dielast.calibration.fit import fit_material
 from dielast.calibration.likelihood import likelihood_of
-from dielast.calibration.rest import gives_work, slack_of, stress_at_rest
 from dielast.calibration.ringing import loaded_at_rest, ringing
 from dielast.calibration.scatter import Curves, Scatter, specimen_factors
-from dielast.calibration.softening import softening
 
 SOFT = Material("soft", 20e3, Spectrum([100.0, 3.0], [18e3, 40e3]), NoShift(20.0), Gent(110.0), Gent(55.0))
 FAST = Material("fast", 30e3, Spectrum([50.0, 1.0, 0.05], [20e3, 60e3, 300e3]), NoShift(20.0), Gent(60.0), Gent(15.0))

@@ -18,8 +18,8 @@ from dielast.calibration import posterior
 from dielast.calibration.posterior import AGREEMENT, FEWEST_MOVES, MOST_WALKERS, draw, r_hat
 from dielast.calibration.profiles import profiles_of
 from dielast.calibration.surrogate import Surrogate
+from dielast.material.intervals import division, strata_of
 from dielast.material.material import CalibratedRange
-from dielast.material.strata import division, strata_of
 
 SHARES = np.array([0.05, 0.25, 0.5, 0.75, 0.95])
 FREEDOM = 6.0

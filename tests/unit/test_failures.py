@@ -14,15 +14,14 @@ from scipy.stats import binom
 from dielast import InputError, read_material
 from dielast.calibration.failures.ageing import Ageing
 from dielast.calibration.failures.bounds import events_of, plan_test
-from dielast.calibration.failures.draws import draw
 from dielast.calibration.failures.estimate import estimate, without_each
 from dielast.calibration.failures.exposures import Aged, Envelope, Plain
 from dielast.calibration.failures.fits import fit_law
 from dielast.calibration.failures.histories import Histories
-from dielast.calibration.failures.intervals import profile_intervals
 from dielast.calibration.failures.law_models import law_model
 from dielast.calibration.failures.laws import LawModel, LawOptions
 from dielast.calibration.failures.likelihood import Anchored, FailureModel, Mixed, Observations, Seen
+from dielast.calibration.failures.possible import draw, profile_intervals
 from dielast.calibration.failures.scatter_laws import NORMAL_FIELD, SCATTER_LAWS, WEIBULL
 from dielast.calibration.failures.specimens import POINTS_PER_DECADE, Simulated, Specimens, simulate_specimens
 from dielast.calibration.profiles import Verdict

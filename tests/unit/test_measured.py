@@ -291,7 +291,7 @@ def test_a_column_may_be_called_as_its_header_is_spelled(header: str, wanted: li
     for name in wanted:
         assert table.column(name, "modulus", STRESS).tolist() == [2.5e6, 2e6], name
     assert table.column("time (min)", "time", TIME).tolist() == [60.0, 600.0]
-    assert table.equals("time (min)", 10).tolist() == [False, True]
+    assert table.rows_where({"time (min)": 10}).tolist() == [False, True]
 
 
 @pytest.mark.parametrize("header", ["E, MPa", "E/MPa", "E (eng.)", "E [real part]"])

@@ -234,7 +234,7 @@ def test_a_bar_from_zero_on_a_log_axis_begins_at_the_first_time() -> None:
 def test_measured_points_say_to_which_case_they_belong(count: int) -> None:
     cases = [{"time [s]": TIME, "stretch_1 [1]": 1 + 0.1 * (case + 1) * TIME**0.1} for case in range(count)]
     labels = ["" if count == 1 else f"temperature = {case} °C" for case in range(count)]
-    points: Any = SimpleNamespace(label="measured, a.csv", case=count - 1, x=TIME, y=1 + 0.1 * TIME**0.1)
+    points = count - 1, Curve("measured, a.csv", TIME, 1 + 0.1 * TIME**0.1)
     scales = [Swept("temperature [°C]", tuple(map(float, range(count))))]
     figure = figure_of(cases, labels, [points], "time [s]", "stretch_1 [1]", swept=scales)
     assert named(figure)[-1] == ("measured, a.csv" if count == 1 else f"temperature = {count - 1} °C: measured, a.csv")

@@ -12,11 +12,10 @@ from dielast import Plateaus
 from dielast.base.errors import InputError
 from dielast.material.spectrum import Spectrum
 from dielast.relaxation.ends import least_modulus, long_time_end, short_time_end, votes
-from dielast.relaxation.fit import fit_spectrum
+from dielast.relaxation.fit import cumulative_spectrum, discrete_moduli, fit_polynomial, fit_spectrum
 from dielast.relaxation.levels import likely_levels
 from dielast.relaxation.nnls import WeightedCurve, fit_strengths
 from dielast.relaxation.result import Method, SpectrumFit
-from dielast.relaxation.schwarzl_staverman import cumulative_spectrum, discrete_moduli, fit_polynomial
 
 strengths = st.lists(st.floats(min_value=0, max_value=1), min_size=8, max_size=8).filter(lambda found: max(found) > 0.01)
 

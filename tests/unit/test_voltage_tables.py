@@ -17,7 +17,7 @@ from dielast.commands.simulation.solver_steps import solver_steps
 from dielast.io.files import Inputs
 from dielast.io.text_table import read_measured
 from dielast.mechanics.load import Track
-from dielast.readings.extents import check_area_strain, read_extent
+from dielast.readings.quantities import check_area_strain, read_extent
 
 FILM = 'kind = "actuate"\nmaterial = "example:vhb4905.toml"\n[film]\nthickness = "0.5 mm"\n[[step]]\n'
 

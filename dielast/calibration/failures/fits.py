@@ -10,14 +10,13 @@ from scipy.special import logsumexp, pdtr, pdtrc
 
 from dielast.base.errors import InputError, without_warnings
 from dielast.calibration.failures.bounds import events_of
-from dielast.calibration.failures.draws import draw, edge
 from dielast.calibration.failures.estimate import Estimate, estimate, starts_of, without_each
 from dielast.calibration.failures.exposures import Aged
 from dielast.calibration.failures.histories import Histories
-from dielast.calibration.failures.intervals import ProfileInterval, profile_intervals
 from dielast.calibration.failures.law_models import law_model
 from dielast.calibration.failures.laws import LawModel
 from dielast.calibration.failures.likelihood import Anchored, Seen
+from dielast.calibration.failures.possible import ProfileInterval, draw, edge, profile_intervals
 from dielast.calibration.failures.specimens import Simulated, Specimens
 from dielast.calibration.profiles import Verdict
 from dielast.io.result import TabularResult

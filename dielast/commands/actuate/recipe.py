@@ -1,6 +1,5 @@
 """Recipes of `actuate`."""
 
-from itertools import pairwise
 from typing import Annotated, ClassVar, Literal
 
 import numpy as np
@@ -24,7 +23,7 @@ from dielast.commands.simulation.step_recipe import AnyOf, starting
 from dielast.commands.simulation.uncertainty_recipe import SENSITIVITY_TEXT, FilmUncertainty
 from dielast.handover.law_section import BreakdownField
 from dielast.mechanics.criteria import END, names
-from dielast.recipe.fields import Length, OneOf, Section, Time, WithUnit
+from dielast.recipe.fields import AscendingTimes, Length, OneOf, Pair, Section, WithUnit
 from dielast.simulate.quantities import ELECTRICAL, ELECTRODE, FILMS, LEAKAGE, SOURCE, Quantity
 
 Resistance = Annotated[float, WithUnit(RESISTANCE, at_least=0.0)]
@@ -146,9 +145,7 @@ class LimitsSection(Section):
     the cycle of the programme.
     """
 
-    stretch: Annotated[list[float], Field(min_length=2, max_length=2)] = Field(
-        description="Smallest and largest stretch of axis 1 that are shown."
-    )
+    stretch: Pair[float] = Field(description="Smallest and largest stretch of axis 1 that are shown.")
     points: int = Field(200, ge=2, le=100_000, description="Number of stretches.")
     rupture_stretch: float | None = Field(None, gt=1, description="Stretch at which the film tears. Default: unknown.")
 
@@ -160,18 +157,12 @@ class LimitsSection(Section):
 class FilmOutput(ElectricalOutput):
     """The times of the result."""
 
-    profile: list[Time] | None = Field(
+    profile: AscendingTimes | None = Field(
         None,
-        min_length=1,
         description="Times at which profile.csv holds stretches and stresses over the radius of a film in a frame, or along a "
         "strip. Its column radius [1] is the radius over that of the electrode, or the place along the strip over half the length "
         "of the electrode; 1 stands there twice, for both sides of the electrode's edge.",
     )
-
-    def _check(self) -> None:
-        super()._check()
-        if self.profile is not None and any(b <= a for a, b in pairwise(self.profile)):
-            raise InputError("times must ascend", key="profile")
 
 
 class ActuateRecipe(SimulationRecipe):

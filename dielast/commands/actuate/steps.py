@@ -23,7 +23,7 @@ from dielast.base.units import (
     parse,
 )
 from dielast.commands.simulation.step_recipe import Aim, AnyOf, HistoryStep
-from dielast.recipe.fields import Section, Voltage
+from dielast.recipe.fields import Pair, Section, Voltage
 from dielast.recipe.file_fields import ColumnName
 
 RATES = {VOLTAGE.unit: VOLTAGE_RATE, CHARGE.unit: CHARGE_RATE, CHARGE_DENSITY.unit: CHARGE_DENSITY_RATE}
@@ -246,9 +246,7 @@ class Repetition(Section):
     """Steps that run again and again; cycles.csv has a row for each time."""
 
     times: int = Field(ge=1, le=1_000_000, description="How many times the cycle runs.")
-    steps: Annotated[list[int], Field(min_length=2, max_length=2)] | None = Field(
-        None, description="First and last step of the cycle, counted from 0. Default: all steps."
-    )
+    steps: Pair[int] | None = Field(None, description="First and last step of the cycle, counted from 0. Default: all steps.")
 
     def mistakes(self, steps: Sequence[HistoryStep]) -> Iterator[tuple[str, str]]:
         """The keys that do not suit the steps, and what is wrong with them."""

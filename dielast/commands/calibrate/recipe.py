@@ -9,9 +9,10 @@ from dielast.base.units import FORCE, LENGTH, NUMBER, STRAIN, STRESS, TIME
 from dielast.commands.calibrate.film_recipe import VOLTAGE_COLUMNS, PredictedFilm, RampRates, TestColumns, TestFilm
 from dielast.commands.membrane.recipe import SLACK, Slack
 from dielast.commands.simulation.recipe import Cell, LoadingMode
+from dielast.commands.simulation.uncertainty_recipe import FittedUncertainty
 from dielast.readings.columns_recipe import Specimen
 from dielast.recipe.base import RecipeBase, TextTable, units_of
-from dielast.recipe.fields import RelativeDeviation, Section, StrainRate, Temperature, Time, Voltage
+from dielast.recipe.fields import Pair, RelativeDeviation, Section, StrainRate, Temperature, Time, Voltage
 from dielast.recipe.file_fields import NAMES_FILES, PATH, InputFile, existing_file
 
 ROLES = {"time": TIME, "stretch": NUMBER, "strain": STRAIN, "extension": LENGTH, "stress": STRESS, "force": FORCE}
@@ -67,7 +68,7 @@ class TestData(TextTable):
         "a uniform distribution in the logarithm.",
     )
     discard_before: Time = Field(0.0, description="Leave the points before this time of the test out of the misfit.")
-    discard: list[Annotated[list[Time], Field(min_length=2, max_length=2)]] = Field(
+    discard: list[Pair[Time]] = Field(
         [],
         description='Leave the points from one time to another out of the misfit, as in [["4.0 s", "4.6 s"]]; the history goes '
         "through them nevertheless.",
@@ -190,14 +191,6 @@ class SpringTrials(Section):
     )
 
 
-class PosteriorOptions(Section):
-    """Draws of the material for `[uncertainty]` of simulations."""
-
-    draws: int = Field(200, ge=0, le=10_000, description="Number of draws; 0: none.")
-    seed: int = Field(1, ge=0, description="Seed of the random numbers.")
-    level: float = Field(0.9, gt=0, lt=1, description="Probability that an interval covers.")
-
-
 class FittedMaterial(Section):
     """The material file to start from, and the name of the fitted material."""
 
@@ -248,7 +241,7 @@ class CalibrateRecipe(RecipeBase):
         "is stretched equibiaxially as far, in I1, as the tests were, for a further stretch of 1.2.",
     )
     fit: FitOptions = Field(FitOptions(), description="How the fit is done.")
-    uncertainty: PosteriorOptions = Field(PosteriorOptions(), description="Draws of the material.")
+    uncertainty: FittedUncertainty = Field(FittedUncertainty(), description="Intervals, and draws of the material.")
 
     def _check(self) -> None:
         if self.start is None and self.materials is None:

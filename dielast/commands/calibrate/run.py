@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from dielast.base.errors import NumericsError, in_keys, warn
+from dielast.base.errors import NumericsError, in_keys, listed, warn
 from dielast.calibration.comparison import hull
 from dielast.calibration.experiment import MeasuredTest
 from dielast.calibration.fit import Fit, Watch, fit_material
@@ -146,8 +146,8 @@ def _lacking(recipe: CalibrateRecipe, candidates: Sequence[Candidate], materials
         "cross-validation": across and any(each.prediction_error is None for each in candidates),
         "the laws not yet fitted": len(candidates) < materials,
     }
-    *others, last = [name for name, lacks in parts.items() if lacks] or [""]
-    return f", without {', '.join(others) + ' and ' * bool(others)}{last}" if last else ""
+    lacking = [name for name, lacks in parts.items() if lacks]
+    return f", without {listed(lacking, 'and')}" if lacking else ""
 
 
 def watcher(execution: Execution) -> Watch | None:

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from dielast.base.errors import InputError, located, warn
+from dielast.base.errors import InputError, listed, located, warn
 from dielast.calibration.experiment import SimulatedExperiment, answers_of
 from dielast.calibration.laboratory import RTOL
 from dielast.commands.registry import read_cases
@@ -81,7 +81,7 @@ def recipe_tests(name: str, inputs: Inputs, called: str, specimen: str, temperat
     cases = read_cases(path, content=content)
     kind = cases[0].recipe.kind
     if kind not in KINDS:
-        raise InputError(f'"{kind}": a recipe of {", ".join(KINDS[:-1])} or {KINDS[-1]} is needed', key="kind", file=name)
+        raise InputError(f'"{kind}": a recipe of {listed(KINDS)} is needed', key="kind", file=name)
     comparisons = cases[0].recipe.compare
     if not comparisons:
         raise InputError("[[compare]] with the measured points is needed", file=name)

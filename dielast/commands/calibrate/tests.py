@@ -9,22 +9,20 @@ import numpy as np
 
 from dielast.base.errors import InputError, Mistakes, and_more, in_keys, located, placed, warn
 from dielast.base.units import TIME
+from dielast.calibration.doubts import gives_work, slack_of, softening, stress_at_rest
 from dielast.calibration.estimate import USUAL_ERROR
 from dielast.calibration.experiment import Experiment, MeasuredTest, corners, path_length
-from dielast.calibration.rest import gives_work, slack_of, stress_at_rest
 from dielast.calibration.ringing import loaded_at_rest, ringing, runs
-from dielast.calibration.softening import softening
 from dielast.calibration.voltage import VoltageTest
 from dielast.commands.calibrate.recipe import TestData
 from dielast.commands.calibrate.simulated import recipe_tests
 from dielast.commands.calibrate.voltage_tests import read_voltage_test
-from dielast.commands.simulation.compare import rows_where
 from dielast.io.files import Inputs
 from dielast.io.text_table import MeasuredTable, read_measured
 from dielast.material.checks import SQUEEZED
 from dielast.material.material import Material
 from dielast.numerics.arrays import Flags, Floats
-from dielast.readings.specimen import mistaken, read_as, role_in
+from dielast.readings.quantities import mistaken, read_as, role_in
 
 MOST_SEARCHED, MOST_SPANS = 3000, 3  # points that are searched for ringing, and times that a warning names
 MOST_POINTS = 400  # of a test that are compared: more points carry no more information
@@ -83,7 +81,7 @@ def read_test(test: TestData, inputs: Inputs, temperature: float, name: str, key
     if test.film is not None:
         return read_voltage_test(test, inputs, temperature, name)
     table = read_measured(inputs.read(test.file), test.file, test.text_format(), test.units)
-    rows = rows_where(table, test.where)
+    rows = table.rows_where(test.where)
     with in_keys({"specimen": f"{key}.specimen"}):
         stretch = _quantity(table, test, "stretch", rows)
         stress = _quantity(table, test, "stress", rows)

@@ -8,11 +8,10 @@ from dielast.calibration.proposals import approach
 from dielast.calibration.voltage import QUANTITIES, VoltageTest
 from dielast.commands.calibrate.film_recipe import PredictedFilm, TestFilm
 from dielast.commands.calibrate.recipe import TestData
-from dielast.commands.simulation.compare import rows_where
 from dielast.io.files import Inputs
 from dielast.io.text_table import MeasuredTable, read_measured
 from dielast.mechanics.span import Control
-from dielast.readings.extents import check_area_strain, read_extent
+from dielast.readings.quantities import check_area_strain, read_extent
 from dielast.simulate.film_setup import Film
 
 NAMES = {measure: (measure, f"{measure}_1") for measure in QUANTITIES}
@@ -24,7 +23,7 @@ def read_voltage_test(test: TestData, inputs: Inputs, temperature: float, name: 
     assert test.file is not None
     assert test.film is not None
     table = read_measured(inputs.read(test.file), test.file, test.text_format(), test.units)
-    rows = rows_where(table, test.where)
+    rows = table.rows_where(test.where)
     voltage = table.column(test.columns.voltage or "voltage", "voltage", VOLTAGE, rows)
     measure, column = _measure(table, test)
     place = table.find(column, measure)

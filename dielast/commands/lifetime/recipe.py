@@ -10,6 +10,7 @@ from dielast.calibration.failures.law_names import DAMAGE_LAWS, LAWS
 from dielast.commands.grids.recipe import VoltageAxis
 from dielast.commands.simulation.film_recipe import SHARE_TEXT, FilmBase, FilmSolver, Prestretch, PullInSection, Share
 from dielast.commands.simulation.recipe import Cell
+from dielast.commands.simulation.uncertainty_recipe import FittedUncertainty
 from dielast.material.material import Material
 from dielast.readings.columns_recipe import NamedColumns
 from dielast.recipe.base import RecipeBase, TextTable, units_of
@@ -162,14 +163,6 @@ class PlanSection(Section):
     confidence: float = Field(0.9, gt=0, lt=1, description="Confidence that no more of them do.")
 
 
-class LifetimeUncertainty(Section):
-    """Intervals, and draws of the material."""
-
-    draws: int = Field(200, ge=0, le=10_000, description="Number of draws of the material; 0: none.")
-    seed: int = Field(1, ge=0, description="Seed of the random numbers.")
-    level: float = Field(0.9, gt=0, lt=1, description="Probability that an interval covers.")
-
-
 class LifetimeRecipe(RecipeBase):
     """Measured failures -> a material with a breakdown field or damage."""
 
@@ -185,7 +178,7 @@ class LifetimeRecipe(RecipeBase):
     plan: PlanSection | None = Field(None, description="Tests that would show a goal.")
     pull_in: PullInSection = Field(default_factory=PullInSection, description="The pull-in criterion.")
     solver: FilmSolver = Field(FilmSolver(), description="How exactly the equations are solved.")
-    uncertainty: LifetimeUncertainty = Field(LifetimeUncertainty(), description="Intervals, and draws of the material.")
+    uncertainty: FittedUncertainty = Field(FittedUncertainty(), description="Intervals, and draws of the material.")
 
     def usual_temperature(self, material: Material) -> float:
         """That in degC of specimens without one of their own."""

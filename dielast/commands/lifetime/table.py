@@ -13,7 +13,6 @@ from dielast.calibration.failures.likelihood import Seen
 from dielast.calibration.failures.specimens import Specimens
 from dielast.commands.lifetime.recipe import QUANTITIES, TEXTS, FailureData, LifetimeRecipe
 from dielast.commands.registry import read_cases
-from dielast.commands.simulation.compare import rows_where
 from dielast.commands.simulation.solver_steps import solver_steps
 from dielast.io.files import Inputs, resolve
 from dielast.io.text_table import MeasuredTable, read_measured
@@ -30,7 +29,7 @@ def read_specimens(recipe: LifetimeRecipe, material: Material, inputs: Inputs) -
     """The specimens of a recipe; raises `InputError` with a line for every mistake, naming the specimen."""
     data, film = recipe.data, recipe.film
     table = read_measured(inputs.read(data.file), data.file, data.text_format(), data.units, with_texts=True)
-    table = table.only(rows_where(table, data.where))
+    table = table.only(table.rows_where(data.where))
     n = table.lines.size
     if not n:
         raise InputError("no specimen in these rows", file=data.file, key="data.where")

@@ -8,7 +8,7 @@ from pydantic import Field, PlainValidator, WithJsonSchema
 
 from dielast.base.errors import InputError, shown
 from dielast.recipe.base import RecipeBase
-from dielast.recipe.fields import Length, PositiveTime, Section, Time
+from dielast.recipe.fields import Length, Pair, PositiveTime, Section, Time
 from dielast.recipe.file_fields import InputFile, PhotographFiles
 
 _ANGLE = re.compile(r"\s*([+-]?\d+(?:\.\d*)?|[+-]?\.\d+)\s*(deg|°|rad)\s*")
@@ -28,7 +28,7 @@ Angle = Annotated[
     WithJsonSchema({"type": "string", "description": 'An angle with its unit, such as "30 deg".', "examples": ["30 deg"]}),
 ]
 Pixel = Annotated[float, Field(ge=-1e6, le=1e6, allow_inf_nan=False)]
-Point = Annotated[list[Pixel], Field(min_length=2, max_length=2)]
+Point = Pair[Pixel]
 
 
 class ElectrodeSection(Section):
@@ -40,7 +40,7 @@ class ElectrodeSection(Section):
         None, description="Diameter of the electrode at stretch 1, instead of a reference; needs scale, mark or camera.length."
     )
     scale: Length | None = Field(None, description="Length of a pixel in the plane of the film.")
-    mark: Annotated[list[Point], Field(min_length=2, max_length=2)] | None = Field(
+    mark: Pair[Point] | None = Field(
         None, description="Two points [x, y] in pixels at a distance of mark_length in the plane of the film, instead of scale."
     )
     mark_length: Length | None = Field(None, description="Distance of the two points of mark.")

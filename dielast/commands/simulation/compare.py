@@ -18,9 +18,9 @@ from dielast.io.table import split_header
 from dielast.io.text_table import MeasuredTable, read_measured
 from dielast.material.checks import warn_of_measured_stretch
 from dielast.numerics.arrays import Flags, Floats, rms
+from dielast.numerics.robust import extremes
 from dielast.readings.columns_recipe import Specimen
-from dielast.readings.extents import check_area_strain, read_extent
-from dielast.readings.specimen import KNOWN_AS, read_as, role_in
+from dielast.readings.quantities import KNOWN_AS, check_area_strain, read_as, read_extent, role_in
 from dielast.recipe.cases import Case
 
 FINE = 4000  # points along a history for a comparison over another quantity than time
@@ -171,7 +171,7 @@ def read_points(comparison: CompareSection, inputs: Inputs, specimen: Specimen |
     # of measured photographs those without the electrode have no numbers, and those of doubt none to rely on
     of_photographs = all(map(table.has, ("state", "centre_x", "relative_stretch_1")))
     where = {"state": "ok", **comparison.where} if of_photographs else comparison.where
-    rows, specimen = rows_where(table, where), comparison.specimen or specimen
+    rows, specimen = table.rows_where(where), comparison.specimen or specimen
 
     def values_of(axis: str, header: str, column: str | None) -> Floats:
         name, unit = split_header(header)
@@ -223,17 +223,6 @@ def _label(comparison: CompareSection) -> str:
     return f"measured, {Path(comparison.file).name}" + (f", {chosen}" if chosen else "")
 
 
-def rows_where(table: MeasuredTable, values: Mapping[str, str | float]) -> Flags:
-    """The rows (rows,) that have these values in these columns; raises `InputError` if there is none."""
-    keep = np.ones(table.lines.size, dtype=bool)
-    for name, value in values.items():
-        keep &= table.equals(name, value)
-    if not keep.any():
-        chosen = ", ".join(f"{name} = {value}" for name, value in values.items())
-        raise InputError(f"no row has {chosen}" if chosen else "no rows", file=table.source)
-    return keep
-
-
 def interpolated(comparison: CompareSection, x: Floats, model_x: Floats, model_y: Floats) -> Floats:
     """`model_y` at `x`, NaN outside; a model that reverses once, as in loading and unloading, is matched branch by branch."""
     if not model_x.size:
@@ -255,14 +244,7 @@ def interpolated(comparison: CompareSection, x: Floats, model_x: Floats, model_y
 
 def _turns(x: Floats) -> int:
     """Number of reversals of x by more than noise, 2 % of its range."""
-    least = 0.02 * float(np.ptp(x))
-    count, direction, extreme = 0, 0, float(x[0])
-    for value in x.tolist():
-        if direction * (value - extreme) > 0 or (direction == 0 and abs(value - extreme) > least):
-            direction, extreme = direction or int(np.sign(value - extreme)), value
-        elif direction * (extreme - value) > least:
-            count, direction, extreme = count + 1, -direction, value
-    return count
+    return len(extremes(x, 0.02 * float(np.ptp(x)))) - 1
 
 
 def _one_way(x: Floats, model_x: Floats, model_y: Floats) -> Floats:

@@ -118,7 +118,7 @@ def picture(
         failed = int(np.flatnonzero(np.isin(order, failures))[0]) if failures else None
         lines.append(Curve(label, along, up, _parted(curve), marks, failed))
     title = titled(cases[0].recipe.title, cases, materials, voltage_in_words(solved))
-    compared = [entry for entry in matches if entry.headers == (x, y)]
+    compared = [(entry.case, Curve(entry.label, entry.x, entry.y)) for entry in matches if entry.headers == (x, y)]
     return plot_cases(lines, x, y, scales, title, measured=compared, swept=factors, interval=interval)
 
 

@@ -1,6 +1,5 @@
 """The keys that recipes of relax, creep and actuate share, and the columns of a result as recipes name them."""
 
-from itertools import pairwise
 from typing import Annotated, Any, ClassVar, Literal, Self, get_args
 
 from pydantic import AfterValidator, Field, PlainValidator, ValidationInfo, WithJsonSchema
@@ -13,7 +12,7 @@ from dielast.mechanics.load import Mode
 from dielast.numerics.arrays import Floats
 from dielast.readings.columns_recipe import MachineColumns, Specimen
 from dielast.recipe.base import RecipeBase, TextTable, units_of
-from dielast.recipe.fields import OneOf, Section, Temperature, Time, on_one_scale
+from dielast.recipe.fields import AscendingTimes, OneOf, Section, Temperature, on_one_scale
 from dielast.recipe.file_fields import InputFile
 from dielast.recipe.paths import read_path
 from dielast.simulate.quantities import TESTS, Quantity
@@ -138,9 +137,8 @@ class OutputSection(Section):
     points_per_decade: int = Field(
         30, ge=1, le=10000, description="Number of output times per decade of time, from the start of each step."
     )
-    times: list[Time] | None = Field(
+    times: AscendingTimes | None = Field(
         None,
-        min_length=1,
         description="Output times since the start. Default: points_per_decade, and the ends of all steps. Two rows at one time are "
         "the states before and after: where a load jumps, or a voltage begins to rise and restarts pull_in.timescale.",
     )
@@ -151,10 +149,6 @@ class OutputSection(Section):
     )
     noise: float | None = Field(None, ge=0, le=1, description="Relative Gaussian noise on the measured quantity.")
     seed: int = Field(1, ge=0, description="Seed of the noise; the same seed makes the same noise.")
-
-    def _check(self) -> None:
-        if self.times is not None and any(b <= a for a, b in pairwise(self.times)):
-            raise InputError("times must ascend")
 
 
 class Solver(Section):

@@ -146,7 +146,7 @@ def _followed(index: int, step: Any, recipe: Any, inputs: Inputs) -> Iterator[Tr
     """Ramps through the points of a table, and jumps if it is a result of dielast with jumps; its times begin with the step."""
     from dielast.io.cells import TextFormat
     from dielast.io.text_table import read_measured
-    from dielast.readings.specimen import read_as, role_in
+    from dielast.readings.quantities import read_as, role_in
 
     name, control, columns = step.table, _control(recipe, step), step.columns
     points = read_measured(inputs.read(name), name, TextFormat(sheet=step.sheet))

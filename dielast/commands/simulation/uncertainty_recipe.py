@@ -27,6 +27,14 @@ DrawCount = Annotated[int, Field(ge=2, le=100_000)]
 Level = Annotated[float, Field(gt=0, lt=1)]
 
 
+class FittedUncertainty(Section):
+    """Intervals of what is fitted, and draws of the material."""
+
+    draws: int = Field(200, ge=0, le=10_000, description="Number of draws of the material; 0: none.")
+    seed: int = Field(1, ge=0, description="Seed of the random numbers.")
+    level: float = Field(0.9, gt=0, lt=1, description="Probability that an interval covers.")
+
+
 class Uncertainty(Section):
     """How many draws of the material are simulated, and the level of the intervals."""
 

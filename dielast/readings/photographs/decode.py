@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from dielast.base.errors import InputError
+from dielast.base.errors import InputError, listed
 
 FORMATS = ("PNG", "JPEG", "TIFF", "GIF")
 LARGEST = 50_000_000  # pixels: decoded and as grey values a picture takes up to 15 bytes each
@@ -134,7 +134,7 @@ def _opened(content: bytes, name: str) -> Iterator[Any]:
         except Image.DecompressionBombError:
             raise InputError(f"more than {LARGEST // 10**6} million pixels: reduce the picture", file=name) from None
         except UnidentifiedImageError:
-            raise InputError(f"no picture: {', '.join(FORMATS[:-1])} or {FORMATS[-1]} is needed", file=name) from None
+            raise InputError(f"no picture: {listed(FORMATS)} is needed", file=name) from None
         except MemoryError:
             raise InputError("the picture does not fit into memory", file=name) from None
         except Exception as error:  # decoders raise many kinds of errors for a damaged file

@@ -1,12 +1,17 @@
-"""Extension and force on a specimen, as a testing machine measures them, converted to strain, stretch and nominal stress."""
+"""Columns read as what they mean: extension and force on a specimen as strain, stretch and nominal stress, and lengths and areas
+of an actuated film, as their headers and their numbers say.
+"""
+
+import re
 
 import numpy as np
 from numpy.typing import NDArray
 
-from dielast.base.errors import InputError, as_toml, located
-from dielast.base.units import FORCE, LARGEST, LENGTH, MASS, STIFFNESS, STRAIN, STRESS, TORQUE, kind_of
+from dielast.base.errors import InputError, as_toml, listed, located
+from dielast.base.units import FORCE, LARGEST, LENGTH, MASS, NUMBER, STIFFNESS, STRAIN, STRESS, TORQUE, Dimension, kind_of
 from dielast.io.text_table import MeasuredTable
 from dielast.material.checks import USUAL
+from dielast.numerics.arrays import Flags, Floats
 from dielast.readings.columns_recipe import GAUGE, ROLES, SECTION, MachineColumns, Specimen, unmeasured
 
 
@@ -46,8 +51,8 @@ def role_in(table: MeasuredTable, quantity: str, columns: MachineColumns | None)
     if name is None:
         roles = list(dict.fromkeys(role_of.values()))
         there = ", ".join(f'"{name}"' for name in table.names)
-        keys = f"columns.{', columns.'.join(roles[:-1])} or columns.{roles[-1]}"
-        raise table.error(f"no column is called {', '.join(roles[:-1])} or {roles[-1]}; there are {there}: state {keys}")
+        keys = listed(f"columns.{role}" for role in roles)
+        raise table.error(f"no column is called {listed(roles)}; there are {there}: state {keys}")
     return role_of[name], name
 
 
@@ -122,3 +127,60 @@ _INSTEAD: dict[tuple[str, str], str] = {
     ("stress", MASS.unit): "a force is needed, mass times 9.81 m/s^2",
     ("force", MASS.unit): "a force in N is needed, mass times 9.81 m/s^2 (or is it kgf?)",
 }
+
+
+_AREA_RATIO = re.compile(r"A\s*/\s*A_?[0₀]|area[ _](?:ratio|stretch).*", re.IGNORECASE)
+_AREA_STRAIN = re.compile(r"are(?:a|al)[ _]+(?:actuation[ _]+)?strain.*", re.IGNORECASE)
+_LENGTH = re.compile(
+    r"(?P<one>[LDR])\s*/\s*(?P=one)_?[0₀].*"
+    r"|(?:(?:linear|relative|radial)[ _]?)?(?:stretch|lambda|λ)(?:[ _]?[12xyr])?(?:\s*[\[(].*)?"
+    r"|(?:linear|radial)[ _]?(?:actuation[ _])?strain.*",
+    re.IGNORECASE,
+)
+
+
+def read_extent(
+    table: MeasuredTable,
+    place: int,
+    role: str,
+    dimension: Dimension,
+    rows: Flags,
+    *,
+    of_area: str = "",
+    of_length: str = "",
+    key: str | None = None,
+) -> Floats:
+    """The column at index `place` for a `role` that is an area strain, or a length over a length, shape (rows,).
+
+    One of `of_area` and `of_length` says what to write for a column of the other kind: the former for a role that is a length, the
+    latter for an area strain, which a column of A/A0 gives as well. `key` is the role under which the recipe states the unit of the
+    column. Raises `InputError` with the file if the header says that the column is of the other kind.
+    """
+    found = table.headers[place]
+    spelled = found.spelled.strip() or found.text
+    ratio = any(map(_AREA_RATIO.fullmatch, (spelled, found.name)))
+    areal, lengthways = ratio or bool(_AREA_STRAIN.fullmatch(spelled)), bool(_LENGTH.fullmatch(spelled))
+    if of_area and areal:
+        raise table.error(f'column "{spelled}" holds areas, and {role} is a length over a length: {of_area}')
+    if of_length and lengthways:
+        raise table.error(f'column "{spelled}" holds lengths, and {role} is A/A0 - 1, with the areas A: {of_length}')
+    values = table.column(place + 1, key or role, NUMBER if ratio else dimension, rows)
+    return values - 1 if ratio and of_length else values
+
+
+def check_area_strain(voltage: Floats, strain: Floats, name: str, file: str) -> None:
+    """Raise `InputError` with the file if area strains (rows,), in a column of this name, are ratios: nearer to 1 than to 0 both at
+    the lowest of the voltages (rows,) and at 0 V, to where they lead.
+
+    Small strains grow with the square of the voltage (Pelrine, Kornbluh and Joseph, Sensors and Actuators A 64 (1998) 77), so that
+    a line over the square leads to the strain at 0 V. Without voltages below a third of the largest it would lead too far: a large
+    strain may then be real.
+    """
+    size = np.abs(voltage)
+    if not strain.size or not size.min() < size.max() / 3:
+        return
+    begins = float(strain[size.argmin()])
+    # strains that rise steeply and level off lead to a line above all of them
+    if min(begins, np.polyfit((size / size.max()) ** 2, strain, 1)[1]) > 0.5:
+        wrong = f'column "{name}" is {begins:g} at the lowest voltage, and an area strain A/A0 - 1 begins near 0'
+        raise InputError(f'{wrong}: call a column of ratios "A/A0"', file=file)
