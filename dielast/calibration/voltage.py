@@ -95,8 +95,8 @@ class VoltageTest(Result):
         if extends and not self.total and np.max(self.wanted) <= 0:
             rest = {"stretch": "prestretch", "relative_stretch": "stretch 1", "area_strain": "area strain 0"}[self.measure]
             counts = "; one that counts from the prestretch is columns.relative_stretch" if self.measure == "stretch" else ""
-            told = f"no {self.measure} above 0 V is beyond the {rest} at which the film rests before the voltage{counts}"
-            raise InputError(told, argument=self.name)
+            text = f"no {self.measure} above 0 V is beyond the {rest} at which the film rests before the voltage{counts}"
+            raise InputError(text, argument=self.name)
 
     @property
     def _alike(self) -> bool:
