@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from dielast.base.errors import DielastWarning, InputError
 from dielast.material.spectrum import Spectrum
+from dielast.relaxation import fit as ss
 from dielast.relaxation.ends import short_time_end, votes
-from dielast.relaxation.fit import cumulative_spectrum, discrete_moduli, fit_polynomial
 from dielast.relaxation.interconversion import RetardationSpectrum, relaxation_from_retardation, retardation_from_relaxation
 from dielast.relaxation.result import SpectrumFit
 
@@ -153,11 +153,11 @@ def test_the_end_of_an_oscillation_is_that_of_its_storage_modulus() -> None:
 def test_the_sum_of_the_moduli_is_what_the_curve_falls_by() -> None:
     """Its smoothed first modulus less the equilibrium modulus, unless the polynomial has more of it at the shortest time."""
     largest = short_time_end(np.log10(WIDE), PLATEAUS / 3).modulus
-    polynomial = fit_polynomial(np.log10(WIDE), np.log10(PLATEAUS / 3), 7, votes(np.log10(WIDE)))
+    polynomial = ss.fit_polynomial(np.log10(WIDE), np.log10(PLATEAUS / 3), 7, votes(np.log10(WIDE)))
     by = {}
     for fastest in (5e-7, 1e-4):
         fit = by_polynomial(WIDE, PLATEAUS, equilibrium_modulus=2.9e4, relaxation_time=(fastest, None))
-        seen = float(cumulative_spectrum(polynomial, 2.9e4 / 3, fastest))
+        seen = float(ss.cumulative_spectrum(polynomial, 2.9e4 / 3, fastest))
         assert fit.spectrum.shear_modulus.sum() == pytest.approx(max(largest - 2.9e4 / 3, seen), rel=1e-9)
         by[fastest] = seen < largest - 2.9e4 / 3
     assert by == {5e-7: False, 1e-4: True}
@@ -210,10 +210,10 @@ def test_what_clipping_changes_is_told_where_it_changes_most() -> None:
     with pytest.warns(DielastWarning) as caught:
         fit = by_polynomial(time, bumpy, polynomial_degree=20)
     (said,) = [str(each.message) for each in caught if "came out negative" in str(each.message)]
-    polynomial = fit_polynomial(np.log10(time), np.log10(bumpy / 3), 20, votes(np.log10(time)))
+    polynomial = ss.fit_polynomial(np.log10(time), np.log10(bumpy / 3), 20, votes(np.log10(time)))
     tau = fit.spectrum.relaxation_time
-    cumulative = cumulative_spectrum(polynomial, fit.equilibrium_shear_modulus, tau)
-    moduli = discrete_moduli(cumulative, max(float(fit.spectrum.shear_modulus.sum()), float(cumulative[-1])))
+    cumulative = ss.cumulative_spectrum(polynomial, fit.equilibrium_shear_modulus, tau)
+    moduli = ss.discrete_moduli(cumulative, max(float(fit.spectrum.shear_modulus.sum()), float(cumulative[-1])))
     negative = moduli[:-1] < 0
     lost = np.exp(-time[:, None] / tau[:-1][negative]) @ -moduli[:-1][negative] / (fit.model / 3)
     assert (
