@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from dielast.base.errors import and_more, warn
+from dielast.base.errors import warn
 from dielast.commands.simulation.cases import last
 from dielast.commands.simulation.result import CaseResult, SolvedCase, StatedCase
 from dielast.commands.simulation.timed_steps import TimedStep
