@@ -237,8 +237,8 @@ def assessed(
             profiles = tuple(map(possible_values, profiles_of(likelihood, intervals.level), fit.space.parameters))
             if intervals.draws:
 
-                def moved(done: int, total: int) -> None:
-                    report("draws", done, total, misfit)
+                def moved(moves: int, done: int) -> None:
+                    report(f"draws of chains of {moves} moves", done, intervals.draws, misfit)
 
                 drawn = draw(likelihood, profiles, intervals.draws, seed=intervals.seed, watch=moved)
     except KeyboardInterrupt:
