@@ -9,7 +9,7 @@ from dielast.base.errors import InputError, NumericsError
 from dielast.calibration.estimate import PRIOR_SPECIMENS, estimate
 from dielast.calibration.experiment import Experiment, explained, relative_error
 from dielast.calibration.laboratory import Laboratory
-from dielast.calibration.levenberg import MOST_ITERATIONS, Watcher, minimise
+from dielast.calibration.levenberg import Watcher, minimise
 from dielast.calibration.parameters import Free, ParameterSpace, parameter_space, with_conditions
 from dielast.calibration.problem import FitProblem, smooth_branches
 from dielast.calibration.scatter import FIRST_LENGTH, FIRST_SHARE, USUAL_SCATTER, Curves, Scatter, Weighting, about_factors
@@ -171,31 +171,32 @@ def _fit(problem: FitProblem, start: Floats, specimen_scatter: float | None, wat
     scatter = Scatter(np.full(len(curves.values), 0.01), FIRST_SHARE, FIRST_LENGTH, stated[0], specimens=stated[1])
     best = np.clip(start, *bounds)[0]  # so far, for an interrupt
 
-    def watcher(task: str) -> Watcher:
+    def watcher(task: str, every: int, before: int = 0) -> Watcher:
         total, error = sum(float(place[-1]) for place in curves.places) / scatter.piece, scatter.model_error
 
-        def watched(iteration: int, cost: Floats, at: Floats) -> None:
+        def watched(settled: int, cost: Floats, at: Floats) -> None:
             nonlocal best
             least = int(np.argmin(cost))
             best = at[least].copy()
             if watch is not None:
-                watch(task, iteration + 1, MOST_ITERATIONS, error * float(np.sqrt(cost[least] / max(total, 1e-12))))
+                watch(task, before + settled, every, error * float(np.sqrt(cost[least] / max(total, 1e-12))))
 
         return watched
 
     finished, ends = True, np.zeros(1)
     try:
-        solutions = minimise(problem.weighted(curves, Weighting.of(curves, scatter)), start, bounds, watch=watcher("starts"))
+        first = problem.weighted(curves, Weighting.of(curves, scatter))
+        solutions = minimise(first, start, bounds, watch=watcher("starts", len(start)))
         if not np.isfinite(solutions.cost[solutions.best]):
             raise NumericsError(f"no start can follow all tests{_furthest(problem.laboratory.tests)}")
         ends, best = solutions.cost, solutions.coordinates[solutions.best]
-        for _ in range(ROUNDS):
+        for k in range(ROUNDS):
             curves = problem.curves(best)
             slopes = problem.slopes(best)
             scatter = estimate(curves, slopes, problem.prior, scatter)
             problem = replace(problem, smoothness=smooth_branches(problem, curves, scatter, slopes, best))
             refined = problem.weighted(about_factors(curves, scatter), Weighting.of(curves, scatter))
-            best = minimise(refined, best[None], bounds, watch=watcher("refined")).coordinates[0]
+            best = minimise(refined, best[None], bounds, watch=watcher("refinements", ROUNDS, k)).coordinates[0]
     except KeyboardInterrupt:
         finished = False
     curves = problem.curves(best)

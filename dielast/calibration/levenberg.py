@@ -28,7 +28,7 @@ Residuals = Callable[[Floats, Cases], Floats]
 Bounds = tuple[Floats, Floats]
 """The least and the largest coordinates, each (p,), or (fits, p) if each fit has its own."""
 Watcher = Callable[[int, Floats, Floats], None]
-"""Called after every iteration with its number, the sums of squares (fits,) and the coordinates (fits, p)."""
+"""Called after every iteration with the number of settled fits, the sums of squares (fits,) and the coordinates (fits, p)."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -240,14 +240,14 @@ def minimise(
     free = np.ones(start.shape, dtype=bool) if fixed is None else ~fixed
     fits = Descents.begin(residuals, start, bounds, free)
     done, reached = ~np.isfinite(fits.cost), np.zeros(start.shape[0], dtype=bool)
-    for iteration in range(iterations):
+    for _ in range(iterations):
         running = np.flatnonzero(~done)
         if not running.size:
             break
         end = running[fits.visit(running, fits.trials(running), settled)]
         done[end] = reached[end] = True
         if watch is not None:
-            watch(iteration, fits.cost, fits.at)
+            watch(int(np.count_nonzero(done)), fits.cost, fits.at)
     return Solutions(fits.at, fits.cost, fits.there, fits.jacobian, reached)
 
 

@@ -54,8 +54,8 @@ def draw(
     seed: int = 1,
     watch: Callable[[int, int], None] | None = None,
 ) -> Floats:
-    """Draws (count, p) of the coordinates, those of all strata in turns; `watch` is called with the number of moves done and the
-    largest number.
+    """Draws (count, p) of the coordinates, those of all strata in turns; `watch` is called with the number of moves at which the
+    chains are checked next, and the share of them since the last check, in draws.
 
     Warns if the walkers do not agree after the largest number of moves.
     """
@@ -68,18 +68,18 @@ def draw(
     fewest = max(FEWEST_MOVES, 2 * SPACING * rounds)
     most = max(MOST_MOVES, fewest)
     ensemble = _Ensemble(likelihood, profiles, strata, walkers, random)
-    check, ratio = fewest, np.inf
+    before, check, ratio = 0, fewest, np.inf
     for done in range(1, most + 1):
         if done <= check - check // 2:
             ensemble.learn()
         ensemble.move()
         if watch is not None:
-            watch(done, most)
+            watch(check, count * (done - before) // (check - before))
         if done == check:
             ratio = float(np.max(r_hat(ensemble.second_half, ensemble.stratum)))
             if ratio <= AGREEMENT:
                 break
-            check = min(LONGER * check, most)
+            before, check = check, min(LONGER * check, most)
     else:
         warn(
             f"draws are approximate: after {most} moves R-hat is {ratio:.2g}, at most {AGREEMENT} is wanted; "

@@ -106,7 +106,9 @@ class Calibration(TabularResult):
         return relative_error(tests, misses), explained(tests, misses)
 
     def columns(self) -> Table:
-        """A row for each parameter, in SI; an undetermined parameter has no standard error, unknown numbers are NaN."""
+        """A row for each parameter, in SI; `lower` and `upper` are all that is known of one that is not determined. Unknown
+        numbers are NaN.
+        """
         space, profiles = self.fit.space, self.profiles
         rows = list(enumerate(space.parameters))
         verdicts = [str(profiles[k].verdict) if profiles else "" for k, _ in rows]
@@ -117,11 +119,10 @@ class Calibration(TabularResult):
             for side in ("lower", "upper")
         ]
         determined = np.array([verdict in ("", Verdict.DETERMINED) for verdict in verdicts])
-        bounded = np.array([verdict != Verdict.UNDETERMINED for verdict in verdicts])
         return [
             Column("parameter", None, list(space.names)),
             Column("start", None, np.array([parameter.start for _, parameter in rows])),
-            Column("value", None, np.where(bounded, value, np.nan)),
+            Column("value", None, np.where(determined, value, np.nan)),
             Column("standard_error", None, np.where(determined, error, np.nan)),
             Column("lower", None, ends[0]),
             Column("upper", None, ends[1]),
@@ -236,8 +237,8 @@ def assessed(
             profiles = tuple(map(possible_values, profiles_of(likelihood, intervals.level), fit.space.parameters))
             if intervals.draws:
 
-                def moved(done: int, total: int) -> None:
-                    report("draws", done, total, misfit)
+                def moved(moves: int, done: int) -> None:
+                    report(f"draws of chains of {moves} moves", done, intervals.draws, misfit)
 
                 drawn = draw(likelihood, profiles, intervals.draws, seed=intervals.seed, watch=moved)
     except KeyboardInterrupt:

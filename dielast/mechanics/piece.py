@@ -26,7 +26,7 @@ from dielast.mechanics.cases import spread
 from dielast.mechanics.electric import Drive
 from dielast.mechanics.line import EVEN_ROWS, JUMP_DECADES, RAMP_DECADES, Line, merged, whole
 from dielast.mechanics.load import Waveform
-from dielast.mechanics.span import Controls, Load, Wave
+from dielast.mechanics.span import Control, Controls, Load, Wave
 from dielast.numerics.arrays import ByCase, Cases, Flags, Floats
 
 LEAST_STEPS = 16  # steps in a cycle of a sine, 8 in a cycle of its square, which drives a film under voltage
@@ -324,3 +324,9 @@ class Chain(ByCase):
 
 
 Piece = Line | Cycles | Chain
+
+
+def loads_axis_1_alone(piece: Piece) -> Flags:
+    """Whether (cases,) a piece loads films along axis 1 alone, if neither axis 2 nor the electrodes have been loaded before."""
+    across = np.nan_to_num([rows[1:] for rows in piece.targets])
+    return np.asarray(~across.any(axis=(0, 1)) & (piece.controls[1] is Control.STRESS))

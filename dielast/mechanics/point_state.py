@@ -78,6 +78,10 @@ class PointStates(UnderLoad):
         internal = self.packed(state)
         return internal if self.symmetry is None else np.concatenate((internal, self.symmetry.second * internal))
 
+    def compact(self, state: Floats) -> Floats:
+        """x (2, n, cases) of a state, or (1, n, cases) where both axes are equal."""
+        return self.internal(state) if self.symmetry == UNIAXIAL else self.packed(state)
+
     def packed(self, state: Floats) -> Floats:
         """x (axes, n, cases) of a state."""
         return state[: self.border].reshape(self.axes, -1, state.shape[1])

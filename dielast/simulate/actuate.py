@@ -14,9 +14,9 @@ from dielast.mechanics.criteria.loss_of_tension import LossOfTension
 from dielast.mechanics.criteria.pull_in import PullIn
 from dielast.mechanics.history import case_count, duration_of, electrical_pieces
 from dielast.mechanics.load import ChargeStep, FilmStep, Programme, VoltageStep
-from dielast.mechanics.piece import Piece
+from dielast.mechanics.piece import Piece, loads_axis_1_alone
 from dielast.mechanics.span import Control
-from dielast.numerics.arrays import Flags, Floats
+from dielast.numerics.arrays import Cases, Flags, Floats
 from dielast.simulate.actuation_history import ActuationHistory, run_films
 from dielast.simulate.film_setup import Film, check_reach
 from dielast.simulate.history import joined, simulating
@@ -79,7 +79,8 @@ def prepare(
     check_end(rows.profile_rows, duration, "programme", "profile")
     stops = _stops(stop_at, materials_of(material), setup)
     alike = _alike(pieces.stored, cases) if programme else np.ones(cases, dtype=bool)
-    parts = setup.groups(wiring.kinds, alike)
+    lone = _lone(setup, pieces.stored, wiring.kinds)
+    parts = setup.groups(wiring.kinds + lone * (1 + int(wiring.kinds.max())), alike)
     density = _density(materials_of(material), cases)
 
     def simulated() -> ActuationHistory:
@@ -94,6 +95,7 @@ def prepare(
                 stops=stops,
                 rtol=solver.rtol,
                 alike=bool(alike[part].all()) and all(spring is None for spring in setup.spring),
+                lone=bool(lone[part[0]]),
                 density=density,
             )
             for part in parts
@@ -127,6 +129,21 @@ def _alike(pieces: Sequence[Piece], cases: int) -> Flags:
         for target in piece.targets:
             equal &= (target[0] == target[1]) | np.isnan(target[:2]).all(axis=0)
     return equal
+
+
+def _lone(setup: Setup, pieces: Sequence[Piece], circuit: Cases) -> Cases:
+    """The number (cases,) of pieces, from the first on, that load undeformed films along axis 1 alone; 0 for films in a `circuit`
+    (cases,) of another kind than 0, with a passive part, weights or springs.
+    """
+    others = (setup.share, *setup.weight_stress, *setup.spring)
+    leading = (circuit == 0) & all(other is None for other in others)
+    for stretch in setup.prestretch:
+        leading &= True if stretch is None else stretch == 1
+    count = np.zeros(leading.size, dtype=np.intp)
+    for piece in pieces:
+        leading &= loads_axis_1_alone(piece)
+        count += leading
+    return count
 
 
 def _density(materials: Sequence[Material], cases: int) -> Floats | None:

@@ -7,6 +7,7 @@ from typing import ClassVar
 import numpy as np
 
 from dielast.io.table import Frame, to_frame
+from dielast.material.springs import UNIAXIAL
 from dielast.mechanics.criteria import CRITERIA
 from dielast.mechanics.laps import Pieces
 from dielast.mechanics.stability import TimeScale
@@ -67,18 +68,21 @@ def run_films(
     stops: Sequence[str],
     rtol: float,
     alike: bool = True,
+    lone: bool = False,
     density: Floats | None = None,
 ) -> ActuationHistory:
     """Simulate the films `part` (k,), one of the groups of the setup, through their programme or until one of `stops` happens.
 
-    The load keeps equal axes `alike`; `density` (cases,) in kg/m^3 is that of the films.
+    The load keeps equal axes `alike`, or begins along axis 1 alone (`lone`) in undeformed films; `density` (cases,) in kg/m^3 is
+    that of the films.
     """
     film = setup.film(part, rtol, alike)
     points = replace(wiring.wired(film.points, part), edges=setup.springs(part, np.exp(0.5 * film.log_squared_stretch)))
     thickness, watched = setup.thickness[part], setup.watched(film, part, timescale, wiring.programme)
     if wiring.programme:
         points = points.with_damper_floor(rtol)
-    film = replace(film, points=points, wires=wiring.wires(part) if wiring.programme else None)
+    symmetry = UNIAXIAL if lone and film.symmetry is None else film.symmetry
+    film = replace(film, points=points, symmetry=symmetry, wires=wiring.wires(part) if wiring.programme else None)
     watch = Watch(watched, CRITERIA, (), stops)
     relaxed = film.moment(setup.controls, np.arange(part.size), np.zeros(part.size))
     begin = np.exp(0.5 * relaxed.log_squared_stretch)

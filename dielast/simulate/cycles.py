@@ -225,9 +225,11 @@ class CycleMeter:
         measured = np.exp(0.5 * log_squared[0]).reshape(PLACES.size, -1) / self.unit[steps.cases]
         self._add_measured(steps, np.zeros_like(steps.cases), measured)
 
-    def _add_measured(self, steps: DenseSteps, cycle: Cases, measured: Floats) -> None:
-        """Add steps (k,) of these cycles to the extremes and the mean of the quantity `measured` (places, k) at `PLACES`."""
-        where, fine = (steps.cases, cycle), _applied(POLYNOMIAL, measured)
+    def _add_measured(self, steps: DenseSteps, cycle: Cases, measured: Floats, least: float = -np.inf) -> None:
+        """Add steps (k,) of these cycles to the extremes and the mean of the quantity `measured` (places, k) at `PLACES`, which is
+        `least` at the least: the polynomial through its values may be lower.
+        """
+        where, fine = (steps.cases, cycle), np.maximum(_applied(POLYNOMIAL, measured), least)
         np.minimum.at(self._sums[LOWEST], where, fine.min(axis=0))
         np.maximum.at(self._sums[HIGHEST], where, fine.max(axis=0))
         np.add.at(self._sums[TOTAL], where, steps.step * _applied(PLACE_WEIGHTS, measured))
@@ -258,7 +260,10 @@ class CycleMeter:
         value, slope = films.driven(local, state), driving.slope(local)
         log_squared, nominal = films.membrane(state, value)
         measured = self._measured(log_squared, nominal, wide.cases).reshape(places, count)
-        self._add_measured(steps, cycle, measured)
+        slackens = (
+            self.stress and load.controls[0] is Control.STRETCH and isinstance(films, LoadedPoints) and films.slack is not None
+        )
+        self._add_measured(steps, cycle, measured, 0.0 if slackens else -np.inf)
         where = steps.cases, cycle
         _, _, _, cosine, sine, worked, delivered, returned, by_edges, *_ = self._sums
         stretch = np.exp(0.5 * log_squared)

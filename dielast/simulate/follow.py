@@ -7,9 +7,10 @@ from typing import Any
 
 import numpy as np
 
+from dielast.material.springs import UNIAXIAL
 from dielast.mechanics.at_once import apply_at_once
 from dielast.mechanics.film import FilmState
-from dielast.mechanics.piece import Piece
+from dielast.mechanics.piece import Piece, loads_axis_1_alone
 from dielast.mechanics.slack import Contact
 from dielast.mechanics.span import Controls
 from dielast.mechanics.watch import Watch
@@ -78,6 +79,8 @@ class Course:
         switched = self.film.under(ahead.drive)
         changed = switched is not self.film or ahead.controls != (self.controls or self.pieces[0].controls)
         film, controls = switched, ahead.controls
+        if film.symmetry == UNIAXIAL and not loads_axis_1_alone(ahead).all():
+            film = replace(film, symmetry=None)
         present = film.prescribed(controls)
         piece = ahead.begin(present)
         # a load that differs from the present one only by rounding does not jump

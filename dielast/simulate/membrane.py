@@ -16,7 +16,7 @@ from dielast.mechanics.film import FilmState
 from dielast.mechanics.history import case_count, duration_of, pieces
 from dielast.mechanics.line import Line
 from dielast.mechanics.load import Mode, Step
-from dielast.mechanics.piece import Piece
+from dielast.mechanics.piece import Piece, loads_axis_1_alone
 from dielast.mechanics.point_material import PointMaterial
 from dielast.mechanics.slack import Contact
 from dielast.mechanics.span import Control
@@ -203,9 +203,9 @@ def bearing(slack: str | None, mode: Mode, electric: bool, both_axes: bool = Fal
 
 def symmetry_of(pieces: Sequence[Piece]) -> Symmetry | None:
     """The symmetry that a specimen at rest keeps throughout a history, None without one."""
-    values = [target for piece in pieces for target in piece.targets]
-    if all(piece.controls[1] is Control.STRESS for piece in pieces) and not any(np.nan_to_num(rows[1:]).any() for rows in values):
+    if all(loads_axis_1_alone(piece).all() for piece in pieces):
         return UNIAXIAL
+    values = [target for piece in pieces for target in piece.targets]
     alike = all(piece.controls[0] is piece.controls[1] for piece in pieces)
     return EQUIBIAXIAL if alike and all(np.array_equal(rows[0], rows[1], equal_nan=True) for rows in values) else None
 

@@ -266,7 +266,7 @@ class Recorder:
             films = self._system.take(pooled)
             log_squared, _ = films.membrane(state, driven := films.driven(moment, state))
             assert isinstance(films, LoadedPoints)
-            stored = films.points.stored(films.packed(state), log_squared, driven[ELECTRIC])
+            stored = films.points.stored(films.compact(state), log_squared, driven[ELECTRIC])
             values += [self.electric.rows(case.size), stored[None]]
         listed, every = rows != MORE, np.concatenate(values)
         self._values[-1][:, case[listed], rows[listed]] = every[:, listed]

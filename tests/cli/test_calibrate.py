@@ -234,6 +234,12 @@ def test_a_parameter_at_a_bound_is_named_with_its_bound(dielast: Run, tmp_path: 
     found = parse_csv((tmp_path / "r/parameters.csv").read_bytes(), "parameters")
     row = list(found["parameter"]).index("nonequilibrium.relaxation_time[1]")
     assert float(found["start"][row]) == 0.01
+    # the bound of the search is no measured value
+    assert [value == "" for value in found["value"]] == [verdict != "determined" for verdict in found["verdict"]]
+    assert (found["value"][row], found["verdict"][row]) == ("", "lower bound")
+    known = f"at least {float(found['lower'][row]):.4g} s at 90 %"
+    origin = read_material(tmp_path / "r/material.toml").origin
+    assert origin["nonequilibrium.relaxation_time[1]"] == f"fitted: not determined, {known}, by hold, fast"
 
 
 def test_a_film_that_runs_away_is_warned_of(dielast: Run, tmp_path: Path) -> None:

@@ -62,7 +62,10 @@ def test_calibrate_names_the_material_keeps_the_order_of_branches_and_says_what_
     assert start == 1e3
     assert fitted["nonequilibrium"]["shear_modulus_Pa"] == [9e3, pytest.approx(value), 3e3]
     origin = fitted["origin"]
-    assert origin["equilibrium.shear_modulus"] == origin["nonequilibrium.shear_modulus[1]"] == "fitted: fast"
+    assert origin["nonequilibrium.shear_modulus[1]"] == "fitted: fast"
+    # one test does not tell the equilibrium spring from the slow branch
+    at_most = f"{float(parameters['upper'][0]):.4g} Pa"
+    assert origin["equilibrium.shear_modulus"] == f"fitted: not determined, at most {at_most} at 90 %, by fast"
     assert (origin["equilibrium.J_lim"], origin["nonequilibrium.J_lim"]) == ("measured", "stated")
     assert _symbol("nonequilibrium.shear_modulus[1]").endswith("branch 1")
     assert _symbol("film: electrode_share") == "film: electrode share"

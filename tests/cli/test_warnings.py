@@ -267,6 +267,18 @@ def test_a_film_that_is_let_back_too_fast(run: Run, back: str, slack: bool) -> N
     assert [" by which the film is pushed: a thin one goes slack" in one for one in said] == [True] * slack
 
 
+def test_slack_phases_are_counted_and_their_cases_named(run: Run) -> None:
+    back = '{stretch=1.0,duration="1 s"},{stretch=2.0,duration="1 s"},{stretch=1.0,duration="1 s"}'
+    steps = f'step=[{{stretch=2.0,duration="10 s"}},{{hold="1 h"}},{back}]', "solver.rtol=1e-4"
+    said, summary = run("relax", *steps, 'sweep={"step.2.stretch"=[1.6,1.9999,1.5,1.4]}')
+    assert summary["relax"]["slack_events"] == [3, 1, 3, 3]
+    (one,) = (each for each in said if "slack" in each)
+    assert one.startswith("case 0 (also 1 to 3): the specimen goes slack 2 times, first after 361")
+    said, _ = run("relax", *steps, 'sweep={"step.4.stretch"=[1.9999,1.5,1.5,1.9999,1.5]}', "step.2.stretch=1.9999")
+    (one,) = (each for each in said if "slack" in each)
+    assert one.startswith("case 1 (also 2, 4): the specimen goes slack after 361")
+
+
 def test_a_load_that_presses_a_film_is_warned_of(run: Run) -> None:
     said, _ = run("creep", 'step=[{stress="-1 kPa",duration="1 s"}]')
     assert "the load presses by 1e+03 Pa: a thin film buckles instead" in said

@@ -20,6 +20,7 @@ from dielast.material.dielectric import Leakage
 from dielast.material.shift import NoShift
 from dielast.mechanics.history import electrical_pieces
 from dielast.mechanics.span import Control
+from dielast.numerics import integrate
 
 MU, EPS, THICKNESS, DENSITY, AREA = 3e4, 4e-11, 1e-3, 960.0, 1e-4
 ELASTIC = Material("neo-Hookean", MU, Spectrum(np.zeros(0), np.zeros(0)), NoShift(20.0), permittivity=EPS, density=DENSITY)
@@ -455,6 +456,30 @@ def test_the_map_of_a_generator(mode: str) -> None:
         assert event.voltage == pytest.approx(found.loss_of_tension[2], rel=1e-8)
     with pytest.raises(InputError, match="at least 1"):
         film_limits(ELASTIC, 0.5, thickness=THICKNESS)
+
+
+def test_a_uniaxial_pull_takes_as_few_steps_as_an_equibiaxial_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What fades in its springs after a kink is known, whether films beside it are undeformed or not."""
+    film = Material("m", 3e4, Spectrum(np.logspace(-5, 3, 9), np.full(9, 4e4)), NoShift(20.0), permittivity=EPS)
+    tried, advance = list[float](), integrate.advance
+    monkeypatch.setattr(integrate, "advance", lambda *step: (tried.append(float(step[4][0])), advance(*step))[1])
+    at = [0.5, 1.0, 1.1, 1.2]
+
+    def pulled(mode: str, voltage: Any, prestretch: Any = 1.0) -> Any:
+        steps = [FilmStep(stretch=2.0, duration=1.0), FilmStep(voltage=voltage, duration=0.2)]
+        return run(steps, film, mode=mode, prestretch=prestretch, times=at, rtol=1e-6)
+
+    counts = []
+    for mode in ("equibiaxial", "uniaxial"):
+        tried.clear()
+        pulled(mode, 0.0)
+        counts.append(len(tried))
+    assert counts[1] < 1.3 * counts[0]
+    several = pulled("uniaxial", [0.0, 1e3, 0.0], [1.0, 1.0, 1.2])
+    for case, (voltage, prestretch) in enumerate([(0.0, 1.0), (1e3, 1.0), (0.0, 1.2)]):
+        alone = pulled("uniaxial", voltage, prestretch)
+        assert all(np.array_equal(several.values[name][case], value[0]) for name, value in alone.values.items())
+    assert several.stretch_2[0] == pytest.approx(several.stretch_1[0] ** -0.5, rel=1e-12)
 
 
 @pytest.mark.parametrize(

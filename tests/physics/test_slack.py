@@ -137,7 +137,9 @@ def test_every_cycle_has_its_slack_phase_and_cases_do_not_disturb_each_other() -
     assert history.nominal_stress_1.min() == 0.0
     cycles = history.cycles
     assert cycles is not None
-    assert np.all(np.abs(cycles.lowest[0]) < 1e-7 * cycles.highest[0])
+    swings = relax(SOLID, [Step(stretch=Waveform(1.0, 2.0, 4.0, 3))]).cycles
+    assert swings is not None
+    assert np.all(np.concatenate((cycles.lowest, swings.lowest)) == 0.0)  # not some uPa below it
     # work over a cycle: the integral of the stress over the prescribed stretch
     time = np.linspace(0.0, 4.0, 4001)
     fine = relax(SOLID, [Step(stretch=Waveform(1.0, 2.0, 4.0, 1, "triangle"))], output=Output(times=time))

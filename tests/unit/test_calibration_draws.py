@@ -197,8 +197,10 @@ def test_walkers_that_do_not_agree_are_warned_of(monkeypatch: pytest.MonkeyPatch
     most = 40
     monkeypatch.setattr(posterior, "MOST_MOVES", most)
     with pytest.warns(DielastWarning, match=rf"after {most} moves R-hat is .*, at most {AGREEMENT} is wanted"):
-        draw(likelihood, [wide, profiles[1]], 40, watch=lambda done, most: seen.append((done, most)))
-    assert seen[-1] == (most, most)
+        draw(likelihood, [wide, profiles[1]], 60, watch=lambda check, done: seen.append((check, done)))
+    # 60 draws are counted up to each of the checks
+    assert [check for check, done in seen if done == 60] == [16, 32, most]
+    assert [done for check, done in seen if check == most] == [7, 15, 22, 30, 37, 45, 52, 60]
 
 
 def test_r_hat_is_that_of_its_definition() -> None:

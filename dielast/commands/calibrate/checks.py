@@ -49,7 +49,7 @@ def warn_of_bounds(result: Calibration) -> None:
         warn("every free parameter is at a bound: check the units and signs of the tests, and widen the bounds")
     lower, _ = fit.space.bounds
     for k, (parameter, profile) in enumerate(zip(fit.space.parameters, result.profiles, strict=False)):
-        known = "" if profile.verdict is Verdict.UNDETERMINED else _known(parameter, profile)
+        known = "" if profile.verdict is Verdict.UNDETERMINED else known_of(parameter, profile)
         if fit.at_bound[k]:
             side = 0 if fit.coordinates[k] <= lower[k] else 1
             within = f"; between its bounds it is {known}" if known else ""
@@ -62,12 +62,12 @@ def warn_of_bounds(result: Calibration) -> None:
 
 def _open(parameter: Parameter, profile: Profile, level: float) -> str:
     """A parameter that is not determined, with what its interval of the `level` tells nevertheless."""
-    known = _known(parameter, profile)
+    known = known_of(parameter, profile)
     return f"{parameter.name} (at {100 * level:g} % {known})" if known else parameter.name
 
 
-def _known(parameter: Parameter, profile: Profile) -> str:
-    """An interval that is not determined at both ends, in words; "" for other intervals."""
+def known_of(parameter: Parameter, profile: Profile) -> str:
+    """The interval of a parameter that is not determined, in words; "" for other intervals."""
     lower, upper = (float(parameter.value(end)) for end in (profile.lower, profile.upper))
     if profile.verdict is Verdict.DETERMINED or np.isnan([lower, upper]).all():
         return ""

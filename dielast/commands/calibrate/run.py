@@ -24,7 +24,7 @@ from dielast.calibration.laws import (
 from dielast.calibration.profiles import Verdict
 from dielast.calibration.proposals import FEWEST_DRAWS, proposal_columns, proposals
 from dielast.calibration.result import Calibration, Intervals, assessed
-from dielast.commands.calibrate.checks import warn_of_few_points, warn_of_fit, warn_of_laws_alike, warn_of_springs
+from dielast.commands.calibrate.checks import known_of, warn_of_few_points, warn_of_fit, warn_of_laws_alike, warn_of_springs
 from dielast.commands.calibrate.recipe import CalibrateRecipe
 from dielast.commands.calibrate.task import CalibrationTask, prepared as prepared
 from dielast.handover.material_draws import draw_columns
@@ -125,15 +125,26 @@ def run(cases: Sequence[Case[CalibrateRecipe]], inputs: Inputs, execution: Execu
 
 
 def with_origin(calibration: Calibration) -> Material:
-    """The fitted material, which says of its constants whether they are fitted, and to which tests; others are as before."""
-    fit, material = calibration.fit, calibration.material
-    names = [name.replace(f".{SCALE}", ".shear_modulus") for name in fit.space.names]
-    lists = {"nonequilibrium.shear_modulus", "nonequilibrium.relaxation_time"}
-    whole = {path for path in lists if sum(name.startswith(f"{path}[") for name in names) == len(material.spectrum)}
-    tests = f"fitted: {', '.join(dict.fromkeys(test.name for test in fit.problem.laboratory.tests))}"
-    origin = {path: material.origin.get(path, "stated") for path in paths_of(material)}
-    origin |= {name if name.partition("[")[0] not in whole else name.partition("[")[0]: tests for name in names}
-    return replace(material, origin=origin)
+    """The fitted material, which says of its constants whether they are fitted, to which tests, and what these tests leave open;
+    others are as before.
+    """
+    material, space, fitted = calibration.material, calibration.fit.space, dict[str, str]()
+    profiles = dict(zip(space.names, calibration.profiles, strict=False))
+    tests = ", ".join(dict.fromkeys(test.name for test in calibration.fit.problem.laboratory.tests))
+    plainly = f"fitted: {tests}"
+    for parameter in space.parameters:
+        said, profile = plainly, profiles.get(parameter.name)
+        if profile is not None and profile.verdict is not Verdict.DETERMINED:
+            known = known_of(parameter, profile)
+            said = f"fitted: not determined{f', {known} at {100 * calibration.level:g} %' if known else ''}, by {tests}"
+        if not parameter.of_test:
+            fitted[parameter.name.replace(f".{SCALE}", ".shear_modulus")] = said
+    for path in ("nonequilibrium.shear_modulus", "nonequilibrium.relaxation_time"):
+        entries = [name for name in fitted if name.startswith(f"{path}[")]
+        if entries and len(entries) == len(material.spectrum):
+            fitted |= {path: plainly}
+            fitted = {name: said for name, said in fitted.items() if name not in entries or said != plainly}
+    return replace(material, origin={path: material.origin.get(path, "stated") for path in paths_of(material)} | fitted)
 
 
 def _lacking(recipe: CalibrateRecipe, candidates: Sequence[Candidate], materials: int, best: Calibration) -> str:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from dielast.base.errors import and_more, warn
+from dielast.base.errors import warn
 from dielast.commands.simulation.cases import last
 from dielast.commands.simulation.result import CaseResult, SolvedCase, StatedCase
 from dielast.commands.simulation.timed_steps import TimedStep
@@ -34,6 +34,7 @@ AnyCase = TypeVar("AnyCase", bound=StatedCase)
 
 EARLY, EARLIEST = 1e-3, "the first thousandth of what follows takes"
 """The part of the duration after a load at once in which the response is not of interest, though tables begin there."""
+MOST_SPANS = 4  # runs of case numbers that a warning names
 SLACK = 0.01  # of the highest stress: a larger compressive stress gives a warning
 HELD = {
     ("frame", "frame"): ("in a frame", "the film around the electrode"),
@@ -203,9 +204,10 @@ def _warn_of_slack(results: Sequence[CaseResult]) -> None:
     """Warn of specimens that are unloaded faster than they contract: they go slack, or are pushed where that is stated."""
     loose, pushed = list[str](), list[str]()
     for result in results:
-        stress, (first, *_) = result.columns["nominal_stress_1 [Pa]"], (*result.slack, None)
+        stress, phases = result.columns["nominal_stress_1 [Pa]"], [each for each in result.slack if each.event == "slack"]
         low, high = float(np.min(stress, initial=0.0)), float(np.max(stress, initial=0.0))
-        loose.append("" if first is None else f"after {first.time:.4g} s, at a stretch of {first.stretch:.6g}")
+        often = f"{len(phases)} times, first " if len(phases) > 1 else ""
+        loose += [f"{often}after {first.time:.4g} s, at a stretch of {first.stretch:.6g}" for first in phases[:1]] or [""]
         pushed.append(f"to {low:.3g} Pa" if -low > SLACK * high > 0 else "")
     grips = 'where grips press it, state slack = "pushes"'
     _warn_of_cases("the specimen goes slack", loose, f", and bears nothing; {grips}")
@@ -227,11 +229,14 @@ def _permittivity(case: StatedCase) -> float:
 
 
 def _warn_of_cases(what: str, found: Sequence[str], why: str) -> None:
-    """Warn of `what` was `found` in cases, empty where it was not: of the first of them, and how many others there are."""
-    numbers = [number for number, text in enumerate(found) if text]
-    if numbers:
-        others = and_more(len(numbers) - 1, "cases" if len(numbers) > 2 else "case")
-        warn(f"{f'case {numbers[0]}{others}: ' if len(found) > 1 else ''}{what} {found[numbers[0]]}{why}")
+    """Warn of `what` was `found` in cases, empty where it was not: of the first of them, and which others there are."""
+    numbers = np.flatnonzero([bool(text) for text in found])
+    if numbers.size:
+        others = np.split(numbers[1:], np.flatnonzero(np.diff(numbers[1:]) > 1) + 1)
+        spans = [f"{run[0]}" if run.size == 1 else f"{run[0]} to {run[-1]}" for run in others[:MOST_SPANS] if run.size]
+        left = sum(run.size for run in others[MOST_SPANS:])
+        also = f" (also {', '.join(spans)}{f' and {left} more' if left else ''})" if spans else ""
+        warn(f"{f'case {numbers[0]}{also}: ' if len(found) > 1 else ''}{what} {found[numbers[0]]}{why}")
 
 
 def _of_case(index: int, cases: int) -> str:

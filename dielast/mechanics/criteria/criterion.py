@@ -56,7 +56,7 @@ class FilmSnapshot(ByCase):
         # rounding of sums depends on the layout in memory, which must not depend on the caller
         state = np.ascontiguousarray(state)
         driven = system.driven(time, state)
-        internal = system.packed(state) if isinstance(system, LoadedPoints) else system.internal(state)
+        internal = system.compact(state) if isinstance(system, LoadedPoints) else system.internal(state)
         membrane = system.membrane(state, driven)
         passive_part = Surroundings(system.assembly, state[system.border :]) if isinstance(system, FramedFilms) else None
         return cls(system.points, system.load.controls, cases, age, internal, *membrane, driven[2], passive_part)
