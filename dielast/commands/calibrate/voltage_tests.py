@@ -57,8 +57,8 @@ def read_voltage_test(test: TestData, inputs: Inputs, temperature: float, name: 
 
 
 def _check_rising(voltage: Floats, lines: Index, file: str) -> None:
-    """Raise `InputError` with the file and the line for voltages (rows,) that rise, and then fall: a loop. The points of a curve may
-    be in any other order.
+    """Raise `InputError` with the file and the line for voltages (rows,) that rise, and then fall: a loop. The points of a curve
+    may be in any other order.
     """
     top = int(np.argmax(voltage)) if voltage.size else 0
     back = voltage[top:] < voltage[top]
@@ -73,7 +73,8 @@ def _check_begin(begins: float, measure: str, name: str, rest: float, file: str)
     `measure` of its column; `rest` is the prestretch.
     """
     if begins > 10 * rest:
-        raise InputError(f'{measure} {begins:g} at the lowest voltage: if it is in per cent, call the column "{name} [%]"', file=file)
+        odd = f"{measure} {begins:g} at the lowest voltage"
+        raise InputError(f'{odd}: if it is in per cent, call the column "{name} [%]"', file=file)
     relative = measure == "relative_stretch"
     if bool(abs(np.log(begins)) > abs(np.log(begins / rest))) == relative and rest > 1:
         begin = f"{measure} begins at {begins:g} at the lowest voltage"
