@@ -70,7 +70,7 @@ class VoltageTest(Result):
         order = np.argsort(np.abs(voltage), kind="stable")
         order = order[np.abs(voltage[order]) > 0]  # at 0 V any film is at rest
         if order.size < 3:
-            raise InputError(f"{order.size} points above 0 V: at least 3 are needed", argument=self.name)
+            raise InputError(f"at least 3 points above 0 V are needed, not {order.size}", argument=self.name)
         film = self.film
         for key in ("relax", "electrode_share"):
             if getattr(self, key) is not None:

@@ -21,7 +21,7 @@ from dielast.simulate.film_setup import Film
 from dielast.simulate.options import Failure, Solver
 
 YES, FAILS_FIRST, OUT_OF_REACH = "yes", "no: fails first", "no: out of reach"
-CREEPS, LIMITED = "creeps there without voltage", "beyond the limit of its springs"
+CREEPS, LIMITED = "creeps to the goal without a voltage", "beyond the limit of its springs"
 Bounds = tuple[Floats, Floats]
 
 
@@ -63,7 +63,7 @@ class Design(TabularResult):
 
     - "yes": `voltage` in V does, and the film then fails at `time_to_failure` in s, NaN if not within the `horizon`;
     - "no: fails first": under every voltage that would reach the goal, the film fails earlier, by `failure_mode`;
-    - "no: out of reach": no voltage reaches it, or the film creeps there without voltage;
+    - "no: out of reach": no voltage reaches it, or the film creeps to the goal without a voltage;
     - "unfinished": the numerics gave up.
 
     `because` is the reason where it is not reached. `largest` is the relative stretch or area strain at the given time, or the

@@ -85,6 +85,13 @@ def test_a_test_that_cannot_be_followed_is_named_and_the_others_are_kept(dielast
     (tmp_path / "r.toml").write_text((tmp_path / "r.toml").read_text().replace("6 kV", "6000 kV"))
     (warned,) = warnings_of(tmp_path / "r.toml")
     assert "makes a field of 6e+09 V/m, 133 times the breakdown field: is the voltage, or the thickness" in warned
+    (tmp_path / "film.csv").write_text("voltage [V],stretch\n2.2,2.016\n5,2.1\n8,2.41\n")
+    film = '[[test]]\nfile = "film.csv"\nfilm = { thickness = "1 mm", prestretch = 2.0 }\nramp = "1 V/s"\n'
+    (tmp_path / "r.toml").write_text(HEAD + TEST + film + FREE)
+    (warned,) = warnings_of(tmp_path / "r.toml")
+    # 3.98e-11 F/m (8 V/1 mm)^2 2.41^4
+    assert "test film: at 8 V the electrostatic stress is 0.086 Pa, " in warned
+    assert warned.endswith("is the voltage, or film.thickness, in a wrong unit?")
 
 
 def test_a_stretch_for_a_strain_and_kelvin_for_celsius_are_warned_of(tmp_path: Path) -> None:

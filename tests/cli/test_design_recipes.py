@@ -60,8 +60,8 @@ def test_a_design_is_a_table_the_best_film_first(tmp_path: Path) -> None:
 def test_why_a_goal_is_out_of_reach_is_said(tmp_path: Path) -> None:
     creeping = FILM.replace("10 min", "0 s") + GOAL.replace("[1.1, 1.6]", "1.001")
     files, doubts = files_of(tmp_path, f'kind = "design"\n{HEAD}{creeping}')
-    assert "2 of 2 films: out of reach: creeps there without voltage" in doubts
-    assert tomllib.loads(files["summary.toml"].decode())["best"]["because"] == "creeps there without voltage"
+    assert "2 of 2 films: out of reach: creeps to the goal without a voltage" in doubts
+    assert tomllib.loads(files["summary.toml"].decode())["best"]["because"] == "creeps to the goal without a voltage"
 
 
 def test_a_map_has_the_stretch_after_stated_times(tmp_path: Path) -> None:

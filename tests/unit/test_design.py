@@ -152,7 +152,7 @@ def test_answers_agree_with_a_sweep_of_voltages(film: dict[str, Any]) -> None:
             continue
         first = int(np.argmax(reached))
         if first == 0:
-            assert result.because[row] == "creeps there without voltage"
+            assert result.because[row] == "creeps to the goal without a voltage"
             continue
         assert result.reached[row] == YES
         assert volts[first - 1] <= result.voltage[row] <= volts[first]
@@ -169,7 +169,7 @@ def test_answers_agree_with_a_sweep_of_voltages(film: dict[str, Any]) -> None:
 def test_goals_that_no_voltage_is_for() -> None:
     """Under dead load a film that was not relaxed creeps by itself; and no stretch is beyond the limit of the springs."""
     creeps = design(FILM, prestretch=1.7, relative_stretch=1.001, **(GOAL | {"relax": 0.0}))
-    assert (creeps.reached[0], creeps.because[0]) == (OUT_OF_REACH, "creeps there without voltage")
+    assert (creeps.reached[0], creeps.because[0]) == (OUT_OF_REACH, "creeps to the goal without a voltage")
     limited = design(FILM, prestretch=1.7, relative_stretch=8.0, **GOAL)
     assert (limited.reached[0], limited.because[0]) == (OUT_OF_REACH, "beyond the limit of its springs")
 

@@ -153,7 +153,7 @@ def test_a_shift_factor_that_offsets_hide_says_so() -> None:
     fit = replace(fit_master(points, [TRUTH], ANCHOR, False), noise_stderr=np.full(5, 0.6), offset_spread=0.01)
     with pytest.warns(DielastWarning, match="not determined"):
         first, _, steep, *_ = find_undetermined(np.arange(5.0), points, fit.splines, fit, False, False, "")
-    offset = "it changes by 4.7 % a decade, and an offset of 2.3 %, as the curves have, looks like a shift by 0.5 decades"
+    offset = "the curve changes by 4.7 % a decade, and an offset of 2.3 %, as the curves have, looks like a shift by 0.5 decades"
     assert first.reason == f"it is known to +- 0.6 decades only: {offset}"
     assert steep.reason == "it is known to +- 0.6 decades only"
 

@@ -97,6 +97,8 @@ class TestData(TextTable):
         if self.film is not None:
             if other := sorted(self.model_fields_set - OF_FILMS):
                 raise InputError(f"{', '.join(other)}: has no effect on a table of voltage and stretch: leave it out")
+            if stated := sorted(self.columns.model_fields_set - {"stretch", *VOLTAGE_COLUMNS}):
+                raise InputError("has no effect on a table of voltage and stretch: leave it out", key=f"columns.{stated[0]}")
             if self.ramp is None:
                 raise InputError('the rate of the voltage is needed, such as ramp = "100 V/s", or a range of it', key="ramp")
         elif self.ramp is not None:

@@ -21,7 +21,7 @@ from dielast.commands.calibrate.voltage_tests import predicted_test
 from dielast.handover.material_draws import read_draws_beside
 from dielast.handover.material_file import parse_material
 from dielast.io.files import Inputs
-from dielast.material.checks import FAINTEST, LOOKS_LIKE_KELVIN, STRONGEST, warn_of_field, warn_of_temperature
+from dielast.material.checks import FAINTEST, LOOKS_LIKE_KELVIN, STRONGEST, UNSEEN, warn_of_field, warn_of_temperature
 from dielast.material.material import Material, constants_of
 from dielast.material.use_checks import warn_of_no_shift
 from dielast.recipe.cases import Case
@@ -98,10 +98,28 @@ def _check_conditions(task: CalibrationTask) -> None:
     for material in task.materials.values():
         warn_of_no_shift(material, temperature)
     _warn_of_copies(task)
-    fields = np.array([test.nominal_field for test in electric])
+    pulled = np.array([test.nominal_field for test in electric if isinstance(test, MeasuredTest)])
     known = [material.breakdown.typical_fields() for material in task.materials.values() if material.breakdown is not None]
     # if no breakdown field is known, the plausible value closest to the field
-    warn_of_field(fields, np.max(np.concatenate(known)) if known else np.clip(np.abs(fields), FAINTEST, STRONGEST))
+    warn_of_field(pulled, np.max(np.concatenate(known)) if known else np.clip(np.abs(pulled), FAINTEST, STRONGEST))
+    for test in electric:
+        if isinstance(test, VoltageTest):
+            _check_field(test, next(iter(task.materials.values())))
+
+
+def _check_field(test: VoltageTest, material: Material) -> None:
+    """Warn of a film that a voltage far too low or far too high is said to have extended, for the modulus of a material at that
+    time: half-way, in the logarithm, between the right voltage and one that is wrong by a factor of a thousand.
+    """
+    assert material.dielectric is not None
+    field = test.nominal_field * test.reach(material)[1] / 2  # nearly l1 l2, unless one stretch is far larger than the other
+    stress = float(material.dielectric.typical(material.reference_temperature).flat[0]) * field**2
+    modulus = float(material.spectrum.relaxation_modulus(test.time[-1], material.equilibrium_modulus))
+    extended = max(float(np.ptp(test.wanted)), UNSEEN)
+    ratio = stress / (modulus * extended)
+    if not 1e-3 < ratio < 1e3:
+        so = f"the electrostatic stress is {stress:.2g} Pa, with a shear modulus of {modulus:.2g} Pa and a strain of {extended:.2g}"
+        warn(f"test {test.name}: at {test.voltage[-1]:g} V {so}: is the voltage, or film.thickness, in a wrong unit?")
 
 
 def _warn_of_copies(task: CalibrationTask) -> None:

@@ -11,6 +11,7 @@ from dielast.commands.calibrate.recipe import TestData
 from dielast.io.files import Inputs
 from dielast.io.text_table import MeasuredTable, read_measured
 from dielast.mechanics.span import Control
+from dielast.numerics.arrays import Floats, Index
 from dielast.readings.quantities import check_area_strain, read_extent
 from dielast.simulate.film_setup import Film
 
@@ -36,15 +37,9 @@ def read_voltage_test(test: TestData, inputs: Inputs, temperature: float, name: 
     least = -1.0 if measure == "area_strain" else 0.0
     for row in np.flatnonzero(stretch <= least)[:1]:
         raise InputError(f"{measure} {stretch[row]:g}: a number above {least:g} is needed", file=test.file, line=int(lines[row]))
-    rest = film.prestretch[0]
-    if measure != "area_strain" and stretch.size and rest > 1:
-        begins = float(stretch[int(np.argmin(np.abs(voltage)))])
-        relative = measure == "relative_stretch"
-        if bool(abs(np.log(begins)) > abs(np.log(begins / rest))) == relative:
-            other = "stretch" if relative else "relative_stretch"
-            what = "over that before the voltage" if relative else f"from the undeformed film, prestretched to {rest:g}"
-            wrong = f"{measure} {begins:g} at the lowest voltage is none {what}: state columns.{other}"
-            raise InputError(wrong, file=test.file)
+    _check_rising(np.abs(voltage), lines, test.file)
+    if measure != "area_strain" and stretch.size:
+        _check_begin(float(stretch[int(np.argmin(np.abs(voltage)))]), measure, table.names[place], film.prestretch[0], test.file)
     at = temperature if test.temperature is None else test.temperature
     with located(file=test.file):
         return VoltageTest(
@@ -59,6 +54,35 @@ def read_voltage_test(test: TestData, inputs: Inputs, temperature: float, name: 
             measure,
             test.specimen_id or name,
         )
+
+
+def _check_rising(voltage: Floats, lines: Index, file: str) -> None:
+    """Raise `InputError` with the file and the line for voltages (rows,) that rise, and then fall: a loop. The points of a curve
+    may be in any other order.
+    """
+    top = int(np.argmax(voltage)) if voltage.size else 0
+    back = voltage[top:] < voltage[top]
+    if top > 1 and np.count_nonzero(back) > 1 and np.all(np.diff(voltage[: top + 1]) >= 0) and np.all(np.diff(voltage[top:]) <= 0):
+        wrong = f"the voltage falls from {voltage[top]:g} V on, and the film of such a table is under a rising voltage"
+        other = "delete the rows of the way back, or state the test as a recipe of actuate"
+        raise InputError(f"{wrong}: {other}", file=file, line=int(lines[top + int(np.argmax(back))]))
+
+
+def _check_begin(begins: float, measure: str, name: str, rest: float, file: str) -> None:
+    """Raise `InputError` with the file if the stretch at the lowest voltage is in per cent, or counts from another length than the
+    `measure` of its column; `rest` is the prestretch.
+    """
+    if begins > 10 * rest:
+        odd = f"{measure} {begins:g} at the lowest voltage"
+        raise InputError(f'{odd}: if it is in per cent, call the column "{name} [%]"', file=file)
+    relative = measure == "relative_stretch"
+    if bool(abs(np.log(begins)) > abs(np.log(begins / rest))) == relative and rest > 1:
+        begin = f"{measure} begins at {begins:g} at the lowest voltage"
+        if relative:
+            wrong = f"{begin}, and one over that before the voltage begins at 1: state columns.stretch"
+        else:
+            wrong = f"{begin}, and film.prestretch is {rest:g}: one of them is wrong, or columns.relative_stretch is to be stated"
+        raise InputError(wrong, file=file)
 
 
 def predicted_test(stated: PredictedFilm, temperature: float) -> VoltageTest:

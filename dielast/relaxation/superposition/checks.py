@@ -86,7 +86,7 @@ def _for_offsets(curves: Sequence[tuple[Floats, Floats]], spread: float) -> str:
     if spread < DOUBTFUL * slope:
         return ""
     shift = f"looks like a shift by {spread / slope:.2g} decades"
-    return f": it changes by {_percent(slope)} a decade, and an offset of {_percent(spread)}, as the curves have, {shift}"
+    return f": the curve changes by {_percent(slope)} a decade, and an offset of {_percent(spread)}, as the curves have, {shift}"
 
 
 def have_shape(points: FitPoints, splines: Sequence[Spline], shift: Floats, peaks: bool) -> Flags:
