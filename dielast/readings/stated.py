@@ -67,13 +67,13 @@ def state_data(recipe: RecipeLines, given: Given, one: bool) -> list[float] | No
         recipe.note(f"The column holds {len(levels)} temperature{'s' if len(levels) > 1 else ''}, {_span(levels)}.")
     _state_kind(recipe, table, used, kind)
     _state_test(recipe, table, used)
-    _state_specimen(recipe, table, used)
+    if stated := specimen_of(table, list(used)):
+        recipe.key("specimen", *stated)
     _state_ramp(recipe, table, used, kind)
     if one:
-        stated = levels or ([celsius(named.quantities[0])] if named is not None and not named.doubt else [])
-        value = f"{stated[0]:g} degC" if stated else FILL
-        recipe.key("reference_temperature", value, "of the test or curve" + ("" if stated else f": {_NO_TEMPERATURE}"))
-        levels = stated or None
+        levels = levels or ([celsius(named.quantities[0])] if named is not None and not named.doubt else None)
+        value = f"{levels[0]:g} degC" if levels else FILL
+        recipe.key("reference_temperature", value, "of the test or curve" + ("" if levels else f": {_NO_TEMPERATURE}"))
     for seen in files:
         recipe.doubts += seen.doubts
     return levels
@@ -264,11 +264,6 @@ def _state_test(recipe: RecipeLines, table: SeenTable, used: Mapping[str, SeenCo
         recipe.option('test = "shear"', "CHECK: no header says tension or shear; tension is the default")
     else:
         recipe.key("test", deformation, "by the names of the columns")
-
-
-def _state_specimen(recipe: RecipeLines, table: SeenTable, used: Mapping[str, SeenColumn]) -> None:
-    if stated := specimen_of(table, list(used)):
-        recipe.key("specimen", *stated)
 
 
 def specimen_of(table: SeenTable, roles: Sequence[str]) -> tuple[dict[str, str], str] | None:
