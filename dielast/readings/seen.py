@@ -213,11 +213,6 @@ class SeenTable:
         with np.errstate(over="ignore"):  # infinite is no reading, as whoever reads the column says
             return self.raw(column.place) * scale + offset
 
-    def constant(self, column: SeenColumn) -> str | None:
-        """The cell that all rows of a column have; None if they differ."""
-        cells = set(self.table.cells[column.place])
-        return cells.pop() if len(cells) == 1 else None
-
     def has_numbers(self, place: int) -> bool:
         """Whether the column of this index holds a number."""
         return bool(np.isfinite(self.raw(place)).any())
