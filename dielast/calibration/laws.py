@@ -121,12 +121,11 @@ def mixed_draws(results: Sequence[Calibration], weights: Sequence[float]) -> tup
 
 @dataclass(frozen=True, slots=True)
 class StableRange(Result):
-    """The range of stretches about 1 in which the equilibrium spring and the branches are stable in a `mode`; `furthest` is the
-    stretch to check, and `tested` whether a fitted test of this mode reached it.
+    """The stretch up to which the equilibrium spring and the branches are stable in a `mode`; `furthest` is the stretch to check,
+    and `tested` whether a fitted test of this mode reached it.
     """
 
     mode: str
-    lowest: float
     highest: float
     furthest: float
     tested: bool = False
@@ -161,11 +160,10 @@ def stabilities(material: Material, furthest: float, tested: Collection[str] = (
         laws.append(material.nonequilibrium_law)
     stabilities = []
     for mode in SECOND:
-        ranges = [stable_range(law, mode) for law in laws]
-        first = int(np.argmin([high for _, high in ranges]))
-        lowest, highest = max(low for low, _ in ranges), ranges[first][1]
+        ends = [stable_range(law, mode)[1] for law in laws]
+        first = int(np.argmin(ends))
         at_equilibrium = first == 0 and material.equilibrium_modulus > 0
-        stabilities.append(StableRange(mode, lowest, highest, furthest, mode in tested, at_equilibrium))
+        stabilities.append(StableRange(mode, ends[first], furthest, mode in tested, at_equilibrium))
     return tuple(stabilities)
 
 

@@ -115,7 +115,7 @@ class Descents:
         there, jacobian = with_slopes(residuals, at, np.arange(count), bounds, varied)
         bend, damping = np.zeros((count, size, size)) if bent else None, np.full(count, FIRST_DAMPING)
         trusted = np.zeros(count, dtype=bool)
-        return cls(residuals, bounds, free, varied, at, there, jacobian, _costs(there), damping, bend, trusted)
+        return cls(residuals, bounds, free, varied, at, there, jacobian, costs(there), damping, bend, trusted)
 
     def model(self, fits: Cases) -> Model:
         """The cost about the `fits` (k,) as a function of second order."""
@@ -148,7 +148,7 @@ class Descents:
         Returns which fits have converged (k,): those that gain less than the share `settled` of their cost.
         """
         there, jacobian = with_slopes(self.residuals, trial, fits, self._bounds(fits), self.varied[fits])
-        cost, anew = _costs(there), np.zeros(fits.size, dtype=bool) if anew is None else anew
+        cost, anew = costs(there), np.zeros(fits.size, dtype=bool) if anew is None else anew
         with np.errstate(invalid="ignore"):
             gain = self.cost[fits] - cost
         if self.bend is not None:
@@ -251,7 +251,7 @@ def minimise(
     return Solutions(fits.at, fits.cost, fits.there, fits.jacobian, reached)
 
 
-def _costs(residuals: Floats) -> Floats:
+def costs(residuals: Floats) -> Floats:
     """Sums of squares (k,), infinite where a residual is not finite."""
     with np.errstate(over="ignore", invalid="ignore"):
         cost = np.einsum("kn,kn->k", residuals, residuals)

@@ -177,7 +177,9 @@ def parameter_space(material: Material, free: Mapping[str, Free]) -> ParameterSp
             width = parameter.relative if parameter.scale is None else parameter.relative * abs(parameter.prior) / parameter.scale
             centre[k], precision[k] = float(parameter.coordinate(parameter.prior)), 1 / width**2
     whole = np.diag(precision)
-    drawn = [k for k, parameter in enumerate(parameters) if _free_of(free, parameter).draws]
+    # a parameter is free by its own path, or by that of the list that contains it
+    stated = [free.get(parameter.name) or free[f"{parameter.section}.{parameter.key}"] for parameter in parameters]
+    drawn = [k for k, known in enumerate(stated) if known.draws]
     if drawn:
         members = next(known.draws for known in free.values() if known.draws)
         centre[drawn], whole[np.ix_(drawn, drawn)] = _moments(members, [parameters[k] for k in drawn])
@@ -234,11 +236,6 @@ def _parameters(material: Material, path: str, free: Mapping[str, Free]) -> list
                     usual = bounds_between(starts, value, k, path)
             found.append(_parameter(section, key, k, kind, known, each, size, path, usual))
     return found
-
-
-def _free_of(free: Mapping[str, Free], parameter: Parameter) -> Free:
-    """The `Free` of a parameter, or of the list that contains it."""
-    return free.get(parameter.name) or free[f"{parameter.section}.{parameter.key}"]
 
 
 def _moments(members: Sequence[Material], parameters: Sequence[Parameter]) -> tuple[Floats, Floats]:

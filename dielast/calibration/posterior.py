@@ -21,6 +21,7 @@ import numpy as np
 from scipy.special import fdtri, ndtri
 
 from dielast.base.errors import warn
+from dielast.calibration.levenberg import costs
 from dielast.calibration.likelihood import Likelihood
 from dielast.calibration.moves import Moves
 from dielast.calibration.profiles import Profile
@@ -200,8 +201,7 @@ class _Evaluated:
         """Sums of squares (k,) at coordinates (k, p), infinite if the tests cannot be simulated."""
         every: Cases = np.zeros(len(at), dtype=np.intp)
         residuals = self.likelihood.residuals(at, every)
-        with np.errstate(over="ignore", invalid="ignore"):
-            cost = np.einsum("kn,kn->k", residuals, residuals)
+        cost = costs(residuals)
         known = np.isfinite(cost)
         # far beyond what is plausible, only the direction matters
         share = np.minimum(1.0, FAR / np.sqrt(np.maximum(cost[known], 1e-300)))
@@ -209,7 +209,7 @@ class _Evaluated:
         self.count += int(np.sum(known))
         while sum(len(each) for each, _ in self.kept[1:]) >= MOST_KNOWN:
             del self.kept[0]
-        return np.where(known, cost, np.inf)
+        return cost
 
     @property
     def points(self) -> tuple[Floats, Floats]:

@@ -113,7 +113,8 @@ class Calibration(TabularResult):
         rows = list(enumerate(space.parameters))
         verdicts = [str(profiles[k].verdict) if profiles else "" for k, _ in rows]
         value = np.array([float(parameter.value(self.fit.coordinates[k])) for k, parameter in rows])
-        error = np.array([_stderr(value[k], parameter.scale, self.likelihood.standard_error[k]) for k, parameter in rows])
+        units = [abs(value[k]) if parameter.scale is None else parameter.scale for k, parameter in rows]  # of the coordinates
+        error = units * self.likelihood.standard_error
         ends = [
             np.array([float(parameter.value(getattr(profiles[k], side))) if profiles else np.nan for k, parameter in rows])
             for side in ("lower", "upper")
@@ -247,8 +248,3 @@ def assessed(
     comparisons = compare_tests(fit, likelihood, drawn, stratum, validate, intervals.level)
     lost = tuple(comparison.test.name for comparison in comparisons if not comparison.followed)
     return Calibration(fit, likelihood, profiles, drawn, comparisons, intervals.level, (*fit.left_out, *lost))
-
-
-def _stderr(value: float, scale: float | None, error: float) -> float:
-    """The standard error in SI from that of a coordinate."""
-    return float(abs(value) * error if scale is None else scale * error)

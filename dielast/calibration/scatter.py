@@ -190,11 +190,8 @@ def noise_of(curves: Curves, residuals: Sequence[Floats], steady: float = 0.5) -
 def covariance_of(curves: Curves, scatter: Scatter) -> Floats:
     """The covariance (n, n) of all differences."""
     edges = np.concatenate(([0], np.cumsum([values.size for values in curves.values])))
-    same = curves.specimen[:, None] == curves.specimen
-    joined = np.concatenate(curves.by_factor)
-    whole = np.repeat(np.repeat(same, np.diff(edges), axis=0), np.diff(edges), axis=1) * np.outer(
-        joined, scatter.specimen**2 * joined
-    )
+    specimen, joined = np.repeat(curves.specimen, np.diff(edges)), np.concatenate(curves.by_factor)
+    whole: Floats = (specimen[:, None] == specimen) * np.outer(joined, scatter.specimen**2 * joined)
     for k, (place, level) in enumerate(zip(curves.places, curves.levels(scatter.steady), strict=True)):
         points = slice(edges[k], edges[k + 1])
         error = scatter.model_error**2 * scatter.correlation(place) + scatter.noise[k] ** 2 * np.eye(level.size)

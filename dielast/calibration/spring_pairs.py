@@ -5,7 +5,7 @@ such that they change the stiffness at x by a few times its size. Branches flow 
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import product
 from typing import Any
 
@@ -25,14 +25,6 @@ WIDE = 100.0  # largest limit over the same
 CURVED = 3.0  # largest change of the stiffness at x by a coefficient
 
 Pair = tuple[str, str]
-
-
-@dataclass(frozen=True, slots=True)
-class Trial:
-    """A material with one pair of laws, and its free constants by path."""
-
-    material: Material
-    free: Mapping[str, Free]
 
 
 def pairs_of(stated: str | Sequence[str | Sequence[str]]) -> list[Pair]:
@@ -59,9 +51,9 @@ def reach_of(tests: Sequence[Experiment], material: Material) -> float:
     return max(reached, default=6.0) - 3
 
 
-def trial(material: Material, pair: Pair, free: Mapping[str, Free], reach: float) -> Trial:
-    """The material with a pair of laws at the start, and its free constants: those that are stated, if it has them, and those of
-    the shape of both springs.
+def trial(material: Material, pair: Pair, free: Mapping[str, Free], reach: float) -> tuple[Material, dict[str, Free]]:
+    """The material with a pair of laws at the start, and its free constants by path: those that are stated, if it has them, and
+    those of the shape of both springs.
     """
     modulus = material.equilibrium_modulus or 1.0
     laws, stated = [], dict[str, Free]()
@@ -76,8 +68,7 @@ def trial(material: Material, pair: Pair, free: Mapping[str, Free], reach: float
                 stated[path] = each
         stated |= {f"{section}.{key}": each for key, each in shape.items() if key not in known}
     stated |= {path: each for path, each in free.items() if path.partition(".")[0] not in SPRING_KEYS}
-    made = replace(material, equilibrium_law=laws[0], nonequilibrium_law=laws[1], name=material.name)
-    return Trial(made, stated)
+    return replace(material, equilibrium_law=laws[0], nonequilibrium_law=laws[1]), stated
 
 
 def _start(kind: type[SpringLaw], modulus: float | None, x: float) -> tuple[SpringLaw, dict[str, Free]]:

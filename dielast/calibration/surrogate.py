@@ -10,6 +10,7 @@ from typing import Self
 
 import numpy as np
 
+from dielast.calibration.levenberg import costs
 from dielast.numerics.arrays import Flags, Floats
 
 SMALL = 1e-3  # root mean square of residuals that are left out
@@ -58,8 +59,7 @@ class Surrogate:
         places = (at - self.centre) / self.spread
         with np.errstate(over="ignore", invalid="ignore"):
             residuals = _features(places, self.spread, self.logarithm) @ self.features + _cubes(places, self.points) @ self.cubes
-            cost = np.einsum("kq,kq->k", residuals, residuals)
-        return np.where(np.isfinite(cost), cost, np.inf)
+        return costs(residuals)
 
 
 def _features(places: Floats, spread: Floats, logarithm: Flags) -> Floats:

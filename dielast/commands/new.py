@@ -101,7 +101,7 @@ def _takers(files: Given) -> Iterator[tuple[str, RecipeLines]]:
 
 def _contradictions(files: Given) -> list[str]:
     try:
-        return [f"{seen.name}: {text}" for seen in files.seen for text in seen.first.contradictions()]
+        return [text for seen in files.seen for text in seen.doubts]
     except InputError:
         return []
 

@@ -21,13 +21,25 @@ DRAWS, LAWS, CURVES = "draws.csv", "draw-laws.csv", "draw-curves.csv"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class ReadDraws:
+    """Draws of a master curve as read: `number` (draws,), their smooth curves, `ordinates` (draws, c, k) over one `abscissa` (k,),
+    and their shift laws.
+    """
+
+    number: NDArray[np.int64]
+    abscissa: NDArray[np.float64]
+    ordinates: NDArray[np.float64]
+    shifts: tuple[ShiftLaw, ...]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class ReducedCurve:
     """A master curve to be fitted: its `kind`, the shift law, and `columns` (n,) with the abscissa first.
 
     Young's relaxation modulus (Pa) or tensile creep compliance (1/Pa) over reduced time (s), or Young's storage and loss modulus
     over reduced angular frequency (rad/s). `measured_temperature` (degC) is the range with known shift factors, None if there is
     none. `data` is the section of the summary on an instrument's export. `scaling`: how moduli change with temperature, from the
-    vertical shift. `drawn` says whether there are draws of the curve.
+    vertical shift. `draws` of the curve are None if there are none.
     """
 
     kind: MeasurementKind
@@ -36,7 +48,7 @@ class ReducedCurve:
     measured_temperature: tuple[float, float] | None = None
     data: Mapping[str, Any] | None = None
     scaling: ModulusLaw = CONSTANT_MODULUS
-    drawn: bool = False
+    draws: ReadDraws | None = None
 
 
 def read_master_curve(folder: str, inputs: Inputs) -> ReducedCurve:
@@ -66,7 +78,8 @@ def read_master_curve(folder: str, inputs: Inputs) -> ReducedCurve:
         raise InputError("no rows: a folder written by mastercurve is needed", file=name)
     known = temperature[~np.any(np.isclose(temperature[:, None], undetermined, rtol=1e-6), axis=1)]
     measured = (float(known.min()), float(known.max())) if known.size else None
-    return ReducedCurve(kind, tuple(columns), law, measured, scaling=scaling, drawn="uncertainty" in summary)
+    draws = _draws(summary, folder, law, kind, inputs) if "uncertainty" in summary else None
+    return ReducedCurve(kind, tuple(columns), law, measured, scaling=scaling, draws=draws)
 
 
 def _read_file(summary: Mapping[str, Any], folder: str, file: str, inputs: Inputs) -> bytes:
@@ -116,26 +129,9 @@ def _shift_law(summary: Mapping[str, Any], folder: str, inputs: Inputs) -> Shift
         return read
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class ReadDraws:
-    """Draws of a master curve as read: `number` (draws,), their smooth curves, `ordinates` (draws, c, k) over one `abscissa` (k,),
-    and their shift laws.
-    """
-
-    number: NDArray[np.int64]
-    abscissa: NDArray[np.float64]
-    ordinates: NDArray[np.float64]
-    shifts: tuple[ShiftLaw, ...]
-
-
-def read_curve_draws(folder: str, curve: ReducedCurve, inputs: Inputs) -> ReadDraws | None:
-    """The draws in the folder of the master curve `curve`; None if its summary has no section on uncertainty."""
-    name = f"{folder}/summary.toml"
-    summary = parse_toml(inputs.read(name), name)
-    if "uncertainty" not in summary:
-        return None
-    name = f"{folder}/{LAWS}"
-    headers = curve.shift.drawn_headers()
+def _draws(summary: Mapping[str, Any], folder: str, law: ShiftLaw, kind: MeasurementKind, inputs: Inputs) -> ReadDraws:
+    """The draws of the master curve of this `kind`, which has this shift `law`."""
+    name, headers = f"{folder}/{LAWS}", law.drawn_headers()
     number, *constants = finite_columns(_read_file(summary, folder, LAWS, inputs), name, ["draw", *headers])
     for row in np.flatnonzero(number != np.floor(number))[:1]:
         raise InputError(f'column "draw": {number[row]:g} is not a whole number', file=name, row=row + 2)
@@ -145,15 +141,12 @@ def read_curve_draws(folder: str, curve: ReducedCurve, inputs: Inputs) -> ReadDr
     shifts = []
     for row, constants_of_draw in enumerate(rows.tolist()):
         with located(file=name, row=row + 2):
-            shifts.append(curve.shift.redrawn(constants_of_draw))
+            shifts.append(law.redrawn(constants_of_draw))
     name = f"{folder}/{CURVES}"
-    abscissa, unit = curve.kind.reduced_abscissa
-    headers = [
-        f"{abscissa} [{unit}]",
-        *(f"{ordinate}_{int(k)} [{unit}]" for ordinate, unit in curve.kind.ordinates for k in number),
-    ]
+    abscissa, unit = kind.reduced_abscissa
+    headers = [f"{abscissa} [{unit}]", *(f"{ordinate}_{int(k)} [{unit}]" for ordinate, unit in kind.ordinates for k in number)]
     columns = finite_columns(_read_file(summary, folder, CURVES, inputs), name, headers, positive=True)
-    first, values = columns[0], columns[1:].reshape(len(curve.kind.ordinates), number.size, -1)
+    first, values = columns[0], columns[1:].reshape(len(kind.ordinates), number.size, -1)
     for row in np.flatnonzero(np.diff(first) <= 0)[:1]:
         raise InputError(f'column "{headers[0]}": {first[row + 1]:g} is not above {first[row]:g}', file=name, row=row + 3)
     if not first.size:

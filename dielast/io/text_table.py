@@ -71,6 +71,11 @@ class MeasuredTable:
         return tuple(header.name for header in self.headers)
 
     @property
+    def quoted_names(self) -> str:
+        """The names of the columns, for messages."""
+        return ", ".join(f'"{name}"' for name in self.names)
+
+    @property
     def units(self) -> tuple[str | None, ...]:
         """The units of the columns, None where none is stated."""
         return tuple(header.unit for header in self.headers)

@@ -15,6 +15,8 @@ from dielast.recipe.file_fields import ColumnName
 
 GAUGE = 'gauge_length = "80 mm"'
 SECTION = 'width = "6 mm", thickness = "0.5 mm"'
+STRAINS, STRESSES = ("strain", "stretch", "extension"), ("stress", "force")
+"""What one quantity may be measured as: the deformation, and the load."""
 OVER_TIME = ("time", "modulus", "strain", "stretch", "stress", "extension", "force", "compliance")
 OVER_FREQUENCY = ("frequency", "angular_frequency", "storage", "loss", "tan_delta", "complex_modulus", "complex_viscosity")
 MODULI = ({"storage", "loss"}, {"storage", "tan_delta"}, {"complex_modulus", "tan_delta"})
@@ -145,12 +147,10 @@ ROLES = {role: mark for role, field in Columns.model_fields.items() for mark in 
 
 
 def _check_over_time(columns: Collection[str]) -> None:
-    strains, stresses = (
-        [role for role in pair if role in columns] for pair in (("strain", "stretch", "extension"), ("stress", "force"))
-    )
-    for pair in (strains, stresses):
-        if len(pair) > 1:
-            raise InputError(f"{' and '.join(pair)} are the same quantity: one of them is needed")
+    strains, stresses = ([role for role in alike if role in columns] for alike in (STRAINS, STRESSES))
+    for alike in (strains, stresses):
+        if len(alike) > 1:
+            raise InputError(f"{' and '.join(alike)} are the same quantity: one of them is needed")
     stiffness = [role for role in ("modulus", *stresses, "compliance") if role in columns]
     if len(stiffness) > 1:
         raise InputError(f"either modulus, or strain and stress, is needed, or compliance, not {' and '.join(stiffness)}")

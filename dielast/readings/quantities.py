@@ -50,9 +50,8 @@ def role_in(table: MeasuredTable, quantity: str, columns: MachineColumns | None)
     name = next((name for name in role_of if table.has(name)), None)
     if name is None:
         roles = list(dict.fromkeys(role_of.values()))
-        there = ", ".join(f'"{name}"' for name in table.names)
         keys = listed(f"columns.{role}" for role in roles)
-        raise table.error(f"no column is called {listed(roles)}; there are {there}: state {keys}")
+        raise table.error(f"no column is called {listed(roles)}; there are {table.quoted_names}: state {keys}")
     return role_of[name], name
 
 

@@ -34,7 +34,7 @@ from dielast.io.table import as_number, spoken
 from dielast.io.text_table import MeasuredTable, read_measured
 from dielast.io.workbook import is_workbook, sheet_names
 from dielast.material.checks import odd_temperature
-from dielast.readings.columns_recipe import ROLES
+from dielast.readings.columns_recipe import ROLES, STRAINS, STRESSES
 from dielast.readings.instruments import recognise
 from dielast.readings.instruments.export import ROLES as OF_EXPORTS, Deformation, deformation_of, plain
 from dielast.readings.steps import TABLE, by_temperature
@@ -105,7 +105,6 @@ NAMES = {role: (*OF_EXPORTS.get(role, ()), *_NAMES.get(role, ())) for role in (*
 _SHEETS = 20  # sheets of a workbook that are looked at
 # what shows a measurement: one of the first with another, or a deformation with what it takes
 _OVER = ("time", "frequency", "angular_frequency", "voltage")
-_DEFORMATIONS, _LOADS = ("strain", "stretch", "extension"), ("stress", "force")
 _RESPONSES = ("modulus", "compliance", "storage", "loss", "tan_delta", "complex_modulus", "relative_stretch", "area_strain")
 # roles that a column without a known name may have by its unit: no other role of these files has it
 _BY_UNIT = ("temperature", "time", "frequency", "angular_frequency", "force", "extension", "compliance", "voltage", "ramp")
@@ -122,6 +121,12 @@ class SeenColumn:
     role: str
     unit: str | None
     reason: str
+
+    @property
+    def lacks_unit(self) -> bool:
+        """Whether its numbers need a unit that the header does not state."""
+        dimension = DIMENSIONS.get(self.role)
+        return self.unit is None and dimension is not None and dimension is not NUMBER
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -190,9 +195,9 @@ class SeenTable:
 
     def is_measured(self) -> bool:
         """Whether the rows are those of a measurement, not of parameters or specimens."""
-        shown = self.columns((*_OVER, *_RESPONSES, *_DEFORMATIONS, *_LOADS)).keys()
+        shown = self.columns((*_OVER, *_RESPONSES, *STRAINS, *STRESSES)).keys()
         over_another = len(shown) > 1 and not shown.isdisjoint(_OVER)
-        return self.table.lines.size > 1 and (over_another or not (shown.isdisjoint(_DEFORMATIONS) or shown.isdisjoint(_LOADS)))
+        return self.table.lines.size > 1 and (over_another or not (shown.isdisjoint(STRAINS) or shown.isdisjoint(STRESSES)))
 
     def unnamed(self, known: Iterable[SeenColumn]) -> list[str | int]:
         """What a recipe calls the other columns that hold something."""
@@ -202,16 +207,11 @@ class SeenTable:
     def numbers(self, column: SeenColumn) -> NDArray[np.float64] | None:
         """The numbers of a column in SI and degC (n,), NaN for other cells; None if its unit is not known."""
         dimension = DIMENSIONS.get(column.role)
-        if dimension is None or (column.unit is None and dimension is not NUMBER):
+        if dimension is None or column.lacks_unit:
             return None
         scale, offset = conversion(column.unit or "1", dimension)
         with np.errstate(over="ignore"):  # infinite is no reading, as whoever reads the column says
             return self.raw(column.place) * scale + offset
-
-    def constant(self, column: SeenColumn) -> str | None:
-        """The cell that all rows of a column have; None if they differ."""
-        cells = set(self.table.cells[column.place])
-        return cells.pop() if len(cells) == 1 else None
 
     def has_numbers(self, place: int) -> bool:
         """Whether the column of this index holds a number."""
@@ -281,6 +281,15 @@ class SeenFile:
     def first(self) -> SeenTable:
         """The first table."""
         return self.tables[0]
+
+    @property
+    def doubts(self) -> list[str]:
+        """Columns of the first table that contradict themselves, as messages with the file."""
+        return [f"{self.name}: {text}" for text in self.first.contradictions()]
+
+    def unrecognised(self, what: str) -> InputError:
+        """The error for a first table in which no column of `what` is recognised."""
+        return InputError(f"no column of {what} was recognised; there are {self.first.table.quoted_names}", file=self.name)
 
 
 class Given:

@@ -7,22 +7,19 @@ from pathlib import Path
 import numpy as np
 
 from dielast.base.errors import InputError, as_toml, shown
-from dielast.base.units import NUMBER
 from dielast.material.measurement_kind import KINDS
-from dielast.readings.columns_recipe import MODULI, unmeasured
+from dielast.readings.columns_recipe import MODULI, OVER_FREQUENCY, STRAINS, STRESSES, unmeasured
 from dielast.readings.isotherms import WIDEST
-from dielast.readings.named import TOLERANCE, celsius, levels_of, specimen_above, temperatures_in_names
+from dielast.readings.named import TOLERANCE, NamedTemperatures, celsius, levels_of, specimen_above, temperatures_in_names
 from dielast.readings.recipe import CurveData, MeasurementData
-from dielast.readings.seen import DIMENSIONS, Given, SeenColumn, SeenFile, SeenTable
+from dielast.readings.seen import Given, SeenColumn, SeenFile, SeenTable
 from dielast.readings.steps import Part, parts_of
 from dielast.readings.values import is_held, reached_at
 from dielast.recipe.lines import FILL, RecipeLines
 
-_SWEEP = ("frequency", "angular_frequency", "storage", "loss", "tan_delta", "complex_modulus", "complex_viscosity")
-_STRAINS, _STRESSES = ("strain", "stretch", "extension"), ("stress", "force")
-_ORDINATES = {"modulus", "compliance", "storage", "loss", "tan_delta", "complex_modulus", *_STRESSES}
-_ROLES = ("temperature", "set", "time", "modulus", "compliance", *_SWEEP, *_STRAINS, *_STRESSES)
-_SHEETS = 5  # of a workbook that are named
+_ORDINATES = {"modulus", "compliance", "storage", "loss", "tan_delta", "complex_modulus", *STRESSES}
+_ROLES = ("temperature", "set", "time", "modulus", "compliance", *OVER_FREQUENCY, *STRAINS, *STRESSES)
+_SHEETS, _LISTED = 5, 8  # of a workbook that are named, and columns
 _NO_TEMPERATURE = "neither a column nor the names of the files state it with its unit"
 
 
@@ -50,42 +47,66 @@ def state_data(recipe: RecipeLines, given: Given, one: bool) -> list[float] | No
         used = _shared(files, used)
     recipe.unsure = not (_ORDINATES & used.keys())
     levels = _levels(given, used)
-    temperatures, how = (None, "") if "temperature" in used or table.levels else _in_names(given)
-    if levels is None and temperatures is not None and FILL not in "".join(temperatures):
-        levels = levels_of(np.array([celsius(quantity) for quantity in temperatures]))
-    if one and levels is not None and len(levels) > 1:
-        raise InputError(f"{len(levels)} temperatures: dielast mastercurve takes them, and dielast spectrum its result")
-    if not one and levels is not None and len(levels) == 1:
-        raise InputError(f"one temperature, {levels[0]:g} degC: dielast spectrum takes it, a master curve needs several")
+    named = None if "temperature" in used or table.levels else _in_names(given)
+    if levels is None and named is not None and not named.doubt:
+        levels = levels_of(np.array([celsius(quantity) for quantity in named.quantities]))
+    _check_number(levels, one)
 
     recipe.section("[data]")
-    several = not one and (len(files) > 1 or (temperatures is not None and levels is not None))
+    several = not one and (len(files) > 1 or (named is not None and levels is not None))
     recipe.key("files" if several else "file", given.stated if several else files[0].name, _shape(given))
     state_sheet(recipe, files[0])
-    missing = _missing(used, kind) | ({} if one or several or "temperature" in used or table.levels else {"temperature": FILL})
-    names = {role: column.name for role, column in used.items()}
-    recipe.key("columns", missing | names, _reasons(table, used, missing))
-    unknown = without_unit(used)
-    if unknown:
-        recipe.key("units", dict.fromkeys(unknown, FILL), "the headers state no unit that fits")
-    if temperatures is not None and several:
-        _state_temperatures(recipe, given, temperatures, how)
+    further = [] if one or several or "temperature" in used or table.levels else ["temperature"]
+    state_columns(recipe, table, used, [*_missing(used, kind), *further])
+    state_units(recipe, used)
+    if named is not None and several:
+        _state_temperatures(recipe, named)
     elif table.levels:
         recipe.note(f"The headers state {len(table.levels)} temperatures, {_span(levels or [])}.")
     elif "temperature" in used and levels:
         recipe.note(f"The column holds {len(levels)} temperature{'s' if len(levels) > 1 else ''}, {_span(levels)}.")
     _state_kind(recipe, table, used, kind)
     _state_test(recipe, table, used)
-    _state_specimen(recipe, table, used)
+    if stated := specimen_of(table, list(used)):
+        recipe.key("specimen", *stated)
     _state_ramp(recipe, table, used, kind)
     if one:
-        stated = levels or ([celsius(temperatures[0])] if temperatures and FILL not in temperatures[0] else [])
-        value = f"{stated[0]:g} degC" if stated else FILL
-        recipe.key("reference_temperature", value, "of the test or curve" + ("" if stated else f": {_NO_TEMPERATURE}"))
-        levels = stated or None
+        levels = levels or ([celsius(named.quantities[0])] if named is not None and not named.doubt else None)
+        value = f"{levels[0]:g} degC" if levels else FILL
+        recipe.key("reference_temperature", value, "of the test or curve" + ("" if levels else f": {_NO_TEMPERATURE}"))
     for seen in files:
-        recipe.doubts += [f"{seen.name}: {text}" for text in seen.first.contradictions()]
+        recipe.doubts += seen.doubts
     return levels
+
+
+def _check_number(levels: Sequence[float] | None, one: bool) -> None:
+    """`InputError` for several temperatures where `one` is needed, and for one where several are."""
+    if one and levels is not None and len(levels) > 1:
+        raise InputError(f"{len(levels)} temperatures: dielast mastercurve takes them, and dielast spectrum its result")
+    if not one and levels is not None and len(levels) == 1:
+        raise InputError(f"one temperature, {levels[0]:g} degC: dielast spectrum takes it, a master curve needs several")
+
+
+def state_columns(recipe: RecipeLines, table: SeenTable, used: Mapping[str, SeenColumn], missing: Sequence[str] = ()) -> None:
+    """State the key `columns`, with what shows the roles in a comment; roles that are `missing` must be filled in."""
+    by_unit = [f"{role} by {column.reason}" for role, column in used.items() if column.reason != "its name"]
+    parts = ["; ".join([*(["by their names"] if len(by_unit) < len(used) else []), *by_unit])]
+    if left := table.unnamed(used.values()):
+        some = ", ".join(map(as_toml, left[:_LISTED])) + (", ..." if len(left) > _LISTED else "")
+        parts.insert(0 if missing else 1, f"{'one of' if missing else 'not used:'} {some}")
+    names = {role: column.name for role, column in used.items()}
+    recipe.key("columns", dict.fromkeys(missing, FILL) | names, "; ".join(filter(None, parts)))
+
+
+def state_units(recipe: RecipeLines, used: Mapping[str, SeenColumn]) -> None:
+    """State the key `units`, to be filled in, for columns whose headers lack a unit; by role or by axis of a comparison."""
+    if unknown := without_unit(used):
+        recipe.key("units", dict.fromkeys(unknown, FILL), "the headers state no unit that fits")
+
+
+def without_unit(used: Mapping[str, SeenColumn]) -> list[str]:
+    """What columns are called here that lack a unit."""
+    return [called for called, column in used.items() if column.lacks_unit]
 
 
 def state_sheet(recipe: RecipeLines, seen: SeenFile) -> None:
@@ -116,7 +137,7 @@ def _shared(files: Sequence[SeenFile], used: Mapping[str, SeenColumn]) -> dict[s
                 wrong = f"no column of the {what} was recognised, which {files[0].name} has: tests of one kind make one recipe"
                 raise InputError(wrong, file=seen.name)
             column, known = columns[role], shared.get(role, first)
-            if bool(without_unit({role: column})) != bool(without_unit({role: first})):
+            if column.lacks_unit != first.lacks_unit:
                 bare, stated = (seen, files[0]) if column.unit is None else (files[0], seen)
                 wrong = f"the header of the {what} states no unit, but that of {stated.name} does: write it into the header"
                 raise InputError(wrong, file=bare.name)
@@ -135,13 +156,13 @@ def _measured(table: SeenTable, columns: Mapping[str, SeenColumn]) -> tuple[dict
     moduli = next((roles for roles in MODULI if roles <= columns.keys()), None)
     swept = [role for role in ("frequency", "angular_frequency") if role in columns]
     if moduli and swept:
-        chosen = [*swept, *(role for role in _SWEEP[2:6] if role in moduli), "complex_viscosity"]
+        chosen = [*swept, *(role for role in OVER_FREQUENCY[2:6] if role in moduli), "complex_viscosity"]
         return {role: columns[role] for role in chosen if role in columns}, "oscillation"
     time = [role for role in ("time",) if role in columns]
     for role, kind in (("modulus", "relaxation"), ("compliance", "creep")):
         if role in columns and not swept:
             return {name: columns[name] for name in (*time, role)}, kind
-    strain, stress = (next((role for role in roles if role in columns), None) for roles in (_STRAINS, _STRESSES))
+    strain, stress = (next((role for role in roles if role in columns), None) for roles in (STRAINS, STRESSES))
     if strain and stress and not swept:
         found = {role: columns[role] for role in (*time, strain, stress)}
         held = [role for role in (strain, stress) if time and _held(table, columns, role)]
@@ -149,22 +170,22 @@ def _measured(table: SeenTable, columns: Mapping[str, SeenColumn]) -> tuple[dict
     return {role: column for role, column in columns.items() if role not in ("temperature", "set")}, None
 
 
-def _missing(used: Mapping[str, SeenColumn], kind: str | None) -> dict[str, str]:
-    """The roles that a measurement needs and no column was recognised for, to be filled in."""
+def _missing(used: Mapping[str, SeenColumn], kind: str | None) -> list[str]:
+    """The roles that a measurement needs and no column was recognised for."""
     swept = {"frequency", "angular_frequency", "storage", "loss", "tan_delta", "complex_modulus"} & used.keys()
     if kind == "oscillation":
-        return {}
+        return []
     if swept:
         abscissa = [] if swept & {"frequency", "angular_frequency"} else ["frequency"]
         ordinates = [] if "storage" in used else ["storage"]
-        return dict.fromkeys([*abscissa, *ordinates, *([] if {"loss", "tan_delta"} & used.keys() else ["loss"])], FILL)
-    strain, stress = (any(role in used for role in roles) for roles in (_STRAINS, _STRESSES))
+        return [*abscissa, *ordinates, *([] if {"loss", "tan_delta"} & used.keys() else ["loss"])]
+    strain, stress = (any(role in used for role in roles) for roles in (STRAINS, STRESSES))
     lacking = [] if "time" in used else ["time"]
     if strain != stress:
         lacking.append("stress" if strain else "strain")
     elif not strain and not {"modulus", "compliance"} & used.keys():
         lacking.append("modulus")
-    return dict.fromkeys(lacking, FILL)
+    return lacking
 
 
 def _held(table: SeenTable, columns: Mapping[str, SeenColumn], role: str) -> bool:
@@ -197,31 +218,19 @@ def _levels(given: Given, used: Mapping[str, SeenColumn]) -> list[float] | None:
     return levels_of(np.concatenate(found))
 
 
-def _in_names(given: Given) -> tuple[list[str], str]:
-    """The temperature of each file with its unit, as its name states it, or `FILL`; and a comment."""
+def _in_names(given: Given) -> NamedTemperatures:
+    """The temperatures of the files as their names state them; what is doubtful, or not stated, is to be filled in."""
     found = temperatures_in_names([Path(name).name for name in given.names])
     if found is None:
-        return [FILL] * len(given.names), _NO_TEMPERATURE
+        return NamedTemperatures((FILL,) * len(given.names), None, _NO_TEMPERATURE)
     if found.doubt:
-        return [f"{quantity} {FILL}" for quantity in found.quantities], found.doubt
-    return list(found.quantities), "from the names of the files"
+        return NamedTemperatures(tuple(f"{quantity} {FILL}" for quantity in found.quantities), None, found.doubt)
+    return found
 
 
-def _state_temperatures(recipe: RecipeLines, given: Given, temperatures: Sequence[str], how: str) -> None:
-    found = temperatures_in_names([Path(name).name for name in given.names])
-    if found is not None and found.pattern is not None and not found.doubt:
-        recipe.key("temperature_in_name", found.pattern, how)
-    else:
-        recipe.key("temperatures", list(temperatures), how)
-
-
-def without_unit(used: Mapping[str, SeenColumn]) -> list[str]:
-    """The roles whose columns need a unit that the headers do not state."""
-    return [
-        role
-        for role, column in used.items()
-        if column.unit is None and (dimension := DIMENSIONS.get(role)) is not None and dimension is not NUMBER
-    ]
+def _state_temperatures(recipe: RecipeLines, named: NamedTemperatures) -> None:
+    key, value = ("temperatures", list(named.quantities)) if named.pattern is None else ("temperature_in_name", named.pattern)
+    recipe.key(key, value, named.doubt or "from the names of the files")
 
 
 def _shape(given: Given) -> str:
@@ -231,22 +240,12 @@ def _shape(given: Given) -> str:
     return f"{seen[0].format}{'' if len(seen) == 1 else f', {len(seen)} files'}, {rows} rows"
 
 
-def _reasons(table: SeenTable, used: Mapping[str, SeenColumn], missing: Mapping[str, str]) -> str:
-    """What shows the roles of the columns, for a comment."""
-    by_unit = [f"{role} by {column.reason}" for role, column in used.items() if column.reason != "its name"]
-    parts = ["; ".join([*(["by their names"] if len(by_unit) < len(used) else []), *by_unit])]
-    if left := table.unnamed(used.values()):
-        some = ", ".join(map(as_toml, left[:8])) + (", ..." if len(left) > 8 else "")
-        parts.insert(0 if missing else 1, f"{'one of' if missing else 'not used:'} {some}")
-    return "; ".join(filter(None, parts))
-
-
 def _span(levels: Sequence[float]) -> str:
     return f"{min(levels):g} to {max(levels):g} degC" if len(set(levels)) > 1 else f"{levels[0]:g} degC"
 
 
 def _state_kind(recipe: RecipeLines, table: SeenTable, used: Mapping[str, SeenColumn], kind: str | None) -> None:
-    over = [role for role in (*_STRAINS, *_STRESSES) if role in used]
+    over = [role for role in (*STRAINS, *STRESSES) if role in used]
     if len(over) == 2 and "time" in used:
         if kind is None:
             recipe.key("measurement", FILL, f'"relaxation" or "creep": neither {over[0]} nor {over[1]} is held')
@@ -267,11 +266,6 @@ def _state_test(recipe: RecipeLines, table: SeenTable, used: Mapping[str, SeenCo
         recipe.key("test", deformation, "by the names of the columns")
 
 
-def _state_specimen(recipe: RecipeLines, table: SeenTable, used: Mapping[str, SeenColumn]) -> None:
-    if stated := specimen_of(table, list(used)):
-        recipe.key("specimen", *stated)
-
-
 def specimen_of(table: SeenTable, roles: Sequence[str]) -> tuple[dict[str, str], str] | None:
     """The value and the comment of the key `specimen` for columns of these roles; None if they need none."""
     if unmeasured(roles, None) is None:
@@ -286,7 +280,7 @@ def specimen_of(table: SeenTable, roles: Sequence[str]) -> tuple[dict[str, str],
 def _state_ramp(recipe: RecipeLines, table: SeenTable, used: Mapping[str, SeenColumn], kind: str | None) -> None:
     if kind == "oscillation" or "time" not in used:
         return
-    applied = next((role for role in (_STRESSES if kind == "creep" else _STRAINS) if role in used), None)
+    applied = next((role for role in (STRESSES if kind == "creep" else STRAINS) if role in used), None)
     time = table.numbers(used["time"])
     if applied is not None and time is not None:
         rows = _first_run(time)
@@ -314,22 +308,19 @@ def _state_export(recipe: RecipeLines, given: Given, one: bool) -> list[float] |
         parts += in_file
         left_out += others
     levels = _levels_of_parts(parts)
-    if one and levels is not None and len(levels) > 1:
-        raise InputError(f"{len(levels)} temperatures: dielast mastercurve takes them, and dielast spectrum its result")
-    if not one and levels is not None and len(levels) == 1:
-        raise InputError(f"one temperature, {levels[0]:g} degC: dielast spectrum takes it, a master curve needs several")
-    in_names = (None, "") if levels is not None or one else _in_names(given)
-    several = len(given.names) > 1 or in_names[0] is not None
+    _check_number(levels, one)
+    named = None if levels is not None or one else _in_names(given)
+    several = len(given.names) > 1 or named is not None
     recipe.section("[data]")
     recipe.key(
         "files" if several else "file",
         given.stated if several else given.names[0],
         f"{_shape(given)}: names and units come from it",
     )
-    if in_names[0] is not None:
-        _state_temperatures(recipe, given, in_names[0], in_names[1])
-        if FILL not in "".join(in_names[0]):
-            levels = levels_of(np.array([celsius(quantity) for quantity in in_names[0]]))
+    if named is not None:
+        _state_temperatures(recipe, named)
+        if not named.doubt:
+            levels = levels_of(np.array([celsius(quantity) for quantity in named.quantities]))
     elif levels is not None:
         recipe.note(f"The steps state {len(levels)} temperature{'s' if len(levels) > 1 else ''}, {_span(levels)}.")
     kinds = list(dict.fromkeys(part.kind.name for part in parts))

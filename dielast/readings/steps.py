@@ -172,8 +172,7 @@ def _of_wide(table: MeasuredTable, file: int, data: MeasuredData, columns: Colum
     """The part of one temperature; columns that the recipe does not name are identified by their names."""
     measured = _stated(data, columns) if columns is not None else _measured(ExportedStep("", table, None), data, True)
     if measured is None:
-        there = ", ".join(f'"{name}"' for name in table.names)
-        raise table.error(f"columns are needed: at {temperature:g} degC there are {there}")
+        raise table.error(f"columns are needed: at {temperature:g} degC there are {table.quoted_names}")
     kind, roles = measured
     return Part(table, roles, kind, file, TABLE, "tension", temperature=temperature)
 

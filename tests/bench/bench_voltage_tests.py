@@ -146,8 +146,8 @@ def bands(laboratories: Mapping[int, Sequence[Experiment]], draws: int, kept: Ke
     """The band of each laboratory, of draws as `calibrate` writes them."""
 
     def tried(tests: Sequence[Experiment], law: str) -> tuple[Fit, CrossValidation | None]:
-        start = trial(START, (law, law), FREE, reach_of(tests, START))
-        fit = fit_material(start.material, tests, start.free, starts=1)
+        material, free = trial(START, (law, law), FREE, reach_of(tests, START))
+        fit = fit_material(material, tests, free, starts=1)
         return fit, cross_validation(fit)
 
     def drawn(fit: Fit) -> Drawn:

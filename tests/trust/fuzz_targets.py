@@ -278,7 +278,7 @@ def _machines(folder: Path, model: Callable[..., Any]) -> dict[str, Target]:
 
 def _folders(scratch: Path) -> dict[str, Target]:
     """A folder that `mastercurve` wrote, with draws, one of whose files is damaged."""
-    from dielast.handover.mastercurve_folder import CURVES, LAWS, read_curve_draws, read_master_curve
+    from dielast.handover.mastercurve_folder import CURVES, LAWS, read_master_curve
 
     expected = GOLDEN / "mastercurve-wlf" / "expected"
     whole = {name: (expected / name).read_bytes() for name in ("summary.toml", "mastercurve.csv", "shift-factors.csv")}
@@ -293,9 +293,7 @@ def _folders(scratch: Path) -> dict[str, Target]:
     def with_damaged(name: str, folder: Path) -> Callable[[bytes], object]:
         def read(data: bytes) -> object:
             (folder / name).write_bytes(data)
-            inputs = Inputs(folder.parent)
-            curve = read_master_curve(folder.name, inputs)
-            draws = read_curve_draws(folder.name, curve, inputs)
+            draws = read_master_curve(folder.name, Inputs(folder.parent)).draws
             return draws and CurveDraws(draws.abscissa, draws.ordinates).deviations(draws.abscissa)
 
         return read

@@ -367,7 +367,7 @@ def with_residual(residual: Array, variance: float) -> joint_problem.State:
     prior = joint_problem.Prior(np.zeros(4), np.eye(4) * LOOSE, np.array([1]), 1.0)
     weights = Weights(np.full(100, 1 / variance), np.full(100, variance), 0.0)
     state = joint_problem.State.of(points, np.zeros(4), prior, weights, 0.5)
-    vars(state.parts)["_fit"] = (*state.parts._fit[:2], residual)
+    vars(state)["_fit"] = (*state._fit[:2], residual)
     return state
 
 
@@ -391,7 +391,7 @@ def test_akaike_corrected_for_small_samples() -> None:
     expected = 100 * np.log(0.01) + 16 + 16 + 98 + 2 * p * 100 / (100 - p - 1)
     assert joint_problem.akaike(state, 0.0) == pytest.approx(expected, rel=1e-12)
     for spare in (2, 1, 0, -5):  # points beyond the parameters and one; what is divided by is one at least
-        many = replace(state, prior=replace(state.prior, freedom=100.0 - 1 - spare - (p - 1)))
+        many = state.with_prior(replace(state.prior, freedom=100.0 - 1 - spare - (p - 1)))
         assert joint_problem.akaike(many, 0.0) - expected == pytest.approx(
             200 * (99 - spare) / max(spare, 1) - 200 * p / (99 - p), rel=1e-12
         )

@@ -53,8 +53,8 @@ def test_all_pairs_and_pairs_of_a_list_are_tried() -> None:
 @pytest.mark.parametrize("name", SPRINGS.names)
 def test_every_law_starts_where_it_can_follow_the_tests(name: str) -> None:
     tests = [pull(FILM, 4.0)]
-    tried = trial(FILM, (name, name), MODULI, tests[0].largest_invariant - 3)
-    space = parameter_space(tried.material, tried.free)
+    material, free = trial(FILM, (name, name), MODULI, tests[0].largest_invariant - 3)
+    space = parameter_space(material, free)
     assert np.isfinite(Laboratory(tests).answers(space.materials(space.start[None]))[0]).all()
     assert np.all(space.bounds[0] <= space.start)
     assert np.all(space.start <= space.bounds[1])

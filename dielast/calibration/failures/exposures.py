@@ -8,7 +8,7 @@ over the log of the slope, between which polynomials of fifth degree interpolate
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol, Self
+from typing import Self
 
 import numpy as np
 
@@ -29,17 +29,6 @@ class Exposed:
     rate: Floats
     rate1: Floats
     rate2: Floats
-
-
-class Exposure(Protocol):
-    """What ends are exposed to."""
-
-    @property
-    def slopes(self) -> tuple[tuple[str, float, float], ...]:
-        """The name, the least and the largest value of each slope."""
-
-    def at(self, slope: Floats) -> Exposed:
-        """The exposures at slopes (k, q)."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -177,3 +166,9 @@ class Aged:
         second = a0 + t * (6 * c3 + t * (12 * c4 + t * 20 * c5))
         never = ~np.isfinite(p0)
         return np.where(never, -np.inf, value), np.where(never, 0.0, first / h), np.where(never, 0.0, second / h**2)
+
+
+Exposure = Plain | Envelope | Aged
+"""What ends are exposed to: `slopes` are the name, the least and the largest value of each slope, `at` has the exposures at sets
+of slopes (k, q).
+"""

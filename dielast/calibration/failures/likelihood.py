@@ -15,7 +15,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from enum import IntEnum
-from typing import Protocol, Self
+from typing import Self
 
 import numpy as np
 
@@ -54,35 +54,6 @@ class Observations:
     def failures(self) -> int:
         """The number of specimens that failed."""
         return int(np.count_nonzero(self.seen != Seen.SUSPENDED))
-
-
-class Location(Protocol):
-    """The location L of the log exposure, as a function of its coordinates and of the slopes; `factors` (n, m) act on it by the
-    last m of its coordinates, `of_factors`.
-    """
-
-    @property
-    def factors(self) -> Floats:
-        """(n, m)."""
-
-    @property
-    def of_factors(self) -> tuple[str, ...]:
-        """The names (m) of their coordinates."""
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """The names of its coordinates."""
-
-    def at(self, own: Floats, slope: Floats) -> tuple[Floats, Floats, Floats]:
-        """L (k, n), and its first (k, n, m + q) and second derivatives (k, n, m + q, m + q) by its m coordinates `own` (k, m)
-        and by the slopes (k, q).
-        """
-
-    def log_prior(self, own: Floats, slope: Floats) -> Floats:
-        """The log (k,) of a density of coordinates that is flat in those in which the location is linear."""
-
-    def elsewhere(self, factors: Floats, weight: Floats) -> Self:
-        """That of other films, with `factors` (films, m) and the `weight` (films, nodes) of values at nodes, if it has any."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -161,6 +132,14 @@ class Anchored:
 
 SCATTERS = {"weibull": (-7.0, 3.0), "lognormal": (-7.0, 3.0), "normal": (-7.0, -0.7)}
 """The range of the log of the scatter."""
+
+
+Location = Mixed | Anchored
+"""The location L of the log exposure, as a function of its coordinates and of the slopes: `at` has L (k, n), and its first (k, n,
+m + q) and second derivatives (k, n, m + q, m + q) by its m coordinates (k, m), called `names`, and by the slopes (k, q).
+`log_prior` (k,) is the log of a density of coordinates that is flat in those in which the location is linear. `elsewhere` is the
+location of other films, with factors (films, m) and weights (films, nodes) of values at nodes.
+"""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -2,10 +2,9 @@
 
 import re
 
-from dielast.base.errors import InputError
-from dielast.commands.simulation.from_data import MATERIAL, temperature_of
+from dielast.commands.simulation.from_data import MATERIAL, state_film, state_table, temperature_of
 from dielast.readings.seen import Given, SeenFile
-from dielast.readings.stated import state_sheet, without_unit
+from dielast.readings.stated import state_sheet, state_units
 from dielast.recipe.lines import FILL, RecipeLines
 
 _RESULTS = {
@@ -25,25 +24,13 @@ def from_data(kind: str, given: Given) -> RecipeLines:
     compared = [(seen, found) for seen in given.seen if (found := _result(seen)) is not None]
     actuated = any(header != "stretch_1 [1]" for _, (header, _) in compared)
     if first.is_export or ("voltage" not in columns and not actuated):
-        there = ", ".join(f'"{name}"' for name in first.first.table.names)
-        raise InputError(f"no column of a voltage or of an actuated stretch was recognised; there are {there}", file=first.name)
+        raise first.unrecognised("a voltage or of an actuated stretch")
     recipe.key("material", "example:vhb4905.toml", MATERIAL)
     recipe.key("temperature", *temperature_of(first, columns))
-    recipe.section("[film]")
-    recipe.key("thickness", FILL, 'undeformed, such as "0.5 mm"')
-    recipe.key("prestretch", FILL, "equibiaxial, or [3.0, 1.0]; 1 is none")
-    recipe.key("relax", FILL, "time at the prestretch before the voltage comes on")
-    recipe.key("boundary", FILL, "frame | strip | dead-load | clamped")
-    recipe.option("electrode_share = 0.0525", "of the film, needed with frame and strip")
+    state_film(recipe)
     recipe.section("[[step]]")
     if {"time", "voltage"} <= columns.keys():
-        used = {role: columns[role] for role in ("time", "voltage")}
-        recipe.key("table", first.name, f"{first.first.table.lines.size} rows")
-        state_sheet(recipe, first)
-        recipe.key("columns", {role: column.name for role, column in used.items()}, "by their names")
-        if unknown := without_unit(used):
-            units = ", ".join(f"of {role}" for role in unknown)
-            recipe.key("hold", FILL, f"no key of a step states the unit {units}: write it into the header, and delete this line")
+        state_table(recipe, first, {role: columns[role] for role in ("time", "voltage")})
     else:
         recipe.key("voltage", FILL, "to reach; the table has no times with voltages")
         recipe.key("rate", FILL)
@@ -60,8 +47,7 @@ def from_data(kind: str, given: Given) -> RecipeLines:
         if x is not None:
             column = of_axis[x]
             recipe.key("x_column", seen.first.table.names[column.place], f"by {column.reason}")
-            if without_unit({x: column}):
-                recipe.key("units", {"x": FILL}, "the header states no unit")
+            state_units(recipe, {"x": column})
         recipe.key("y_column", name, "by its name")
     return recipe
 

@@ -65,8 +65,8 @@ class LeakageSection(Section):
     )
 
 
-class ElectricalOutput(OutputSection):
-    """The times of the result, and whether it includes charge, current and energies."""
+class FilmOutput(OutputSection):
+    """The times of the result."""
 
     electrical: bool | None = Field(
         None,
@@ -74,6 +74,12 @@ class ElectricalOutput(OutputSection):
         "with charges, [source], [leakage], or steps that move the edges, open the circuit or repeat. Charge and current are per "
         "undeformed area; with film.electrode_diameter also in C and A. "
         'Not with boundary = "frame" or "strip".',
+    )
+    profile: AscendingTimes | None = Field(
+        None,
+        description="Times at which profile.csv holds stretches and stresses over the radius of a film in a frame, or along a "
+        "strip. Its column radius [1] is the radius over that of the electrode, or the place along the strip over half the length "
+        "of the electrode; 1 stands there twice, for both sides of the electrode's edge.",
     )
 
 
@@ -152,17 +158,6 @@ class LimitsSection(Section):
     def _check(self) -> None:
         if not 1 <= self.stretch[0] < self.stretch[1] < float("inf"):
             raise InputError(f"{self.stretch}: two stretches in order, of at least 1, are needed", key="stretch")
-
-
-class FilmOutput(ElectricalOutput):
-    """The times of the result."""
-
-    profile: AscendingTimes | None = Field(
-        None,
-        description="Times at which profile.csv holds stretches and stresses over the radius of a film in a frame, or along a "
-        "strip. Its column radius [1] is the radius over that of the electrode, or the place along the strip over half the length "
-        "of the electrode; 1 stands there twice, for both sides of the electrode's edge.",
-    )
 
 
 class ActuateRecipe(SimulationRecipe):

@@ -23,6 +23,7 @@ from dielast.base.units import (
     parse,
 )
 from dielast.commands.simulation.step_recipe import Aim, AnyOf, HistoryStep
+from dielast.readings.columns_recipe import NamedColumns
 from dielast.recipe.fields import Pair, Section, Voltage
 from dielast.recipe.file_fields import ColumnName
 
@@ -100,7 +101,7 @@ Force = Annotated[Ends, PlainValidator(_ends_of(FORCE)), _schema(_TEXT | {"examp
 Phase = Annotated[float, PlainValidator(_phase), WithJsonSchema(_TEXT | {"examples": ["90 deg"]})]
 
 
-class ElectricalColumns(Section):
+class ElectricalColumns(NamedColumns):
     """Columns of a table of voltages or charges, where they are called otherwise, and of the stretch or stress of the edges."""
 
     time: ColumnName | None = Field(None, description='Time. Default: "time".')

@@ -7,7 +7,6 @@ import numpy as np
 from dielast.base.errors import and_more, warn
 from dielast.calibration.experiment import MeasuredTest
 from dielast.calibration.fit import MANY, Fit
-from dielast.calibration.laws import StableRange
 from dielast.calibration.parameters import Parameter
 from dielast.calibration.profiles import Profile, Verdict
 from dielast.calibration.result import Calibration, range_of
@@ -25,7 +24,7 @@ def warn_of_fit(result: Calibration) -> None:
     expected = dict(zip(fit.space.names, np.diag(fit.space.precision) > 0, strict=True))
     for prior, spread in ((False, "spread over the whole range between the bounds"), (True, "follow the prior")):
         if names := [
-            _open(parameter, profile, result.level)
+            f"{parameter.name} (at {100 * result.level:g} % {known})" if (known := known_of(parameter, profile)) else parameter.name
             for parameter, profile in zip(fit.space.parameters, result.profiles, strict=False)
             if profile.verdict is Verdict.UNDETERMINED and expected[parameter.name] == prior and not parameter.of_test
         ]:
@@ -58,12 +57,6 @@ def warn_of_bounds(result: Calibration) -> None:
             side = 1 if profile.verdict is Verdict.LOWER else 0
             beyond = f"; its {_bound(parameter, side)} is not ruled out" if parameter.default_bounds[side] else ""
             warn(f"these tests give only a bound of {parameter.name}: {known}{beyond}")
-
-
-def _open(parameter: Parameter, profile: Profile, level: float) -> str:
-    """A parameter that is not determined, with what its interval of the `level` tells nevertheless."""
-    known = known_of(parameter, profile)
-    return f"{parameter.name} (at {100 * level:g} % {known})" if known else parameter.name
 
 
 def known_of(parameter: Parameter, profile: Profile) -> str:
@@ -146,13 +139,6 @@ def warn_of_slack(result: Calibration) -> None:
     if listed:
         pushed = 'where grips press a specimen, state slack = "pushes"'
         warn(f"specimens go slack when they are unloaded, and bear nothing: {', '.join(listed)}; {pushed}")
-
-
-def warn_of_springs(stabilities: Sequence[StableRange]) -> None:
-    """Warn of modes in which the springs are not stable up to the stretch that is needed."""
-    for stability in stabilities:
-        if not stability.holds:
-            warn(stability.in_words)
 
 
 def warn_of_few_points(fits: Sequence[Fit]) -> None:

@@ -9,17 +9,15 @@ from dielast.base.errors import InputError
 from dielast.calibration.voltage import QUANTITIES
 from dielast.commands.simulation.from_data import (
     MACHINE,
-    STRESSES,
-    STRETCHES,
     curves,
     machine_columns,
     of,
     of_curve,
-    state_columns,
     temperature_of,
 )
+from dielast.readings.columns_recipe import STRAINS, STRESSES
 from dielast.readings.seen import Given, SeenColumn, SeenFile
-from dielast.readings.stated import specimen_of, state_sheet, without_unit
+from dielast.readings.stated import specimen_of, state_columns, state_sheet, state_units
 from dielast.recipe.lines import FILL, RecipeLines
 
 
@@ -33,7 +31,7 @@ def from_data(kind: str, given: Given) -> RecipeLines:
         columns = columns or machine_columns(seen, ("rate", "label"))
         for label in curves(seen, columns) or (None,):
             state(recipe, seen, columns, label)
-        recipe.doubts += [f"{seen.name}: {text}" for text in seen.first.contradictions()]
+        recipe.doubts += seen.doubts
     recipe.section("[free]", "the constants to fit, by path in the material file")
     recipe.key("equilibrium.shear_modulus", {})
     recipe.key("nonequilibrium.scale", {}, "one factor on all branches")
@@ -70,9 +68,8 @@ def _state_file(recipe: RecipeLines, seen: SeenFile, columns: Mapping[str, SeenC
 def _state_film(recipe: RecipeLines, seen: SeenFile, columns: Mapping[str, SeenColumn], label: str | None) -> None:
     chosen = _state_file(recipe, seen, columns, label)
     used = {role: columns[role] for role in ("voltage", *QUANTITIES) if role in columns}
-    state_columns(recipe, seen, used)
-    if unknown := without_unit(used):
-        recipe.key("units", dict.fromkeys(unknown, FILL), "the headers state no unit that fits")
+    state_columns(recipe, seen.first, used)
+    state_units(recipe, used)
     film = dict.fromkeys(("thickness", "prestretch", "relax", "boundary"), FILL)
     recipe.key("film", film, "as [film] of actuate; boundary: frame | strip, which need electrode_share, dead-load | clamped")
     recipe.key("ramp", FILL, 'of the voltage, such as "100 V/s"; unknown between two: ["10 V/s", "1 kV/s"]')
@@ -82,13 +79,12 @@ def _state_film(recipe: RecipeLines, seen: SeenFile, columns: Mapping[str, SeenC
 def _state_test(recipe: RecipeLines, seen: SeenFile, columns: Mapping[str, SeenColumn], label: str | None) -> None:
     table, chosen = seen.first, _state_file(recipe, seen, columns, label)
     used = {role: columns[role] for role in MACHINE if role in columns}
-    needed = [*([] if of(used, STRETCHES) else ["stretch"]), *([] if of(used, STRESSES) else ["stress"])]
+    needed = [*([] if of(used, STRAINS) else ["stretch"]), *([] if of(used, STRESSES) else ["stress"])]
     timed = "time" in used
     if not timed and "rate" not in columns:
         needed.insert(0, "time")
-    state_columns(recipe, seen, used, needed)
-    if unknown := without_unit(used):
-        recipe.key("units", dict.fromkeys(unknown, FILL), "the headers state no unit that fits")
+    state_columns(recipe, table, used, needed)
+    state_units(recipe, used)
     if not timed and "rate" in columns:
         column = columns["rate"]
         cells = set(np.array(table.table.cells[column.place])[chosen].tolist())

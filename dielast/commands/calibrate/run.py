@@ -10,7 +10,7 @@ import numpy as np
 from dielast.base.errors import NumericsError, in_keys, listed, warn
 from dielast.calibration.comparison import hull
 from dielast.calibration.experiment import MeasuredTest
-from dielast.calibration.fit import Fit, Watch, fit_material
+from dielast.calibration.fit import Watch, fit_material
 from dielast.calibration.laws import (
     Candidate,
     cross_validation,
@@ -24,7 +24,7 @@ from dielast.calibration.laws import (
 from dielast.calibration.profiles import Verdict
 from dielast.calibration.proposals import FEWEST_DRAWS, proposal_columns, proposals
 from dielast.calibration.result import Calibration, Intervals, assessed
-from dielast.commands.calibrate.checks import known_of, warn_of_few_points, warn_of_fit, warn_of_laws_alike, warn_of_springs
+from dielast.commands.calibrate.checks import known_of, warn_of_few_points, warn_of_fit, warn_of_laws_alike
 from dielast.commands.calibrate.recipe import CalibrateRecipe
 from dielast.commands.calibrate.task import CalibrationTask, prepared as prepared
 from dielast.handover.material_draws import draw_columns
@@ -72,7 +72,11 @@ def run(cases: Sequence[Case[CalibrateRecipe]], inputs: Inputs, execution: Execu
     asked = task.asked or usual_prediction(ranked[0].fit)
     ranked = weighed(ranked, asked)
     alike = drawn_beside(ranked)
-    results = [_assessed(recipe, task, each.fit, watch) for each in (ranked[0], *([] if interrupted else alike))]
+    intervals = Intervals(recipe.uncertainty.level, recipe.uncertainty.draws, recipe.uncertainty.seed)
+    results = [
+        assessed(each.fit, validate=task.predicted, intervals=intervals, watch=watch)
+        for each in (ranked[0], *([] if interrupted else alike))
+    ]
     best = replace(results[0], comparisons=hull([each.comparisons for each in results]))
     interrupted = interrupted or any(not each.fit.finished for each in results)
     failures += [f"test {name}: left out, the material cannot follow it" for name in dict.fromkeys(best.not_followed)]
@@ -82,7 +86,9 @@ def run(cases: Sequence[Case[CalibrateRecipe]], inputs: Inputs, execution: Execu
     if Verdict.UNDETERMINED in words and Verdict.DETERMINED not in words:
         failures.append(NOTHING)
     warn_of_fit(best)
-    warn_of_springs(ranked[0].stability)
+    for stability in ranked[0].stability:
+        if not stability.holds:
+            warn(stability.in_words)
     warn_of_few_points([each.fit for each in ranked])
     spread = None
     drawn = (ranked[0], *alike)
@@ -192,13 +198,6 @@ def _candidate(
     furthest = options.stable_up_to or max((float(np.max(test.stretch)) for test in fitted), default=STRETCHED)
     tested = {Mode(test.mode).value for test in fitted if np.max(test.stretch) >= furthest}
     return Candidate(name, fit, found, stabilities(fit.material, furthest, tested), interrupted)
-
-
-def _assessed(recipe: CalibrateRecipe, task: CalibrationTask, fit: Fit, watch: Watch | None) -> Calibration:
-    """The uncertainty of a fit, as the recipe asks for it."""
-    wanted = recipe.uncertainty
-    intervals = Intervals(wanted.level, wanted.draws, wanted.seed)
-    return assessed(fit, validate=task.predicted, intervals=intervals, watch=watch)
 
 
 def headline(best: Calibration) -> Mapping[str, Mapping[str, Any]]:

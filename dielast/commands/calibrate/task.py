@@ -67,15 +67,15 @@ def _read_task(recipe: CalibrateRecipe, inputs: Inputs) -> CalibrationTask:
     wrong.refuse()
     assert free is not None
     if recipe.springs is not None:
-        tried = [
-            (
-                f"{' + '.join(pair)}{'' if len(materials) == 1 else f' ({name})'}",
-                trial(material, pair, free[name], reach_of(tests, material)),
+        tried = {
+            f"{' + '.join(pair)}{'' if len(materials) == 1 else f' ({name})'}": trial(
+                material, pair, free[name], reach_of(tests, material)
             )
             for name, material in materials.items()
             for pair in recipe.springs.try_
-        ]
-        materials, free = {name: each.material for name, each in tried}, {name: dict(each.free) for name, each in tried}
+        }
+        materials = {name: material for name, (material, _) in tried.items()}
+        free = {name: constants for name, (_, constants) in tried.items()}
     return CalibrationTask(tests, further, materials, free, asked)
 
 

@@ -110,9 +110,8 @@ def _measure(table: MeasuredTable, test: TestData) -> tuple[str, str | int]:
         for known in NAMES[measure]:
             if table.has(known):
                 return measure, known
-    there = ", ".join(f'"{name}"' for name in table.names)
     keys = ", ".join(f"columns.{measure}" for measure in QUANTITIES)
-    raise table.error(f"no column is called {', '.join(QUANTITIES)}; there are {there}: state one of {keys}")
+    raise table.error(f"no column is called {', '.join(QUANTITIES)}; there are {table.quoted_names}: state one of {keys}")
 
 
 def _film(film: TestFilm) -> Film:

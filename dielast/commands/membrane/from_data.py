@@ -7,17 +7,16 @@ import numpy as np
 from dielast.base.errors import InputError
 from dielast.commands.simulation.from_data import (
     MATERIAL,
-    STRESSES,
-    STRETCHES,
     curves,
     machine_columns,
     of,
     of_curve,
-    state_columns,
+    state_table,
     temperature_of,
 )
+from dielast.readings.columns_recipe import STRAINS, STRESSES
 from dielast.readings.seen import Given
-from dielast.readings.stated import specimen_of, state_sheet, without_unit
+from dielast.readings.stated import specimen_of, state_columns, state_sheet, state_units
 from dielast.recipe.lines import FILL, RecipeLines
 
 
@@ -29,7 +28,7 @@ def from_data(kind: str, given: Given) -> RecipeLines:
     labels, chosen, rows = curves(first, columns), dict[str, float | str](), np.ones(first.first.table.lines.size, dtype=bool)
     if labels:
         chosen, rows = of_curve(first, columns["label"], labels[0])
-    load, response = (of(columns, STRETCHES), of(columns, STRESSES))[:: 1 if kind == "relax" else -1]
+    load, response = (of(columns, STRAINS), of(columns, STRESSES))[:: 1 if kind == "relax" else -1]
     recipe.key("material", "example:vhb4905.toml", MATERIAL)
     recipe.key("temperature", *temperature_of(first, columns, rows))
     recipe.option('mode = "equibiaxial"', "CHECK: uniaxial is the default; or pure-shear")
@@ -43,12 +42,7 @@ def from_data(kind: str, given: Given) -> RecipeLines:
     if load is not None and "time" in columns:
         if labels:
             raise InputError(f"{len(labels)} curves, and a step follows one: dielast calibrate takes them", file=first.name)
-        recipe.key("table", first.name, f"{first.first.table.lines.size} rows")
-        state_sheet(recipe, first)
-        state_columns(recipe, first, {role: columns[role] for role in ("time", load)})
-        if unknown := without_unit({role: columns[role] for role in ("time", load)}):
-            units = ", ".join(f"of {role}" for role in unknown)
-            recipe.key("hold", FILL, f"no key of a step states the unit {units}: write it into the header, and delete this line")
+        state_table(recipe, first, {role: columns[role] for role in ("time", load)})
     elif load in ("stretch", "strain"):
         numbers = first.first.numbers(columns[load])
         peak = FILL if numbers is None else float(f"{np.nanmax(numbers[rows]) + (load == 'strain'):.6g}")
@@ -74,9 +68,7 @@ def from_data(kind: str, given: Given) -> RecipeLines:
             recipe.key("where", chosen, f"the first of {len(labels)} curves")
         recipe.key("x", "time [s]" if over_time else "stretch_1 [1]" if kind == "relax" else "nominal_stress_1 [Pa]")
         recipe.key("y", "nominal_stress_1 [Pa]" if kind == "relax" else "stretch_1 [1]")
-        state_columns(recipe, seen, {x: compared[x], y: compared[y]})
-        axes = {"x": compared[x], "y": compared[y]}
-        if unknown := [axis for axis, column in axes.items() if without_unit({column.role: column})]:
-            recipe.key("units", dict.fromkeys(unknown, FILL), "the headers state no unit that fits")
-        recipe.doubts += [f"{seen.name}: {text}" for text in seen.first.contradictions()]
+        state_columns(recipe, seen.first, {x: compared[x], y: compared[y]})
+        state_units(recipe, {"x": compared[x], "y": compared[y]})
+        recipe.doubts += seen.doubts
     return recipe

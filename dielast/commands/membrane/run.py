@@ -88,22 +88,18 @@ class Membranes(Simulation):
         suffix = "" if unit == "1" else f"_{unit}"
         series = [result.columns[self.measured] for result in results]
         rest = 0.0 if self.kind == "relax" else 1.0  # value before loading
+        peaks = [float(values[np.argmax(np.abs(values - rest))]) if values.size else np.nan for values in series]
         where = {"peak_of": "the rows at output.times"} if any(case.recipe.output.times is not None for case in cases) else {}
         events = {"slack_events": one_or_list([len(result.slack) for result in results])} if any(r.slack for r in results) else {}
         return {
             self.kind: {
                 "cases": len(results),
-                f"peak_{name}{suffix}": one_or_list([_farthest(values, rest) for values in series]),
+                f"peak_{name}{suffix}": one_or_list(peaks),
                 **where,
                 f"final_{name}{suffix}": one_or_list([last(values) for values in series]),
                 **events,
             }
         }
-
-
-def _farthest(values: Floats, rest: float) -> float:
-    """The value farthest from that at `rest`; NaN for a case that has no result."""
-    return float(values[np.argmax(np.abs(values - rest))]) if values.size else np.nan
 
 
 def _case(history: MembraneHistory, row: int, *, materials: Sequence[Material], creeping: bool) -> CaseResult:

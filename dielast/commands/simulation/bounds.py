@@ -64,8 +64,10 @@ def drawn_case(case: StatedCase, sample: Sample, result: CaseResult) -> list[Sta
     """
     if result.events is None:
         return [StatedCase(case.recipe, member, case.steps, None) for member in sample.specimens()]
-    stated = breakdown(case.recipe.breakdown)
-    output = case.recipe.output.model_copy(update={"times": _times_for_draws(result.columns["time [s]"]), "profile": None})
+    stated, time = breakdown(case.recipe.breakdown), result.columns["time [s]"]
+    # of two rows at one time, the second is after a jump
+    times = np.where(np.diff(time, prepend=np.nan) == 0, np.nextafter(time, np.inf), time).tolist() or None
+    output = case.recipe.output.model_copy(update={"times": times, "profile": None})
     recipe = case.recipe.model_copy(update={"breakdown": None, "output": output})
     drawn = []
     for member, factor in zip(sample.aged(), sample.breakdown_factor.tolist(), strict=True):
@@ -73,11 +75,6 @@ def drawn_case(case: StatedCase, sample: Sample, result: CaseResult) -> list[Sta
         material = replace(member, breakdown=None if field is None else field.scaled(factor))
         drawn.append(StatedCase(recipe, material, case.steps, None))
     return drawn
-
-
-def _times_for_draws(time: Floats) -> list[float] | None:
-    """Times (rows,) for the draws at the rows of a result; of two rows at one time, the second is after a jump."""
-    return np.where(np.diff(time, prepend=np.nan) == 0, np.nextafter(time, np.inf), time).tolist() or None
 
 
 def _passed(time: Floats) -> Flags:

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from dielast.base.errors import InputError, Mistakes, Problem, Where, and_more, as_toml, in_a_draw, placed, reached_by
-from dielast.commands.simulation.recipe import NO_WAVEFORM, SimulationRecipe
+from dielast.commands.simulation.recipe import SimulationRecipe
 from dielast.commands.simulation.result import CaseResult, StatedCase
 from dielast.commands.simulation.step_recipe import HistoryStep
 from dielast.handover.changed_material import parse_changed_material
@@ -162,7 +162,7 @@ def check_cycles(cases: Sequence[Case[SimulationRecipe]]) -> None:
     steps: Iterable[HistoryStep] = (step for case in cases for step in getattr(case.recipe, "step", ()))
     repeats = any(getattr(case.recipe, "repeat", None) is not None for case in cases)
     if stated and not repeats and all(step.waveform is None for step in steps):
-        raise InputError(NO_WAVEFORM, key="output.cycles")
+        raise InputError("has no effect without a waveform in [[step]]: leave it out", key="output.cycles")
 
 
 def many_cycles(results: Sequence[CaseResult]) -> bool:

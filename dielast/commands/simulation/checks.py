@@ -140,7 +140,11 @@ def _fields(case: StatedCase) -> tuple[float, float]:
     film, law = case.recipe.film, _limit(case)
     area = film.prestretch[0] * film.prestretch[1]
     limit = np.inf if law is None else float(law.of_film(np.sqrt(area), film.thickness / area))
-    return 1 / (_permittivity(case) * area) if case.recipe.control == "charge" else area / film.thickness, limit
+    if case.recipe.control != "charge":
+        return area / film.thickness, limit
+    dielectric = case.material.dielectric
+    permittivity = 1.0 if dielectric is None else float(dielectric.at(np.array([case.temperature]))[0])
+    return 1 / (permittivity * area), limit
 
 
 def warn_of_no_breakdown(has_limit: Sequence[bool], materials: Sequence[Material], steady: bool = False) -> None:
@@ -220,12 +224,6 @@ def _warn_of_profiles(results: Sequence[CaseResult]) -> None:
     there = "stretches there are inexact, or empty where none is possible"
     late = f" is not resolved next to the electrode: {there}; a smaller solver.mesh_rtol may help"
     _warn_of_cases("the profile", [f"after {found[0]:g} s" if found.size else "" for found in times], late)
-
-
-def _permittivity(case: StatedCase) -> float:
-    """The permittivity at stretch 1 in F/m; 1 if the material has none."""
-    law = case.material.dielectric
-    return 1.0 if law is None else float(law.at(np.array([case.temperature]))[0])
 
 
 def _warn_of_cases(what: str, found: Sequence[str], why: str) -> None:

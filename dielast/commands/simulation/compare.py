@@ -11,7 +11,7 @@ import numpy as np
 from dielast.base import units
 from dielast.base.errors import InputError, reached_by, warn
 from dielast.commands.simulation.cases import one_or_list
-from dielast.commands.simulation.recipe import CompareSection, SimulationRecipe, roles_of
+from dielast.commands.simulation.recipe import MEASURED_AS, CompareSection, SimulationRecipe
 from dielast.commands.simulation.solver_steps import solver_steps
 from dielast.io.files import Inputs
 from dielast.io.table import split_header
@@ -180,7 +180,7 @@ def read_points(comparison: CompareSection, inputs: Inputs, specimen: Specimen |
         if quantity == "time" and column is None:
             chosen = comparison.columns.time or name
         elif quantity in MACHINE:
-            stated = bool(roles_of(header) & comparison.columns.by_role.keys())
+            stated = bool(MEASURED_AS[header] & comparison.columns.by_role.keys())
             if stated or (column is None and not table.has(name) and any(map(table.has, KNOWN_AS[quantity]))):
                 role, chosen = role_in(table, quantity, comparison.columns)
             else:

@@ -1,19 +1,20 @@
 """Tables of testing machines, and how recipes for given files name their columns."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from dielast.base.errors import InputError, as_toml
+from dielast.base.errors import InputError
+from dielast.readings.columns_recipe import STRAINS, STRESSES
 from dielast.readings.named import celsius, levels_of, temperatures_in_names
 from dielast.readings.seen import SeenColumn, SeenFile
+from dielast.readings.stated import state_columns, state_sheet, without_unit
 from dielast.recipe.lines import FILL, RecipeLines
 
-STRETCHES, STRESSES = ("stretch", "strain", "extension"), ("stress", "force")
-MACHINE = ("time", *STRETCHES, *STRESSES)
+MACHINE = ("time", *STRAINS, *STRESSES)
 _MOST = 100  # curves that are told apart in a table
 MATERIAL = "your own: written by dielast spectrum or calibrate"
 
@@ -26,14 +27,11 @@ def machine_columns(seen: SeenFile, more: Iterable[str] = ()) -> dict[str, SeenC
     if seen.is_export or seen.first.levels:
         raise InputError("a table of a testing machine is needed: time, stretch or extension, stress or force", file=seen.name)
     found = seen.first.columns([*MACHINE, "temperature", *more])
-    for roles in (STRETCHES, STRESSES):
+    for roles in (STRAINS, STRESSES):
         for role in [role for role in roles if role in found][1:]:
             del found[role]
-    if not found.keys() & {*STRETCHES, *STRESSES}:
-        there = ", ".join(f'"{name}"' for name in seen.first.table.names)
-        raise InputError(
-            f"no column of a stretch, strain, extension, stress or force was recognised; there are {there}", file=seen.name
-        )
+    if not found.keys() & {*STRAINS, *STRESSES}:
+        raise seen.unrecognised("a stretch, strain, extension, stress or force")
     return found
 
 
@@ -56,14 +54,25 @@ def of(found: Mapping[str, Any], roles: Iterable[str]) -> str | None:
     return next((role for role in roles if role in found), None)
 
 
-def state_columns(recipe: RecipeLines, seen: SeenFile, used: Mapping[str, SeenColumn], needed: Iterable[str] = ()) -> None:
-    """Write the key `columns`, with the roles that are `needed` and were not recognised to be filled in."""
-    missing = {role: FILL for role in needed if role not in used}
-    by_unit = [f"{role} by {column.reason}" for role, column in used.items() if column.reason != "its name"]
-    left = seen.first.unnamed(used.values())
-    others = f"not used: {', '.join(map(as_toml, left[:8]))}" if left else ""
-    comment = "; ".join(filter(None, ["by their names" if not by_unit else "", *by_unit, others]))
-    recipe.key("columns", missing | {role: column.name for role, column in used.items()}, comment)
+def state_film(recipe: RecipeLines, columns: Collection[str] = ()) -> None:
+    """State the section `[film]`, without what `columns` of these roles state of each film."""
+    recipe.section("[film]", "the film, and its treatment before the voltage")
+    recipe.key("thickness", FILL, 'undeformed, such as "0.5 mm"' + ("; of rows without one" if "thickness" in columns else ""))
+    if "prestretch" not in columns:
+        recipe.key("prestretch", FILL, "equibiaxial, or [3.0, 1.0]; 1 is none")
+    recipe.key("relax", FILL, "time at the prestretch before the voltage comes on")
+    recipe.key("boundary", FILL, "frame | strip | dead-load | clamped")
+    recipe.option("electrode_share = 0.0525", "of the film, needed with frame and strip")
+
+
+def state_table(recipe: RecipeLines, seen: SeenFile, used: Mapping[str, SeenColumn]) -> None:
+    """State a step that follows the columns `used` of a table."""
+    recipe.key("table", seen.name, f"{seen.first.table.lines.size} rows")
+    state_sheet(recipe, seen)
+    state_columns(recipe, seen.first, used)
+    if unknown := without_unit(used):
+        units = ", ".join(f"of {role}" for role in unknown)
+        recipe.key("hold", FILL, f"no key of a step states the unit {units}: write it into the header, and delete this line")
 
 
 def temperature_of(seen: SeenFile, columns: Mapping[str, SeenColumn], rows: Any = slice(None)) -> tuple[str, str]:

@@ -10,7 +10,7 @@ from dielast.handover.material_file import MaterialFile, material_file
 from dielast.io.table import split_header
 from dielast.mechanics.load import Mode
 from dielast.numerics.arrays import Floats
-from dielast.readings.columns_recipe import MachineColumns, Specimen
+from dielast.readings.columns_recipe import STRAINS, STRESSES, MachineColumns, Specimen
 from dielast.recipe.base import RecipeBase, TextTable, units_of
 from dielast.recipe.fields import AscendingTimes, OneOf, Section, Temperature, on_one_scale
 from dielast.recipe.file_fields import InputFile
@@ -28,18 +28,8 @@ KEYS = {
 }
 
 
-NO_WAVEFORM = "has no effect without a waveform in [[step]]: leave it out"
-# column of the result -> columns of a testing machine that measure the same
-_MEASURED_AS = {
-    "time [s]": {"time"},
-    "stretch_1 [1]": {"stretch", "strain", "extension"},
-    "nominal_stress_1 [Pa]": {"stress", "force"},
-}
-
-
-def roles_of(header: str) -> set[str]:
-    """The columns of a testing machine that a column of the result may be compared with."""
-    return _MEASURED_AS.get(header, set())
+MEASURED_AS = {"time [s]": {"time"}, "stretch_1 [1]": {*STRAINS}, "nominal_stress_1 [Pa]": {*STRESSES}}
+"""Column of the result -> columns of a testing machine that measure the same."""
 
 
 def _column(header: str, info: ValidationInfo) -> str:
@@ -108,7 +98,7 @@ class CompareSection(TextTable):
     def _check(self) -> None:
         super()._check()
         for axis, header, column in (("x", self.x, self.x_column), ("y", self.y, self.y_column)):
-            if column is not None and (named := roles_of(header) & self.columns.by_role.keys()):
+            if column is not None and (named := MEASURED_AS.get(header, set()) & self.columns.by_role.keys()):
                 raise InputError(f"{axis}_column and columns.{min(named)} state the same column: one of them is needed")
 
 
@@ -266,11 +256,6 @@ class SimulationRecipe(MaterialRecipe):
 
     def _check(self) -> None:
         self._check_columns()
-        # other cases of a sweep over steps may have a waveform
-        swept = any((read_path(key) or ("",))[0] in ("step", "load") for key in self.sweep or ())
-        cycling = swept or getattr(self, "repeat", None) is not None
-        if self.output.cycles is not None and not cycling and all(step.waveform is None for step in getattr(self, "step", ())):
-            raise InputError(NO_WAVEFORM, key="output.cycles")
         if self.plot.join == "cases" and (not self.sweep or self.plot.x in (None, "time [s]")):
             raise InputError('join = "cases" needs a [sweep] and an x other than time [s]', key="plot")
         if self.plot.join == "times" and self.plot.x in {shown_path(read_path(key) or (key,)) for key in self.sweep or ()}:

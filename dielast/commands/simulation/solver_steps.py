@@ -120,36 +120,36 @@ def _at_edges(values: Sequence[float], key: str, recipe: Any) -> tuple[float, ..
     return tuple(value / (width * film.thickness) for value, width in zip(both, widths, strict=False))
 
 
-def _film_tracks(index: int, step: Any, recipe: Any, inputs: Inputs) -> dict[str, Any]:
-    """The columns of a table for edges and electrodes as tracks; by default its voltage."""
+def _table(step: Any, inputs: Inputs) -> tuple[MeasuredTable, dict[str, str | int]]:
+    """The table of load that a step names, and the columns that the step states, by role."""
     from dielast.io.cells import TextFormat
     from dielast.io.text_table import read_measured
 
-    name, stated = step.table, step.columns.model_dump(exclude_none=True) if step.columns is not None else {}
-    points = read_measured(inputs.read(name), name, TextFormat(sheet=step.sheet))
-    time_column = stated.pop("time", "time")
-    found = dict[str, Any]()
+    points = read_measured(inputs.read(step.table), step.table, TextFormat(sheet=step.sheet))
+    return points, {} if step.columns is None else step.columns.by_role
+
+
+def _film_tracks(index: int, step: Any, recipe: Any, inputs: Inputs) -> dict[str, Any]:
+    """The columns of a table for edges and electrodes as tracks; by default its voltage."""
+    points, stated = _table(step, inputs)
     with placed(lambda problem: problem.within(key=f"step[{index}].columns")):
-        points.find(time_column, "time")
-        time = ascending_times(points, name, column=time_column)
-        for role, column in (stated or {"voltage": "voltage"}).items():
-            points.find(column, role)
-            if role == "charge":
-                values = _charges(index, points, column, recipe)
-            else:
-                values = points.column(column, role, {"voltage": VOLTAGE, "stretch": NUMBER, "stress": STRESS}[role])
-            found[role] = Track(time, values)
-    return found
+        time = ascending_times(points, column=stated.pop("time", "time"))
+        columns = stated or {"voltage": "voltage"}
+        return {role: Track(time, _values(index, points, role, column, recipe)) for role, column in columns.items()}
+
+
+def _values(index: int, points: MeasuredTable, role: str, column: str | int, recipe: Any) -> Floats:
+    """What drives a film, from a column of a table of load, in SI."""
+    if role == "charge":
+        return _charges(index, points, column, recipe)
+    return points.column(column, role, {"voltage": VOLTAGE, "stretch": NUMBER, "stress": STRESS}[role])
 
 
 def _followed(index: int, step: Any, recipe: Any, inputs: Inputs) -> Iterator[Track]:
     """Ramps through the points of a table, and jumps if it is a result of dielast with jumps; its times begin with the step."""
-    from dielast.io.cells import TextFormat
-    from dielast.io.text_table import read_measured
     from dielast.readings.quantities import read_as, role_in
 
-    name, control, columns = step.table, _control(recipe, step), step.columns
-    points = read_measured(inputs.read(name), name, TextFormat(sheet=step.sheet))
+    control, (points, stated) = _control(recipe, step), _table(step, inputs)
     key = f"step[{index}].columns"
 
     def check(role: str, column: str | int) -> None:
@@ -157,28 +157,26 @@ def _followed(index: int, step: Any, recipe: Any, inputs: Inputs) -> Iterator[Tr
         with placed(lambda problem: problem.within(key=f"{key}.{role}")):
             points.find(column, role)
 
-    time_column = (columns and columns.time) or "time"
+    time_column = stated.get("time", "time")
     check("time", time_column)
+    column: str | int
     if control in ("voltage", "charge"):
-        role, column = control, (columns and getattr(columns, control)) or control
+        role, column = control, stated.get(control, control)
         if column == "charge" and not points.has("charge") and points.has("charge_density"):
             column = "charge_density"
         jumps = points.has("true_field")
     else:
         with placed(lambda problem: problem.within(key=key)):
-            role, column = role_in(points, control, columns)
+            role, column = role_in(points, control, step.columns)
         jumps = column in OWN
     check(role, column)
-    time = ascending_times(points, name, jumps, time_column)
-    if control == "voltage":
-        values = points.column(column, control, VOLTAGE)
-    elif control == "charge":
-        values = _charges(index, points, column, recipe)
+    time = ascending_times(points, jumps, time_column)
+    if control in ("voltage", "charge"):
+        values = _values(index, points, control, column, recipe)
     else:
         values = read_as(points, role, column, recipe.specimen)
         for row in np.flatnonzero(values <= 0)[:1] if control == "stretch" else ():
-            needed = f"stretch {values[row]:g}: a number above 0 is needed (1 is undeformed)"
-            raise InputError(needed, file=name, line=points.lines[row])
+            raise points.error(f"stretch {values[row]:g}: a number above 0 is needed (1 is undeformed)", row)
     return tracks(time, values)
 
 
@@ -242,27 +240,23 @@ def in_recipe_terms(problem: Problem, origin: Sequence[int], members: Sequence[i
     return replace(problem, step=None, key=key)
 
 
-def ascending_times(points: MeasuredTable, name: str, jumps: bool = False, column: str | int = "time") -> Floats:
+def ascending_times(points: MeasuredTable, jumps: bool = False, column: str | int = "time") -> Floats:
     """The times in the `column` of a table of load in s; with `jumps` they may repeat.
 
     Raises `InputError` naming the line unless they ascend from 0 or later, or if it is a result of several cases.
     """
     if points.has("case"):
         number = points.cells[points.find("case", "case")]
-        for line, case in zip(points.lines, number, strict=True):
+        for row, case in enumerate(number):
             if case != number[0]:
                 ends = f"case {number[0]} ends and case {case} begins, so that times do not ascend"
-                raise InputError(f"{ends}: a load is one case, so leave only its rows in the table", file=name, line=line)
+                raise points.error(f"{ends}: a load is one case, so leave only its rows in the table", row)
     time = points.column(column, "time", TIME)
     before = np.append(-1.0, time[:-1])
     late = time < before if jumps else time <= before
-    wrong = np.flatnonzero(late | (time < 0) | (time > TIMES[1]))
-    if wrong.size:
-        row = int(wrong[0])
+    for row in np.flatnonzero(late | (time < 0) | (time > TIMES[1]))[:1]:
         if time[row] > TIMES[1]:
-            raise InputError(f"time {time[row]:g} s: at most {TIMES[1]:g} s is needed", file=name, line=points.lines[row])
+            raise points.error(f"time {time[row]:g} s: at most {TIMES[1]:g} s is needed", row)
         what = f"does not come after {before[row]:g} s" if row and time[row] >= 0 else "is negative"
-        raise InputError(
-            f"time {time[row]:g} s {what}; the times of a load must ascend from 0 s", file=name, line=points.lines[row]
-        )
+        raise points.error(f"time {time[row]:g} s {what}; the times of a load must ascend from 0 s", row)
     return time

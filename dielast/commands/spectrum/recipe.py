@@ -6,7 +6,7 @@ from typing import Annotated, ClassVar, Literal
 from pydantic import Field
 
 from dielast.base.errors import InputError, Mistakes, Problem
-from dielast.base.units import Dimension
+from dielast.base.units import DENSITY
 from dielast.handover.export.card import CODES, spring_names
 from dielast.handover.export.code import MODULI, SCALES, UNITS, CardOptions
 from dielast.handover.law_section import BreakdownField
@@ -136,7 +136,6 @@ class MaterialConstants(Section):
         return ConstantPermittivity(self.permittivity or 0.0, self.relative_permittivity).brief()
 
 
-DENSITY = Dimension("a density", "kg/m^3", "960 kg/m^3")
 Format = Annotated[str, OneOf(lambda: CODES.names)]
 EXPORT_KEYS = {name: f"export.{name}" for name in ("formats", *(field.name for field in fields(CardOptions)))}
 """Arguments and options of `export_card` -> keys of the recipe."""

@@ -1,13 +1,12 @@
 """`spectrum`: master curve -> discrete relaxation spectrum and material file."""
 
-import math
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from dielast.base.errors import InputError, Mistakes, Problem, in_keys, located, reached_by, warn, without_warnings
+from dielast.base.errors import InputError, Mistakes, Problem, in_keys, located, warn, without_warnings
 from dielast.commands.spectrum.recipe import (
     FIT_KEYS,
     REDUCE_KEYS,
@@ -17,11 +16,17 @@ from dielast.commands.spectrum.recipe import (
     RelaxationTimes,
     SpectrumRecipe,
 )
-from dielast.commands.spectrum.sources import card_of, curve_of, exported, run_card
-from dielast.handover.law_section import breakdown
-from dielast.handover.mastercurve_folder import DRAWS, ReadDraws, ReducedCurve, read_curve_draws
+from dielast.commands.spectrum.sources import (
+    card_of,
+    curve_of,
+    exported,
+    material_files,
+    moduli_headline,
+    run_card,
+    with_constants,
+)
+from dielast.handover.mastercurve_folder import DRAWS, ReadDraws, ReducedCurve
 from dielast.handover.material_draws import draw_columns
-from dielast.handover.material_file import write_material
 from dielast.io.files import Inputs
 from dielast.io.table import Table
 from dielast.material.checks import warn_of_material
@@ -51,7 +56,7 @@ def run(cases: Sequence[Case[SpectrumRecipe]], inputs: Inputs, execution: Execut
     recipe = cases[0].recipe
     if recipe.prony is not None:
         return run_card(recipe, inputs)
-    curve, read = read_curve(recipe, inputs)
+    curve = curve_of(recipe, inputs)
     result, reduction, material, cards = characterise(recipe, curve)
     continuous = continuous_spectrum(result) if recipe.fit.continuous else None
 
@@ -64,15 +69,13 @@ def run(cases: Sequence[Case[SpectrumRecipe]], inputs: Inputs, execution: Execut
         measured = "measured" if recipe.mastercurve is None else "master curve"
         return plot_spectrum(result, title, continuous=continuous, reduction=reduction, reference_temperature=at, measured=measured)
 
-    drawn = None if read is None else draw_materials(read, curve, result, material, recipe.whole_fit)
-    files = {"material.toml": write_material(material, None if drawn is None else DRAWS)}
-    files |= {name: text.encode() for name, text in cards.items()}
+    drawn = None if curve.draws is None else draw_materials(curve.draws, curve, result, material, recipe.whole_fit)
     written, numbers = tables(result, continuous, reduction), headline(result, continuous, reduction)
     if curve.data is not None:
         numbers["data"] = dict(curve.data)
     if drawn is not None:
         written[DRAWS], numbers["uncertainty"] = drawn
-    return RunReport(written, numbers, figure, files)
+    return RunReport(written, numbers, figure, material_files(material, cards, None if drawn is None else DRAWS))
 
 
 def prepared(cases: Sequence[Case[SpectrumRecipe]], inputs: Inputs) -> object:
@@ -80,15 +83,7 @@ def prepared(cases: Sequence[Case[SpectrumRecipe]], inputs: Inputs) -> object:
     recipe = cases[0].recipe
     if recipe.prony is not None:
         return card_of(recipe, inputs)
-    return characterise(recipe, read_curve(recipe, inputs)[0])
-
-
-def read_curve(recipe: SpectrumRecipe, inputs: Inputs) -> tuple[ReducedCurve, ReadDraws | None]:
-    """The curve that a recipe names, and the draws of a master curve, if it has any."""
-    folder = recipe.mastercurve
-    with reached_by("data.file" if folder is None else "mastercurve"):
-        curve = curve_of(recipe, inputs)
-        return curve, None if folder is None else read_curve_draws(folder, curve, inputs)
+    return characterise(recipe, curve_of(recipe, inputs))
 
 
 def characterise(recipe: SpectrumRecipe, curve: ReducedCurve) -> tuple[SpectrumFit, Reduction | None, Material, dict[str, str]]:
@@ -100,7 +95,7 @@ def characterise(recipe: SpectrumRecipe, curve: ReducedCurve) -> tuple[SpectrumF
     if recipe.fit.continuous and curve.kind is CREEP:
         wrong.append(Problem("a creep curve has no continuous relaxation spectrum, only a discrete one", key="fit.continuous"))
     end = end_of(fit_curve(curve, recipe.whole_fit, recipe.truncate.keep if recipe.truncate else None), recipe.fit.states_the_end)
-    result = end.carried_on() if curve.drawn else end.fit  # as the draws, which need slower branches
+    result = end.fit if curve.draws is None else end.carried_on()  # as the draws, which need slower branches
     reduce, export = recipe.reduce, recipe.export
     reduction = wrong.tried(lambda: reduced(result, curve.shift, reduce)) if reduce else None
     material, cards = with_origin(make_material(result, curve, recipe.material, reduction, end), recipe.fit), None
@@ -254,12 +249,7 @@ def headline(result: SpectrumFit, continuous: ContinuousSpectrum | None, reducti
             "polynomial_rms_relative_error": result.polynomial_rms_relative_error,
             "smoothing": result.smoothing,
         },
-        "moduli": {
-            "equilibrium_shear_Pa": result.equilibrium_shear_modulus,
-            "nonequilibrium_shear_Pa": float(np.sum(spectrum.shear_modulus)),
-            "relaxation_time_min_s": float(spectrum.relaxation_time[-1]),
-            "relaxation_time_max_s": float(spectrum.relaxation_time[0]),
-        },
+        "moduli": moduli_headline(spectrum, result.equilibrium_shear_modulus),
     }
     if continuous is not None:
         numbers["continuous"] = {
@@ -293,18 +283,17 @@ def make_material(
     result: SpectrumFit, curve: ReducedCurve, constants: MaterialConstants, reduction: Reduction | None, end: OpenEnd
 ) -> Material:
     """The material for simulations: the spectrum, its shift law, and the constants that no relaxation test determines."""
-    return Material(
+    material = Material(
         name=constants.name,
         equilibrium_modulus=result.equilibrium_shear_modulus,
         spectrum=result.spectrum if reduction is None else reduction.spectrum,
         shift=curve.shift,
-        equilibrium_law=Gent(constants.J_lim.equilibrium or math.inf),
-        nonequilibrium_law=Gent(constants.J_lim.nonequilibrium or math.inf),
-        permittivity=constants.dielectric(),
-        breakdown=breakdown(constants.breakdown),
+        equilibrium_law=Gent(),
+        nonequilibrium_law=Gent(),
         measured_temperature=curve.measured_temperature,
         equilibrium_scaling=curve.scaling,
         nonequilibrium_scaling=curve.scaling,
         window=Window((float(result.reduced_time[0]), float(result.reduced_time[-1])), end.reached),
         equilibrium_range=end.range,
     )
+    return with_constants(material, constants)

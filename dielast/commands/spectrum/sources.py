@@ -1,13 +1,14 @@
 """What `spectrum` reads: a folder of `mastercurve`, a test at one temperature or a curve from elsewhere, or a Prony series."""
 
 import math
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from dielast.base.errors import InputError, in_keys, located, reached_by, warn
-from dielast.commands.spectrum.recipe import EXPORT_KEYS, ExportSection, SpectrumRecipe
+from dielast.commands.spectrum.recipe import EXPORT_KEYS, ExportSection, MaterialConstants, SpectrumRecipe
 from dielast.handover.export.card import export_cards
 from dielast.handover.export.code import CardOptions
 from dielast.handover.law_section import breakdown
@@ -17,6 +18,7 @@ from dielast.io.files import Inputs
 from dielast.material.checks import warn_of_material
 from dielast.material.material import Material, paths_of
 from dielast.material.shift import NoShift
+from dielast.material.spectrum import Spectrum
 from dielast.material.springs import Gent
 from dielast.numerics.arrays import Floats
 from dielast.readings.recipe import CurveData
@@ -29,8 +31,10 @@ NO_SCATTER = 1.25  # times as large a value at the same time is no scatter of on
 def curve_of(recipe: SpectrumRecipe, inputs: Inputs) -> ReducedCurve:
     """The curve that a recipe names; raises `InputError` if it cannot be read."""
     if recipe.data is None:
-        return read_master_curve(str(recipe.mastercurve), inputs)
-    return read_curve(recipe.data, inputs)
+        with reached_by("mastercurve"):
+            return read_master_curve(str(recipe.mastercurve), inputs)
+    with reached_by("data.file"):
+        return read_curve(recipe.data, inputs)
 
 
 def read_curve(data: CurveData, inputs: Inputs) -> ReducedCurve:
@@ -84,15 +88,9 @@ def card_of(recipe: SpectrumRecipe, inputs: Inputs) -> tuple[Material, dict[str,
     with located(file=recipe.prony):
         instantaneous, at_rest = (None if young is None else young / 3 for young in (fit.glassy_modulus, fit.equilibrium_modulus))
         material = card.material(instantaneous, at_rest)
-    limits = constants.J_lim
-    material = replace(
-        material,
-        name=constants.name if "name" in constants.model_fields_set else material.name,
-        equilibrium_law=material.equilibrium_law if limits.equilibrium is None else Gent(limits.equilibrium),
-        nonequilibrium_law=material.nonequilibrium_law if limits.nonequilibrium is None else Gent(limits.nonequilibrium),
-        permittivity=constants.dielectric(),
-        breakdown=breakdown(constants.breakdown),
-    )
+    if "name" in constants.model_fields_set:
+        material = replace(material, name=constants.name)
+    material = with_constants(material, constants)
     material = replace(material, origin=dict.fromkeys(paths_of(material), "stated"))
     warn_of_material(material)
     export = recipe.export
@@ -114,17 +112,36 @@ def run_card(recipe: SpectrumRecipe, inputs: Inputs) -> RunReport:
 
         return plot_spectrum(shown, headed(recipe.title, [material.name]), measured="")
 
-    numbers: dict[str, dict[str, Any]] = {
-        "prony": {"branches": len(spectrum)},
-        "moduli": {
-            "equilibrium_shear_Pa": equilibrium,
-            "nonequilibrium_shear_Pa": float(np.sum(spectrum.shear_modulus)),
-            "relaxation_time_min_s": float(tau.min(initial=np.inf)),
-            "relaxation_time_max_s": float(tau.max(initial=0.0)),
-        },
+    numbers = {"prony": {"branches": len(spectrum)}, "moduli": moduli_headline(spectrum, equilibrium)}
+    return RunReport({"spectrum.csv": spectrum.columns()}, numbers, figure, material_files(material, cards))
+
+
+def with_constants(material: Material, constants: MaterialConstants) -> Material:
+    """A material with the constants of the recipe that no relaxation test gives; its springs are those it has without J_lim."""
+    limits = constants.J_lim
+    return replace(
+        material,
+        equilibrium_law=material.equilibrium_law if limits.equilibrium is None else Gent(limits.equilibrium),
+        nonequilibrium_law=material.nonequilibrium_law if limits.nonequilibrium is None else Gent(limits.nonequilibrium),
+        permittivity=constants.dielectric(),
+        breakdown=breakdown(constants.breakdown),
+    )
+
+
+def moduli_headline(spectrum: Spectrum, equilibrium: float) -> dict[str, Any]:
+    """The section of a summary on the moduli of a material."""
+    tau = spectrum.relaxation_time
+    return {
+        "equilibrium_shear_Pa": equilibrium,
+        "nonequilibrium_shear_Pa": float(np.sum(spectrum.shear_modulus)),
+        "relaxation_time_min_s": float(tau.min(initial=np.inf)),
+        "relaxation_time_max_s": float(tau.max(initial=0.0)),
     }
-    files = {"material.toml": write_material(material)} | {name: text.encode() for name, text in cards.items()}
-    return RunReport({"spectrum.csv": spectrum.columns()}, numbers, figure, files)
+
+
+def material_files(material: Material, cards: Mapping[str, str], draws: str | None = None) -> dict[str, bytes]:
+    """The file of a material, which names that of its `draws`, and its cards (name -> text)."""
+    return {"material.toml": write_material(material, draws)} | {name: text.encode() for name, text in cards.items()}
 
 
 def exported(material: Material, export: ExportSection, options: CardOptions) -> dict[str, str]:

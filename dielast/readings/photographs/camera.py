@@ -85,7 +85,7 @@ class Camera:
         rim = np.array(points, dtype=float)
         start = Ellipse.of_moments(rim.mean(axis=0), np.cov(rim.T) / 2)
         try:
-            ellipse = _through(rim, start)
+            ellipse, _ = fit_ellipse(rim, np.ones(len(rim), dtype=bool), start, least_deviation=1e9)
         except np.linalg.LinAlgError:
             raise InputError("points around a circle are needed, eight or more", argument="circle") from None
         to_plane = np.eye(3)
@@ -112,10 +112,6 @@ class Camera:
         along = ends[1] - ends[0]
         unit: Floats = along / np.hypot(*along)
         return unit
-
-
-def _through(rim: Floats, start: Ellipse) -> Ellipse:
-    return fit_ellipse(rim, np.ones(len(rim), dtype=bool), start, least_deviation=1e9)[0]
 
 
 def _without_lens(points: Floats, middle: Floats, lens: float, scale: float) -> Floats:

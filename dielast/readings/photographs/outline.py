@@ -84,18 +84,14 @@ def find_outline(
     reason = ""
     for blob in found:
         outline = _refined(grey, blob, factor, 1.0 if dark else -1.0, np.array([left, top]), camera)
-        if outline.flat is not None and _another(found, blob):
-            return Outline(reason="two electrodes are found: state a region that holds one")
         if outline.flat is not None:
+            others = (other for other in found if other is not blob)
+            if any(other.score > SECOND * blob.score and other.support > WELL_SEEN for other in others):
+                return Outline(reason="two electrodes are found: state a region that holds one")
             return outline
         reason = reason or outline.reason  # that of the likeliest region
     reason = reason or "no electrode is found"
     return Outline(reason=reason if region is not None else f"{reason}; a region around it may help")
-
-
-def _another(found: list[Blob], blob: Blob) -> bool:
-    """Whether there is another region as clear as this one."""
-    return any(other is not blob and other.score > SECOND * blob.score and other.support > WELL_SEEN for other in found)
 
 
 def _refined(grey: NDArray[Any], blob: Blob, factor: int, sign: float, corner: Floats, camera: Camera | None) -> Outline:

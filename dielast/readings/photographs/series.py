@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from dielast.base.errors import InputError
-from dielast.io.table import Column, Frame, Table, to_frame
+from dielast.io.result import TabularResult
+from dielast.io.table import Column, Table
 from dielast.numerics.arrays import Floats
 from dielast.readings.photographs.camera import Camera
 from dielast.readings.photographs.ellipse import Ellipse
@@ -25,8 +26,8 @@ HOLES = 0.02  # of the electrode's area that becomes as light as the film and st
 LIGHTER = 0.2  # by which the electrode's grey value over the film's changes and stays so
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Stretches:
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class Stretches(TabularResult):
     """The stretches of the electrode in n photographs, called `file`, at `time` (n,) in s.
 
     `stretch` and `stderr` (n, 2) are along the axes 1 and 2 of the film, over the reference; NaN where the electrode is lost.
@@ -72,10 +73,6 @@ class Stretches:
             Column("area_strain", "1", self.area_strain),
             Column("state", None, self.state),
         ]
-
-    def to_frame(self) -> Frame:
-        """The same as a pandas data frame."""
-        return to_frame(self.columns())
 
     def __repr__(self) -> str:
         counts = ", ".join(f"{self.state.count(name)} {name}" for name in (OK, DOUBTFUL, LOST))

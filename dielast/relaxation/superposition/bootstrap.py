@@ -159,15 +159,15 @@ class _Smooth:
         theta = self.theta.copy()
         theta[: moved.size] += moved
         state = self.fit.at(theta)
-        parts, free = state.parts, state.prior.free
+        free = state.prior.free
         effects = -np.linalg.solve(state.normal, state.gradient)
-        noise = np.zeros(parts.coefficient.size)
+        noise = np.zeros(state.coefficient.size)
         if random is not None:
             root = np.sqrt(self.fit.repeated)
             effects += root * np.linalg.solve(np.linalg.cholesky(state.normal).T, random.standard_normal(free.size))
-            noise = root * np.linalg.cholesky(parts.inverse) @ random.standard_normal(noise.size)
-        coefficient = parts.coefficient + parts.inverse @ parts.cross[:, free] @ effects + noise
-        return np.stack([spline.extended(x) for spline in parts.curves.splines(coefficient)])
+            noise = root * np.linalg.cholesky(state.inverse) @ random.standard_normal(noise.size)
+        coefficient = state.coefficient + state.inverse @ state.cross[:, free] @ effects + noise
+        return np.stack([spline.extended(x) for spline in state.curves.splines(coefficient)])
 
 
 def _law_values(law: str, master: MasterCurve, shift: Floats, measured: Floats) -> Floats:

@@ -144,7 +144,9 @@ def likeliest(effects: Sequence[RandomEffect], normal: Floats, right: Floats, ro
     precision = joint_precision(effects, m)
     covariance = np.linalg.inv(normal + precision)
     values, volume = covariance @ right, np.linalg.slogdet(normal + precision)[1] - np.linalg.slogdet(precision)[1]
-    prior = sum(_tail(each.spread, each.kind.usual) - 2 * AVOID * float(np.log(each.spread / each.kind.usual)) for each in effects)
+    # -2 ln of the prior: a half-Cauchy distribution, times a power that rises from zero
+    ratio = np.array([each.spread / each.kind.usual for each in effects])
+    prior = float(np.sum(2 * np.log1p(ratio**2) - 2 * AVOID * np.log(ratio)))
     return LikelySpreads(effects, float(np.sum(normal * covariance)), float(values @ precision @ values + volume) + prior)
 
 
@@ -194,8 +196,3 @@ def joint_precision(effects: Sequence[RandomEffect], curves: int) -> Floats:
         block = slice(g * curves, (g + 1) * curves)
         joint[block, block] = each.precision(curves)
     return joint
-
-
-def _tail(spread: float, scale: float) -> float:
-    """-2 ln of a half-Cauchy distribution of the spread."""
-    return float(2 * np.log1p((spread / scale) ** 2))

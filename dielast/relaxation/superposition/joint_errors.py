@@ -121,15 +121,14 @@ def _scatter(points: FitPoints, residual: Floats) -> Floats:
 
 def _predicted_variance(state: State) -> Floats:
     """Variance (n,) of the smooth curve at each point, from the covariance of its coefficients, shifts and offsets."""
-    points, prior, parts = state.points, state.prior, state.parts
-    m, curves = points.curves, parts.curves
-    answer = (parts.inverse @ parts.cross)[:, prior.free]
+    points, prior, curves, m = state.points, state.prior, state.curves, state.points.curves
+    answer = (state.inverse @ state.cross)[:, prior.free]
     sensitive = -np.einsum("an,ank->nk", curves.basis, answer[curves.rows])
     place = np.full(3 * m, -1)
     place[prior.free] = np.arange(prior.free.size)
-    for number, side in enumerate(parts.sides):
+    for number, side in enumerate(state.sides):
         column = place[number * m + points.curve]
         selected = np.flatnonzero(column >= 0)
         sensitive[selected, column[selected]] += side[selected]
     of_parameters = np.sum(sensitive @ np.linalg.inv(state.normal) * sensitive, axis=1)
-    return np.asarray(curves.leverage(parts.inverse) + of_parameters)
+    return np.asarray(curves.leverage(state.inverse) + of_parameters)

@@ -150,7 +150,7 @@ def fit_held(points: FitPoints, shifts: MasterFit, anchor: int, vertical: bool) 
     covariance = shifts.covariance.copy()
     if vertical:
         level_covariance = np.linalg.inv(state.normal) * state.repeated
-        joint = replace(state, prior=replace(prior, free=movable)).normal
+        joint = state.with_prior(replace(prior, free=movable)).normal
         response = np.zeros((m, m))
         across, down = movable[: m - 1], movable[m - 1 :] - m
         response[np.ix_(down, across)] = -np.linalg.solve(joint[m - 1 :, m - 1 :], joint[m - 1 :, : m - 1])
@@ -182,7 +182,7 @@ def _respread(state: State) -> State:
     likely = likeliest(prior.random, *effect_equations(state), SPREAD_ROUNDS)
     freedom = float(prior.free.size - len(likely.effects) * m) + likely.counted
     new = with_random(prior, likely.effects, m, state.repeated)
-    return replace(state, prior=replace(new, freedom=freedom, evidence=likely.evidence))
+    return state.with_prior(replace(new, freedom=freedom, evidence=likely.evidence))
 
 
 def fit_state(points: FitPoints, theta: Floats, prior: Prior) -> tuple[State, float]:

@@ -49,8 +49,9 @@ class Prior:
 
 
 @dataclass(frozen=True, eq=False)
-class LinearParts:
-    """The best smooth curves of the `points` at parameters `theta` (3m,), on the splines `curves`; computed as far as it is needed.
+class State:
+    """The best smooth curves of the `points` at parameters `theta` (3m,) with a `prior`, on the splines `curves`; computed as far
+    as it is needed.
 
     The first `count` of shifts, vertical shifts and tilts may be free.
     """
@@ -60,6 +61,36 @@ class LinearParts:
     weights: Weights
     curves: SplineProblem
     count: int
+    prior: Prior
+
+    @classmethod
+    def of(cls, points: FitPoints, theta: Floats, prior: Prior, weights: Weights, spacing: float) -> Self:
+        """The state at the parameters `theta` (3m,), with knots `spacing` apart in decades."""
+        curves = SplineProblem.of(points.log_time - theta[points.curve], spacing, points.channel, points.channels)
+        count = theta.size // points.curves if prior.free.size and prior.free[-1] >= points.curves else 1
+        return cls(points, theta, weights, curves, count, prior)
+
+    def at(self, theta: Floats) -> Self:
+        """The state at other parameters (3m,)."""
+        return self.of(self.points, theta, self.prior, self.weights, self.spacing)
+
+    def of_points(self, points: FitPoints) -> Self:
+        """The state of other points of the same curves."""
+        return self.of(points, self.theta, self.prior, self.weights, self.spacing)
+
+    def with_knots(self, spacing: float) -> Self:
+        """The state with other knots, `spacing` apart in decades."""
+        return self.of(self.points, self.theta, self.prior, self.weights, spacing)
+
+    def with_weights(self, weights: Weights) -> Self:
+        """The state with other weights."""
+        return replace(self, weights=weights)
+
+    def with_prior(self, prior: Prior) -> Self:
+        """The state with another prior; what was computed without the prior is kept."""
+        new = replace(self, prior=prior)
+        vars(new).update({name: value for name, value in vars(self).items() if name in _WITHOUT_PRIOR})
+        return new
 
     @cached_property
     def _fit(self) -> tuple[Floats, Floats, Floats]:
@@ -101,7 +132,7 @@ class LinearParts:
         return np.hstack([cross_products(self.points, self.curves.rows, weighted * side, size) for side in self.sides])
 
     @cached_property
-    def normal(self) -> Floats:
+    def _normal(self) -> Floats:
         """The normal matrix (sides m, sides m) without a prior."""
         m, curve, weight, count = self.points.curves, self.points.curve, self.weights.weight, self.count
         each = np.arange(m)
@@ -112,56 +143,10 @@ class LinearParts:
         return np.asarray(blocks.reshape(count * m, count * m) - self.cross.T @ self.inverse @ self.cross)
 
     @cached_property
-    def pull(self) -> Floats:
+    def _pull(self) -> Floats:
         """Half the gradient (sides m,) of the weighted squares of the residuals."""
         weighted = self.weights.weight * self.residual
         return np.hstack([np.bincount(self.points.curve, weighted * side, minlength=self.points.curves) for side in self.sides])
-
-
-@dataclass(frozen=True, eq=False)
-class State:
-    """The best smooth curves for given parameters, with their `prior`; computed as far as it is needed."""
-
-    parts: LinearParts
-    prior: Prior
-
-    @classmethod
-    def of(cls, points: FitPoints, theta: Floats, prior: Prior, weights: Weights, spacing: float) -> Self:
-        """The state at the parameters `theta` (3m,), with knots `spacing` apart in decades."""
-        curves = SplineProblem.of(points.log_time - theta[points.curve], spacing, points.channel, points.channels)
-        count = theta.size // points.curves if prior.free.size and prior.free[-1] >= points.curves else 1
-        return cls(LinearParts(points, theta, weights, curves, count), prior)
-
-    def at(self, theta: Floats) -> Self:
-        """The state at other parameters (3m,)."""
-        return self.of(self.points, theta, self.prior, self.weights, self.spacing)
-
-    def of_points(self, points: FitPoints) -> Self:
-        """The state of other points of the same curves."""
-        return self.of(points, self.theta, self.prior, self.weights, self.spacing)
-
-    def with_knots(self, spacing: float) -> Self:
-        """The state with other knots, `spacing` apart in decades."""
-        return self.of(self.points, self.theta, self.prior, self.weights, spacing)
-
-    def with_weights(self, weights: Weights) -> Self:
-        """The state with other weights."""
-        return replace(self, parts=replace(self.parts, weights=weights))
-
-    @property
-    def points(self) -> FitPoints:
-        """The points of the fit."""
-        return self.parts.points
-
-    @property
-    def theta(self) -> Floats:
-        """The parameters (3m,)."""
-        return self.parts.theta
-
-    @property
-    def weights(self) -> Weights:
-        """The weights of the points."""
-        return self.parts.weights
 
     @cached_property
     def cost(self) -> float:
@@ -174,33 +159,28 @@ class State:
     def gradient(self) -> Floats:
         """Half the gradient (p,) of the cost with respect to the free parameters."""
         free = self.prior.free
-        return np.asarray(self.parts.pull[free] + self.prior.precision[free] @ (self.theta - self.prior.mean), dtype=float)
+        return np.asarray(self._pull[free] + self.prior.precision[free] @ (self.theta - self.prior.mean), dtype=float)
 
     @cached_property
     def normal(self) -> Floats:
         """The normal matrix (p, p) of the free parameters."""
         free = self.prior.free
-        return np.asarray(self.parts.normal[free[:, None], free] + self.prior.precision[free[:, None], free], dtype=float)
+        return np.asarray(self._normal[free[:, None], free] + self.prior.precision[free[:, None], free], dtype=float)
 
     @property
     def splines(self) -> tuple[Spline, ...]:
         """The smooth curve of each channel."""
-        return self.parts.curves.splines(self.parts.coefficient)
-
-    @property
-    def residual(self) -> Floats:
-        """Distances (n,) of the points from the smooth curves."""
-        return self.parts.residual
+        return self.curves.splines(self.coefficient)
 
     @property
     def parameters(self) -> float:
         """The effective number of parameters of the fit."""
-        return self.parts.coefficient.size + self.prior.freedom
+        return self.coefficient.size + self.prior.freedom
 
     @property
     def spacing(self) -> float:
         """Knot spacing in decades."""
-        return self.parts.curves.spacing
+        return self.curves.spacing
 
     @cached_property
     def repeated(self) -> float:
@@ -208,6 +188,10 @@ class State:
         z = self.residual * np.sqrt(self.weights.weight)
         r = neighbour_correlation(self.points.series, z)
         return (1 + r) / (1 - r) if r > 3 / np.sqrt(z.size) else 1.0
+
+
+# what a state computes without its prior
+_WITHOUT_PRIOR = ("_fit", "sides", "cross", "_normal", "_pull", "repeated")
 
 
 def with_random(prior: Prior, random: tuple[RandomEffect, ...], curves: int, repeated: float = 1.0) -> Prior:

@@ -1,6 +1,5 @@
 """From a joint fit to the master curve: the shift law, and all results relative to the reference temperature."""
 
-from collections.abc import Sequence
 from contextlib import suppress
 
 import numpy as np
@@ -47,7 +46,9 @@ def place_at_reference(
     temperature, m, fit, kind = data.temperature, data.temperature.size, basis_fit.fit, data.kind
     determined = ~np.isin(temperature, [entry.temperature for entry in undetermined])
     if np.count_nonzero(determined) < 2:
-        raise _nothing_determined(undetermined)
+        reasons = dict.fromkeys(entry.reason for entry in undetermined)
+        places = [(reason, ", ".join(f"{e.temperature:g}" for e in undetermined if e.reason == reason)) for reason in reasons]
+        raise InputError("no shift factor is determined: " + "; ".join(f"at {where} degC {reason}" for reason, where in places))
     _check_reference(reference, temperature, determined)
     both_determined = np.ix_(determined, determined)
     slope = np.zeros(m)
@@ -121,12 +122,6 @@ def place_at_reference(
         tilt_spread=fit.tilt_spread,
         outlying_points=int(np.count_nonzero(np.any(outlying, axis=0))),
     )
-
-
-def _nothing_determined(undetermined: Sequence[Undetermined]) -> InputError:
-    reasons = dict.fromkeys(entry.reason for entry in undetermined)
-    places = [(reason, ", ".join(f"{e.temperature:g}" for e in undetermined if e.reason == reason)) for reason in reasons]
-    return InputError("no shift factor is determined: " + "; ".join(f"at {where} degC {reason}" for reason, where in places))
 
 
 def _check_reference(reference: float, temperature: Floats, determined: Flags) -> None:

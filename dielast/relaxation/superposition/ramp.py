@@ -137,7 +137,7 @@ class FoundRamp:
         m, free = state.points.curves, state.prior.free
         time = time_of_age(10**state.points.log_time, self.duration)
         later = mean_log_age(time, self.duration * np.exp(CHANGE)) - mean_log_age(time, self.duration)
-        _, across = _weighed(state, (state.parts.sides[0] * later / np.log(10) / CHANGE)[:, None])
+        _, across = _weighed(state, (state.sides[0] * later / np.log(10) / CHANGE)[:, None])
         moved = np.zeros(3 * m)
         moved[free] = np.linalg.solve(state.normal, across)[:, 0]
         return self.stderr**2 * np.outer(moved[: 2 * m], moved[: 2 * m])
@@ -163,7 +163,7 @@ def find_ramp(data: Gathered, binned: Binned, plain: Fitted | None, vertical: bo
     if plain is not None and (begin := _likeliest(problem, plain)) is not None:
         found.append(_most_likely(problem, begin, plain))
     if (rise := _rise(data, binned)) is not None:
-        begin = Ramp(min(rise.time, problem.longest), 0.0, True)
+        begin = Ramp(min(rise[0], problem.longest), 0.0, True)
         moved = replace(binned, log_time=problem.log_age(begin), log_modulus=binned.log_modulus + problem.lift(begin))
         try:
             anchor = steepest(moved)
@@ -228,26 +228,20 @@ def warn_of_ramp(duration: float, data: Gathered, *, taken_out: bool, lost: Sequ
 
 def warn_if_modulus_rises(data: Gathered, binned: Binned) -> None:
     """Warn if at most temperatures the modulus rises at first: no relaxation modulus does."""
-    if data.kind.stiffness_power < 0 or (end := _rise(data, binned)) is None:
+    if data.kind.stiffness_power < 0 or (rise := _rise(data, binned)) is None:
         return
+    time, curves = rise
     warn(
-        f"at {end.curves} of {data.temperature.size} temperatures the {data.kind.value} rises up to about {end.time:.2g} s, which "
+        f"at {curves} of {data.temperature.size} temperatures the {data.kind.value} rises up to about {time:.2g} s, which "
         f"no step of {data.kind.step} does: state the time in which the {data.kind.step} was applied, such as ramp = "
-        f'"{end.time:.1g} s": times are then mean log ages of the {data.kind.step}, and points of the ramp are left out; until '
+        f'"{time:.1g} s": times are then mean log ages of the {data.kind.step}, and points of the ramp are left out; until '
         "then, neither shift factors nor the law are to be trusted"
     )
 
 
-@dataclass(frozen=True, slots=True)
-class _Rise:
-    """The `time` in s up to which values rise, and the number of `curves` in which they do."""
-
-    time: float
-    curves: int
-
-
-def _rise(data: Gathered, binned: Binned) -> _Rise | None:
-    """Where values rise at first as only those over a last load do, None if they do not in most of the curves.
+def _rise(data: Gathered, binned: Binned) -> tuple[float, int] | None:
+    """The time in s up to which values rise at first as only those over a last load do, and the number of curves in which they do;
+    None if they do not in most of the curves.
 
     A modulus rises then, and a compliance rises as fast as time or faster: after a step it is concave over time.
     """
@@ -260,7 +254,7 @@ def _rise(data: Gathered, binned: Binned) -> _Rise | None:
         level = high[0] if power > 0 else high[-1]  # a compliance may rise just as fast as time
         ends.append(x[level])
         rising += bool(level >= 1 and (power < 0 or y[level] - y[0] > SIGNIFICANT * np.sqrt(2) * noise))
-    return _Rise(float(10 ** np.median(ends)), rising) if 2 * rising > len(ends) else None
+    return (float(10 ** np.median(ends)), rising) if 2 * rising > len(ends) else None
 
 
 def _longest(binned: Binned) -> float:
@@ -276,7 +270,7 @@ def _likeliest(problem: _Problem, plain: Fitted) -> Ramp | None:
     state = plain.state
     durations = np.geomspace(problem.shortest, problem.longest, TRIED)
     ages = np.stack([problem.log_age(Ramp(each, 0.0, False)) for each in durations.tolist()], axis=1)
-    along, square = _projected(state, state.parts.sides[0][:, None] * (ages - state.points.log_time[:, None]))
+    along, square = _projected(state, state.sides[0][:, None] * (ages - state.points.log_time[:, None]))
     gain = (2 * along - square) / state.repeated
     best = int(np.argmax(gain))
     return Ramp(float(durations[best]), 0.0, False) if gain[best] > NEEDED else None
@@ -319,7 +313,7 @@ class _Trial:
         state, score = converge(state.of_points(moved))
         longer = replace(ramp, duration=ramp.duration * np.exp(CHANGE))
         later, higher = problem.log_age(longer) - moved.log_time, problem.lift(longer) - problem.lift(ramp)
-        change = (state.parts.sides[0] * later - higher) / CHANGE
+        change = (state.sides[0] * later - higher) / CHANGE
         (along,), (square,) = _projected(state, change[:, None])
         step = float(np.clip(along / square, -LONGEST_STEP, LONGEST_STEP))
         return cls(replace(ramp, stderr=float(np.sqrt(state.repeated / square))), state, score, step)
@@ -362,10 +356,10 @@ def _weighed(state: State, change: Floats) -> tuple[Floats, Floats]:
     """Weighted squares (k,) of the `change` (n, k) of the values for unit steps of k further parameters, and products (p, k) with
     those for the free parameters, both less what the smooth curves explain.
     """
-    parts, points = state.parts, state.points
+    points = state.points
     weighted = state.weights.weight[:, None] * change
-    of_curves = np.stack([parts.curves.gather(parts.curves.basis * column) for column in weighted.T], axis=1)
-    sums = [[np.bincount(points.curve, side * column, minlength=points.curves) for column in weighted.T] for side in parts.sides]
-    answer = parts.inverse @ of_curves
-    others = (np.concatenate(np.swapaxes(sums, 1, 2)) - parts.cross.T @ answer)[state.prior.free]
+    of_curves = np.stack([state.curves.gather(state.curves.basis * column) for column in weighted.T], axis=1)
+    sums = [[np.bincount(points.curve, side * column, minlength=points.curves) for column in weighted.T] for side in state.sides]
+    answer = state.inverse @ of_curves
+    others = (np.concatenate(np.swapaxes(sums, 1, 2)) - state.cross.T @ answer)[state.prior.free]
     return np.asarray(np.sum(weighted * change, axis=0) - np.sum(of_curves * answer, axis=0)), others

@@ -48,7 +48,7 @@ def shift_covariance(state: State) -> Floats:
     normal, gradient = normal / repeated, gradient / repeated
     shifts = np.ix_(prior.free[moved], prior.free[moved])
     by_curve = _slope_products(state)
-    slopes = _slope_noise(state, by_curve, state.parts.inverse)[shifts]
+    slopes = _slope_noise(state, by_curve, state.inverse)[shifts]
     probability, precisions = np.ones(1), np.zeros((1, 0, 0))
     if random.size:
         of_effects, right = effect_equations(state, _slope_noise(state, by_curve, _bent_by_offsets(state))[shifts])
@@ -124,13 +124,13 @@ def _bent_by_offsets(state: State) -> Floats:
     usual = tuple(replace(each, spread=max(each.spread, each.kind.usual)) for each in prior.random)
     change = with_random(prior, usual, state.points.curves, state.repeated).precision - prior.precision
     change = change[np.ix_(prior.free, prior.free)]
-    response = state.parts.inverse @ state.parts.cross[:, prior.free]
-    return np.asarray(state.parts.inverse + response @ np.linalg.solve(state.normal + change, response.T))
+    response = state.inverse @ state.cross[:, prior.free]
+    return np.asarray(state.inverse + response @ np.linalg.solve(state.normal + change, response.T))
 
 
 def _slope_products(state: State) -> Floats:
     """Sums (m, K, K) over the points of each curve of the products of basis functions with their slopes."""
-    points, curves, weight, size = state.points, state.parts.curves, state.weights.weight, len(state.parts.inverse)
+    points, curves, weight, size = state.points, state.curves, state.weights.weight, len(state.inverse)
     products = np.zeros(points.curves * size * size)
     for basis, row in zip(curves.basis, curves.rows, strict=True):
         for slope, column in zip(curves.slope, curves.rows, strict=True):
@@ -144,9 +144,9 @@ def _slope_noise(state: State, by_curve: Floats, covariance: Floats) -> Floats:
 
     `by_curve` (m, K, K) are the `_slope_products`, and `covariance` (K, K) that of the coefficients.
     """
-    points, m, parts = state.points, state.points.curves, state.parts
-    shared = by_curve.reshape(m, -1) @ (parts.inverse @ by_curve @ covariance).reshape(m, -1).T
-    direct = np.bincount(points.curve, state.weights.weight * parts.curves.slope_variance(covariance), minlength=m)
+    points, m = state.points, state.points.curves
+    shared = by_curve.reshape(m, -1) @ (state.inverse @ by_curve @ covariance).reshape(m, -1).T
+    direct = np.bincount(points.curve, state.weights.weight * state.curves.slope_variance(covariance), minlength=m)
     return np.asarray(np.diag(direct) - (shared + shared.T) / 2)
 
 
@@ -158,15 +158,15 @@ def _noise_information(state: State, full: Floats, slopes: Floats, by_curve: Flo
     of one curve and j of another of M times the covariances S G S' of the slopes at i and j. G is the covariance of the
     coefficients of B. `slopes` (k, k) and `by_curve` are those of `_slope_noise` and `_slope_products`.
     """
-    points, prior, parts, weight = state.points, state.prior, state.parts, state.weights.weight
-    m, curves, inverse = points.curves, parts.curves, parts.inverse
+    points, prior, weight = state.points, state.prior, state.weights.weight
+    m, curves, inverse = points.curves, state.curves, state.inverse
     moved = prior.free < m
     shifts, linear = prior.free[moved], prior.free[~moved]
     if not linear.size:
         return np.broadcast_to(slopes, (len(full), *slopes.shape))
     # products (m, linear parameters, K) of the slopes of each curve with what the smooth curves leave of the linear parameters
-    left = -np.swapaxes(inverse @ parts.cross[:, linear], 0, 1) @ by_curve
-    sloped = np.hstack([cross_products(points, curves.rows, curves.slope * weight * side, len(inverse)) for side in parts.sides])
+    left = -np.swapaxes(inverse @ state.cross[:, linear], 0, 1) @ by_curve
+    sloped = np.hstack([cross_products(points, curves.rows, curves.slope * weight * side, len(inverse)) for side in state.sides])
     left[linear % m, np.arange(linear.size)] += sloped[:, linear].T
     left = left[shifts] @ np.linalg.cholesky(inverse)
     root = np.linalg.cholesky(np.linalg.inv(full[:, ~moved][:, :, ~moved]) / state.repeated)
