@@ -63,7 +63,6 @@ if TYPE_CHECKING:  # the public names, of which this is the only list: type chec
     )
     from dielast.material.ramp import without_ramp as without_ramp
     from dielast.material.scatter import (
-        DamageScatter as DamageScatter,
         FilmScatter as FilmScatter,
         NormalScatter as NormalScatter,
         Sample as Sample,

@@ -25,7 +25,7 @@ from dielast.numerics.arrays import Cases, Flags, Floats, paired
 from dielast.numerics.integrate import Status
 from dielast.numerics.roots import fall
 from dielast.numerics.stride import TriedStep
-from dielast.simulate.film_setup import Stretched, out_of_reach
+from dielast.simulate.film_setup import ByAxis, out_of_reach
 from dielast.simulate.follow import follow
 from dielast.simulate.setup import prestretched
 
@@ -47,10 +47,10 @@ class Ramps:
 
     controls: Controls
     thickness: Floats
-    prestretch: Stretched
+    prestretch: ByAxis
     ramp: Floats
     relax: Floats
-    weight_stress: Stretched
+    weight_stress: ByAxis
     share: Floats | None
     temperature: Floats
     rate: Floats
@@ -141,7 +141,7 @@ def voltages(materials: Sequence[Material], films: Ramps, rtol: float) -> Floats
 def _group(points: PointMaterial, films: Ramps, part: Cases, alike: bool, rtol: float) -> Floats:
     """The voltages (k, m) of the films `part` (k,), which have the same form."""
 
-    def of(values: Stretched) -> Stretched:
+    def of(values: ByAxis) -> ByAxis:
         first, second = (None if axis is None else axis[part] for axis in values)
         return first, second
 

@@ -24,7 +24,7 @@ from dielast.material.springs import EQUIBIAXIAL, UNIAXIAL, SpringLaw, gathered
 from dielast.mechanics.flow import Flow, flow_laws
 from dielast.mechanics.load import Mode, Step, Track
 from dielast.mechanics.point_material import PointMaterial
-from dielast.mechanics.slack_histories import borne
+from dielast.mechanics.slack import borne
 from dielast.mechanics.stretched import Histories, carried
 from dielast.numerics.arrays import Cases, Flags, Floats
 from dielast.simulate.membrane import MembraneHistory, relax

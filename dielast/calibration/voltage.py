@@ -16,7 +16,7 @@ from dielast.material.argument_types import checked
 from dielast.material.material import Material
 from dielast.mechanics.span import Control
 from dielast.numerics.arrays import Cases, Floats
-from dielast.simulate.film_setup import Film, Stretched, positive
+from dielast.simulate.film_setup import ByAxis, Film, positive
 
 QUANTITIES = ("stretch", "relative_stretch", "area_strain")
 UNITS = {"ramp": "V/s", "relax": "s", "electrode_share": "1"}
@@ -112,9 +112,9 @@ class VoltageTest(Result):
             raise InputError(f"{getattr(self, key)}: {needed}", argument=key)
         return float(ends[0]), float(ends[-1])
 
-    def _prestretch(self) -> tuple[Floats, Stretched]:
+    def _prestretch(self) -> tuple[Floats, ByAxis]:
         """The duration (1,) of the prestretch, and the prestretch of both axes."""
-        reached = self.film.stretched(1)
+        reached = self.film.prestretches(1)
         return self.film.ramp(reached, 1), reached
 
     @property
@@ -242,7 +242,7 @@ def _ramps(tests: Sequence[VoltageTest], index: Cases, row: Cases, conditions: C
         film.weight_stress(np.array([thick]), known[1]) for film, thick, known in zip(films, thickness, prestretches, strict=True)
     ]
 
-    def axes(values: Sequence[Stretched]) -> Stretched:
+    def axes(values: Sequence[ByAxis]) -> ByAxis:
         """The values of both axes: an axis without one in the first film has none in all of them."""
         one, two = (
             None if axis[int(index[0])] is None else of([np.nan if value is None else float(value[0]) for value in axis])

@@ -131,7 +131,7 @@ UNSTRETCHED: LawsOfCases[DielectricLaw] = LawsOfCases((), np.zeros(0, dtype=np.i
 """The dependence on stretch of any number of permittivities that have none."""
 
 
-def stretched(laws: Sequence[DielectricLaw], cases: int) -> LawsOfCases[DielectricLaw]:
+def stretch_laws(laws: Sequence[DielectricLaw], cases: int) -> LawsOfCases[DielectricLaw]:
     """How the permittivities of cases depend on stretch, from one law for each case or one for all."""
     if not any(law.depends_on_stretch for law in laws):
         return UNSTRETCHED
@@ -139,7 +139,7 @@ def stretched(laws: Sequence[DielectricLaw], cases: int) -> LawsOfCases[Dielectr
 
 
 def log_ratio(laws: LawsOfCases[DielectricLaw], log_squared_stretch: Floats) -> LogRatio:
-    """`DielectricLaw.log_ratio` of the `stretched` laws of the cases, at Lambda (2, cases)."""
+    """`DielectricLaw.log_ratio` of the `stretch_laws` of the cases, at Lambda (2, cases)."""
     if len(laws.laws) < 2:
         return next(iter(laws.laws), NO_STRETCH).log_ratio(log_squared_stretch)
     cases = log_squared_stretch.shape[1]

@@ -46,31 +46,9 @@ class NormalScatter:
 @checked
 @dataclass(frozen=True, slots=True)
 class WeibullScatter:
-    """Weibull distribution with this `shape` (1); the stated value is its scale, which 63.2 % of the values do not exceed.
-
-    Raises `InputError` for a shape that is not positive.
-    """
-
-    shape: float
-
-    def __post_init__(self) -> None:
-        if not (np.isfinite(self.shape) and self.shape > 0):
-            raise InputError(f"a Weibull shape of {self.shape:g}: a positive number is needed")
-
-    def factors(self, quantile: Floats) -> Floats:
-        """Factors on the stated value."""
-        return np.asarray((-np.log1p(-np.clip(quantile, 1e-15, 1 - 1e-15))) ** (1 / self.shape))
-
-
-Scatter = NormalScatter | WeibullScatter
-
-
-@checked
-@dataclass(frozen=True, slots=True)
-class DamageScatter:
-    """Scatter of the damage D at failure: a share P_f = 1 - exp(-a D^beta) of the films has failed at D, with the Weibull `shape`
-    beta (1) and a = `area_ratio` (1), the area of the films over that for which the constants of the damage hold: the weakest spot
-    of a larger film is weaker. Raises `InputError` for numbers that are not positive.
+    """Weibull distribution: a share 1 - exp(-a x^beta) of the films has at most x times the stated value, with the `shape` beta (1)
+    and a = `area_ratio` (1), the area of the films over that for which the value is stated: the weakest spot of a larger film is
+    weaker. Raises `InputError` for numbers that are not positive.
     """
 
     shape: float
@@ -84,12 +62,15 @@ class DamageScatter:
 
     @property
     def typical(self) -> float:
-        """The damage at which 63.2 % of the films have failed, a^(-1/beta): P_f = 1 - 1/e. It is 1 for an area ratio of 1."""
+        """The factor that 63.2 % of the films, 1 - 1/e, do not exceed, a^(-1/beta). It is 1 for an area ratio of 1."""
         return float(self.area_ratio ** (-1 / self.shape))
 
     def factors(self, quantile: Floats) -> Floats:
-        """The damage at failure, with the shape of `quantile`."""
+        """Factors on the stated value, with the shape of `quantile`."""
         return np.asarray((-np.log1p(-np.clip(quantile, 1e-15, 1 - 1e-15)) / self.area_ratio) ** (1 / self.shape))
+
+
+Scatter = NormalScatter | WeibullScatter
 
 
 @checked
@@ -237,7 +218,7 @@ class FilmScatter:
 
     breakdown_field: Scatter | None = None
     thickness: Scatter | None = None
-    damage: DamageScatter | None = None
+    damage: WeibullScatter | None = None
 
 
 def draw_sample(
@@ -292,7 +273,7 @@ def draw_sample(
     )
 
 
-_Law = Scatter | DamageScatter | SpecimenScatter
+_Law = Scatter | SpecimenScatter
 
 
 def field_scatter(material: Material) -> Scatter | None:
@@ -303,10 +284,10 @@ def field_scatter(material: Material) -> Scatter | None:
     return NormalScatter(float(law.relative)) if law.shape is None else WeibullScatter(float(law.shape))  # type: ignore[arg-type]
 
 
-def damage_scatter(material: Material) -> DamageScatter | None:
+def damage_scatter(material: Material) -> WeibullScatter | None:
     """The scatter of the damage at failure that the law of a material states."""
     law = material.damage
-    return None if law is None or law.shape is None else DamageScatter(float(law.shape))
+    return None if law is None or law.shape is None else WeibullScatter(float(law.shape))
 
 
 def specimen_scatter(material: Material) -> SpecimenScatter | None:

@@ -33,52 +33,52 @@ def apply_at_once(
     after = replace(film.copied(), next_step=np.where(jumps, 0.0, film.next_step))
     columns = where(jumps)
     if watch is not None:
-        after.field[columns] = target[2, columns]
+        after.electrical[columns] = target[2, columns]
         columns = _hold(film, controls, target, columns, after, watch)
     if not columns.size:
         return after
-    present = after.take(columns).moment(controls, columns, np.zeros(columns.size))
+    present = after.take(columns).snapshot(controls, columns, np.zeros(columns.size))
     state, stable = equilibrium_at_once(present, target[:, columns])
     status[columns[~stable]] = Status.NO_START
     if watch is not None:  # a film whose requested events have all happened has ended
         vanished = columns[~stable]
         status[vanished[watch.done[vanished]]] = Status.STOPPED
     _put(after, columns, state, stable)
-    after.field[columns[stable]] = target[2, columns[stable]]
+    after.electrical[columns[stable]] = target[2, columns[stable]]
     return after
 
 
-def equilibrium_at_once(moment: FilmSnapshot, target: Floats, nearby: float | None = None) -> tuple[FilmSnapshot, Flags]:
-    """The films of a moment under the `target` (3, k) with every viscous stretch frozen, and whether (k,) they are in stable
+def equilibrium_at_once(snapshot: FilmSnapshot, target: Floats, nearby: float | None = None) -> tuple[FilmSnapshot, Flags]:
+    """The films under the `target` (3, k) with every viscous stretch frozen, and whether (k,) they are in stable
     equilibrium, by `jump` or `settle`, which explain `nearby`.
     """
-    if moment.surroundings is None:
-        before, controls = moment.log_squared_stretch, moment.controls
-        log_squared, nominal, stable = jump(moment.points, controls, target, moment.internal, before, nearby)
-        return replace(moment, log_squared_stretch=log_squared, nominal_stress=nominal, field=target[2]), stable
-    around, stable = settle(moment.surroundings, moment.internal, target[2], nearby)
-    log_squared, nominal = membrane(around.border, target, moment.controls)
-    after = replace(moment, log_squared_stretch=log_squared, nominal_stress=nominal, field=target[2], surroundings=around)
+    if snapshot.surroundings is None:
+        before, controls = snapshot.log_squared_stretch, snapshot.controls
+        log_squared, nominal, stable = jump(snapshot.points, controls, target, snapshot.internal, before, nearby)
+        return replace(snapshot, log_squared_stretch=log_squared, nominal_stress=nominal, electrical=target[2]), stable
+    around, stable = settle(snapshot.surroundings, snapshot.internal, target[2], nearby)
+    log_squared, nominal = membrane(around.border, target, snapshot.controls)
+    after = replace(snapshot, log_squared_stretch=log_squared, nominal_stress=nominal, electrical=target[2], surroundings=around)
     return after, stable
 
 
-def _writable(moment: FilmSnapshot, field: Floats) -> FilmSnapshot:
-    """The films of a moment under this `field` (k,), with arrays to which `_put` may write."""
-    around = moment.surroundings
+def _writable(snapshot: FilmSnapshot, electrical: Floats) -> FilmSnapshot:
+    """The films under this `electrical` quantity (k,), with arrays to which `_put` may write."""
+    around = snapshot.surroundings
     return replace(
-        moment,
-        field=field,
-        log_squared_stretch=moment.log_squared_stretch.copy(),
-        nominal_stress=moment.nominal_stress.copy(),
+        snapshot,
+        electrical=electrical,
+        log_squared_stretch=snapshot.log_squared_stretch.copy(),
+        nominal_stress=snapshot.nominal_stress.copy(),
         surroundings=None if around is None else replace(around, border=around.border.copy()),
     )
 
 
-def _with_free_damper(moment: FilmSnapshot) -> FilmSnapshot:
-    """The films of a moment with the damper free of stress at their present stretches."""
-    internal, around = moment.internal.copy(), moment.surroundings
-    internal[:, -1] = moment.log_squared_stretch if around is None else around.stretch()
-    return replace(moment, internal=internal)
+def _with_free_damper(snapshot: FilmSnapshot) -> FilmSnapshot:
+    """The films with the damper free of stress at their present stretches."""
+    internal, around = snapshot.internal.copy(), snapshot.surroundings
+    internal[:, -1] = snapshot.log_squared_stretch if around is None else around.stretch()
+    return replace(snapshot, internal=internal)
 
 
 def _put(films: FilmState | FilmSnapshot, columns: Cases, moved: FilmSnapshot, chosen: Flags) -> None:
@@ -96,46 +96,46 @@ def _hold(present: FilmState, controls: Controls, target: Floats, columns: Cases
     other films.
     """
     on_the_way = {
-        lookout.criterion: lookout.signal
-        for lookout in watch.lookouts
-        if lookout.signal is not None and not lookout.criterion.ends_equilibria
+        search.criterion: search.signal
+        for search in watch.searches
+        if search.signal is not None and not search.criterion.ends_equilibria
     }
     film = present.take(columns)
     time = film.time
-    begin = film.moment(controls, columns, watch.clock.age(columns, time))
+    begin = film.snapshot(controls, columns, watch.clock.age(columns, time))
     reached, held, events = follow_load(begin, film.acting(controls), target[:, columns], on_the_way)
     _put(after, columns, reached, held)
     after.internal[:, -1, ..., columns[held]] = np.moveaxis(reached.internal[:, -1][..., held], -1, 0)
     # a film that snaps back when its voltage is lowered has not failed
-    rising = np.abs(target[2, columns]) > np.abs(film.field)
+    rising = np.abs(target[2, columns]) > np.abs(film.electrical)
     rising |= np.any(np.abs(target[:2, columns] - film.acting(controls)[:2]) > 1e-12 * np.abs(target[:2, columns]), axis=0)
-    for lookout in watch.lookouts:
-        if lookout.criterion in events:
-            event = events[lookout.criterion]
-            new = rising & np.isfinite(event.field)
-        elif lookout.criterion.ends_equilibria:
+    for search in watch.searches:
+        if search.criterion in events:
+            event = events[search.criterion]
+            new = rising & np.isfinite(event.electrical)
+        elif search.criterion.ends_equilibria:
             event, new = reached, rising & ~held
         else:
             continue
-        noted = where(new & ~lookout.seen[columns])
-        watch.note(lookout, time[noted], event.take(noted))
+        noted = where(new & ~search.seen[columns])
+        watch.note(search, time[noted], event.take(noted))
     return columns[~held]
 
 
 def follow_load(
     begin: FilmSnapshot, present: Floats, target: Floats, signals: Mapping[Criterion, Signal]
 ) -> tuple[FilmSnapshot, Flags, dict[Criterion, FilmSnapshot]]:
-    """Follow the equilibrium of the films at the moment `begin` as their load grows from `present` to `target`, both (3, k).
+    """Follow the equilibrium of the films `begin` as their load grows from `present` to `target`, both (3, k).
 
     Viscous stretches are frozen as in `jump`, except that the damper follows, free of stress. The load grows in parts so small that
     Lambda changes by at most `MAX_MOVE` in each.
 
     Returns the films under the full load, or in the last state with an equilibrium; whether (k,) they hold the full load; and the
-    moments at which signals fell to zero on the way, by criterion, with a field of NaN in films without that event.
+    moments at which signals fell to zero on the way, by criterion, with an electrical quantity of NaN in films without that event.
     """
     undamped, around = begin.points.undamped(), begin.surroundings
     way = replace(begin, points=undamped, surroundings=None if around is None else around.without_damper())
-    way = _writable(way, begin.field)
+    way = _writable(way, begin.electrical)
     count = target.shape[1]
 
     def load_at(share: Floats, columns: Cases) -> Floats:
@@ -160,9 +160,9 @@ def follow_load(
         falls, met = np.zeros(going.size, dtype=bool), np.zeros(going.size, dtype=bool)
         for criterion, signal in signals.items():
             event = events[criterion]
-            fallen = near & np.isnan(event.field[going]) & (signal(trial) <= 0)
+            fallen = near & np.isnan(event.electrical[going]) & (signal(trial) <= 0)
             new = fallen & located
-            event.field[going[new]] = load[2, new]
+            event.electrical[going[new]] = load[2, new]
             _put(event, going, trial, new)
             falls, met = falls | fallen, met | new
         near &= ~falls | met
@@ -191,6 +191,6 @@ def follow_load(
     if around is not None and way.surroundings is not None:
         around = replace(around, border=way.surroundings.border)
     limit = load_at(reached, np.arange(count))[2]
-    films = replace(way, points=begin.points, field=limit, surroundings=around)
+    films = replace(way, points=begin.points, electrical=limit, surroundings=around)
     events = {criterion: _with_free_damper(event) for criterion, event in events.items()}
     return _with_free_damper(films), reached >= 1, events

@@ -5,7 +5,6 @@ integrated over the dense output of each step, by adaptive quadrature. The integ
 shorten the steps, as it would if it were itself a state.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,7 +15,7 @@ from dielast.mechanics.equations import Films
 from dielast.mechanics.span import Load
 from dielast.numerics.arrays import ByCase, Cases, Floats
 from dielast.numerics.quadrature import integrals
-from dielast.numerics.roots import fall, samples
+from dielast.numerics.roots import OfFraction, fall, samples
 from dielast.numerics.stride import DenseSteps, TriedStep
 
 NEARBY = 1e-3  # half-width, as a fraction of the step, of the difference quotient for the slope of a signal
@@ -63,7 +62,7 @@ class Brackets(ByCase):
         state = self.steps.state(end) + np.where(exact, state - self.steps.state(fraction), 0.0)
         return self.at(end, state, system)
 
-    def _along(self, signal: Signal, system: Films, needs_springs: bool) -> Callable[[Floats], Floats]:
+    def _along(self, signal: Signal, system: Films, needs_springs: bool) -> OfFraction:
         """The signal (k,) as a function of the fractions (k,) of the steps."""
         steps = self.steps if needs_springs else self.steps.rows(system.of_membrane)
         return lambda fraction: signal(self.at(fraction, steps.state(fraction), system)[1])
@@ -75,7 +74,7 @@ class Brackets(ByCase):
 
 
 class Exposure:
-    """The integral `total` (cases,) of a `rate` in 1/s, which is a function of a moment and does not depend on the springs."""
+    """The integral `total` (cases,) of a `rate` in 1/s, which is a function of a snapshot and does not depend on the springs."""
 
     def __init__(self, rate: Signal, cases: int) -> None:
         self.rate, self.total = rate, np.zeros(cases)

@@ -15,28 +15,28 @@ from dielast.mechanics.passive.framed import Assembly, FramedFilms, Surroundings
 from dielast.mechanics.passive.structure import Structure
 from dielast.mechanics.point import LoadedPoints
 from dielast.mechanics.point_material import PointMaterial
-from dielast.mechanics.span import Control, Controls, Load, stretched
+from dielast.mechanics.span import Control, Controls, Load, stretch_prescribed
 from dielast.numerics.arrays import ByCase, Cases, Flags, Floats
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FilmState(ByCase):
-    """The state of films: x (2, n, cases), Lambda and nominal stress (2, cases), nominal `field` and `time` (cases,), and the
-    `next_step` (cases,) in s that the stepper proposes if the load goes on smoothly, 0 for no proposal. All films keep the
-    `symmetry`, or None.
+    """The state of films: x (2, n, cases), Lambda and nominal stress (2, cases), the `electrical` quantity that acts on them and
+    the `time` (cases,), and the `next_step` (cases,) in s that the stepper proposes if the load goes on smoothly, 0 for no
+    proposal. All films keep the `symmetry`, or None.
 
-    If the charge is prescribed or an unknown, `field` is the nominal charge density in C/m^2; in a circuit, `source` (cases,) is
-    the value of the source; `wires` let the `drive` of the electrodes change. For films with a passive part, these are quantities
-    of the active part, except that `internal` is the viscous stretches xi (2, n, P, cases) of all points; `border` (u + 2, cases)
-    is the border of their state, and `assembly` holds all points. Specimens that may be slack have `slack` (cases,), and `grips`
-    (cases,), the distance of their grips as a stretch.
+    The electrical quantity is the nominal field in V/m, or, if the charge is prescribed or an unknown, the nominal charge density
+    in C/m^2; in a circuit, `source` (cases,) is the value of the source; `wires` let the `drive` of the electrodes change. For
+    films with a passive part, these are quantities of the active part, except that `internal` is the viscous stretches xi
+    (2, n, P, cases) of all points; `border` (u + 2, cases) is the border of their state, and `assembly` holds all points. Specimens
+    that may be slack have `slack` (cases,), and `grips` (cases,), the distance of their grips as a stretch.
     """
 
     points: PointMaterial
     internal: Floats
     log_squared_stretch: Floats
     nominal_stress: Floats
-    field: Floats
+    electrical: Floats
     time: Floats
     next_step: Floats
     symmetry: Symmetry | None = None
@@ -57,7 +57,7 @@ class FilmState(ByCase):
 
     def copied(self) -> FilmState:
         """The same films, with arrays of the state that may be changed."""
-        names = ("internal", "log_squared_stretch", "nominal_stress", "field", "border")
+        names = ("internal", "log_squared_stretch", "nominal_stress", "electrical", "border")
         arrays = {name: getattr(self, name) for name in names}
         return replace(self, **{name: array.copy() for name, array in arrays.items() if array is not None})
 
@@ -67,11 +67,11 @@ class FilmState(ByCase):
         """
         if drive is None or self.wires is None or drive is self.drive:
             return self
-        field, charge = self.points.nominal(self.log_squared_stretch, self.field)
+        field, charge = self.points.nominal(self.log_squared_stretch, self.electrical)
         points = replace(self.points, electric=self.wires.electric(drive), circuit=self.wires.circuit(drive))
         acting = field if points.electric == FIELD else charge
         source = None if points.circuit is None else field if drive is Drive.VOLTAGE else charge
-        return replace(self, points=points, drive=drive, field=acting, source=source)
+        return replace(self, points=points, drive=drive, electrical=acting, source=source)
 
     def apart(self) -> FilmState:
         """The springs of homogeneous films as films of one spring each, spring after spring."""
@@ -99,17 +99,17 @@ class FilmState(ByCase):
 
     def prescribed(self, controls: Controls) -> Floats:
         """The present values (3, cases) of the quantities that a load with these controls prescribes."""
-        return self._values(controls, self.field if self.source is None else self.source)
+        return self._values(controls, self.electrical if self.source is None else self.source)
 
     def acting(self, controls: Controls) -> Floats:
         """As `prescribed`, with the electrical quantity that acts on the films: in a circuit their charge, not the source."""
-        return self._values(controls, self.field)
+        return self._values(controls, self.electrical)
 
     def _values(self, controls: Controls, electrical: Floats) -> Floats:
         stress = self.nominal_stress
         if self.points.edges is not None:
             stress = stress + self.points.edges.borne(self.log_squared_stretch)
-        values = np.where(stretched(controls), np.exp(0.5 * self.log_squared_stretch), stress)
+        values = np.where(stretch_prescribed(controls), np.exp(0.5 * self.log_squared_stretch), stress)
         if self.slack is not None and controls[0] is Control.STRETCH:
             values[0] = np.where(self.slack, self.grips, values[0])
         return np.concatenate((values, electrical[None]))
@@ -128,7 +128,7 @@ class FilmState(ByCase):
             assert self.border is not None
             return equations.pack(self.internal, self.border)
         if isinstance(equations, ChargedPoints):
-            return equations.pack(self.internal, self.log_squared_stretch, self.field)
+            return equations.pack(self.internal, self.log_squared_stretch, self.electrical)
         return equations.pack(self.internal, self.log_squared_stretch)
 
     def reached(self, equations: Films, state: Floats, driven: Floats, time: Floats, next_step: Floats) -> FilmState:
@@ -139,8 +139,8 @@ class FilmState(ByCase):
         now = self.points, equations.internal(state), log_squared, nominal, acting, time, next_step
         return FilmState(*now, self.symmetry, source, border, self.assembly, self.wires, self.drive, self.slack, driven[0])
 
-    def moment(self, controls: Controls, cases: Cases, age: Floats) -> FilmSnapshot:
-        """The films as a moment for criteria; they are the `cases` (k,), and the voltage has been on for `age` (k,) s."""
+    def snapshot(self, controls: Controls, cases: Cases, age: Floats) -> FilmSnapshot:
+        """The films as criteria see them; they are the `cases` (k,), and the voltage has been on for `age` (k,) s."""
         surroundings = None if self.assembly is None or self.border is None else Surroundings(self.assembly, self.border)
         membrane = self.log_squared_stretch, self.nominal_stress
-        return FilmSnapshot(self.points, controls, cases, age, self.internal, *membrane, self.field, surroundings)
+        return FilmSnapshot(self.points, controls, cases, age, self.internal, *membrane, self.electrical, surroundings)

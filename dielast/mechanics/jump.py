@@ -4,7 +4,7 @@ import numpy as np
 
 from dielast.mechanics.electric import ELECTRIC
 from dielast.mechanics.point_material import SYMMETRIC, PointMaterial
-from dielast.mechanics.span import Control, stretched
+from dielast.mechanics.span import Control, stretch_prescribed
 from dielast.numerics.arrays import Flags, Floats
 
 ITERATIONS, HALVINGS = 200, 60  # at most; halvings of one Newton step
@@ -29,7 +29,7 @@ def jump(
     converges slowly.
     """
     iterations, halvings = (ITERATIONS, HALVINGS) if nearby is None else (FEW, SELDOM)
-    driven = stretched(controls)
+    driven = stretch_prescribed(controls)
     with np.errstate(all="ignore"):
         log_squared = np.where(driven, 2 * np.log(np.where(driven, target[:2], 1.0)), log_squared_stretch)
         applied = np.where(driven, 0.0, target[:2])

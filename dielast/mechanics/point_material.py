@@ -14,7 +14,7 @@ import numpy as np
 
 from dielast.base.errors import InputError
 from dielast.material.law import DielectricLaw
-from dielast.material.laws_of_cases import UNSTRETCHED, LawsOfCases, log_ratio, stretched
+from dielast.material.laws_of_cases import UNSTRETCHED, LawsOfCases, log_ratio, stretch_laws
 from dielast.material.material import Material, materials_of
 from dielast.material.springs import SpringLaw, gathered
 from dielast.mechanics.cases import of_case
@@ -103,7 +103,7 @@ class PointMaterial(ByCase):
             laws.append((member.equilibrium_law, member.nonequilibrium_law))
         floor = FLOOR * modulus[0] + ROUNDING / rtol * modulus.sum(axis=0)
         complete = len(dielectrics) == len(materials)
-        stretching = stretched(dielectrics, width) if complete else UNSTRETCHED
+        stretching = stretch_laws(dielectrics, width) if complete else UNSTRETCHED
         flow = Flow.of(flow_laws([member.flow for member in materials], width), fluidity, modulus)
         return cls(modulus, flow, gathered(laws, modulus > 0), permittivity, floor, stretching=stretching)
 
@@ -126,7 +126,7 @@ class PointMaterial(ByCase):
         """The points with a stress floor that counts the rounding of the last spring, the damper, for films whose edges move."""
         return replace(self, stress_floor=self.stress_floor + ROUNDING / rtol * self.modulus[-1])
 
-    def held(self, watched: Floats | float, stress: Callable[[], Floats]) -> Floats:
+    def retained(self, watched: Floats | float, stress: Callable[[], Floats]) -> Floats:
         """The modulus (n, cases) in Pa that springs under a `stress` (2, n, cases) retain after a time `watched` in s (cases,), 0
         for the last, the damper.
         """

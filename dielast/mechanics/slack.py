@@ -2,23 +2,28 @@
 
 A slack specimen bears nothing and recovers freely, longer than the distance of its grips, until it is as long as that again and is
 taut. Stress s and stretch l of axis 1, and the stretch L of the grips, are complementary: s >= 0, l >= L, s (l - L) = 0. Both are
-continuous, as the tension rises with the stretch, and so are the rates of flow.
+continuous, as the tension rises with the stretch, and so are the rates of flow. While a specimen is free its branches are coupled,
+so that many specimens of different prescribed histories run as films do (`borne`), and not branch by branch as in `stretched`.
 """
 
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from dielast.material.springs import Symmetry
 from dielast.mechanics.at_once import apply_at_once
 from dielast.mechanics.equations import films_of
 from dielast.mechanics.film import FilmState
+from dielast.mechanics.history import LATERAL
 from dielast.mechanics.jump import jump
+from dielast.mechanics.load import Mode
 from dielast.mechanics.point import LoadedPoints
-from dielast.mechanics.point_material import FLOOR, ROUNDING
-from dielast.mechanics.span import Control, Controls
+from dielast.mechanics.point_material import FLOOR, ROUNDING, PointMaterial
+from dielast.mechanics.span import Control, Controls, Load
+from dielast.mechanics.stretched import Histories
 from dielast.numerics.arrays import Cases, Flags, Floats, paired, where
-from dielast.numerics.integrate import SHRINK
-from dielast.numerics.roots import ROOT, Signal, fall, samples
+from dielast.numerics.integrate import SHRINK, Status, Stepper
+from dielast.numerics.roots import ROOT, OfFraction, fall, samples
 from dielast.numerics.stride import TriedStep
 
 NEARBY = 0.1  # largest change of Lambda in a turn, in which the state is continuous to the tolerance of the integration
@@ -75,7 +80,7 @@ class Contact:
         assert isinstance(system, LoadedPoints)
         assert system.slack is not None
 
-        def along(columns: Cases) -> Signal:
+        def along(columns: Cases) -> OfFraction:
             same = np.array_equal(columns, np.arange(landing.size))
             part = system if same else system.take(columns)
             assert part.slack is not None
@@ -152,3 +157,69 @@ class Contact:
         self.slack[cases] = slack
         rows = zip(cases[changed].tolist(), time[changed].tolist(), stretch[changed].tolist(), slack[changed].tolist(), strict=True)
         self.events += rows
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Grips:
+    """The spans of load between the corners of `histories`, in a `mode`."""
+
+    histories: Histories
+    mode: Mode
+
+    @property
+    def spans(self) -> int:
+        """The number of intervals between corners."""
+        return self.histories.spans
+
+    def span(self, cases: Cases, index: Cases) -> tuple[Load, Floats]:
+        """The load in the spans `index` (k,) of `cases` (k,), and the durations (k,) in s of these spans."""
+        (start, slope), lasts = self.histories.span(cases, index)
+        control, value = LATERAL[self.mode]
+        zero = np.zeros_like(start)
+        return Load((Control.STRETCH, control), np.stack((start, zero + value, zero)), np.stack((slope, zero, zero))), lasts
+
+    def smooth(self, index: Cases) -> Flags:
+        """False (k,): every corner is a kink."""
+        return np.zeros(index.shape, dtype=bool)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Borne:
+    """Stores the nominal `stress` (cases, k) of axis 1 at `times` (cases, k) in s, 0 where the specimen is slack."""
+
+    times: Floats
+    stress: Floats
+
+    def __call__(self, stride: TriedStep) -> None:
+        """Store the times within the step."""
+        system, begin = films_of(stride), stride.begin + stride.time
+        assert isinstance(system, LoadedPoints)
+        assert system.slack is not None
+        times = self.times[stride.cases]
+        within = (times <= stride.elapsed[:, None]) & ((times > begin[:, None]) | (begin[:, None] == 0))
+        columns, rows = (paired(part) for part in np.nonzero(within & stride.accepted[:, None]))
+        if not columns.size:
+            return
+        fraction = np.clip((times[columns, rows] - begin[columns]) / stride.step[columns], 0.0, 1.0)
+        time = stride.time[columns] + fraction * stride.step[columns]
+        films, state = system.take(columns), stride.dense(slice(None), columns, fraction)
+        nominal = films.membrane(state, films.driven(time, state))[1]
+        self.stress[stride.cases[columns], rows] = np.where(system.slack[columns], 0.0, nominal[0])
+
+
+def borne(points: PointMaterial, mode: Mode, symmetry: Symmetry | None, histories: Histories, times: Floats, rtol: float) -> Floats:
+    """The nominal stress (cases, k) in Pa at `times` (cases, k) in s of specimens that bear no pressure, to the tolerance `rtol`;
+    NaN where a specimen cannot follow its history.
+    """
+    grips, every = Grips(histories, mode), np.arange(times.shape[0])
+    opening = grips.span(every, np.zeros_like(every))[0]
+    film, status = FilmState.at_rest(points, symmetry), np.zeros(every.size, dtype=np.intp)
+    jumped, contact = opening.start[0] != 1, Contact(np.zeros(every.size, dtype=bool), rtol)
+    if jumped.any():
+        film = apply_at_once(film, opening.controls, opening.start, jumped, status, None)
+    film = contact.begin(film, opening.controls, opening.start, jumped, status)
+    system, observer = film.equations(opening), _Borne(times, np.full(times.shape, np.nan))
+    lasting = np.where(status == Status.COMPLETED, histories.time[:, -1], 0.0)
+    done = Stepper(system, film.state(system), lasting, rtol=rtol, spans=grips, turns=contact).run(observer)
+    lost = (status != Status.COMPLETED) | (done.status != Status.COMPLETED)
+    return np.where(lost[:, None], np.nan, observer.stress)

@@ -26,7 +26,7 @@ class Control(Enum):
 Controls = tuple[Control, Control]
 
 
-def stretched(controls: Controls) -> Flags:
+def stretch_prescribed(controls: Controls) -> Flags:
     """Mask (2, 1) of the axes whose stretch is prescribed."""
     return np.array([[control is Control.STRETCH] for control in controls])
 

@@ -30,7 +30,7 @@ from dielast.material.argument_types import checked
 from dielast.material.springs import EQUIBIAXIAL
 from dielast.mechanics.electric import ELECTRIC
 from dielast.mechanics.point_material import PointMaterial
-from dielast.mechanics.span import Control, stretched
+from dielast.mechanics.span import Control, stretch_prescribed
 from dielast.numerics.arrays import Floats
 
 FOLD_STEPS, FOLD_REACH = 6, 1e-2  # number of Newton steps to a fold, and its largest relative distance from the start
@@ -129,7 +129,7 @@ def _spring_tangent(
     """The entries sum mu K11, sum mu K12 and sum mu K22, all (cases,), with the moduli that springs retain."""
     if len(internal) == 2:
         stress, half = points.law.tangent(points.springs(internal, log_squared_stretch))
-        modulus = points.modulus if watched is None else points.held(watched, lambda: stress)
+        modulus = points.modulus if watched is None else points.retained(watched, lambda: stress)
         k11, k12, k22 = 2 * np.einsum("nm,cnm->cm", modulus, half)
         return k11, k12, k22
     front = np.exp(log_squared_stretch[0] - internal[0])
@@ -137,7 +137,7 @@ def _spring_tangent(
     def equal_stress() -> Floats:
         return points.law.axial_stress(EQUIBIAXIAL, front.copy(), 1 / np.square(front))[None]
 
-    modulus = points.modulus if watched is None else points.held(watched, equal_stress)
+    modulus = points.modulus if watched is None else points.retained(watched, equal_stress)
     along, across = points.law.equibiaxial_tangent(front)
     k12 = 2 * np.einsum("nm,nm->m", modulus, across)
     k11 = k12 + 2 * np.einsum("nm,nm->m", modulus, along)
@@ -214,7 +214,7 @@ class Fold:
         log_squared, time = unknown[:2], unknown[2]
         internal, driven, nominal, carried = self._film(unknown, rate)
         imbalance = (carried - nominal * np.exp(0.5 * log_squared)) / self.points.modulus[0]
-        deviation = np.where(stretched(self.controls), log_squared - self.log_squared_stretch, imbalance)
+        deviation = np.where(stretch_prescribed(self.controls), log_squared - self.log_squared_stretch, imbalance)
         watched = None if self.watched is None else self.watched(time)
         here = stability(self.points, self.controls, internal, log_squared, nominal, driven[ELECTRIC], watched)
         return np.concatenate((deviation, here.margin[None]))
@@ -226,4 +226,5 @@ class Fold:
         stress = self.points.law.stress(self.points.springs(internal, log_squared))
         carried = np.einsum("nm,cnm->cm", self.points.modulus, stress) - self.points.maxwell_stress(log_squared, driven[ELECTRIC])
         prescribed = driven[:2] if self.points.edges is None else driven[:2] - self.points.edges.borne(log_squared)
-        return internal, driven, np.where(stretched(self.controls), carried * np.exp(-0.5 * log_squared), prescribed), carried
+        nominal = np.where(stretch_prescribed(self.controls), carried * np.exp(-0.5 * log_squared), prescribed)
+        return internal, driven, nominal, carried

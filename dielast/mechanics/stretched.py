@@ -19,7 +19,7 @@ from dielast.material.springs import SpringLaw, Symmetry
 from dielast.mechanics.elimination import Eliminated, stress_of, tangent_of
 from dielast.mechanics.flow import Flow
 from dielast.numerics.arrays import ByCase, Cases, Flags, Floats
-from dielast.numerics.integrate import Status, integrate
+from dielast.numerics.integrate import Status, Stepper
 from dielast.numerics.stride import DenseSteps, TriedStep
 
 ROUNDING = 3e-15  # least tolerance for an elastic strain: ten times the rounding error of A - C
@@ -183,7 +183,7 @@ def carried(
         opening[0] = 2 * np.log(start)
         while True:
             steps = Steps()
-            ended = integrate(system, opening, history.time[:, -1], rtol=rtol, observe=steps, spans=history)
+            ended = Stepper(system, opening, history.time[:, -1], rtol=rtol, spans=history).run(steps)
             largest = np.clip(np.maximum(np.abs(opening[0]), steps.largest(flowing.size)), ROUNDING / rtol, 1.0)
             if not (flow.depends_on_stress and np.any(largest < 0.5 * system.scale)):
                 break

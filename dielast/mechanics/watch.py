@@ -142,7 +142,7 @@ class Watch:
         rates = [(criterion, criterion.rate(films)) for criterion in criteria]
         exposures = {criterion: Exposure(rate, cases) for criterion, rate in rates if rate is not None}
         self.exposures = list(exposures.values())
-        self.lookouts = [
+        self.searches = [
             EventSearch(
                 criterion,
                 criterion.signal(films),
@@ -165,27 +165,27 @@ class Watch:
 
     def __getstate__(self) -> dict[str, Any]:
         # without what the criteria make of the films: such functions cannot be pickled
-        return {**vars(self), "lookouts": [replace(lookout, signal=None) for lookout in self.lookouts], "_twice": None}
+        return {**vars(self), "searches": [replace(search, signal=None) for search in self.searches], "_twice": None}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         vars(self).update(state)
-        for lookout in self.lookouts:
-            lookout.signal = lookout.criterion.signal(self.films)
-            if lookout.exposure is not None and (rate := lookout.criterion.rate(self.films)) is not None:
-                lookout.exposure.rate = rate
+        for search in self.searches:
+            search.signal = search.criterion.signal(self.films)
+            if search.exposure is not None and (rate := search.criterion.rate(self.films)) is not None:
+                search.exposure.rate = rate
 
     @property
     def happened(self) -> dict[Criterion, EventArrays]:
         """The events so far, by criterion."""
-        return {lookout.criterion: lookout.happened for lookout in self.lookouts}
+        return {search.criterion: search.happened for search in self.searches}
 
     def _ended(self) -> Flags:
         """Mask (cases,) of the cases that have ended."""
-        possible = [lookout for lookout in self.lookouts if lookout.signal is not None or lookout.exposure is not None]
-        awaited = [name for name in self.until if any(lookout.criterion.name == name for lookout in possible)]
-        ended = [lookout.seen for lookout in possible if lookout.criterion.name in self.ends]
+        possible = [search for search in self.searches if search.signal is not None or search.exposure is not None]
+        awaited = [name for name in self.until if any(search.criterion.name == name for search in possible)]
+        ended = [search.seen for search in possible if search.criterion.name in self.ends]
         if awaited:
-            ways = [[lookout.seen for lookout in possible if lookout.criterion.name == name] for name in awaited]
+            ways = [[search.seen for search in possible if search.criterion.name == name] for name in awaited]
             ended.append(np.all([np.any(seen, axis=0) for seen in ways], axis=0))
         return np.any(ended, axis=0) if ended else np.zeros(self._start.shape, dtype=bool)
 
@@ -201,17 +201,17 @@ class Watch:
         if not starting.any():
             return
         every = np.arange(start.size)
-        moment = FilmSnapshot.of(system, every, self.clock.age(every, start), np.zeros_like(start), state)
-        for lookout in self.lookouts:
-            if lookout.signal is None:
+        snapshot = FilmSnapshot.of(system, every, self.clock.age(every, start), np.zeros_like(start), state)
+        for search in self.searches:
+            if search.signal is None:
                 continue
-            value = lookout.signal(moment)
-            below = ~(value > 0) if lookout.least is None else value <= 0  # NaN where the event cannot happen in this load
-            fallen = where(starting & lookout.armed & ~lookout.seen & below)
-            self.note(lookout, start[fallen], moment.take(fallen))
-            lookout.last = np.where(starting, value, lookout.last)
-            if lookout.least is not None:
-                lookout.armed = (lookout.armed & (not changed)) | (starting & (value > lookout.least))
+            value = search.signal(snapshot)
+            below = ~(value > 0) if search.least is None else value <= 0  # NaN where the event cannot happen in this load
+            fallen = where(starting & search.armed & ~search.seen & below)
+            self.note(search, start[fallen], snapshot.take(fallen))
+            search.last = np.where(starting, value, search.last)
+            if search.least is not None:
+                search.armed = (search.armed & (not changed)) | (starting & (value > search.least))
 
     def __call__(self, stride: TriedStep) -> Flags | None:
         """Store the brackets of signals that fall within the step; returns the mask (pool,) of columns whose case ends with it."""
@@ -221,31 +221,31 @@ class Watch:
             exposure.follow(stride, system)
         opening = within = None
         pool, fallen_anywhere = cases.size, False
-        for lookout in self.lookouts:
-            if (lookout.signal is None and lookout.exposure is None) or not lookout.criterion.possible(system.load.controls):
+        for search in self.searches:
+            if (search.signal is None and search.exposure is None) or not search.criterion.possible(system.load.controls):
                 continue
-            watched = stride.accepted & ~lookout.seen[cases]
+            watched = stride.accepted & ~search.seen[cases]
             if not np.count_nonzero(watched):
                 continue
-            if lookout.exposure is not None:
-                last, value = lookout.exposure.before, lookout.exposure.after
+            if search.exposure is not None:
+                last, value = search.exposure.before, search.exposure.after
                 fallen = watched & ~(value < 1)
             else:
-                assert lookout.signal is not None
+                assert search.signal is not None
                 within = within or self._halfway_and_after(stride)
-                signals = lookout.signal(within)
+                signals = search.signal(within)
                 half, value = signals[:pool], signals[pool:]
                 if restarted.size:  # signals depend on the clock, and jump where it restarts
                     opening = opening or self._moment(stride, stride.time, stride.before)
-                    lookout.last[cases[restarted]] = lookout.signal(opening)[restarted]
-                if lookout.least is not None and np.count_nonzero(waking := watched & ~lookout.armed[cases]):
-                    lookout.armed[cases[waking]] = (value > lookout.least[cases])[waking]
-                    lookout.last[cases[waking]] = value[waking]
+                    search.last[cases[restarted]] = search.signal(opening)[restarted]
+                if search.least is not None and np.count_nonzero(waking := watched & ~search.armed[cases]):
+                    search.armed[cases[waking]] = (value > search.least[cases])[waking]
+                    search.last[cases[waking]] = value[waking]
                     watched = watched & ~waking
-                last = lookout.last[cases]
+                last = search.last[cases]
                 # a parabola whose minimum lies within the step falls at most by a quarter of its whole change below its middle
                 if np.min(np.minimum(value, half - 0.25 * np.abs(value - last))) > CLOSE:
-                    lookout.last[cases[watched]] = value[watched]
+                    search.last[cases[watched]] = value[watched]
                     continue
                 fallen = watched & ~((half > 0) & (value > 0))
                 # the minimum of the parabola, where it lies within the step
@@ -254,12 +254,12 @@ class Watch:
                 dipping = watched & ~fallen & (bottom < CLOSE) & (np.abs(value - last) < 2 * curvature)
                 if np.count_nonzero(dipping):
                     brackets = self._brackets(stride, dips := where(dipping), last, value)
-                    sampled = brackets.sampled(lookout.signal, system.take(dips), lookout.criterion.needs_springs)
+                    sampled = brackets.sampled(search.signal, system.take(dips), search.criterion.needs_springs)
                     fallen[dips] = np.any(sampled <= 0, axis=0)
             if np.count_nonzero(fallen):
-                lookout.brackets.append(self._brackets(stride, where(fallen), last, value))
-                lookout.seen[cases[fallen]] = fallen_anywhere = True
-            lookout.last[cases[watched]] = value[watched]
+                search.brackets.append(self._brackets(stride, where(fallen), last, value))
+                search.seen[cases[fallen]] = fallen_anywhere = True
+            search.last[cases[watched]] = value[watched]
         if fallen_anywhere:
             self.done = self._ended()
         done = self.done[cases]
@@ -268,43 +268,43 @@ class Watch:
     def finish(self, equations: Callable[[Cases, Load], Films]) -> None:
         """End a piece of load: locate its events. `equations` returns the films of given cases under a load."""
         with np.errstate(all="ignore"):  # between two steps a spring may seem beyond its limit: such values are not finite
-            for lookout in self.lookouts:
-                if lookout.brackets:
-                    self._locate(lookout, equations)
+            for search in self.searches:
+                if search.brackets:
+                    self._locate(search, equations)
 
-    def _locate(self, lookout: EventSearch, equations: Callable[[Cases, Load], Films]) -> None:
+    def _locate(self, search: EventSearch, equations: Callable[[Cases, Load], Films]) -> None:
         """Locate the events of a criterion in its brackets."""
-        brackets = Brackets.joined(lookout.brackets)
+        brackets = Brackets.joined(search.brackets)
         system = equations(brackets.steps.cases, brackets.load)
-        criterion = lookout.criterion
-        if lookout.exposure is not None:
-            time, moment = lookout.exposure.reached(brackets, system)
+        criterion = search.criterion
+        if search.exposure is not None:
+            time, snapshot = search.exposure.reached(brackets, system)
         else:
-            assert lookout.signal is not None
-            time, moment = brackets.first_fall(lookout.signal, system, criterion.needs_springs)
-        time, moment = criterion.refined(self.films, time, moment, brackets.load)
+            assert search.signal is not None
+            time, snapshot = brackets.first_fall(search.signal, system, criterion.needs_springs)
+        time, snapshot = criterion.refined(self.films, time, snapshot, brackets.load)
         parts = zip(self.exposures, brackets.exposed, strict=True)
         exposed = [exposure.at(brackets, before, time, system) for exposure, before in parts]
-        self.note(lookout, brackets.begin + time, moment, exposed)
-        lookout.brackets = []
+        self.note(search, brackets.begin + time, snapshot, exposed)
+        search.brackets = []
 
-    def note(self, lookout: EventSearch, time: Floats, moment: FilmSnapshot, exposed: Sequence[Floats] | None = None) -> None:
-        """Store events at `time` (k,) in s since the programme began, of the films at a `moment`.
+    def note(self, search: EventSearch, time: Floats, snapshot: FilmSnapshot, exposed: Sequence[Floats] | None = None) -> None:
+        """Store events at `time` (k,) in s since the programme began, of the films in a `snapshot`.
 
         `exposed` are the exposures (k,) at that time, by default those at the end of the last step.
         """
-        if not moment.cases.size:
+        if not snapshot.cases.size:
             return
-        lookout.seen[moment.cases] = True
+        search.seen[snapshot.cases] = True
         self.done = self._ended()
-        determinant = lookout.criterion.determinant(self.stability(moment))
-        membrane = moment.log_squared_stretch, moment.nominal_stress
-        added = self.exposed(moment.cases) if exposed is None else np.reshape(exposed, (len(self.exposures), time.size))
-        field, charge = moment.points.nominal(moment.log_squared_stretch, moment.field)
+        determinant = search.criterion.determinant(self.stability(snapshot))
+        membrane = snapshot.log_squared_stretch, snapshot.nominal_stress
+        added = self.exposed(snapshot.cases) if exposed is None else np.reshape(exposed, (len(self.exposures), time.size))
+        field, charge = snapshot.points.nominal(snapshot.log_squared_stretch, snapshot.electrical)
         stored = np.full_like(time, np.nan)
-        if moment.surroundings is None:
-            stored = moment.points.stored(moment.internal, moment.log_squared_stretch, moment.field)
-        lookout.happened.put(moment.cases, EventArrays(time, field, *membrane, determinant, added, charge, stored))
+        if snapshot.surroundings is None:
+            stored = snapshot.points.stored(snapshot.internal, snapshot.log_squared_stretch, snapshot.electrical)
+        search.happened.put(snapshot.cases, EventArrays(time, field, *membrane, determinant, added, charge, stored))
 
     def exposed(self, cases: Cases) -> Floats:
         """The exposures (exposures, k) at the end of the last step."""
@@ -315,11 +315,11 @@ class Watch:
         parts = [exposure.along(stride, films_of(stride), columns, fraction) for exposure in self.exposures]
         return np.reshape(parts, (len(self.exposures), columns.size))
 
-    def stability(self, moment: FilmSnapshot) -> Stability:
-        """Determinant and margin (k,) of films at a moment; where edges move, the margin stands for both, as determinants of
+    def stability(self, snapshot: FilmSnapshot) -> Stability:
+        """Determinant and margin (k,) of films; where edges move, the margin stands for both, as determinants of
         different axes cannot be compared.
         """
-        found = stability_at(moment, self.films.timescale)
+        found = stability_at(snapshot, self.films.timescale)
         return replace(found, determinant=found.margin) if self.films.moved else found
 
     def age(self, cases: Cases, begin: Floats, time: Floats) -> Floats:

@@ -60,46 +60,6 @@ class Integration:
     rejected: Cases
 
 
-def integrate(
-    system: System,
-    state: Floats,
-    duration: Floats,
-    *,
-    rtol: float,
-    observe: Observer | None = None,
-    method: Rosenbrock = RODAS5P,
-    pool: int | None = None,
-    first_step: Floats | None = None,
-    longest_step: Floats | None = None,
-    spans: Spans | None = None,
-    turns: Turns | None = None,
-) -> Integration:
-    """Integrate from a consistent `state` (rows, cases) at time 0 over a `duration` (cases,) in s, with local errors below `rtol`.
-
-    The duration may consist of `spans`; the system is in the first of them. Its equations may change at `turns`.
-
-    `first_step` (cases,) in s proposes the first step, such as the `next_step` of an integration that this one continues; it is
-    reduced where the rates have a transient at the start. Where it is 0, the first step follows from the rates alone. Steps exceed
-    `longest_step` (cases,) by at most 1 %: the error estimate cannot see a load that swings and returns within one step. A case
-    of duration 0 keeps its state. No case raises an error: `status` says how it ended. At most `pool` cases advance together; no
-    result depends on this number.
-    """
-    stepper = Stepper(
-        system,
-        state,
-        duration,
-        rtol=rtol,
-        method=method,
-        pool=pool,
-        first_step=first_step,
-        longest_step=longest_step,
-        spans=spans,
-        turns=turns,
-    )
-    stepper.run(observe)
-    return stepper.result
-
-
 class Keeper(Protocol):
     """Keeps the states of long simulations, so that interrupted ones go on from there."""
 
@@ -115,10 +75,18 @@ KEEPER: ContextVar[Keeper | None] = ContextVar("KEEPER", default=None)
 
 
 class Stepper:
-    """An integration under way, which can be pickled between two steps. See `integrate` for its arguments.
+    """An integration from a consistent `state` (rows, cases) at time 0 over a `duration` (cases,) in s, with local errors below
+    `rtol`, which can be pickled between two steps.
 
-    The cases that advance together are columns of the pool. Columns whose cases have ended are replaced by waiting cases, or
-    dropped.
+    The duration may consist of `spans`; the system is in the first of them. Its equations may change at `turns`.
+
+    `first_step` (cases,) in s proposes the first step, such as the `next_step` of an integration that this one continues; it is
+    reduced where the rates have a transient at the start. Where it is 0, the first step follows from the rates alone. Steps exceed
+    `longest_step` (cases,) by at most 1 %: the error estimate cannot see a load that swings and returns within one step. A case
+    of duration 0 keeps its state. No case raises an error: `status` says how it ended.
+
+    At most `pool` cases advance together, in columns of the pool; no result depends on this number. Columns whose cases have ended
+    are replaced by waiting cases, or dropped.
     """
 
     def __init__(
@@ -154,7 +122,7 @@ class Stepper:
     def __getstate__(self) -> dict[str, Any]:
         return {**vars(self), "observe": None}
 
-    def run(self, observe: Observer | None = None, keep: Callable[[], None] | None = None) -> None:
+    def run(self, observe: Observer | None = None, keep: Callable[[], None] | None = None) -> Integration:
         """Advance until all cases have ended; `keep` is called after each step."""
         self.observe = observe
         with np.errstate(all="ignore"):  # a step whose result is not finite is rejected
@@ -168,6 +136,7 @@ class Stepper:
                 self._advance()
                 if keep is not None:
                     keep()
+        return self.result
 
     def _last_spans(self) -> Cases:
         """The last span (cases,) of a duration above 0, of each case."""

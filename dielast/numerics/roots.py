@@ -6,7 +6,8 @@ import numpy as np
 
 from dielast.numerics.arrays import Floats
 
-Signal = Callable[[Floats], Floats]
+OfFraction = Callable[[Floats], Floats]
+"""A signal (k,) as a function of the fractions (k,) of steps."""
 
 CLOSE = 0.05  # the minimum of a dip is located if a parabola expects it below this value
 INSIDE = np.array((0.25, 0.5, 0.75))  # fractions of the step at which signals are sampled
@@ -14,7 +15,7 @@ DIP, GOLDEN = 24, 0.6180339887498949  # number and ratio of the golden sections 
 FALLS, ROOT = 60, 1e-13  # largest number of iterations, and accuracy of a root as a fraction of the step
 
 
-def samples(signal: Signal, last: Floats, value: Floats) -> tuple[Floats, Floats]:
+def samples(signal: OfFraction, last: Floats, value: Floats) -> tuple[Floats, Floats]:
     """Samples (5, k) of signals over a step, and the fractions (5, k) of the step at which they are taken.
 
     `last` and `value` (k,) are the signals at the start and the end of the step. The lowest of the three inner samples is replaced
@@ -44,7 +45,7 @@ def samples(signal: Signal, last: Floats, value: Floats) -> tuple[Floats, Floats
     return values, fractions
 
 
-def fall(signal: Signal, low: Floats, high: Floats) -> Floats:
+def fall(signal: OfFraction, low: Floats, high: Floats) -> Floats:
     """Zeros (k,) of signals between `low` (k,), where they are positive, and `high` (k,), where they are not.
 
     Chandrupatla's method, independently in each column: T. R. Chandrupatla, Adv. Eng. Software 28 (1997) 145,

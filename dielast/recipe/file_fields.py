@@ -5,7 +5,6 @@ import re
 from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Annotated, Any, get_args
 
 from pydantic import PlainValidator, ValidationInfo, WithJsonSchema
@@ -46,22 +45,23 @@ _folder = partial(_existing, kind="folder", test=Path.is_dir)
 
 
 def _files(names: Any, info: ValidationInfo, endings: Sequence[str] = ()) -> tuple[str, ...]:
-    """The files of a list in its order, or those that a glob pattern matches, sorted by name.
+    """The files of a list in its order, or those that a glob pattern matches, also among the examples, sorted by name.
 
     With `endings`, a folder stands for its files with these endings, and numbers in names are sorted by their value.
     """
     if isinstance(names, list) and names:
         return tuple(existing_file(name, info) for name in names)
-    if endings and isinstance(names, str) and names:
-        return _pictures(names, info, endings)
-    if not isinstance(names, str) or not Path(names).name:  # "." and "/" have no file name
+    if not isinstance(names, str) or not (names if endings else Path(names).name):  # "." and "/" have no file name
         raise InputError("a list of files or a glob pattern is needed")
     folder = (info.context or {}).get("folder")
     if folder is None:
         return (names,)
-    base = Path(names).anchor
+    home, mark = (EXAMPLES, EXAMPLE) if names.startswith(EXAMPLE) else (folder, "")
+    pattern = names.removeprefix(mark)
+    whole = bool(endings) and os.path.isdir(home / pattern)
+    base, pattern = Path(pattern).anchor, f"{pattern}/*" if whole else pattern
     try:
-        matches = sorted(str(path) for path in (Path(base) if base else folder).glob(names.removeprefix(base)) if path.is_file())
+        matches = sorted(str(path) for path in (Path(base) if base else home).glob(pattern.removeprefix(base)) if path.is_file())
     except (
         OSError,  # the name is too long
         ValueError,  # ** within a name
@@ -69,26 +69,16 @@ def _files(names: Any, info: ValidationInfo, endings: Sequence[str] = ()) -> tup
         RecursionError,  # hundreds of nested folders
     ) as error:
         raise InputError(f"{shown(names)}: not a glob pattern: {error}") from None
+    if whole:
+        matches = [path for path in matches if path.lower().endswith(tuple(endings))]
     if not matches:
-        raise InputError(f"{shown(names)}: no file matches{of_backslashes(names)}")
+        wrong = f"no file in this folder ends with {', '.join(endings)}" if whole else f"no file matches{of_backslashes(names)}"
+        raise InputError(f"{shown(names)}: {wrong}")
     # with slashes, so that results are the same on every system
-    return tuple(Path(path if base else os.path.relpath(path, folder)).as_posix() for path in matches)
-
-
-def _pictures(names: str, info: ValidationInfo, endings: Sequence[str]) -> tuple[str, ...]:
-    """The files of a folder or of a glob pattern, also among the examples."""
-    folder = (info.context or {}).get("folder")
-    if folder is None:
-        return (names,)
-    mark, names = (EXAMPLE, names.removeprefix(EXAMPLE)) if names.startswith(EXAMPLE) else ("", names)
-    base = EXAMPLES if mark else folder
-    whole = os.path.isdir(base / names)
-    found = _files(f"{names}/*" if whole else names, SimpleNamespace(context={"folder": base}))
-    chosen = [name for name in found if not whole or name.lower().endswith(tuple(endings))]
-    if not chosen:
-        raise InputError(f"{shown(names)}: no file in this folder ends with {', '.join(endings)}")
-    chosen.sort(key=lambda name: [int(part) if part.isdecimal() else part for part in re.split(r"(\d+)", name)])
-    return tuple(mark + name for name in chosen)
+    found = [mark + Path(path if base else os.path.relpath(path, home)).as_posix() for path in matches]
+    if endings:
+        found.sort(key=lambda name: [int(part) if part.isdecimal() else part for part in re.split(r"(\d+)", name)])
+    return tuple(found)
 
 
 def _name_or_number(noun: str, description: str) -> tuple[PlainValidator, WithJsonSchema]:
@@ -112,18 +102,9 @@ PATH = {
 }
 InputFile = Annotated[str, PlainValidator(existing_file), WithJsonSchema(PATH), NAMES_FILES]
 InputFolder = Annotated[str, PlainValidator(_folder), WithJsonSchema(PATH), NAMES_FILES]
-InputFiles = Annotated[
-    tuple[str, ...],
-    PlainValidator(_files),
-    WithJsonSchema({"anyOf": [{"type": "array", "items": PATH}, {"type": "string", "format": "glob pattern"}]}),
-    NAMES_FILES,
-]
-PhotographFiles = Annotated[
-    tuple[str, ...],
-    PlainValidator(partial(_files, endings=PICTURES)),
-    WithJsonSchema({"anyOf": [{"type": "array", "items": PATH}, {"type": "string", "format": "glob pattern"}]}),
-    NAMES_FILES,
-]
+PATHS = {"anyOf": [{"type": "array", "items": PATH}, {"type": "string", "format": "glob pattern"}]}
+InputFiles = Annotated[tuple[str, ...], PlainValidator(_files), WithJsonSchema(PATHS), NAMES_FILES]
+PhotographFiles = Annotated[tuple[str, ...], PlainValidator(partial(_files, endings=PICTURES)), WithJsonSchema(PATHS), NAMES_FILES]
 ColumnName = Annotated[str | int, *_name_or_number("column", "A column's header, its name without the unit, or its number from 1.")]
 SheetName = Annotated[str | int, *_name_or_number("sheet", "A sheet's name, or its number from 1.")]
 Step = Annotated[

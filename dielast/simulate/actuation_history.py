@@ -84,7 +84,7 @@ def run_films(
     symmetry = UNIAXIAL if lone and film.symmetry is None else film.symmetry
     film = replace(film, points=points, symmetry=symmetry, wires=wiring.wires(part) if wiring.programme else None)
     watch = Watch(watched, CRITERIA, (), stops)
-    relaxed = film.moment(setup.controls, np.arange(part.size), np.zeros(part.size))
+    relaxed = film.snapshot(setup.controls, np.arange(part.size), np.zeros(part.size))
     begin = np.exp(0.5 * relaxed.log_squared_stretch)
     leakage = wiring.leakage.take(part) if wiring.electrical else None
     electric = None if leakage is None else ElectricMeter(leakage, part.size)
@@ -126,7 +126,7 @@ def run_films(
         with_damage,
         np.zeros(part.size)
         if electric is None
-        else relaxed.points.stored(relaxed.internal, relaxed.log_squared_stretch, relaxed.field),
+        else relaxed.points.stored(relaxed.internal, relaxed.log_squared_stretch, relaxed.electrical),
     )
     return ActuationHistory(
         temperature=setup.temperature[part],

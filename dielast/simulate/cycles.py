@@ -24,10 +24,9 @@ from dielast.mechanics.equations import Films, films_of
 from dielast.mechanics.piece import Cycles, Piece
 from dielast.mechanics.point import LoadedPoints
 from dielast.mechanics.point_material import PointMaterial
-from dielast.mechanics.span import Control
 from dielast.numerics.arrays import Cases, Flags, Floats, paired
 from dielast.numerics.stride import DenseSteps, TriedStep, joined_steps
-from dielast.simulate.electrical import PLACE_WEIGHTS, PLACES, ElectricMeter, flow
+from dielast.simulate.electrical import PLACE_WEIGHTS, PLACES, ElectricMeter, flow, work_of_edges
 
 FINE = np.linspace(0.0, 1.0, 33)
 # maps values at PLACES to those of their interpolating polynomial at FINE
@@ -44,14 +43,9 @@ UNITS = {
     **{"phase": "rad", "work": "J/m^3", "efficiency": "1"},
     **{"electrical_energy": "J/m^3", "mechanical_work": "J/m^3", "energy_per_mass": "J/kg"},
 }
-LOWEST, HIGHEST, TOTAL, PLANNED, LASTED = (
-    0,
-    1,
-    2,
-    9,
-    10,
-)  # rows of the sums: the extremes and the integral of the measured quantity,
-SUMS = 11  # the planned and the reached duration; and their number
+# rows of the sums: the extremes and the integral of the measured quantity, the planned and the reached duration; and their number
+LOWEST, HIGHEST, TOTAL, PLANNED, LASTED = 0, 1, 2, 9, 10
+SUMS = 11
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -278,24 +272,13 @@ class CycleMeter:
             flowing = flow(films, self.leakage.take(wide.cases), local, state, wide.rate(share))
             power, boundary_term = flowing.field * flowing.current, np.zeros_like(local)
             sent = _both_ways((flowing.source * flowing.current).reshape(places, count))
-        edges, edge_power, edge_term = films.points.edges if isinstance(films, LoadedPoints) else None, *np.zeros((2, local.size))
-        for axis, control in enumerate(load.controls):
-            if control is Control.STRETCH:
-                added, term = nominal[axis] * slope[axis], np.zeros_like(local)
-            elif control is Control.STRESS:  # integrated by parts, as the rate of the stretch has no closed form
-                added, term = -stretch[axis] * slope[axis], value[axis] * stretch[axis]
-                if edges is not None:
-                    term = term - 0.5 * edges.stiffness[axis] * np.square(stretch[axis] - edges.home[axis])
-            else:
-                continue
-            power, boundary_term = power + added, boundary_term + term
-            edge_power, edge_term = edge_power + added, edge_term + term
+        edge_power, edge_term = work_of_edges(films, value, slope, log_squared, nominal)
 
         def integral(power: Floats, term: Floats) -> Floats:
             along, term = power.reshape(places, count), term.reshape(places, count)
             return np.asarray(steps.step * _applied(PLACE_WEIGHTS, along) + term[-1] - term[0])
 
-        work = integral(power, boundary_term)
+        work = integral(power + edge_power, boundary_term + edge_term)
         assert isinstance(piece, Cycles)
         turn = 2 * np.pi * (((begin[many] + local) / piece.period[wide.cases]) - cycle[many]).reshape(places, count)
         # subtract the value at rest: the quadrature error of a constant must not appear as a component at the period

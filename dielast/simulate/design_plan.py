@@ -277,7 +277,7 @@ def voltage_about(group: Group, goal: Targets) -> tuple[Floats, Flags]:
     film = group.film
     points, present = film.points, film.log_squared_stretch
     internal = film.internal if film.assembly is None else 2 * np.log(film.internal[:, :, 0])
-    held = points.held(goal.at, lambda: points.law.stress(points.springs(internal, present)))
+    held = points.retained(goal.at, lambda: points.law.stress(points.springs(internal, present)))
     steps = goal.steps(group.watched.controls)
     squared_field = np.zeros(steps.shape[1])
     with np.errstate(all="ignore"):

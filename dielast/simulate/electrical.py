@@ -25,7 +25,7 @@ from dielast.mechanics.film import FilmState
 from dielast.mechanics.piece import Piece
 from dielast.mechanics.point import LoadedPoints
 from dielast.mechanics.point_material import SYMMETRIC
-from dielast.mechanics.span import Control, Controls, Load, stretched
+from dielast.mechanics.span import Control, Controls, Load, stretch_prescribed
 from dielast.numerics.arrays import Cases, Flags, Floats, paired
 from dielast.numerics.stride import DenseSteps, TriedStep, joined_steps
 
@@ -68,7 +68,7 @@ def flow(films: LoadedPoints, leakage: Leakage, time: Floats, state: Floats, rat
     if circuit is None and points.electric == FIELD:
         # where both axes are equal, the last row belongs to both
         rate_of_axes = rate[[-2, -1] if films.border == -2 else [-1, -1]]
-        rate_of_stretch = np.where(stretched(load.controls), 2 * slope[:2] / np.exp(0.5 * log_squared), rate_of_axes)
+        rate_of_stretch = np.where(stretch_prescribed(load.controls), 2 * slope[:2] / np.exp(0.5 * log_squared), rate_of_axes)
         _, share = points.capacitance(log_squared)
         change = charge * np.einsum("cm,cm->m", share, rate_of_stretch)
         capacity = points.nominal(log_squared, np.ones_like(field))[1]
@@ -115,13 +115,15 @@ class ElectricMeter:
         """
         gained = _stored(after) - _stored(before)
         change = np.exp(0.5 * after.log_squared_stretch) - np.exp(0.5 * before.log_squared_stretch)
-        free = ~stretched(controls)
+        free = ~stretch_prescribed(controls)
         stress = after.nominal_stress
         if after.points.edges is not None:
             stress = 0.5 * (before.nominal_stress + stress)
         work = gained - np.sum(np.where(free, stress * change, 0.0), axis=0)
         if moved.any():
-            (field, charge), (last, end) = (film.points.nominal(film.log_squared_stretch, film.field) for film in (before, after))
+            (field, charge), (last, end) = (
+                film.points.nominal(film.log_squared_stretch, film.electrical) for film in (before, after)
+            )
             work = np.where(moved, 0.5 * (field + last) * (end - charge), work)
         work = np.where(np.isfinite(work), work, 0.0)
         self.totals[0] += work
@@ -134,7 +136,7 @@ class ElectricMeter:
         self._start, self._piece = start, piece
         # the stress along an axis counts only where its stretch is prescribed and moves
         moved = [any(np.any(target[axis] != piece.start[axis]) for target in piece.targets) for axis in range(2)]
-        self._needs_springs = any(np.logical_and(moved, stretched(piece.controls)[:, 0]))
+        self._needs_springs = any(np.logical_and(moved, stretch_prescribed(piece.controls)[:, 0]))
         self._system = system if self._needs_springs else replace(system, points=system.points.without_springs())
 
     def ask_now(self, films: Films, state: Floats, cases: Cases) -> None:
@@ -241,7 +243,9 @@ class ElectricMeter:
             # a very small drop is below the tolerance of the charge; r i^2, which is never negative, is then more accurate
             small = np.abs(drop) < NEXT_TO_NOTHING * np.abs(flowing.field)
             heat = np.where(small, circuit.resistance * flowing.current**2, heat)
-        log_squared, power, term = self._work_of_edges(films, time, state)
+        driven = films.driven(time, state)
+        log_squared, nominal = films.membrane(state, driven)
+        power, term = work_of_edges(films, driven, films.load.slope(time), log_squared, nominal)
         if pass_on is not None:
             pass_on(steps, log_squared)
         powers = np.stack((flowing.source * flowing.current, flowing.field * flowing.leak, heat, power))
@@ -251,29 +255,27 @@ class ElectricMeter:
         return np.asarray(energies)
 
     @staticmethod
-    def _work_of_edges(films: LoadedPoints, time: Floats, state: Floats) -> tuple[Floats, Floats, Floats]:
-        """Lambda (2, k), a power (k,) in W/m^3 and a term (k,) in J/m^3 at times (k,): int s_i dlambda_i is the integral of the
-        power, and the change of the term.
-
-        Along an axis of prescribed stress it is integrated by parts, as the rate of the stretch is less exact than the stretch.
-        """
-        driven, slope, edges = films.driven(time, state), films.load.slope(time), films.points.edges
-        log_squared, nominal = films.membrane(state, driven)
-        stretch: Floats = np.exp(0.5 * log_squared)
-        power, term = np.zeros(time.size), np.zeros(time.size)
-        for axis, control in enumerate(films.load.controls):
-            if control is Control.STRESS:
-                power -= stretch[axis] * slope[axis]
-                term += driven[axis] * stretch[axis]
-                if edges is not None:
-                    term -= 0.5 * edges.stiffness[axis] * np.square(stretch[axis] - edges.home[axis])
-            elif slope[axis].any():
-                power += nominal[axis] * slope[axis]
-        return log_squared, power, term
-
-    @staticmethod
     def _rows(flowing: Flow, energies: Floats) -> Floats:
         return np.stack((flowing.charge, flowing.source, flowing.current, *energies))
+
+
+def work_of_edges(films: Films, driven: Floats, slope: Floats, log_squared: Floats, nominal: Floats) -> tuple[Floats, Floats]:
+    """A power (k,) in W/m^3 and a term (k,) in J/m^3, of films whose load has the values `driven` and the rates `slope` (3, k), at
+    Lambda and nominal stresses (2, k): int s_i dlambda_i is the integral of the power, and the change of the term.
+
+    Along an axis of prescribed stress it is integrated by parts, as the rate of the stretch is less exact than the stretch.
+    """
+    stretch, edges = np.exp(0.5 * log_squared), films.points.edges
+    power, term = np.zeros_like(stretch)
+    for axis, control in enumerate(films.load.controls):
+        if control is Control.STRESS:
+            power -= stretch[axis] * slope[axis]
+            term += driven[axis] * stretch[axis]
+            if edges is not None:
+                term -= 0.5 * edges.stiffness[axis] * np.square(stretch[axis] - edges.home[axis])
+        elif slope[axis].any():
+            power += nominal[axis] * slope[axis]
+    return power, term
 
 
 def equilibrium_rate(films: LoadedPoints, time: Floats, state: Floats) -> Floats:
@@ -318,4 +320,4 @@ def equilibrium_rate(films: LoadedPoints, time: Floats, state: Floats) -> Floats
 
 def _stored(film: FilmState) -> Floats:
     """The energy (cases,) in J/m^3 stored in springs and dielectric."""
-    return film.points.stored(film.internal, film.log_squared_stretch, film.field)
+    return film.points.stored(film.internal, film.log_squared_stretch, film.electrical)

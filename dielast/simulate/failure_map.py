@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from dielast.base.errors import InputError
+from dielast.base.units import lasting
 from dielast.io.result import TabularResult
 from dielast.io.table import Column, Table
 from dielast.material.argument_types import checked, real_number
@@ -20,7 +21,6 @@ from dielast.material.scatter import Sample
 from dielast.mechanics.criteria.loss_of_tension import LossOfTension
 from dielast.numerics.arrays import Cases, Floats, Texts
 from dielast.numerics.integrate import Status
-from dielast.simulate.durations import lasting
 from dielast.simulate.events import NONE
 from dielast.simulate.film_grid import axis_of, lay_out
 from dielast.simulate.film_setup import Film

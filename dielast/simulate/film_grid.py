@@ -21,7 +21,7 @@ from dielast.mechanics.span import Controls
 from dielast.mechanics.stability import TimeScale
 from dielast.mechanics.watch import EventArrays, Watch
 from dielast.numerics.arrays import ByCase, Cases, Floats, paired
-from dielast.simulate.film_setup import Film, OfAxes, followed as reached_by
+from dielast.simulate.film_setup import Film, OfAxes, reachable
 from dielast.simulate.follow import follow
 from dielast.simulate.options import Failure, Solver
 from dielast.simulate.output import Output
@@ -48,9 +48,9 @@ class FilmEvents:
     begin: Floats
     """The stretches (2, k) when the voltage is applied."""
 
-    def relative_stretch(self, moment: EventArrays) -> Floats:
+    def relative_stretch(self, event: EventArrays) -> Floats:
         """The relative stretches (2, k) at an event."""
-        return np.asarray(np.exp(0.5 * moment.log_squared_stretch) / self.begin)
+        return np.asarray(np.exp(0.5 * event.log_squared_stretch) / self.begin)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -257,7 +257,7 @@ def lay_out(
         thick = np.tile(thickness, draws) * np.repeat(sample.thickness_factor, films)
         rows = np.arange(draws * films)
         if len(pairs) > 1 and all(force is None for force in film.forces):
-            reached = reached_by(sample.materials, prestretch, film.prestretch_rate is None)
+            reached = reachable(sample.materials, prestretch, film.prestretch_rate is None)
             # where no draw reaches a prestretch, the first of them says so
             if not reached.all() and reached.any(axis=0).all():
                 rows = np.flatnonzero(reached)

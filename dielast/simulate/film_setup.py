@@ -25,7 +25,7 @@ PER_CENT = 20  # a larger stretch may be meant in per cent
 CLOSEST = 1e-8  # smallest distance of a share from 0 and from 1; closer films differ by less than rounding
 
 OfAxes = ArrayLike | tuple[ArrayLike | None, ArrayLike | None]  # the values of both axes, a pair if they differ
-Stretched = tuple[Floats | None, Floats | None]  # values (cases,) of both axes, None for a free one
+ByAxis = tuple[Floats | None, Floats | None]  # values (cases,) of both axes, None for a free one
 
 BOUNDARIES = {"dead-load": Control.STRESS, "clamped": Control.STRETCH}
 # the controls along both axes of the active part, for boundaries with a passive part
@@ -101,7 +101,7 @@ class Film(Options):
         ]
         return [value for value in values if value is not None]
 
-    def stretched(self, cases: int) -> Stretched:
+    def prestretches(self, cases: int) -> ByAxis:
         """The prestretch (cases,) of both axes, None for a free axis; `InputError` for a prestretch below 1."""
         stated = _of_axes(self.prestretch, "prestretch", alike=True)
         first, second = (None if axis is None else spread(axis, "prestretch", cases) for axis in stated)
@@ -112,14 +112,14 @@ class Film(Options):
                 raise InputError(below, argument="prestretch", case=of_case(case, cases))
         return first, second
 
-    def ramp(self, prestretch: Stretched, cases: int) -> Floats:
+    def ramp(self, prestretch: ByAxis, cases: int) -> Floats:
         """The duration (cases,) in s of the prestretch."""
         if self.prestretch_rate is None:
             return np.zeros(cases)
         moves = [axis - 1 for axis in prestretch if axis is not None]
         return np.asarray(np.max(moves, axis=0, initial=0.0) / positive(self.prestretch_rate, "prestretch_rate", "/s", cases))
 
-    def weight_stress(self, thickness: Floats, prestretch: Stretched) -> Stretched:
+    def weight_stress(self, thickness: Floats, prestretch: ByAxis) -> ByAxis:
         """The nominal stress (cases,) in Pa of the weight along each axis, None without one; `InputError` for weights that are
         negative, incomplete, or not possible at this boundary and prestretch.
         """
@@ -142,7 +142,7 @@ class Film(Options):
             loads[axis] = newtons / (positive(width, "width", "m", thickness.size) * thickness)
         return loads[0], loads[1]
 
-    def sprung(self, cases: int) -> Stretched:
+    def sprung(self, cases: int) -> ByAxis:
         """The stiffness (cases,) in Pa of the spring along each axis, None without one; `InputError` for an impossible one."""
         found: list[Floats | None] = [None, None]
         for axis, stiffness in enumerate(_of_axes(self.spring, "spring")):
@@ -153,7 +153,7 @@ class Film(Options):
             found[axis] = positive(stiffness, "spring", "Pa", cases)
         return found[0], found[1]
 
-    def share(self, prestretch: Stretched, cases: int, mesh_rtol: float = MESH_RTOL) -> Floats | None:
+    def share(self, prestretch: ByAxis, cases: int, mesh_rtol: float = MESH_RTOL) -> Floats | None:
         """The electrode's share (cases,) of films with a passive part, else None; `InputError` if it does not suit the film."""
         name = self.surrounded
         if name != "frame" and mesh_rtol != MESH_RTOL:
@@ -193,7 +193,7 @@ def _of_axes(value: OfAxes | None, name: str, alike: bool = False) -> tuple[Arra
     return value
 
 
-def pair_in_words(prestretch: Stretched, case: int) -> str:
+def pair_in_words(prestretch: ByAxis, case: int) -> str:
     """The prestretch of a case for messages, such as "1.9", "3 x 2" or "3 x free"."""
     axes = ["free" if axis is None else f"{axis[case]:g}" for axis in prestretch]
     return axes[0] if axes[0] == axes[1] else " x ".join(axes)
@@ -208,7 +208,7 @@ def positive(value: ArrayLike, name: str, unit: str, cases: int) -> Floats:
 
 
 def check_limits(
-    points: PointMaterial, held: Sequence[Floats], at_once: Flags, prestretch: Stretched | None = None, step: int | None = None
+    points: PointMaterial, held: Sequence[Floats], at_once: Flags, prestretch: ByAxis | None = None, step: int | None = None
 ) -> None:
     """`InputError` for stretches of the axes `held`, each (cases,), beyond the limit of a spring (see `out_of_reach`).
 
@@ -250,7 +250,7 @@ def out_of_reach(points: PointMaterial, held: Sequence[Floats], at_once: Flags) 
     return np.asarray(np.min(margin, axis=0) <= 0), first
 
 
-def followed(materials: Sequence[Material], pairs: Floats, at_once: bool) -> Flags:
+def reachable(materials: Sequence[Material], pairs: Floats, at_once: bool) -> Flags:
     """Whether (materials, n) the springs of each material can be stretched to the `pairs` (n, 2) of prestretches, which are reached
     `at_once` or slowly: see `out_of_reach`.
     """

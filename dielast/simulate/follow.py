@@ -92,7 +92,7 @@ class Course:
             before = film
             acting = piece.start
             if film.points.circuit is not None:  # the source jumps, and the charge as far as the circuit lets it
-                charge = film.points.circuit.charge_after(film.field, present[2], piece.start[2])
+                charge = film.points.circuit.charge_after(film.electrical, present[2], piece.start[2])
                 acting = np.concatenate((piece.start[:2], charge[None]))
             film = apply_at_once(film, piece.controls, acting, jumps, self.status, watch)
             for recorder in self.recorders:

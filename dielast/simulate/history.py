@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from dielast.simulate.quantities import Quantity
 
 Arguments = ParamSpec("Arguments")
-Result = TypeVar("Result")
+Made = TypeVar("Made")
 
 REASONS = {
     Status.STEP_VANISHED: "the rates grow beyond all bounds",
@@ -123,11 +123,11 @@ def joined(parts: Sequence[Any], place: Cases) -> Any:
     return first
 
 
-def simulating(prepare: Callable[Arguments, Callable[[], Result]], name: str, result: type[Result]) -> Callable[Arguments, Result]:
+def simulating(prepare: Callable[Arguments, Callable[[], Made]], name: str, result: type[Made]) -> Callable[Arguments, Made]:
     """The public function `name`, which simulates what `prepare` returns once it has checked the arguments."""
 
     @wraps(prepare)
-    def simulated(*arguments: Arguments.args, **keywords: Arguments.kwargs) -> Result:
+    def simulated(*arguments: Arguments.args, **keywords: Arguments.kwargs) -> Made:
         return prepare(*arguments, **keywords)()
 
     simulated.__name__ = simulated.__qualname__ = name

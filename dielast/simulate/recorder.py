@@ -141,13 +141,13 @@ class Recorder:
             self.electric.begin(start, piece, system)
         case, row = (paired(part) for part in np.nonzero(self._listed.relative == 0))
         if case.size:
-            more = [] if self.watch is None else [self.watch.exposed(case)]
+            others = [] if self.watch is None else [self.watch.exposed(case)]
             if self.electric is not None:
                 assert isinstance(system, LoadedPoints)
                 self.electric.ask_now(system.take(case), state[:, case], case)
             at_start = np.zeros(case.size)
             part = slice(None) if self.needs_springs else system.of_membrane
-            self._store(system, case, case, row, at_start, at_start, state[part, case], more)
+            self._store(system, case, case, row, at_start, at_start, state[part, case], others)
 
     def _rows(self, piece: Piece, start: Floats, jumped: Flags) -> Floats:
         """Output times (cases, k) in s since a piece began, suited to its load and padded with NaN."""
@@ -222,10 +222,10 @@ class Recorder:
         part = slice(None) if self.needs_springs else system.of_membrane
         # beside an event a step may be as short as the rounding of its time
         fraction = np.clip((moment - stride.time[pooled]) / stride.step[pooled], 0.0, 1.0)
-        more = [] if self.watch is None else [self.watch.exposed_along(stride, pooled, fraction)]
+        others = [] if self.watch is None else [self.watch.exposed_along(stride, pooled, fraction)]
         if self.electric is not None:
             self.electric.ask(stride, pooled, moment)
-        self._store(system, pooled, case, rows, moment, stride.begin[pooled], stride.dense(part, pooled, fraction), more)
+        self._store(system, pooled, case, rows, moment, stride.begin[pooled], stride.dense(part, pooled, fraction), others)
 
     def _store(
         self,
@@ -236,19 +236,19 @@ class Recorder:
         moment: Floats,
         begin: Floats,
         state: Floats,
-        more: list[Floats],
+        others: list[Floats],
     ) -> None:
         """Store rows (k,) with states (rows, k) of the columns `pooled` (k,) of the system, which are evaluated later with others.
 
-        They are at `moment` (k,) in s since a span began, which was `begin` (k,) in s after the beginning of the piece; `more` are
-        the values (rows, k) of other observers.
+        They are at `moment` (k,) in s since a span began, which was `begin` (k,) in s after the beginning of the piece; `others`
+        are the values (rows, k) of other observers.
         """
         if system is not self._system:
             self._write()
             self._system = system
         age = moment if self.watch is None else self.watch.age(case, begin, moment)
-        others = np.concatenate(more) if more else np.empty((0, case.size))
-        self._waiting.append((pooled, case, rows, moment, age, state, others))
+        beside = np.concatenate(others) if others else np.empty((0, case.size))
+        self._waiting.append((pooled, case, rows, moment, age, state, beside))
         self._size += case.size
         if self._size >= MANY:
             self._write()
@@ -291,7 +291,7 @@ class Recorder:
             return np.concatenate((log_squared, nominal, driven[2:], np.full((1, case.size), np.nan)))
         films = FilmSnapshot.of(system.take(pooled), case, age, moment, state)
         determinant = self.watch.stability(films).determinant
-        field = films.points.nominal(films.log_squared_stretch, films.field)[0]
+        field = films.points.nominal(films.log_squared_stretch, films.electrical)[0]
         return np.concatenate((films.log_squared_stretch, films.nominal_stress, field[None], determinant[None]))
 
     def collect(self) -> Record:

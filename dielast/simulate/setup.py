@@ -23,7 +23,7 @@ from dielast.mechanics.span import Control, Controls
 from dielast.mechanics.stability import TimeScale, damped
 from dielast.numerics.arrays import Cases, Flags, Floats, paired
 from dielast.numerics.integrate import Status
-from dielast.simulate.film_setup import Film, Stretched, check_limits, pair_in_words, positive
+from dielast.simulate.film_setup import ByAxis, Film, check_limits, pair_in_words, positive
 from dielast.simulate.follow import follow
 from dielast.simulate.history import REASONS
 from dielast.simulate.options import Solver, check_tolerance
@@ -44,15 +44,15 @@ class Setup:
     points: PointMaterial
     temperature: Floats
     thickness: Floats
-    prestretch: Stretched
+    prestretch: ByAxis
     ramp: Floats
     relax: float
     controls: Controls
     endurance: FailureLaws
-    weight_stress: Stretched = (None, None)
+    weight_stress: ByAxis = (None, None)
     share: Floats | None = None
     mesh: Cases = field(default_factory=lambda: np.zeros(0, dtype=np.intp))
-    spring: Stretched = (None, None)
+    spring: ByAxis = (None, None)
 
     @property
     def alike(self) -> Flags:
@@ -119,7 +119,7 @@ class Setup:
         return EdgeSprings(np.array(stiffness), home)
 
 
-def _of_cases(values: Stretched, cases: Cases) -> Stretched:
+def _of_cases(values: ByAxis, cases: Cases) -> ByAxis:
     """The values of both axes for the selected cases (k,)."""
     first, second = (None if axis is None else axis[cases] for axis in values)
     return first, second
@@ -127,11 +127,11 @@ def _of_cases(values: Stretched, cases: Cases) -> Stretched:
 
 def prestretched(
     film: FilmState,
-    stretch: Stretched,
+    stretch: ByAxis,
     duration: Floats,
     relax: float | Floats,
     rtol: float,
-    weight_stress: Stretched = (None, None),
+    weight_stress: ByAxis = (None, None),
 ) -> tuple[FilmState, Cases]:
     """Films at rest, prestretched, relaxed for `relax` s, one number or (cases,), and given a damper, and their `Status` (cases,).
 
@@ -186,7 +186,7 @@ def set_up(
         temperature = [material.reference_temperature for material in materials]
     fields = [] if breakdown_field is None or isinstance(breakdown_field, BreakdownLaw) else [breakdown_field]
     cases = one_set([cases, len(materials), *map(np.size, (*film.varied(), temperature, *fields))])
-    thickness, prestretch = positive(film.thickness, "thickness", "m", cases), film.stretched(cases)
+    thickness, prestretch = positive(film.thickness, "thickness", "m", cases), film.prestretches(cases)
     controls = film.controls
     share, weight_stress, ramp = (
         film.share(prestretch, cases, solver.mesh_rtol),
@@ -261,7 +261,7 @@ def _breakdown(
     return fields, StretchDependentBreakdown.of(followed, thickness, stretch) if followed else None
 
 
-def _check_permittivity(points: PointMaterial, prestretch: Stretched) -> None:
+def _check_permittivity(points: PointMaterial, prestretch: ByAxis) -> None:
     """`InputError` for a prestretch at which the permittivity is not positive."""
     held = [axis for axis in prestretch if axis is not None]
     if not held:

@@ -26,7 +26,7 @@ from dielast import (
     Waveform,
 )
 from dielast.material.dielectric import LinearPermittivity
-from dielast.material.laws_of_cases import stretched
+from dielast.material.laws_of_cases import stretch_laws
 from dielast.material.shift import NoShift
 from dielast.mechanics.electric import CHARGE, FIELD, FilmCircuit
 from dielast.mechanics.flow import Flow
@@ -217,7 +217,7 @@ def test_what_the_circuit_lets_flow_while_a_film_is_watched(coefficient: float) 
     one = np.ones(1)
     log_squared = np.array([[1.1], [0.7]])
     law = LinearPermittivity(EPS, stretch_coefficient=coefficient)
-    stretching = stretched([law], 1)
+    stretching = stretch_laws([law], 1)
     circuit = FilmCircuit(Leakage(0 * one, np.inf * one), 2e9 * one)
     points = PointMaterial(MU * one[None], Flow(0 * one[None]), Gent(), EPS * one, one, CHARGE, stretching, circuit)
     permittivity, _ = points.capacitance(log_squared)

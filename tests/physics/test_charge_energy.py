@@ -51,7 +51,7 @@ CHARGES: list[ElectricalStep] = [
 def stored(points: PointMaterial, film: FilmState) -> float:
     """Energy of springs and dielectric in J/m^3."""
     squared = points.springs(film.internal, film.log_squared_stretch)
-    field, charge = points.nominal(film.log_squared_stretch, film.field)
+    field, charge = points.nominal(film.log_squared_stretch, film.electrical)
     return float((np.sum(points.modulus * points.law.energy(squared), axis=0) + 0.5 * field * charge)[0])
 
 

@@ -17,7 +17,6 @@ from scipy.integrate import quad
 
 from dielast import (
     Breakdown,
-    DamageScatter,
     FilmScatter,
     Gent,
     InputError,
@@ -179,19 +178,19 @@ def test_the_table_of_a_run_holds_the_damage() -> None:
 def test_the_damage_at_failure_may_scatter_by_itself_and_with_the_area() -> None:
     """1 - exp(-(A/A_0) D^beta), of draws that are evenly spaced quantiles; a larger film fails sooner."""
     draws, shape, ratio = 400, 1.3, 4.0
-    factors = DamageScatter(shape, ratio).factors((np.arange(draws) + 0.5) / draws)
+    factors = WeibullScatter(shape, ratio).factors((np.arange(draws) + 0.5) / draws)
     sample = Sample((SILICONE,) * draws, np.full(draws, 1.1), np.ones(draws), factors)
     voltage = [11e3, 13e3, 14e3]
     _, *drawn = solve_map(plan_failure_map(SILICONE, voltage=voltage, horizon=HOUR, sample=sample, **CLAMPED))
     share = np.mean([np.isfinite(each.time_to_failure[0, 0]) for each in drawn], axis=0)
     damage = (np.array(voltage) * 1.7**2 / THICKNESS / 80e6) ** 18.5
     assert share == pytest.approx(1 - np.exp(-ratio * damage**shape), abs=1 / draws)
-    drawn = draw_sample([SILICONE], 2000, scatter=FilmScatter(damage=DamageScatter(shape, ratio)))
+    drawn = draw_sample([SILICONE], 2000, scatter=FilmScatter(damage=WeibullScatter(shape, ratio)))
     assert drawn.damage_factor is not None
     assert np.mean(drawn.damage_factor < 0.4) == pytest.approx(1 - np.exp(-ratio * 0.4**shape), abs=0.04)
     assert np.mean(drawn.damage_factor < drawn.typical_damage) == pytest.approx(1 - np.exp(-1), abs=0.04)
     with pytest.raises(InputError, match="area_ratio: 0: a positive number is needed"):
-        DamageScatter(1.0, 0.0)
+        WeibullScatter(1.0, 0.0)
 
 
 def test_the_film_without_scatter_has_the_area_of_the_draws() -> None:
@@ -199,7 +198,7 @@ def test_the_film_without_scatter_has_the_area_of_the_draws() -> None:
     of one film, also if sources are exchanged between its draws.
     """
     shape, ratio, voltage = 1.5, 40.0, 13e3
-    sample = draw_sample([SILICONE], 400, scatter=FilmScatter(damage=DamageScatter(shape, ratio)))
+    sample = draw_sample([SILICONE], 400, scatter=FilmScatter(damage=WeibullScatter(shape, ratio)))
     arguments: dict[str, Any] = {"voltage": voltage, "horizon": 1e9, **CLAMPED}
     samples = (None, sample, Exchange.of(sample).sample)
     life = [solve_map(plan_failure_map(SILICONE, sample=of, **arguments))[0].time_to_failure.item() for of in samples]
@@ -210,7 +209,7 @@ def test_the_film_without_scatter_has_the_area_of_the_draws() -> None:
     assert plain.failure_mode.tolist() == ["damage"]
     assert plain.voltage == pytest.approx(larger.voltage, rel=1e-6)
     assert larger.time_to_failure == pytest.approx(plain.time_to_failure * ratio ** (-1 / shape), rel=1e-6)
-    assert draw_sample([SILICONE], 3, scatter=FilmScatter(damage=DamageScatter(shape))).typical(SILICONE) is SILICONE
+    assert draw_sample([SILICONE], 3, scatter=FilmScatter(damage=WeibullScatter(shape))).typical(SILICONE) is SILICONE
 
 
 def test_a_map_has_the_cells_of_films_and_only_materials_with_damage_have_it() -> None:

@@ -137,7 +137,6 @@ def arguments_of(name: str, folder: Path) -> dict[str, Any]:
         "CardOptions": dict,
         "ChargeStep": lambda: {"charge": 1e-3, "rate": 1e-3, "duration": None},
         "CreepCurve": lambda: {"temperature": 20.0, "time": TIME, "compliance": TIME * 1e-9},
-        "DamageScatter": lambda: {"shape": 2.0},
         "FilmScatter": dict,
         "Free": dict,
         "FilmStep": lambda: {"stretch": 2.0, "voltage": 1e3, "duration": 1.0},

@@ -15,7 +15,7 @@ from toys import Eyring
 
 from dielast.material.dielectric import LinearPermittivity
 from dielast.material.law import FlowLaw
-from dielast.material.laws_of_cases import UNSTRETCHED, LawsOfCases, stretched
+from dielast.material.laws_of_cases import UNSTRETCHED, LawsOfCases, stretch_laws
 from dielast.material.springs import EQUIBIAXIAL, UNIAXIAL, Gent, Symmetry
 from dielast.mechanics.flow import Flow
 from dielast.mechanics.point import LoadedPoints
@@ -41,7 +41,7 @@ def points(random: np.random.Generator, stretching: bool = False, activated: boo
     rate[0] = 0.0
     permittivity, floor = random.uniform(3e-11, 5e-11, CASES), random.uniform(1.0, 100.0, CASES)
     laws = [LinearPermittivity(1.0, stretch_coefficient=c) for c in COEFFICIENTS]
-    dielectrics = stretched(laws, CASES) if stretching else UNSTRETCHED
+    dielectrics = stretch_laws(laws, CASES) if stretching else UNSTRETCHED
     flow_laws = LawsOfCases[FlowLaw].of([Eyring(stress) if stress and activated else None for stress in STRESSES], CASES)
     return PointMaterial(modulus, Flow.of(flow_laws, rate, modulus), Gent(limits), permittivity, floor, stretching=dielectrics)
 

@@ -30,7 +30,7 @@ from dielast.material.dielectric import (
     LinearPermittivity,
     PermittivityTable,
 )
-from dielast.material.laws_of_cases import log_ratio, stretched
+from dielast.material.laws_of_cases import log_ratio, stretch_laws
 from dielast.material.modulus import EntropicModulus
 from dielast.material.shift import WLF, ShiftTable
 from dielast.mechanics.load import Step
@@ -86,9 +86,9 @@ def test_cases_of_several_laws_run_side_by_side() -> None:
         LinearPermittivity(4e-11, stretch_coefficient=-0.05),
         LinearPermittivity(4e-11, stretch_coefficient=0.1),
     ]
-    assert not stretched(laws[:1], 3)
-    assert len(stretched(laws[1:3], 2).laws) == 1
-    gathered = stretched(laws, 4)
+    assert not stretch_laws(laws[:1], 3)
+    assert len(stretch_laws(laws[1:3], 2).laws) == 1
+    gathered = stretch_laws(laws, 4)
     assert len(gathered.laws) == 3
     log_squared = np.random.default_rng(0).uniform(0, 1, (2, 4))
     order = np.array([3, 1, 1, 0])

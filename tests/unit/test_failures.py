@@ -29,7 +29,7 @@ from dielast.commands.lifetime.ranking import accepted, simulated_and_ranked
 from dielast.commands.lifetime.table import read_specimens
 from dielast.commands.registry import read_cases
 from dielast.io.files import Inputs
-from dielast.material.scatter import DamageScatter, draw_sample, of_area
+from dielast.material.scatter import WeibullScatter, draw_sample, of_area
 from dielast.mechanics.load import VoltageStep, Waveform
 from dielast.simulate.film_setup import Film
 
@@ -298,7 +298,7 @@ def test_a_fitted_activation_energy_and_scatter_reach_samples_of_films() -> None
     shape = float(material.damage.shape or 0.0)
     assert np.mean(drawn.damage_factor < 1) == pytest.approx(1 - np.exp(-1), abs=0.05)
     share = draw_sample([material], 3, share=0.1).damage_factor
-    assert share == pytest.approx([DamageScatter(shape).factors(np.array([0.1]))[0]] * 3)
+    assert share == pytest.approx([WeibullScatter(shape).factors(np.array([0.1]))[0]] * 3)
     larger = of_area(material, 1e-3).damage
     assert larger is not None
     assert larger.rate(44e6) / material.damage.rate(44e6) == pytest.approx(10 ** (1 / shape))

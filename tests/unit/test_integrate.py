@@ -10,7 +10,7 @@ import pytest
 from numpy.typing import NDArray
 
 from dielast.numerics import integrate as module
-from dielast.numerics.integrate import Status, integrate
+from dielast.numerics.integrate import Status, Stepper
 from dielast.numerics.rosenbrock import RODAS5P
 from dielast.numerics.stride import TriedStep
 
@@ -125,7 +125,7 @@ def test_order_on_a_stiff_problem() -> None:
 def test_tolerance_and_status_of_many_cases() -> None:
     stiffness = np.geomspace(1e-2, 1e6, 50)
     duration = np.linspace(0.0, 5.0, 50)
-    result = integrate(Oscillating(stiffness), np.zeros((2, 50)), duration, rtol=1e-8, pool=7)
+    result = Stepper(Oscillating(stiffness), np.zeros((2, 50)), duration, rtol=1e-8, pool=7).run()
     assert np.all(result.status == Status.COMPLETED)
     assert np.array_equal(result.time, duration)
     assert result.state == pytest.approx(np.stack((np.sin(duration),) * 2), abs=3e-8)
@@ -135,7 +135,7 @@ def test_an_observer_may_stop_a_case() -> None:
     def stop(stride: TriedStep) -> np.ndarray:
         return stride.after[0] > 0.5
 
-    result = integrate(Oscillating(np.ones(3)), np.zeros((2, 3)), np.array([0.1, 2.0, 3.0]), rtol=1e-6, observe=stop)
+    result = Stepper(Oscillating(np.ones(3)), np.zeros((2, 3)), np.array([0.1, 2.0, 3.0]), rtol=1e-6).run(stop)
     assert result.status.tolist() == [Status.COMPLETED, Status.STOPPED, Status.STOPPED]
     assert np.all(result.state[0, 1:] > 0.5)
     assert np.all(result.time[1:] < 2.0)
@@ -163,7 +163,7 @@ def test_a_solution_that_ceases_to_exist_is_reported_where_it_does() -> None:
         ) -> np.ndarray:
             return np.divide(self.step * state**2 + (0.0 if history is None else history), self.matrix, out=out)
 
-    result = integrate(Explosion(np.ones(2)), np.array([[1.0, 0.1]]), np.array([5.0, 5.0]), rtol=1e-8)
+    result = Stepper(Explosion(np.ones(2)), np.array([[1.0, 0.1]]), np.array([5.0, 5.0]), rtol=1e-8).run()
     assert result.status.tolist() == [Status.STEP_VANISHED, Status.COMPLETED]
     assert result.time[0] == pytest.approx(1.0, rel=1e-6)
     assert result.state[0, 1] == pytest.approx(0.2, rel=1e-6)
@@ -172,7 +172,7 @@ def test_a_solution_that_ceases_to_exist_is_reported_where_it_does() -> None:
 def test_what_gets_nowhere_is_given_up_early(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(module, "STALL_STEPS", 50)
     # a tenth of a second a step, and 1e15 s to go
-    result = integrate(Oscillating(np.ones(2)), np.zeros((2, 2)), np.array([1e15, 2.0]), rtol=1e-6)
+    result = Stepper(Oscillating(np.ones(2)), np.zeros((2, 2)), np.array([1e15, 2.0]), rtol=1e-6).run()
     assert result.status.tolist() == [Status.STALLED, Status.COMPLETED]
     assert result.steps[0] + result.rejected[0] == 500
     assert result.state[0, 1] == pytest.approx(np.sin(2.0), abs=1e-5)
@@ -186,7 +186,7 @@ def test_a_first_step_is_shortened_where_the_rates_have_a_transient() -> None:
         if not first:
             first.extend(stride.step.tolist())
 
-    result = integrate(stiff, start, np.full(2, 1.0), rtol=1e-6, observe=look, first_step=np.full(2, 0.1))
+    result = Stepper(stiff, start, np.full(2, 1.0), rtol=1e-6, first_step=np.full(2, 0.1)).run(look)
     assert np.all(result.status == Status.COMPLETED)
     assert first[0] > 1e-3  # nothing decays
     assert first[1] < 1e-5  # 1e-3 decays within microseconds
@@ -310,8 +310,8 @@ DURATION = np.linspace(5.0, 10.0, CASES)
 
 def test_a_continuation_is_told_what_followed_the_first_step() -> None:
     notes = Notes(CASES)
-    result = integrate(
-        SYSTEM, np.zeros((1, CASES)), DURATION, rtol=1e-7, observe=notes, first_step=np.geomspace(1e-4, 10.0, CASES), pool=4
+    result = Stepper(SYSTEM, np.zeros((1, CASES)), DURATION, rtol=1e-7, first_step=np.geomspace(1e-4, 10.0, CASES), pool=4).run(
+        notes
     )
     for case in range(CASES):
         second = next(step for begin, step, _ in notes.tries[case] if begin > 0)
@@ -320,7 +320,7 @@ def test_a_continuation_is_told_what_followed_the_first_step() -> None:
 
 def test_a_start_from_the_rates_alone_is_told_the_step_that_was_reached() -> None:
     notes = Notes(CASES)
-    result = integrate(SYSTEM, np.ones((1, CASES)), DURATION, rtol=1e-7, observe=notes, pool=3)
+    result = Stepper(SYSTEM, np.ones((1, CASES)), DURATION, rtol=1e-7, pool=3).run(notes)
     for case in range(CASES):
         steps = [step for _, step, _ in notes.steps[case]]
         assert 0.3 * max(steps[-4:]) < result.next_step[case] < 8 * max(steps[-4:])
@@ -332,7 +332,7 @@ def test_a_start_from_the_rates_alone_is_told_the_step_that_was_reached() -> Non
 def test_steps_join_without_gaps_and_are_counted(rtol: float, first: float | None) -> None:
     notes, start = Notes(CASES), np.linspace(0.0, 1.0, CASES)[None]
     first_step = None if first is None else np.full(CASES, first)
-    result = integrate(SYSTEM, start, DURATION, rtol=rtol, observe=notes, first_step=first_step)
+    result = Stepper(SYSTEM, start, DURATION, rtol=rtol, first_step=first_step).run(notes)
     assert np.all(result.status == Status.COMPLETED)
     assert np.array_equal(result.time, DURATION)
     assert result.state == pytest.approx(SYSTEM.exact(start, DURATION), abs=30 * rtol)
@@ -349,15 +349,15 @@ def test_steps_join_without_gaps_and_are_counted(rtol: float, first: float | Non
 
 def test_effort_follows_the_order_of_the_method() -> None:
     """Ten thousand times the accuracy costs 10^(4/5) times the steps, with a controller of order 5."""
-    counts = [integrate(SYSTEM, np.zeros((1, CASES)), 2 * DURATION, rtol=rtol).steps.sum() for rtol in (1e-5, 1e-9)]
+    counts = [Stepper(SYSTEM, np.zeros((1, CASES)), 2 * DURATION, rtol=rtol).run().steps.sum() for rtol in (1e-5, 1e-9)]
     assert 10**0.5 < counts[1] / counts[0] < 10**1.1
 
 
 def test_whatever_advances_together_gives_the_same_bytes() -> None:
     start = np.linspace(0.0, 1.0, CASES)[None]
-    whole = integrate(SYSTEM, start, DURATION, rtol=1e-6)
+    whole = Stepper(SYSTEM, start, DURATION, rtol=1e-6).run()
     for pool in (1, 2, 3, 100):
-        part = integrate(SYSTEM, start, DURATION, rtol=1e-6, pool=pool)
+        part = Stepper(SYSTEM, start, DURATION, rtol=1e-6, pool=pool).run()
         for name in ("state", "time", "next_step", "status", "steps", "rejected"):
             assert np.array_equal(getattr(part, name), getattr(whole, name)), name
 
@@ -365,7 +365,7 @@ def test_whatever_advances_together_gives_the_same_bytes() -> None:
 def test_too_many_steps_end_a_case_where_it_is(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(module, "MOST_STEPS", 50)
     system, duration = Chasing(np.ones(2), np.array([200.0, 0.1])), np.array([10.0, 1.0])
-    result = integrate(system, np.zeros((1, 2)), duration, rtol=1e-8)
+    result = Stepper(system, np.zeros((1, 2)), duration, rtol=1e-8).run()
     assert result.status.tolist() == [Status.TOO_MANY_STEPS, Status.COMPLETED]
     assert result.steps[0] + result.rejected[0] == 50
     assert 0 < result.time[0] < 10.0
@@ -375,14 +375,14 @@ def test_too_many_steps_end_a_case_where_it_is(monkeypatch: pytest.MonkeyPatch) 
 def test_what_gets_on_slowly_is_not_given_up(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(module, "STALL_STEPS", 20)
     system = Chasing(np.ones(2), np.array([20.0, 0.1]))
-    result = integrate(system, np.zeros((1, 2)), np.full(2, 10.0), rtol=1e-8)
+    result = Stepper(system, np.zeros((1, 2)), np.full(2, 10.0), rtol=1e-8).run()
     assert np.all(result.status == Status.COMPLETED)
     assert result.steps[0] > 100
 
 
 def test_cases_that_last_no_time_stay_where_they_are() -> None:
     start, notes = np.array([[0.3, 0.4]]), Notes(2)
-    result = integrate(Chasing(np.ones(2), np.ones(2)), start, np.array([0.0, 1.0]), rtol=1e-6, observe=notes, method=RODAS5P)
+    result = Stepper(Chasing(np.ones(2), np.ones(2)), start, np.array([0.0, 1.0]), rtol=1e-6, method=RODAS5P).run(notes)
     assert result.state[0, 0] == 0.3
     assert (result.time[0], result.steps[0], result.next_step[0], notes.steps[0]) == (0.0, 0, 0.0, [])
     assert result.status.tolist() == [Status.COMPLETED] * 2

@@ -12,7 +12,7 @@ from films import SOFT
 from flat import life_sensitivity
 from matplotlib.figure import Figure
 
-from dielast import DamageScatter, FilmScatter, InputError, Material, NormalScatter, Sample, Spectrum, draw_sample
+from dielast import FilmScatter, InputError, Material, NormalScatter, Sample, Spectrum, WeibullScatter, draw_sample
 from dielast.material.damage import InversePower
 from dielast.material.material import Breakdown
 from dielast.material.sensitivity import Exchange
@@ -129,7 +129,7 @@ def test_what_does_not_vary_has_no_shares_and_one_pair_no_errors() -> None:
 
 def test_a_film_that_does_not_creep_has_the_shares_of_its_damage_law() -> None:
     """ln t = const + n ln(thickness) + ln(D), with Var ln D = pi^2/(6 beta^2) of Weibull's distribution."""
-    sample = draw_sample([SILICONE], 1000, scatter=FilmScatter(thickness=NormalScatter(0.01), damage=DamageScatter(5.0)))
+    sample = draw_sample([SILICONE], 1000, scatter=FilmScatter(thickness=NormalScatter(0.01), damage=WeibullScatter(5.0)))
     found = life_sensitivity(SILICONE, sample, voltage=[9e3, 1e4], **CLAMPED)
     assert isinstance(found, LifeShares)
     variances = np.array([(18.5 * 0.01) ** 2, np.pi**2 / (6 * 5.0**2)])

@@ -26,7 +26,7 @@ from dielast.material.scatter import (
 )
 from dielast.material.spectrum import Spectrum
 from dielast.recipe.cases import Case
-from dielast.simulate.film_setup import followed
+from dielast.simulate.film_setup import reachable
 
 _NAMED = 4  # further prestretches in a message
 BESIDE = 1.1  # factor by which a material may lie outside the range of its draws by chance
@@ -108,7 +108,7 @@ def _stretchable(
     draws, or too few would be left of one: that a film was prestretched rules the others out, with a warning.
     """
     pairs, fewest = np.array(prestretches), fewest_draws(uncertainty.level)
-    reached = followed(members, pairs, at_once)
+    reached = reachable(members, pairs, at_once)
     alike = alike or int(reached[: uncertainty.draws].sum(axis=0).min()) < fewest
     if reached.all() or (alike and int(reached.all(axis=1).sum()) < fewest):
         return tuple(members)  # none, or most: a mistake that the first of them names
@@ -118,7 +118,7 @@ def _stretchable(
     first, *others = [(count, name) for count, name in zip(locks.sum(axis=0).tolist(), named, strict=True) if count]
     lock = f"{first[0]} of {len(members)} draws lock below a prestretch of {first[1]}"
     below = [f", {count} below {name}" for count, name in others[:_NAMED]] + [", ..."] * (len(others) > _NAMED)
-    slower = ", at once: state film.prestretch_rate" if followed(members, pairs, False).sum() > reached.sum() else ""
+    slower = ", at once: state film.prestretch_rate" if reachable(members, pairs, False).sum() > reached.sum() else ""
     out = "left out" if len(prestretches) == 1 else "left out of all films" if alike else "left out of these films"
     warn(f"{lock}{''.join(below)}{slower}; they are {out}")
     return tuple(member for member, flags in zip(members, reached, strict=True) if (flags.all() if alike else flags.any()))

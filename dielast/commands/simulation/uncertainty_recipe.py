@@ -6,7 +6,7 @@ from pydantic import Field
 
 from dielast.base.errors import InputError
 from dielast.material.intervals import DrawIntervals, fewest_draws
-from dielast.material.scatter import DamageScatter, NormalScatter, Scatter, WeibullScatter
+from dielast.material.scatter import NormalScatter, Scatter, WeibullScatter
 from dielast.numerics.arrays import Index
 from dielast.recipe.fields import Area, RelativeDeviation, Section
 
@@ -106,9 +106,9 @@ class DamageAtFailure(Section):
         if (self.area is None) != (self.reference_area is None):
             raise InputError("area and reference_area belong together: state both or none")
 
-    def scatter(self) -> DamageScatter:
+    def scatter(self) -> WeibullScatter:
         """The distribution."""
-        return DamageScatter(self.shape, (self.area or 1.0) / (self.reference_area or 1.0))
+        return WeibullScatter(self.shape, (self.area or 1.0) / (self.reference_area or 1.0))
 
 
 class FilmUncertainty(Uncertainty):
@@ -177,7 +177,7 @@ class FilmUncertainty(Uncertainty):
         """The intervals from draws of these laws (draws,); with a failure_share, lives are assured that the other films exceed."""
         return DrawIntervals(self.level, laws, None if self.failure_share is None else self.confidence or CONFIDENCE)
 
-    def scatter(self) -> dict[str, Scatter | DamageScatter]:
+    def scatter(self) -> dict[str, Scatter]:
         """The distributions by the quantity that scatters."""
         stated = {"breakdown_field": self.breakdown_field, "damage": self.damage}
         scatter = {name: section.scatter() for name, section in stated.items() if section is not None}

@@ -21,10 +21,10 @@ class ElectricalBreakdown(Criterion):
         if not np.any(np.isfinite(field)):
             return None
 
-        def margin(moment: FilmSnapshot) -> Floats:
-            limit = field[moment.cases]
+        def margin(snapshot: FilmSnapshot) -> Floats:
+            limit = field[snapshot.cases]
             if following is not None:
-                limit = limit * following.ratio(moment.cases, moment.log_area)
-            return np.asarray(1 - moment.true_field / limit)
+                limit = limit * following.ratio(snapshot.cases, snapshot.log_area)
+            return np.asarray(1 - snapshot.true_field / limit)
 
         return margin

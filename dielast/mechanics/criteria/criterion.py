@@ -30,7 +30,7 @@ class FilmSnapshot(ByCase):
     """Films at a moment, in columns (k,) that belong to `cases` (k,).
 
     `internal` is x (2, n, k), or (1, n, k) if both axes are equal; Lambda and the mechanical nominal stress in Pa are (2, k).
-    `field` (k,) is the electrical quantity that acts on the film: the nominal field V/L_3 in V/m, or the nominal charge density in
+    `electrical` (k,) is the quantity that acts on the film: the nominal field V/L_3 in V/m, or the nominal charge density in
     C/m^2. `age` (k,) is the time in s since the magnitude of the voltage or charge of the source last began to rise.
 
     For films with a passive part, these are the quantities of the active part, except that `internal` is the viscous stretches xi
@@ -44,7 +44,7 @@ class FilmSnapshot(ByCase):
     internal: Floats
     log_squared_stretch: Floats
     nominal_stress: Floats
-    field: Floats
+    electrical: Floats
     surroundings: Surroundings | None = None
 
     @classmethod
@@ -70,7 +70,7 @@ class FilmSnapshot(ByCase):
     def true_field(self) -> Floats:
         """|E| (k,) in V/m."""
         permittivity = self.points.permittivity_at(self.log_squared_stretch)
-        return np.abs(self.points.electric.true_field(permittivity, self.log_area, self.field))
+        return np.abs(self.points.electric.true_field(permittivity, self.log_area, self.electrical))
 
     @property
     def tension(self) -> Floats:
@@ -79,7 +79,7 @@ class FilmSnapshot(ByCase):
 
 
 Signal = Callable[[FilmSnapshot], Floats]
-"""The signal (k,) of a moment, positive until the event happens."""
+"""The signal (k,) of a snapshot of films, positive until the event happens."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -142,12 +142,12 @@ class Criterion:
         """Whether films of these materials may have this event; if none may, maps omit it."""
         return True
 
-    def refined(self, films: WatchedFilms, time: Floats, moment: FilmSnapshot, load: Load) -> tuple[Floats, FilmSnapshot]:
-        """The time (k,) in s since a span of `load` began, and the moment, of a zero of the signal, located more accurately.
+    def refined(self, films: WatchedFilms, time: Floats, snapshot: FilmSnapshot, load: Load) -> tuple[Floats, FilmSnapshot]:
+        """The time (k,) in s since a span of `load` began, and the films, of a zero of the signal, located more accurately.
 
-        `time` and `moment` are those of the zero as located on the steps.
+        `time` and `snapshot` are those of the zero as located on the steps.
         """
-        return time, moment
+        return time, snapshot
 
     def determinant(self, stability: Stability) -> Floats:
         """The pull-in determinant (k,) to record for an event with this stability."""

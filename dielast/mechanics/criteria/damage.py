@@ -27,8 +27,8 @@ class Damage(Criterion):
         if laws is None:
             return None
 
-        def rate(moment: FilmSnapshot) -> Floats:
-            field = moment.true_field
-            return np.asarray(laws.values(moment.cases, lambda law, columns: law.rate(field[columns]), 0.0))
+        def rate(snapshot: FilmSnapshot) -> Floats:
+            field = snapshot.true_field
+            return np.asarray(laws.values(snapshot.cases, lambda law, columns: law.rate(field[columns]), 0.0))
 
         return rate

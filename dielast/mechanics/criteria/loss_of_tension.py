@@ -33,10 +33,10 @@ class LossOfTension(Criterion):
         if films.moved:
             scale = self._scale(films)
 
-            def present(moment: FilmSnapshot) -> Floats:
-                if not self.possible(moment.controls):
-                    return np.full(moment.cases.size, np.nan)
-                return np.asarray(moment.tension[self.axis] / scale[moment.cases])
+            def present(snapshot: FilmSnapshot) -> Floats:
+                if not self.possible(snapshot.controls):
+                    return np.full(snapshot.cases.size, np.nan)
+                return np.asarray(snapshot.tension[self.axis] / scale[snapshot.cases])
 
             return present
         if not self.possible(films.controls):
@@ -45,9 +45,9 @@ class LossOfTension(Criterion):
         has_tension = tension > films.stress_floor
         scale = np.where(has_tension, tension, 1.0)
 
-        def remaining(moment: FilmSnapshot) -> Floats:
-            stress = moment.tension[self.axis]
-            return np.where(has_tension[moment.cases], stress / scale[moment.cases], 1.0)
+        def remaining(snapshot: FilmSnapshot) -> Floats:
+            stress = snapshot.tension[self.axis]
+            return np.where(has_tension[snapshot.cases], stress / scale[snapshot.cases], 1.0)
 
         return remaining
 

@@ -266,7 +266,7 @@ class Surroundings(ByCase):
         """
         assembly, stretch, structure = self.assembly, self.stretch(), self.assembly.structure
         stress, half = assembly.all_points.law.tangent(assembly.springs(internal, stretch))
-        held = assembly.all_points.held(assembly.wide(watched), lambda: stress)
+        held = assembly.all_points.retained(assembly.wide(watched), lambda: stress)
         spring_tangent = np.einsum("nm,cnm->cm", held, half)[SYMMETRIC]
         maxwell, by_stretch, _ = assembly.maxwell_tangent(stretch, field)
         carried = assembly.carried(stress, maxwell)
