@@ -60,13 +60,13 @@ LAWS: list[SpringLaw] = [
 ]
 
 
-def cycle(top: float, rate: float, specimen: str = "", material: Material = TRUTH, factor: float = 1.0) -> MeasuredTest:
-    """A test to a stretch and back as the material answers it."""
+def cycle(top: float, rate: float, specimen: str = "", factor: float = 1.0, lasting: float = 1.8) -> MeasuredTest:
+    """A test to a stretch and back as TRUTH answers it, slack in the end unless it ends while the specimen is taut."""
     up = (top - 1) / rate
-    time = np.linspace(0.0, 1.8 * up, 25)[1:]
+    time = np.linspace(0.0, lasting * up, 25)[1:]
     stretch = np.interp(time, [0.0, up, 2 * up], [1.0, top, 1.0])
     blank = MeasuredTest("blank", time, stretch, np.ones(24), 20.0)
-    stress = factor * Laboratory([blank]).answers([material])[0][0]
+    stress = factor * Laboratory([blank]).answers([TRUTH])[0][0]
     return MeasuredTest(f"{top:g} at {rate:g} /s {specimen}", time, stretch, stress, 20.0, specimen=specimen)
 
 
@@ -215,13 +215,14 @@ def test_a_stiff_specimen_does_not_bend_rates_and_branches() -> None:
 
 
 @pytest.fixture(scope="module")
-def exact() -> tuple[MeasuredTest, ...]:
-    return cycle(3.0, 0.1, "A"), cycle(3.0, 0.01, "A"), cycle(2.0, 0.02, "B")
+def taut() -> tuple[MeasuredTest, ...]:
+    return cycle(3.0, 0.1, "A", lasting=1.5), cycle(3.0, 0.01, "A", lasting=1.5), cycle(2.0, 0.02, "B", lasting=1.5)
 
 
-def test_the_fit_finds_what_made_the_tests(exact: tuple[MeasuredTest, ...]) -> None:
+def test_the_fit_finds_what_made_the_tests(taut: tuple[MeasuredTest, ...]) -> None:
+    exact = cycle(3.0, 0.1, "A"), cycle(3.0, 0.01, "A"), cycle(2.0, 0.02, "B")
     calibration = calibrate(
-        exact[:2], START, MODULI, validate=exact[2:], starts=1, specimen_scatter=0.05, intervals=Intervals(draws=0)
+        taut[:2], START, MODULI, validate=taut[2:], starts=1, specimen_scatter=0.05, intervals=Intervals(draws=0)
     )
     # the times of the start stay as they are, so that the moduli cannot be those of the truth: the fit is the best there is
     assert calibration.total(True)[0] < 0.05
@@ -286,7 +287,7 @@ def test_intervals_hold_whatever_the_correlation_of_the_error_may_be() -> None:
             assert np.all(wider > 1.2)
 
 
-def test_an_interrupt_keeps_the_best_so_far(exact: tuple[MeasuredTest, ...]) -> None:
+def test_an_interrupt_keeps_the_best_so_far(taut: tuple[MeasuredTest, ...]) -> None:
     seen: list[float] = []
 
     def watch(what: str, done: int, total: int, misfit: float) -> None:
@@ -295,7 +296,7 @@ def test_an_interrupt_keeps_the_best_so_far(exact: tuple[MeasuredTest, ...]) -> 
         if len(seen) == 4:
             raise KeyboardInterrupt
 
-    found = calibrate(exact[:1], START, MODULI, starts=1, intervals=Intervals(draws=20), watch=watch)
+    found = calibrate(taut[:1], START, MODULI, starts=1, intervals=Intervals(draws=20), watch=watch)
     assert not found.fit.finished
     assert seen[3] <= seen[0]
     assert found.profiles == ()
@@ -304,9 +305,9 @@ def test_an_interrupt_keeps_the_best_so_far(exact: tuple[MeasuredTest, ...]) -> 
     assert set(found.to_frame()["verdict"]) == {""}
 
 
-def test_a_material_knows_its_tests(exact: tuple[MeasuredTest, ...]) -> None:
+def test_a_material_knows_its_tests(taut: tuple[MeasuredTest, ...]) -> None:
     found = calibrate(
-        exact,
+        taut,
         replace(START, spectrum=TRUTH.spectrum),
         {"equilibrium.shear_modulus": Free()},
         starts=1,
@@ -315,7 +316,7 @@ def test_a_material_knows_its_tests(exact: tuple[MeasuredTest, ...]) -> None:
     known = found.material.calibrated
     assert known is not None
     assert known.modes == ("uniaxial",)
-    top = float(np.max(exact[0].stretch))
+    top = float(np.max(taut[0].stretch))
     assert known.largest_invariant == pytest.approx(top**2 + 2 / top)
     again = parse_material(write_material(found.material), "m.toml").calibrated
     assert again is not None
@@ -328,24 +329,22 @@ def test_a_material_knows_its_tests(exact: tuple[MeasuredTest, ...]) -> None:
         # all modes lie between uniaxial and equibiaxial ones
         both = replace(found.material, calibrated=replace(known, modes=("equibiaxial", "uniaxial")))
         warn_of_range(both, np.array([[2.5], [1.0]]), "pure-shear")
-    with pytest.warns(DielastWarning, match="calibrated by uniaxial tests up to I1 = 9.38 only: .* at I1 = 18.01 its law"):
+    with pytest.warns(DielastWarning, match="calibrated by uniaxial tests up to I1 = 9.667 only: .* at I1 = 18.01 its law"):
         warn_of_range(found.material, np.array([[3.0], [3.0]]), "equibiaxial")
     with pytest.warns(DielastWarning, match="only: in equibiaxial loading its law is extrapolated"):
         warn_of_range(found.material, np.array([[1.7], [1.7]]), "equibiaxial")
 
 
-def test_what_no_test_sees_has_a_verdict_and_no_number(exact: tuple[MeasuredTest, ...]) -> None:
+def test_what_no_test_sees_has_a_verdict_and_no_number(taut: tuple[MeasuredTest, ...]) -> None:
     material = replace(START, spectrum=TRUTH.spectrum, permittivity=4e-11)
     free = {"equilibrium.shear_modulus": Free(), "dielectric.permittivity": Free(min=1e-11, max=1e-10)}
-    calibration = calibrate(exact[:1], material, free, starts=1, intervals=Intervals(draws=20))
+    calibration = calibrate(taut[:1], material, free, starts=1, intervals=Intervals(draws=0))
     assert calibration.verdicts == {"equilibrium.shear_modulus": "determined", "dielectric.permittivity": "undetermined"}
     row = calibration.to_frame().iloc[1]
     assert np.all(np.isnan(row[["value", "standard_error", "lower", "upper"]].to_numpy(dtype=float)))
-    drawn = calibration.fit.space.values(calibration.draws)[:, 1]
-    assert drawn.min() < 1.5e-11 < 7e-11 < drawn.max()
     # with a prior, the interval is that of the prior: 1.645 standard deviations on either side
     free["dielectric.permittivity"] = Free(prior=4e-11, relative=0.05)
-    known = calibrate(exact[:1], material, free, starts=1, intervals=Intervals(draws=0))
+    known = calibrate(taut[:1], material, free, starts=1, intervals=Intervals(draws=0))
     assert known.verdicts["dielectric.permittivity"] == "undetermined"
     ends = known.to_frame().iloc[1][["lower", "upper"]].to_numpy(dtype=float)
     assert np.log(ends / 4e-11) == pytest.approx(0.05 * norm.ppf([0.05, 0.95]), rel=1e-3)
@@ -405,7 +404,7 @@ def test_errors_are_relative_to_what_was_measured_less_the_value_at_rest() -> No
 
 
 @pytest.mark.trust
-def test_a_law_that_is_wrong_predicts_worse(exact: tuple[MeasuredTest, ...]) -> None:
+def test_a_law_that_is_wrong_predicts_worse() -> None:
     tests = [cycle(4.0, 0.1), cycle(3.0, 0.02), cycle(2.0, 0.05)]
     base = replace(START, spectrum=TRUTH.spectrum)
     right = cross_validation(fit_material(base, tests, MODULI, starts=1))
@@ -427,9 +426,9 @@ def test_a_law_that_is_wrong_predicts_worse(exact: tuple[MeasuredTest, ...]) -> 
 
 
 def pulled(field: float, mode: str = "uniaxial") -> MeasuredTest:
-    """A test to a stretch of 3.4 at 0.1 /s, and back, under a nominal field."""
-    time = np.linspace(0.1, 40.0, 400)
-    return MeasuredTest("pulled", time, np.interp(time, [0, 24, 48], [1, 3.4, 1]), np.ones(400), 20.0, mode, nominal_field=field)
+    """A test to a stretch of 3.4 at 0.1 /s, and a little back, under a nominal field."""
+    time = np.linspace(0.1, 26.0, 260)
+    return MeasuredTest("pulled", time, np.interp(time, [0, 24, 48], [1, 3.4, 1]), np.ones(260), 20.0, mode, nominal_field=field)
 
 
 def test_a_film_that_pulls_in_across_a_test_is_found() -> None:
@@ -545,7 +544,7 @@ def test_draws_are_a_prior_with_their_correlations() -> None:
     assert not space.precision[3].any()
 
 
-def test_tests_that_cannot_be_are_said(exact: tuple[MeasuredTest, ...]) -> None:
+def test_tests_that_cannot_be_are_said(taut: tuple[MeasuredTest, ...]) -> None:
     with pytest.raises(InputError, match="at least 3"):
         MeasuredTest("short", [0.0, 1.0], [1.0, 1.1], [0.0, 1.0], 20.0)
     with pytest.raises(InputError, match="ascend"):
@@ -559,10 +558,10 @@ def test_tests_that_cannot_be_are_said(exact: tuple[MeasuredTest, ...]) -> None:
     with pytest.raises(InputError, match="at least one test"):
         fit_material(TRUTH, [], MODULI)
     tight = replace(START, equilibrium_law=Gent(3.0))
-    fit = fit_material(tight, exact, MODULI, starts=1)  # a stretch of 3 is beyond it, 2 is not
-    assert fit.left_out == (exact[0].name, exact[1].name)
-    with pytest.raises(NumericsError, match=r"no start can follow any of the tests; .* reaches a stretch of 2.95:"):
-        fit_material(replace(START, equilibrium_law=Gent(0.5)), exact, MODULI, starts=1)
+    fit = fit_material(tight, taut, MODULI, starts=1)  # a stretch of 3 is beyond it, 2 is not
+    assert fit.left_out == (taut[0].name, taut[1].name)
+    with pytest.raises(NumericsError, match=r"no start can follow any of the tests; .* reaches a stretch of 3:"):
+        fit_material(replace(START, equilibrium_law=Gent(0.5)), taut, MODULI, starts=1)
 
 
 def test_steps_show_what_the_residuals_times_their_second_derivatives_are() -> None:

@@ -159,7 +159,7 @@ def test_a_profile_ends_where_the_likelihood_has_fallen() -> None:
         assert np.mean((draws[:, k] > found.lower) & (draws[:, k] < found.upper)) == pytest.approx(0.9, abs=0.04)
 
 
-@pytest.mark.parametrize("slope", [0.3, 1.5, 30.0, 350.0])
+@pytest.mark.parametrize("slope", [0.3, 350.0])
 def test_a_level_ridge_has_one_verdict_wherever_a_fit_ends_on_it(slope: float) -> None:
     """Lives at one field: the likelihood depends on the slope and the field of the law through their product alone."""
     life, ageing = np.array([1.0, 2.0, 0.4, 1.3, 3.0]), Ageing("power", 40e6)
@@ -198,14 +198,14 @@ def fewest(repeats: int, quantities: int, level: float = 0.9) -> int:
 
 def test_area_scales_strength_by_the_weakest_link() -> None:
     """Specimens of 0.1 and 10 cm^2 in one fit: the shape that scales them is that of their scatter."""
-    shape, held, repeats = 8.0, [], 30
+    shape, held, repeats = 8.0, [], 15
     for seed in range(repeats):
         area = np.where(np.arange(30) % 2, 0.1, 10.0)
         field = 50.0 * (np.random.default_rng(seed).exponential(size=30) / area) ** (1 / shape)
         fit = estimate(exponential_tests(np.zeros(30, dtype=int), field, area))
         scale, scatter = profile_intervals(fit, 0.9)
         held.append((scale.lower < np.log(50.0) < scale.upper, scatter.lower < -np.log(shape) < scatter.upper))
-        for reference in (0.1, 10.0) if seed < 3 else ():  # from the small to the large ones, and back
+        for reference in (0.1, 10.0) if seed < 1 else ():  # from the small to the large ones, and back
             other = estimate(exponential_tests(np.zeros(30, dtype=int), field, area / reference))
             assert other.at[1] == pytest.approx(fit.at[1], abs=1e-7)
             assert other.at[0] == pytest.approx(fit.at[0] - np.exp(fit.at[1]) * np.log(reference), abs=1e-7)
@@ -344,15 +344,17 @@ def under(steps: list[VoltageStep], end: float, **film: Any) -> Simulated:
     return simulate_specimens(read_material("example:vhb4905.toml"), specimen, film=Film(5e-4, **film))
 
 
-def test_cycles_that_are_not_kept_age_a_film() -> None:
-    tested = under([VoltageStep(voltage=Waveform(0.0, 4e3, 10.0, 300, "triangle"))], 3000.0, boundary="clamped")
+def test_cycles_that_are_not_kept_age_a_film(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("dielast.calibration.failures.specimens.KEPT_WHOLE", 10)
+    tested = under([VoltageStep(voltage=Waveform(0.0, 4e3, 10.0, 30, "triangle"))], 300.0, boundary="clamped")
     largest = 4e3 * 1.9**2 / 5e-4
-    films, time = np.zeros(3, dtype=int), np.array([3000.0, 2750.0, 1705.0])
+    films, time = np.zeros(3, dtype=int), np.array([300.0, 270.0, 165.0])
     y = tested.histories.exposure(Ageing("power", largest), np.array([5.0]), films, time)[0][0]
     assert np.exp(y) == pytest.approx(time / 6, rel=1e-4)  # of field over its largest to the power of 5: a sixth of the time
-    assert tested.histories.at(films[:2], np.array([2753.0, 2755.0]))[0] == pytest.approx([0.6 * largest, largest], rel=1e-4)
+    assert tested.histories.at(films[:2], np.array([273.0, 275.0]))[0] == pytest.approx([0.6 * largest, largest], rel=1e-4)
 
 
+@pytest.mark.trust
 def test_cycles_of_creeping_films_may_be_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
     steps = [VoltageStep(voltage=1e3, duration=7.0), VoltageStep(voltage=Waveform(1e3, 3e3, 10.0, 45)), VoltageStep.hold(400.0)]
 

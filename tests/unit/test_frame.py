@@ -78,11 +78,10 @@ def test_few_points_do_where_the_springs_end_next_to_the_prestretch() -> None:
 def test_the_stiffest_springs_find_their_points() -> None:
     """Around a disc of these the film goes slack soon, in a kink; more exactly asked for, there are no fewer points."""
     share = np.array([0.05, 0.3, 0.9])
-    for exponent in (8.0, 20.0):
-        springs = PointMaterial.of(replace(SOFT, equilibrium_law=Ogden((1.0,), (exponent,))), np.full(3, 20.0), 1e-6)
-        counts = [points_needed(springs, share, np.full(3, 1.9), tolerance) for tolerance in (1e-2, 1e-4, 1e-6)]
-        assert (counts[0] > 0).all()
-        assert (np.diff(counts, axis=0) >= 0).all()
+    springs = PointMaterial.of(replace(SOFT, equilibrium_law=Ogden((1.0,), (20.0,))), np.full(3, 20.0), 1e-6)
+    counts = [points_needed(springs, share, np.full(3, 1.9), tolerance) for tolerance in (1e-2, 1e-4, 1e-6)]
+    assert (counts[0] > 0).all()
+    assert (np.diff(counts, axis=0) >= 0).all()
 
 
 def test_factors_solve_and_tell_whether_a_matrix_is_positive() -> None:
@@ -146,7 +145,7 @@ def test_a_profile_goes_from_the_middle_to_the_frame() -> None:
 def test_a_profile_of_a_slack_film_has_no_film_that_passes_through_itself() -> None:
     """A mesh for a taut film yields negative radial stretches once it is slack, and r(A) = l_a A does not hold."""
     high = [VoltageStep(8e3, duration=1.0), VoltageStep.hold(100.0)]
-    history, fine = (driven(high, stop_at="end", profile=[0.0, 10.0, 100.0], mesh_rtol=rtol) for rtol in (1e-6, 1e-12))
+    history, fine = (driven(high, stop_at="end", profile=[0.0, 10.0, 100.0], mesh_rtol=rtol) for rtol in (1e-6, 1e-10))
     slack = next(event.time for event in history.events[0] if event.name == "loss-of-tension")
     assert 10.0 < slack < 100.0
     assert history.profiles is not None
@@ -175,7 +174,7 @@ def test_an_edge_that_is_torn_is_not_resolved() -> None:
 
 
 def test_a_run_stops_where_the_film_around_goes_slack_unless_asked_to_go_on() -> None:
-    high = [VoltageStep(8e3, duration=1.0), VoltageStep.hold(1000.0)]
+    high = [VoltageStep(8e3, duration=1.0), VoltageStep.hold(100.0)]
     stopped, on = (driven(high, breakdown_field=1e9, stop_at=at) for at in ("breakdown", "end"))
     (event,) = stopped.events[0]
     assert (event.name, stopped.outcome[0].reason, stopped.outcome[0].time) == ("loss-of-tension", "loss-of-tension", event.time)
@@ -251,9 +250,9 @@ def test_cycles_of_a_framed_film_take_work_from_the_voltage_alone() -> None:
 
 
 def test_a_map_has_an_axis_of_shares() -> None:
-    given: dict[str, Any] = {"voltage": [5e3, 6e3], "thickness": 5e-4, "horizon": 1e4, "relax": 60.0, "boundary": "frame"}
+    given: dict[str, Any] = {"voltage": [6e3], "thickness": 5e-4, "horizon": 1e4, "relax": 60.0, "boundary": "frame"}
     result = failure_map(SOFT, prestretch=[1.7, 1.9], electrode_share=[0.05, 0.2], breakdown_field=[4e7, 4.8e7], **given)
-    assert result.time_to_failure.shape == (1, 4, 2)
+    assert result.time_to_failure.shape == (1, 4, 1)
     assert result.electrode_share is not None
     assert result.electrode_share.tolist() == [0.05, 0.2] * 2
     assert result.breakdown_field.tolist() == [4e7, 4e7, 4.8e7, 4.8e7]
@@ -263,7 +262,7 @@ def test_a_map_has_an_axis_of_shares() -> None:
     assert result.time_to_loss_of_tension is not None
     slack = result.time_to_loss_of_tension[0, 3]
     (event,) = driven([VoltageStep(6e3), VoltageStep.hold(1e4)], prestretch=1.9, electrode_share=0.2, breakdown_field=1e9).events[0]
-    assert (event.name, slack[1]) == ("loss-of-tension", pytest.approx(event.time, rel=1e-5))
+    assert (event.name, slack[0]) == ("loss-of-tension", pytest.approx(event.time, rel=1e-5))
     times = result.time_to_failure[0]
     assert (times[0::2] < times[1::2]).all()  # a frame further away holds the disc less
 
@@ -339,22 +338,23 @@ def test_a_recipe_states_a_share_or_both_diameters(tmp_path: Path) -> None:
 def test_a_weight_is_a_dead_load() -> None:
     """It stretches the film from the beginning; what was at rest under a stress moves as under a prestretch to that stretch."""
     given: dict[str, Any] = {"thickness": 5e-4, "stop_at": "end", "times": [0.0, 10.0], "boundary": ("dead-load", "clamped")}
-    force, width, relax = 0.6, 0.02, 1e8
-    weight_stress = actuate(SOFT, STEPS, **given, relax=relax, prestretch=(None, 2.0), force=force, width=width)
+    force, width, relax = 0.6, 0.02, 1e3
+    soft = replace(SOFT, spectrum=Spectrum([1.0], [1e5]))
+    weight_stress = actuate(soft, STEPS, **given, relax=relax, prestretch=(None, 2.0), force=force, width=width)
     assert weight_stress.nominal_stress_1[0] == pytest.approx(force / (width * 5e-4), rel=1e-9)
-    held = actuate(SOFT, STEPS, **given, relax=relax, prestretch=(float(weight_stress.stretch_1[0, 0]), 2.0))
+    held = actuate(soft, STEPS, **given, relax=relax, prestretch=(float(weight_stress.stretch_1[0, 0]), 2.0))
     assert weight_stress.stretch_1[0] == pytest.approx(held.stretch_1[0], rel=1e-5)
     assert weight_stress.relative_stretch_1[0, 0] == 1.0
     asked: dict[str, Any] = {"voltage": [3e3], "prestretch": [(1.0, 2.0)], "thickness": 5e-4, "horizon": 1e4, "relax": relax}
     given = asked | {"boundary": ("dead-load", "clamped"), "breakdown_field": 3e7}
-    times = failure_map(SOFT, **given, force=force, width=width).time_to_failure
+    times = failure_map(soft, **given, force=force, width=width).time_to_failure
     pair = [(float(weight_stress.stretch_1[0, 0]), 2.0)]
-    assert times == pytest.approx(failure_map(SOFT, **(given | {"prestretch": pair})).time_to_failure, rel=1e-4, nan_ok=True)
+    assert times == pytest.approx(failure_map(soft, **(given | {"prestretch": pair})).time_to_failure, rel=1e-4, nan_ok=True)
     # all of it, while the other axis is slowly stretched: by next to nothing, which is creep in pure shear
     slow: dict[str, Any] = {"prestretch": (None, 1 + 1e-9), "prestretch_rate": 1e-11, "thickness": 5e-4}
-    crept = creep(SOFT, [Step(stress=force / (width * 5e-4)), Step.hold(100.0)], mode="pure-shear").stretch_1[0, -1]
+    crept = creep(soft, [Step(stress=force / (width * 5e-4)), Step.hold(100.0)], mode="pure-shear").stretch_1[0, -1]
     weight: dict[str, Any] = {"force": force, "width": width, "boundary": ("dead-load", "clamped")}
-    mounted = actuate(SOFT, STEPS, **slow, **weight, stop_at="end").stretch_1[0, 0]
+    mounted = actuate(soft, STEPS, **slow, **weight, stop_at="end").stretch_1[0, 0]
     assert mounted == pytest.approx(crept, rel=1e-5)
 
 

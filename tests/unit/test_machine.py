@@ -121,7 +121,7 @@ def test_wrong_comparisons_say_what_is_needed(tmp_path: Path, options: dict[str,
 
 def test_a_simulation_agrees_with_its_own_force_and_extension(tmp_path: Path) -> None:
     """A pull and a hold, written as a machine would, drive the same simulation: the misfit is that of straight lines."""
-    rest = '[[step]]\nstretch = 1.2\nrate = "5 %/s"\n[[step]]\nhold = "10 s"\n'
+    rest = '[[step]]\nstretch = 1.2\nrate = "5 %/s"\n[[step]]\nhold = "10 s"\n[output]\npoints_per_decade = 5\n'
     path = tmp_path / "recipe.toml"
     path.write_text(HEAD.format(kind="relax") + rest)
     table = compute("relax", read_cases(path), path, (), Execution())[0]["relax.csv"].decode().splitlines()

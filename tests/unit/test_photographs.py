@@ -64,7 +64,7 @@ def test_errors_hold_for_an_electrode_centred_on_the_grid_of_coarsely_sampled_pi
     """Its four quarters meet the grid alike: their errors add up."""
     monkeypatch.setattr("photographs.FINE", 4)
     scaled = []
-    for seed in range(40):
+    for seed in range(20):
         scene = replace(SMALL, centre=(74.0, 70.0), axes=(78.0 + 0.173 * seed, 86.0 - 0.119 * seed), seed=seed)
         outline = find_outline(render(scene))
         for axis, length in zip(np.eye(2), scene.axes, strict=True):
@@ -83,11 +83,10 @@ def test_errors_hold_for_an_electrode_centred_on_the_grid_of_coarsely_sampled_pi
     ],
 )
 def test_strips_light_blur_wrinkles_and_glare_do_not_pull_the_outline(scene: Scene, quality: int, limit: float) -> None:
-    for seed in range(1 if scene.dust else 2):
-        changed = shaken(replace(scene, axes=(220.0, 205.0)), seed)
-        outline = find_outline(read_picture(saved(render(changed), "jpg", quality=quality), "photo.jpg"))
-        assert extents(outline) == pytest.approx(changed.axes, rel=limit)
-        assert outline.inside
+    changed = shaken(replace(scene, axes=(220.0, 205.0)), 0)
+    outline = find_outline(read_picture(saved(render(changed), "jpg", quality=quality), "photo.jpg"))
+    assert extents(outline) == pytest.approx(changed.axes, rel=limit)
+    assert outline.inside
 
 
 @pytest.mark.parametrize(

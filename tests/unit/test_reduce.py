@@ -61,12 +61,14 @@ def test_the_error_stays_within_the_tolerance(tolerance: float, temperatures: tu
     np.testing.assert_allclose(np.abs(found.reduced / found.full - 1).max(), found.max_relative_error)
 
 
+@pytest.mark.trust
 def test_the_same_twice() -> None:
     one, other = (reduce_spectrum(FULL, LEVEL, SHIFT, window=(1.0, 10.0), tolerance=0.05) for _ in range(2))
     np.testing.assert_array_equal(one.spectrum.relaxation_time, other.spectrum.relaxation_time)
     np.testing.assert_array_equal(one.spectrum.shear_modulus, other.spectrum.shear_modulus)
 
 
+@pytest.mark.trust
 def test_a_measured_curve_is_reduced_for_ramps_that_end_at_the_edge_of_the_window(shared_data: Callable[[str], Path]) -> None:
     terms = np.loadtxt(shared_data("ansys_prony/prony_terms_KPf_MD.csv"), delimiter=",", skiprows=2)
     glassy = 1739.03e6 / 3

@@ -75,7 +75,7 @@ SWEEP = """
 """
 RECIPES = {
     "map": (
-        'kind = "failure-map"\nhorizon = "1 h"\nvoltage.values = ["3 kV", "4 kV"]\nstretch.at = ["1 s", "1 h"]\n',
+        'kind = "failure-map"\nhorizon = "1 h"\nvoltage.values = ["4 kV"]\nstretch.at = ["1 s", "1 h"]\n',
         "[1.7, 1.9]",
         DRAWN + BREAKDOWN,
     ),
@@ -107,7 +107,7 @@ def test_interrupts_change_no_byte(kind: str, tmp_path: Path, monkeypatch: pytes
     # another division into chunks, which differs from one run to the next
     monkeypatch.setattr(study, "PAUSE", 0.0)
     monkeypatch.setattr(cases, "PART", 30 * 4)
-    monkeypatch.setattr(maps, "CHUNK", 7)
+    monkeypatch.setattr(maps, "CHUNK", 4)
     notes: list[str] = []
 
     def interrupt(done: int, of: int, what: str) -> None:
@@ -195,14 +195,6 @@ def test_an_interrupt_begins_no_more_chunks(monkeypatch: pytest.MonkeyPatch) -> 
     assert not multiprocessing.active_children()
 
 
-def test_nothing_of_the_pool_outlives_the_last_chunk() -> None:
-    # a thread that still closes its pipe while the interpreter ends makes the interpreter fail
-    plan, threads, children = planned(4), set(threading.enumerate()), set(multiprocessing.active_children())
-    Study(Execution(jobs=2)).solve(CELLS, plan, plan.chunks(2))
-    assert set(threading.enumerate()) <= threads
-    assert set(multiprocessing.active_children()) <= children
-
-
 def test_what_is_kept_is_taken_only_if_it_is_whole_and_of_this_run(tmp_path: Path) -> None:
     plan, store = planned(4), tmp_path / STORE
     cells = solve_cells(plan, 0, 4)
@@ -273,7 +265,9 @@ class Squares:
 
 
 @pytest.mark.parametrize("jobs", [1, 2])
-def test_results_stand_in_the_order_of_the_cases(jobs: int) -> None:
+def test_results_stand_in_the_order_of_the_cases_and_nothing_of_the_pool_outlives_them(jobs: int) -> None:
+    # a thread that still closes its pipe while the interpreter ends makes the interpreter fail
+    threads, children = set(threading.enumerate()), set(multiprocessing.active_children())
     batches = [Squares([5, 0], 0.2), Squares([3]), Squares([1, 4]), Squares([2], 0.1)]
     seen: list[tuple[int, int, str]] = []
     results = Study(Execution(jobs=jobs, progress=lambda done, of, what: seen.append((done, of, what)))).batches(batches)
@@ -281,6 +275,8 @@ def test_results_stand_in_the_order_of_the_cases(jobs: int) -> None:
     assert [own[1:] for own in seen] == [(6, "cases")] * 4
     assert seen[-1][0] == 6
     assert sorted(seen) == seen
+    assert set(threading.enumerate()) <= threads
+    assert set(multiprocessing.active_children()) <= children
 
 
 def test_results_that_are_too_many_to_keep_are_said_to_be(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
