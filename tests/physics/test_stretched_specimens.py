@@ -14,6 +14,7 @@ from dielast.calibration.laboratory import Laboratory
 from dielast.material.modulus import EntropicModulus
 from dielast.material.shift import Arrhenius
 from dielast.mechanics.load import Step, Track
+from dielast.mechanics.stretched import Histories
 
 FILM = Material(
     "film", 2e4, Spectrum([300.0, 5.0, 0.1], [1e4, 3e4, 8e4]), NoShift(20.0), Gent(60.0), Gent(40.0), permittivity=4e-11
@@ -118,3 +119,11 @@ def test_a_first_point_that_comes_late_is_reached_as_is_said() -> None:
         MeasuredTest("c", *late, ramp_rate=1e-3)
     with pytest.raises(InputError, match="a rate above 0 is needed"):
         MeasuredTest("d", *late, ramp_rate=0.0)
+
+
+def test_the_largest_elastic_strain_of_a_linear_branch() -> None:
+    """A ramp by D in a time h, a hold, a stretch at once: D tau/h (1 - exp(-h/tau)), and D."""
+    whole, tau = 2 * np.log(2.0), np.array([2.0, 2.0])
+    histories = Histories(np.array([[0.0, 4.0, 9.0], [0.0, 0.0, 9.0]]), np.array([[1.0, 2.0, 2.0]] * 2))
+    expected = [whole * 0.5 * (1 - np.exp(-2.0)), whole]
+    assert histories.largest_elastic_strain(1 / (3 * tau)) == pytest.approx(expected, rel=1e-14)

@@ -107,6 +107,7 @@ def test_sound_inputs_are_not_doubted() -> None:
         (lambda: warn_of_use(VHB, [20.0, 80.0, 70.0]), "measured from -40 to 60 degC: at 80 degC it is extrapolated"),
         (lambda: warn_of_use(VHB, -60.0), "at -60 degC it is extrapolated"),
         (lambda: warn_of_use(replace(VHB, shift=NoShift(20.0)), [22.0, 40.0]), "at 40 degC it relaxes as at 20 degC: state"),
+        (lambda: warn_of_use(replace(VHB, shift=NoShift(20.0)), [22.0, 0.0]), "at 0 degC it relaxes as at 20 degC: state"),
         (lambda: warn_of_use(replace(VHB, measured_temperature=None), 293.15), "in kelvin, but stated as degC"),
         (lambda: warn_of_material(relaxing(0.005)), "the branches add up to 130 Pa beside an equilibrium modulus of 26000 Pa"),
         (lambda: warn_of_material(replace(VHB, nonequilibrium_law=Gent(0.1))), r"J_lim = 0.1 \(nonequilibrium\)"),

@@ -214,3 +214,9 @@ def test_one_axis_says_what_two_say(symmetry: Symmetry, control: Control, consta
             assert np.all(mine <= theirs)
         else:
             np.testing.assert_allclose(mine, theirs, rtol=1e-13)
+    if symmetry is EQUIBIAXIAL:
+        softening, both = points(random, stretching=True), np.repeat(state[-1:], 2, axis=0)
+        stress, slope, by_load = softening.maxwell_tangent(both, np.full(CASES, 2e7))
+        of_one = stress[:1], slope[:1].sum(axis=1, keepdims=True), by_load[:1]
+        for mine, theirs in zip(softening.maxwell_tangent(state[-1:], np.full(CASES, 2e7)), of_one, strict=True):
+            assert mine == pytest.approx(theirs, rel=1e-14)

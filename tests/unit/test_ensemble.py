@@ -49,6 +49,9 @@ def test_the_first_draws_are_the_members_and_more_repeat_some() -> None:
     assert set(many.materials[5:]) == set(MEMBERS)
     assert np.all(many.breakdown_factor == 1)
     assert np.all(many.thickness_factor == 1)
+    scattering = replace(MEMBERS[1], breakdown=Breakdown((), (4e7,), relative=0.05))
+    of_some = draw_sample((MEMBERS[0], scattering), 20)
+    assert np.array_equal(of_some.breakdown_factor != 1, [material is scattering for material in of_some.materials])
 
 
 def test_a_draw_depends_on_the_seed_and_its_number_alone() -> None:

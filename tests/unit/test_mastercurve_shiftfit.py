@@ -129,6 +129,13 @@ def test_draws_have_the_misfit_of_the_law() -> None:
     assert np.all(drawn > 0)
 
 
+def test_temperatures_without_any_shift_have_a_law_that_says_so() -> None:
+    with pytest.warns(DielastWarning, match=r"do not determine the WLF constants C1 and C2 separately"):
+        fit = fit_shift_law("wlf", TEMPERATURE, np.zeros_like(TEMPERATURE), pinned(INDEPENDENT, 6), 6, 20.0)
+    assert fit.law.log10_shift_factor(TEMPERATURE) == pytest.approx(0.0, abs=1e-12)
+    assert fit.doubt == pytest.approx(0.0, abs=1e-12)
+
+
 def test_two_temperatures_give_the_ratio_only() -> None:
     temperature = np.array([0.0, 20.0])
     with pytest.warns(DielastWarning, match=r"2 temperatures do not determine the WLF constants C1 and C2 separately"):

@@ -98,7 +98,8 @@ class WLF(ShiftLaw):
         normal: Floats = jacobian.T @ jacobian
         misfit = reduced_chi_square(whiten @ (log10_shift + g * distance / (1 + k * distance)), 2)
         scale = np.sqrt(np.diag(normal))
-        regular = distance.size >= 2 and np.linalg.cond(normal / np.outer(scale, scale)) < 1e12
+        # without any shift, C2 has no effect
+        regular = distance.size >= 2 and np.all(scale > 0) and np.linalg.cond(normal / np.outer(scale, scale)) < 1e12
         moments: Floats = np.asarray(np.linalg.inv(normal)) if regular else np.full((2, 2), np.inf)
         spread = float(np.sqrt(moments[1, 1] * max(misfit, 1.0)))
         plausible, assumed = np.zeros((0, 2)), ""

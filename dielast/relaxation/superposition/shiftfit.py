@@ -133,6 +133,7 @@ def fit_shift_law(
     moments = scale * fitted.response @ (measured + spread**2 * of_slope) @ fitted.response.T
     doubted = moments - fitted.response @ measured @ fitted.response.T  # by the misfit of the law, not by the shift factors
     constants = np.array(list(moved.law.drawn().values()))
+    product = np.outer(constants, constants)
     values, doubtful = (moved.to_constants @ part @ moved.to_constants.T for part in (moments, doubted))
     if fitted.assumed:
         far = reference_temperature not in temperature and doubt > NEGLIGIBLE
@@ -150,7 +151,7 @@ def fit_shift_law(
         about,
         moments,
         spread,
-        doubtful / np.outer(constants, constants),
+        doubtful / np.where(product == 0, 1.0, product),  # constants of 0 have no doubt: there is no shift at all
     )
 
 
