@@ -24,6 +24,7 @@ from dielast.mechanics.equations import Films, films_of
 from dielast.mechanics.piece import Cycles, Piece
 from dielast.mechanics.point import LoadedPoints
 from dielast.mechanics.point_material import PointMaterial
+from dielast.mechanics.span import Control
 from dielast.numerics.arrays import Cases, Flags, Floats, paired
 from dielast.numerics.stride import DenseSteps, TriedStep, joined_steps
 from dielast.simulate.electrical import PLACE_WEIGHTS, PLACES, ElectricMeter, flow, work_of_edges
