@@ -64,9 +64,7 @@ class FittedLaw(TabularResult):
         return interval(drawn, self.level)
 
     def columns(self) -> Table:
-        """A row for each parameter, in SI; `lower` and `upper` are all that is known of one that is not determined. Unknown numbers
-        are NaN.
-        """
+        """A row for each parameter, in SI; numbers that the specimens do not determine are NaN."""
         rows: list[tuple[float, ...]] = []
         verdicts = []
         for parameter in self.law.parameters:
@@ -79,8 +77,9 @@ class FittedLaw(TabularResult):
                 ends = ends[::-1]
                 verdict = {Verdict.LOWER: Verdict.UPPER, Verdict.UPPER: Verdict.LOWER}.get(verdict, verdict)
             error = float(self.fit.standard_error[k]) * parameter.slope(at)
-            estimate = (float(parameter.value(at)), error) if verdict is Verdict.DETERMINED else (np.nan, np.nan)
-            rows.append((*estimate, *ends))
+            only_bound = not self.law.model.observations.failures and verdict is not Verdict.DETERMINED
+            value = np.nan if verdict is Verdict.UNDETERMINED or only_bound else float(parameter.value(at))
+            rows.append((value, error if verdict is Verdict.DETERMINED else np.nan, *ends))
             verdicts.append("known" if self.fit.fixed[k] else str(verdict))
         numbers = np.array(rows).reshape(-1, 4).T
         names = ("value", "standard_error", "lower", "upper")
