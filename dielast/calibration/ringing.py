@@ -21,10 +21,11 @@ from dielast.calibration.estimate import USUAL_ERROR
 from dielast.calibration.experiment import TOLERANCE, MeasuredTest
 from dielast.calibration.scatter import LEAST_NOISE, level_of
 from dielast.numerics.arrays import Flags, Floats
-from dielast.numerics.robust import extremes, robust_deviation
+from dielast.numerics.robust import extremes
 
 ALARM = 0.01  # probability that noise alone makes a swing in a test
 LAGS = (1, 2, 4)  # distances between points over which noise is estimated, as it may be correlated
+CALM = 0.25  # of these distances, the smallest, are of noise alone
 BLOCKS = (1, 2, 4, 8)  # points that are averaged, each in turn: the mean of many points has less noise
 # The next four numbers are choices, not derived.
 SETTLING = 0.25  # longest swing over the time of a ramp
@@ -122,11 +123,11 @@ def _fading(swing: Floats, time: Floats, spacing: float, noise: float) -> float:
 
 
 def _noise(stress: Floats, difference: Floats, level: Floats) -> float:
-    """The standard deviation of noise in the `difference` (n,), from distances of points to the middle of two others."""
-    scatter = [
-        robust_deviation(difference[lag:-lag] - 0.5 * (difference[: -2 * lag] + difference[2 * lag :])) / np.sqrt(1.5)
-        for lag in LAGS
-    ]
+    """The standard deviation of noise in the `difference` (n,), from distances of points to the middle of two others: by the
+    smallest ones, as ringing that fades slowly, or is sampled in log time, fills most of a test.
+    """
+    bends = [np.abs(difference[lag:-lag] - 0.5 * (difference[: -2 * lag] + difference[2 * lag :])) for lag in LAGS]
+    scatter = [float(np.quantile(bend, CALM)) / (float(ndtri(0.5 + 0.5 * CALM)) * np.sqrt(1.5)) for bend in bends]
     values = np.unique(stress)
     digit = float(np.min(np.diff(values))) / float(np.median(level)) / np.sqrt(12) if values.size > 1 else 0.0
     return float(max(*scatter, digit, LEAST_NOISE))

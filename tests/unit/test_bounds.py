@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 from films import SOFT
 
-from dielast.base.errors import InputError
+from dielast.base.errors import DielastWarning, InputError
 from dielast.cli.run import compute
 from dielast.commands.registry import read_cases
-from dielast.commands.simulation.bounds import bounded
+from dielast.commands.simulation.bounds import bounded, warn_of_lives_outside
 from dielast.commands.simulation.result import CaseResult
 from dielast.handover.material_file import write_material
 from dielast.io.table import number_columns
@@ -86,6 +88,15 @@ def test_a_draw_that_the_numerics_gave_up_is_none() -> None:
     columns = bounded(film(0.05, 10), drawn, DrawIntervals(0.9), [False] * 39).columns
     assert np.all(columns["surviving [1]"] == 1)
     assert np.all(np.isfinite(columns["stretch_1_upper [1]"]))
+
+
+def test_lives_outside_their_intervals_are_counted() -> None:
+    """A best fit need not be in the middle of its draws; a film that survives lives longer than the horizon."""
+    lives, modes = np.array([[[1.0, 5.0, np.nan, np.nan, np.nan]]]), np.array([[["breakdown"] * 2 + ["none"] * 2 + ["unfinished"]]])
+    cells: Any = SimpleNamespace(time_to_failure=lives, failure_mode=modes)
+    low, high = np.array([[[2.0, 2.0, 2.0, 2.0, 2.0]]]), np.array([[[9.0, 9.0, 9.0, np.inf, 9.0]]])
+    with pytest.warns(DielastWarning, match=r"^2 of 5 cells: the time to failure of the stated material is outside"):
+        warn_of_lives_outside(cells, (low, high))
 
 
 def test_the_interval_of_films_of_which_some_fail_holds_its_own_curve(tmp_path: Path) -> None:

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from machines import QUIET, Machine, Record, cycles, hold, softened
+from machines import QUIET, Machine, Record, cycles, hold, record, softened
 
 from dielast import Comparison, Free, Gent, Material, MeasuredTest, NeoHookean, NoShift, Spectrum, Yeoh
 from dielast.calibration.doubts import gives_work, slack_of, softening, stress_at_rest
@@ -64,6 +64,16 @@ def test_ringing_is_left_out_where_it_is(material: Material, noise: None, varied
         faded = machine.force * np.exp(-damping * time) / level < 2 * noise * np.sqrt(damping / rate)
         assert not found[(time > max(2.5, time[faded][0])) & (time < 3.9)].any()
         assert not found[time > 7.0].any()
+
+
+def test_ringing_that_fills_most_of_a_test_is_not_taken_for_noise() -> None:
+    """6 Hz that fades within seconds, every 20 ms during a ramp of 2 s and after it, and then in log time."""
+    time = np.concatenate((np.arange(0.0, 4.0, 0.02), 2 + np.geomspace(2.0, 600.0, 80)))
+    machine = Machine(frequency=6.0, damping=0.03, force=0.3)
+    made = record(SOFT, [(0.0, 1.0), (2.0, 2.0), (602.0, 2.0)], time, machine, np.random.default_rng(3))
+    found = ringing(made.test())
+    assert np.all(found[made.disturbed[-found.size :]])
+    assert not found[made.time[-found.size :] > 20.0].any()
 
 
 def test_an_overshoot_of_half_a_second_is_left_out() -> None:

@@ -74,9 +74,10 @@ def run(cases: Sequence[Case[FailureMapRecipe]], inputs: Inputs, execution: Exec
     sections = headline(result, lines)
     figures: dict[str, Callable[[], Any]] = {"operating-map": operating_map} if result.relative_stretch else {}
     if intervals is not None:
-        from dielast.commands.simulation.bounds import bounded_line_columns, bounded_map_columns
+        from dielast.commands.simulation.bounds import bounded_line_columns, bounded_map_columns, map_bounds, warn_of_lives_outside
         from dielast.commands.simulation.uncertainty import uncertainty_headline
 
+        warn_of_lives_outside(result, map_bounds(drawn, intervals)["time_to_failure"])
         tables["failure-map.csv"] = bounded_map_columns(tables["failure-map.csv"], drawn, intervals)
         tables["fit.csv"] = bounded_line_columns(tables["fit.csv"], [fit_lifetime(draw) for draw in drawn], intervals)
         sections |= uncertainty_headline([stated], [sample])

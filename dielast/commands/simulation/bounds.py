@@ -7,7 +7,7 @@ from functools import partial
 
 import numpy as np
 
-from dielast.base.errors import in_a_draw
+from dielast.base.errors import in_a_draw, warn
 from dielast.commands.simulation.cases import Batches, SimulationBatch
 from dielast.commands.simulation.result import BoundedEvent, CaseResult, SolvedCase, StatedCase
 from dielast.handover.law_section import breakdown
@@ -202,6 +202,18 @@ def map_bounds(drawn: Sequence[FailureMap], intervals: DrawIntervals) -> dict[st
         lost = np.isnan(values) & finished
         bounds[quantity.name] = intervals.of(np.where(lost, -np.inf if quantity.falls else np.inf, values))
     return bounds
+
+
+def warn_of_lives_outside(result: FailureMap, bounds: tuple[Floats, Floats]) -> None:
+    """Warn of cells whose own time to failure is not between its `bounds`, each of the shape of the map."""
+    life = np.where(np.isnan(result.time_to_failure), np.inf, result.time_to_failure)
+    outside = (result.failure_mode != "unfinished") & ((life < bounds[0]) | (life > bounds[1]))
+    if count := int(np.count_nonzero(outside)):
+        what = f"{count} of {outside.size} cells: the time to failure of the stated material is outside the interval of its draws"
+        warn(
+            f"{what}: a best fit is one of the materials that its tests allow, and not in their middle where they leave a constant "
+            "open; the interval is what is known"
+        )
 
 
 def bounded_map_columns(columns: Sequence[Column], drawn: Sequence[FailureMap], intervals: DrawIntervals) -> list[Column]:
