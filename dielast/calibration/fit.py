@@ -32,8 +32,8 @@ Watch = Callable[[str, int, int, float], None]
 class Fit(Result):
     """A fitted material: `coordinates` (p,) of the `problem`, its `scatter`, and the results of the starts.
 
-    `start_cost` (starts,) are sums of squares, infinite if the material of a start could not follow the tests; `curves` are
-    measured and modelled values; `slopes` (n, p) are the derivatives of all modelled values by the coordinates.
+    `start_cost` (starts,) are sums of squares, infinite if the material of a start could not follow the tests, NaN before the first
+    step; `curves` are measured and modelled values; `slopes` (n, p) are the derivatives of all modelled values by the coordinates.
     """
 
     problem: FitProblem
@@ -169,13 +169,15 @@ def _fit(problem: FitProblem, start: Floats, specimen_scatter: float | None, wat
     curves = problem.curves()
     stated = (USUAL_SCATTER, PRIOR_SPECIMENS) if specimen_scatter is None else (specimen_scatter, np.inf)
     scatter = Scatter(np.full(len(curves.values), 0.01), FIRST_SHARE, FIRST_LENGTH, stated[0], specimens=stated[1])
-    best = np.clip(start, *bounds)[0]  # so far, for an interrupt
+    best, ends, ended = np.clip(start, *bounds)[0], np.full(len(start), np.nan), False  # so far, for an interrupt
 
     def watcher(task: str, every: int, before: int = 0) -> Watcher:
         total, error = sum(float(place[-1]) for place in curves.places) / scatter.piece, scatter.model_error
 
         def watched(settled: int, cost: Floats, at: Floats) -> None:
-            nonlocal best
+            nonlocal best, ends
+            if not ended:
+                ends = cost.copy()
             least = int(np.argmin(cost))
             best = at[least].copy()
             if watch is not None:
@@ -183,13 +185,12 @@ def _fit(problem: FitProblem, start: Floats, specimen_scatter: float | None, wat
 
         return watched
 
-    finished, ends = True, np.zeros(1)
+    finished, first = True, problem.weighted(curves, Weighting.of(curves, scatter))
     try:
-        first = problem.weighted(curves, Weighting.of(curves, scatter))
         solutions = minimise(first, start, bounds, watch=watcher("starts", len(start)))
         if not np.isfinite(solutions.cost[solutions.best]):
             raise NumericsError(f"no start can follow all tests{_furthest(problem.laboratory.tests)}")
-        ends, best = solutions.cost, solutions.coordinates[solutions.best]
+        ended, ends, best = True, solutions.cost, solutions.coordinates[solutions.best]
         for k in range(ROUNDS):
             curves = problem.curves(best)
             slopes = problem.slopes(best)

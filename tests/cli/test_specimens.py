@@ -136,6 +136,7 @@ def test_without_specimens_results_are_those_of_a_material_that_states_none(diel
         done = dielast("actuate", f"{name}.toml", "--plot", "none", *jobs)
         assert done.returncode == 0, done.stderr
         assert ("states no scatter of specimens" in done.stderr) == (name == "c")
+        assert ("m.toml names no draws: intervals leave the errors" in done.stderr) == (name in "de")
     tables = [(folder / name / "actuate.csv").read_bytes() for name in "abcde"]
     assert tables[0] == tables[1] == tables[2] != tables[3] == tables[4]
 

@@ -296,8 +296,10 @@ def test_an_interrupt_keeps_the_best_so_far(taut: tuple[MeasuredTest, ...]) -> N
         if len(seen) == 4:
             raise KeyboardInterrupt
 
-    found = calibrate(taut[:1], START, MODULI, starts=1, intervals=Intervals(draws=20), watch=watch)
+    found = calibrate(taut[:1], START, MODULI, starts=2, intervals=Intervals(draws=20), watch=watch)
     assert not found.fit.finished
+    assert found.fit.start_misfit[0] == 1  # the sums of squares are those of the starts so far
+    assert found.fit.start_misfit.size == 2
     assert seen[3] <= seen[0]
     assert found.profiles == ()
     assert found.draws.size == 0

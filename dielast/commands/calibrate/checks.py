@@ -35,7 +35,7 @@ def warn_of_fit(result: Calibration) -> None:
     warn_of_tests_beyond(result)
     warn_of_runaway(result)
     warn_of_slack(result)
-    if fit.same_share < MANY:
+    if fit.finished and fit.same_share < MANY:
         median = float(np.median(fit.start_misfit))
         others = f"the median misfit is {median:.3g} times as large" if np.isfinite(median) else "many cannot follow the tests"
         warn(f"only {100 * fit.same_share:.0f} % of the starts end in the best fit, {others}: raise fit.starts")

@@ -82,6 +82,8 @@ def sample_of(case: Case[Any], material: Material, inputs: Inputs) -> Sample:
             "material with draws",
             key="uncertainty",
         )
+    if specimens and not members:
+        warn(f"{name} names no draws: intervals leave the errors of its constants out; calibrate writes draws", key="uncertainty")
     draws = uncertainty.draws
     random = specimens or (share is None and (scatter or stated))
     if members and not random and draws > len(members):
