@@ -41,8 +41,7 @@ def test_a_spring_that_carries_nothing_has_no_limit() -> None:
 
 
 def test_springs_of_two_laws_act_row_by_row() -> None:
-    solid = NeoHookean()  # one law in all cases, whose branches differ
-    law = gathered([(solid, Gent(55.0)), (solid, Gent(40.0)), (solid, Gent(30.0))], CARRYING)
+    law = gathered([(NeoHookean(), Gent(55.0)), (NeoHookean(), Gent(40.0)), (NeoHookean(), Gent(30.0))], CARRYING)
     same = gathered(pairs(np.full(3, np.inf), np.array([55.0, 40.0, 30.0])), CARRYING)
     squared = np.random.default_rng(0).uniform(1.0, 3.0, (2, 3, 3))
     some = np.array([2, 0])

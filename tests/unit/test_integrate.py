@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from dielast.numerics import integrate as module
 from dielast.numerics.integrate import Status, integrate
-from dielast.numerics.response import Response
 from dielast.numerics.rosenbrock import RODAS5P
 from dielast.numerics.stride import TriedStep
 
@@ -249,6 +248,8 @@ def test_dense_output_ends_where_the_step_does() -> None:
     assert np.array_equal(stride.dense(slice(1, None), np.array([1]), one[:1]), after[1:, 1:])
     assert stride.halfway() == pytest.approx(stride.dense(slice(None), np.arange(2), 0.5 * one), rel=1e-14)
     # with what fades in it: a (1 - exp(-k t))/k in two of the rows
+    from dielast.numerics.response import Response
+
     decay, rate = random.uniform(0.5, 3.0, (2, 2, 2))
     known = [np.vstack((-rate * np.expm1(-decay * time) / decay, np.zeros(2))) for time in (1.0, 0.5)]
     fading = replace(stride, response=Response(decay, rate, 1, *known, (0, 1)))
