@@ -302,3 +302,11 @@ def test_what_cannot_be_is_refused() -> None:
         Leakage(-1.0)
     with pytest.raises(InputError, match="field 0 V/m: a positive number is needed"):
         Leakage(1.0, 0.0)
+
+
+def test_leakage_is_odd_in_the_field_and_its_slope_is_its_derivative() -> None:
+    leakage, field, step = Leakage(2e-13, 2e7), np.array([-6e7, -1e6, 0.0, 3e5, 5e7]), 1e3
+    assert leakage.current_density(-field) == pytest.approx(-leakage.current_density(field), rel=1e-15)
+    assert leakage.current_density(field)[-1] == pytest.approx(2e-13 * np.exp(2.5) * 5e7, rel=1e-14)
+    rise = leakage.current_density(field + step) - leakage.current_density(field - step)
+    assert leakage.slope(field) == pytest.approx(rise / (2 * step), rel=1e-4, abs=0.0)

@@ -51,6 +51,7 @@ def test_near_its_guess_a_root_takes_four_rounds() -> None:
     search = EdgedRoots(1.2 * exact[:, None] * SPREAD, 1e-4 * goal)
     assert runaway(np.full(40, 3e3), np.ones(40), goal, search, 12) <= 4
     assert search.root == pytest.approx(exact, rel=1e-5)
+    assert np.all((-goal < search.highest) & (search.highest < 0))
 
 
 @settings(max_examples=20)

@@ -211,8 +211,8 @@ class Parabolas(PullIn):
 
 @pytest.mark.parametrize("depth", [1e-5, -1e-5])
 @pytest.mark.parametrize("ends", [0.29, 3.0])
-def test_a_parabola_that_dips_below_zero_is_found_wherever_it_does(depth: float, ends: float) -> None:
-    bottom = np.linspace(0.03, 0.97, 48)
+@pytest.mark.parametrize("bottom", [np.linspace(0.03, 0.97, 48), np.array([0.2, 0.3]), np.array([0.7, 0.8])])
+def test_a_parabola_that_dips_below_zero_is_found_wherever_it_does(bottom: Array, depth: float, ends: float) -> None:
     parabolas = Parabolas(bottom, depth, ends)
     count = bottom.size
     solid = Material("soft", 26e3, Spectrum([1.0], [1e5]), NoShift(20.0), Gent(110.0), Gent(55.0), permittivity=4e-11)

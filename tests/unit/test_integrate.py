@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -247,6 +247,14 @@ def test_dense_output_ends_where_the_step_does() -> None:
     assert np.array_equal(stride.dense(slice(None), np.arange(2), one), after)
     assert np.array_equal(stride.dense(slice(1, None), np.array([1]), one[:1]), after[1:, 1:])
     assert stride.halfway() == pytest.approx(stride.dense(slice(None), np.arange(2), 0.5 * one), rel=1e-14)
+    # with what fades in it: a (1 - exp(-k t))/k in two of the rows
+    from dielast.numerics.response import Response
+
+    decay, rate = random.uniform(0.5, 3.0, (2, 2, 2))
+    known = [np.vstack((-rate * np.expm1(-decay * time) / decay, np.zeros(2))) for time in (1.0, 0.5)]
+    fading = replace(stride, response=Response(decay, rate, 1, *known, (0, 1)))
+    assert fading.dense(slice(None), np.arange(2), one) == pytest.approx(after, rel=1e-14)
+    assert fading.halfway() == pytest.approx(fading.dense(slice(None), np.arange(2), 0.5 * one), rel=1e-14)
 
 
 Array = NDArray[np.float64]

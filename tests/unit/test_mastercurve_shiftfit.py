@@ -45,6 +45,13 @@ def test_the_anchor_does_not_matter() -> None:
         np.testing.assert_allclose(fit.covariance, fits[0].covariance, rtol=1e-4)
 
 
+def test_temperatures_without_any_shift_have_a_law_that_says_so() -> None:
+    with pytest.warns(DielastWarning, match=r"do not determine the WLF constants C1 and C2 separately"):
+        fit = fit_shift_law("wlf", TEMPERATURE, np.zeros_like(TEMPERATURE), pinned(INDEPENDENT, 6), 6, 20.0)
+    assert fit.law.log10_shift_factor(TEMPERATURE) == pytest.approx(0.0, abs=1e-12)
+    assert fit.doubt == pytest.approx(0.0, abs=1e-12)
+
+
 @pytest.mark.parametrize("law", ["wlf", "arrhenius"])
 def test_standard_errors_are_true(law: str) -> None:
     truth = WLF(20.0, 13.7, 187.1) if law == "wlf" else Arrhenius(20.0, 9e4)
@@ -127,13 +134,6 @@ def test_draws_have_the_misfit_of_the_law() -> None:
     drawn = np.array([fit.doubted(fit.values, random) for _ in range(2000)])
     np.testing.assert_allclose(np.cov(np.log(drawn).T), fit.doubt, rtol=0.15)
     assert np.all(drawn > 0)
-
-
-def test_temperatures_without_any_shift_have_a_law_that_says_so() -> None:
-    with pytest.warns(DielastWarning, match=r"do not determine the WLF constants C1 and C2 separately"):
-        fit = fit_shift_law("wlf", TEMPERATURE, np.zeros_like(TEMPERATURE), pinned(INDEPENDENT, 6), 6, 20.0)
-    assert fit.law.log10_shift_factor(TEMPERATURE) == pytest.approx(0.0, abs=1e-12)
-    assert fit.doubt == pytest.approx(0.0, abs=1e-12)
 
 
 def test_two_temperatures_give_the_ratio_only() -> None:

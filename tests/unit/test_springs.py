@@ -331,3 +331,5 @@ def test_selected_cases_have_the_law_of_their_constants(law: SpringLaw) -> None:
     for case, stated in enumerate(cases.tolist()):
         alone = law if stated % 2 else other
         assert selected.stress(squared)[:, 0, case] == pytest.approx(alone.stress(squared[:, :1, case])[:, 0], rel=1e-13)
+    solid = gathered([(law, other), (law, law)], np.ones((2, 2), dtype=bool))  # one law, beside branches that differ
+    assert solid.stress(squared[:, :2, :2])[:, 1, 1] == pytest.approx(law.stress(squared[:, 1:2, 1])[:, 0], rel=1e-13)
