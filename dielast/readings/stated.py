@@ -50,7 +50,7 @@ def state_data(recipe: RecipeLines, given: Given, one: bool) -> list[float] | No
     named = None if "temperature" in used or table.levels else _in_names(given)
     if levels is None and named is not None and not named.doubt:
         levels = levels_of(np.array([celsius(quantity) for quantity in named.quantities]))
-    _check_number(levels, one)
+    _check_levels(levels, one)
 
     recipe.section("[data]")
     several = not one and (len(files) > 1 or (named is not None and levels is not None))
@@ -79,7 +79,7 @@ def state_data(recipe: RecipeLines, given: Given, one: bool) -> list[float] | No
     return levels
 
 
-def _check_number(levels: Sequence[float] | None, one: bool) -> None:
+def _check_levels(levels: Sequence[float] | None, one: bool) -> None:
     """`InputError` for several temperatures where `one` is needed, and for one where several are."""
     if one and levels is not None and len(levels) > 1:
         raise InputError(f"{len(levels)} temperatures: dielast mastercurve takes them, and dielast spectrum its result")
@@ -308,7 +308,7 @@ def _state_export(recipe: RecipeLines, given: Given, one: bool) -> list[float] |
         parts += in_file
         left_out += others
     levels = _levels_of_parts(parts)
-    _check_number(levels, one)
+    _check_levels(levels, one)
     named = None if levels is not None or one else _in_names(given)
     several = len(given.names) > 1 or named is not None
     recipe.section("[data]")
