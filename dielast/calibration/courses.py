@@ -55,7 +55,7 @@ class Point:
 
 
 @dataclass(slots=True, eq=False)
-class Course:
+class ProfileCourse:
     """The course of the parameter `parameter` on a `side` (-1 or 1) of the fit, with `room` to the bound: its points from the fit
     outwards. The root is wanted at the ascending `levels`; once it exceeds the last one, the place is closed in on where it is
     `sought`.
@@ -212,7 +212,7 @@ def opening(likelihood: Likelihood, parameter: int) -> Point:
     return Point(float(fit.coordinates[parameter]), 0.0, 1 / error if known else 0.0, fit.coordinates, tangent)
 
 
-def follow(likelihood: Likelihood, courses: Sequence[Course]) -> None:
+def follow_profiles(likelihood: Likelihood, courses: Sequence[ProfileCourse]) -> None:
     """Follow all courses to their ends."""
     _Followed(likelihood, courses).run()
 
@@ -222,7 +222,7 @@ class _Followed:
     the number of `visits` (courses,) of this point.
     """
 
-    def __init__(self, likelihood: Likelihood, courses: Sequence[Course]) -> None:
+    def __init__(self, likelihood: Likelihood, courses: Sequence[ProfileCourse]) -> None:
         self.courses, self.bounds = courses, likelihood.fit.space.bounds
         every = np.arange(len(courses))
         self.parameter = np.array([course.parameter for course in courses])

@@ -25,7 +25,7 @@ from dielast.calibration.levenberg import costs
 from dielast.calibration.likelihood import Likelihood
 from dielast.calibration.moves import Moves
 from dielast.calibration.profiles import Profile
-from dielast.calibration.strata import Strata, strata_of
+from dielast.calibration.strata import Strata, stratify
 from dielast.calibration.surrogate import Surrogate
 from dielast.numerics.arrays import Cases, Flags, Floats, Index
 from dielast.numerics.random_streams import stream
@@ -62,7 +62,7 @@ def draw(
     """
     fit = likelihood.fit
     random = stream(seed, "posterior")
-    strata = strata_of(likelihood, profiles, count)
+    strata = stratify(likelihood, profiles, count)
     each = 1 if strata is None else len(strata)
     walkers = each * -(-max(FEWEST_WALKERS, 3 * fit.coordinates.size, min(-(-count // ROUNDS), MOST_WALKERS)) // each)
     rounds = -(-count // walkers)

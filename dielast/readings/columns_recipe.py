@@ -71,7 +71,7 @@ class MachineColumns(NamedColumns):
     force: ColumnName | None = Field(None, description="Force; needs specimen.width and thickness.")
 
 
-def first_of(roles: Iterable[str], found: Collection[str]) -> str | None:
+def first_role(roles: Iterable[str], found: Collection[str]) -> str | None:
     """The first of the `roles` that was found."""
     return next((role for role in roles if role in found), None)
 

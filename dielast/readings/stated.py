@@ -8,7 +8,7 @@ import numpy as np
 
 from dielast.base.errors import InputError, as_toml, shown
 from dielast.material.measurement_kind import KINDS
-from dielast.readings.columns_recipe import MODULI, OVER_FREQUENCY, STRAINS, STRESSES, first_of, unmeasured
+from dielast.readings.columns_recipe import MODULI, OVER_FREQUENCY, STRAINS, STRESSES, first_role, unmeasured
 from dielast.readings.isotherms import WIDEST
 from dielast.readings.named import TOLERANCE, NamedTemperatures, celsius, levels_of, specimen_above, temperatures_in_names
 from dielast.readings.recipe import CurveData, MeasurementData
@@ -172,7 +172,7 @@ def _measured(table: SeenTable, columns: Mapping[str, SeenColumn]) -> tuple[dict
     for role, kind in (("modulus", "relaxation"), ("compliance", "creep")):
         if role in columns and not swept:
             return {name: columns[name] for name in (*time, role)}, kind
-    strain, stress = first_of(STRAINS, columns), first_of(STRESSES, columns)
+    strain, stress = first_role(STRAINS, columns), first_role(STRESSES, columns)
     if strain and stress and not swept:
         found = {role: columns[role] for role in (*time, strain, stress)}
         held = [role for role in (strain, stress) if time and _held(table, columns, role)]
@@ -189,7 +189,7 @@ def _missing(used: Mapping[str, SeenColumn], kind: str | None) -> list[str]:
         abscissa = [] if swept & {"frequency", "angular_frequency"} else ["frequency"]
         ordinates = [] if "storage" in used else ["storage"]
         return [*abscissa, *ordinates, *([] if {"loss", "tan_delta"} & used.keys() else ["loss"])]
-    strain, stress = first_of(STRAINS, used), first_of(STRESSES, used)
+    strain, stress = first_role(STRAINS, used), first_role(STRESSES, used)
     lacking = [] if "time" in used else ["time"]
     if bool(strain) != bool(stress):
         lacking.append("stress" if strain else "strain")
@@ -290,7 +290,7 @@ def specimen_of(table: SeenTable, roles: Sequence[str]) -> tuple[dict[str, str],
 def _state_ramp(recipe: RecipeLines, table: SeenTable, used: Mapping[str, SeenColumn], kind: str | None) -> None:
     if kind == "oscillation" or "time" not in used:
         return
-    applied = first_of(STRESSES if kind == "creep" else STRAINS, used)
+    applied = first_role(STRESSES if kind == "creep" else STRAINS, used)
     time = table.numbers(used["time"])
     if applied is not None and time is not None:
         rows = _first_run(time)

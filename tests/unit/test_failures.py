@@ -13,7 +13,7 @@ from scipy.stats import binom
 
 from dielast import InputError, read_material
 from dielast.calibration.failures.ageing import Ageing
-from dielast.calibration.failures.bounds import events_of, plan_test
+from dielast.calibration.failures.bounds import most_expected, plan_test
 from dielast.calibration.failures.estimate import estimate, without_each
 from dielast.calibration.failures.exposures import Aged, Envelope, Plain
 from dielast.calibration.failures.fits import fit_law
@@ -127,9 +127,9 @@ def test_closed_forms_of_a_known_shape() -> None:
     fit = estimate(exponential_tests(seen, time), known={"log_scatter": -np.log(shape)})
     failures = int(np.count_nonzero(seen == Seen.FAILED))
     assert np.exp(fit.at[0]) == pytest.approx((np.sum(time**shape) / failures) ** (1 / shape), rel=1e-10)
-    assert events_of(0, 0.9) == pytest.approx(-np.log(0.1), rel=1e-12)  # no failure: exp(-sum (t/eta)^b) = 1 - C
+    assert most_expected(0, 0.9) == pytest.approx(-np.log(0.1), rel=1e-12)  # no failure: exp(-sum (t/eta)^b) = 1 - C
     # r failures or fewer have the probability 1 - C at the bound (a Poisson distribution)
-    expected = events_of(3, 0.9)
+    expected = most_expected(3, 0.9)
     assert np.exp(-expected) * (1 + expected + expected**2 / 2 + expected**3 / 6) == pytest.approx(0.1, rel=1e-10)
 
 

@@ -13,7 +13,7 @@ from dielast.commands.simulation.from_data import (
     state_table,
     temperature_of,
 )
-from dielast.readings.columns_recipe import STRAINS, STRESSES, first_of
+from dielast.readings.columns_recipe import STRAINS, STRESSES, first_role
 from dielast.readings.seen import Given
 from dielast.readings.stated import specimen_of, state_columns, state_sheet, state_units
 from dielast.recipe.lines import FILL, RecipeLines
@@ -27,7 +27,7 @@ def from_data(kind: str, given: Given) -> RecipeLines:
     labels, chosen, rows = curves(first, columns), dict[str, float | str](), np.ones(first.first.table.lines.size, dtype=bool)
     if labels:
         chosen, rows = of_curve(first, columns["label"], labels[0])
-    load, response = (first_of(STRAINS, columns), first_of(STRESSES, columns))[:: 1 if kind == "relax" else -1]
+    load, response = (first_role(STRAINS, columns), first_role(STRESSES, columns))[:: 1 if kind == "relax" else -1]
     recipe.key("material", "example:vhb4905.toml", MATERIAL)
     recipe.key("temperature", *temperature_of(first, columns, rows))
     recipe.option('mode = "equibiaxial"', "CHECK: uniaxial is the default; or pure-shear")
