@@ -35,7 +35,7 @@ TOO_HIGH = 3.0  # rise of the root in a step, over the wanted rise, above which 
 LEAST_RISE = 0.3  # of the root in a step, as a share of the wanted root, for this comparison
 MOST_HALVINGS = 8  # of steps in a course
 MOST_POINTS = 60  # of a course
-LOWER = 0.98  # root over that of the next point inwards, which is then computed anew; roots are accurate to about a hundredth
+LOWER = 0.98  # a root below this share of another one has a better minimum of the others; roots are accurate to about a hundredth
 
 Start = tuple[float, Floats]
 """The coordinate of the parameter at a point, and all coordinates (p,) from which the others are refitted."""

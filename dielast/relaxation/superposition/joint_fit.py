@@ -29,7 +29,7 @@ from dielast.relaxation.superposition.spline import Spline
 ITERATIONS = 40
 SPREAD_ROUNDS = 6  # iterations of the spreads of offsets and tilts per step of the shifts
 BEGINNING = 3  # steps at each knot spacing
-FINER = 1  # number of spacings by which the final one is finer than that of the lowest criterion
+FINER = 1  # number of spacings by which the final one is finer than the one with the lowest criterion
 AMBIGUOUS = 0.1  # decades; dependence of the shifts on the part of the curves, above which a misfit matters
 SPACING_RATIO = 1.5  # ratio of successive knot spacings
 FINEST, WIDEST = 0.15, 1.6  # decades; limits of the knot spacing
