@@ -35,7 +35,7 @@ TOO_HIGH = 3.0  # rise of the root in a step, over the wanted rise, above which 
 LEAST_RISE = 0.3  # of the root in a step, as a share of the wanted root, for this comparison
 MOST_HALVINGS = 8  # of steps in a course
 MOST_POINTS = 60  # of a course
-LOWER = 0.98  # root over that of the next point inwards, which is then computed anew; roots are accurate to about a hundredth
+LOWER = 0.98  # a root below this share of another one has a better minimum of the others; roots are accurate to about a hundredth
 
 Start = tuple[float, Floats]
 """The coordinate of the parameter at a point, and all coordinates (p,) from which the others are refitted."""
@@ -55,7 +55,7 @@ class Point:
 
 
 @dataclass(slots=True, eq=False)
-class Course:
+class ProfileCourse:
     """The course of the parameter `parameter` on a `side` (-1 or 1) of the fit, with `room` to the bound: its points from the fit
     outwards. The root is wanted at the ascending `levels`; once it exceeds the last one, the place is closed in on where it is
     `sought`.
@@ -212,7 +212,7 @@ def opening(likelihood: Likelihood, parameter: int) -> Point:
     return Point(float(fit.coordinates[parameter]), 0.0, 1 / error if known else 0.0, fit.coordinates, tangent)
 
 
-def follow(likelihood: Likelihood, courses: Sequence[Course]) -> None:
+def follow_profiles(likelihood: Likelihood, courses: Sequence[ProfileCourse]) -> None:
     """Follow all courses to their ends."""
     _Followed(likelihood, courses).run()
 
@@ -222,7 +222,7 @@ class _Followed:
     the number of `visits` (courses,) of this point.
     """
 
-    def __init__(self, likelihood: Likelihood, courses: Sequence[Course]) -> None:
+    def __init__(self, likelihood: Likelihood, courses: Sequence[ProfileCourse]) -> None:
         self.courses, self.bounds = courses, likelihood.fit.space.bounds
         every = np.arange(len(courses))
         self.parameter = np.array([course.parameter for course in courses])

@@ -49,7 +49,7 @@ def slack_of(test: MeasuredTest) -> float:
 
 
 def stress_at_rest(test: MeasuredTest) -> float:
-    """The stress of the first point over the largest one, if the specimen is undeformed there, else 0; there, a model has none."""
+    """The stress of the first point over the largest one, if the specimen is undeformed there and should bear none; else 0."""
     if test.nominal_field or test.stretch[0] != 1:
         return 0.0
     return float(test.stress[0] / np.max(np.abs(test.stress)))
@@ -58,7 +58,7 @@ def stress_at_rest(test: MeasuredTest) -> float:
 def gives_work(test: MeasuredTest) -> bool:
     """Whether the specimen gives more work than it takes, which a passive one at rest cannot: its force has the other sign.
 
-    Up to the first point, the stress counts as that of the first point: unloading from there gives no more work back than that.
+    Up to the first point, the stress is taken as that of the first point: unloading from there gives back no more work.
     """
     work = test.stress[0] * (test.stretch[0] - 1) + np.trapezoid(test.stress, test.stretch)
     return bool(work < 0) and not test.nominal_field

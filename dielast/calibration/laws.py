@@ -24,7 +24,7 @@ from dielast.numerics.arrays import Floats
 from dielast.numerics.random_streams import stream
 
 MOST_FOLDS = 12
-STEADY = 0.5  # share of the squared level that is that of the whole curve
+STEADY = 0.5  # share of the mean square of the whole curve in the squared level of a point
 BOOTSTRAPS = 2000
 ITERATIONS = 12
 PRECISE = 1e-4
@@ -130,9 +130,7 @@ class StableRange(Result):
     furthest: float
     tested: bool = False
     at_equilibrium: bool = True
-    """Whether it is the equilibrium spring, which alone acts in slow loading, that has the least `highest`, rather than that of the
-    branches.
-    """
+    """Whether `highest` is of the equilibrium spring, which alone acts in slow loading; else it is of the branches' springs."""
 
     @property
     def holds(self) -> bool:

@@ -46,7 +46,7 @@ class Moves:
 
     def trial(self, at: Floats, random: np.random.Generator) -> tuple[Floats, Floats]:
         """Trials (walkers, p) from positions `at`, NaN where a value would be negative; and the logarithm (walkers,) of the density
-        of the way back over that of the way there.
+        of the move back over that of the move made.
         """
         return self._afresh(at, random) if random.random() < AFRESH else self._by_difference(at, random)
 

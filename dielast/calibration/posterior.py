@@ -3,8 +3,8 @@
 The prior is uniform in the coordinates within the bounds: a positive parameter that the tests do not determine is drawn
 log-uniformly over its range. The ranges of parameters that tests do not determine are divided, and as many walkers move in each of
 these `strata`: a few hundred draws of all ranges together would hardly have any where several such parameters are in their tails.
-The walkers start from points of the profiles, or about the centre of their stratum. In each move they make many moves (`moves`) in
-a surrogate of the model, and are evaluated where these end, which is accepted or not such that the draws are those of the model
+The walkers start from points of the profiles, or about the centre of their stratum. A move is a chain of many moves (`moves`) in a
+surrogate of the model. The model is evaluated at its end alone, which is accepted or not such that the draws are those of the model
 (delayed acceptance, Christen and Fox 2005, DOI 10.1198/106186005X76983). In the first half of the moves the surrogate learns, and
 the positions that moves are made from are renewed; in the second half both stay as they are.
 
@@ -25,7 +25,7 @@ from dielast.calibration.levenberg import costs
 from dielast.calibration.likelihood import Likelihood
 from dielast.calibration.moves import Moves
 from dielast.calibration.profiles import Profile
-from dielast.calibration.strata import Strata, strata_of
+from dielast.calibration.strata import Strata, stratify
 from dielast.calibration.surrogate import Surrogate
 from dielast.numerics.arrays import Cases, Flags, Floats, Index
 from dielast.numerics.random_streams import stream
@@ -34,7 +34,7 @@ FEWEST_WALKERS, MOST_WALKERS = 40, 200
 ROUNDS = 4  # draws of a walker, if the number of walkers allows for it
 SPACING = 2  # moves of a walker between two of its draws, at least
 FEWEST_MOVES, MOST_MOVES = 16, 400
-LONGER = 2  # number of moves over that of the check before: what is dropped then ends at that check
+LONGER = 2  # moves up to a check over those up to the check before: the half that is dropped ends there
 AHEAD = 30  # moves in the surrogate in each move
 MORE = 1.3  # number of evaluations over that at the last surrogate, for a new one
 MOST_KNOWN = 500  # points of a surrogate
@@ -62,7 +62,7 @@ def draw(
     """
     fit = likelihood.fit
     random = stream(seed, "posterior")
-    strata = strata_of(likelihood, profiles, count)
+    strata = stratify(likelihood, profiles, count)
     each = 1 if strata is None else len(strata)
     walkers = each * -(-max(FEWEST_WALKERS, 3 * fit.coordinates.size, min(-(-count // ROUNDS), MOST_WALKERS)) // each)
     rounds = -(-count // walkers)

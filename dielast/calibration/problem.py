@@ -22,7 +22,7 @@ WEIGHTS = np.geomspace(1e-3, 1e4, 22)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FitProblem:
-    """The parameters of a `space`, the tests of a `laboratory`, and `smoothness` (p, p), a precision beside that of the priors."""
+    """The parameters of a `space`, the tests of a `laboratory`, and `smoothness` (p, p), a precision added to the prior."""
 
     space: ParameterSpace
     laboratory: Laboratory

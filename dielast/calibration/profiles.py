@@ -11,7 +11,7 @@ from enum import StrEnum
 
 import numpy as np
 
-from dielast.calibration.courses import Course, follow, opening
+from dielast.calibration.courses import ProfileCourse, follow_profiles, opening
 from dielast.calibration.likelihood import Likelihood, prior_alone
 from dielast.calibration.parameters import Parameter
 from dielast.numerics.arrays import Floats
@@ -62,11 +62,11 @@ def profiles_of(likelihood: Likelihood, level: float = 0.9) -> list[Profile]:
     levels = np.stack((HALF * sought, sought, np.sqrt(sought * decisive), decisive), axis=1)
     rooms = {-1.0: at - lower, 1.0: upper - at}
     courses = {
-        (j, side): Course(j, side, float(room[j]), tuple(levels[j].tolist()), float(sought[j]), [opening(likelihood, j)])
+        (j, side): ProfileCourse(j, side, float(room[j]), tuple(levels[j].tolist()), float(sought[j]), [opening(likelihood, j)])
         for side, room in rooms.items()
         for j in np.flatnonzero(room > 0).tolist()
     }
-    follow(likelihood, list(courses.values()))
+    follow_profiles(likelihood, list(courses.values()))
     unseen = prior_alone(fit.problem, likelihood.information)
     return [_profile(courses.get((j, -1.0)), courses.get((j, 1.0)), bool(unseen[j])) for j in range(at.size)]
 
@@ -80,7 +80,7 @@ def possible_values(profile: Profile, parameter: Parameter) -> Profile:
     return replace(profile, lower=np.nan, verdict=Verdict.UPPER if above else Verdict.UNDETERMINED)
 
 
-def _profile(below: Course | None, above: Course | None, unseen: bool) -> Profile:
+def _profile(below: ProfileCourse | None, above: ProfileCourse | None, unseen: bool) -> Profile:
     """The profile of a parameter along its courses below and above the fit, None if the fit is at that bound."""
     sides = [side for side in (below, above) if side is not None]
     beyond = [point for side in sides for point in side.points[1:]]

@@ -9,7 +9,7 @@ the specimen and of the model's error, the test is expected to leave var q - c' 
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -17,7 +17,6 @@ from dielast.base.errors import warn
 from dielast.calibration.experiment import Experiment, MeasuredTest, first_invariant
 from dielast.calibration.laboratory import Laboratory
 from dielast.calibration.voltage import VoltageTest
-from dielast.io.table import Column, Table
 from dielast.material.material import Material
 from dielast.mechanics.load import Mode
 from dielast.numerics.arrays import Floats
@@ -31,14 +30,6 @@ RELAX, RAMP, THICKNESS = 1800.0, 100.0, 1e-3  # s, V/s and m of films
 PRESTRETCHES = (2.0, 3.0, 4.0)
 LEAST = 3.1  # I1 of the smallest stretch that is looked at
 MOST_DRAWS, FEWEST_DRAWS = 120, 10
-
-
-@dataclass(frozen=True, slots=True)
-class Proposal:
-    """A possible test, and the share of the variance of the prediction that it is expected to take away."""
-
-    test: str
-    share: float
 
 
 def stretch_of(invariant: float, mode: Mode) -> float:
@@ -84,21 +75,23 @@ def possible_tests(invariant: float, temperature: float) -> list[Experiment]:
     return tests
 
 
-def proposals(materials: Sequence[Material], asked: VoltageTest, invariant: float, specimen: float, error: float) -> list[Proposal]:
-    """The possible tests up to an `invariant` I1, that which tells most of what is `asked` first, by draws of the material;
-    `specimen` is the scatter of specimens, `error` that of the model. Empty without a permittivity, and where fewer than
-    `FEWEST_DRAWS` draws can follow the film that is asked for; a test that fewer can follow is left out. Warns of draws that cannot
-    follow this film.
+def proposals(
+    materials: Sequence[Material], asked: VoltageTest, invariant: float, specimen: float, error: float
+) -> dict[str, float]:
+    """The possible tests up to an `invariant` I1, and the share of the variance of what is `asked` that each is expected to take
+    away, the largest first, by draws of the material; `specimen` is the scatter of specimens, `error` that of the model. Empty
+    without a permittivity, and where fewer than `FEWEST_DRAWS` draws can follow the film that is asked for; a test that fewer can
+    follow is left out. Warns of draws that cannot follow this film.
     """
     if not materials or not materials[0].permittivity:
-        return []
+        return {}
     members = materials[:MOST_DRAWS]  # laws and strata take turns
     with np.errstate(invalid="ignore", divide="ignore"):
         wanted = np.log(film_voltages(members, asked))
         lost = len(members) - np.count_nonzero(np.isfinite(wanted))
         if 0 < lost <= len(members) - FEWEST_DRAWS:
             warn(f"prediction: {lost} of {len(members)} draws cannot follow this film, next_tests.csv leaves them out")
-        found = []
+        found = dict[str, float]()
         tests = possible_tests(invariant, asked.temperature)
         for test, answers in zip(tests, Laboratory(tests).answers(members), strict=True):
             seen = np.log(answers)
@@ -109,14 +102,5 @@ def proposals(materials: Sequence[Material], asked: VoltageTest, invariant: floa
             size = seen.shape[1]
             noise = test.power**2 * specimen**2 * np.ones((size, size)) + error**2 * np.eye(size)
             cross = both[:-1, -1]
-            share = float(cross @ np.linalg.solve(both[:-1, :-1] + noise, cross) / both[-1, -1])
-            found.append(Proposal(test.name, share))
-    return sorted(found, key=lambda each: -each.share)
-
-
-def proposal_columns(found: Sequence[Proposal]) -> Table:
-    """A row for each possible test, the best first."""
-    return [
-        Column("test", None, [each.test for each in found]),
-        Column("variance_removed", "1", np.array([each.share for each in found])),
-    ]
+            found[test.name] = float(cross @ np.linalg.solve(both[:-1, :-1] + noise, cross) / both[-1, -1])
+    return dict(sorted(found.items(), key=lambda each: -each[1]))

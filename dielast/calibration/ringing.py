@@ -31,7 +31,7 @@ BLOCKS = (1, 2, 4, 8)  # points that are averaged, each in turn: the mean of man
 SETTLING = 0.25  # longest swing over the time of a ramp
 SHY = 0.25  # of the ramp time after a change of speed: these points do not choose the film
 UNLIKE = 2.0  # swings that take longer than so many times the usual one are not of the same ringing
-KINK = 0.3  # change of speed over that of the ramps: smaller ones are those of a crosshead that swings
+KINK = 0.3  # change of speed over the speed of the ramps: a crosshead that swings makes smaller ones
 FEWEST = 12  # points of a test that shows ringing
 
 

@@ -43,9 +43,9 @@ INTEGRALS = (2.0, 4 / np.sqrt(3), 16 / (3 * np.sqrt(5)))
 @dataclass(frozen=True, slots=True, eq=False)
 class Scatter:
     """The scatter of measured curves: `noise` (curves,), `model_error` and `specimen` as shares of the level; the correlation of
-    the model's error is number `smooth` of `CORRELATIONS`, with a `length` along a curve. A share `steady` of the squared level is
-    that of the whole curve, the rest that of the point. `specimens` are the degrees of freedom of the scatter of specimens,
-    infinite if it was stated.
+    the model's error is number `smooth` of `CORRELATIONS`, with a `length` along a curve. The share of the mean square of the whole
+    curve in the squared level of a point is `steady`; the rest is the square at the point. `specimens` are the degrees of freedom
+    of the scatter of specimens, infinite if it was stated.
     """
 
     noise: Floats
@@ -107,7 +107,7 @@ class Scatters:
 
 
 def level_of(values: Floats, steady: float) -> Floats:
-    """The level of a curve at its points (n,), with a share `steady` of the squared level of the whole curve."""
+    """The level of a curve at its points (n,); the mean square of the whole curve has the share `steady` in its square."""
     return np.sqrt((1 - steady) * np.square(values) + steady * np.mean(np.square(values)))
 
 
@@ -134,7 +134,7 @@ class Curves:
         object.__setattr__(self, "power", self.power or (1.0,) * len(self.values))
 
     def levels(self, steady: float = 0.5) -> list[Floats]:
-        """The level of each curve at its points (n,), with a share `steady` of the squared level of the whole curve, by `wide`."""
+        """The level of each curve at its points (n,), as `level_of` states it, times `wide`."""
         return [wide * level_of(values, steady) for values, wide in zip(self.model, self.wide, strict=True)]
 
     @property

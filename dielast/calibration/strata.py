@@ -55,7 +55,7 @@ def open_parameters(space: ParameterSpace, profiles: Sequence[Profile]) -> list[
     return sorted(found, key=lambda k: (not space.parameters[k].of_shape, profiles[k].verdict is not Verdict.UNDETERMINED))
 
 
-def strata_of(likelihood: Likelihood, profiles: Sequence[Profile], draws: int) -> Strata | None:
+def stratify(likelihood: Likelihood, profiles: Sequence[Profile], draws: int) -> Strata | None:
     """The strata for so many `draws`; None if nothing is to be divided. A range is divided between the ends of its interval, as far
     as it has any, and the outer parts reach to the bounds. Boxes in which the tests rule out every point are left out.
     """

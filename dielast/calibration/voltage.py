@@ -242,6 +242,8 @@ def _ramps(tests: Sequence[VoltageTest], index: Cases, row: Cases, conditions: C
         film.weight_stress(np.array([thick]), known[1]) for film, thick, known in zip(films, thickness, prestretches, strict=True)
     ]
 
+    shares = [np.nan if film.electrode_share is None else float(np.asarray(film.electrode_share)) for film in films]
+
     def axes(values: Sequence[ByAxis]) -> ByAxis:
         """The values of both axes: an axis without one in the first film has none in all of them."""
         one, two = (
@@ -257,12 +259,7 @@ def _ramps(tests: Sequence[VoltageTest], index: Cases, row: Cases, conditions: C
         of([float(lasts[0]) for lasts, _ in prestretches]),
         condition("relax", [float(np.asarray(film.relax)) for film in films]),
         axes(weight_stress),
-        None
-        if first.surrounded is None
-        else condition(
-            "electrode_share",
-            [np.nan if film.electrode_share is None else float(np.asarray(film.electrode_share)) for film in films],
-        ),
+        None if first.surrounded is None else condition("electrode_share", shares),
         of([test.temperature for test in tests]),
         condition("ramp", [float(np.sqrt(np.prod(test._range("ramp")))) for test in tests]),
         of([float(test.voltage[-1]) for test in tests]),

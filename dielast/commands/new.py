@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from dielast.base.errors import InputError, Problem, as_toml, listed, nearest, shown
-from dielast.base.units import NUMBER, TEMPERATURE
+from dielast.base.units import TEMPERATURE
 from dielast.commands.plan import warnings_of
 from dielast.commands.registry import COMMANDS
 from dielast.io.files import EXAMPLE, EXAMPLES, Inputs, exists, of_backslashes, resolve
@@ -174,13 +174,7 @@ def _range(table: SeenTable, column: SeenColumn) -> str:
         levels = levels_of(numbers)
         if len(levels) <= _LEVELS:
             return _listed(levels)
-    unit = (
-        " " + column.unit
-        if column.unit not in (None, "1", "-")
-        else ""
-        if dimension is NUMBER or column.unit
-        else f" ({FILL}: no unit)"
-    )
+    unit = f" ({FILL}: no unit)" if column.lacks_unit else "" if column.unit in (None, "1", "-") else f" {column.unit}"
     span = f"{written.min():.6g}" if np.ptp(written) == 0 else f"{written.min():.6g} to {written.max():.6g}"
     return span + unit
 

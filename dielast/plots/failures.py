@@ -10,7 +10,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
-from dielast.calibration.failures.fits import FittedLaw, Lives
+from dielast.calibration.failures.fits import FailureFit, Lives
 from dielast.calibration.failures.likelihood import Seen
 from dielast.calibration.failures.specimens import Simulated
 from dielast.plots.style import COLOURS, SHADE, entry, letter, open_marker, panels, row_legend, shade, style
@@ -22,7 +22,7 @@ PERCENT = (0.1, 1, 5, 10, 25, 50, 75, 90, 99, 99.9)
 
 
 def plot_failures(
-    tested: Simulated, fitted: Sequence[FittedLaw], lives: Lives, title: str | None = None, line: NDArray[np.float64] | None = None
+    tested: Simulated, fitted: Sequence[FailureFit], lives: Lives, title: str | None = None, line: NDArray[np.float64] | None = None
 ) -> Figure:
     """The share of failed specimens over their exposure, and their times over the voltage with the predicted lives; a `line`
     (films,) has the times in s within which half of the films fail by a power law of the voltage.
@@ -39,12 +39,12 @@ def _dashes(number: int) -> str:
     return DASHES[number % len(DASHES)]
 
 
-def _scale(share: NDArray[np.float64], law: FittedLaw) -> NDArray[np.float64]:
+def _scale(share: NDArray[np.float64], law: FailureFit) -> NDArray[np.float64]:
     """The quantile on which the shares of the scatter law are a straight line over its exposure."""
     return law.law.model.scatter.standard.quantile(np.clip(share, 1e-12, 1 - 1e-12))
 
 
-def _probability(axes: Axes, fitted: Sequence[FittedLaw]) -> list[Line2D | Patch]:
+def _probability(axes: Axes, fitted: Sequence[FailureFit]) -> list[Line2D | Patch]:
     """Failures at their ranks over the exposure in units of that typical of the material, survivors below."""
     handles: list[Line2D | Patch] = []
     lowest = highest = 0.0

@@ -2,7 +2,7 @@
 a table is what, and what that says of the measurement.
 """
 
-from collections.abc import Collection
+from collections.abc import Collection, Iterable
 from typing import Any, TypeAlias
 
 from pydantic import Field
@@ -69,6 +69,11 @@ class MachineColumns(NamedColumns):
     extension: ColumnName | None = Field(None, description="Extension, a length; needs specimen.gauge_length.")
     stress: ColumnName | None = Field(None, description="Nominal stress; or force.")
     force: ColumnName | None = Field(None, description="Force; needs specimen.width and thickness.")
+
+
+def first_role(roles: Iterable[str], found: Collection[str]) -> str | None:
+    """The first of the `roles` that was found."""
+    return next((role for role in roles if role in found), None)
 
 
 def unmeasured(roles: Collection[str], specimen: Specimen | None) -> str | None:

@@ -35,7 +35,7 @@ def nominal_stress(force: NDArray[np.float64], specimen: Specimen | None) -> NDA
 
 
 def role_in(table: MeasuredTable, quantity: str, columns: MachineColumns | None) -> tuple[str, str | int]:
-    """The role in which a table holds a `quantity`, "stretch" or "stress", and its column.
+    """The role in which a table holds a `quantity`, one of `KNOWN_AS`, and its column.
 
     The column is that which `columns` of the recipe name, or the first with a usual name. Raises `InputError` with the file if
     there is none, or if `columns` name several.
@@ -86,6 +86,7 @@ def read_as(
 KNOWN_AS = {
     "stretch": {name: name for name in ("stretch", "strain", "extension")} | {"stretch_1": "stretch"},
     "stress": {"force": "force", "stress": "stress", "nominal_stress": "stress", "nominal_stress_1": "stress"},
+    "actuation": {f"{name}{axis}": name for name in ("stretch", "relative_stretch", "area_strain") for axis in ("", "_1")},
 }
 
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from dielast.base.errors import InputError, as_toml, shown
 from dielast.material.measurement_kind import KINDS
-from dielast.readings.columns_recipe import MODULI, OVER_FREQUENCY, STRAINS, STRESSES, unmeasured
+from dielast.readings.columns_recipe import MODULI, OVER_FREQUENCY, STRAINS, STRESSES, first_role, unmeasured
 from dielast.readings.isotherms import WIDEST
 from dielast.readings.named import TOLERANCE, NamedTemperatures, celsius, levels_of, specimen_above, temperatures_in_names
 from dielast.readings.recipe import CurveData, MeasurementData
@@ -46,11 +46,7 @@ def state_data(recipe: RecipeLines, given: Given, one: bool) -> list[float] | No
     if len(files) > 1 and not table.levels:
         used = _shared(files, used)
     recipe.unsure = not (_ORDINATES & used.keys())
-    levels = _levels(given, used)
-    named = None if "temperature" in used or table.levels else _in_names(given)
-    if levels is None and named is not None and not named.doubt:
-        levels = levels_of(np.array([celsius(quantity) for quantity in named.quantities]))
-    _check_number(levels, one)
+    levels, named = _temperatures(given, _levels(given, used), "temperature" in used or bool(table.levels), one)
 
     recipe.section("[data]")
     several = not one and (len(files) > 1 or (named is not None and levels is not None))
@@ -61,30 +57,44 @@ def state_data(recipe: RecipeLines, given: Given, one: bool) -> list[float] | No
     state_units(recipe, used)
     if named is not None and several:
         _state_temperatures(recipe, named)
-    elif table.levels:
-        recipe.note(f"The headers state {len(table.levels)} temperatures, {_span(levels or [])}.")
-    elif "temperature" in used and levels:
-        recipe.note(f"The column holds {len(levels)} temperature{'s' if len(levels) > 1 else ''}, {_span(levels)}.")
+    elif levels and named is None:
+        _note_temperatures(recipe, "headers state" if table.levels else "column holds", levels)
     _state_kind(recipe, table, used, kind)
     _state_test(recipe, table, used)
     if stated := specimen_of(table, list(used)):
         recipe.key("specimen", *stated)
     _state_ramp(recipe, table, used, kind)
     if one:
-        levels = levels or ([celsius(named.quantities[0])] if named is not None and not named.doubt else None)
-        value = f"{levels[0]:g} degC" if levels else FILL
-        recipe.key("reference_temperature", value, "of the test or curve" + ("" if levels else f": {_NO_TEMPERATURE}"))
+        _state_reference(recipe, levels)
     for seen in files:
         recipe.doubts += seen.doubts
     return levels
 
 
-def _check_number(levels: Sequence[float] | None, one: bool) -> None:
-    """`InputError` for several temperatures where `one` is needed, and for one where several are."""
+def _temperatures(
+    given: Given, levels: list[float] | None, stated: bool, one: bool
+) -> tuple[list[float] | None, NamedTemperatures | None]:
+    """The temperatures in degC, and what the names of the files say of them unless the files state them (`levels`).
+
+    Raises `InputError` for several temperatures where `one` is needed, and for one where several are.
+    """
+    named = None if stated else _in_names(given)
+    if named is not None and not named.doubt:
+        levels = levels_of(np.array([celsius(quantity) for quantity in named.quantities]))
     if one and levels is not None and len(levels) > 1:
         raise InputError(f"{len(levels)} temperatures: dielast mastercurve takes them, and dielast spectrum its result")
     if not one and levels is not None and len(levels) == 1:
         raise InputError(f"one temperature, {levels[0]:g} degC: dielast spectrum takes it, a master curve needs several")
+    return levels, named
+
+
+def _note_temperatures(recipe: RecipeLines, found: str, levels: Sequence[float]) -> None:
+    recipe.note(f"The {found} {len(levels)} temperature{'s' if len(levels) > 1 else ''}, {_span(levels)}.")
+
+
+def _state_reference(recipe: RecipeLines, levels: Sequence[float] | None) -> None:
+    value, lacking = (f"{levels[0]:g} degC", "") if levels else (FILL, f": {_NO_TEMPERATURE}")
+    recipe.key("reference_temperature", value, f"of the test or curve{lacking}")
 
 
 def state_columns(recipe: RecipeLines, table: SeenTable, used: Mapping[str, SeenColumn], missing: Sequence[str] = ()) -> None:
@@ -162,7 +172,7 @@ def _measured(table: SeenTable, columns: Mapping[str, SeenColumn]) -> tuple[dict
     for role, kind in (("modulus", "relaxation"), ("compliance", "creep")):
         if role in columns and not swept:
             return {name: columns[name] for name in (*time, role)}, kind
-    strain, stress = (next((role for role in roles if role in columns), None) for roles in (STRAINS, STRESSES))
+    strain, stress = first_role(STRAINS, columns), first_role(STRESSES, columns)
     if strain and stress and not swept:
         found = {role: columns[role] for role in (*time, strain, stress)}
         held = [role for role in (strain, stress) if time and _held(table, columns, role)]
@@ -179,9 +189,9 @@ def _missing(used: Mapping[str, SeenColumn], kind: str | None) -> list[str]:
         abscissa = [] if swept & {"frequency", "angular_frequency"} else ["frequency"]
         ordinates = [] if "storage" in used else ["storage"]
         return [*abscissa, *ordinates, *([] if {"loss", "tan_delta"} & used.keys() else ["loss"])]
-    strain, stress = (any(role in used for role in roles) for roles in (STRAINS, STRESSES))
+    strain, stress = first_role(STRAINS, used), first_role(STRESSES, used)
     lacking = [] if "time" in used else ["time"]
-    if strain != stress:
+    if bool(strain) != bool(stress):
         lacking.append("stress" if strain else "strain")
     elif not strain and not {"modulus", "compliance"} & used.keys():
         lacking.append("modulus")
@@ -280,7 +290,7 @@ def specimen_of(table: SeenTable, roles: Sequence[str]) -> tuple[dict[str, str],
 def _state_ramp(recipe: RecipeLines, table: SeenTable, used: Mapping[str, SeenColumn], kind: str | None) -> None:
     if kind == "oscillation" or "time" not in used:
         return
-    applied = next((role for role in (STRESSES if kind == "creep" else STRAINS) if role in used), None)
+    applied = first_role(STRESSES if kind == "creep" else STRAINS, used)
     time = table.numbers(used["time"])
     if applied is not None and time is not None:
         rows = _first_run(time)
@@ -308,21 +318,18 @@ def _state_export(recipe: RecipeLines, given: Given, one: bool) -> list[float] |
         parts += in_file
         left_out += others
     levels = _levels_of_parts(parts)
-    _check_number(levels, one)
-    named = None if levels is not None or one else _in_names(given)
-    several = len(given.names) > 1 or named is not None
+    levels, named = _temperatures(given, levels, levels is not None, one)
+    several = not one and (len(given.names) > 1 or named is not None)
     recipe.section("[data]")
     recipe.key(
         "files" if several else "file",
         given.stated if several else given.names[0],
         f"{_shape(given)}: names and units come from it",
     )
-    if named is not None:
+    if named is not None and several:
         _state_temperatures(recipe, named)
-        if not named.doubt:
-            levels = levels_of(np.array([celsius(quantity) for quantity in named.quantities]))
-    elif levels is not None:
-        recipe.note(f"The steps state {len(levels)} temperature{'s' if len(levels) > 1 else ''}, {_span(levels)}.")
+    elif levels and named is None:
+        _note_temperatures(recipe, "steps state", levels)
     kinds = list(dict.fromkeys(part.kind.name for part in parts))
     words = " or ".join(f'"{kind}", {KINDS[kind].tests}' for kind in kinds)
     if len(kinds) > 1:
@@ -337,7 +344,7 @@ def _state_export(recipe: RecipeLines, given: Given, one: bool) -> list[float] |
     else:
         recipe.option(f'test = "{deformations.pop()}"', "by the export")
     if one:
-        recipe.key("reference_temperature", f"{levels[0]:g} degC" if levels else FILL, "of the test" if levels else _NO_TEMPERATURE)
+        _state_reference(recipe, levels)
     return levels
 
 

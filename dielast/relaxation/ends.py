@@ -85,8 +85,3 @@ def _end(log10_time: Floats, modulus: Floats, at: float) -> End:
     (x_mean, y_mean), (spread, fall) = np.average([x, y], axis=1, weights=weight), np.cov(x, y, aweights=weight, ddof=0)[0]
     slope = min(float(fall / spread), 0.0) if spread > 0 else 0.0  # relaxation only softens: a rise is noise
     return End(float(10 ** (y_mean + slope * (at - x_mean))), slope)
-
-
-def extremes(log10_time: Floats, modulus: Floats) -> tuple[float, float]:
-    """The smallest and the largest modulus of a curve, smoothed."""
-    return least_modulus(log10_time, modulus), short_time_end(log10_time, modulus).modulus

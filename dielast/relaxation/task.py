@@ -22,7 +22,7 @@ from dielast.relaxation.checks import (
     what_rises,
     without_strays,
 )
-from dielast.relaxation.ends import extremes, last_quarter, long_time_end, votes
+from dielast.relaxation.ends import last_quarter, least_modulus, long_time_end, short_time_end, votes
 from dielast.relaxation.interconversion import response
 from dielast.relaxation.nnls import Known, Total, WeightedCurve, fit_strengths, place_times
 from dielast.relaxation.result import BRANCHES, Method, SpectrumFit
@@ -77,8 +77,10 @@ class FitTask:
             branches = min(max(BRANCHES, int(np.ceil(dense))), MOST_BRANCHES) if method == "nnls" and keep is None else BRANCHES
         self.branches, self.keep = checked_counts(method, branches, fewest, keep)
         self.curve = curve = WeightedCurve(time, self.measured * 3.0**-kind.stiffness_power, votes(np.log10(time)), kind)
-        self.equilibrium, self.glassy = checked_moduli(plateaus, *extremes(np.log10(time), 3 * curve.stiffness))
-        self.plateau = long_time_end(np.log10(time), curve.stiffness)
+        log_time, young = np.log10(time), 3 * curve.stiffness
+        ends = least_modulus(log_time, young), short_time_end(log_time, young).modulus
+        self.equilibrium, self.glassy = checked_moduli(plateaus, *ends)
+        self.plateau = long_time_end(log_time, curve.stiffness)
         self.liquid = plateaus.liquid
 
     def range_of_times(

@@ -13,7 +13,7 @@ from scipy.stats import binom
 
 from dielast import InputError, read_material
 from dielast.calibration.failures.ageing import Ageing
-from dielast.calibration.failures.bounds import events_of, plan_test
+from dielast.calibration.failures.bounds import most_expected, plan_test
 from dielast.calibration.failures.estimate import estimate, without_each
 from dielast.calibration.failures.exposures import Aged, Envelope, Plain
 from dielast.calibration.failures.fits import fit_law
@@ -127,9 +127,9 @@ def test_closed_forms_of_a_known_shape() -> None:
     fit = estimate(exponential_tests(seen, time), known={"log_scatter": -np.log(shape)})
     failures = int(np.count_nonzero(seen == Seen.FAILED))
     assert np.exp(fit.at[0]) == pytest.approx((np.sum(time**shape) / failures) ** (1 / shape), rel=1e-10)
-    assert events_of(0, 0.9) == pytest.approx(-np.log(0.1), rel=1e-12)  # no failure: exp(-sum (t/eta)^b) = 1 - C
+    assert most_expected(0, 0.9) == pytest.approx(-np.log(0.1), rel=1e-12)  # no failure: exp(-sum (t/eta)^b) = 1 - C
     # r failures or fewer have the probability 1 - C at the bound (a Poisson distribution)
-    expected = events_of(3, 0.9)
+    expected = most_expected(3, 0.9)
     assert np.exp(-expected) * (1 + expected + expected**2 / 2 + expected**3 / 6) == pytest.approx(0.1, rel=1e-10)
 
 
@@ -150,10 +150,10 @@ def test_fewer_failures_than_parameters_are_refused() -> None:
 def test_a_profile_ends_where_the_likelihood_has_fallen() -> None:
     random = np.random.default_rng(5)
     fit = estimate(exponential_tests(np.zeros(15, dtype=int), random.weibull(1.5, 15)))
-    for k, found in enumerate(profile_intervals(fit, 0.9, corrected=False)):
+    for k, found in enumerate(profile_intervals(fit, 0.9)):
         for end in (found.lower, found.upper):
             other = estimate(fit.model, known={fit.model.names[k]: end})
-            assert 2 * (fit.value - other.value) == pytest.approx(2.705543, abs=1e-4)
+            assert 2 * (fit.value - other.value) * fit.share_known == pytest.approx(2.705543, abs=1e-4)
     draws = draw(fit, 1000)
     for k, found in enumerate(profile_intervals(fit, 0.9)):
         assert np.mean((draws[:, k] > found.lower) & (draws[:, k] < found.upper)) == pytest.approx(0.9, abs=0.04)

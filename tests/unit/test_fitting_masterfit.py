@@ -419,7 +419,7 @@ def test_knots_are_never_closer_than_three_points_are() -> None:
 def told(effects: Array, stderr: Array, kind: Effect = OFFSET, drift: Drift | None = None) -> float:
     """The spread that effects tell which are each known to a standard error of their own."""
     normal = np.diag(stderr**-2.0)
-    return likeliest([RandomEffect(kind, kind.first, drift)], normal, normal @ effects, 500).effects[0].spread
+    return likeliest([RandomEffect(kind, kind.first, drift)], normal, normal @ effects, 500)[0][0].spread
 
 
 def test_effects_that_are_known_exactly_tell_their_root_mean_square() -> None:

@@ -18,7 +18,7 @@ from dielast.io.table import Column, Table
 from dielast.numerics.arrays import Floats
 
 
-def events_of(failures: int, confidence: float) -> float:
+def most_expected(failures: int, confidence: float) -> float:
     """The number of expected failures that `failures` or fewer contradict at the confidence: half the chi-squared quantile."""
     return float(-np.log1p(-confidence) if failures == 0 else gammaincinv(failures + 1, confidence))
 
@@ -59,7 +59,7 @@ def plan_test(
     `exposure` (k,) is that of a test of this `duration` (k,) in s, in the unit of the goal: the cumulative hazard, or what grows
     with it. `shown` is the sum of the exposures of the tests so far, with their `failures`; none of the further specimens may fail.
     """
-    lacking = max(events_of(failures, confidence) * (goal / -np.log1p(-share)) - shown, 0.0)
+    lacking = max(most_expected(failures, confidence) * (goal / -np.log1p(-share)) - shown, 0.0)
     count = np.ceil(lacking / np.asarray(exposure, dtype=float) - 1e-9)
     lasting = np.asarray(duration, dtype=float)
     return TestPlan(lasting, count, count * lasting)

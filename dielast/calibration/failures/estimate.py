@@ -143,14 +143,8 @@ def starts_of(model: FailureModel) -> Floats:
     """Starts (k, p): a grid of slopes and shapes, each with the location at the mean exposure of the failures."""
     q = len(model.exposure.slopes)
     shapes = np.array(START_SHAPES)
-    slopes = (
-        np.array([[s] for s in START_SLOPES])
-        if q == 1
-        else np.array([[a, 0.0] for a in (-1.0, 0.0, 1.0)])
-        if q
-        else np.zeros((1, 0))
-    )
-    grid = np.array([np.append(slope, -np.log(shape)) for slope in slopes for shape in shapes])
+    of_slopes: list[list[list[float]]] = [[[]], [[s] for s in START_SLOPES], [[a, 0.0] for a in (-1.0, 0.0, 1.0)]]
+    grid = np.array([np.append(slope, -np.log(shape)) for slope in of_slopes[q] for shape in shapes])
     slope, failed = grid[:, :q], model.observations.seen != Seen.SUSPENDED
     y = model.exposure.at(slope).y[:, : failed.size]
     known = np.isfinite(y) & failed

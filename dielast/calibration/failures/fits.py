@@ -9,7 +9,7 @@ import numpy as np
 from scipy.special import logsumexp, pdtr, pdtrc
 
 from dielast.base.errors import InputError, without_warnings
-from dielast.calibration.failures.bounds import events_of
+from dielast.calibration.failures.bounds import most_expected
 from dielast.calibration.failures.estimate import Estimate, estimate, starts_of, without_each
 from dielast.calibration.failures.exposures import Aged
 from dielast.calibration.failures.histories import Histories
@@ -30,7 +30,7 @@ RARE = 0.01  # probability below which failures are not of one kind
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class FittedLaw(TabularResult):
+class FailureFit(TabularResult):
     """A `law` with its `fit`, profile-likelihood `intervals` of the free coordinates at the `level`, and `draws` (draws, p) of the
     coordinates. `mode` is the kind of failure that it describes, "" for all. The table is that of the parameters.
     """
@@ -177,7 +177,7 @@ class FittedLaw(TabularResult):
         return "", 0
 
 
-def fit_law(law: LawModel, *, level: float = 0.9, draws: int = 200, seed: int = 1, mode: str = "") -> FittedLaw:
+def fit_law(law: LawModel, *, level: float = 0.9, draws: int = 200, seed: int = 1, mode: str = "") -> FailureFit:
     """Fit a law; without `draws`, bounds of lives by competing kinds of failure are not known.
 
     Raises `InputError` for fewer failures than parameters and `NumericsError` where no start has a likelihood.
@@ -187,10 +187,10 @@ def fit_law(law: LawModel, *, level: float = 0.9, draws: int = 200, seed: int = 
         raise InputError("the failures do not scatter about the law: state the scatter, or voltages and times with more digits")
     intervals = tuple(profile_intervals(fit, level))
     drawn = draw(fit, max(draws, LIVES) if draws else 0, seed)
-    return FittedLaw(law, fit, intervals, drawn, level, mode, edge(fit, level, seed))
+    return FailureFit(law, fit, intervals, drawn, level, mode, edge(fit, level, seed))
 
 
-def bounded_law(law: LawModel, level: float = 0.9) -> FittedLaw:
+def bounded_law(law: LawModel, level: float = 0.9) -> FailureFit:
     """The lower bound of the location that survivors alone give at a one-sided confidence `level`, with all other coordinates known
     (Weibayes): the location L at which the cumulative hazards of all specimens add up to -ln(1 - level).
     """
@@ -201,17 +201,17 @@ def bounded_law(law: LawModel, level: float = 0.9) -> FittedLaw:
     _, slope, scatter = law.model.parts(at[None])
     y = law.model.exposure.at(slope).y[0, : law.rows.size]
     sigma = float(np.exp(scatter[0, 0]))
-    place = sigma * (logsumexp(y / sigma + law.model.observations.log_area) - np.log(events_of(0, level)))
+    place = sigma * (logsumexp(y / sigma + law.model.observations.log_area) - np.log(most_expected(0, level)))
     location = law.model.location
     if isinstance(location, Anchored):
         place = float(location.ageing.field_of(place - np.log(location.time), slope[0, 0]))
     at[0] = place
     fit = Estimate(law.model, at, float(law.model.total(at[None])[0]), np.zeros((at.size, at.size)), fixed)
     found = ProfileInterval(float(at[0]), np.nan, Verdict.LOWER)
-    return FittedLaw(law, fit, (found,), np.tile(at, (LIVES, 1)), level)
+    return FailureFit(law, fit, (found,), np.tile(at, (LIVES, 1)), level)
 
 
-def history_error(fitted: FittedLaw, tested: Simulated) -> float:
+def history_error(fitted: FailureFit, tested: Simulated) -> float:
     """The largest change of the log exposure of a specimen at its end, over its scatter, without every second row of the histories.
 
     As fields are interpolated to second order, the rows that are there leave about a third of it as an error (Richardson 1911,
@@ -229,7 +229,7 @@ def history_error(fitted: FittedLaw, tested: Simulated) -> float:
     return float(np.max(np.abs(np.concatenate(changes)), initial=0.0) / np.exp(at[0, -1]))
 
 
-def left_out_score(fitted: FittedLaw) -> float:
+def left_out_score(fitted: FailureFit) -> float:
     """The log likelihood of every specimen under the fit of the others, their sum."""
     values = without_each(fitted.fit)[1]
     return float(np.sum(np.where(np.isfinite(values), values, -1e3)))
@@ -263,7 +263,7 @@ class Lives(TabularResult):
 
 
 def lives_of(
-    fitted: Sequence[FittedLaw],
+    fitted: Sequence[FailureFit],
     films: Simulated,
     *,
     shares: Sequence[float] = (0.01, 0.1, 0.5, 0.9),
@@ -282,7 +282,7 @@ def lives_of(
     return Lives(films.specimens.voltage, films.specimens.prestretch, tuple(shares), time, lower, upper)
 
 
-def life_error(fitted: Sequence[FittedLaw], films: Simulated) -> float:
+def life_error(fitted: Sequence[FailureFit], films: Simulated) -> float:
     """The largest relative change of a life within the horizon, of 10 % and of 50 % of films, without every second row of the
     histories, of which a third is an error (see `history_error`).
     """
@@ -293,7 +293,7 @@ def life_error(fitted: Sequence[FittedLaw], films: Simulated) -> float:
     return float(np.max(np.abs(np.log(one[known] / other[known])), initial=0.0))
 
 
-def _lives(at: Sequence[Floats], fitted: Sequence[FittedLaw], films: Simulated, shares: Sequence[float]) -> Floats:
+def _lives(at: Sequence[Floats], fitted: Sequence[FailureFit], films: Simulated, shares: Sequence[float]) -> Floats:
     """Lives (k, shares, films) in s at coordinates (k, p) of each of the fitted laws."""
     specimens = films.specimens
     square, parts = specimens.equibiaxial, []

@@ -54,8 +54,8 @@ class Histories(Result):
         return type(self)(self.time[films], self.field[films], self.stretch[films], skipped)
 
     def _gaps(self) -> tuple[Cases, Cases, Cases, Cases]:
-        """The films and the rows (k,) after which cycles are left out, the row that begins the cycle before, and the one that ends
-        the cycle after.
+        """The films and the rows (k,) after which cycles are left out, the first row of the cycle before, and the last one of the
+        cycle after.
         """
         film, row = (np.zeros(0, dtype=np.intp),) * 2 if self.skipped is None else np.nonzero(self.skipped)
         period = np.zeros(0) if self.skipped is None else self.skipped[film, row]

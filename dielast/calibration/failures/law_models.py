@@ -12,7 +12,7 @@ from dielast.base.errors import InputError, and_more, warn
 from dielast.calibration.failures.ageing import Ageing
 from dielast.calibration.failures.exposures import Aged, Envelope, Exposure, Plain
 from dielast.calibration.failures.law_names import DAMAGE_LAWS, LINES
-from dielast.calibration.failures.laws import BARRIER, LawModel, LawOptions, Parameter, barrier, interpolating
+from dielast.calibration.failures.laws import BARRIER, LawModel, LawOptions, LawParameter, barrier, interpolating
 from dielast.calibration.failures.likelihood import Anchored, FailureModel, Location, Mixed, Observations, Seen
 from dielast.calibration.failures.scatter_laws import WEIBULL, ScatterLaw, scatter_law
 from dielast.calibration.failures.specimens import Simulated
@@ -56,10 +56,10 @@ def law_model(name: str, tested: Simulated, options: LawOptions) -> LawModel:
         ageing = Ageing(kind, float(np.exp(np.mean(np.log(typical)))))
         exposure = Aged.along(histories, ageing, of_ends, ends)
         location = Anchored(ageing, options.time, factors, names)
-        slope = Parameter("damage.exponent", "1", 1 + first, linear=True)
+        slope = LawParameter("damage.exponent", "1", 1 + first, linear=True)
         if name == "eyring":
-            slope = Parameter("damage.activation_field", "V/m", 1 + first, factor=ageing.centre, sign=-1, linear=True)
-        own = [Parameter("damage.field", "V/m", 0), slope, Parameter("damage.shape", "1", 2 + first, sign=-1)]
+            slope = LawParameter("damage.activation_field", "V/m", 1 + first, factor=ageing.centre, sign=-1, linear=True)
+        own = [LawParameter("damage.field", "V/m", 0), slope, LawParameter("damage.shape", "1", 2 + first, sign=-1)]
         shifted = 1
     else:
         squares = specimens.equibiaxial[rows]
@@ -94,13 +94,15 @@ def law_model(name: str, tested: Simulated, options: LawOptions) -> LawModel:
         count = max(len(nodes), 1)
         fields_of = [f"breakdown.field[{k}]" for k in range(count)] if count > 1 else ["breakdown.field"]
         location = Mixed(weight, factors, tuple(fields_of), names)
-        own = [Parameter(path, "V/m", k) for k, path in enumerate(fields_of)]
+        own = [LawParameter(path, "V/m", k) for k, path in enumerate(fields_of)]
         if name == "power":
             for k, key in enumerate(("stretch_exponent", "thickness_exponent")):
                 if key not in known:
-                    own.append(Parameter(f"breakdown.{key}", "1", 1 + first + k, linear=True))
+                    own.append(LawParameter(f"breakdown.{key}", "1", 1 + first + k, linear=True))
         last = count + first + len(exposure.slopes)
-        spread = Parameter("breakdown.relative", "1", last) if scatter.linear else Parameter("breakdown.shape", "1", last, sign=-1)
+        spread = LawParameter("breakdown.shape", "1", last, sign=-1)
+        if scatter.linear:
+            spread = LawParameter("breakdown.relative", "1", last)
         own.append(spread)
         shifted = count
     parameters = [replace(parameter, coordinate=parameter.coordinate + shifted) for parameter in parameters]
@@ -126,11 +128,11 @@ def line_model(law: str, tested: Simulated, rows: Cases, scatter: str = "weibull
         Mixed(np.ones((rows.size, 1)), np.zeros((rows.size, 0)), ("log_time",)),
         scatter_law("lognormal" if scatter == "normal" else scatter),
     )
-    slope = Parameter("exponent", "1", 1, linear=True)
+    slope = LawParameter("exponent", "1", 1, linear=True)
     if law == "exponential":
-        slope = Parameter("volts_per_decade", "V", 1, factor=centre * float(np.log(10)), sign=-1, linear=True)
+        slope = LawParameter("volts_per_decade", "V", 1, factor=centre * float(np.log(10)), sign=-1, linear=True)
     at = 0.0 if law == "exponential" else centre
-    parameters = Parameter(f"time_at_{at:.4g}_V", "s", 0), slope, Parameter("shape", "1", 2, sign=-1)
+    parameters = LawParameter(f"time_at_{at:.4g}_V", "s", 0), slope, LawParameter("shape", "1", 2, sign=-1)
     return LawModel(law, model, rows, parameters, {}, LawOptions(scatter))
 
 
@@ -164,28 +166,28 @@ def _nodes(prestretch: Floats) -> tuple[float, ...]:
 
 def _factors(
     tested: Simulated, rows: Cases, is_damage: bool, options: LawOptions
-) -> tuple[Floats, tuple[str, ...], list[Parameter]]:
+) -> tuple[Floats, tuple[str, ...], list[LawParameter]]:
     """Factors (n, m) on the log of the field or the life, their names, and their parameters: batches, and for lives temperature
     (Arrhenius) and humidity (Peck, Proc. IEEE Int. Rel. Phys. Symp. (1986) 44), where the specimens differ in them.
     """
     specimens = tested.specimens
-    columns, names, parameters = list[Floats](), list[str](), list[Parameter]()
+    columns, names, parameters = list[Floats](), list[str](), list[LawParameter]()
     batches = list(dict.fromkeys(specimens.batch[row] for row in rows))
     which = np.array([batches.index(specimens.batch[row]) for row in rows])
     for k, batch in enumerate(batches[:-1]):  # the factors of all batches have the product 1
         columns.append((which == k).astype(float) - (which == len(batches) - 1))
         names.append(f"batch.{batch}")
-        parameters.append(Parameter(f"batch.{batch}", "1", len(names) - 1))
+        parameters.append(LawParameter(f"batch.{batch}", "1", len(names) - 1))
     temperature, humidity = specimens.temperature[rows], specimens.humidity[rows]
     if is_damage and np.ptp(temperature) > 0:
         columns.append(barrier(temperature, options.reference_temperature))
         names.append("activation_energy")
-        parameters.append(Parameter("damage.activation_energy", "J/mol", len(names) - 1, factor=BARRIER, linear=True))
+        parameters.append(LawParameter("damage.activation_energy", "J/mol", len(names) - 1, factor=BARRIER, linear=True))
     if is_damage and np.all(np.isfinite(humidity)) and np.ptp(humidity) > 0:
         assert options.reference_humidity is not None
         columns.append(-np.log(humidity / options.reference_humidity))
         names.append("humidity_exponent")
-        parameters.append(Parameter("humidity_exponent", "1", len(names) - 1, linear=True))
+        parameters.append(LawParameter("humidity_exponent", "1", len(names) - 1, linear=True))
     return np.array(columns).T if columns else np.zeros((rows.size, 0)), tuple(names), parameters
 
 

@@ -41,7 +41,7 @@ class LawOptions(Result):
 
 
 @dataclass(frozen=True, slots=True)
-class Parameter:
+class LawParameter:
     """A parameter by its path in a material file, with the `coordinate` that it is a function of: factor e^(sign x), or factor
     x^sign if it is `linear`.
     """
@@ -73,7 +73,7 @@ class LawModel(Result):
     name: str
     model: FailureModel
     rows: Cases
-    parameters: tuple[Parameter, ...]
+    parameters: tuple[LawParameter, ...]
     known: Mapping[str, float]
     options: LawOptions
     nodes: tuple[float, ...] = ()

@@ -170,9 +170,9 @@ class ProfileInterval:
     verdict: Verdict
 
 
-def profile_intervals(fit: Estimate, level: float = 0.9, *, corrected: bool = True) -> list[ProfileInterval]:
-    """The interval of every free coordinate by its profile likelihood, for few specimens if `corrected`, and its verdict: an end is
-    open where the profile does not reach the decisive level within the bounds of the coordinate.
+def profile_intervals(fit: Estimate, level: float = 0.9) -> list[ProfileInterval]:
+    """The interval of every free coordinate by its profile likelihood (see `Estimate.share_known`), and its verdict: an end is open
+    where the profile does not reach the decisive level within the bounds of the coordinate.
     """
     free, bounds = fit.free, fit.model.bounds
     error = fit.standard_error[free]
@@ -181,7 +181,7 @@ def profile_intervals(fit: Estimate, level: float = 0.9, *, corrected: bool = Tr
     sides = np.array([(j, side) for j in range(free.size) for side in (-1.0, 1.0)])
     column, side = sides[:, 0].astype(int), sides[:, 1]
     limit = np.where(side < 0, bounds[0][free][column], bounds[1][free][column])
-    profile = _Profile(fit, free[column], side, corrected)
+    profile = _Profile(fit, free[column], side)
     sought, decisive = ndtri(0.5 * (1 + level)), ndtri(0.5 * (1 + max(level, DECISIVE)))
     ends, closed = np.full(column.size, np.nan), np.zeros(column.size, dtype=bool)
     inner, outer = np.zeros(column.size), np.full(column.size, np.nan)
@@ -233,7 +233,6 @@ class _Profile:
     fit: Estimate
     column: Cases
     side: Floats
-    corrected: bool
     last: Floats = field(init=False)
     ridge: Floats = field(init=False)
     """How all coordinates move with that of the profile (k, p), if the likelihood is Gaussian."""
@@ -281,7 +280,7 @@ class _Profile:
         reached, places = found.at.copy(), len(fit.model.location.names)
         reached[:, :places] = np.where(straight == along, reached, straight)[:, :places]
         cornered = np.any(~fixed & (((reached <= low) & (low != 0)) | (reached >= high)), axis=1)
-        return np.asarray(root * np.sqrt(fit.share_known) if self.corrected else root), np.asarray(cornered)
+        return np.asarray(root * np.sqrt(fit.share_known)), np.asarray(cornered)
 
     def _corners(self, start: Floats, fixed: Flags) -> Floats:
         """The likeliest of starts (m, p) with slopes and scatter, where not `fixed` (m, p), at ends of their ranges."""

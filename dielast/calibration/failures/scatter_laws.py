@@ -12,7 +12,7 @@ Meeker and Escobar, Statistical Methods for Reliability Data (1998), Ch. 4; Weib
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.special import log_ndtr, ndtri
@@ -108,17 +108,9 @@ class ScatterLaw:
 
     def log_density(self, v: Floats, k: Floats, log_area: Floats) -> Terms:
         """The log density of v; `v` (..., n), `k` (..., 1) and `log_area` (n,) broadcast."""
-        w, w_v, w_k, w_vv, w_vk, w_kk = self.place(v, k, log_area)
-        g, g1, g2 = self.standard.density(w)
-        more = (v - k, 1.0) if self.linear else (-k, 0.0)
-        return Terms(
-            g + more[0],
-            g1 * w_v + more[1],
-            g1 * w_k - 1,
-            g2 * w_v**2 + g1 * w_vv,
-            g2 * w_v * w_k + g1 * w_vk,
-            g2 * w_k**2 + g1 * w_kk,
-        )
+        of_w = _chained(self.standard.density, self.place(v, k, log_area))
+        value, slope = (v - k, 1.0) if self.linear else (-k, 0.0)  # ln dw/dv, and its derivative by v
+        return replace(of_w, value=of_w.value + value, v=of_w.v + slope, k=of_w.k - 1)
 
     def log_survival(self, v: Floats, k: Floats, log_area: Floats) -> Terms:
         """The log probability of a larger v."""

@@ -11,11 +11,10 @@ from dielast.commands.simulation.from_data import (
     MACHINE,
     curves,
     machine_columns,
-    of,
     of_curve,
     temperature_of,
 )
-from dielast.readings.columns_recipe import STRAINS, STRESSES
+from dielast.readings.columns_recipe import STRAINS, STRESSES, first_role
 from dielast.readings.seen import Given, SeenColumn, SeenFile
 from dielast.readings.stated import specimen_of, state_columns, state_sheet, state_units
 from dielast.recipe.lines import FILL, RecipeLines
@@ -44,8 +43,8 @@ def _actuated(seen: SeenFile) -> dict[str, SeenColumn]:
     Raises `InputError` for stretches over time: what the voltage did meanwhile is stated in a recipe of actuate.
     """
     found = seen.first.columns(("time", "voltage", *QUANTITIES, *STRESSES, "temperature", "label"))
-    measure = of(found, QUANTITIES)
-    if seen.is_export or "voltage" not in found or measure is None or of(found, STRESSES):
+    measure = first_role(QUANTITIES, found)
+    if seen.is_export or "voltage" not in found or measure is None or first_role(STRESSES, found):
         return {}
     if "time" in found:
         wrong = "voltage and stretch over time: dielast new actuate takes it, and calibrate that recipe ([[test]] recipe)"
@@ -79,7 +78,7 @@ def _state_film(recipe: RecipeLines, seen: SeenFile, columns: Mapping[str, SeenC
 def _state_test(recipe: RecipeLines, seen: SeenFile, columns: Mapping[str, SeenColumn], label: str | None) -> None:
     table, chosen = seen.first, _state_file(recipe, seen, columns, label)
     used = {role: columns[role] for role in MACHINE if role in columns}
-    needed = [*([] if of(used, STRAINS) else ["stretch"]), *([] if of(used, STRESSES) else ["stress"])]
+    needed = [*([] if first_role(STRAINS, used) else ["stretch"]), *([] if first_role(STRESSES, used) else ["stress"])]
     timed = "time" in used
     if not timed and "rate" not in columns:
         needed.insert(0, "time")

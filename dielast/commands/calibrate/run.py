@@ -22,7 +22,7 @@ from dielast.calibration.laws import (
     weighed,
 )
 from dielast.calibration.profiles import Verdict
-from dielast.calibration.proposals import FEWEST_DRAWS, proposal_columns, proposals
+from dielast.calibration.proposals import FEWEST_DRAWS, proposals
 from dielast.calibration.result import Calibration, Intervals, assessed
 from dielast.commands.calibrate.checks import known_of, warn_of_few_points, warn_of_fit, warn_of_laws_alike
 from dielast.commands.calibrate.recipe import CalibrateRecipe
@@ -115,7 +115,8 @@ def run(cases: Sequence[Case[CalibrateRecipe]], inputs: Inputs, execution: Execu
     if members and calibrated is not None:
         tables[DRAWS] = draw_columns(np.arange(len(members)), members)
         if proposed := proposals(members, asked, calibrated.largest_invariant, scatter.specimen, scatter.model_error):
-            tables["next_tests.csv"] = proposal_columns(proposed)
+            removed = np.array(list(proposed.values()))
+            tables["next_tests.csv"] = [Column("test", None, list(proposed)), Column("variance_removed", "1", removed)]
     if task.asked is not None and "next_tests.csv" not in tables and not interrupted:
         needed = f"it takes at least {FEWEST_DRAWS} draws that can follow this film"
         warn(f"prediction: no next_tests.csv is written, {needed}: raise uncertainty.draws, or state a smaller prestretch")
@@ -244,7 +245,7 @@ def law_columns(ranked: Sequence[Candidate]) -> Table:
     """A row for each law, the best first."""
     errors = [np.nan if each.prediction_error is None else each.prediction_error for each in ranked]
     modes = [stability.mode for stability in ranked[0].stability]
-    return [
+    table = [
         Column("material", None, [Path(each.name).name for each in ranked]),
         Column("equilibrium_law", None, [each.fit.material.equilibrium_law.name for each in ranked]),
         Column("nonequilibrium_law", None, [each.fit.material.nonequilibrium_law.name for each in ranked]),
@@ -258,12 +259,8 @@ def law_columns(ranked: Sequence[Candidate]) -> Table:
             Column(f"stable_to_{mode.replace('-', '_')}", "1", np.array([each.stability[k].highest for each in ranked]))
             for k, mode in enumerate(modes)
         ),
-        *(
-            []
-            if len(ranked) < 2
-            else [
-                Column("weight", "1", np.array([each.weight for each in ranked])),
-                Column("film_voltage", "V", np.array([each.film_voltage for each in ranked])),
-            ]
-        ),
     ]
+    if len(ranked) > 1:
+        table.append(Column("weight", "1", np.array([each.weight for each in ranked])))
+        table.append(Column("film_voltage", "V", np.array([each.film_voltage for each in ranked])))
+    return table

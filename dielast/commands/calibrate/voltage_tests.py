@@ -5,18 +5,15 @@ import numpy as np
 from dielast.base.errors import InputError, in_keys, located
 from dielast.base.units import NUMBER, STRAIN, VOLTAGE
 from dielast.calibration.proposals import approach
-from dielast.calibration.voltage import QUANTITIES, VoltageTest
+from dielast.calibration.voltage import VoltageTest
 from dielast.commands.calibrate.film_recipe import PredictedFilm, TestFilm
 from dielast.commands.calibrate.recipe import TestData
 from dielast.io.files import Inputs
-from dielast.io.text_table import MeasuredTable, read_measured
+from dielast.io.text_table import read_measured
 from dielast.mechanics.span import Control
 from dielast.numerics.arrays import Floats, Index
-from dielast.readings.quantities import check_area_strain, read_extent
+from dielast.readings.quantities import check_area_strain, read_extent, role_in
 from dielast.simulate.film_setup import Film
-
-NAMES = {measure: (measure, f"{measure}_1") for measure in QUANTITIES}
-"""Usual names of columns, and those in results of actuate."""
 
 
 def read_voltage_test(test: TestData, inputs: Inputs, temperature: float, name: str) -> VoltageTest:
@@ -26,7 +23,7 @@ def read_voltage_test(test: TestData, inputs: Inputs, temperature: float, name: 
     table = read_measured(inputs.read(test.file), test.file, test.text_format(), test.units)
     rows = table.rows_where(test.where)
     voltage = table.column(test.columns.voltage or "voltage", "voltage", VOLTAGE, rows)
-    measure, column = _measure(table, test)
+    measure, column = role_in(table, "actuation", test.columns)
     place = table.find(column, measure)
     if measure == "area_strain":
         stretch = read_extent(table, place, measure, STRAIN, rows, of_length="state columns.stretch or columns.relative_stretch")
@@ -97,21 +94,6 @@ def predicted_test(stated: PredictedFilm, temperature: float) -> VoltageTest:
         return VoltageTest(
             "prediction", np.full(stretch.size, 2e4), stretch, film, np.array(stated.ramp), at, measure="relative_stretch"
         )
-
-
-def _measure(table: MeasuredTable, test: TestData) -> tuple[str, str | int]:
-    """What the table holds as stretch, and its column."""
-    stated = [(measure, column) for measure in QUANTITIES if (column := getattr(test.columns, measure)) is not None]
-    if len(stated) > 1:
-        raise table.error(f"columns.{' and columns.'.join(measure for measure, _ in stated)} are the same quantity: state one")
-    if stated:
-        return stated[0]
-    for measure in QUANTITIES:
-        for known in NAMES[measure]:
-            if table.has(known):
-                return measure, known
-    keys = ", ".join(f"columns.{measure}" for measure in QUANTITIES)
-    raise table.error(f"no column is called {', '.join(QUANTITIES)}; there are {table.quoted_names}: state one of {keys}")
 
 
 def _film(film: TestFilm) -> Film:

@@ -10,7 +10,7 @@ import numpy as np
 
 from dielast.base.errors import InputError, NumericsError, warn, without_warnings
 from dielast.calibration.failures.bounds import TestPlan, plan_test
-from dielast.calibration.failures.fits import FittedLaw, Lives, fit_law, life_error, lives_of
+from dielast.calibration.failures.fits import FailureFit, Lives, fit_law, life_error, lives_of
 from dielast.calibration.failures.law_models import line_model
 from dielast.calibration.failures.law_names import LINES
 from dielast.calibration.failures.likelihood import Seen
@@ -79,7 +79,7 @@ def films_under(
         return simulated(recipe, material, films, points_per_decade)
 
 
-def lives_under(recipe: LifetimeRecipe, material: Material, tested: Simulated, fitted: Sequence[FittedLaw]) -> Lives:
+def lives_under(recipe: LifetimeRecipe, material: Material, tested: Simulated, fitted: Sequence[FailureFit]) -> Lives:
     """The lives under the voltages of the recipe, or those of the tests."""
     axis, specimens = recipe.life, tested.specimens
     if axis.values:
@@ -108,7 +108,7 @@ def lives_under(recipe: LifetimeRecipe, material: Material, tested: Simulated, f
         return lives_of(fitted, films)
 
 
-def planned(goal: PlanSection, recipe: LifetimeRecipe, material: Material, tested: Simulated, best: FittedLaw) -> TestPlan:
+def planned(goal: PlanSection, recipe: LifetimeRecipe, material: Material, tested: Simulated, best: FailureFit) -> TestPlan:
     """The test that would show the goal of the recipe."""
     if best.law.model.scatter.name != "weibull":
         raise InputError("a test plan is for Weibull scatter", key="plan")
@@ -164,11 +164,11 @@ Key = tuple[float, float, float, float]
 class Lines:
     """Laws of the time over the voltage by name, without physics, of the specimens (rows,) of one kind of film."""
 
-    fitted: Mapping[tuple[Key, str], tuple[FittedLaw, Cases]]
+    fitted: Mapping[tuple[Key, str], tuple[FailureFit, Cases]]
     usual: tuple[float, float]
     """The thickness in m and the temperature in degC of the films whose lives are compared with."""
 
-    def law_of(self, name: str, prestretch: Floats) -> FittedLaw | None:
+    def law_of(self, name: str, prestretch: Floats) -> FailureFit | None:
         """The law of the usual film of a prestretch (2,), None without one."""
         found = self.fitted.get(((float(prestretch[0]), float(prestretch[1]), *self.usual), name))
         return None if found is None else found[0]
@@ -219,7 +219,7 @@ class Lines:
 
 def lines_of(recipe: LifetimeRecipe, material: Material, tested: Simulated) -> Lines:
     """The laws of each kind of film that failed at several voltages, where they can be fitted."""
-    fitted: dict[tuple[Key, str], tuple[FittedLaw, Cases]] = {}
+    fitted: dict[tuple[Key, str], tuple[FailureFit, Cases]] = {}
     specimens = tested.specimens
     columns = (*specimens.prestretch.T, specimens.thickness, specimens.temperature)
     keys: list[Key] = list(zip(*(column.tolist() for column in columns), strict=True))

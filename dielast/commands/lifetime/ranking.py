@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from dielast.base.errors import InputError, NumericsError, Problem, in_keys, warn, without_warnings
-from dielast.calibration.failures.fits import FittedLaw, bounded_law, fit_law, history_error, left_out_score
+from dielast.calibration.failures.fits import FailureFit, bounded_law, fit_law, history_error, left_out_score
 from dielast.calibration.failures.law_models import law_model
 from dielast.calibration.failures.laws import LawModel, LawOptions
 from dielast.calibration.failures.likelihood import Seen
@@ -33,7 +33,7 @@ class Ranked:
     """The laws fitted to one kind of failure, the best first, and their scores."""
 
     mode: str
-    fitted: list[FittedLaw]
+    fitted: list[FailureFit]
     scores: list[float]
     error: float
     """What every second row of the histories changes in the best of them (see `history_error`)."""
@@ -86,7 +86,7 @@ def ranked(recipe: LifetimeRecipe, material: Material, tested: Simulated, mode: 
         stated.reference_humidity,
         stated.known,
     )
-    fitted, scores, refused = list[FittedLaw](), list[float](), dict[str, str]()
+    fitted, scores, refused = list[FailureFit](), list[float](), dict[str, str]()
     several = len(stated.ranked) > 1
     for name in stated.ranked:
         try:
@@ -117,7 +117,7 @@ def _placed(error: InputError | NumericsError, law: str) -> InputError | Numeric
     )
 
 
-def _bounded(law: LawModel, level: float) -> FittedLaw:
+def _bounded(law: LawModel, level: float) -> FailureFit:
     """The bound that survivors alone give."""
     lacking = [name for name in law.model.names[1:] if name not in law.known]
     if law.name == "table" and len(law.nodes) > 1:

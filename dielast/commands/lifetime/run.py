@@ -23,7 +23,7 @@ from dielast.report.report import RunReport
 from dielast.sharing.execution import Execution
 
 if TYPE_CHECKING:
-    from dielast.calibration.failures.fits import FittedLaw
+    from dielast.calibration.failures.fits import FailureFit
     from dielast.calibration.failures.specimens import Simulated, Specimens
     from dielast.commands.lifetime.ranking import Ranked
 
@@ -71,7 +71,7 @@ def run(cases: Sequence[Case[LifetimeRecipe]], inputs: Inputs, execution: Execut
     return RunReport(tables, sections, figure, files)
 
 
-def with_origin(material: Material, fitted: FittedLaw, file: str) -> Material:
+def with_origin(material: Material, fitted: FailureFit, file: str) -> Material:
     """The material, which says of its constants of failure whether they are fitted, and to which file."""
     law = "damage" if fitted.law.is_damage else "breakdown"
     origin = {path: text for path, text in material.origin.items() if path.partition(".")[0] not in ("breakdown", "damage")}
@@ -92,7 +92,7 @@ def prepared(cases: Sequence[Case[LifetimeRecipe]], inputs: Inputs) -> tuple[Mat
         return material, read_specimens(recipe, material, inputs)
 
 
-def specimen_columns(tested: Simulated, fitted: Sequence[FittedLaw]) -> Table:
+def specimen_columns(tested: Simulated, fitted: Sequence[FailureFit]) -> Table:
     """A row for each specimen: its state at its end, and its rank among the failures of its kind."""
     specimens, n = tested.specimens, len(tested.specimens)
     field, stretch = tested.state
@@ -139,7 +139,7 @@ def law_columns(ranks: Sequence[Ranked]) -> Table:
     ]
 
 
-def headline(tested: Simulated, best: FittedLaw) -> dict[str, dict[str, Any]]:
+def headline(tested: Simulated, best: FailureFit) -> dict[str, dict[str, Any]]:
     """The numbers of specimens, and the fitted law."""
     table = {column.name: list(column.values[:]) for column in best.columns()}
     options = best.law.options

@@ -9,12 +9,11 @@ from dielast.commands.simulation.from_data import (
     MATERIAL,
     curves,
     machine_columns,
-    of,
     of_curve,
     state_table,
     temperature_of,
 )
-from dielast.readings.columns_recipe import STRAINS, STRESSES
+from dielast.readings.columns_recipe import STRAINS, STRESSES, first_role
 from dielast.readings.seen import Given
 from dielast.readings.stated import specimen_of, state_columns, state_sheet, state_units
 from dielast.recipe.lines import FILL, RecipeLines
@@ -28,7 +27,7 @@ def from_data(kind: str, given: Given) -> RecipeLines:
     labels, chosen, rows = curves(first, columns), dict[str, float | str](), np.ones(first.first.table.lines.size, dtype=bool)
     if labels:
         chosen, rows = of_curve(first, columns["label"], labels[0])
-    load, response = (of(columns, STRAINS), of(columns, STRESSES))[:: 1 if kind == "relax" else -1]
+    load, response = (first_role(STRAINS, columns), first_role(STRESSES, columns))[:: 1 if kind == "relax" else -1]
     recipe.key("material", "example:vhb4905.toml", MATERIAL)
     recipe.key("temperature", *temperature_of(first, columns, rows))
     recipe.option('mode = "equibiaxial"', "CHECK: uniaxial is the default; or pure-shear")
@@ -51,22 +50,19 @@ def from_data(kind: str, given: Given) -> RecipeLines:
     else:
         recipe.key(control, FILL, f"no column of a {control} and of times was recognised" if load is None else "to reach")
         recipe.key("rate", FILL)
-    if response is None:
+    x, y = "time" if "time" in columns else load, response
+    if x is None or y is None:
         return recipe
-    over_time = "time" in columns
     for seen in given.seen:
         compared = machine_columns(seen, ("label",))
-        x, y = ("time" if over_time else of(compared, (load or "stretch",))), of(compared, (response,))
-        if x is None or y is None:
-            raise InputError(
-                f"the column of the {response} or of what it is over is missing, which {first.name} has", file=seen.name
-            )
+        if not {x, y} <= compared.keys():
+            raise InputError(f"the column of the {y} or of the {x} is missing, which {first.name} has", file=seen.name)
         recipe.section("[[compare]]")
         recipe.key("file", seen.name)
         state_sheet(recipe, seen)
         if chosen:
             recipe.key("where", chosen, f"the first of {len(labels)} curves")
-        recipe.key("x", "time [s]" if over_time else "stretch_1 [1]" if kind == "relax" else "nominal_stress_1 [Pa]")
+        recipe.key("x", "time [s]" if x == "time" else "stretch_1 [1]" if kind == "relax" else "nominal_stress_1 [Pa]")
         recipe.key("y", "nominal_stress_1 [Pa]" if kind == "relax" else "stretch_1 [1]")
         state_columns(recipe, seen.first, {x: compared[x], y: compared[y]})
         state_units(recipe, {"x": compared[x], "y": compared[y]})

@@ -49,11 +49,6 @@ def of_curve(seen: SeenFile, column: SeenColumn, label: str) -> tuple[dict[str, 
     return {str(seen.first.table.names[column.place]): value}, rows
 
 
-def of(found: Mapping[str, Any], roles: Iterable[str]) -> str | None:
-    """The first of the `roles` that was found."""
-    return next((role for role in roles if role in found), None)
-
-
 def state_film(recipe: RecipeLines, columns: Collection[str] = ()) -> None:
     """State the section `[film]`, without what `columns` of these roles state of each film."""
     recipe.section("[film]", "the film, and its treatment before the voltage")

@@ -3,8 +3,8 @@
 The shift factors of a draw scatter as their covariance states. With shift factors given, the smooth curves, and the offsets and
 tilts of all curves, are a linear problem with normal errors, from whose solution they are drawn (the mixed model of G. K. Robinson,
 Stat. Sci. 6 (1991) 15). So a curve that is shifted too far in a draw is raised by as much as its neighbours ask for. An error of a
-temperature changes the shift factor of its curve but not the place of the curve among the others. The smooth curve of a master
-curve is that of the curves as measured; what offsets and tilts change in it is an error, of which every draw has a random multiple.
+temperature changes the shift factor of its curve but not the place of the curve among the others. Draws are about the smooth
+curve through the curves as measured; how far offsets and tilts move it is an error, of which every draw has a random multiple.
 """
 
 from collections.abc import Callable, Sequence

@@ -114,17 +114,11 @@ def _precision(spread: float, drift: Drift, step: float) -> Floats:
     return np.asarray(np.linalg.inv(np.eye(len(drift.walk)) * spread**2 + step**2 * drift.walk), dtype=float)
 
 
-@dataclass(frozen=True, slots=True)
-class LikelySpreads:
-    """Effects of the likeliest spreads, their effective number of parameters, and their contribution to -2 ln likelihood."""
-
-    effects: tuple[RandomEffect, ...]
-    counted: float
-    evidence: float
-
-
-def likeliest(effects: Sequence[RandomEffect], normal: Floats, right: Floats, rounds: int) -> LikelySpreads:
-    """The effects with the likeliest spreads, by at most `rounds` iterations from those of the g kinds of `effects` (g m,).
+def likeliest(
+    effects: Sequence[RandomEffect], normal: Floats, right: Floats, rounds: int
+) -> tuple[tuple[RandomEffect, ...], float, float]:
+    """The effects with the likeliest spreads, by at most `rounds` iterations from those of the g kinds of `effects` (g m,), their
+    effective number of parameters, and their contribution to -2 ln likelihood.
 
     `normal` (g m, g m) and `right` (g m,) are the normal equations of the effects without a prior.
     """
@@ -147,7 +141,7 @@ def likeliest(effects: Sequence[RandomEffect], normal: Floats, right: Floats, ro
     # -2 ln of the prior: a half-Cauchy distribution, times a power that rises from zero
     ratio = np.array([each.spread / each.kind.usual for each in effects])
     prior = float(np.sum(2 * np.log1p(ratio**2) - 2 * AVOID * np.log(ratio)))
-    return LikelySpreads(effects, float(np.sum(normal * covariance)), float(values @ precision @ values + volume) + prior)
+    return effects, float(np.sum(normal * covariance)), float(values @ precision @ values + volume) + prior
 
 
 def _updated(effect: RandomEffect, pulled: float, trace: float) -> float:

@@ -99,8 +99,8 @@ def _resettled(state: State) -> State:
 def _from_trials(deviation: Floats, curves: int) -> Floats:
     """Covariance (2m, 2m) of shifts and vertical shifts from a few trials with a `deviation` (k, 2m), which is 0 for the anchor.
 
-    A few trials hardly determine which combinations have no error, so that correlations are halved: those of the steps from one
-    curve to the next, which depend on the data of these two and not on the choice of the anchor.
+    A few trials hardly determine which combinations have no error. So the correlations of the steps from one curve to the next are
+    halved: a step depends on the data of its two curves, and not on the choice of the anchor.
     """
     steps = np.diff(deviation.reshape(-1, 2, curves), axis=2).reshape(len(deviation), -1)
     covariance = steps.T @ steps

@@ -24,14 +24,16 @@ from dielast.relaxation.superposition.joint_problem import (
 )
 from dielast.relaxation.superposition.points import FitPoints, channel_shares, even_weights, noise_shares
 from dielast.relaxation.superposition.shift_errors import effect_equations, shift_covariance
-from dielast.relaxation.superposition.spline import Spline, spacing_bounds
+from dielast.relaxation.superposition.spline import Spline
 
 ITERATIONS = 40
 SPREAD_ROUNDS = 6  # iterations of the spreads of offsets and tilts per step of the shifts
 BEGINNING = 3  # steps at each knot spacing
-FINER = 1  # number of spacings by which the final one is finer than that of the lowest criterion
+FINER = 1  # number of spacings by which the final one is finer than the one with the lowest criterion
 AMBIGUOUS = 0.1  # decades; dependence of the shifts on the part of the curves, above which a misfit matters
 SPACING_RATIO = 1.5  # ratio of successive knot spacings
+FINEST, WIDEST = 0.15, 1.6  # decades; limits of the knot spacing
+LEAST_POINTS, LEAST_INTERVALS = 3, 3  # smallest numbers of points per interval, and of intervals
 SAME_START = 0.01  # decades; closer starting values are taken as equal
 
 
@@ -179,10 +181,9 @@ def _respread(state: State) -> State:
     prior, m = state.prior, state.points.curves
     if not prior.random:
         return state
-    likely = likeliest(prior.random, *effect_equations(state), SPREAD_ROUNDS)
-    freedom = float(prior.free.size - len(likely.effects) * m) + likely.counted
-    new = with_random(prior, likely.effects, m, state.repeated)
-    return state.with_prior(replace(new, freedom=freedom, evidence=likely.evidence))
+    effects, counted, evidence = likeliest(prior.random, *effect_equations(state), SPREAD_ROUNDS)
+    new = with_random(prior, effects, m, state.repeated)
+    return state.with_prior(replace(new, freedom=float(prior.free.size - len(effects) * m) + counted, evidence=evidence))
 
 
 def fit_state(points: FitPoints, theta: Floats, prior: Prior) -> tuple[State, float]:
@@ -231,5 +232,6 @@ def converge(state: State) -> tuple[State, float]:
 def knot_spacings(points: FitPoints, theta: Floats, parameters: int) -> Floats:
     """Knot spacings to try, from wide to narrow, in decades."""
     span = float(np.ptp(points.log_time - theta[points.curve]))
-    widest, finest = spacing_bounds(span, points.curve.size / points.channels - parameters)
+    finest = max(FINEST, LEAST_POINTS * span / max(points.curve.size / points.channels - parameters, 1))
+    widest = max(min(WIDEST, span / LEAST_INTERVALS), finest)
     return np.geomspace(widest, finest, 2 + int(np.log(widest / finest) / np.log(SPACING_RATIO)))

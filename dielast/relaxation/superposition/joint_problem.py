@@ -14,7 +14,7 @@ import numpy as np
 
 from dielast.numerics.arrays import Floats, Index
 from dielast.relaxation.superposition.effects import Effect, RandomEffect, joint_precision
-from dielast.relaxation.superposition.points import FitPoints, Weights, neighbour_correlation, robust_weights
+from dielast.relaxation.superposition.points import FitPoints, Weights, robust_weights
 from dielast.relaxation.superposition.spline import Spline, SplineProblem
 
 LOOSE = 30.0**-2  # precision (1/decade^2) of the prior, which keeps the normal matrix regular where there are no data
@@ -186,7 +186,8 @@ class State:
     def repeated(self) -> float:
         """The number of correlated points that count as one: (1 + r)/(1 - r), with r the correlation of neighbours."""
         z = self.residual * np.sqrt(self.weights.weight)
-        r = neighbour_correlation(self.points.series, z)
+        joined = self.points.series[1:] == self.points.series[:-1]
+        r = float(np.sum((z[1:] * z[:-1])[joined]) / max(float(np.sum(z**2)), 1e-300))
         return (1 + r) / (1 - r) if r > 3 / np.sqrt(z.size) else 1.0
 
 

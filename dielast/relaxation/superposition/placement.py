@@ -71,7 +71,7 @@ def place_at_reference(
     raised = float(between @ fit.vertical)
     vertical = 10 ** (fit.vertical - raised + imposed)
     vertical_variance = np.diag(_relative(fit.covariance[m:, m:], between))
-    by_law = _law_values(shift_fit.law, temperature)
+    by_law = _by_law(shift_fit.law, temperature)
     warn_if_rising(temperature[determined], shift[determined], stderr[determined], law)
     warn_if_law_misses(
         temperature[determined],
@@ -178,7 +178,7 @@ def _relative(covariance: Floats, weight: Floats) -> Floats:
     return np.asarray(relative @ covariance @ relative.T)
 
 
-def _law_values(law: ShiftLaw, temperature: Floats) -> Floats:
+def _by_law(law: ShiftLaw, temperature: Floats) -> Floats:
     """log10 a by the law; NaN outside of a table, and at a pole of the law."""
     values = np.full(temperature.size, np.nan)
     for k, value in enumerate(temperature):

@@ -119,12 +119,6 @@ def robust_weights(variance: Floats, residual: Floats, parameters: float, share:
     return Weights(trust / total, total, floor)
 
 
-def neighbour_correlation(series: Index, residual: Floats) -> float:
-    """Correlation of neighbouring residuals (n,) of one `series` (n,), in units in which all have the same variance."""
-    joined = series[1:] == series[:-1]
-    return float(np.sum((residual[1:] * residual[:-1])[joined]) / max(float(np.sum(residual**2)), 1e-300))
-
-
 def channel_shares(channel: Index, residual: Floats) -> Floats:
     """Variance of each point's channel relative to that of all (n,), from medians."""
     if channel[-1] == 0:

@@ -11,9 +11,6 @@ import numpy as np
 
 from dielast.numerics.arrays import Floats, Index
 
-FINEST, WIDEST = 0.15, 1.6  # decades; limits of the knot spacing
-LEAST_POINTS, LEAST_INTERVALS = 3, 3  # smallest numbers of points per interval, and of intervals
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Spline:
@@ -94,13 +91,6 @@ class SplineProblem:
             block = slice(first, first + self.size)
             inverse[block, block] = np.linalg.inv(matrix[block, block] + prior)
         return inverse
-
-
-def spacing_bounds(span: float, points: float) -> tuple[float, float]:
-    """The widest and the finest knot spacing to try for `points` points over a `span`, in decades."""
-    finest = max(FINEST, LEAST_POINTS * span / max(points, 1))
-    widest = max(min(WIDEST, span / LEAST_INTERVALS), finest)
-    return widest, finest
 
 
 def spline_basis(x: Floats, origin: float, spacing: float, size: int) -> tuple[Index, Floats, Floats]:
