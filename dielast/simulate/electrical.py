@@ -287,7 +287,7 @@ def equilibrium_rate(films: LoadedPoints, time: Floats, state: Floats) -> Floats
     points, load = films.points, films.load
     driven, slope = films.driven(time, state), load.slope(time)
     log_squared, nominal_stress = films.membrane(state, driven)
-    modulus = points.undamped().modulus
+    undamped = points.undamped()
     stress, half = points.law.tangent(points.springs(films.internal(state), log_squared))
     flowing = points.flow.rate(stress)
     flowing[:, -1] = 0.0
@@ -298,11 +298,8 @@ def equilibrium_rate(films: LoadedPoints, time: Floats, state: Floats) -> Floats
         permittivity, log_area = points.permittivity_at(log_squared), log_squared[0] + log_squared[1]
         supply = circuit.supply(permittivity, log_area, driven[ELECTRIC], load.value(time)[ELECTRIC], change)
         rate[0] = change = supply - circuit.leak(permittivity, log_area, driven[ELECTRIC])
-    tangent = np.einsum("nm,cnm->cm", modulus, half)[SYMMETRIC] - by_stretch
-    tangent[(0, 1), (0, 1)] -= 0.5 * nominal_stress * np.exp(0.5 * log_squared)
-    if points.edges is not None:
-        tangent[(0, 1), (0, 1)] += points.edges.tangent(log_squared)
-    right = np.einsum("nm,abnm,bnm->am", modulus, half[SYMMETRIC], flowing) + by_load * change
+    tangent = undamped.film_tangent(half, by_stretch, nominal_stress * np.exp(0.5 * log_squared), log_squared)
+    right = np.einsum("nm,abnm,bnm->am", undamped.modulus, half[SYMMETRIC], flowing) + by_load * change
     free = [control is Control.STRESS for control in load.controls]
     if all(free):
         determinant = tangent[0, 0] * tangent[1, 1] - tangent[0, 1] * tangent[1, 0]
