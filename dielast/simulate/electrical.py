@@ -36,9 +36,6 @@ PLACE_WEIGHTS = np.pad(0.5 * _WEIGHTS, 1)
 MANY = 512  # steps that are evaluated together
 NEXT_TO_NOTHING = 1e-3  # voltage drop over that of the film, below which its rounding matters
 
-EXTRA = ("charge", "source", "current", "work", "leaked", "lost", "mechanical", "stored")
-"""The electrical rows of a record, in addition to the others."""
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Flow:
@@ -165,14 +162,14 @@ class ElectricMeter:
         self._asked.append((self._size - count + np.minimum(np.searchsorted(stride.once, columns), count - 1), time))
 
     def rows(self, count: int) -> Floats:
-        """The rows of `EXTRA` but the last (7, count) that were asked for first, and have not been returned yet."""
+        """The rows of `ELECTRICAL` but the last (7, count) that were asked for first, and have not been returned yet."""
         self._evaluate()
         ready = np.concatenate(self._ready, axis=1)
         self._ready = [ready[:, count:]]
         return ready[:, :count]
 
     def ended(self, time: Floats) -> Floats:
-        """The rows of `EXTRA` but the last (7, cases) at the times (cases,) in s at which films stopped.
+        """The rows of `ELECTRICAL` but the last (7, cases) at the times (cases,) in s at which films stopped.
 
         For films that stopped as a load was applied at once, charge and current are NaN; the energies are those after the jump if
         the film holds the load, and those before it otherwise.
@@ -211,7 +208,7 @@ class ElectricMeter:
         self._kept, self._size, self._asked, self._stopped = [], 0, [], []
 
     def _within(self, load: Load, steps: DenseSteps, before: Floats, time: Floats) -> Floats:
-        """The rows of `EXTRA` but the last (7, k) under a load of k cases, at times (k,) in s since the spans began, with the
+        """The rows of `ELECTRICAL` but the last (7, k) under a load of k cases, at times (k,) in s since the spans began, with the
         energies `before` (4, k) the steps.
         """
         fraction = np.clip((time - steps.time) / steps.step, 0.0, 1.0)
