@@ -29,7 +29,9 @@ Derivatives in Lambda_i = 2 ln lambda_i, with g_i = d ln C/dLambda_i = 1 + d ln 
     d i/dLambda_i = E~ g_i/r,    d(j lambda_1 lambda_2)/dLambda_i = lambda_1 lambda_2 (j/2 - dj/dE E (g_i - 1/2)).
 """
 
-from dataclasses import dataclass
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
 from enum import Enum
 
 import numpy as np
@@ -98,8 +100,8 @@ class Drive(Enum):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FilmCircuit(ByCase):
-    """A `leakage` law with constants (cases,), None without leakage, and the `resistance` r (cases,) in ohm m of the source, None
-    if its charge is prescribed.
+    """A `leakage` law with constants (cases,), None without leakage, and the `resistance` r (cases,) in ohm m of a source of
+    voltage, None without one, or if the source prescribes the charge.
 
     In the methods, all arrays (cases,) unless stated: `source` is the prescribed quantity, E_s in V/m or D_s in C/m^2, `slope` its
     rate and `bend` the rate of `slope`; `permittivity` is that of the film at its present stretch, `share` are g_i (2, cases), and
@@ -108,6 +110,18 @@ class FilmCircuit(ByCase):
 
     leakage: Leakage | None
     resistance: Floats | None = None
+
+    def under(self, drive: Drive) -> FilmCircuit | None:
+        """The circuit under a drive; None where the charge is no unknown, as there is neither the resistance of a voltage nor a
+        leak of a charge.
+        """
+        if drive is Drive.VOLTAGE:
+            return None if self.resistance is None else self
+        return None if self.leakage is None else replace(self, resistance=None)
+
+    def acting(self, drive: Drive) -> ElectricalLoad:
+        """The electrical quantity that acts on films under a drive."""
+        return FIELD if drive is Drive.VOLTAGE and self.resistance is None else CHARGE
 
     def charge_after(self, charge: Floats, before: Floats, after: Floats) -> Floats:
         """D~ (cases,) after the source jumps: no charge flows through a resistance in no time."""
@@ -154,23 +168,3 @@ class FilmCircuit(ByCase):
         flows = by_charge < 0
         response = -np.expm1(by_charge * time) / np.where(flows, -by_charge, 1.0)
         return np.asarray(by_stretch * np.where(flows, response, time))
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Wires(ByCase):
-    """What lies between films and a source, for any drive: the `leakage` through the films with constants (cases,), and the
-    `resistance` r (cases,) in ohm m of a source of voltage; None where there is none of it.
-    """
-
-    leakage: Leakage | None
-    resistance: Floats | None
-
-    def circuit(self, drive: Drive) -> FilmCircuit | None:
-        """The circuit of films under this drive, None where their charge is no unknown."""
-        if drive is Drive.VOLTAGE:
-            return None if self.resistance is None else FilmCircuit(self.leakage, self.resistance)
-        return None if self.leakage is None else FilmCircuit(self.leakage)
-
-    def electric(self, drive: Drive) -> ElectricalLoad:
-        """The electrical quantity that acts on films under this drive."""
-        return FIELD if drive is Drive.VOLTAGE and self.resistance is None else CHARGE

@@ -9,7 +9,7 @@ import numpy as np
 from dielast.material.springs import Symmetry
 from dielast.mechanics.charged import ChargedPoints
 from dielast.mechanics.criteria.criterion import FilmSnapshot
-from dielast.mechanics.electric import FIELD, Drive, Wires
+from dielast.mechanics.electric import FIELD, Drive, FilmCircuit
 from dielast.mechanics.equations import Films
 from dielast.mechanics.passive.framed import Assembly, FramedFilms, Surroundings
 from dielast.mechanics.passive.structure import Structure
@@ -26,10 +26,10 @@ class FilmState(ByCase):
     proposal. All films keep the `symmetry`, or None.
 
     The electrical quantity is the nominal field in V/m, or, if the charge is prescribed or an unknown, the nominal charge density
-    in C/m^2; in a circuit, `source` (cases,) is the value of the source; `wires` let the `drive` of the electrodes change. For
-    films with a passive part, these are quantities of the active part, except that `internal` is the viscous stretches xi
-    (2, n, P, cases) of all points; `border` (u + 2, cases) is the border of their state, and `assembly` holds all points. Specimens
-    that may be slack have `slack` (cases,), and `grips` (cases,), the distance of their grips as a stretch.
+    in C/m^2; in a circuit, `source` (cases,) is the value of the source; `wires`, the circuit for all drives, let the `drive` of
+    the electrodes change. For films with a passive part, these are quantities of the active part, except that `internal` is the
+    viscous stretches xi (2, n, P, cases) of all points; `border` (u + 2, cases) is the border of their state, and `assembly` holds
+    all points. Specimens that may be slack have `slack` (cases,), and `grips` (cases,), the distance of their grips as a stretch.
     """
 
     points: PointMaterial
@@ -43,7 +43,7 @@ class FilmState(ByCase):
     source: Floats | None = None
     border: Floats | None = None
     assembly: Assembly | None = None
-    wires: Wires | None = None
+    wires: FilmCircuit | None = None
     drive: Drive = Drive.VOLTAGE
     slack: Flags | None = None
     grips: Floats | None = None
@@ -68,7 +68,7 @@ class FilmState(ByCase):
         if drive is None or self.wires is None or drive is self.drive:
             return self
         field, charge = self.points.nominal(self.log_squared_stretch, self.electrical)
-        points = replace(self.points, electric=self.wires.electric(drive), circuit=self.wires.circuit(drive))
+        points = replace(self.points, electric=self.wires.acting(drive), circuit=self.wires.under(drive))
         acting = field if points.electric == FIELD else charge
         source = None if points.circuit is None else field if drive is Drive.VOLTAGE else charge
         return replace(self, points=points, drive=drive, electrical=acting, source=source)

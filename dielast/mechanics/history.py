@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -19,9 +19,13 @@ from dielast.mechanics.span import Control, Controls
 from dielast.numerics.arrays import Floats
 
 Made = TypeVar("Made")
+Target = tuple[Control, Any]
+"""What is prescribed along an axis: a value, a path, or None for the value that is there."""
 
-LATERAL = {Mode.UNIAXIAL: (Control.STRESS, 0.0), Mode.PURE_SHEAR: (Control.STRETCH, 1.0)}
+LATERAL: dict[Mode, Target] = {Mode.UNIAXIAL: (Control.STRESS, 0.0), Mode.PURE_SHEAR: (Control.STRETCH, 1.0)}
 """What a mode prescribes along axis 2; in the other mode, this is what a step prescribes along axis 1."""
+LATERAL_OF_FILMS: dict[Mode, Target] = {**LATERAL, Mode.PURE_SHEAR: (Control.STRETCH, None)}
+"""The same in a programme of films, whose prestretch along axis 2 stays."""
 
 
 def case_count(steps: Sequence[Step] | Sequence[ElectricalStep], *others: ArrayLike | None) -> int:
@@ -110,7 +114,7 @@ def _pieces_of_steps(steps: Sequence[Step], mode: Mode, cases: int) -> Iterator[
         if step.target is None:
             yield _hold(step, controls, cases, "a stretch, a stress")
             continue
-        targets = _targets(step, paced, mode)
+        targets = _targets(step, paced, mode, LATERAL)
         first, second = (spread(value, control.value, cases) for control, value in targets)
         controls = (targets[0][0], targets[1][0])
         for control, values in zip(controls, (first, second), strict=True):
@@ -176,7 +180,7 @@ def _pieces_of_film(
         if Control.NEITHER in controls:
             raise InputError("a frame or the bars of a strip hold the film: its edges cannot be moved", argument=_stated(step)[0])
         paced = Control.STRESS if step.stretch is None else Control.STRETCH
-        aims = _film_targets(step, paced, mode)
+        aims = _targets(step, paced, mode, LATERAL_OF_FILMS)
         controls, edges = (aims[0][0], aims[1][0]), [aims[0][1], aims[1][1]]
         for control, value in aims:
             if value is not None:
@@ -223,16 +227,6 @@ def _electrodes(step: FilmStep) -> tuple[Drive | None, ArrayLike | Path | None]:
     if step.charge is not None or step.circuit == "open":
         return Drive.CHARGE, step.charge
     return (Drive.VOLTAGE if step.circuit == "closed" else None), None
-
-
-def _film_targets(step: FilmStep, paced: Control, mode: Mode) -> list[tuple[Control, ArrayLike | Path | None]]:
-    """Control and target of both axes in a step that moves the edges; None for an axis that stays as it is."""
-    if isinstance(step.edges, tuple) or (step.stretch is not None and step.stress is not None):
-        return list(_targets(Step(step.stretch, step.stress), paced, mode))
-    second: tuple[Control, ArrayLike | Path | None] = (paced, step.edges)
-    if mode is not Mode.EQUIBIAXIAL:
-        second = (Control.STRESS, 0.0) if mode is Mode.UNIAXIAL else (Control.STRETCH, None)
-    return [(paced, step.edges), second]
 
 
 def _check_edge(control: Control, value: ArrayLike | Path) -> None:
@@ -321,11 +315,13 @@ def _along(
     return [ramp, chain] if time[0] > 0 else [chain]
 
 
-def _targets(step: Step, paced: Control, mode: Mode) -> Sequence[tuple[Control, ArrayLike]]:
-    """Control and target of both axes; `paced` is the control to which a rate refers."""
+def _targets(step: Step | FilmStep, paced: Control, mode: Mode, lateral: Mapping[Mode, Target]) -> Sequence[Target]:
+    """Control and target of both axes; `paced` is the control to which a rate refers, `lateral` what a mode prescribes along
+    axis 2.
+    """
     stated = {Control.STRETCH: step.stretch, Control.STRESS: step.stress}
     if any(isinstance(value, tuple) for value in stated.values()):
-        targets: list[tuple[Control, ArrayLike]] = []
+        targets: list[Target] = []
         for axis in range(2):
             stated_here = [(control, pair[axis]) for control, pair in stated.items() if isinstance(pair, tuple)]
             prescribed = [(control, value) for control, value in stated_here if value is not None]
@@ -335,10 +331,8 @@ def _targets(step: Step, paced: Control, mode: Mode) -> Sequence[tuple[Control, 
         return targets
     if step.stretch is not None and step.stress is not None:
         raise InputError("a stretch or a stress is needed, not both")
-    value = stated[paced]
-    assert value is not None
-    assert not isinstance(value, tuple | Path)
-    return (paced, value), LATERAL.get(mode, (paced, value))
+    first = paced, stated[paced]
+    return first, lateral.get(mode, first)
 
 
 def _pace(step: Step | ElectricalStep, cases: int, goal: str) -> tuple[Floats, Floats | None]:

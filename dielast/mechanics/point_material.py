@@ -192,6 +192,17 @@ class PointMaterial(ByCase):
             return stress * share[:1], np.sum(by_stretch[:1], axis=1, keepdims=True), by_load * share[:1]
         return stress * share, by_stretch, by_load * share
 
+    def film_tangent(self, half: Floats, by_stretch: Floats, carried: Floats, log_squared_stretch: Floats) -> Floats:
+        """The derivatives (2, 2, cases) in Lambda of the true stress of films, less that of the edges, from the tangents `half`
+        (3, n, cases) of the springs, the derivative `by_stretch` (2, 2, cases) of the Maxwell stress, and the true mechanical
+        stress `carried` (2, cases), at Lambda (2, cases).
+        """
+        tangent = np.einsum("nm,cnm->cm", self.modulus, half)[SYMMETRIC] - by_stretch
+        tangent[(0, 1), (0, 1)] -= 0.5 * carried
+        if self.edges is not None:
+            tangent[(0, 1), (0, 1)] += self.edges.tangent(log_squared_stretch)
+        return np.asarray(tangent)
+
     def capacitance(self, log_squared_stretch: Floats) -> tuple[Floats, Floats]:
         """eps (cases,) in F/m at Lambda (2, cases), and the derivatives (2, cases) in Lambda of ln(eps lambda_1^2 lambda_2^2)."""
         ratio, slope, _ = log_ratio(self.stretching, log_squared_stretch)

@@ -19,7 +19,7 @@ import numpy as np
 from dielast.io.result import TabularResult
 from dielast.io.table import Table, case_table
 from dielast.material.dielectric import Leakage
-from dielast.material.laws_of_cases import log_ratio
+from dielast.mechanics.electric import FIELD
 from dielast.mechanics.equations import Films, films_of
 from dielast.mechanics.piece import Cycles, Piece
 from dielast.mechanics.point import LoadedPoints
@@ -44,9 +44,13 @@ UNITS = {
     **{"phase": "rad", "work": "J/m^3", "efficiency": "1"},
     **{"electrical_energy": "J/m^3", "mechanical_work": "J/m^3", "energy_per_mass": "J/kg"},
 }
-# rows of the sums: the extremes and the integral of the measured quantity, the planned and the reached duration; and their number
-LOWEST, HIGHEST, TOTAL, PLANNED, LASTED = 0, 1, 2, 9, 10
-SUMS = 11
+EMPTY = {
+    **{"lowest": np.inf, "highest": -np.inf, "total": 0.0},  # the extremes and the integral of the measured quantity
+    **{"cosine": 0.0, "sine": 0.0},  # the integrals of its component at the period
+    **{"work": 0.0, "delivered": 0.0, "returned": 0.0, "by_edges": 0.0},  # energies per undeformed volume
+    **{"planned": 0.0, "lasted": 0.0},  # the planned and the reached duration
+}
+"""What is summed up over the steps of a cycle, by name, without any step."""
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -113,7 +117,8 @@ class CycleMeter:
     """
     _size: int = 0
     _system: Films | None = None
-    _sums: Floats = field(default_factory=lambda: np.zeros((SUMS, 0, 0)))
+    _sums: dict[str, Floats] = field(default_factory=dict)
+    """The sums of `EMPTY` (cases, cycles)."""
     _at_rest: Floats = field(default_factory=lambda: np.zeros(0))
     """The measured quantity at the beginning of the waveform (cases,)."""
     _finished: Cases = field(default_factory=lambda: np.zeros(0, dtype=np.intp))
@@ -131,8 +136,7 @@ class CycleMeter:
         stretched = isinstance(system, LoadedPoints) and system.stretched
         self.points, cases = system.points if stretched else system.points.without_springs(), self.unit.size
         if not self._lap:
-            self._sums = np.zeros((SUMS, cases, piece.cycles or 1))
-            self._sums[0], self._sums[1] = np.inf, -np.inf
+            self._sums = {name: np.full((cases, piece.cycles or 1), value) for name, value in EMPTY.items()}
             self._finished = np.zeros(cases, dtype=np.intp)
             self._totals_before = np.zeros((4, cases)) if self._totals is None else self._totals
             membrane = system.membrane(state, system.driven(np.zeros(cases), state))
@@ -140,7 +144,7 @@ class CycleMeter:
         self._lap = piece.lap
         if self.electric is not None:
             self.electric.pass_on = self._add_of_lap if self._lap else None
-        self._sums[PLANNED] += piece.duration[:, None]
+        self._sums["planned"] += piece.duration[:, None]
 
     def __call__(self, stride: TriedStep) -> None:
         """Store the step of a waveform until it is added to the sums."""
@@ -177,7 +181,7 @@ class CycleMeter:
 
     def _close(self) -> None:
         """Store the cycles of a waveform, or a lap of steps that repeat."""
-        lowest, highest, total, cosine, sine, work, delivered, returned, by_edges, planned, lasted = self._sums
+        lowest, highest, total, cosine, sine, work, delivered, returned, by_edges, planned, lasted = self._sums.values()
         piece, table = self._piece, dict[str, Floats]()
         if isinstance(piece, Cycles):
             period = piece.period[:, None]
@@ -225,10 +229,10 @@ class CycleMeter:
         `least` at the least: the polynomial through its values may be lower.
         """
         where, fine = (steps.cases, cycle), np.maximum(_applied(POLYNOMIAL, measured), least)
-        np.minimum.at(self._sums[LOWEST], where, fine.min(axis=0))
-        np.maximum.at(self._sums[HIGHEST], where, fine.max(axis=0))
-        np.add.at(self._sums[TOTAL], where, steps.step * _applied(PLACE_WEIGHTS, measured))
-        np.add.at(self._sums[LASTED], where, steps.step)
+        np.minimum.at(self._sums["lowest"], where, fine.min(axis=0))
+        np.maximum.at(self._sums["highest"], where, fine.max(axis=0))
+        np.add.at(self._sums["total"], where, steps.step * _applied(PLACE_WEIGHTS, measured))
+        np.add.at(self._sums["lasted"], where, steps.step)
 
     def _add(self) -> None:
         """Add the stored steps of a waveform to the sums."""
@@ -260,14 +264,14 @@ class CycleMeter:
         )
         self._add_measured(steps, cycle, measured, 0.0 if slackens else -np.inf)
         where = steps.cases, cycle
-        _, _, _, cosine, sine, worked, delivered, returned, by_edges, *_ = self._sums
-        stretch = np.exp(0.5 * log_squared)
+        sums = self._sums
         sent: Floats | None = None
         if self.leakage is None:
-            ratio = log_ratio(self.points.stretching.take(wide.cases), log_squared)[0]
-            permittivity = self.points.permittivity[wide.cases] * np.exp(ratio)
-            charge = permittivity * np.square(stretch[0] * stretch[1]) * value[2]
-            power, boundary_term = -charge * slope[2], charge * value[2]
+            field, charge = films.points.nominal(log_squared, value[2])
+            if films.points.electric == FIELD:  # by parts, as the rate of the charge has no closed form
+                power, boundary_term = -charge * slope[2], charge * field
+            else:
+                power, boundary_term = field * slope[2], np.zeros_like(local)
         else:
             assert isinstance(films, LoadedPoints)
             flowing = flow(films, self.leakage.take(wide.cases), local, state, wide.rate(share))
@@ -284,13 +288,13 @@ class CycleMeter:
         turn = 2 * np.pi * (((begin[many] + local) / piece.period[wide.cases]) - cycle[many]).reshape(places, count)
         # subtract the value at rest: the quadrature error of a constant must not appear as a component at the period
         deviation = measured - self._at_rest[wide.cases].reshape(places, count)
-        for summed, part in ((cosine, deviation * np.cos(turn)), (sine, deviation * np.sin(turn))):
-            np.add.at(summed, where, steps.step * _applied(PLACE_WEIGHTS, part))
-        np.add.at(worked, where, work)
+        for name, part in (("cosine", deviation * np.cos(turn)), ("sine", deviation * np.sin(turn))):
+            np.add.at(sums[name], where, steps.step * _applied(PLACE_WEIGHTS, part))
+        np.add.at(sums["work"], where, work)
         if self.programme:
-            np.add.at(by_edges, where, integral(edge_power, edge_term))
-        for summed, part in zip((delivered, returned), () if sent is None else sent, strict=False):
-            np.add.at(summed, where, steps.step * part)
+            np.add.at(sums["by_edges"], where, integral(edge_power, edge_term))
+        for name, part in zip(("delivered", "returned"), () if sent is None else sent, strict=False):
+            np.add.at(sums[name], where, steps.step * part)
 
 
 def _joined(tables: Sequence[dict[str, Floats]]) -> dict[str, Floats]:

@@ -36,9 +36,6 @@ PLACE_WEIGHTS = np.pad(0.5 * _WEIGHTS, 1)
 MANY = 512  # steps that are evaluated together
 NEXT_TO_NOTHING = 1e-3  # voltage drop over that of the film, below which its rounding matters
 
-EXTRA = ("charge", "source", "current", "work", "leaked", "lost", "mechanical", "stored")
-"""The electrical rows of a record, in addition to the others."""
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Flow:
@@ -165,14 +162,14 @@ class ElectricMeter:
         self._asked.append((self._size - count + np.minimum(np.searchsorted(stride.once, columns), count - 1), time))
 
     def rows(self, count: int) -> Floats:
-        """The rows of `EXTRA` but the last (7, count) that were asked for first, and have not been returned yet."""
+        """The rows of `ELECTRICAL` but the last (7, count) that were asked for first, and have not been returned yet."""
         self._evaluate()
         ready = np.concatenate(self._ready, axis=1)
         self._ready = [ready[:, count:]]
         return ready[:, :count]
 
     def ended(self, time: Floats) -> Floats:
-        """The rows of `EXTRA` but the last (7, cases) at the times (cases,) in s at which films stopped.
+        """The rows of `ELECTRICAL` but the last (7, cases) at the times (cases,) in s at which films stopped.
 
         For films that stopped as a load was applied at once, charge and current are NaN; the energies are those after the jump if
         the film holds the load, and those before it otherwise.
@@ -211,7 +208,7 @@ class ElectricMeter:
         self._kept, self._size, self._asked, self._stopped = [], 0, [], []
 
     def _within(self, load: Load, steps: DenseSteps, before: Floats, time: Floats) -> Floats:
-        """The rows of `EXTRA` but the last (7, k) under a load of k cases, at times (k,) in s since the spans began, with the
+        """The rows of `ELECTRICAL` but the last (7, k) under a load of k cases, at times (k,) in s since the spans began, with the
         energies `before` (4, k) the steps.
         """
         fraction = np.clip((time - steps.time) / steps.step, 0.0, 1.0)
@@ -287,7 +284,7 @@ def equilibrium_rate(films: LoadedPoints, time: Floats, state: Floats) -> Floats
     points, load = films.points, films.load
     driven, slope = films.driven(time, state), load.slope(time)
     log_squared, nominal_stress = films.membrane(state, driven)
-    modulus = points.undamped().modulus
+    undamped = points.undamped()
     stress, half = points.law.tangent(points.springs(films.internal(state), log_squared))
     flowing = points.flow.rate(stress)
     flowing[:, -1] = 0.0
@@ -298,11 +295,8 @@ def equilibrium_rate(films: LoadedPoints, time: Floats, state: Floats) -> Floats
         permittivity, log_area = points.permittivity_at(log_squared), log_squared[0] + log_squared[1]
         supply = circuit.supply(permittivity, log_area, driven[ELECTRIC], load.value(time)[ELECTRIC], change)
         rate[0] = change = supply - circuit.leak(permittivity, log_area, driven[ELECTRIC])
-    tangent = np.einsum("nm,cnm->cm", modulus, half)[SYMMETRIC] - by_stretch
-    tangent[(0, 1), (0, 1)] -= 0.5 * nominal_stress * np.exp(0.5 * log_squared)
-    if points.edges is not None:
-        tangent[(0, 1), (0, 1)] += points.edges.tangent(log_squared)
-    right = np.einsum("nm,abnm,bnm->am", modulus, half[SYMMETRIC], flowing) + by_load * change
+    tangent = undamped.film_tangent(half, by_stretch, nominal_stress * np.exp(0.5 * log_squared), log_squared)
+    right = np.einsum("nm,abnm,bnm->am", undamped.modulus, half[SYMMETRIC], flowing) + by_load * change
     free = [control is Control.STRESS for control in load.controls]
     if all(free):
         determinant = tangent[0, 0] * tangent[1, 1] - tangent[0, 1] * tangent[1, 0]

@@ -65,7 +65,7 @@ class ProfileRecorder(Recorder):
     spread: Spread = field(kw_only=True)
 
     @property
-    def rows(self) -> int:
+    def width(self) -> int:
         """The number of values of a film at a time."""
         return 4 * len(self.spread.radius)
 
@@ -75,14 +75,14 @@ class ProfileRecorder(Recorder):
         return True
 
     def _evaluated(self, system: Films, state: Floats, pooled: Cases, case: Cases, moment: Floats, age: Floats) -> Floats:
-        """The profiles (rows, k) of films at `moment` (k,) in s since their span began."""
+        """The profiles (values, k) of films at `moment` (k,) in s since their span began."""
         films = system.take(pooled)
         assert isinstance(films, FramedFilms)
         now = Surroundings(films.assembly, state[films.border :])
         stresses = now.stresses(films.internal(state), films.load.value(moment)[2])
         at_points = np.concatenate((now.stretch(), stresses))
         profiles = np.einsum("rpc,apc->arc", self.spread.weight[..., case], at_points)
-        return np.asarray(profiles.reshape(self.rows, -1))
+        return np.asarray(profiles.reshape(self.width, -1))
 
     def profiles(self, ends: Floats) -> Profiles:
         """The profiles of each case up to its end (cases,) in s."""

@@ -13,13 +13,13 @@ import numpy as np
 from dielast.material.laws_of_cases import log_ratio
 from dielast.mechanics.point_material import PointMaterial
 from dielast.numerics.arrays import Floats
-from dielast.simulate.record import Record
+from dielast.simulate.record import ELECTRICAL, Record
 
 if TYPE_CHECKING:
     from dielast.simulate.events import Event
     from dielast.simulate.wiring import Wiring
 
-ELECTRICAL = "output.electrical = true"
+ON_REQUEST = "output.electrical = true"
 SOURCE, LEAKAGE = "[source]", "[leakage]"
 ELECTRODE = "the size of the electrode: state film.electrode_diameter"
 
@@ -83,15 +83,15 @@ class SolvedFilms:
     with_damage: Floats | None
     stored: Floats
 
-    def energies(self, *rows: int) -> Floats | None:
-        """The sum of rows of `EXTRA` in the record."""
-        return np.asarray(sum(self.record.electrical[row] for row in rows)) if self.wiring.electrical else None
+    def electrical(self, *names: str) -> Floats | None:
+        """The sum of rows of `ELECTRICAL` in the record."""
+        return np.asarray(sum(self.record.electrical[ELECTRICAL.index(name)] for name in names)) if self.wiring.electrical else None
 
     def dissipated(self) -> Floats | None:
         """The energy that the dashpots have turned into heat: what source and edges have done, less what leaked, was lost in the
         resistance, or is stored.
         """
-        done, rest = self.energies(3, 6), self.energies(4, 5, 7)
+        done, rest = self.electrical("work", "mechanical"), self.electrical("leaked", "lost", "stored")
         return None if done is None or rest is None else done - rest + self.stored[:, None]
 
     def relative(self, axis: int) -> Floats:
@@ -102,17 +102,13 @@ class SolvedFilms:
         """The damage of films with a damage law."""
         return None if self.with_damage is None else self.record.exposed[0] * self.with_damage[:, None]
 
-    def electrical(self, row: int) -> Floats | None:
-        """A row of `EXTRA` in the record."""
-        return self.record.electrical[row] if self.wiring.electrical else None
-
     def if_stated(self, argument: str, values: Floats | None) -> Floats | None:
         """The values, if the argument is stated."""
         return values if argument in self.wiring.stated else None
 
     def of_source(self) -> Floats | None:
         """The voltage of a source with a resistance."""
-        field = self.electrical(1)
+        field = self.electrical("source")
         return None if field is None else self.if_stated("resistance", field * self.thickness[:, None])
 
     def on_electrode(self, density: Floats | None) -> Floats | None:
@@ -189,22 +185,24 @@ FILMS: list[Quantity] = [
         falls=True,
     ),
     Quantity("damage", "1", SolvedFilms.damage),
-    Quantity("source_voltage", "V", SolvedFilms.of_source, needs=(SOURCE, ELECTRICAL)),
-    Quantity("charge_density", "C/m^2", lambda film: film.electrical(0), needs=(ELECTRICAL,)),
-    Quantity("charge", "C", lambda film: film.on_electrode(film.electrical(0)), needs=(ELECTRODE, ELECTRICAL)),
-    Quantity("current_density", "A/m^2", lambda film: film.electrical(2), needs=(ELECTRICAL,)),
-    Quantity("current", "A", lambda film: film.on_electrode(film.electrical(2)), needs=(ELECTRODE, ELECTRICAL)),
-    Quantity("electrical_energy", "J/m^3", lambda film: film.electrical(3), needs=(ELECTRICAL,)),
-    Quantity("leaked_energy", "J/m^3", lambda film: film.if_stated("leakage", film.electrical(4)), needs=(LEAKAGE, ELECTRICAL)),
+    Quantity("source_voltage", "V", SolvedFilms.of_source, needs=(SOURCE, ON_REQUEST)),
+    Quantity("charge_density", "C/m^2", lambda film: film.electrical("charge"), needs=(ON_REQUEST,)),
+    Quantity("charge", "C", lambda film: film.on_electrode(film.electrical("charge")), needs=(ELECTRODE, ON_REQUEST)),
+    Quantity("current_density", "A/m^2", lambda film: film.electrical("current"), needs=(ON_REQUEST,)),
+    Quantity("current", "A", lambda film: film.on_electrode(film.electrical("current")), needs=(ELECTRODE, ON_REQUEST)),
+    Quantity("electrical_energy", "J/m^3", lambda film: film.electrical("work"), needs=(ON_REQUEST,)),
+    Quantity(
+        "leaked_energy", "J/m^3", lambda film: film.if_stated("leakage", film.electrical("leaked")), needs=(LEAKAGE, ON_REQUEST)
+    ),
     Quantity(
         "resistor_energy",
         "J/m^3",
-        lambda film: film.if_stated("resistance", film.electrical(5)),
-        needs=(SOURCE, ELECTRICAL),
+        lambda film: film.if_stated("resistance", film.electrical("lost")),
+        needs=(SOURCE, ON_REQUEST),
     ),
-    Quantity("mechanical_work", "J/m^3", lambda film: film.energies(6), needs=(ELECTRICAL,)),
-    Quantity("stored_energy", "J/m^3", lambda film: film.energies(7), needs=(ELECTRICAL,)),
-    Quantity("dissipated_energy", "J/m^3", SolvedFilms.dissipated, needs=(ELECTRICAL,)),
+    Quantity("mechanical_work", "J/m^3", lambda film: film.electrical("mechanical"), needs=(ON_REQUEST,)),
+    Quantity("stored_energy", "J/m^3", lambda film: film.electrical("stored"), needs=(ON_REQUEST,)),
+    Quantity("dissipated_energy", "J/m^3", SolvedFilms.dissipated, needs=(ON_REQUEST,)),
     Quantity(
         "area_strain",
         "1",

@@ -9,6 +9,8 @@ import numpy as np
 from dielast.numerics.arrays import Cases, Floats
 
 FIELD, DETERMINANT, ROWS = 4, 5, 6  # rows of `Record.values`, after Lambda and nominal stress of both axes; and their number
+ELECTRICAL = ("charge", "source", "current", "work", "leaked", "lost", "mechanical", "stored")
+"""Further rows, if charge, current and energies are requested."""
 DIGITS = 1e-8  # relative distance of times below which the rows of a table cannot be told apart
 
 
@@ -17,7 +19,7 @@ class Record:
     """Films at output times `time` (cases, rows) in s.
 
     `values` (6 + exposures + electrical rows, cases, rows) are Lambda (2), total nominal stress (2), field and determinant,
-    then the `exposures` of films with a watch, then the rows of `electrical.EXTRA` if requested; NaN for times that a film does not
+    then the `exposures` of films with a watch, then the rows of `ELECTRICAL` if requested; NaN for times that a film does not
     reach. `internal` is x (2, n, cases, rows) if requested.
     """
 
@@ -53,7 +55,7 @@ class Record:
 
     @property
     def electrical(self) -> Floats:
-        """The rows of `EXTRA`, (8, cases, rows), or no rows."""
+        """The rows of `ELECTRICAL`, (8, cases, rows), or no rows."""
         return self.values[ROWS + self.exposures :]
 
 

@@ -15,9 +15,9 @@ from dielast.mechanics.point import LoadedPoints
 from dielast.mechanics.watch import Watch
 from dielast.numerics.arrays import Cases, Flags, Floats, paired
 from dielast.numerics.stride import TriedStep
-from dielast.simulate.electrical import EXTRA, ElectricMeter
+from dielast.simulate.electrical import ElectricMeter
 from dielast.simulate.output import Output
-from dielast.simulate.record import DIGITS, ROWS, Record, with_further
+from dielast.simulate.record import DIGITS, ELECTRICAL, ROWS, Record, with_further
 
 ROWS_AT_A_LOOK = np.arange(8)  # output rows to check at once: a step often passes several
 MANY = 512  # rows of output that are evaluated together
@@ -70,7 +70,7 @@ class Schedule:
 @dataclass(slots=True, eq=False)
 class Recorder:
     """An observer of the stepper that stores films at output times: Lambda and nominal stress of both axes, and the nominal field;
-    with a `watch` the determinant of the tangent and the exposures, with `electric` the rows of `EXTRA`, and x if requested.
+    with a `watch` the determinant of the tangent and the exposures, with `electric` the rows of `ELECTRICAL`, and x if requested.
     `begin` is to be called before a piece of load. Of the `laps` of a cycle of steps, those that the output keeps are stored.
 
     Values at times that a film does not reach are NaN.
@@ -111,9 +111,9 @@ class Recorder:
         return 0 if self.watch is None else len(self.watch.exposures)
 
     @property
-    def rows(self) -> int:
+    def width(self) -> int:
         """The number of values of a film at a time."""
-        return ROWS + self.exposures + (0 if self.electric is None else len(EXTRA))
+        return ROWS + self.exposures + (0 if self.electric is None else len(ELECTRICAL))
 
     @property
     def needs_springs(self) -> bool:
@@ -129,7 +129,7 @@ class Recorder:
         relative = self._rows(piece, start, jumped) if times is None else self._within(times, start, piece.duration, last)
         if not self._values or (times is None and relative.shape[1]):
             self._times.append(start[:, None] + relative)
-            self._values.append(np.full((self.rows, *relative.shape), np.nan))
+            self._values.append(np.full((self.width, *relative.shape), np.nan))
             if self.output.internal:
                 self._internal.append(np.full((2, system.points.modulus.shape[0], *relative.shape), np.nan))
         self._listed, self._turned = Schedule.of(relative, alive), None

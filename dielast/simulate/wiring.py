@@ -8,7 +8,7 @@ import numpy as np
 from dielast.base.errors import InputError
 from dielast.material.dielectric import Leakage
 from dielast.mechanics.cases import of_case, spread
-from dielast.mechanics.electric import Drive, Wires
+from dielast.mechanics.electric import Drive, FilmCircuit
 from dielast.mechanics.point_material import PointMaterial
 from dielast.numerics.arrays import Cases, Floats
 from dielast.simulate.film_setup import positive
@@ -85,13 +85,13 @@ class Wiring:
         area = None if self.area is None else self.area[cases]
         return replace(self, resistance=self.resistance[cases], leakage=self.leakage.take(cases), area=area)
 
-    def wires(self, cases: Cases) -> Wires:
-        """The wires of the films `cases` (k,), all of which have the same kind of circuit."""
+    def wires(self, cases: Cases) -> FilmCircuit:
+        """The circuit, for all drives, of the films `cases` (k,), all of which have the same kind."""
         resistance = self.resistance[cases] if self.resistance[cases].any() else None
         leakage = self.leakage.take(cases) if np.any(np.asarray(self.leakage.conductivity)[cases]) else None
-        return Wires(leakage, resistance)
+        return FilmCircuit(leakage, resistance)
 
     def wired(self, points: PointMaterial, cases: Cases) -> PointMaterial:
         """The points of the films `cases` (k,) with their electrical load and circuit at the beginning."""
         wires, drive = self.wires(cases), Drive.CHARGE if self.charge else Drive.VOLTAGE
-        return replace(points, electric=wires.electric(drive), circuit=wires.circuit(drive))
+        return replace(points, electric=wires.acting(drive), circuit=wires.under(drive))

@@ -135,6 +135,14 @@ def test_energies_do_not_depend_on_how_many_steps_are_evaluated_together(monkeyp
         assert np.array_equal(values, alone.values[header], equal_nan=True)
 
 
+@pytest.mark.parametrize("step", [ChargeStep(Waveform(0.0, 2e-3, 10.0, 2)), VoltageStep(Waveform(0.0, 2e3, 10.0, 2))])
+def test_the_work_of_a_cycle_does_not_depend_on_whether_energies_are_asked_for(step: ElectricalStep) -> None:
+    asked, plain = (actuate(SOFT, [step], thickness=THICKNESS, prestretch=1.9, electrical=asked).cycles for asked in (True, False))
+    assert asked is not None
+    assert plain is not None
+    assert plain.work == pytest.approx(asked.work, rel=1e-9)
+
+
 def test_the_steps_that_wait_for_their_energies_do_not_grow_with_the_history(monkeypatch: pytest.MonkeyPatch) -> None:
     """Even where no output is requested for many cycles."""
     waiting, evaluate = [], ElectricMeter._evaluate

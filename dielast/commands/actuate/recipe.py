@@ -24,7 +24,7 @@ from dielast.commands.simulation.uncertainty_recipe import SENSITIVITY_TEXT, Fil
 from dielast.handover.law_section import BreakdownField
 from dielast.mechanics.criteria import END, names
 from dielast.recipe.fields import AscendingTimes, Length, OneOf, Pair, Section, WithUnit
-from dielast.simulate.quantities import ELECTRICAL, ELECTRODE, FILMS, LEAKAGE, SOURCE, Quantity
+from dielast.simulate.quantities import ELECTRODE, FILMS, LEAKAGE, ON_REQUEST, SOURCE, Quantity
 
 Resistance = Annotated[float, WithUnit(RESISTANCE, at_least=0.0)]
 Conductivity = Annotated[float, WithUnit(CONDUCTIVITY, at_least=0.0)]
@@ -220,7 +220,7 @@ class ActuateRecipe(SimulationRecipe):
         stated = {
             SOURCE: self.source is not None,
             LEAKAGE: self.leakage is not None,
-            ELECTRICAL: self.electrical,
+            ON_REQUEST: self.electrical,
             ELECTRODE: self.film.electrode_diameter is not None,
         }
         return [needed for needed in quantity.needs if not stated[needed]]
