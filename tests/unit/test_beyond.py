@@ -81,11 +81,6 @@ def test_a_plateau_that_is_reached_leaves_nothing_open() -> None:
     assert end.carried_on() is fit
 
 
-def test_a_stated_modulus_leaves_no_range() -> None:
-    _, _, fit = fitted(30.0)
-    assert end_of(fit, stated=True).range is None
-
-
 def test_draws_of_an_open_end_agree_within_the_curve_and_fall_beyond_it() -> None:
     time, modulus, fit = fitted(30.0)
     factors = 1 + 0.005 * np.random.default_rng(1).standard_normal((20, 1, 1))
@@ -96,16 +91,6 @@ def test_draws_of_an_open_end_agree_within_the_curve_and_fall_beyond_it() -> Non
     np.testing.assert_allclose(members[:, :3] / TRUTH.relaxation_modulus(at[:3], LEVEL), 1, atol=0.02)
     assert members[:, 3].min() < LEVEL < members[:, 3].max()
     assert drawn.equilibrium_modulus.std() > 0.1 * LEVEL
-
-
-def test_draws_go_on_after_the_end_as_their_continuations_do() -> None:
-    _, _, fit = fitted(30.0)
-    after = continuations(fit, np.ones((10, fit.reduced_time.size)), 1)
-    level, own = np.full(10, fit.equilibrium_shear_modulus), np.tile(fit.spectrum.shear_modulus, (10, 1))
-    tau, equilibrium, moduli = after.joined(fit.spectrum, level, own)
-    at = after.end * np.logspace(0, 3, 13)
-    joined = equilibrium[:, None] + moduli @ np.exp(-at / tau[:, None])
-    np.testing.assert_allclose(joined / after.modulus(at), 1, atol=0.01)
 
 
 def test_a_steep_end_is_open_and_its_paths_follow_the_curve() -> None:

@@ -81,13 +81,6 @@ def test_a_film_that_has_failed_is_beyond_every_upper_bound() -> None:
     assert high == pytest.approx(1 - rates[37] * TIME)
 
 
-def test_a_draw_that_the_numerics_gave_up_is_none() -> None:
-    drawn = [film(0.05, 5 if k == 0 else 10) for k in range(39)]
-    columns = bounded(film(0.05, 10), drawn, DrawIntervals(0.9), [False] * 39).columns
-    assert np.all(columns["surviving [1]"] == 1)
-    assert np.all(np.isfinite(columns["stretch_1_upper [1]"]))
-
-
 def test_the_interval_of_films_of_which_some_fail_holds_its_own_curve(tmp_path: Path) -> None:
     """Thin films fail first: those that survive grow less than the film that is drawn, and bounded it from below."""
     (tmp_path / "m.toml").write_bytes(write_material(SOFT))

@@ -11,12 +11,11 @@ import pandas as pd
 import pytest
 from machines import QUIET, Machine, Record, cycles, hold, softened
 
-from dielast import Comparison, Free, Gent, Material, MeasuredTest, NeoHookean, NoShift, Spectrum, Yeoh
+from dielast import Free, Gent, Material, MeasuredTest, NeoHookean, NoShift, Spectrum, Yeoh
 from dielast.calibration.doubts import gives_work, slack_of, softening, stress_at_rest
 from dielast.calibration.fit import fit_material
 from dielast.calibration.likelihood import likelihood_of
 from dielast.calibration.ringing import loaded_at_rest, ringing
-from dielast.calibration.scatter import Curves, Scatter, specimen_factors
 
 SOFT = Material("soft", 20e3, Spectrum([100.0, 3.0], [18e3, 40e3]), NoShift(20.0), Gent(110.0), Gent(55.0))
 FAST = Material("fast", 30e3, Spectrum([50.0, 1.0, 0.05], [20e3, 60e3, 300e3]), NoShift(20.0), Gent(60.0), Gent(15.0))
@@ -78,13 +77,6 @@ def test_an_overshoot_of_half_a_second_is_left_out() -> None:
     assert not found[(time < 3.95) | (time > 4.75)].any()
 
 
-def test_a_force_at_rest_is_left_out() -> None:
-    made = hold(SOFT, Machine(force=0.0, overshoot=0.0, at_rest=0.2), np.random.default_rng(1), wait=1.0)
-    found = loaded_at_rest(made.test())
-    assert found[made.time <= 1.0].all()
-    assert not found[made.time > 1.1].any()
-
-
 def test_measured_loops_of_vhb_4905_ring_nowhere() -> None:
     if not VHB.exists():
         pytest.skip("measured data are not at hand")
@@ -134,24 +126,8 @@ def test_constants_are_within_their_intervals_although_the_machine_rings(seeds: 
     assert all(test.unused.shape[1] > 5 for test in tests)
 
 
-def test_factors_of_specimens_are_positive_whatever_was_measured() -> None:
-    place = np.linspace(0.0, 2.0, 20)
-    model = 1e5 * (1 + place)
-    curves = Curves((model,) * 3, (model,) * 3, (place,) * 3, np.array([0, 1, 2]))
-    scatter = Scatter(np.full(3, 0.01), 0.03, 0.3, 1.0)
-    logarithm = specimen_factors(curves, scatter, np.concatenate([-3 * model, 0 * model, 6 * model]))
-    assert np.all(np.isfinite(logarithm))
-    assert logarithm[0] < -0.5
-    assert logarithm[1] == pytest.approx(0.0, abs=1e-9)
-    assert np.exp(logarithm[2]) == pytest.approx(7.0, rel=0.01)
-
-
 PLAIN = Material("plain", 20e3, Spectrum([300.0, 10.0], [40e3, 40e3]), NoShift(20.0), NeoHookean(), NeoHookean())
-
-
 TIGHT = Material("tight", 20e3, Spectrum([300.0, 10.0], [20e3, 20e3]), NoShift(20.0), Gent(6.0), Gent(6.0))
-
-
 MATERIALS = [SOFT, FAST, PLAIN, TIGHT]
 
 
@@ -176,13 +152,6 @@ def test_a_specimen_that_softens_is_recognised(material: Material, noise: float,
     # a slack specimen recovers further, which hides less than a fifth
     made = cycles(material, replace(QUIET, noise=noise), np.random.default_rng(2), ramp=10.0, points=30)
     assert 0.2 < softening(softened(made, 0.4).test()) < 0.44
-
-
-def test_one_loading_does_not_show_softening() -> None:
-    made = softened(cycles(SOFT, QUIET, np.random.default_rng(2), count=1), 0.4)
-    assert softening(made.test()) == 0.0
-    test = made.test()
-    assert softening(MeasuredTest("field", test.time, test.stretch, test.stress, 20.0, nominal_field=1e7)) == 0.0
 
 
 STRETCH = np.linspace(1.0, 3.0, 101)
@@ -217,17 +186,3 @@ def test_an_offset_and_a_force_of_the_other_sign_are_seen() -> None:
     assert gives_work(replace(unloaded, stress=-unloaded.stress))
     # compressed specimens take work, too
     assert not gives_work(MeasuredTest("pressed", STRETCH - 1, 1 / STRETCH, 3e4 * (1 / STRETCH - STRETCH**2), 20.0))
-
-
-def test_a_model_without_a_value_or_with_one_has_no_share_of_the_variance() -> None:
-    """As of a material that cannot follow the test, or that runs away after its first point."""
-    test, nothing = pulled(), np.full(STRETCH.size, np.nan)
-    comparison = Comparison(test, False, nothing, nothing, nothing)
-    assert np.isnan([comparison.rms_error, comparison.rms_relative_error, comparison.r_squared]).all()
-    first = np.where(STRETCH[1] == STRETCH, 2 * test.stress, np.nan)
-    comparison = Comparison(test, False, first, nothing, nothing)
-    assert (comparison.rms_error, comparison.rms_relative_error) == (test.stress[1], 1.0)
-    assert np.isnan(comparison.r_squared)
-    # nor a size, if all is 0 there
-    at_rest = np.where(STRETCH == 1, 10.0, np.nan)
-    assert np.isnan(Comparison(test, False, at_rest, nothing, nothing).rms_relative_error)

@@ -17,7 +17,6 @@ from dielast.base.errors import DielastWarning
 from dielast.calibration import posterior
 from dielast.calibration.posterior import AGREEMENT, FEWEST_MOVES, MOST_WALKERS, draw, r_hat
 from dielast.calibration.profiles import profiles_of
-from dielast.calibration.surrogate import Surrogate
 from dielast.material.intervals import division, strata_of
 from dielast.material.material import CalibratedRange
 
@@ -217,17 +216,6 @@ def test_r_hat_is_that_of_its_definition() -> None:
     assert ratio[3] == pytest.approx(np.sqrt(1 + 0.75**2 / 1.1875), rel=0.02)
     assert ratio[4] > 1e3
     assert ratio[5] == 1.0
-
-
-def test_a_surrogate_is_exact_at_its_points_and_for_sums_of_values() -> None:
-    """A sum of moduli is a feature; between points of a bent valley, the error is far below a standard deviation."""
-    random = np.random.default_rng(4)
-    known, between = random.uniform(-2, 1, (60, 2)), random.uniform(-1.5, 0.5, (50, 2))
-    for residuals, error in ((sum_of_two, 1e-6), (product_and_curve, 0.1)):
-        surrogate = Surrogate.of(known, residuals(known, None), np.array([True, True]))
-        for at, most in ((known, 1e-6), (between, error)):
-            root = np.sqrt(np.sum(np.square(residuals(at, None)), axis=1))
-            assert np.max(np.abs(np.sqrt(surrogate.cost(at)) - root)) < most
 
 
 def test_draws_are_the_same_for_a_seed() -> None:

@@ -31,15 +31,6 @@ def test_correlations_have_their_integrals(kind: int) -> None:
     assert np.all(np.linalg.eigvalsh(Scatter(np.zeros(1), 0.1, 0.3, 0.0, smooth=kind).correlation(np.linspace(0, 2, 40))) > -1e-9)
 
 
-def test_independent_differences_have_as_many_pieces_as_points_less_parameters() -> None:
-    place = np.linspace(0.0, 100.0, 50)  # far apart
-    curves, slopes = curves_of(2, place), np.random.default_rng(3).standard_normal((100, 3))
-    weight = 1 / np.concatenate(curves.levels(0.5))
-    left = ResidualSpace.of(curves, Scatter(np.zeros(2), 0.1, 1e-3, 0.0), weight, slopes / weight[:, None])
-    assert left.pieces == pytest.approx(100 - 3 - 2, rel=1e-6)  # the factors of two specimens, too
-    assert left.expected == pytest.approx(95, rel=1e-6)
-
-
 def test_the_size_of_the_error_of_a_model_is_found_again() -> None:
     place, random = np.linspace(0.0, 3.0, 60), np.random.default_rng(5)
     curves = curves_of(6, place)

@@ -3,12 +3,10 @@ from __future__ import annotations
 import csv
 import tomllib
 from pathlib import Path
-from typing import Any
 
 import pytest
-from hypothesis import given, strategies as st
 
-from dielast.base.errors import InputError, as_toml
+from dielast.base.errors import InputError
 from dielast.commands.actuate.run import prepared
 from dielast.commands.registry import COMMANDS, read_cases
 from dielast.commands.simulation.cases import case_columns
@@ -58,20 +56,9 @@ def test_every_combination_is_a_case_in_order(tmp_path: Path) -> None:
     assert cases[4].settings == {"temperature": "20 degC", "step.0.rate": "2 %/s"}
 
 
-def test_zip_pairs_values(tmp_path: Path) -> None:
-    sweep = '[sweep]\nmode = "zip"\ntemperature = ["0 degC", "20 degC"]\n"step.0.rate" = ["1 %/s", "2 %/s"]\n'
-    cases = read_cases(write(tmp_path, RELAX + sweep))
-    assert [(case.recipe.temperature, case.recipe.step[0].rate) for case in cases] == [(0.0, 0.01), (20.0, 0.02)]
-
-
 def test_a_value_that_is_swept_twice_is_two_cases(tmp_path: Path) -> None:
     cases = read_cases(write(tmp_path, RELAX + '[sweep]\ntemperature = ["20 degC", "68 degF"]\n'))
     assert [case.recipe.temperature for case in cases] == [20.0, 20.0]  # noise gives each its own repetition
-
-
-def test_the_loading_mode_can_be_swept(tmp_path: Path) -> None:
-    cases = read_cases(write(tmp_path, RELAX + '[sweep]\nmode = ["uniaxial", "equibiaxial"]\n'))
-    assert [case.recipe.mode for case in cases] == ["uniaxial", "equibiaxial"]
 
 
 def test_films_with_different_breakdown_laws_are_solved_together(tmp_path: Path) -> None:
@@ -135,14 +122,6 @@ def test_a_key_within_a_swept_table_is_the_cases_own(tmp_path: Path) -> None:
     cases = read_cases(write(tmp_path, RELAX + sweep))
     assert [case.recipe.output.points_per_decade for case in cases] == [4, 5]
     assert [case.settings["output"] for case in cases] == [{"points_per_decade": 3}] * 2
-
-
-TEXT = st.text(st.characters(exclude_categories=["Cs"], exclude_characters="\x7f"), max_size=8)
-
-
-@given(st.recursive(TEXT | st.integers() | st.booleans(), lambda inner: st.lists(inner, max_size=3) | st.dictionaries(TEXT, inner)))
-def test_values_are_spelled_so_that_toml_reads_them(value: Any) -> None:
-    assert tomllib.loads(f"x = {as_toml(value)}")["x"] == value
 
 
 def test_only_files_lose_their_folders() -> None:

@@ -17,7 +17,6 @@ from dielast.relaxation.fit import fit_oscillation, fit_spectrum
 from dielast.relaxation.result import SpectrumFit
 
 Array = NDArray[np.float64]
-
 TIME = np.logspace(-6, 6, 241)
 LEVEL = 1e4  # Pa, shear
 
@@ -79,18 +78,6 @@ def test_a_power_law_is_recovered_over_ten_decades(noise: float, rms: float, wor
     error = (found.density / (1e5 * tau**-exponent) - 1)[(tau > 1e-5) & (tau < 1e5)]
     assert np.sqrt(np.mean(error**2)) < rms
     assert np.max(np.abs(error)) < worst
-
-
-def test_an_oscillation_tells_the_same_spectrum() -> None:
-    edges = np.linspace(np.log(1e-10), np.log(1e10), 4001)
-    tau, width = np.exp((edges[1:] + edges[:-1]) / 2), edges[1] - edges[0]
-    phase = tau / TIME[:, None]
-    storage, loss = (part @ log_normal(tau) * width for part in (phase**2 / (1 + phase**2), phase / (1 + phase**2)))
-    fit = fit_oscillation(1 / TIME, 3 * (LEVEL + storage), 3 * loss)
-    found = continuous_spectrum(fit)
-    inside = (found.relaxation_time > 1e-2) & (found.relaxation_time < 1e2)
-    np.testing.assert_allclose(found.density[inside], log_normal(found.relaxation_time)[inside], rtol=0.01)
-    assert found.integral == pytest.approx(fit.spectrum.shear_modulus.sum(), rel=1e-3)
 
 
 def power(tau: Array) -> Array:

@@ -189,11 +189,9 @@ def test_an_elastic_film_gives_back_the_work_of_a_cycle() -> None:
 
 ZERO = 273.15
 
-
 FILM = Material(
     "film", 26e3, Spectrum(np.array([10.0, 0.1]), np.array([5e4, 1e5])), NoShift(20.0), Gent(110.0), Gent(55.0), permittivity=4e-11
 )
-
 
 ENTROPIC = replace(FILM, equilibrium_scaling=EntropicModulus(), nonequilibrium_scaling=EntropicModulus())
 

@@ -13,9 +13,7 @@ from dielast.base.errors import (
     Mistakes,
     NumericsError,
     Problem,
-    in_a_draw,
     in_keys,
-    located,
     similar,
     warn,
 )
@@ -41,12 +39,6 @@ def test_an_error_and_its_places_can_be_pickled(kind: type[InputError | Numerics
     assert str(again) == "case 0: rate: is needed"
 
 
-def test_what_is_inside_knows_its_place_best() -> None:
-    with pytest.raises(InputError) as caught, located(file="outer.csv", key="outer"), located(file="inner.csv", row=2):
-        raise InputError("wrong", key="inner")
-    assert caught.value.messages == ("inner.csv: row 2: inner: wrong",)
-
-
 def test_arguments_become_keys_in_errors_and_warnings_of_a_command() -> None:
     with pytest.raises(NumericsError) as caught, in_keys(KEYS):
         raise NumericsError("too few: lower degree", argument="keep", mentions=("degree",))
@@ -55,11 +47,6 @@ def test_arguments_become_keys_in_errors_and_warnings_of_a_command() -> None:
         warn("too few", argument="keep")
     with pytest.warns(DielastWarning, match=r"^keep: too few$"):
         warn("too few", argument="keep")
-
-
-def test_a_draw_has_no_number_in_an_error() -> None:
-    with pytest.raises(InputError, match=r"^case 4: uncertainty: in a draw: keep: wrong$"), in_a_draw(key="uncertainty", case=4):
-        raise InputError("wrong", argument="keep", case=17)
 
 
 def test_several_attempts_are_told_together_and_each_problem_once() -> None:

@@ -238,11 +238,7 @@ def test_a_parabola_that_dips_below_zero_is_found_wherever_it_does(depth: float,
 
 
 COLUMNS = ("voltage", "stretch_1", "stretch_2", "relative_stretch_1", "nominal_stress_1", "nominal_stress_2", "true_field")
-
-
 LATER = [VoltageStep(2e3, duration=10.0), VoltageStep.hold(100.0), VoltageStep(3.6e3), VoltageStep.hold(5e3)]
-
-
 run = partial(actuate, SOFT, steps=LATER, thickness=5e-4, prestretch=1.9, relax=600.0, breakdown_field=4.8e7)
 
 

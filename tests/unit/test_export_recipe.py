@@ -12,7 +12,6 @@ import pytest
 from dielast.base.errors import InputError
 from dielast.commands.spectrum.recipe import ExportSection, SpectrumRecipe
 from dielast.commands.spectrum.run import run
-from dielast.handover.export.card import CODES
 from dielast.handover.material_file import parse_material
 from dielast.io.files import Inputs
 from dielast.recipe.cases import Case
@@ -34,10 +33,6 @@ def files(**export: Any) -> dict[str, str]:
     return {name: content.decode() for name, content in report.files.items()}
 
 
-def test_the_codes_and_the_recipe_list_the_same_formats() -> None:
-    assert check(ExportSection, {"formats": list(CODES.names)}, "r.toml", Path()).formats == list(CODES.names)
-
-
 def test_cards_stand_beside_the_material_file_and_agree_with_it() -> None:
     written = files(formats=["febio"], hyperelastic="neo-hookean", temperature="20 degC", density="0.96 g/cm^3", units="mm-t-s")
     assert set(written) == {"material.toml", "material.feb"}
@@ -51,12 +46,6 @@ def test_cards_stand_beside_the_material_file_and_agree_with_it() -> None:
         files(formats=["febio"], hyperelastic="neo-hookean", temperature="20 degC", density="0.96 g/cm^3", units="mm-t-s")
         == written
     )
-
-
-def test_what_codes_cannot_carry_is_said_line_by_line() -> None:
-    with pytest.raises(InputError) as caught:
-        files(formats=["abaqus", "comsol", "mfront"])
-    assert [line.split(":")[0] for line in caught.value.messages] == ["export.hyperelastic", "export.J_lim"]
 
 
 def test_mistakes_in_keys_that_contradict_each_other_come_at_once() -> None:

@@ -158,11 +158,6 @@ def test_the_energy_of_a_card_is_that_of_the_spring(form: str, law: SpringLaw) -
     assert READERS[form](law.name, files) == pytest.approx(expected, rel=within, abs=1e-6)
 
 
-def test_mfront_takes_a_neo_hookean_spring_instead() -> None:
-    with pytest.raises(InputError, match=r'^hyperelastic: mfront has no "ogden" law: allow "neo-hookean" instead'):
-        export_card(material(LAWS["ogden"]), "mfront")
-
-
 def test_springs_that_are_the_same_are_written_as_what_a_code_has() -> None:
     assert "NEO HOOKE" in export_card(material(Ogden((2.0,), (2.0,))), "abaqus")["material.inp"]
     assert "NEO HOOKE" in export_card(material(MooneyRivlin(2.0)), "abaqus")["material.inp"]

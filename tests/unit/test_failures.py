@@ -306,22 +306,6 @@ def test_a_fitted_activation_energy_and_scatter_reach_samples_of_films() -> None
         of_area(replace(material, damage=None), 1e-3)
 
 
-def test_half_the_rows_show_the_error_of_damage() -> None:
-    """A field that rises by ln(1 + t): the exposure to E^40 against a sum over far more rows."""
-
-    def exposure(rows: int) -> tuple[float, float]:
-        time = np.concatenate(([0.0], np.geomspace(1e-2, 1e4, rows)))[None]
-        whole = Histories(time, 4e7 * (1 + 0.05 * np.log1p(time)), np.ones_like(time))
-        ageing, slope, film = Ageing("power", 4e7), np.array([40.0]), np.zeros(1, dtype=int)
-        first, second = (each.exposure(ageing, slope, film, time[:, -1])[0][0, 0] for each in (whole, whole.coarser()))
-        return float(first), float(second)
-
-    exact = exposure(200_001)[0]
-    for rows in (101, 201):
-        whole, half = exposure(rows)
-        assert (whole - half) / 3 == pytest.approx(exact - whole, rel=0.1)
-
-
 def test_rows_are_closer_where_a_law_needs_them() -> None:
     path = Path(str(files("dielast"))) / "commands" / "lifetime" / "starters" / "lifetime.short.toml"
     case = read_cases(path)[0]

@@ -14,15 +14,11 @@ from numpy.typing import NDArray
 
 from dielast.base.errors import DielastWarning, InputError
 from dielast.material.spectrum import Spectrum
-from dielast.relaxation import fit as ss
-from dielast.relaxation.ends import short_time_end, votes
 from dielast.relaxation.interconversion import RetardationSpectrum, relaxation_from_retardation, retardation_from_relaxation
 from dielast.relaxation.result import SpectrumFit
 
 by_polynomial = partial(fit_spectrum, method="schwarzl-staverman")
-
 Array = NDArray[np.float64]
-
 LEVEL = 2e4  # Pa, shear
 TRUTH = Spectrum(np.logspace(3, -3, 7), np.array([1e4, 3e4, 2e4, 5e4, 1e5, 8e4, 2e5]))
 TIME = np.logspace(-5, 5, 201)
@@ -134,13 +130,6 @@ def test_processes_are_sought_no_farther_than_the_curve_tells(fit: Callable[...,
     assert fit(relaxation_time=(None, 5e2)).spectrum.relaxation_time[0] == pytest.approx(5e2, rel=1e-12)
 
 
-def test_an_oscillation_that_falls_to_its_end_is_said_to_fall() -> None:
-    early = TIME > 1e-2  # frequencies down to where G' still falls
-    with pytest.warns(DielastWarning, match="the curve has not levelled off"):
-        fit_oscillation(TIME[early], STORAGE[early], LOSS[early], branches=12)
-    assert said(oscillation, relaxation_time=(1e-3, 1e3)) == ""
-
-
 def test_the_end_of_an_oscillation_is_that_of_its_storage_modulus() -> None:
     """An equilibrium modulus is compared with it, and not with the loss modulus."""
     with pytest.raises(InputError, match=r"is above the end of the curve, 6.00\de\+04 Pa"):
@@ -148,28 +137,6 @@ def test_the_end_of_an_oscillation_is_that_of_its_storage_modulus() -> None:
     with pytest.warns(DielastWarning, match="above the end of the curve"):
         oscillation(relaxation_time=(1e-3, 1e3), equilibrium_modulus=1.05 * 3 * LEVEL)
     assert "above the end" not in said(oscillation, relaxation_time=(1e-3, 1e3), equilibrium_modulus=1.015 * 3 * LEVEL)
-
-
-def test_the_sum_of_the_moduli_is_what_the_curve_falls_by() -> None:
-    """Its smoothed first modulus less the equilibrium modulus, unless the polynomial has more of it at the shortest time."""
-    largest = short_time_end(np.log10(WIDE), PLATEAUS / 3).modulus
-    polynomial = ss.fit_polynomial(np.log10(WIDE), np.log10(PLATEAUS / 3), 7, votes(np.log10(WIDE)))
-    by = {}
-    for fastest in (5e-7, 1e-4):
-        fit = by_polynomial(WIDE, PLATEAUS, equilibrium_modulus=2.9e4, relaxation_time=(fastest, None))
-        seen = float(ss.cumulative_spectrum(polynomial, 2.9e4 / 3, fastest))
-        assert fit.spectrum.shear_modulus.sum() == pytest.approx(max(largest - 2.9e4 / 3, seen), rel=1e-9)
-        by[fastest] = seen < largest - 2.9e4 / 3
-    assert by == {5e-7: False, 1e-4: True}
-
-
-@pytest.mark.filterwarnings("ignore:the spectrum misses the curve")
-def test_a_curve_that_falls_from_its_first_point_on_has_more_than_it_shows() -> None:
-    """Of a power law t^-n, H(tau) = (1 + n) G(2 tau) at the shortest time of half the first one: 1 + n times the first modulus."""
-    time = np.logspace(-2, 4, 121)
-    fit = by_polynomial(time, 3e6 * time**-0.3, equilibrium_modulus=0.0)
-    assert fit.spectrum.shear_modulus.sum() == pytest.approx(1.3 * 1e6 * time[0] ** -0.3, rel=1e-6)
-    assert fit.polynomial_rms_relative_error == pytest.approx(0.0, abs=1e-9)
 
 
 @pytest.mark.filterwarnings("ignore:the spectrum misses the curve")
@@ -199,45 +166,6 @@ def test_advice_names_what_made_a_modulus_negative(options: dict[str, Any], advi
     assert str(refused.value).count("modulus,") == 1
 
 
-def test_a_negative_branch_that_is_not_kept_does_no_harm() -> None:
-    assert fit_spectrum(WIDE, PLATEAUS, glassy_modulus=2.4e6, keep=29).clipped_branches == 0
-
-
-def test_what_clipping_changes_is_told_where_it_changes_most() -> None:
-    """The change of G(t) is that of all negative moduli together."""
-    time = WIDE
-    bumpy = PLATEAUS * (1 + 0.05 * np.exp(-0.5 * ((np.log10(time) - 4) / 0.5) ** 2))
-    with pytest.warns(DielastWarning) as caught:
-        fit = by_polynomial(time, bumpy, polynomial_degree=20)
-    (said,) = [str(each.message) for each in caught if "came out negative" in str(each.message)]
-    polynomial = ss.fit_polynomial(np.log10(time), np.log10(bumpy / 3), 20, votes(np.log10(time)))
-    tau = fit.spectrum.relaxation_time
-    cumulative = ss.cumulative_spectrum(polynomial, fit.equilibrium_shear_modulus, tau)
-    moduli = ss.discrete_moduli(cumulative, max(float(fit.spectrum.shear_modulus.sum()), float(cumulative[-1])))
-    negative = moduli[:-1] < 0
-    lost = np.exp(-time[:, None] / tau[:-1][negative]) @ -moduli[:-1][negative] / (fit.model / 3)
-    assert (
-        f"{negative.sum()} of 30 moduli came out negative (the slowest at a relaxation time of {tau[:-1][negative][0]:.3g} s)"
-        in said
-    )
-    assert said.endswith(f"changes G({time[np.argmax(lost)]:.3g} s) by {lost.max():.2%}")
-    assert fit.clipped_branches == negative.sum()
-
-
-@pytest.mark.parametrize("unit", [1e-6, 1.0, 1e6])
-def test_interconversion_knows_no_unit(unit: float) -> None:
-    """A flowing and a solid material, in moduli of 1e-6 and of 1e6: the identity of the two brackets holds in every unit."""
-    for level in (0.0, 0.3 * unit):
-        spectrum = Spectrum(np.array([30.0, 2.0, 0.1]), unit * np.array([0.2, 1.0, 0.5]))
-        creep = retardation_from_relaxation(spectrum, level)
-        back, equilibrium = relaxation_from_retardation(creep)
-        np.testing.assert_allclose(back.relaxation_time, spectrum.relaxation_time, rtol=1e-12)
-        np.testing.assert_allclose(back.shear_modulus, spectrum.shear_modulus, rtol=1e-12)
-        assert equilibrium == pytest.approx(level, rel=1e-12)
-        assert creep.glassy_compliance == pytest.approx(1 / (level + 1.7 * unit), rel=1e-12)
-        assert creep.fluidity == (0.0 if level else pytest.approx(1 / (unit * (6.0 + 2.0 + 0.05)), rel=1e-12))
-
-
 def test_a_zero_right_beside_a_pole_costs_no_digits() -> None:
     """A process of almost no strength: the retardation time stands off its own by 1e-14 of it, and the strength is right."""
     spectrum = Spectrum(np.array([100.0, 1.0]), np.array([1e-9, 1.0]))
@@ -247,18 +175,6 @@ def test_a_zero_right_beside_a_pole_costs_no_digits() -> None:
     assert creep.retardation_time[0] > 100.0
     back, _ = relaxation_from_retardation(creep)
     np.testing.assert_allclose(back.shear_modulus, spectrum.shear_modulus, rtol=1e-5)
-
-
-@pytest.mark.parametrize("retarded", [0, 2])
-def test_processes_are_sorted_and_their_numbers_locked(retarded: int) -> None:
-    given = np.array([1.0, 100.0])[:retarded]
-    creep = RetardationSpectrum(given, np.array([3e-6, 1e-6])[:retarded], 1e-6, 0.0)
-    np.testing.assert_array_equal(creep.retardation_time, given[::-1])
-    np.testing.assert_array_equal(creep.compliance, np.array([3e-6, 1e-6])[:retarded][::-1])
-    assert creep.creep_compliance(0.0) == 1e-6
-    assert not creep.compliance.flags.writeable
-    given[:] = 7.0
-    assert np.all(creep.retardation_time != 7.0)
 
 
 @pytest.mark.parametrize(
@@ -283,10 +199,3 @@ def test_impossible_retardation_is_refused(parts: tuple[Array, Array, float, flo
 def test_impossible_relaxation_does_not_creep(moduli: list[float], equilibrium: float) -> None:
     with pytest.raises(InputError, match="moduli that are not negative, and not all zero"):
         retardation_from_relaxation(Spectrum(np.ones(1), np.array(moduli)), equilibrium)
-
-
-def test_a_spring_alone_neither_relaxes_nor_creeps() -> None:
-    creep = retardation_from_relaxation(Spectrum(np.ones(1), np.zeros(1)), 0.5)
-    assert (creep.retardation_time.size, creep.glassy_compliance, creep.fluidity) == (0, 2.0, 0.0)
-    spectrum, level = relaxation_from_retardation(creep)
-    assert (len(spectrum), level) == (0, 0.5)

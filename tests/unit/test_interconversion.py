@@ -5,13 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from hypothesis import given, strategies as st
-from numpy.typing import NDArray
 
 from dielast.base.errors import InputError
 from dielast.material.spectrum import Spectrum
 from dielast.relaxation.interconversion import RetardationSpectrum, relaxation_from_retardation, retardation_from_relaxation
-
-Array = NDArray[np.float64]
 
 
 def test_the_standard_linear_solid() -> None:
@@ -66,24 +63,6 @@ def test_there_and_back_again_and_the_product_of_the_two_is_one(
     modulus = equilibrium + np.sum(spectrum.shear_modulus * (spectrum.relaxation_time * s) / (1 + spectrum.relaxation_time * s), 1)
     compliance = creep.glassy_compliance + np.sum(creep.compliance / (1 + creep.retardation_time * s), 1) + creep.fluidity / s[:, 0]
     np.testing.assert_allclose(modulus * compliance, 1.0, rtol=1e-12)
-
-
-@given(decades, strengths, st.booleans())
-def test_times_interlace(tenths: list[int], heights: list[float], flows: bool) -> None:
-    tau = np.sort(10 ** (np.array(tenths) / 5))[::-1]
-    creep = retardation_from_relaxation(Spectrum(tau, np.array(heights[: tau.size])), 0.0 if flows else 0.1)
-    retarded = creep.retardation_time
-    assert retarded.size == tau.size - flows
-    # creep is slower than relaxation, each process but not beyond the next slower one; the slowest of a melt is its flow
-    assert np.all(retarded > tau[flows:])
-    assert np.all(retarded[1 - flows :] < tau[: tau.size - 1])
-
-
-def test_processes_of_no_strength_and_of_equal_times_are_taken_together() -> None:
-    plain = retardation_from_relaxation(Spectrum(np.array([10.0, 1.0]), np.array([3.0, 5.0])), 1.0)
-    cut = retardation_from_relaxation(Spectrum(np.array([10.0, 10.0, 4.0, 1.0]), np.array([1.0, 2.0, 0.0, 5.0])), 1.0)
-    np.testing.assert_allclose(cut.retardation_time, plain.retardation_time, rtol=1e-14)
-    np.testing.assert_allclose(cut.compliance, plain.compliance, rtol=1e-13)
 
 
 def test_impossible_spectra_are_refused() -> None:

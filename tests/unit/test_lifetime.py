@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
-import matplotlib as mpl
 import numpy as np
 import pytest
 from flat import failure_map
@@ -14,7 +13,6 @@ from dielast import FailureMap, Material, Spectrum, fit_lifetime
 from dielast.material.damage import InversePower
 from dielast.material.shift import NoShift
 from dielast.plots.failure_map import plot_failure_map
-from dielast.plots.style import style
 from dielast.simulate.lifetime import EXPONENTIAL_LAW, MARKER, POWER_LAW, ROOM
 
 VOLTAGE = np.linspace(3e3, 5e3, 11)
@@ -75,20 +73,6 @@ def test_a_line_that_misses_a_point_by_a_marker_is_not_drawn() -> None:
         assert note == ("lines: inverse power law" if law else "without a line: no law meets all points")
         laws = [line for line in figure.axes[0].get_lines() if line.get_linestyle() not in ("None", "none")]
         assert len(laws) == bool(law)
-
-
-def test_a_marker_is_as_large_as_the_criterion_says() -> None:
-    result = a_map(EXPONENTIAL, POWER)
-    with style():
-        figure = plot_failure_map(result, fit_lifetime(result))
-        figure.draw_without_rendering()
-        size = mpl.rcParams["lines.markersize"]
-    axes = figure.axes[0]
-    height = axes.get_window_extent().height / figure.dpi * 72
-    assert size / height == pytest.approx(MARKER, rel=0.15)
-    low, high = axes.get_ylim()
-    decades = np.log10(np.concatenate((EXPONENTIAL, POWER)))
-    assert np.log10(high / low) == pytest.approx(np.ptp(decades) + np.log10(ROOM**2), rel=0.15)
 
 
 def test_few_points_and_a_film_that_fails_without_a_voltage() -> None:

@@ -135,30 +135,6 @@ def test_creep_is_shifted_along_its_inverse() -> None:
     assert np.max(np.abs(score)) < 3
 
 
-def test_creep_compliance_is_divided_by_the_vertical_shift() -> None:
-    """J = b J_reduced, as E = E_reduced / b."""
-    b = 1 / (1 + 0.003 * (TEMPERATURES - 20.0))
-    master = build([CreepCurve(c.temperature, c.time, c.compliance * f) for c, f in zip(kelvin(), b, strict=True)], vertical="free")
-    np.testing.assert_allclose(master.vertical_shift, b, rtol=0.01)
-    np.testing.assert_allclose(master.creep_compliance, np.sort(master.creep_compliance), rtol=2e-3)
-    imposed = build(kelvin(), vertical="density-temperature")
-    np.testing.assert_allclose(imposed.vertical_shift, 293.15 / (TEMPERATURES + 273.15))
-
-
-def test_noise_about_zero_at_the_start_of_creep_is_left_out() -> None:
-    rng = np.random.default_rng(1)
-    time = np.linspace(0.01, 100, 4000)
-    curves = []
-    for temperature, shift in zip(TEMPERATURES.tolist(), TRUTH, strict=True):
-        t = time / 10**shift
-        curves.append(CreepCurve(temperature, time, 1e-7 * t**0.5 * (1 + t) ** 0.4 + 2e-8 * rng.standard_normal(t.size)))
-    with pytest.warns(DielastWarning) as caught:
-        master = build_master_curve(curves, reference_temperature=20.0)
-    assert any("at the short end of curves that are lost in noise" in str(entry.message) for entry in caught)
-    moved = TEMPERATURES != 20.0
-    assert np.all(np.abs(master.log10_shift_factor - TRUTH)[moved] < 4 * master.log10_shift_factor_stderr[moved])
-
-
 @cache
 def as_they_come() -> tuple[list[FrequencySweep], MasterCurve]:
     curves = maxwell(0.01)
@@ -279,15 +255,3 @@ def test_a_sweep_apart_from_the_others_is_named_and_spoils_nothing(on: Any, vert
     away = np.abs(found.log10_shift_factor - np.append(np.nan, truth))[1:]
     assert np.all(away <= 4 * found.log10_shift_factor_stderr[1:])
     assert found.rms_residual_decades < 0.01
-
-
-def test_both_moduli_are_kept_beside_a_sweep_apart() -> None:
-    found = build(glassy_sweeps(GLASSY_TEMPERATURES), reference_temperature=25.0)
-    assert found.shifted_on == "moduli"
-    assert found.log10_shift_factor_fit[0] == pytest.approx(float(GLASSY_LAW.log10_shift_factor(-20.0)), abs=0.1)
-
-
-def test_two_sweeps_apart_are_both_named() -> None:
-    found = build(glassy_sweeps((-24.0, *GLASSY_TEMPERATURES)), reference_temperature=25.0)
-    assert [entry.temperature for entry in found.undetermined] == [-24.0, -20.0]
-    assert found.shifted_on == "moduli"

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
 from dielast.base.errors import InputError
-from dielast.handover.material_file import parse_material, read_material, write_material
+from dielast.handover.material_file import parse_material, write_material
 from dielast.material.law import Constant
 from dielast.material.material import Breakdown, Material
 from dielast.material.shift import WLF, Arrhenius, NoShift, ShiftTable, VogelFulcherTammann
@@ -116,31 +115,6 @@ field = ["40 MV/m", "48 MV/m"]
 """
 
 
-def test_a_material_file_is_read() -> None:
-    material = parse_material(VHB.encode(), "vhb.toml")
-    assert material.equilibrium_modulus == 26e3
-    assert material.equilibrium_law.J_lim == 110.0
-    assert material.spectrum.shear_modulus.tolist() == [1017.5, 1377.0]
-    assert material.shift == WLF(20.0, 13.7, 187.1)
-    assert material.permittivity == 3.98e-11
-    assert material.breakdown == Breakdown((1.7, 1.9), (40e6, 48e6))
-    slower = 10 ** (13.7 * 20 / 167.1)
-    np.testing.assert_allclose(material.relaxation_time([0.0, 20.0])[0], slower * np.array([159000.0, 58000.0]))
-
-
-def test_left_out_sections_take_their_defaults() -> None:
-    text = VHB.split("[dielectric]")[0].replace("J_lim = 110.0\n", "")
-    material = parse_material(text.encode(), "vhb.toml")
-    assert material.equilibrium_law.J_lim == math.inf
-    assert material.permittivity is None
-    assert material.breakdown is None
-
-
-def test_relative_permittivity_is_times_that_of_vacuum() -> None:
-    text = VHB.replace('permittivity = "3.98e-11 F/m"', "relative_permittivity = 4.5")
-    assert parse_material(text.encode(), "vhb.toml").permittivity == pytest.approx(3.984e-11, rel=1e-3)
-
-
 @pytest.mark.parametrize("where", ["-1 degC", "61 degC"])
 def test_a_shift_table_must_hold_the_reference_temperature(where: str) -> None:
     table = '[shift]\nlaw = "table"\ntemperature_degC = [0.0, 60.0]\nlog10_shift_factor = [1.0, -2.0]\n'
@@ -180,11 +154,6 @@ def test_a_material_without_branches_is_elastic() -> None:
     assert write_material(parse_material(write_material(material), "vhb.toml")) == write_material(material)
     with pytest.raises(InputError, match="every shear modulus is zero"):
         parse_material(text.replace("26 kPa", "0 Pa").encode(), "vhb.toml")
-
-
-def test_a_missing_material_is_an_input_error(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="no such file"):
-        read_material(tmp_path / "none.toml")
 
 
 laws = st.one_of(

@@ -15,10 +15,8 @@ from dielast.base.units import (
     STRESS,
     TEMPERATURE,
     TIME,
-    Dimension,
-    conversion,
 )
-from dielast.io.cells import TextFormat, decode, is_number
+from dielast.io.cells import TextFormat, is_number
 from dielast.io.text_table import MeasuredTable, read_measured
 
 HEADER_ALONE = "no columns of numbers found: there are no rows below the header"
@@ -59,11 +57,6 @@ def test_what_laboratories_write_is_read(separator: str, newline: str, encoding:
     assert numbers(read_measured(text.encode(encoding), "dma.csv")) == as_si()
 
 
-def test_quoted_cells_may_hold_the_separator() -> None:
-    table = read('"time [s]","E, storage [MPa]"\n1,2\n')
-    assert table.names == ("time", "E, storage")
-
-
 @pytest.mark.parametrize("name", ["strain", "strain (nominal)", "L / L0", "eps [nominal]", "dL / L (t)", "strain [%]"])
 def test_what_is_no_unit_above_a_row_of_units_is_a_part_of_the_name(name: str) -> None:
     table = read(f"t,{name}\ns,%\n0,1\n2,4\n")
@@ -76,26 +69,11 @@ def test_a_dash_in_the_row_of_units_says_no_unit() -> None:
     assert table.units == ("Hz", "C", "-")
 
 
-@pytest.mark.parametrize("header", ["T [degF],t [s]", "T (°F),t (s)", "T,t\ndeg F,s", "T,t\n°F,s"])
-def test_fahrenheit_is_read_into_celsius(header: str) -> None:
-    table = read(f"{header}\n68,1\n14,2\n")
-    assert table.column("T", "temperature", TEMPERATURE).tolist() == pytest.approx([20, -10], abs=1e-12)
-
-
 def test_numbers_without_a_header_are_columns_by_number() -> None:
     table = read_measured(b"1 2\n3 4\n", "bare.txt", units={"time": "s"})
     assert table.column(1, "time", TIME).tolist() == [1, 3]
     with pytest.raises(InputError, match="column 3 is wanted for time, but there are 2 columns"):
         table.column(3, "time", TIME)
-
-
-def test_blank_lines_and_comments_do_not_shift_the_line_of_an_error() -> None:
-    with pytest.raises(InputError, match=r'dma.csv: line 6: column "E": "oops" is not a finite number'):
-        numbers(read("time [s],E [MPa]\n1,2\n\n# 9,9: the clamp slipped\n2,2\n3,oops\n"))
-
-
-def test_a_comment_above_the_numbers_names_columns() -> None:
-    assert numbers(read("# time [s],E [MPa]\n1,2\n  # pause, of an hour, and more\n3,4\n#")) == [(1, 2e6), (3, 4e6)]
 
 
 @pytest.mark.parametrize(
@@ -184,23 +162,11 @@ def test_a_header_of_another_width_than_the_rows_is_refused() -> None:
         read("time [s],E [MPa]\n1,1,2\n2,2,3\n")
 
 
-def test_a_last_column_may_be_empty() -> None:
-    assert numbers(read("time [s],E [MPa],remark\n1,2,\n2,3,\n")) == [(1, 2e6), (2, 3e6)]
-
-
 @pytest.mark.parametrize("header", ["time [s],E [MPa]", "time [s],E [MPa],,", "time,E\ns,MPa"])
 def test_rows_may_end_in_separators_that_the_header_does_not_have(header: str) -> None:
     table = read(f"{header}\n1,2,\n2,3,\n")
     assert table.column("time", "time", TIME).tolist() == [1, 2]
     assert table.column("E", "modulus", STRESS).tolist() == [2e6, 3e6]
-
-
-def test_words_after_in_that_are_no_unit_belong_to_the_name() -> None:
-    assert read("stress in tension,strain in x\n1,2\n2,3\n").names == ("stress in tension", "strain in x")
-
-
-def test_units_stay_with_their_names_between_blanks() -> None:
-    assert numbers(read("time [s]   E (MPa)\n1   2\n2   3\n")) == [(1, 2e6), (2, 3e6)]
 
 
 def test_a_strain_without_a_unit_is_not_taken_as_a_fraction() -> None:
@@ -218,28 +184,9 @@ def test_old_macintosh_line_ends_and_typeset_signs_are_read() -> None:
     assert table.column("x", "modulus", STRESS).tolist() == [2e6, 3e6]
 
 
-def test_a_unit_stated_in_other_words_is_no_contradiction() -> None:
-    table = read_measured("T [°C],x\n1,2\n".encode(), "dma.csv", units={"temperature": "degC"})
-    assert table.column("T", "temperature", TEMPERATURE).tolist() == [1]
-
-
-@given(st.text(st.characters(min_codepoint=32, max_codepoint=255), min_size=1))
-def test_text_survives_every_encoding(text: str) -> None:
-    for encoding in ("utf-8", "utf-8-sig", "utf-16"):
-        assert decode(text.encode(encoding), "dma.csv") == text
-    assert decode(text.encode("latin-1"), "dma.csv", TextFormat(encoding="latin-1")) == text
-
-
 def test_utf_16_is_seen_without_its_mark() -> None:
     text = "\n".join(["Project:\tmodel", "time [s]\tE [MPa]", *(f"{k}\t{k}" for k in range(1, 40))])
     assert read_measured(text.encode("utf-16-le"), "dma.csv").column("time", "time", TIME)[:2].tolist() == [1, 2]
-
-
-@pytest.mark.parametrize("dimension", [FREQUENCY, ANGULAR_FREQUENCY])
-@pytest.mark.parametrize("unit", ["1/s", "/s", "s^-1", "1/min", "s⁻¹"])
-def test_what_may_be_hz_or_radians_per_second_is_neither(unit: str, dimension: Dimension) -> None:
-    with pytest.raises(InputError, match="may mean a frequency or an angular frequency: state Hz or rad/s"):
-        conversion(unit, dimension)
 
 
 def test_the_recipe_may_settle_what_a_header_leaves_open() -> None:
@@ -258,12 +205,6 @@ def test_a_number_too_large_for_its_unit_is_one_line() -> None:
     table = read_measured(b"t [s],E [GPa]\n1,2\n2,1e303\n", "x.csv")
     with pytest.raises(InputError, match=r'^x.csv: line 3: column "E": the number is too large$'):
         table.column("E", "modulus", STRESS)
-
-
-@pytest.mark.parametrize("newline", ["\r\n", "\r", "\n"])
-@pytest.mark.parametrize("encoding", ["utf-8", "utf-16", "latin-1"])
-def test_text_from_any_system_has_the_same_line_ends(newline: str, encoding: str) -> None:
-    assert decode(f"Ä{newline}b{newline}".encode(encoding), "x.txt") == "Ä\nb\n"
 
 
 @pytest.mark.parametrize("decimal", [".", ","])
@@ -292,14 +233,6 @@ def test_a_column_may_be_called_as_its_header_is_spelled(header: str, wanted: li
         assert table.column(name, "modulus", STRESS).tolist() == [2.5e6, 2e6], name
     assert table.column("time (min)", "time", TIME).tolist() == [60.0, 600.0]
     assert table.rows_where({"time (min)": 10}).tolist() == [False, True]
-
-
-@pytest.mark.parametrize("header", ["E, MPa", "E/MPa", "E (eng.)", "E [real part]"])
-def test_a_header_that_does_not_state_its_unit_is_found_and_its_unit_taken_from_the_recipe(header: str) -> None:
-    text = f"time [s];{header}\n1;2.5\n2;2\n".encode()
-    assert read_measured(text, "dma.csv", units={"modulus": "MPa"}).column(header, "modulus", STRESS).tolist() == [2.5e6, 2e6]
-    with pytest.raises(InputError, match=r"has no unit|unknown unit"):
-        read_measured(text, "dma.csv").column(header, "modulus", STRESS)
 
 
 def test_the_spelling_tells_two_columns_of_one_name_apart() -> None:

@@ -198,12 +198,6 @@ def test_a_complex_viscosity_shows_a_wrong_unit_of_frequency(
         read(tmp_path, file="sweep.csv", columns=columns)
 
 
-def test_swapped_moduli_and_moduli_in_different_units_are_told(tmp_path: Path) -> None:
-    sweep_file(tmp_path, "T [degC],f [Hz],E' [MPa],E'' [Pa]")
-    with pytest.warns(DielastWarning, match="different units: the loss moduli .* 1e6 times as large"):
-        read(tmp_path, file="sweep.csv", columns=SWEEP)
-
-
 @pytest.mark.parametrize(
     ("change", "message"),
     [
@@ -246,15 +240,6 @@ def test_readings_of_one_temperature_that_scatter_are_not_two_temperatures_in_si
     said = [str(entry.message) for entry in caught if "alternate" in str(entry.message)]
     assert bool(said) == alternate
     assert all("0 and 0.7 degC alternate: if they are one temperature whose readings scatter" in text for text in said)
-
-
-def test_sets_too_wide_are_refused(tmp_path: Path) -> None:
-    rows = np.column_stack((sweep_rows(), np.repeat([0, 0, 1], exports.OMEGA.size)))
-    sweep_file(tmp_path, "T [degC],f [Hz],E' [Pa],E'' [Pa],set", rows)
-    with pytest.raises(
-        InputError, match=r"temperatures of one set from 0 to 20 degC are more than 4 temperature_tolerance = 0.5 K"
-    ):
-        read(tmp_path, file="sweep.csv", columns=SWEEP | {"set": "set"})
 
 
 @pytest.mark.parametrize("column", [2, 3])
@@ -318,14 +303,3 @@ def test_names_of_shear_are_not_read_as_tension_without_a_word(tmp_path: Path, n
     assert all('test = "shear" or test = "tension"' in one for one in said)
     for test in ("shear", "tension"):  # stated: no doubt
         assert read(tmp_path, file="sweep.csv", columns=columns, test=test).deformation == test
-
-
-@pytest.mark.parametrize(
-    ("role", "name"), [("compliance", "J(t)"), ("compliance", "J"), ("modulus", "G"), ("modulus", "shear modulus")]
-)
-def test_over_time_names_of_shear_are_doubted_too(tmp_path: Path, role: str, name: str) -> None:
-    unit = "1/Pa" if role == "compliance" else "Pa"
-    rows = np.array([[20, 1, 2], [20, 2, 3], [20, 4, 5], [40, 1, 4], [40, 2, 6], [40, 4, 8.0]])
-    (tmp_path / "time.csv").write_text(table(f"T [degC],time [s],{name} [{unit}]", rows))
-    with pytest.warns(DielastWarning, match="looks like a quantity in shear, but is read as in tension, which differs"):
-        read(tmp_path, file="time.csv", columns={"temperature": "T", role: name})

@@ -9,12 +9,10 @@ import exports
 import numpy as np
 import pytest
 from exports import Step
-from readings import expect_sweeps, model, read, relaxation_curves
+from readings import expect_sweeps, read
 
 from dielast.base.errors import DielastWarning, InputError
-from dielast.io.files import Inputs
 from dielast.material.measurement import CreepCurve, FrequencySweep, RelaxationCurve
-from dielast.readings.read import read_all
 
 USUAL = ("Temperature", "Angular frequency", "Storage modulus", "Loss modulus"), ("°C", "rad/s", "Pa", "Pa")
 RELAXING = ("Temperature", "Step time", "Relaxation modulus"), ("°C", "s", "Pa")
@@ -33,22 +31,6 @@ def test_a_sweep_s_export_needs_no_columns(name: str) -> None:
     assert reading.deformation == ("tension" if name.split("-")[0] in ("universal", "proteus", "eplexor") else "shear")
     expect_sweeps(reading.measurements, 3.0)
     assert reading.summary["format"] == reading.formats[0]
-
-
-@pytest.mark.parametrize("name", ["trios-relaxation.csv", "rheocompass-relaxation.csv"])
-def test_a_relaxation_test_s_export_needs_no_columns(name: str) -> None:
-    data = model(exports.FOLDER, file=name)
-    for one, temperature in zip(relaxation_curves(data, Inputs(exports.FOLDER)), exports.TEMPERATURES, strict=True):
-        assert one.temperature == temperature
-        np.testing.assert_allclose([one.time, one.modulus / 3], exports.relaxation(temperature).T, rtol=1e-12)
-
-
-def test_columns_of_several_frequencies_become_sweeps() -> None:
-    found = read_all(model(exports.FOLDER, file="proteus-frequencies.txt"), Inputs(exports.FOLDER)).measurements
-    for one, temperature in zip(found, exports.TEMPERATURES, strict=True):
-        assert isinstance(one, FrequencySweep)
-        np.testing.assert_allclose(one.angular_frequency, exports.OMEGA[::4], rtol=1e-3)
-        np.testing.assert_allclose(one.storage_modulus, 3 * exports.sweep(temperature)[::4, 1], rtol=1e-6)
 
 
 def test_steps_that_do_not_fit_are_left_out_and_said() -> None:
@@ -120,13 +102,6 @@ def test_points_that_were_not_measured_are_left_out_with_a_warning(tmp_path: Pat
     assert found[0].angular_frequency.size == exports.OMEGA.size - 1
 
 
-def test_what_is_no_number_in_an_export_is_an_error(tmp_path: Path) -> None:
-    text = exports.trios(exports.sweeps(*USUAL))
-    (tmp_path / "export.txt").write_text(text.replace("\t100.0\t", "\t1,000.0\t", 1))
-    with pytest.raises(InputError, match=r'export.txt: line 12: column "Angular frequency": "1,000.0" is not a finite number'):
-        read(tmp_path, file="export.txt")
-
-
 def test_a_clock_that_runs_on_is_refused(tmp_path: Path) -> None:
     names = ("Temperature", "Time", "Relaxation modulus"), ("°C", "s", "Pa")
     late = [
@@ -174,12 +149,3 @@ def test_a_creep_test_s_export_needs_no_columns(tmp_path: Path, unit: str) -> No
 def test_a_ramp_is_refused_for_an_export_of_sweeps() -> None:
     with pytest.raises(InputError, match="leave them out for a frequency sweep"):
         read(exports.FOLDER, file="trios-sweeps.txt", ramp="1 s")
-
-
-def test_an_export_can_be_taken_for_a_plain_table(tmp_path: Path) -> None:
-    one = exports.sweeps(*USUAL, temperatures=(20.0,))
-    columns = {"temperature": "Temperature", "angular_frequency": "Angular frequency", "storage": "Storage modulus"}
-    name = export(tmp_path, one)
-    reading = read(tmp_path, file=name, format="table", columns=columns | {"loss": "Loss modulus"})
-    assert reading.formats == ("table",)
-    assert len(reading.measurements) == 1

@@ -73,14 +73,6 @@ def test_points_do_not_crowd(shape: tuple[int, int, int], films: int) -> None:
         assert np.ptp(np.diff(every)) <= 1
 
 
-def test_the_legend_says_what_the_bands_are() -> None:
-    result = a_map(1, 2, 13)
-    bounds = (result.time_to_failure / 2, result.time_to_failure * 2)
-    legend = plot_failure_map(result, fit_lifetime(result), None, bounds, "90 % interval").axes[0].get_legend()
-    assert legend is not None
-    assert "bands: 90 % interval" in legend.get_title().get_text()
-
-
 def test_a_band_that_some_draws_outlive_is_open_above() -> None:
     result = a_map(1, 2, 13)
     upper = result.time_to_failure * 2

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from dataclasses import replace
 from io import BytesIO
 from itertools import pairwise
@@ -56,44 +55,6 @@ def test_few_temperatures_have_a_legend_and_many_a_colour_bar() -> None:
         words = [text.get_text() for text in legend.get_texts()]
         assert ("\N{MINUS SIGN}20 °C" in words) == named
         assert ("temperature [°C]" in labels(figure)[4:]) != named
-
-
-def test_every_axis_of_a_quantity_has_its_unit() -> None:
-    result, figure = master(5)
-    fit = fit_spectrum(result.reduced_time, result.relaxation_modulus, method="nnls", branches=10)
-    for text in (*labels(figure), *labels(plot_spectrum(fit))):
-        assert re.search(r"\[[^\]]+\]$", text) or text == "log$_{10}$ shift factor"
-
-
-def test_a_vertical_shift_is_said() -> None:
-    _, figure = master(3)
-    assert "Young's relaxation modulus [MPa]" in labels(figure)[-2:]
-    measured = [
-        RelaxationCurve(c.temperature, c.time, c.modulus * (1 + 0.002 * c.temperature)) for c in curves(np.array([0, 20, 40]))
-    ]
-    shifted = build_master_curve(measured, reference_temperature=20.0, law="table", vertical="free")
-    assert "Young's relaxation modulus, shifted [MPa]" in labels(plot_master_curve(shifted, measured))
-
-
-def test_branches_that_are_zero_are_counted_in_the_legend() -> None:
-    time = np.geomspace(1e-3, 1e3, 60)
-    fit = fit_spectrum(time, 1e6 * np.exp(-time) + 1e5, method="nnls", branches=20)
-    zeros = int(np.count_nonzero(fit.spectrum.shear_modulus == 0))
-    assert zeros > 1
-    for clipped, words in ((0, f", {zeros} fitted as zero"), (1, f", {zeros - 1} fitted as zero, 1 negative, set to zero")):
-        legend = plot_spectrum(replace(fit, clipped_branches=clipped)).axes[0].get_legend()
-        assert legend is not None
-        assert legend.get_texts()[0].get_text() == f"20 branches{words}"
-
-
-def test_log_axes_have_minor_ticks_over_few_and_many_decades() -> None:
-    for high in (30.0, 1e4, 1e13):
-        with style():
-            _, (axes,) = panels(1, None)
-            axes.plot([1.0, high], [1.0, high])
-            log_axis(axes, "x")
-            low, upper = axes.get_xlim()
-            assert sum(low <= tick <= upper for tick in axes.get_xticks(minor=True)) >= 6
 
 
 def lightness(colour: object) -> float:

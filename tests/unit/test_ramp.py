@@ -103,13 +103,6 @@ def test_stress_over_strain_is_youngs_modulus(test_with_a_ramp: Path) -> None:
     np.testing.assert_allclose(reference.modulus, exact, rtol=0.015)
 
 
-@pytest.mark.parametrize("ramp", [1e-15, 1e-12, 1e-6])
-def test_a_ramp_far_shorter_than_the_times_is_a_step_at_its_middle(ramp: float) -> None:
-    time = np.geomspace(1.0, 1e6, 7)
-    assert mean_age(time, ramp) == pytest.approx(time - ramp / 2, rel=1e-12)
-    assert time_of_age(mean_age(time, ramp), ramp) == pytest.approx(time, rel=1e-12)
-
-
 def test_without_ramp_needs_a_duration_and_tests_over_time() -> None:
     curve = RelaxationCurve(20.0, [1.0, 3.0, 9.0], [3e5, 2e5, 1e5])
     (changed,) = without_ramp([curve], 1.0)

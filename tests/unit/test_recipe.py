@@ -7,20 +7,11 @@ import pytest
 from hypothesis import given, strategies as st
 
 from dielast.base.errors import InputError
-from dielast.commands.mastercurve.recipe import MasterCurveRecipe
 from dielast.commands.registry import COMMANDS, read_cases
 from dielast.commands.spectrum.recipe import SpectrumRecipe
 from dielast.io.toml import parse_toml
 from dielast.recipe.base import RecipeBase
 
-MASTERCURVE = """
-kind = "mastercurve"
-[data]
-file = "dma.csv"
-columns = { temperature = "T [degC]", time = "t [s]", modulus = "E [Pa]" }
-[shift]
-reference_temperature = "20 degC"
-"""
 SPECTRUM = 'kind = "spectrum"\nmastercurve = "."\n'
 
 
@@ -48,21 +39,6 @@ def mistakes(folder: Path, text: str, *overrides: str) -> list[str]:
         read_recipe(path, None, overrides)
     assert all(line.startswith((f"{path}: ", "--set ")) and "\n" not in line for line in caught.value.messages)
     return [line.removeprefix(f"{path}: ") for line in caught.value.messages]
-
-
-def test_a_recipe_is_read_with_its_defaults(folder: Path) -> None:
-    recipe = read_recipe(write(folder, MASTERCURVE), "mastercurve")
-    assert isinstance(recipe, MasterCurveRecipe)
-    assert (recipe.shift.law, recipe.shift.vertical, recipe.data.discard_before) == ("wlf", "none", 0.0)
-    recipe = read_recipe(write(folder, SPECTRUM))
-    assert isinstance(recipe, SpectrumRecipe)
-    assert (recipe.fit.method, recipe.fit.branches, recipe.fit.polynomial_degree) == (None, None, 7)
-
-
-def test_relaxation_times_may_be_longer_than_any_test(folder: Path) -> None:
-    recipe = read_recipe(write(folder, SPECTRUM + '[fit]\nrelaxation_time = { min = "1e-20 s", max = "1e20 s" }\n'))
-    assert isinstance(recipe, SpectrumRecipe)
-    assert (recipe.fit.relaxation_time.min, recipe.fit.relaxation_time.max) == (1e-20, 1e20)
 
 
 def test_a_recipe_under_another_command_names_the_right_one(folder: Path) -> None:
@@ -109,12 +85,6 @@ def test_every_kind_has_a_schema_and_a_description_for_each_section() -> None:
         assert schema["properties"]["kind"]["const"] == kind
         assert all(definition.get("description") for definition in schema["$defs"].values())
         json.dumps(schema)
-
-
-def test_a_byte_order_mark_is_no_mistake(folder: Path) -> None:
-    path = folder / "bom.toml"
-    path.write_text(SPECTRUM, encoding="utf-8-sig")
-    assert isinstance(read_recipe(path), SpectrumRecipe)
 
 
 def test_keys_without_end_are_one_line() -> None:

@@ -7,15 +7,14 @@ from typing import Any
 
 import pytest
 from hypothesis import given, strategies as st
-from pydantic import BaseModel, Field, ValidationError
+from pydantic import BaseModel, ValidationError
 
 from dielast.base.errors import InputError, quoted, shown, shown_path
 from dielast.commands.registry import COMMANDS, read_cases
 from dielast.handover.material_file import read_material
 from dielast.recipe.cases import check_load
-from dielast.recipe.fields import Section
 from dielast.recipe.paths import read_path, read_setting
-from dielast.recipe.validate import _PLAIN, _models, check
+from dielast.recipe.validate import _PLAIN, _models
 from dielast.report.summary import print_summary
 from dielast.simulate.quantities import ELECTRICAL, FILMS
 
@@ -92,11 +91,6 @@ def test_one_key_of_a_sweep_can_be_set(tmp_path: Path) -> None:
     ]
 
 
-def test_a_swept_path_may_have_quotes_of_its_own(tmp_path: Path) -> None:
-    (tmp_path / "r.toml").write_text(HEAD + STEP + """[sweep]\n'output."points_per_decade"' = [3, 4]\n""")
-    assert [case.recipe.output.points_per_decade for case in read_cases(tmp_path / "r.toml")] == [3, 4]
-
-
 @pytest.mark.parametrize(
     ("value", "text"),
     [
@@ -163,17 +157,6 @@ def test_every_kind_of_mistake_has_words_of_its_own(kind: str, tmp_path: Path) -
                 except ValidationError as error:
                     types = {problem["type"] for problem in error.errors()} - {"value_error", "extra_forbidden"}
                     assert types <= _PLAIN.keys(), (model, name, value)
-
-
-class Named(Section):
-    """Of a name."""
-
-    name: str = Field(min_length=3)
-
-
-def test_characters_are_counted_too(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match='name: "a": at least 3 characters are needed'):
-        check(Named, {"name": "a"}, "r.toml", tmp_path)
 
 
 def test_a_list_of_one_is_a_list(capsys: pytest.CaptureFixture[str]) -> None:

@@ -94,26 +94,6 @@ def test_the_simple_name_goes_first(tmp_path: Path, kind: str) -> None:
     assert list(targets.values()) == [[1.25, 3.0], [1.5, 2.0], [1.5, 2.0]]
 
 
-def test_measured_times_do_not_repeat(tmp_path: Path) -> None:
-    path = write(tmp_path, "relax", FOLLOWED)
-    (tmp_path / "first.csv").write_text("time [s],stretch [1]\n1,1.5\n1,2\n")
-    with pytest.raises(InputError, match=r"^step\[0\].table: first.csv: line 3: time 1 s does not come after 1 s"):
-        solver_steps(read_cases(path)[0].recipe, Inputs(tmp_path))
-    (tmp_path / "first.csv").write_text("time [s],stretch_1 [1]\n1,1.5\n1,2\n0.5,1\n")
-    with pytest.raises(InputError, match=r"^step\[0\].table: first.csv: line 4: time 0.5 s does not come after 1 s"):
-        solver_steps(read_cases(path)[0].recipe, Inputs(tmp_path))
-
-
-def test_a_step_knows_its_place_in_the_history(tmp_path: Path) -> None:
-    steps = f'{FOLLOWED.removesuffix(COARSE)}[[step]]\nstretch = 1.4\nrate = "10 %/s"\n[[step]]\nhold = "5 s"\n'
-    (tmp_path / "first.csv").write_text("time [s],stretch_1 [1]\n0,1\n0,1.5\n3,1.2\n3,1.3\n4,1.3\n")
-    timed = solver_steps(read_cases(write(tmp_path, "relax", steps))[0].recipe, Inputs(tmp_path))
-    assert [step.number for step in timed] == [0, 0, 0, 1, 2]  # two jumps part the table
-    assert [step.begin for step in timed] == pytest.approx([0.0, 0.0, 3.0, 4.0, 5.0])
-    assert [(step.before, step.after) for step in timed] == [(1.0, 1.0), (1.0, 1.2), (1.2, 1.3), (1.3, 1.4), (1.4, 1.4)]
-    assert timed[-1].end == pytest.approx(10.0)
-
-
 def test_several_cases_are_no_load(tmp_path: Path) -> None:
     sweep = '[sweep]\ntemperature = ["20 degC", "30 degC"]\n[output]\ntimes = ["1 s", "2 s"]\n'
     (tmp_path / "first.csv").write_bytes(run(tmp_path, "relax", STRETCHED + sweep))

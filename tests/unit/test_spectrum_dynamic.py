@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from flat import fit_creep, fit_oscillation
 
-from dielast.base.errors import DielastWarning, InputError
+from dielast.base.errors import InputError
 from dielast.material.spectrum import Spectrum
 from dielast.relaxation.interconversion import RetardationSpectrum, relaxation_from_retardation, retardation_from_relaxation
 
@@ -18,17 +18,6 @@ FREQUENCY = np.logspace(-5, 6, 221)
 TIME = np.logspace(-7, 6, 261)
 STORAGE, LOSS = 3 * TRUTH.storage_modulus(FREQUENCY, LEVEL), 3 * TRUTH.loss_modulus(FREQUENCY)
 COMPLIANCE = retardation_from_relaxation(TRUTH, LEVEL).creep_compliance(TIME) / 3
-
-
-def test_an_oscillation_gives_its_series_back_on_its_own_times() -> None:
-    order = np.random.default_rng(2).permutation(FREQUENCY.size)
-    fit = fit_oscillation(FREQUENCY[order], STORAGE[order], LOSS[order], branches=8, relaxation_time=(1e-4, 1e3))
-    np.testing.assert_allclose(fit.spectrum.shear_modulus, TRUTH.shear_modulus, rtol=1e-6)
-    assert fit.equilibrium_shear_modulus == pytest.approx(LEVEL, rel=1e-6)
-    assert fit.max_relative_error < 1e-6
-    np.testing.assert_allclose(1 / fit.reduced_time, FREQUENCY[::-1])
-    np.testing.assert_array_equal(fit.measured, np.stack([STORAGE, LOSS])[:, ::-1])
-    assert fit.test == "oscillation"
 
 
 def test_an_oscillation_predicts_the_relaxation_of_the_same_material() -> None:
@@ -63,23 +52,6 @@ def test_creep_predicts_the_relaxation_of_the_same_material(stated: float | None
     assert np.all(fit.spectrum.shear_modulus > 0)
     if stated is not None:
         assert 3 * fit.equilibrium_shear_modulus == pytest.approx(stated, rel=1e-12)
-
-
-def test_a_melt_in_creep_flows_by_its_viscosity() -> None:
-    time = np.logspace(-6, 6, 241)
-    fit = fit_creep(time, retardation_from_relaxation(TRUTH).creep_compliance(time) / 3, branches=25)
-    assert fit.equilibrium_shear_modulus == 0
-    viscosity = TRUTH.relaxation_time @ TRUTH.shear_modulus
-    assert fit.spectrum.relaxation_time @ fit.spectrum.shear_modulus == pytest.approx(viscosity, rel=1e-3)
-
-
-def test_a_glassy_compliance_out_of_reach_is_warned_of() -> None:
-    time = np.logspace(0, 4, 81)
-    with pytest.warns(DielastWarning, match="does not show the glassy compliance"):
-        fit = fit_creep(time, 1e-6 * time, branches=5, equilibrium_modulus=0.0)
-    assert fit.rms_relative_error < 0.02
-    stated = fit_creep(time, 1e-6 * time + 1e-7, branches=5, equilibrium_modulus=0.0, glassy_modulus=1e7)
-    assert 3 * stated.spectrum.shear_modulus.sum() == pytest.approx(1e7, rel=1e-9)
 
 
 @pytest.mark.parametrize("stated", [{}, {"equilibrium_modulus": 3 * LEVEL}])

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from dielast.base.errors import InputError
-from dielast.io.table import Column, number_columns, parse_csv, split_header, stacked_table, to_csv, to_frame
+from dielast.io.table import Column, number_columns, parse_csv, split_header, stacked_table, to_csv
 
 TABLE = [Column("time", "s", np.array([0.1, 1 / 3, -0.0, np.nan])), Column("mode", None, ["none", "a, b", 'say "x"', ""])]
 
@@ -19,19 +19,11 @@ def test_written_numbers_are_read_back() -> None:
     np.testing.assert_allclose(back, values, rtol=5e-9)
 
 
-def test_text_survives_quoting() -> None:
-    assert parse_csv(to_csv(TABLE), "x.csv")["mode"] == ["none", "a, b", 'say "x"', ""]
-
-
 def test_no_text_is_a_formula() -> None:
     formulas = ["=1+1", "@SUM(A1)", "+2", "-2+3+cmd|' /C calc'!A0", "-A1", "--1"]
     text = ["-5 %/s", "-40 degC", "-20 °C", "-1e-05", "-0.1 1/s", "a=b", "a-b"]
     read = parse_csv(to_csv([Column("rate", None, formulas + text)]), "x.csv")["rate"]
     assert read == [f"'{formula}" for formula in formulas] + text
-
-
-def test_a_frame_has_the_headers() -> None:
-    assert list(to_frame(TABLE).columns) == ["time [s]", "mode"]
 
 
 def test_a_column_of_several_cases_is_a_sequence() -> None:
@@ -52,21 +44,6 @@ def test_columns_of_different_length_are_a_bug() -> None:
         to_csv([Column("a", "1", np.zeros(2)), Column("b", "1", np.zeros(3))])
 
 
-@pytest.mark.parametrize(
-    ("header", "expected"),
-    [
-        ("time [s]", ("time", "s")),
-        ("E (MPa)", ("E", "MPa")),
-        ("t / min", ("t", "min")),
-        ("stress/strain", ("stress/strain", None)),
-        ("E_relax", ("E_relax", None)),
-        ("strain [%]", ("strain", "%")),
-    ],
-)
-def test_headers_split_into_name_and_unit(header: str, expected: tuple[str, str | None]) -> None:
-    assert split_header(header) == expected
-
-
 def test_a_number_column_names_the_row_that_is_wrong() -> None:
     with pytest.raises(InputError, match=r'x.csv: row 3: column "a \[1\]": "b" is not a number'):
         number_columns(b"a [1]\n1\nb\n", "x.csv", ["a [1]"])
@@ -79,8 +56,3 @@ def test_the_argument_of_a_function_is_not_a_unit(name: str) -> None:
     assert split_header(name) == (name, None)
     assert split_header(f"{name} [Pa]") == (name, "Pa")
     assert split_header(f"{name} (Pa)") == (name, "Pa")
-
-
-@pytest.mark.parametrize(("header", "unit"), [("E(Pa)", "Pa"), ("T(C)", "C"), ("C(F)", "F"), ("time(s)", "s"), ("E(Mpaa)", "Mpaa")])
-def test_other_brackets_still_hold_the_unit(header: str, unit: str) -> None:
-    assert split_header(header)[1] == unit

@@ -10,14 +10,12 @@ import numpy as np
 import pytest
 
 from dielast.base.errors import InputError
-from dielast.base.units import STRAIN
 from dielast.commands.plan import warnings_of
 from dielast.commands.registry import read_cases
 from dielast.commands.simulation.solver_steps import solver_steps
 from dielast.io.files import Inputs
-from dielast.io.text_table import read_measured
 from dielast.mechanics.load import Track
-from dielast.readings.quantities import check_area_strain, read_extent
+from dielast.readings.quantities import check_area_strain
 
 FILM = 'kind = "actuate"\nmaterial = "example:vhb4905.toml"\n[film]\nthickness = "0.5 mm"\n[[step]]\n'
 
@@ -142,16 +140,6 @@ def test_areas_and_lengths_of_a_film_are_told_apart(
         return
     with pytest.raises(InputError, match=f"film.csv: {message}$"):
         warnings_of(tmp_path / "r.toml")
-
-
-@pytest.mark.parametrize(
-    ("header", "beneath"),
-    [("A/A0 [%]", ""), ("A/A0 (%)", ""), ("A / A0 [percent]", ""), ("A/A0 in %", ""), ("Area ratio (%)", ""), ("A / A0", "\ns,%")],
-)
-def test_ratios_of_areas_may_be_in_percent(header: str, beneath: str) -> None:
-    table = read_measured(f"time [s],{header}{beneath}\n0,100\n1,101\n2,104\n".encode(), "film.csv")
-    strain = read_extent(table, 1, "area_strain", STRAIN, np.full(3, True), of_length="state columns.stretch")
-    np.testing.assert_allclose(strain, [0.0, 0.01, 0.04], atol=1e-12)
 
 
 @pytest.mark.parametrize(
