@@ -32,12 +32,11 @@ from dielast import (
     calibrate,
 )
 from dielast.base.errors import DielastWarning, InputError, NumericsError
-from dielast.calibration.comparison import Comparison, hull, relative_error, stable_stress
-from dielast.calibration.experiment import SimulatedExperiment
+from dielast.calibration.comparison import Comparison, hull, stable_stress
 from dielast.calibration.fit import fit_material
 from dielast.calibration.laboratory import Laboratory
 from dielast.calibration.laws import cross_validation, stabilities
-from dielast.calibration.levenberg import Descents, minimise
+from dielast.calibration.levenberg import minimise
 from dielast.calibration.likelihood import Likelihood, likelihood_of
 from dielast.calibration.parameters import Parameter, parameter_space
 from dielast.calibration.problem import Weighting
@@ -356,18 +355,6 @@ def test_draws_follow_the_test_that_was_fitted_where_it_determines_little() -> N
     assert calibration.comparisons[0].coverage >= 0.9
 
 
-def test_errors_are_relative_to_what_was_measured_less_the_value_at_rest() -> None:
-    time, stress = np.array([1.0, 2.0, 3.0]), np.array([1e4, 2e4, 3e4])
-    pull = MeasuredTest("pull", time, time / 10 + 1, stress, 20.0)
-    creep = SimulatedExperiment("creep", "A", time, np.array([0.1, 0.2, 0.3]), 1.0, "1", 20.0, "stretch_1 [1]")
-    stretched = Comparison(creep, True, creep.measured + 0.012, creep.measured, creep.measured)
-    assert stretched.rms_relative_error == pytest.approx(0.012 / np.sqrt(np.mean(np.square([0.1, 0.2, 0.3]))))
-    # points of different units count alike
-    assert relative_error([pull, creep], [0.1 * stress, 0.1 * creep.measured]) == pytest.approx(0.1)
-    both = relative_error([pull, creep], [0.3 * stress, 0.4 * creep.measured])
-    assert both == pytest.approx(np.sqrt(0.5 * (0.09 + 0.16)))
-
-
 @pytest.mark.trust
 def test_a_law_that_is_wrong_predicts_worse() -> None:
     tests = [cycle(4.0, 0.1), cycle(3.0, 0.02), cycle(2.0, 0.05)]
@@ -517,20 +504,6 @@ def test_tests_that_cannot_be_are_said(taut: tuple[MeasuredTest, ...]) -> None:
     assert fit.left_out == (taut[0].name, taut[1].name)
     with pytest.raises(NumericsError, match=r"no start can follow any of the tests; .* reaches a stretch of 3:"):
         fit_material(replace(START, equilibrium_law=Gent(0.5)), taut, MODULI, starts=1)
-
-
-def test_steps_show_what_the_residuals_times_their_second_derivatives_are() -> None:
-    """One step along x of r = (x - 2, y + x^2/2 + 3): its second residual alone bends."""
-
-    def residuals(at: np.ndarray, fits: np.ndarray) -> np.ndarray:
-        return np.stack((at[:, 0] - 2, at[:, 1] + 0.5 * at[:, 0] ** 2 + 3), axis=1)
-
-    bounds = np.full(2, -9.0), np.full(2, 9.0)
-    fits = Descents.begin(residuals, np.zeros((1, 2)), bounds, np.ones((1, 2), dtype=bool), bent=True)
-    fits.visit(np.zeros(1, dtype=np.intp), np.array([[0.1, 0.0]]), 1e-4)
-    assert fits.bend is not None
-    assert np.allclose(fits.bend[0], fits.bend[0].T)
-    assert np.allclose(fits.bend[0] @ [0.1, 0.0], [0.1 * (3 + 0.5 * 0.1**2), 0.0], rtol=2e-2, atol=1e-12)
 
 
 def test_bands_hold_those_of_all_laws_that_are_alike() -> None:

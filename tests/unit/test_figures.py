@@ -350,13 +350,6 @@ def test_six_bands_have_a_panel_each_and_27_films_one_for_each_pair_of_factors(t
     assert names_of(figure)[:3] == ["temperature = \N{MINUS SIGN}10 °C", "temperature = 20 °C", "temperature = 40 °C"]
 
 
-def test_the_bands_of_a_map_do_not_hide_each_other(tmp_path: Path) -> None:
-    recipe = MAP.replace("[1.7, 1.9]", "[1.7, 1.8, 1.9]") + SCATTER
-    figure = figure_of(tmp_path, recipe)
-    assert [sum(isinstance(own, PolyCollection) for own in axes.collections) for axes in figure.axes] == [3, 3]
-    assert [axes.get_title("right") for axes in figure.axes] == ["\N{MINUS SIGN}10 °C", "20 °C"]
-
-
 def test_a_band_ends_open_where_too_many_films_have_failed(tmp_path: Path) -> None:
     figure = figure_of(tmp_path, FILM.replace("3 kV", "3.5 kV") + SCATTER.replace("2 %", "5 %"))
     (axes,) = figure.axes

@@ -114,21 +114,6 @@ def test_partial_overlap_and_uneven_sampling(data: st.DataObject) -> None:
     np.testing.assert_allclose(master.log10_shift_factor, truth, atol=1e-3)
 
 
-@pytest.mark.parametrize("seed", range(1))
-def test_power_law_with_free_vertical_shift_is_refused(seed: int) -> None:
-    rng = np.random.default_rng(seed)
-    line = [
-        RelaxationCurve(t, TIME, 1e6 * (TIME * 10 ** (t / 20)) ** -0.3 * (1 + 0.01 * rng.standard_normal(40)))
-        for t in (0.0, 10, 20)
-    ]
-    with (
-        pytest.warns(DielastWarning, match="straight line in log-log"),
-        pytest.raises(InputError, match="no shift factor is determined"),
-    ):
-        build_master_curve(line, reference_temperature=0.0, vertical="free")
-    np.testing.assert_allclose(build(line, 0.0).log10_shift_factor, [0, -0.5, -1], atol=0.02)
-
-
 def test_moduli_that_rise_are_no_want_of_overlap() -> None:
     rising = [RelaxationCurve(t, TIME, 1e11 / modulus(t)) for t in (-20.0, 0.0, 20.0)]
     with pytest.raises(InputError, match=r"at -20, 0, 20 degC the modulus rises with time, which no modulus does"):
@@ -172,12 +157,6 @@ def test_mixed_up_temperatures_are_noticed() -> None:
         ],
         law="arrhenius",
     )
-
-
-def test_missing_plateau_is_said() -> None:
-    assert "no plateau at its long end" in said(ALL)
-    assert "the modulus may still fall, and the equilibrium modulus, its last value, is an upper bound" in said(ALL)
-    assert said(curves(-20, 0, 20, 40, 60, 90, 130, 180, 260)) == ""
 
 
 def test_an_end_that_rises_is_warned_of_if_its_points_rise() -> None:
@@ -235,18 +214,6 @@ def test_time_counted_from_the_wrong_moment_is_noticed(late: float) -> None:
     assert not any(words in said(tests) for words in ("the curves do not superpose", "ramp"))
 
 
-def test_two_processes_with_laws_of_their_own_are_noticed() -> None:
-    rng = np.random.default_rng(0)
-    data = []
-    for temperature in (0.0, 10, 20, 30, 40):
-        one, other = TIME / 10 ** float(LAW.log10_shift_factor(temperature)), TIME * 10 ** (temperature / 80)
-        exact = 1e5 + 3e8 / (1 + (1e3 * one) ** 0.5) + 3e6 / (1 + 0.1 * other)
-        data.append(RelaxationCurve(temperature, TIME, exact * (1 + 0.01 * rng.standard_normal(TIME.size))))
-    assert "one shift factor for a temperature may be too little" in said(data)
-    assert "standard errors allow for it" in said(data)
-    assert np.max(build(data).log10_shift_factor_stderr) > 0.03
-
-
 def test_a_law_that_does_not_fit_is_said() -> None:
     wide = curves(-20, -10, 0, 10, 20, 30, 40, 50, 60)
     master = build(wide, law="arrhenius")
@@ -267,16 +234,3 @@ def test_one_mistaken_temperature_is_named_whatever_the_reference(reference: flo
     found = said(mistaken, reference)
     assert "without 20 degC it fits (" in found
     assert found.count("these temperatures hardly determine") == 1  # the fits without a temperature are not the user's
-
-
-@pytest.mark.parametrize(("at", "factor"), [(0, 1e-3), (18, 1e3), (9, 1e3), (9, 1e-3)])
-def test_one_wild_point_cuts_no_curve_off(at: int, factor: float) -> None:
-    """A shallow curve of few points: pooled with its neighbours, one point would move it out of reach of the others."""
-    few = slice(None, 38, 2)
-    data = [RelaxationCurve(c.temperature, TIME[few], c.modulus[few]) for c in curves(20, 30, 40, 60, 80, 100, 130)]
-    right = build(data)
-    values = data[-1].modulus.copy()
-    values[at] *= factor
-    wrong = [*data[:-1], RelaxationCurve(130.0, TIME[few], values)]
-    np.testing.assert_allclose(build(wrong).log10_shift_factor[:-1], right.log10_shift_factor[:-1], atol=0.01)
-    np.testing.assert_allclose(build(wrong).log10_shift_factor[-1], right.log10_shift_factor[-1], atol=0.1)

@@ -18,7 +18,6 @@ from dielast.commands.spectrum.run import run as run_spectrum
 from dielast.commands.spectrum.sources import read_curve
 from dielast.handover.mastercurve_folder import ReducedCurve
 from dielast.io.files import Inputs
-from dielast.material.ramp import mean_age
 from dielast.material.shift import NoShift
 from dielast.recipe.cases import Case
 from dielast.recipe.validate import check
@@ -62,14 +61,6 @@ def test_stress_and_strain_force_and_extension_or_a_modulus_are_one_curve(
     assert found.kind.name == "relaxation"
     assert found.shift == NoShift(23.0)
     np.testing.assert_allclose(found.columns, [TIME, MODULUS], rtol=1e-12)
-
-
-def test_the_ramp_and_the_start_are_dropped_as_in_a_master_curve(tmp_path: Path) -> None:
-    held(tmp_path, "time [s],E [Pa]", TIME, MODULUS)
-    options = {"file": "test.csv", "columns": {"modulus": "E"}, "reference_temperature": "23 degC"}
-    found = read(tmp_path, **options, ramp="2 s")
-    np.testing.assert_allclose(found.columns[0], mean_age(TIME[TIME >= 4], 2.0))
-    assert read(tmp_path, **options, discard_before="50 s").columns[0][0] >= 50
 
 
 def test_a_test_that_begins_at_zero_states_its_ramp(tmp_path: Path) -> None:

@@ -28,7 +28,6 @@ from dielast.relaxation.creep import fit_creep
 from dielast.relaxation.fit import fit_oscillation
 from dielast.relaxation.interconversion import retardation_from_relaxation
 from dielast.relaxation.reduce import reduce_spectrum
-from dielast.relaxation.superposition.result import MasterCurve
 
 
 def curves(temperatures: np.ndarray) -> list[RelaxationCurve]:
@@ -36,25 +35,8 @@ def curves(temperatures: np.ndarray) -> list[RelaxationCurve]:
     return [RelaxationCurve(float(T), time, 1e6 * (1 + time * 10 ** (T / 20)) ** -0.8 + 1e5) for T in temperatures]
 
 
-def master(count: int) -> tuple[MasterCurve, Figure]:
-    measured = curves(np.linspace(-20, 40, count))
-    result = build_master_curve(measured, reference_temperature=20.0, law="table")
-    return result, plot_master_curve(result, measured, "a title")
-
-
 def labels(figure: Figure) -> list[str]:
     return [text for axes in figure.axes for text in (axes.get_xlabel(), axes.get_ylabel()) if text]
-
-
-def test_few_temperatures_have_a_legend_and_many_a_colour_bar() -> None:
-    for count, named in ((3, True), (21, False)):
-        _, figure = master(count)
-        curve = figure.axes[2]
-        legend = curve.get_legend()
-        assert legend is not None
-        words = [text.get_text() for text in legend.get_texts()]
-        assert ("\N{MINUS SIGN}20 °C" in words) == named
-        assert ("temperature [°C]" in labels(figure)[4:]) != named
 
 
 def lightness(colour: object) -> float:

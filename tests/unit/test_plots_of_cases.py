@@ -127,13 +127,6 @@ def test_swept_quantities_keep_the_unit_of_the_recipe() -> None:
     assert swept([Case(recipe)]) == []
 
 
-def test_a_band_within_its_line_is_not_promised() -> None:
-    cases = [{"time [s]": TIME, "stretch_1 [1]": 1 + 0.1 * TIME**0.1}]
-    bands = [(TIME, 0.9999 * (1 + 0.1 * TIME**0.1), 1.0001 * (1 + 0.1 * TIME**0.1))]
-    figure = figure_of(cases, [""], [], "time [s]", "stretch_1 [1]", bands=bands, interval="90 % interval")
-    assert named(figure) == []
-
-
 def test_a_bar_within_its_mark_is_not_promised() -> None:
     cases = [{"time [s]": TIME, "stretch_1 [1]": 1 + 0.1 * TIME**0.1}]
     for span, line in (((499.0, 501.0), "None"), ((300.0, 900.0), "-")):
@@ -250,13 +243,6 @@ def test_what_the_numbers_of_an_axis_leave_out_is_in_its_label(times: Any, value
         axes = figure.axes[0]
         assert (axes.get_xlabel(), axes.get_ylabel()) == labels
         assert not any(axis.offsetText.get_visible() and axis.offsetText.get_text() for axis in (axes.xaxis, axes.yaxis))
-
-
-def test_long_names_of_cases_differ_in_the_legend() -> None:
-    figure = drawn(3, [], label="an acrylic elastomer with a name that is far too long for a legend, of the batch number {}")
-    names = named(figure)[:3]
-    assert len(set(names)) == 3
-    assert all(name.endswith(str(case)) for case, name in enumerate(names))
 
 
 def test_axes_without_a_value_say_so() -> None:

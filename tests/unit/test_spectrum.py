@@ -14,7 +14,7 @@ from scipy.optimize import isotonic_regression
 from dielast.base.errors import DielastWarning, InputError
 from dielast.material.spectrum import Spectrum
 from dielast.relaxation.checks import POOR_FIT
-from dielast.relaxation.interconversion import RetardationSpectrum
+from dielast.relaxation.interconversion import RetardationSpectrum, relaxation_from_retardation, retardation_from_relaxation
 from dielast.relaxation.result import Method
 
 by_polynomial = partial(fit_spectrum, method="schwarzl-staverman")
@@ -128,25 +128,12 @@ def test_a_melt_has_no_equilibrium_modulus() -> None:
         fit_spectrum(time, 3 * melt.relaxation_modulus(time), method="nnls", branches=40)
 
 
-def test_a_glassy_modulus_below_the_curve_is_refused() -> None:
-    for keep in (None, 5):
-        with pytest.raises(InputError, match=r"^glassy_modulus: 2e\+06 Pa is below the start of the curve, 2\.\d+e\+06 Pa"):
-            fit_spectrum(*smooth_curve(), glassy_modulus=2e6, keep=keep)
-
-
 def test_a_poor_polynomial_and_a_poor_fit_are_warned_of() -> None:
     with pytest.warns(DielastWarning) as caught:
         by_polynomial(*smooth_curve(), polynomial_degree=1, equilibrium_modulus=0.0)
     said = " | ".join(str(each.message) for each in caught)
     assert "polynomial of degree 1 misses the curve" in said
     assert "spectrum misses the curve" in said
-
-
-def test_a_tenth_of_a_decade_past_the_curve_is_no_extrapolation() -> None:
-    """And relaxation times run from the slowest to the fastest in equal ratios (Eq. 19)."""
-    fit = fit_spectrum(*smooth_curve(), branches=30, relaxation_time=(4.5e-7, 6e6), equilibrium_modulus=2.9e4)
-    k = np.arange(1, 31)
-    np.testing.assert_allclose(fit.spectrum.relaxation_time, 6e6 * (4.5e-7 / 6e6) ** ((k - 1) / 29), rtol=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -272,3 +259,60 @@ def test_a_spectrum_that_misses_the_end_of_its_curve_is_warned_of() -> None:
     modulus = 3 * SLOW.relaxation_modulus(SHORT, 2e4)
     with pytest.warns(DielastWarning, match=r"the spectrum is \d+\.\d% below the curve at its end, 100 s: check"):
         by_polynomial(SHORT, modulus, equilibrium_modulus=6e4)
+
+
+TRUTH = Spectrum(np.logspace(3, -4, 8), np.array([1e4, 3e4, 2e4, 9e4, 4e5, 3e5, 8e5, 2e6]))
+LEVEL = 5e4
+FREQUENCY = np.logspace(-5, 6, 221)
+TIME = np.logspace(-7, 6, 261)
+STORAGE, LOSS = 3 * TRUTH.storage_modulus(FREQUENCY, LEVEL), 3 * TRUTH.loss_modulus(FREQUENCY)
+COMPLIANCE = retardation_from_relaxation(TRUTH, LEVEL).creep_compliance(TIME) / 3
+
+
+def test_an_oscillation_predicts_the_relaxation_of_the_same_material() -> None:
+    scatter = 1 + 0.01 * np.random.default_rng(1).standard_normal((2, FREQUENCY.size))
+    fit = fit_oscillation(FREQUENCY, STORAGE * scatter[0], LOSS * scatter[1], branches=50)
+    time = np.logspace(-5, 5, 101)
+    predicted = fit.spectrum.relaxation_modulus(time, fit.equilibrium_shear_modulus)
+    np.testing.assert_allclose(predicted, TRUTH.relaxation_modulus(time, LEVEL), rtol=0.02)
+    assert fit.rms_relative_error == pytest.approx(0.01, rel=0.15)
+
+
+def test_creep_gives_the_relaxation_spectrum_back_on_its_own_times() -> None:
+    truth = RetardationSpectrum(np.logspace(4, -4, 9), 1e-6 * np.array([5, 3, 4, 1, 2, 0.5, 1, 0.2, 0.3]), 2e-7)
+    spectrum, level = relaxation_from_retardation(truth)
+    time = np.logspace(-6, 6, 241)
+    fit = fit_creep(time, truth.creep_compliance(time) / 3, branches=9, retardation_time=(1e-4, 1e4))
+    assert fit.retardation is not None
+    assert fit.retardation.fluidity < 1e-16
+    assert fit.max_relative_error < 1e-6
+    fast = np.logspace(-6, 4, 41)
+    expected = spectrum.relaxation_modulus(fast, level)
+    np.testing.assert_allclose(fit.spectrum.relaxation_modulus(fast, fit.equilibrium_shear_modulus), expected, rtol=1e-5)
+
+
+@pytest.mark.parametrize("stated", [{}, {"equilibrium_modulus": 3 * LEVEL}])
+def test_the_glassy_modulus_of_creep_is_that_of_all_springs(stated: dict[str, float]) -> None:
+    """Stated with the equilibrium modulus or without."""
+    whole = 1.05 * (TRUTH.shear_modulus.sum() + LEVEL)
+    fit = fit_creep(TIME, COMPLIANCE, branches=20, glassy_modulus=3 * whole, **stated)
+    assert fit.spectrum.shear_modulus.sum() + fit.equilibrium_shear_modulus == pytest.approx(whole, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("columns", "options", "found"),
+    [
+        (([1.0, 2.0], [3.0, -2.0]), {}, r"creep compliance\[1\] = -2 1/Pa"),
+        ((TIME, COMPLIANCE), {"glassy_modulus": 1e3}, "glassy_modulus: 1000 Pa is below the start of the curve"),
+        ((TIME, COMPLIANCE), {"equilibrium_modulus": 1e6}, "is above the end of the curve"),
+        ((TIME, COMPLIANCE), {"retardation_time": (1e9, None)}, "no relaxation time lies between"),
+        ((TIME, COMPLIANCE), {"retardation_time": (2.0, 1.0)}, "must be shorter"),
+        ((TIME, COMPLIANCE), {"branches": 0}, "branches: 0: nnls needs at least 1"),
+        ((TIME, COMPLIANCE), {"keep": 0}, "cannot keep 0 of 30 branches"),
+        ((TIME, COMPLIANCE), {"branches": 8, "keep": 9}, "cannot keep 9 of 8 branches"),
+    ],
+)
+def test_impossible_creep_is_refused_in_one_line(columns: Any, options: dict[str, Any], found: str) -> None:
+    with pytest.raises(InputError, match=found) as caught:
+        fit_creep(*columns, **options)
+    assert "\n" not in str(caught.value)

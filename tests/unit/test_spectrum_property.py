@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 from numpy.polynomial import Chebyshev
 from numpy.typing import NDArray
 
-from dielast.base.errors import InputError
+from dielast import Plateaus
+from dielast.base.errors import DielastWarning, InputError
 from dielast.material.spectrum import Spectrum
+from dielast.relaxation.continuous import continuous_spectrum
+from dielast.relaxation.creep import fit_creep
 from dielast.relaxation.ends import least_modulus, long_time_end, short_time_end, votes
-from dielast.relaxation.fit import cumulative_spectrum, discrete_moduli, fit_polynomial, fit_spectrum
+from dielast.relaxation.fit import cumulative_spectrum, discrete_moduli, fit_oscillation, fit_polynomial, fit_spectrum
 from dielast.relaxation.levels import likely_levels
 from dielast.relaxation.result import Method, SpectrumFit
 
@@ -116,15 +121,6 @@ def test_a_power_law_has_a_power_law_for_its_cumulative_spectrum(exponent: float
     np.testing.assert_allclose(cumulative_spectrum(curve, equilibrium, tau), expected, rtol=1e-10)
 
 
-@given(st.integers(min_value=1, max_value=9), st.floats(min_value=-20, max_value=20), st.integers(min_value=0, max_value=2**31))
-def test_a_polynomial_is_recovered_wherever_the_origin_of_time_lies(degree: int, origin: float, seed: int) -> None:
-    coefficients = np.random.default_rng(seed).uniform(-1, 1, degree + 1)
-    x = np.linspace(-7, 5, 200)
-    y = np.asarray(np.polynomial.chebyshev.chebval((x + 1) / 6, coefficients), dtype=np.float64)
-    fitted = fit_polynomial(x + origin, y, degree, np.ones(x.size))
-    np.testing.assert_allclose(fitted(x + origin), y, atol=1e-11)
-
-
 LONGER = np.geomspace(0.01, 1e4, 240)  # s
 NOISE = 0.005
 CHANCE = np.array([0.05, 0.25, 0.5, 0.75, 0.95])
@@ -154,3 +150,101 @@ def test_a_curve_without_noise_leaves_nothing_open() -> None:
     truth = Spectrum(np.array([100.0, 1.0, 0.01]), np.array([1e5, 2e5, 3e5]))
     fit = fit_spectrum(LONGER, 3 * truth.relaxation_modulus(LONGER, 1e5), branches=3, relaxation_time=(0.01, 100.0))
     np.testing.assert_allclose(likely_levels(fit, CHANCE) * fit.equilibrium_shear_modulus, 1e5, rtol=1e-5)
+
+
+Array = NDArray[np.float64]
+TIME = np.logspace(-6, 6, 241)
+LEVEL = 1e4  # Pa, shear
+
+
+def box(tau: Array) -> Array:
+    return np.where((tau > 1e-3) & (tau < 1e3), 1e5, 0.0)
+
+
+def wedge(tau: Array) -> Array:
+    return np.where((tau > 1e-3) & (tau < 1e3), 1e5 * tau**-0.5, 0.0)
+
+
+def log_normal(tau: Array) -> Array:
+    return np.asarray(1e5 * np.exp(-0.5 * (np.log(tau) / 3) ** 2))
+
+
+def young(spectrum: Callable[[Array], Array]) -> Array:
+    """Young's relaxation modulus by the midpoint rule in ln tau."""
+    edges = np.linspace(np.log(1e-10), np.log(1e10), 20001)
+    tau, width = np.exp((edges[1:] + edges[:-1]) / 2), edges[1] - edges[0]
+    present = spectrum(tau) > 0
+    return np.asarray(3 * (LEVEL + np.exp(-TIME[:, None] / tau[present]) @ spectrum(tau[present]) * width))
+
+
+def fitted_to(curve: Array, noise: float, level: float = LEVEL) -> SpectrumFit:
+    scatter = 1 + noise * np.random.default_rng(1).standard_normal(TIME.size)
+    return fit_spectrum(TIME, curve * scatter, method="nnls", plateaus=Plateaus(equilibrium_modulus=3 * level))
+
+
+@pytest.mark.parametrize(
+    ("spectrum", "noise", "rms", "worst"),
+    [
+        (box, 0.0, 0.04, 0.12),  # edges ring
+        (wedge, 0.0, 0.01, 0.03),
+        (wedge, 0.005, 0.04, 0.08),
+        (log_normal, 0.0, 1e-3, 2e-3),
+        (log_normal, 0.005, 0.015, 0.03),
+        (log_normal, 0.02, 0.04, 0.1),
+    ],
+)
+def test_a_known_spectrum_is_recovered(spectrum: Callable[[Array], Array], noise: float, rms: float, worst: float) -> None:
+    fit = fitted_to(young(spectrum), noise)
+    found = continuous_spectrum(fit)
+    tau = found.relaxation_time
+    inside = (tau > 1e-2) & (tau < 1e2)
+    error = (found.density / np.maximum(spectrum(tau), 1.0) - 1)[inside]
+    assert np.sqrt(np.mean(error**2)) < rms
+    assert np.max(np.abs(error)) < worst
+    assert found.integral == pytest.approx(fit.spectrum.shear_modulus.sum(), rel=1e-4 if noise == 0 else 0.02)
+    assert np.all(found.density >= 0)
+
+
+def power(tau: Array) -> Array:
+    return np.asarray(1e5 * tau**-0.3)
+
+
+def melt(tau: Array) -> Array:
+    """Entangled melt (M. Baumgaertel, A. Schausberger, H. H. Winter, Rheol. Acta 29 (1990) 400), far from its glass."""
+    return np.where(tau <= 1e2, 2e5 * (0.23 * (tau / 1e2) ** 0.23 + 0.67 * (tau / 1e-4) ** -0.67), 0.0)
+
+
+@pytest.mark.parametrize(
+    ("spectrum", "noise", "limit"), [(power, 0.0, 0.04), (power, 0.01, 0.15), (melt, 0.0, 0.2), (melt, 0.01, 0.4)]
+)
+def test_processes_beyond_an_oscillation_stay_out_of_its_spectrum(
+    spectrum: Callable[[Array], Array], noise: float, limit: float
+) -> None:
+    """Six decades of processes faster than the curve, and six of slower ones."""
+    frequency, edges = np.logspace(-4, 6, 101), np.linspace(np.log(1e-12), np.log(1e10), 4001)
+    tau, width = np.exp((edges[1:] + edges[:-1]) / 2), edges[1] - edges[0]
+    phase = frequency[:, None] * tau
+    moduli = [3 * part @ spectrum(tau) * width for part in (phase**2 / (1 + phase**2), phase / (1 + phase**2))]
+    moduli *= 1 + noise * np.random.default_rng(1).standard_normal((2, frequency.size))
+    found = continuous_spectrum(fit_oscillation(frequency, *moduli, plateaus=Plateaus(equilibrium_modulus=0.0)))
+    assert found.relaxation_time[[0, -1]] == pytest.approx([1e4, 1e-6])
+    inside = found.relaxation_time < (10.0 if spectrum is melt else 1e5)  # beyond, the melt ends at a step
+    np.testing.assert_allclose(found.density[inside], spectrum(found.relaxation_time[inside]), rtol=limit)
+
+
+def test_what_has_no_continuous_spectrum_is_refused() -> None:
+    with pytest.raises(InputError, match="a creep curve has no continuous relaxation spectrum"):
+        continuous_spectrum(fit_creep(TIME, 1e-6 * TIME**0.1, branches=15, plateaus=Plateaus(equilibrium_modulus=0.0)))
+    with pytest.raises(InputError, match="0 points per decade"):
+        continuous_spectrum(fitted_to(young(wedge), 0.0), 0)
+
+
+def test_a_spectrum_that_falls_apart_is_warned_of() -> None:
+    lines = np.logspace(-3, 3, 7)
+    time = np.logspace(-4, 4, 400)
+    modulus = 3 * (LEVEL + np.exp(-time[:, None] / lines) @ np.full(7, 1e5))
+    fit = fit_spectrum(
+        time, modulus, method="nnls", branches=7, relaxation_time=(1e-3, 1e3), plateaus=Plateaus(equilibrium_modulus=3 * LEVEL)
+    )
+    with pytest.warns(DielastWarning, match=r"the continuous spectrum falls apart into \d pieces"):
+        continuous_spectrum(fit)
