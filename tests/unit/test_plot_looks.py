@@ -39,6 +39,16 @@ def labels(figure: Figure) -> list[str]:
     return [text for axes in figure.axes for text in (axes.get_xlabel(), axes.get_ylabel()) if text]
 
 
+def test_few_temperatures_have_a_legend_and_many_a_colour_bar() -> None:
+    for count, named in ((3, True), (21, False)):
+        measured = curves(np.linspace(-20, 40, count))
+        figure = plot_master_curve(build_master_curve(measured, reference_temperature=20.0, law="table"), measured)
+        legend = figure.axes[2].get_legend()
+        assert legend is not None
+        assert ("\N{MINUS SIGN}20 °C" in [text.get_text() for text in legend.get_texts()]) == named
+        assert ("temperature [°C]" in labels(figure)[4:]) != named
+
+
 def lightness(colour: object) -> float:
     """Relative luminance, as a grey print shows it."""
     rgb = np.array(mpl.colors.to_rgb(colour))
