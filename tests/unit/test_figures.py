@@ -145,7 +145,7 @@ def figure_of_kind(kind: str) -> Figure:
     return figure
 
 
-LONG = {"27 films", "bands of a map", "creep curves", "sweeps"}
+LONG = {"27 films", "bands of a map", "creep curves", "master curve", "sweeps"}
 
 
 @pytest.fixture(scope="module", params=[pytest.param(kind, marks=[pytest.mark.trust] if kind in LONG else []) for kind in EVERY])
