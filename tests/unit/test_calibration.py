@@ -32,16 +32,15 @@ from dielast import (
     calibrate,
 )
 from dielast.base.errors import DielastWarning, InputError, NumericsError
-from dielast.calibration.comparison import Comparison, hull, ordered_quantiles, relative_error, stable_stress
-from dielast.calibration.experiment import SimulatedExperiment, corners, path_length
-from dielast.calibration.fit import fit_material, starts_of
+from dielast.calibration.comparison import Comparison, hull, stable_stress
+from dielast.calibration.fit import fit_material
 from dielast.calibration.laboratory import Laboratory
 from dielast.calibration.laws import cross_validation, stabilities
-from dielast.calibration.levenberg import Descents, minimise
+from dielast.calibration.levenberg import minimise
 from dielast.calibration.likelihood import Likelihood, likelihood_of
 from dielast.calibration.parameters import Parameter, parameter_space
 from dielast.calibration.problem import Weighting
-from dielast.calibration.scatter import Curves, Scatter, Scatters, Whitening, covariance_of, noise_of, specimen_factors
+from dielast.calibration.scatter import Curves, Scatter, Scatters, covariance_of
 from dielast.commands.calibrate.checks import warn_of_contradictions
 from dielast.handover.material_draws import draw_columns, parse_draws
 from dielast.handover.material_file import parse_material, write_material
@@ -97,18 +96,6 @@ def test_numbers_of_a_material_make_it_again(law: SpringLaw) -> None:
     assert np.allclose(back.equilibrium_law.stress(stretched), other.equilibrium_law.stress(stretched), rtol=1e-7)
 
 
-def test_a_history_becomes_few_lines() -> None:
-    time = np.linspace(0.0, 10.0, 101)
-    stretch = np.interp(time, [0, 4, 10], [1, 3, 1.5])
-    assert corners(time, stretch).tolist() == [0, 40, 100]
-    noisy = stretch + 1e-4 * np.sin(37 * time)
-    assert corners(time, noisy).tolist() == [0, 40, 100]
-    # the same curve is as long however densely it was sampled
-    assert path_length(time, stretch)[-1] == pytest.approx(path_length(time[::5], stretch[::5])[-1], rel=0.05)
-    hold = np.geomspace(1.0, 1000.0, 50)
-    assert path_length(hold, np.full(50, 2.0))[-1] == pytest.approx(3.0)
-
-
 def test_answers_are_those_of_the_library() -> None:
     tests = [cycle(3.0, 0.1), cycle(2.0, 0.02), replace_at_once()]
     stiffer = replace(TRUTH, equilibrium_modulus=25e3)
@@ -159,28 +146,6 @@ def test_fits_side_by_side_are_those_of_scipy_one_by_one() -> None:
     assert found.coordinates[1, 1] == 0.5  # rests on its bound
     fixed = minimise(residuals, found.coordinates + 0.1, bounds, fixed=np.array([[True, False]] * 2))
     assert np.array_equal(fixed.coordinates[:, 0], found.coordinates[:, 0] + 0.1)
-
-
-def test_scatter_is_whitened_and_found_again() -> None:
-    random = np.random.default_rng(3)
-    place = np.linspace(0.0, 2.0, 60)
-    model = 1e5 * (1 + place)
-    scatter = Scatter(np.full(4, 0.01), 0.03, 0.3, 0.05)
-    curves = Curves((model,) * 4, (model,) * 4, (place,) * 4, np.array([0, 0, 1, 2]))
-    whiten = Whitening(curves, scatter)
-    covariance = covariance_of(curves, scatter)
-    assert np.allclose(
-        whiten(np.linalg.cholesky(covariance).T) @ whiten(np.linalg.cholesky(covariance).T).T, np.eye(240), atol=1e-6
-    )
-    # the level of a point on two curves of one specimen is shared, and on those of others not
-    assert covariance[10, 70] == pytest.approx(0.05**2 * model[10] * model[10])
-    assert covariance[10, 130] == 0
-    noise = 0.02 * curves.levels()[0] * random.standard_normal(60)
-    assert noise_of(curves.take([0]), [noise])[0] == pytest.approx(0.02, rel=0.4)
-    factors = specimen_factors(curves, scatter, np.concatenate([0.08 * model, 0.08 * model, 0 * model, -0.08 * model]))
-    assert factors[0] > 0.05
-    assert abs(factors[1]) < 1e-9
-    assert factors[2] == pytest.approx(-factors[0], rel=0.4)
 
 
 def test_the_weighting_is_the_root_of_the_inverse_covariance() -> None:
@@ -393,18 +358,6 @@ def test_draws_follow_the_test_that_was_fitted_where_it_determines_little() -> N
     assert calibration.comparisons[0].coverage >= 0.9
 
 
-def test_errors_are_relative_to_what_was_measured_less_the_value_at_rest() -> None:
-    time, stress = np.array([1.0, 2.0, 3.0]), np.array([1e4, 2e4, 3e4])
-    pull = MeasuredTest("pull", time, time / 10 + 1, stress, 20.0)
-    creep = SimulatedExperiment("creep", "A", time, np.array([0.1, 0.2, 0.3]), 1.0, "1", 20.0, "stretch_1 [1]")
-    stretched = Comparison(creep, True, creep.measured + 0.012, creep.measured, creep.measured)
-    assert stretched.rms_relative_error == pytest.approx(0.012 / np.sqrt(np.mean(np.square([0.1, 0.2, 0.3]))))
-    # points of different units count alike
-    assert relative_error([pull, creep], [0.1 * stress, 0.1 * creep.measured]) == pytest.approx(0.1)
-    both = relative_error([pull, creep], [0.3 * stress, 0.4 * creep.measured])
-    assert both == pytest.approx(np.sqrt(0.5 * (0.09 + 0.16)))
-
-
 @pytest.mark.trust
 def test_a_law_that_is_wrong_predicts_worse() -> None:
     tests = [cycle(4.0, 0.1), cycle(3.0, 0.02), cycle(2.0, 0.05)]
@@ -452,16 +405,6 @@ def test_a_film_that_pulls_in_across_a_test_is_found() -> None:
     # from the first point on
     gent = replace(film, equilibrium_law=Gent(110.0))
     assert runaway_stretch(pulled(18e6), gent) == pytest.approx(1.01)
-
-
-def test_starts_lie_within_the_bounds() -> None:
-    space = parameter_space(TRUTH, {"equilibrium.J_lim": Free(min=5, max=500), "nonequilibrium.relaxation_time": Free()})
-    starts = starts_of(space, 9)
-    lower, upper = space.bounds
-    assert starts.shape == (9, 3)
-    assert np.array_equal(starts[0], space.start)
-    assert np.all((starts >= lower) & (starts <= upper))
-    assert space.values(upper)[2] == pytest.approx(space.values(lower)[1])  # branches do not change places
 
 
 def test_relaxation_times_are_bounded_half_way_between_their_starts() -> None:
@@ -566,20 +509,6 @@ def test_tests_that_cannot_be_are_said(taut: tuple[MeasuredTest, ...]) -> None:
         fit_material(replace(START, equilibrium_law=Gent(0.5)), taut, MODULI, starts=1)
 
 
-def test_steps_show_what_the_residuals_times_their_second_derivatives_are() -> None:
-    """One step along x of r = (x - 2, y + x^2/2 + 3): its second residual alone bends."""
-
-    def residuals(at: np.ndarray, fits: np.ndarray) -> np.ndarray:
-        return np.stack((at[:, 0] - 2, at[:, 1] + 0.5 * at[:, 0] ** 2 + 3), axis=1)
-
-    bounds = np.full(2, -9.0), np.full(2, 9.0)
-    fits = Descents.begin(residuals, np.zeros((1, 2)), bounds, np.ones((1, 2), dtype=bool), bent=True)
-    fits.visit(np.zeros(1, dtype=np.intp), np.array([[0.1, 0.0]]), 1e-4)
-    assert fits.bend is not None
-    assert np.allclose(fits.bend[0], fits.bend[0].T)
-    assert np.allclose(fits.bend[0] @ [0.1, 0.0], [0.1 * (3 + 0.5 * 0.1**2), 0.0], rtol=2e-2, atol=1e-12)
-
-
 def test_bands_hold_those_of_all_laws_that_are_alike() -> None:
     test, other = cycle(1.5, 0.1), cycle(1.5, 0.01)
     model = test.stress
@@ -601,14 +530,3 @@ def test_bands_hold_those_of_all_laws_that_are_alike() -> None:
     assert found.coverage == 1.0  # a point above an open lower end is within the interval
     gone = replace(found, upper=np.append(found.upper[:-1], -np.inf))  # and none where nearly all draws have run away
     assert gone.coverage == pytest.approx(1 - 1 / model.size)
-
-
-def test_quantiles_of_draws_that_have_run_away() -> None:
-    values = np.random.default_rng(5).standard_normal((40, 3))
-    shares = (0.05, 0.95)
-    assert np.allclose(ordered_quantiles(values, shares), np.quantile(values, shares, axis=0), rtol=1e-13)
-    values[:3, 1], values[:39, 2] = -np.inf, -np.inf
-    low, high = ordered_quantiles(values, shares)
-    assert np.array_equal(np.isneginf(low), [False, True, True])
-    assert np.array_equal(np.isneginf(high), [False, False, True])
-    assert high[1] == pytest.approx(np.sort(values[:, 1])[37] * 0.95 + np.sort(values[:, 1])[38] * 0.05)

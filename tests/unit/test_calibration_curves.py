@@ -11,12 +11,17 @@ import pandas as pd
 import pytest
 from machines import QUIET, Machine, Record, cycles, hold, record, softened
 
-from dielast import Comparison, Free, Gent, Material, MeasuredTest, NeoHookean, NoShift, Spectrum, Yeoh
+from dielast import WLF, Free, Gent, Material, MeasuredTest, NeoHookean, NoShift, Spectrum, Yeoh
+from dielast.base.errors import DielastWarning
 from dielast.calibration.doubts import gives_work, slack_of, softening, stress_at_rest
+from dielast.calibration.estimate import PRIOR_FREEDOM, USUAL_ERROR, ResidualSpace, estimate
 from dielast.calibration.fit import fit_material
+from dielast.calibration.laboratory import Laboratory
 from dielast.calibration.likelihood import likelihood_of
 from dielast.calibration.ringing import loaded_at_rest, ringing
-from dielast.calibration.scatter import Curves, Scatter, specimen_factors
+from dielast.calibration.scatter import CORRELATIONS, INTEGRALS, Curves, Scatter
+from dielast.material.material import CalibratedRange
+from dielast.material.use_checks import warn_of_lasting, warn_of_use
 
 SOFT = Material("soft", 20e3, Spectrum([100.0, 3.0], [18e3, 40e3]), NoShift(20.0), Gent(110.0), Gent(55.0))
 FAST = Material("fast", 30e3, Spectrum([50.0, 1.0, 0.05], [20e3, 60e3, 300e3]), NoShift(20.0), Gent(60.0), Gent(15.0))
@@ -88,13 +93,6 @@ def test_an_overshoot_of_half_a_second_is_left_out() -> None:
     assert not found[(time < 3.95) | (time > 4.75)].any()
 
 
-def test_a_force_at_rest_is_left_out() -> None:
-    made = hold(SOFT, Machine(force=0.0, overshoot=0.0, at_rest=0.2), np.random.default_rng(1), wait=1.0)
-    found = loaded_at_rest(made.test())
-    assert found[made.time <= 1.0].all()
-    assert not found[made.time > 1.1].any()
-
-
 def test_measured_loops_of_vhb_4905_ring_nowhere() -> None:
     if not VHB.exists():
         pytest.skip("measured data are not at hand")
@@ -144,24 +142,8 @@ def test_constants_are_within_their_intervals_although_the_machine_rings(seeds: 
     assert all(test.unused.shape[1] > 5 for test in tests)
 
 
-def test_factors_of_specimens_are_positive_whatever_was_measured() -> None:
-    place = np.linspace(0.0, 2.0, 20)
-    model = 1e5 * (1 + place)
-    curves = Curves((model,) * 3, (model,) * 3, (place,) * 3, np.array([0, 1, 2]))
-    scatter = Scatter(np.full(3, 0.01), 0.03, 0.3, 1.0)
-    logarithm = specimen_factors(curves, scatter, np.concatenate([-3 * model, 0 * model, 6 * model]))
-    assert np.all(np.isfinite(logarithm))
-    assert logarithm[0] < -0.5
-    assert logarithm[1] == pytest.approx(0.0, abs=1e-9)
-    assert np.exp(logarithm[2]) == pytest.approx(7.0, rel=0.01)
-
-
 PLAIN = Material("plain", 20e3, Spectrum([300.0, 10.0], [40e3, 40e3]), NoShift(20.0), NeoHookean(), NeoHookean())
-
-
 TIGHT = Material("tight", 20e3, Spectrum([300.0, 10.0], [20e3, 20e3]), NoShift(20.0), Gent(6.0), Gent(6.0))
-
-
 MATERIALS = [SOFT, FAST, PLAIN, TIGHT]
 
 
@@ -186,13 +168,6 @@ def test_a_specimen_that_softens_is_recognised(material: Material, noise: float,
     # a slack specimen recovers further, which hides less than a fifth
     made = cycles(material, replace(QUIET, noise=noise), np.random.default_rng(2), ramp=10.0, points=30)
     assert 0.2 < softening(softened(made, 0.4).test()) < 0.44
-
-
-def test_one_loading_does_not_show_softening() -> None:
-    made = softened(cycles(SOFT, QUIET, np.random.default_rng(2), count=1), 0.4)
-    assert softening(made.test()) == 0.0
-    test = made.test()
-    assert softening(MeasuredTest("field", test.time, test.stretch, test.stress, 20.0, nominal_field=1e7)) == 0.0
 
 
 STRETCH = np.linspace(1.0, 3.0, 101)
@@ -229,15 +204,79 @@ def test_an_offset_and_a_force_of_the_other_sign_are_seen() -> None:
     assert not gives_work(MeasuredTest("pressed", STRETCH - 1, 1 / STRETCH, 3e4 * (1 / STRETCH - STRETCH**2), 20.0))
 
 
-def test_a_model_without_a_value_or_with_one_has_no_share_of_the_variance() -> None:
-    """As of a material that cannot follow the test, or that runs away after its first point."""
-    test, nothing = pulled(), np.full(STRETCH.size, np.nan)
-    comparison = Comparison(test, False, nothing, nothing, nothing)
-    assert np.isnan([comparison.rms_error, comparison.rms_relative_error, comparison.r_squared]).all()
-    first = np.where(STRETCH[1] == STRETCH, 2 * test.stress, np.nan)
-    comparison = Comparison(test, False, first, nothing, nothing)
-    assert (comparison.rms_error, comparison.rms_relative_error) == (test.stress[1], 1.0)
-    assert np.isnan(comparison.r_squared)
-    # nor a size, if all is 0 there
-    at_rest = np.where(STRETCH == 1, 10.0, np.nan)
-    assert np.isnan(Comparison(test, False, at_rest, nothing, nothing).rms_relative_error)
+def curves_of(count: int, place: np.ndarray) -> Curves:
+    model = 1e4 * (1 + np.sin(0.8 * place) ** 2)
+    return Curves((model,) * count, (model,) * count, (place,) * count, np.arange(count))
+
+
+@pytest.mark.parametrize("kind", range(3))
+def test_correlations_have_their_integrals(kind: int) -> None:
+    distance = np.linspace(0.0, 40.0, 400_001)
+    values = CORRELATIONS[kind](distance)
+    assert values[0] == 1
+    assert 2 * np.trapezoid(values, distance) == pytest.approx(INTEGRALS[kind], rel=1e-6)
+    assert np.all(np.linalg.eigvalsh(Scatter(np.zeros(1), 0.1, 0.3, 0.0, smooth=kind).correlation(np.linspace(0, 2, 40))) > -1e-9)
+
+
+def test_the_size_of_the_error_of_a_model_is_found_again() -> None:
+    place, random = np.linspace(0.0, 3.0, 60), np.random.default_rng(5)
+    curves = curves_of(6, place)
+    truth = Scatter(np.full(6, 0.003), 0.08, 0.3, 0.05, steady=0.2, smooth=1)
+    root = np.linalg.cholesky(truth.correlation(place) + 1e-10 * np.eye(60))
+    levels = curves.levels(truth.steady)
+    sizes = []
+    for _ in range(12):
+        miss = [level * (0.08 * root @ random.standard_normal(60) + 0.003 * random.standard_normal(60)) for level in levels]
+        slopes = np.concatenate([np.ones(60) * level for level in levels])[:, None]
+        values = tuple(model + away for model, away in zip(curves.model, miss, strict=True))
+        found = estimate(replace(curves, values=values), slopes, np.zeros((1, 1)), Scatter(np.full(6, 0.01), 0.05, 0.3, 0.05))
+        sizes.append(found.model_error)
+    assert np.median(sizes) == pytest.approx(0.08, rel=0.25)
+    # where the fit has taken out all that differences could tell, the error is as usual
+    curves, weight = curves_of(1, place[:4]), np.ones(4)
+    nothing = ResidualSpace.of(curves, Scatter(np.zeros(1), 0.1, 10.0, 0.05), weight, np.eye(4) * curves.measured)
+    assert nothing.size(np.zeros(4)) == pytest.approx(USUAL_ERROR, rel=1e-3)
+    assert nothing.known == pytest.approx(PRIOR_FREEDOM)
+
+
+def test_many_branches_are_smooth_where_tests_do_not_tell_them_apart() -> None:
+    times = np.geomspace(300.0, 0.3, 5)
+    truth = Material("t", 2e4, Spectrum(times, [1e4, 1.5e4, 2e4, 2.5e4, 3e4]), NoShift(20.0), Gent(100.0), Gent(50.0))
+    at = np.linspace(0.0, 20.0, 41)[1:]
+    stretch = np.interp(at, [0.0, 10.0, 20.0], [1.0, 2.0, 1.1])
+    blank = MeasuredTest("cycle", at, stretch, np.ones(40), 20.0, slack="pushes")
+    clean = Laboratory([blank]).answers([truth])[0][0]
+    ragged = clean * (1 + 0.01 * np.random.default_rng(2).standard_normal(40))
+    start = replace(truth, spectrum=Spectrum(times, np.full(5, 1e4)))
+    fit = fit_material(start, [replace_stress(blank, ragged)], {"nonequilibrium.shear_modulus": Free()}, starts=1)
+    assert fit.problem.smoothness.shape == (5, 5)
+    assert np.linalg.matrix_rank(fit.problem.smoothness) == 3  # a straight line of log moduli is as smooth as can be
+    bends = np.abs(np.diff(fit.coordinates, 2))
+    assert np.max(bends) < 0.5
+    assert np.max(np.abs(fit.coordinates - np.log(truth.spectrum.shear_modulus))) < 0.7
+    few = fit_material(
+        replace(start, spectrum=Spectrum(times[:3], np.full(3, 1e4))),
+        [replace_stress(blank, ragged)],
+        {"nonequilibrium.shear_modulus": Free()},
+        starts=1,
+    )
+    assert not few.problem.smoothness.any()
+
+
+def replace_stress(test: MeasuredTest, stress: np.ndarray) -> MeasuredTest:
+    return MeasuredTest(test.name, test.time, test.stretch, stress, test.temperature, slack=test.slack)
+
+
+def test_beyond_the_tests_is_warned_of(recwarn: pytest.WarningsRecorder) -> None:
+    known = CalibratedRange(("uniaxial",), 9.0, (1.0, 100.0), (20.0, 40.0))
+    material = Material("m", 2e4, Spectrum([10.0], [1e4]), NoShift(20.0), calibrated=known)
+    warn_of_lasting(material, [20.0], [150.0])
+    warn_of_use(replace(material, shift=WLF(20.0, 13.0, 187.0)), [22.0, 42.0])
+    assert not recwarn.list
+    with pytest.warns(
+        DielastWarning,
+        match="3.6e\\+03 s at 30 degC are longer than the tests .*, which are equivalent to 100 s at this temperature",
+    ):
+        warn_of_lasting(material, [20.0, 30.0], [150.0, 3600.0])
+    with pytest.warns(DielastWarning, match="calibrated by tests from 20 to 40 degC: at 60 degC it is extrapolated"):
+        warn_of_use(material, [60.0])

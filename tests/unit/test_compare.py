@@ -45,15 +45,6 @@ def compare(folder: Path, rows: str, x: str = X, **options: object) -> CompareSe
     return CompareSection.model_validate({"file": "m.csv", "x": x, "y": Y, **options}, context={"folder": folder})
 
 
-def test_the_misfit_is_that_of_the_model_at_the_measured_times(tmp_path: Path) -> None:
-    columns = {X: TIME, Y: 1e5 * TIME**-0.1}
-    rows = "time [min],nominal_stress_1 [kPa]\n" + "\n".join(f"{t / 60!r},{110 * t**-0.1!r}" for t in (0.3, 5.0, 700.0))
-    found = match(compare(tmp_path, rows), columns, Inputs(tmp_path), given(columns))
-    np.testing.assert_allclose(found.x, [0.3, 5.0, 700.0])
-    np.testing.assert_allclose(found.model, 1e5 * found.x**-0.1, rtol=1e-5)
-    assert found.rms_relative_error == pytest.approx(0.1 / 1.1, rel=1e-3)
-
-
 def test_columns_may_be_called_otherwise_and_rows_be_chosen(tmp_path: Path) -> None:
     rows = "id;t;s\n7;1,5;100\n8;2,5;200\n8;3,5;300\n"
     options = {"x_column": "t", "y_column": "s", "units": {"x": "s", "y": "Pa"}, "where": {"id": 8}}
@@ -113,30 +104,6 @@ def test_points_after_the_last_step_are_told_before_anything_is_solved(tmp_path:
     cases = recipe(tmp_path, f"{X},{Y}\n3601,1\n1e6,1\n")
     with pytest.raises(InputError, match=r"m.csv: the steps end at 3600 s, before the first of the 2 points at 3601 s"):
         check_comparison(0, cases[0].recipe.compare[0], cases, Inputs(tmp_path))
-
-
-@pytest.mark.parametrize("rows", ["1.5,1\n2.5,1\n1.6,1\n2.9,1\n1.5,1\n", "2.9,1\n1.2,1\n2.8,1\n1.1,1\n2.7,1\n"])
-def test_measured_points_of_several_curves_are_refused(tmp_path: Path, rows: str) -> None:
-    up, down = np.linspace(1, 3, 50), np.linspace(3, 1, 50)
-    columns = {"stretch_1 [1]": np.concatenate([up, down]), Y: np.concatenate([10 * up, 5 * down])}
-    table = f"stretch_1,nominal_stress_1 [Pa]\n{rows}"
-    with pytest.raises(InputError, match=r"m.csv: the measured x reverses .* times: choose one curve"):
-        match(compare(tmp_path, table, "stretch_1 [1]"), columns, Inputs(tmp_path), given(columns))
-
-
-def test_unloading_is_not_measured_against_loading(tmp_path: Path) -> None:
-    up = np.linspace(1, 3, 50)
-    columns = {"stretch_1 [1]": up, Y: 10 * up}
-    rows = "stretch_1,nominal_stress_1 [Pa]\n1.5,1\n2.5,1\n2.9,1\n2.5,1\n1.5,1\n"
-    with pytest.raises(InputError, match="reverses 1 times"):
-        match(compare(tmp_path, rows, "stretch_1 [1]"), columns, Inputs(tmp_path), given(columns))
-
-
-def test_measured_zeros_have_no_relative_misfit(tmp_path: Path) -> None:
-    columns = {X: TIME, Y: np.ones(TIME.size)}
-    found = match(compare(tmp_path, f"{X},{Y}\n1,0\n2,0\n"), columns, Inputs(tmp_path), given(columns))
-    assert found.rms_error == pytest.approx(1)
-    assert np.isnan(found.rms_relative_error)
 
 
 def test_advice_that_is_followed_already_is_not_given(tmp_path: Path) -> None:

@@ -27,11 +27,7 @@ SPRINGS, CASES, GAMMA = 4, 3, 0.21
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 Equations = Callable[[complex, Complex], Complex]
-
-
 COEFFICIENTS = (-0.05, 0.1, 0.0)  # of the permittivity in the stretches, by case
-
-
 STRESSES = (2e5, None, 1e5)  # of an Eyring flow, by case
 
 

@@ -144,7 +144,6 @@ def test_a_charged_neo_hookean_film_never_pulls_in() -> None:
 
 PERMITTIVITY = 3.98e-11
 
-
 SOLID = Material(
     "solid",
     26e3,

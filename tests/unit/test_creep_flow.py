@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import warnings
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -11,7 +10,7 @@ import pytest
 from numpy.typing import NDArray
 
 from dielast import Plateaus
-from dielast.base.errors import DielastWarning, InputError
+from dielast.base.errors import DielastWarning
 from dielast.commands.spectrum import run as workflow
 from dielast.commands.spectrum.recipe import FitSection
 from dielast.handover.mastercurve_folder import ReadDraws, ReducedCurve
@@ -26,7 +25,6 @@ from dielast.relaxation.interconversion import RetardationSpectrum, retardation_
 from dielast.relaxation.result import SpectrumFit
 
 Array = NDArray[np.float64]
-
 TAU = np.geomspace(1e5, 1e-7, 37)
 _DECADE = np.log10(TAU) + 3
 RUBBER = Spectrum(TAU, 10 ** (6.5 - 0.55 * _DECADE - 0.02 * _DECADE**2))
@@ -96,15 +94,6 @@ def test_processes_slower_than_the_curve_are_no_flow(strength: float) -> None:
     assert "does not distinguish flow from processes slower than the curve" in said
 
 
-def test_slower_processes_do_not_move_an_end_that_is_stated() -> None:
-    time = np.logspace(-6, 4, 121)
-    with pytest.warns(DielastWarning, match="does not distinguish flow from processes slower than the curve"):
-        fit = fit_creep(time, melt(0.0, 3.0, own=3e4).creep_compliance(time) / 3, retardation_time=(3e-6, None))
-    assert fit.retardation is not None
-    assert fit.retardation.retardation_time[-1] == pytest.approx(3e-6, rel=1e-9)
-    assert fit.retardation.retardation_time[0] == pytest.approx(10 * time[-1], rel=1e-9)
-
-
 @pytest.mark.filterwarnings("ignore:the spectrum is .* below the curve at its end")
 def test_what_is_stated_is_not_asked_of_the_data() -> None:
     time = np.logspace(-6, 4, 121)
@@ -121,15 +110,6 @@ def test_what_is_stated_is_not_asked_of_the_data() -> None:
         assert flowing.equilibrium_shear_modulus == 0
 
 
-@pytest.mark.parametrize("share", [0.2, 0.5, 0.9])
-def test_a_melt_that_still_bends_is_said_to_be_a_guess_and_one_that_is_all_flow_is_not(share: float) -> None:
-    time = np.logspace(-6, 4, 121)
-    fit, said = fitted(melt(share), time)
-    assert fit.equilibrium_shear_modulus == 0
-    assert "has not levelled off" in said
-    assert not fitted(melt(0.97), time)[1]
-
-
 def test_a_little_flow_of_exact_values_is_found() -> None:
     """On a row of times that the truth has, nothing is missed but what rounding leaves: flow of 1e-5 is beyond doubt."""
     own, time = np.logspace(4, -4, 9), np.logspace(-6, 6, 145)
@@ -139,27 +119,6 @@ def test_a_little_flow_of_exact_values_is_found() -> None:
         fit = fit_creep(time, truth.creep_compliance(time) / 3, branches=9, retardation_time=(1e-4, 1e4))
     assert fit.retardation is not None
     assert fit.retardation.fluidity == pytest.approx(truth.fluidity, rel=1e-3)
-
-
-@pytest.mark.parametrize("stated", [0.97, 1.0, 1.015])
-def test_the_compliance_of_a_solid_ends_where_the_stated_modulus_has_it(stated: float) -> None:
-    """Of all springs together, a fifth of which is glassy here."""
-    truth, time = replace(melt(0.0), glassy_compliance=2.5e-7), np.logspace(-6, 4, 121)
-    modulus = stated / (truth.glassy_compliance + truth.compliance.sum())
-    scatter = np.exp(0.01 * np.random.default_rng(4).standard_normal(time.size))
-    fit = fit_creep(time, truth.creep_compliance(time) / 3 * scatter, plateaus=Plateaus(equilibrium_modulus=3 * modulus))
-    assert fit.retardation is not None
-    assert fit.retardation.glassy_compliance == pytest.approx(truth.glassy_compliance, rel=0.02)
-    assert fit.retardation.glassy_compliance + fit.retardation.compliance.sum() == pytest.approx(1 / modulus, rel=1e-7)
-    assert fit.retardation.fluidity == 0
-
-
-def test_a_stated_modulus_above_the_end_of_the_curve_is_said_and_far_above_refused() -> None:
-    compliance = SOLID.creep_compliance(TIME) / 3
-    with pytest.warns(DielastWarning, match=r"equilibrium_modulus: .* Pa is 5\.0% above the end of the curve"):
-        fit_creep(TIME, compliance, plateaus=Plateaus(equilibrium_modulus=1.05 / compliance[-1]))
-    with pytest.raises(InputError, match=r"is above the end of the curve, 1\.5e\+05 Pa: lower it"):
-        fit_creep(TIME, compliance, plateaus=Plateaus(equilibrium_modulus=1.12 / compliance[-1]))
 
 
 def test_the_glassy_compliance_of_a_solid_may_be_out_of_reach_too() -> None:

@@ -1,7 +1,6 @@
 """Statistics of failures: against an independent package, closed forms, derivatives, exposures along histories, bounds."""
 
 import json
-import warnings
 from dataclasses import replace
 from importlib.resources import files
 from pathlib import Path
@@ -22,7 +21,7 @@ from dielast.calibration.failures.law_models import law_model
 from dielast.calibration.failures.laws import LawModel, LawOptions
 from dielast.calibration.failures.likelihood import Anchored, FailureModel, Mixed, Observations, Seen
 from dielast.calibration.failures.possible import draw, profile_intervals
-from dielast.calibration.failures.scatter_laws import NORMAL_FIELD, SCATTER_LAWS, WEIBULL
+from dielast.calibration.failures.scatter_laws import SCATTER_LAWS, WEIBULL
 from dielast.calibration.failures.specimens import POINTS_PER_DECADE, Simulated, Specimens, simulate_specimens
 from dielast.calibration.profiles import Verdict
 from dielast.commands.lifetime.ranking import accepted, simulated_and_ranked
@@ -179,16 +178,6 @@ def test_a_level_ridge_has_one_verdict_wherever_a_fit_ends_on_it(slope: float) -
     assert verdicts == [Verdict.UNDETERMINED, Verdict.UNDETERMINED, Verdict.DETERMINED]
 
 
-def test_draws_that_were_proposed_much_too_widely_find_their_width_or_warn() -> None:
-    fit = estimate(exponential_tests(np.zeros(15, dtype=int), np.random.default_rng(5).weibull(1.5, 15)))
-    usual = draw(fit, 2000)
-    for scale in (1e-6, 1e-7, 1e-8):  # a thousand to ten thousand times
-        with warnings.catch_warnings(record=True) as said:
-            warnings.simplefilter("always")
-            wide = draw(replace(fit, hessian=scale * fit.hessian), 2000)
-        assert said or wide.std(axis=0) == pytest.approx(usual.std(axis=0), rel=0.15)
-
-
 def fewest(repeats: int, quantities: int, level: float = 0.9) -> int:
     """The fewest of `repeats` in which intervals of this level may hold the truth: with all intervals exact, one of the quantities
     is held less often with a probability of at most 1e-3 (binomial distribution, Bonferroni).
@@ -226,17 +215,6 @@ def test_a_film_that_withstood_more_before_cannot_break_down_now() -> None:
     end = (np.log(np.array([4.0])), np.array([0.0]))
     envelope = Envelope(np.log(np.array([[5.0, 4.0]])), np.zeros((1, 2)), end, ends, np.ones(1), ends)
     assert envelope.at(np.zeros((1, 2))).rate[0, 0] == -np.inf
-
-
-def test_normal_scatter_is_that_of_the_field() -> None:
-    field = np.random.default_rng(8).normal(50.0, 2.5, 200)
-    y = np.log(field)
-    model = FailureModel(
-        Observations.of(np.zeros(200, dtype=int)), Plain(y, -y), Mixed(np.ones((200, 1)), np.zeros((200, 0)), ("f",)), NORMAL_FIELD
-    )
-    fit = estimate(model)
-    assert np.exp(fit.at[0]) == pytest.approx(field.mean(), rel=1e-9)
-    assert np.exp(fit.at[1]) * np.exp(fit.at[0]) == pytest.approx(field.std(), rel=1e-7)
 
 
 def test_the_anchored_location_is_the_exposure_of_its_field() -> None:
@@ -304,22 +282,6 @@ def test_a_fitted_activation_energy_and_scatter_reach_samples_of_films() -> None
     assert larger.rate(44e6) / material.damage.rate(44e6) == pytest.approx(10 ** (1 / shape))
     with pytest.raises(InputError, match="no shape with a reference_area"):
         of_area(replace(material, damage=None), 1e-3)
-
-
-def test_half_the_rows_show_the_error_of_damage() -> None:
-    """A field that rises by ln(1 + t): the exposure to E^40 against a sum over far more rows."""
-
-    def exposure(rows: int) -> tuple[float, float]:
-        time = np.concatenate(([0.0], np.geomspace(1e-2, 1e4, rows)))[None]
-        whole = Histories(time, 4e7 * (1 + 0.05 * np.log1p(time)), np.ones_like(time))
-        ageing, slope, film = Ageing("power", 4e7), np.array([40.0]), np.zeros(1, dtype=int)
-        first, second = (each.exposure(ageing, slope, film, time[:, -1])[0][0, 0] for each in (whole, whole.coarser()))
-        return float(first), float(second)
-
-    exact = exposure(200_001)[0]
-    for rows in (101, 201):
-        whole, half = exposure(rows)
-        assert (whole - half) / 3 == pytest.approx(exact - whole, rel=0.1)
 
 
 def test_rows_are_closer_where_a_law_needs_them() -> None:

@@ -23,15 +23,12 @@ from matplotlib.legend import Legend
 from matplotlib.lines import Line2D
 from matplotlib.text import Text
 
-from dielast import fit_spectrum
 from dielast.base.errors import DielastWarning, InputError
 from dielast.commands.registry import COMMANDS, read_cases
-from dielast.commands.simulation.naming import headed
 from dielast.io.files import Inputs
 from dielast.plots.events import Curve
 from dielast.plots.looks import Swept
 from dielast.plots.simulation import plot_cases
-from dielast.plots.spectrum import plot_spectrum
 from dielast.plots.style import style
 from dielast.sharing.execution import Execution
 
@@ -148,7 +145,7 @@ def figure_of_kind(kind: str) -> Figure:
     return figure
 
 
-LONG = {"27 films", "bands of a map", "creep curves", "sweeps"}
+LONG = {"27 films", "bands of a map", "creep curves", "master curve", "sweeps"}
 
 
 @pytest.fixture(scope="module", params=[pytest.param(kind, marks=[pytest.mark.trust] if kind in LONG else []) for kind in EVERY])
@@ -280,12 +277,6 @@ def test_a_sweep_of_the_voltage_is_a_curve_of_stretch_over_voltage(tmp_path: Pat
     assert np.asarray(failed.get_ydata()) == pytest.approx(ends[5])
 
 
-def test_a_title_names_the_material_once() -> None:
-    assert headed("film of A", ["A", "A"], "20 °C") == "film of A\n20\N{NO-BREAK SPACE}°C"
-    assert headed("film", ["A", "A"]) == "film\nA"
-    assert headed("A", ["A"]) == headed(None, ["A"]) == "A"
-
-
 @pytest.mark.parametrize(
     ("specimen", "section"), [('gauge_length = "50 mm"', False), ('width = "10 mm"\nthickness = "1 mm"', True)]
 )
@@ -357,13 +348,6 @@ def test_six_bands_have_a_panel_each_and_27_films_one_for_each_pair_of_factors(t
         f"voltage = 2 kV, prestretch = {value}" for value in ("1.7", "1.9", f"3{times}1")
     ]
     assert names_of(figure)[:3] == ["temperature = \N{MINUS SIGN}10 °C", "temperature = 20 °C", "temperature = 40 °C"]
-
-
-def test_the_bands_of_a_map_do_not_hide_each_other(tmp_path: Path) -> None:
-    recipe = MAP.replace("[1.7, 1.9]", "[1.7, 1.8, 1.9]") + SCATTER
-    figure = figure_of(tmp_path, recipe)
-    assert [sum(isinstance(own, PolyCollection) for own in axes.collections) for axes in figure.axes] == [3, 3]
-    assert [axes.get_title("right") for axes in figure.axes] == ["\N{MINUS SIGN}10 °C", "20 °C"]
 
 
 def test_a_band_ends_open_where_too_many_films_have_failed(tmp_path: Path) -> None:
@@ -446,7 +430,6 @@ nonequilibrium = { relaxation_time_s = [0.3], shear_modulus_Pa = [1e4] }
 shift.law = "none"
 """
 
-
 LIVES = """
 kind = "lifetime"
 material = "m.toml"
@@ -492,7 +475,6 @@ relax = "10 min"
 rtol = 1e-3
 """
 
-
 CYCLES = """
 [[step]]
 stretch = 1.15
@@ -504,7 +486,6 @@ high = 1.2
 period = "1 s"
 cycles = {}
 """
-
 
 ANY_RUBBER = 'kind = "relax"\nmaterial = "m.toml"\n[solver]\nrtol = 1e-3\n[output]\npoints_per_decade = 2\n'
 
@@ -543,13 +524,6 @@ def test_many_cycles_are_drawn_and_named_by_their_numbers(tmp_path: Path, monkey
     assert "cycles" not in summary
 
 
-def test_the_title_states_the_voltage(tmp_path: Path) -> None:
-    figure, _ = figure_and_headline(
-        tmp_path, '[[step]]\nvoltage = "2 kV"\nduration = "1 s"\n[[step]]\nvoltage = "3.2 kV"\nduration = "1 s"\n'
-    )
-    assert "up to 3.2 kV" in figure.get_suptitle().replace("\N{NO-BREAK SPACE}", " ")
-
-
 def test_the_panels_of_a_sweep_share_y() -> None:
     x, y = "time [s]", "stretch_1 [1]"
     time = np.linspace(1.0, 2.0, 5)
@@ -558,13 +532,3 @@ def test_the_panels_of_a_sweep_share_y() -> None:
     figure = plot_cases([Curve(str(number), case[x], case[y]) for number, case in enumerate(cases)], x, y, swept=factors)
     shown = {axes.get_ylim() for axes in figure.axes if axes.lines}
     assert len(shown) == 1
-
-
-@pytest.mark.parametrize(("measured", "reduced"), [("master curve", True), ("measured", False), ("", False)])
-def test_a_test_at_one_temperature_is_no_master_curve(measured: str, reduced: bool) -> None:
-    time = np.geomspace(1e-2, 1e3, 40)
-    result = fit_spectrum(time, 1e5 + 1e6 * np.exp(-(time**0.4)), method="nnls", branches=6)
-    curve = plot_spectrum(result, measured=measured).axes[1]
-    assert ("reduced" in curve.get_xlabel()) == reduced
-    texts = [text.get_text() for text in curve.get_legend().get_texts()]
-    assert texts == [*([measured] if measured else []), "discrete model"]

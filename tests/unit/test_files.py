@@ -23,14 +23,6 @@ from dielast.io.spool import Spooled
 LEFT = f".dielast-{'0a' * 16}.part"
 
 
-def test_inputs_remember_what_was_read(tmp_path: Path) -> None:
-    (tmp_path / "a.csv").write_bytes(b"abc")
-    inputs = Inputs(tmp_path)
-    assert inputs.read("a.csv") == b"abc"
-    assert inputs.digests == [("a.csv", hashlib.sha256(b"abc").hexdigest())]
-    assert inputs.paths == [tmp_path / "a.csv"]
-
-
 def test_inputs_of_one_name_in_two_folders_are_two(tmp_path: Path) -> None:
     inputs = Inputs(tmp_path)
     for name in "ab":
@@ -120,11 +112,6 @@ def test_a_signal_waits_until_all_files_are_moved(name: str, tmp_path: Path) -> 
         assert came == [["a.csv", "b.csv"]] * 2
     finally:
         signal.signal(number, before)
-
-
-def test_a_name_as_long_as_the_system_allows(tmp_path: Path) -> None:
-    write_files(tmp_path, {"a" * 251 + ".csv": b""})
-    assert len(next(tmp_path.iterdir()).name) == 255
 
 
 def test_a_pipe_without_a_writer_is_not_waited_for(tmp_path: Path) -> None:

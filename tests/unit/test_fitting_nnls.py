@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -13,7 +11,6 @@ from dielast.material.measurement_kind import CREEP, OSCILLATION, RELAXATION, Me
 from dielast.relaxation.nnls import Known, Solution, Total, WeightedCurve, fit_strengths, place_times
 
 Array = NDArray[np.float64]
-
 OWN = np.logspace(3, -3, 13)
 STRENGTH = 1e5 * np.exp(-0.5 * ((np.log10(OWN) + 0.5) / 1.2) ** 2)
 RESPONSES = {"relaxation": RELAXATION, "oscillation": OSCILLATION, "creep": CREEP}
@@ -95,25 +92,6 @@ def test_the_smoothing_is_the_largest_of_nearly_the_best_cross_validation(name: 
     assert min(score for smoothing, score in scores.items() if smoothing > 2 * chosen) > 1.005 * least
 
 
-@pytest.mark.parametrize("seed", range(3))
-def test_many_points_are_missed_by_no_more_than_noise(seed: int) -> None:
-    """A share of the score would be many degrees of freedom, all of which may be at the end of the curve."""
-    curve = curve_of("relaxation", 0.01, seed, points=2000)
-    best, default, smoother = (fit_strengths(curve, OWN, (None,), even=even).misfit for even in (0.0, None, 0.02))
-    noise = 0.01**2 * float(np.sum(curve.weight**2) / np.sum(curve.weight))  # in the misfit, of one degree of freedom
-    assert default - best < 3 * noise
-    assert smoother - best > 10 * noise
-
-
-@pytest.mark.parametrize("least", [0.0, 1e-6, 0.3, 10.0])
-def test_the_smoothing_is_not_less_than_what_is_asked_for(least: float) -> None:
-    exact = curve_of("relaxation")
-    found = fit_strengths(exact, OWN, (None,), least=least)
-    assert found.smoothing >= least
-    if least < 1e-3:  # nothing to smooth, and the truth to find
-        np.testing.assert_allclose(found.strength, STRENGTH, rtol=1e-5)
-
-
 def total_of(found: Solution, shares: tuple[float, ...]) -> float:
     return float(found.strength.sum() + np.dot(shares, found.constants))
 
@@ -129,31 +107,6 @@ def test_a_prescribed_sum_is_kept(name: str, known: Known, share: float) -> None
     assert total_of(found, shares) == pytest.approx(value, rel=1e-6)
     assert np.all(found.strength >= 0)
     np.testing.assert_allclose(found.strength.sum(), own.strength.sum(), rtol=0.3)  # not met by one of the two alone
-
-
-def test_a_sum_counts_every_constant_by_its_share() -> None:
-    shares, curve = (1.0, 200.0), curve_of("creep", 0.02)
-    value = 1.1 * total_of(fit_strengths(curve, OWN, (None, None)), shares)
-    for known in ((None, None), (None, 55.0), (2.1e4, 55.0)):
-        assert total_of(fit_strengths(curve, OWN, known, Total(value, shares)), shares) == pytest.approx(value, rel=1e-6)
-
-
-@pytest.mark.parametrize("size", [1, 2, 3])
-def test_few_processes_have_no_second_difference(size: int) -> None:
-    own, strength = np.array([30.0, 1.0, 0.05])[:size], np.array([1e4, 3e4, 1e5])[:size]
-    time = np.logspace(-3, 3, 61)
-    curve = WeightedCurve(time, (RELAXATION.processes(time, own) @ strength + 2e4), np.ones(61))
-    found = fit_strengths(curve, own, (None,))
-    np.testing.assert_allclose(found.strength, strength, rtol=1e-5)
-    assert found.constants[0] == pytest.approx(2e4, rel=1e-5)
-
-
-def test_nothing_to_fit_is_fitted_by_nothing() -> None:
-    """A solid whose constant is known and is all there is: no misfit at all, however much or little is smoothed."""
-    curve = WeightedCurve(np.logspace(-3, 3, 20), np.full((1, 20), 3e4), np.ones(20))
-    found = fit_strengths(curve, OWN, (3e4,))
-    assert np.all(found.strength == 0)
-    np.testing.assert_allclose(place_times(curve, 7, 1e-3, 1e3, (True, True), (3e4,)), np.logspace(3, -3, 7), rtol=1e-12)
 
 
 def spectrum_curve(own: Array, response: MeasurementKind = RELAXATION) -> WeightedCurve:
@@ -173,42 +126,6 @@ def test_ends_that_may_move_go_where_the_truth_has_them(inset: tuple[float, floa
     np.testing.assert_allclose(np.diff(np.log10(found), n=2), 0.0, atol=1e-9)
 
 
-@pytest.mark.parametrize(("movable", "inset"), [((True, False), (1.0, 0.0)), ((False, True), (0.0, 1.0))])
-def test_an_end_that_is_stated_stays(movable: tuple[bool, bool], inset: tuple[float, float]) -> None:
-    spacing = 6.0 / 5
-    truth = np.logspace(3 - inset[1] * spacing, -3 + inset[0] * spacing, 6)
-    found = place_times(spectrum_curve(truth), 6, 1e-3, 1e3, movable, (3e4,))
-    assert found[0] == pytest.approx(1e3, rel=1e-12) or movable[1]
-    assert found[-1] == pytest.approx(1e-3, rel=1e-12) or movable[0]
-    np.testing.assert_allclose(np.log10(found), np.log10(truth), atol=0.1 * spacing)
-
-
-def test_nothing_moves_that_may_not() -> None:
-    found = place_times(spectrum_curve(np.array([30.0, 0.1])), 7, 1e-3, 1e3, (False, False), (None,))
-    np.testing.assert_allclose(found, np.logspace(3, -3, 7), rtol=1e-12)
-
-
-def test_an_end_goes_at_most_two_spacings_and_the_two_never_meet() -> None:
-    """Of a solid with one process, a row of two or of many would go farther if it could."""
-    curve = spectrum_curve(np.array([1.0]))
-    for count in (2, 3, 12):
-        found = np.log10(place_times(curve, count, 1e-3, 1e3, (True, True), (None,)))
-        spacing = 6.0 / (count - 1)
-        inset = np.array([3 - found[0], found[-1] + 3]) / spacing
-        assert np.all(inset <= min(2.0, 0.4 * (count - 1)) + 1e-9)
-        assert np.all(np.diff(found) < 0)
-
-
-@pytest.mark.parametrize("response", [RELAXATION, OSCILLATION])
-@pytest.mark.parametrize("decade", [-2.17, 0.03, 2.4])
-def test_one_process_alone_is_found_wherever_it_is(response: MeasurementKind, decade: float) -> None:
-    curve = spectrum_curve(np.array([10**decade]), response)
-    found = place_times(curve, 1, 1e-4, 1e4, (True, True), (None,))
-    assert np.log10(found) == pytest.approx(decade, abs=2e-4)
-    assert place_times(curve, 1, 1e-4, 1e4, (False, True), (None,)) == pytest.approx(found)
-    assert place_times(curve, 1, 1e-4, 1e4, (False, False), (None,)) == pytest.approx(1e4)
-
-
 def test_points_are_averaged_over_twentieths_of_a_decade() -> None:
     """A power law stays one, no weight is lost, and round spacings are not at the mercy of rounding."""
     for first, per_decade in ((-4.0, 60), (0.3, 60), (-1.7, 20), (2.0, 5)):
@@ -223,9 +140,3 @@ def test_points_are_averaged_over_twentieths_of_a_decade() -> None:
         np.testing.assert_allclose(at, np.average(x.reshape(-1, share), axis=1, weights=weight.reshape(-1, share)), atol=1e-12)
         np.testing.assert_allclose(np.log10(averaged.values), [7 - 0.3 * at, 5 + 0.1 * at], atol=1e-12)
         assert averaged.kind is OSCILLATION
-
-
-def test_the_size_of_a_complex_modulus_is_its_magnitude() -> None:
-    curve = WeightedCurve(np.ones(2), np.array([[3.0, 5.0], [4.0, 12.0]]), np.ones(2), OSCILLATION)
-    np.testing.assert_allclose(curve.size, [5.0, 13.0])
-    np.testing.assert_allclose(replace(curve, values=curve.values[:1]).size, [3.0, 5.0])

@@ -15,8 +15,8 @@ from dielast.base.errors import InputError
 from dielast.base.units import TEMPERATURES, conversion
 from dielast.io.cells import decode
 from dielast.readings.columns_recipe import ROLES
-from dielast.readings.instruments import FORMATS, ExportedStep, recognise
-from dielast.readings.instruments.export import columns_by_role, deformation_of
+from dielast.readings.instruments import ExportedStep, recognise
+from dielast.readings.instruments.export import columns_by_role
 
 # what a column is called, its unit, and what one of that unit is in SI
 TRIOS_NAMES = {
@@ -196,26 +196,6 @@ def test_a_damaged_export_says_where(name: str, change: Callable[[str], str], me
     assert str(caught.value).startswith("export.txt: line ")
 
 
-def test_an_unknown_unit_is_named_with_its_line() -> None:
-    text = exports.trios(
-        exports.sweeps(("Temperature", "Angular frequency", "Storage modulus", "x"), ("°C", "rad/s", "barleycorn", "Pa"))
-    )
-    (exported, *_) = read(text.encode())
-    with pytest.raises(
-        InputError, match=r'export.txt: line 11: column "Storage modulus" \[barleycorn\]: unknown unit "barleycorn"'
-    ):
-        exported.table.column("Storage modulus", "storage", ROLES["storage"])
-
-
-@given(
-    rows=st.lists(st.lists(st.sampled_from(["1", "2.5", "a", "E'", "G'", "T", "f", "[Pa]", "time [s]", "", "step"]), max_size=5)),
-    separator=st.sampled_from(",;\t "),
-)
-def test_an_ordinary_table_is_no_export(rows: list[list[str]], separator: str) -> None:
-    text = "\n".join(separator.join(row) for row in rows)
-    assert not [known.name for known in FORMATS if known.sniff(text)]
-
-
 @pytest.mark.parametrize(
     "text",
     [
@@ -243,18 +223,6 @@ def test_measured_tables_are_no_exports(shared_data: Callable[[str], Path]) -> N
             assert recognise(decode(path.read_bytes(), path.name)) is None
 
 
-def test_every_export_is_of_one_format_only() -> None:
-    for name, content in exports.files().items():
-        assert len([known for known in FORMATS if known.sniff(decode(content, name))]) == 1, name
-
-
-def test_names_say_shear_or_tension_or_nothing() -> None:
-    assert deformation_of(["G'", "G''"]) == "shear"
-    assert deformation_of(["E'", "tan d"]) == "tension"
-    assert deformation_of(["Shear Strain", "Storage Modulus"]) == "shear"
-    assert deformation_of(["Storage modulus", "Loss modulus"]) is None
-
-
 @pytest.mark.parametrize(
     ("instrument", "test"),
     [
@@ -274,12 +242,6 @@ def test_the_instrument_says_how_the_specimen_is_strained(instrument: str, test:
         assert {exported.deformation for exported in read(text.encode())} == {test}
 
 
-def test_empty_steps_stay_steps() -> None:
-    names = ("Temperature", "Angular frequency"), ("°C", "rad/s")
-    exported_steps = read(exports.trios([Step("Conditioning", *names, []), Step("more", *names, [[20.0, 1.0]])]).encode())
-    assert [(exported.name, exported.table.lines.size) for exported in exported_steps] == [("Conditioning", 0), ("more", 1)]
-
-
 def test_a_step_s_own_clock_comes_first() -> None:
     step = Step("Stress relaxation", ("Time", "Step time", "Relaxation modulus"), ("s", "s", "Pa"), [[100.0, 1.0, 5.0]])
     (exported,) = read(exports.trios([step]).encode())
@@ -291,21 +253,6 @@ def test_every_unit_of_the_vendors_is_known() -> None:
         for role, (_, unit, scale) in names.items():
             if role not in NOT_A_ROLE and unit != "1/s":
                 assert conversion(unit or "-", ROLES[role])[0] == pytest.approx(scale, rel=1e-12)
-
-
-@pytest.mark.parametrize("name", sorted(path.name for path in (Path(__file__).parents[1] / "instruments").iterdir()))
-@pytest.mark.parametrize("newline", ["\n", "\r\n"])
-def test_line_ends_make_no_difference(name: str, newline: str) -> None:
-    content = (Path(__file__).parents[1] / "instruments" / name).read_bytes()
-    plain = decode(content, name)
-    text = decode(newline.join(plain.split("\n")).encode(), name)
-    known = recognise(plain)
-    assert known is not None
-    assert recognise(text) is known
-    for own, other in zip(known.read(plain, name), known.read(text, name), strict=True):
-        assert (own.name, own.deformation, own.table.names, own.table.units, own.table.cells) == (
-            *(other.name, other.deformation, other.table.names, other.table.units, other.table.cells),
-        )
 
 
 def test_a_row_that_breaks_off_before_a_common_column_lacks_cells_only() -> None:

@@ -308,11 +308,7 @@ class Notes:
 
 
 CASES = 6
-
-
 SYSTEM = Chasing(np.geomspace(0.1, 100.0, CASES), np.linspace(0.5, 3.0, CASES))
-
-
 DURATION = np.linspace(5.0, 10.0, CASES)
 
 

@@ -57,11 +57,6 @@ def test_a_machine_s_table_is_a_load(tmp_path: Path, kind: str, expected: np.nda
     np.testing.assert_allclose(time, TIME, rtol=1e-12)
 
 
-def test_a_table_of_strain_is_a_load(tmp_path: Path) -> None:
-    (tmp_path / "machine.csv").write_text("time [s],strain [%]\n1,50\n2,20\n")
-    assert followed(tmp_path, "relax", '[[step]]\ntable = "machine.csv"\n')[0] == [1.5, 1.2]
-
-
 def test_what_no_column_holds_is_said_with_the_key(tmp_path: Path) -> None:
     machine(tmp_path, "time [s],Weg [mm],Kraft [N]")
     said = 'there are "time", "Weg", "Kraft": state columns.stretch, columns.strain or'
@@ -90,13 +85,6 @@ def test_extension_and_force_are_compared_with_stretch_and_stress(tmp_path: Path
     machine(tmp_path, header)
     x, y = points(tmp_path, "stretch_1 [1]", "nominal_stress_1 [Pa]", **options, **KNOWN)
     np.testing.assert_allclose(x, STRETCH, rtol=1e-12)
-    np.testing.assert_allclose(y, FORCE / AREA, rtol=1e-12)
-
-
-def test_the_time_of_a_comparison_may_be_called_otherwise(tmp_path: Path) -> None:
-    machine(tmp_path, "Zeit [min],Weg [mm],Kraft [N]", 60.0)
-    x, y = points(tmp_path, "time [s]", "nominal_stress_1 [Pa]", columns={"time": "Zeit", "force": "Kraft"}, **KNOWN)
-    np.testing.assert_allclose(x, TIME, rtol=1e-12)
     np.testing.assert_allclose(y, FORCE / AREA, rtol=1e-12)
 
 

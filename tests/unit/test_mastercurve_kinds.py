@@ -86,16 +86,6 @@ def test_one_maxwell_element_is_shifted_exactly(on: str, vertical: str) -> None:
     assert master.glassy_modulus == pytest.approx(1e5, rel=0.01)
 
 
-def test_both_moduli_say_more_than_one_or_their_ratio() -> None:
-    by_moduli, by_tangent, by_storage = (
-        build(maxwell(0.01), on=on).log10_shift_factor_stderr for on in ("moduli", "tan-delta", "storage")
-    )
-    assert build(maxwell(0.01)).shifted_on == "moduli"
-    moved = TEMPERATURES != 20.0
-    assert np.all(by_moduli[moved] < by_tangent[moved])
-    assert np.mean(by_moduli[moved]) < np.mean(by_storage[moved])
-
-
 @pytest.mark.parametrize("noise", [0.0, 0.01])
 def test_a_critical_gel_needs_its_moduli(noise: float) -> None:
     """Without a feature in tan delta the moduli alone tell the shift, and nothing does if they may slide vertically."""
@@ -133,30 +123,6 @@ def test_creep_is_shifted_along_its_inverse() -> None:
     moved = TEMPERATURES != 20.0
     score = (noisy.log10_shift_factor - TRUTH)[moved] / noisy.log10_shift_factor_stderr[moved]
     assert np.max(np.abs(score)) < 3
-
-
-def test_creep_compliance_is_divided_by_the_vertical_shift() -> None:
-    """J = b J_reduced, as E = E_reduced / b."""
-    b = 1 / (1 + 0.003 * (TEMPERATURES - 20.0))
-    master = build([CreepCurve(c.temperature, c.time, c.compliance * f) for c, f in zip(kelvin(), b, strict=True)], vertical="free")
-    np.testing.assert_allclose(master.vertical_shift, b, rtol=0.01)
-    np.testing.assert_allclose(master.creep_compliance, np.sort(master.creep_compliance), rtol=2e-3)
-    imposed = build(kelvin(), vertical="density-temperature")
-    np.testing.assert_allclose(imposed.vertical_shift, 293.15 / (TEMPERATURES + 273.15))
-
-
-def test_noise_about_zero_at_the_start_of_creep_is_left_out() -> None:
-    rng = np.random.default_rng(1)
-    time = np.linspace(0.01, 100, 4000)
-    curves = []
-    for temperature, shift in zip(TEMPERATURES.tolist(), TRUTH, strict=True):
-        t = time / 10**shift
-        curves.append(CreepCurve(temperature, time, 1e-7 * t**0.5 * (1 + t) ** 0.4 + 2e-8 * rng.standard_normal(t.size)))
-    with pytest.warns(DielastWarning) as caught:
-        master = build_master_curve(curves, reference_temperature=20.0)
-    assert any("at the short end of curves that are lost in noise" in str(entry.message) for entry in caught)
-    moved = TEMPERATURES != 20.0
-    assert np.all(np.abs(master.log10_shift_factor - TRUTH)[moved] < 4 * master.log10_shift_factor_stderr[moved])
 
 
 @cache
@@ -220,18 +186,6 @@ def test_sweeps_without_overlap_are_refused() -> None:
         build([kelvin()[0], CreepCurve(20.0, TIME, kelvin()[4].compliance * 1e3)])
 
 
-def test_a_spoilt_reading_does_no_harm() -> None:
-    curves = maxwell(0.01)
-    storage, loss = curves[3].storage_modulus.copy(), curves[3].loss_modulus.copy()
-    storage[10] *= 5
-    loss[4] = -1.0
-    curves[3] = FrequencySweep(30.0, FREQUENCY, storage, loss)
-    master = build(curves)
-    moved = TEMPERATURES != 20.0
-    assert np.max(np.abs(master.log10_shift_factor - TRUTH)[moved] / master.log10_shift_factor_stderr[moved]) < 3
-    assert master.angular_frequency.size == 5 * 25 - 1
-
-
 GLASSY_LAW = WLF(25.0, 12.3, 95.0)
 GLASSY_TEMPERATURES = (-20.0, -10.0, 0.0, 10.0, 25.0, 40.0, 55.0, 70.0)
 
@@ -279,15 +233,3 @@ def test_a_sweep_apart_from_the_others_is_named_and_spoils_nothing(on: Any, vert
     away = np.abs(found.log10_shift_factor - np.append(np.nan, truth))[1:]
     assert np.all(away <= 4 * found.log10_shift_factor_stderr[1:])
     assert found.rms_residual_decades < 0.01
-
-
-def test_both_moduli_are_kept_beside_a_sweep_apart() -> None:
-    found = build(glassy_sweeps(GLASSY_TEMPERATURES), reference_temperature=25.0)
-    assert found.shifted_on == "moduli"
-    assert found.log10_shift_factor_fit[0] == pytest.approx(float(GLASSY_LAW.log10_shift_factor(-20.0)), abs=0.1)
-
-
-def test_two_sweeps_apart_are_both_named() -> None:
-    found = build(glassy_sweeps((-24.0, *GLASSY_TEMPERATURES)), reference_temperature=25.0)
-    assert [entry.temperature for entry in found.undetermined] == [-24.0, -20.0]
-    assert found.shifted_on == "moduli"

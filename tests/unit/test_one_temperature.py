@@ -5,7 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-import exports
 import numpy as np
 import pytest
 from readings import table
@@ -14,12 +13,11 @@ from dielast.base.errors import DielastWarning, InputError
 from dielast.commands.mastercurve.recipe import MasterCurveRecipe
 from dielast.commands.mastercurve.run import run as run_mastercurve
 from dielast.commands.registry import read_cases
-from dielast.commands.spectrum.recipe import CurveData, SpectrumRecipe
+from dielast.commands.spectrum.recipe import CurveData
 from dielast.commands.spectrum.run import run as run_spectrum
 from dielast.commands.spectrum.sources import read_curve
 from dielast.handover.mastercurve_folder import ReducedCurve
 from dielast.io.files import Inputs
-from dielast.material.ramp import mean_age
 from dielast.material.shift import NoShift
 from dielast.recipe.cases import Case
 from dielast.recipe.validate import check
@@ -63,14 +61,6 @@ def test_stress_and_strain_force_and_extension_or_a_modulus_are_one_curve(
     assert found.kind.name == "relaxation"
     assert found.shift == NoShift(23.0)
     np.testing.assert_allclose(found.columns, [TIME, MODULUS], rtol=1e-12)
-
-
-def test_the_ramp_and_the_start_are_dropped_as_in_a_master_curve(tmp_path: Path) -> None:
-    held(tmp_path, "time [s],E [Pa]", TIME, MODULUS)
-    options = {"file": "test.csv", "columns": {"modulus": "E"}, "reference_temperature": "23 degC"}
-    found = read(tmp_path, **options, ramp="2 s")
-    np.testing.assert_allclose(found.columns[0], mean_age(TIME[TIME >= 4], 2.0))
-    assert read(tmp_path, **options, discard_before="50 s").columns[0][0] >= 50
 
 
 def test_a_test_that_begins_at_zero_states_its_ramp(tmp_path: Path) -> None:
@@ -133,40 +123,6 @@ def test_values_below_zero_are_left_out_and_their_rows_named(tmp_path: Path, wro
     with pytest.warns(DielastWarning, match=f"test.csv: {said}"):
         found = read(tmp_path, file="test.csv", reference_temperature="23 degC")
     np.testing.assert_array_equal(found.columns[0], TIME[~wrong])
-
-
-def test_an_export_of_one_temperature_needs_nothing_else(tmp_path: Path) -> None:
-    name = "trios-sweeps.txt"
-    (tmp_path / name).write_bytes(exports.files()[name])
-    found = read(tmp_path, file=name, steps=[3])
-    assert found.kind.name == "oscillation"
-    assert found.shift.reference_temperature == pytest.approx(exports.TEMPERATURES[0], abs=0.01)
-    said = {"measurement": "oscillation", "test": "shear", "format": "TA Instruments TRIOS", "points": exports.OMEGA.size}
-    assert found.data is not None
-    assert said.items() <= found.data.items()
-    with pytest.raises(InputError, match="a spectrum is made of one temperature"):
-        read(tmp_path, file=name)
-
-
-def test_a_material_comes_of_force_and_extension_alone(tmp_path: Path) -> None:
-    held(tmp_path, "Time [s],Extension [mm],Load [N]", TIME, 1e3 * STRAIN * GAUGE, STRAIN * MODULUS * AREA)
-    columns = {"time": "Time", "extension": "Extension", "force": "Load"}
-    data = {"file": "test.csv", "columns": columns, "specimen": SPECIMEN, "reference_temperature": "23 degC"}
-    document = {"kind": "spectrum", "data": data, "fit": {"method": "nnls", "branches": 12}}
-    recipe = SpectrumRecipe.model_validate(document, context={"folder": tmp_path})
-    report = run_spectrum([Case(recipe, {})], Inputs(tmp_path), Execution())
-    assert report.headline["fit"]["rms_relative_error"] < 0.01
-    assert b'law = "none"' in report.files["material.toml"]
-    assert "data" not in report.headline
-
-
-def test_a_sweep_s_moduli_must_agree(tmp_path: Path) -> None:
-    """Kramers and Kronig hold storage and loss to each other, also at one temperature."""
-    omega, storage, loss = exports.sweep(20.0).T
-    (tmp_path / "sweep.csv").write_text(table("w [rad/s],E' [Pa],E'' [MPa]", np.column_stack((omega, storage, loss))))
-    columns = {"angular_frequency": "w", "storage": "E'", "loss": "E''"}
-    with pytest.warns(DielastWarning, match="different units: the loss moduli"):
-        read(tmp_path, file="sweep.csv", columns=columns, reference_temperature="20 degC")
 
 
 @pytest.mark.parametrize("column", [True, False])

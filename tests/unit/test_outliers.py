@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 import pytest
-from scipy.optimize import brentq
-from scipy.stats import norm
+from hypothesis import given, strategies as st
 
-from dielast.base.errors import DielastWarning
+from dielast.base.errors import DielastWarning, InputError
 from dielast.material.measurement import CreepCurve, FrequencySweep, Measurement, RelaxationCurve
-from dielast.material.ramp import mean_age
 from dielast.material.shift import WLF
-from dielast.numerics.robust import robust_deviation, robust_variance
+from dielast.readings.kramers_kronig import viscosity_factor, warn_if_inconsistent
 from dielast.relaxation.superposition.mastercurve import build_master_curve
 from dielast.relaxation.superposition.result import MasterCurve
 
@@ -44,11 +44,6 @@ def changed(curve: RelaxationCurve, place: int, factor: float) -> RelaxationCurv
     return RelaxationCurve(curve.temperature, curve.time, values)
 
 
-@pytest.mark.parametrize("noise", [0.0, 0.003, 0.03])
-def test_noise_is_no_outlier(noise: float) -> None:
-    assert not [one for one in heard(list(relaxation(noise)))[1] if "far off" in one]
-
-
 @pytest.mark.parametrize("seed", [2, 3])
 def test_a_bend_between_sparse_points_is_no_outlier(seed: int) -> None:
     """All curves have a point there, and it is the smooth curve that is off."""
@@ -59,8 +54,7 @@ def test_a_bend_between_sparse_points_is_no_outlier(seed: int) -> None:
     assert not [one for one in heard(list(curves))[1] if "far off" in one]
 
 
-@pytest.mark.parametrize("factor", [1e6, 3.0, 0.5, 1e-3])
-@pytest.mark.parametrize("place", [0, 9, 19])
+@pytest.mark.parametrize(("factor", "place"), [(1e6, 0), (3.0, 9), (0.5, 19), (1e-3, 9)])
 def test_one_point_is_named_with_its_size(factor: float, place: int) -> None:
     curves = relaxation()
     curves[3] = changed(curves[3], place, factor)
@@ -117,20 +111,93 @@ def test_rows_that_stand_twice_are_said_to_and_taken_once() -> None:
     assert not [one for one in heard([*relaxation(), changed(own, 3, 1.01)])[1] if "different values" in one]
 
 
-def test_a_named_point_is_not_in_the_residual_and_its_time_is_as_measured() -> None:
-    clean, _ = heard(list(relaxation()))
-    curves = [RelaxationCurve(c.temperature, c.time, c.modulus, ramp_taken_out=0.5) for c in relaxation()]
-    curves[2] = RelaxationCurve(0.0, TIME, changed(relaxation()[2], 7, 3.0).modulus, ramp_taken_out=0.5)
-    master, said = heard(list(curves))
-    (found,) = [one for one in said if "far off" in one]
-    measured = brentq(lambda time: mean_age(np.array([time]), 0.5)[0] - TIME[7], 0.5, 1e9)
-    assert f"0 degC at {measured:.4g} s, " in found
-    assert (clean.outlying_points, master.outlying_points) == (0, 1)
-    assert master.rms_residual_decades == pytest.approx(clean.rms_residual_decades, rel=0.1)
+OMEGA = np.geomspace(0.01, 100, 25)
 
 
-def test_robust_scatter_is_that_of_normal_numbers_whatever_a_few_outliers() -> None:
-    quantiles = norm.ppf((np.arange(999) + 0.5) / 999)  # of a standard normal distribution, without chance
-    values = np.append(3.0 * quantiles, [1e6, -1e6])
-    assert robust_deviation(values) == pytest.approx(3.0, rel=5e-3)
-    assert robust_variance(values) == pytest.approx(9.0, rel=1e-2)
+def sweep(
+    tau: np.ndarray, moduli: np.ndarray, equilibrium: float = 0.0, frequency_scale: float = 1.0, loss_scale: float = 1.0
+) -> FrequencySweep:
+    x = np.outer(OMEGA, tau)
+    storage, loss = equilibrium + x**2 / (1 + x**2) @ moduli, x / (1 + x**2) @ moduli
+    return FrequencySweep(20.0, OMEGA * frequency_scale, storage, loss_scale * loss)
+
+
+def broad(slope: float = 0.4) -> tuple[np.ndarray, np.ndarray]:
+    tau = np.geomspace(1e-6, 1e6, 60)
+    return tau, 1e5 * tau**-slope
+
+
+@given(
+    slope=st.floats(0.05, 0.9),
+    equilibrium=st.floats(0, 1e8),
+    frequency_scale=st.floats(1e-6, 1e6),
+    noise=st.floats(0, 0.02),
+    seed=st.integers(0, 99),
+)
+def test_a_material_never_contradicts_itself(
+    slope: float, equilibrium: float, frequency_scale: float, noise: float, seed: int
+) -> None:
+    clean = sweep(*broad(slope), equilibrium, frequency_scale)
+    scatter = 1 + noise * np.random.default_rng(seed).uniform(-1, 1, (2, OMEGA.size))
+    noisy = FrequencySweep(20.0, clean.angular_frequency, clean.storage_modulus * scatter[0], clean.loss_modulus * scatter[1])
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        warn_if_inconsistent([noisy])
+
+
+@pytest.mark.parametrize(
+    ("loss_scale", "said"), [(1e-6, "1e6"), (1e-3, "1e3"), (1e3, "1e-3"), (1e6, "1e-6"), (1e9, "1e-9"), (1e2, "1e-2")]
+)
+def test_moduli_in_different_units_are_told(loss_scale: float, said: str) -> None:
+    with pytest.warns(DielastWarning, match=f"different units: the loss moduli fit .* if they are {said} times as large"):
+        warn_if_inconsistent([sweep(*broad(), loss_scale=loss_scale)])
+
+
+def test_swapped_moduli_are_told() -> None:
+    right = sweep(*broad(0.2))
+    with pytest.warns(DielastWarning, match="look swapped"):
+        warn_if_inconsistent([FrequencySweep(20.0, OMEGA, right.loss_modulus, right.storage_modulus)])
+
+
+def test_moduli_of_two_materials_are_told() -> None:
+    right = sweep(*broad(0.6))
+    with pytest.warns(DielastWarning, match="do not belong together"):
+        warn_if_inconsistent([FrequencySweep(20.0, OMEGA, right.storage_modulus, 0.05 * right.loss_modulus[::-1])])
+
+
+@pytest.mark.parametrize(("scale", "factor"), [(1.0, 1.0), (2 * np.pi, 1 / (2 * np.pi)), (1 / (2 * np.pi), 2 * np.pi)])
+def test_a_viscosity_knows_the_unit_of_the_frequency(scale: float, factor: float) -> None:
+    right = sweep(*broad())
+    viscosity = np.hypot(right.storage_modulus, right.loss_modulus) / OMEGA
+    assert viscosity_factor(sweep(*broad(), frequency_scale=scale), viscosity) == pytest.approx(factor, rel=1e-12)
+
+
+def test_a_viscosity_must_fit_the_sweep() -> None:
+    with pytest.raises(InputError, match="3 complex viscosities for 25 angular frequencies"):
+        viscosity_factor(sweep(*broad()), np.ones(3))
+    with pytest.raises(InputError, match="no complex viscosity is positive"):
+        viscosity_factor(sweep(*broad()), np.zeros(25))
+
+
+def polystyrene(shared_data: Callable[[str], Path]) -> list[FrequencySweep]:
+    found = []
+    for temperature in (130, 145, 160, 175, 190):
+        path = shared_data(f"polystyrene/oscillation_ps{temperature}_data.csv")
+        omega, storage, loss = np.loadtxt(path, skiprows=1).T
+        found.append(FrequencySweep(float(temperature), omega, storage, loss))
+    return found
+
+
+def test_measured_polystyrene(shared_data: Callable[[str], Path]) -> None:
+    sweeps = polystyrene(shared_data)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        warn_if_inconsistent(sweeps)
+    with pytest.warns(DielastWarning, match="look swapped"):
+        warn_if_inconsistent(
+            [FrequencySweep(s.temperature, s.angular_frequency, s.loss_modulus, s.storage_modulus) for s in sweeps]
+        )
+    with pytest.warns(DielastWarning, match="1e-6 times as large"):
+        warn_if_inconsistent(
+            [FrequencySweep(s.temperature, s.angular_frequency, s.storage_modulus, 1e6 * s.loss_modulus) for s in sweeps]
+        )

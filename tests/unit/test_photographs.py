@@ -15,7 +15,6 @@ from dielast import InputError
 from dielast.readings.photographs.camera import Camera
 from dielast.readings.photographs.decode import LARGEST, count_pictures, read_picture, taken
 from dielast.readings.photographs.ellipse import Ellipse, fit_ellipse
-from dielast.readings.photographs.find import otsu
 from dielast.readings.photographs.outline import find_outline
 from dielast.readings.photographs.series import BREAKDOWN, WRINKLES, measure_electrode, stretches
 
@@ -203,12 +202,6 @@ def test_a_series_marks_what_happens_and_what_is_lost() -> None:
     assert measure_electrode(wrinkled, [0.0, 8.0]).events == {WRINKLES: 1}
 
 
-def test_stretches_over_a_diameter() -> None:
-    result = measure_electrode([render(SMALL)], [0.0], diameter=64.0)
-    assert result.stretch[0] == pytest.approx([1.25, 1.25], rel=1e-3)
-    assert np.all(result.stderr > 0)
-
-
 @pytest.mark.parametrize(
     ("picture", "reason"),
     [
@@ -243,10 +236,6 @@ def test_a_region_holds_one_of_two_electrodes() -> None:
     outline = find_outline(picture, region=(0, 0, 128, 140))
     assert extents(outline) == pytest.approx([80.0, 80.0], rel=1e-3)
     assert outline.ellipse.centre == pytest.approx(SMALL.centre, abs=0.05)
-
-
-def test_otsu_lies_between_two_classes() -> None:
-    assert 0.4 < otsu(np.concatenate([np.full(300, 0.2), np.full(100, 0.9)])) < 0.7
 
 
 @pytest.mark.parametrize(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from io import BytesIO
+from typing import Any
 
 import numpy as np
 import pytest
@@ -14,11 +15,14 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from dielast import Material, Spectrum
+from dielast.material.damage import InversePower
+from dielast.material.shift import NoShift
 from dielast.plots.failure_map import decade_name, plot_failure_map
 from dielast.plots.operating_map import plot_operating_map
 from dielast.plots.style import COLOURS
 from dielast.simulate.failure_map import FailureMap
-from dielast.simulate.lifetime import fit_lifetime
+from dielast.simulate.lifetime import EXPONENTIAL_LAW, MARKER, POWER_LAW, ROOM, fit_lifetime
 
 UP, DOWN = r"$\uparrow$", r"$\downarrow$"
 
@@ -56,29 +60,6 @@ def placed(axes: Axes, marker: str) -> dict[str, list[float]]:
 def named(figure: Figure) -> list[list[str]]:
     legends = [axes.get_legend() for axes in figure.axes]
     return [[text.get_text() for text in legend.get_texts()] for legend in legends if legend is not None]
-
-
-@pytest.mark.parametrize(("shape", "films"), [((1, 11, 41), 4), ((1, 5, 41), 4), ((1, 2, 41), 2), ((2, 3, 13), 6), ((1, 6, 3), 6)])
-def test_points_do_not_crowd(shape: tuple[int, int, int], films: int) -> None:
-    result = a_map(*shape)
-    axes = plot_failure_map(result, fit_lifetime(result)).axes[0]
-    marked = drawn_lines(axes)
-    assert len(marked) == films
-    for line in marked:
-        every = line.get_markevery()
-        assert isinstance(every, list)
-        # from the first voltage to the last, evenly
-        assert len(every) == (shape[2] if shape[2] <= 25 else -(-shape[2] // 2))
-        assert (every[0], every[-1]) == (0, shape[2] - 1)
-        assert np.ptp(np.diff(every)) <= 1
-
-
-def test_the_legend_says_what_the_bands_are() -> None:
-    result = a_map(1, 2, 13)
-    bounds = (result.time_to_failure / 2, result.time_to_failure * 2)
-    legend = plot_failure_map(result, fit_lifetime(result), None, bounds, "90 % interval").axes[0].get_legend()
-    assert legend is not None
-    assert "bands: 90 % interval" in legend.get_title().get_text()
 
 
 def test_a_band_that_some_draws_outlive_is_open_above() -> None:
@@ -215,14 +196,6 @@ def test_the_name_of_a_decade(exponent: int, name: str) -> None:
     assert decade_name(exponent) == name
 
 
-def test_every_decade_between_the_shortest_and_the_longest_time_has_a_contour_with_its_name() -> None:
-    result = a_map(1, 7, 21)
-    axes = plot_failure_map(result, fit_lifetime(result)).axes[1]
-    time = np.log10(result.time_to_failure)
-    between = range(int(np.ceil(time.min())), int(np.floor(time.max())) + 1)
-    assert {text.get_text() for text in axes.texts} == {decade_name(exponent) for exponent in between}
-
-
 @pytest.mark.parametrize(("lives", "crosses"), [([1.02, 1.05], 0), ([1.02, np.nan], 1)])
 def test_an_operating_map_explains_a_cross_only_where_it_has_one(lives: list[float], crosses: int) -> None:
     times = np.full((1, 1, 2), np.nan)
@@ -270,3 +243,77 @@ def test_the_label_of_a_short_contour_is_within_the_map() -> None:
         extent = text.get_window_extent()
         assert extent.x1 <= frame.x1 + 1
         assert extent.x0 >= frame.x0 - 1
+
+
+VOLTAGE = np.linspace(3e3, 5e3, 11)
+EXPONENTIAL = 10 ** (12 - 2.5e-3 * VOLTAGE)
+POWER = 1e3 * (VOLTAGE / 4e3) ** -17.5
+
+
+def map_of(*times: np.ndarray) -> FailureMap:
+    """Films of these times to breakdown at VOLTAGE."""
+    time = np.array(times)[None]
+    pairs = np.repeat(np.linspace(1.7, 1.9, len(times))[:, None], 2, axis=1)
+    modes = np.where(np.isfinite(time), "breakdown", "none")
+    outcome = np.full(time.shape, "completed")
+    known = {"breakdown": time, "pull-in": np.full(time.shape, np.nan)}
+    return FailureMap(np.array([20.0]), pairs, VOLTAGE, 1e9, np.full(len(times), 4e7), known, time, modes, outcome)
+
+
+def test_a_film_that_does_not_creep_has_the_exponent_of_its_damage_law() -> None:
+    silicone = Material("silicone", 1e6, Spectrum(np.zeros(0), np.zeros(0)), NoShift(20.0), permittivity=4e-11)
+    silicone = replace(silicone, damage=InversePower(80e6, 3600.0, 18.5))
+    film: dict[str, Any] = {"thickness": 0.5e-3, "prestretch": 1.7, "boundary": "clamped", "horizon": 1e12}
+    (line,) = fit_lifetime(failure_map(silicone, voltage=np.linspace(8e3, 16e3, 15), **film))
+    assert line.power_exponent == pytest.approx(18.5, rel=1e-9)
+    assert line.power_intercept == pytest.approx(np.log10(3600.0) + 18.5 * np.log10(80e6 * 0.5e-3 / 1.7**2), rel=1e-9)
+    assert line.power_rms_residual < 1e-7
+    assert line.power_r_squared == pytest.approx(1.0)
+    assert (line.drawn_law, line.aic_difference > 0) == (POWER_LAW, True)
+    assert line.drawn(np.array([1e4])) == pytest.approx(3600.0 * (80e6 * 0.5e-3 / 1.7**2 / 1e4) ** 18.5, rel=1e-8)
+
+
+def test_each_law_describes_its_kind_better_and_what_is_censored_is_not_used() -> None:
+    lived = np.where(VOLTAGE > 3.5e3, EXPONENTIAL, np.nan)
+    exponential, power, some = fit_lifetime(map_of(EXPONENTIAL, POWER, lived))
+    assert (exponential.slope, exponential.intercept) == (pytest.approx(-2.5e-3), pytest.approx(12.0))
+    assert (exponential.drawn_law, power.drawn_law) == (EXPONENTIAL_LAW, POWER_LAW)
+    assert exponential.aic_difference < 0 < power.aic_difference
+    # Akaike's criterion, from the sums of squares
+    off = power.power_exponent * (np.log10(VOLTAGE) - np.polyval(np.polyfit(VOLTAGE, np.log10(VOLTAGE), 1), VOLTAGE))
+    assert power.rms_residual == pytest.approx(np.sqrt(np.mean(off**2)), rel=1e-6)
+    assert power.aic_difference == pytest.approx(VOLTAGE.size * np.log(np.mean(off**2) / 1e-12), rel=1e-6)
+    assert some.points == np.count_nonzero(VOLTAGE > 3.5e3)
+    assert some.slope == pytest.approx(-2.5e-3)
+
+
+def test_a_line_that_misses_a_point_by_a_marker_is_not_drawn() -> None:
+    """A bend of 0.9 and 1.1 of a marker's size off the line that fits best."""
+    decades = np.log10(POWER)
+    span = float(np.log10(ROOM**2) + np.ptp(decades))
+    bend = np.cos(np.pi * np.arange(VOLTAGE.size))  # from point to point, so that no law follows it
+    for size, law in ((0.8, POWER_LAW), (1.3, "")):
+        lines = fit_lifetime(map_of(10 ** (decades + size * MARKER * span * bend)))
+        assert lines[0].drawn_law == law
+        assert lines.not_drawn() == "" or lines.not_drawn().startswith("1 of 1 lines: no law meets all points")
+        figure = plot_failure_map(map_of(10 ** (decades + size * MARKER * span * bend)), lines)
+        legend = figure.axes[0].get_legend()
+        assert legend is not None
+        note = legend.get_title().get_text()
+        assert note == ("lines: inverse power law" if law else "without a line: no law meets all points")
+        laws = [line for line in figure.axes[0].get_lines() if line.get_linestyle() not in ("None", "none")]
+        assert len(laws) == bool(law)
+
+
+def test_few_points_and_a_film_that_fails_without_a_voltage() -> None:
+    two = np.where(VOLTAGE > 4.7e3, EXPONENTIAL, np.nan)
+    one, none = np.where(VOLTAGE > 4.9e3, EXPONENTIAL, np.nan), np.full(VOLTAGE.size, np.nan)
+    lines = fit_lifetime(map_of(two, one, none))
+    assert [line.drawn_law for line in lines] == [EXPONENTIAL_LAW, "", ""]
+    assert (lines[0].rms_residual, lines[0].power_rms_residual) == (0.0, 0.0)
+    assert np.all(np.isnan([line.aic_difference for line in lines]))
+    assert np.all(np.isnan([line.power_exponent for line in lines[1:]]))
+    assert lines.not_drawn() == ""
+    (grounded,) = fit_lifetime(replace(map_of(EXPONENTIAL), voltage=VOLTAGE - VOLTAGE[0]))
+    assert np.isnan(grounded.power_exponent)
+    assert grounded.drawn_law == EXPONENTIAL_LAW

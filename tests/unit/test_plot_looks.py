@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from dataclasses import replace
 from io import BytesIO
 from itertools import pairwise
@@ -29,18 +28,11 @@ from dielast.relaxation.creep import fit_creep
 from dielast.relaxation.fit import fit_oscillation
 from dielast.relaxation.interconversion import retardation_from_relaxation
 from dielast.relaxation.reduce import reduce_spectrum
-from dielast.relaxation.superposition.result import MasterCurve
 
 
 def curves(temperatures: np.ndarray) -> list[RelaxationCurve]:
     time = np.geomspace(1, 1000, 30)
     return [RelaxationCurve(float(T), time, 1e6 * (1 + time * 10 ** (T / 20)) ** -0.8 + 1e5) for T in temperatures]
-
-
-def master(count: int) -> tuple[MasterCurve, Figure]:
-    measured = curves(np.linspace(-20, 40, count))
-    result = build_master_curve(measured, reference_temperature=20.0, law="table")
-    return result, plot_master_curve(result, measured, "a title")
 
 
 def labels(figure: Figure) -> list[str]:
@@ -49,51 +41,12 @@ def labels(figure: Figure) -> list[str]:
 
 def test_few_temperatures_have_a_legend_and_many_a_colour_bar() -> None:
     for count, named in ((3, True), (21, False)):
-        _, figure = master(count)
-        curve = figure.axes[2]
-        legend = curve.get_legend()
+        measured = curves(np.linspace(-20, 40, count))
+        figure = plot_master_curve(build_master_curve(measured, reference_temperature=20.0, law="table"), measured)
+        legend = figure.axes[2].get_legend()
         assert legend is not None
-        words = [text.get_text() for text in legend.get_texts()]
-        assert ("\N{MINUS SIGN}20 °C" in words) == named
+        assert ("\N{MINUS SIGN}20 °C" in [text.get_text() for text in legend.get_texts()]) == named
         assert ("temperature [°C]" in labels(figure)[4:]) != named
-
-
-def test_every_axis_of_a_quantity_has_its_unit() -> None:
-    result, figure = master(5)
-    fit = fit_spectrum(result.reduced_time, result.relaxation_modulus, method="nnls", branches=10)
-    for text in (*labels(figure), *labels(plot_spectrum(fit))):
-        assert re.search(r"\[[^\]]+\]$", text) or text == "log$_{10}$ shift factor"
-
-
-def test_a_vertical_shift_is_said() -> None:
-    _, figure = master(3)
-    assert "Young's relaxation modulus [MPa]" in labels(figure)[-2:]
-    measured = [
-        RelaxationCurve(c.temperature, c.time, c.modulus * (1 + 0.002 * c.temperature)) for c in curves(np.array([0, 20, 40]))
-    ]
-    shifted = build_master_curve(measured, reference_temperature=20.0, law="table", vertical="free")
-    assert "Young's relaxation modulus, shifted [MPa]" in labels(plot_master_curve(shifted, measured))
-
-
-def test_branches_that_are_zero_are_counted_in_the_legend() -> None:
-    time = np.geomspace(1e-3, 1e3, 60)
-    fit = fit_spectrum(time, 1e6 * np.exp(-time) + 1e5, method="nnls", branches=20)
-    zeros = int(np.count_nonzero(fit.spectrum.shear_modulus == 0))
-    assert zeros > 1
-    for clipped, words in ((0, f", {zeros} fitted as zero"), (1, f", {zeros - 1} fitted as zero, 1 negative, set to zero")):
-        legend = plot_spectrum(replace(fit, clipped_branches=clipped)).axes[0].get_legend()
-        assert legend is not None
-        assert legend.get_texts()[0].get_text() == f"20 branches{words}"
-
-
-def test_log_axes_have_minor_ticks_over_few_and_many_decades() -> None:
-    for high in (30.0, 1e4, 1e13):
-        with style():
-            _, (axes,) = panels(1, None)
-            axes.plot([1.0, high], [1.0, high])
-            log_axis(axes, "x")
-            low, upper = axes.get_xlim()
-            assert sum(low <= tick <= upper for tick in axes.get_xticks(minor=True)) >= 6
 
 
 def lightness(colour: object) -> float:

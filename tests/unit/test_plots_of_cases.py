@@ -5,7 +5,6 @@ from __future__ import annotations
 from io import BytesIO
 from itertools import zip_longest
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -18,7 +17,6 @@ from dielast.commands.membrane.recipe import RelaxRecipe
 from dielast.commands.simulation.naming import swept
 from dielast.commands.simulation.pictures import _Curve
 from dielast.commands.simulation.solver_steps import solver_steps
-from dielast.commands.simulation.uncertainty import interval_label
 from dielast.io.files import Inputs
 from dielast.plots.events import Curve, Mark
 from dielast.plots.looks import Swept
@@ -66,13 +64,6 @@ def curves(axes: Axes) -> list[Line2D]:
 def named(figure: Figure) -> list[str]:
     legends = [*figure.legends, *(axes.get_legend() for axes in figure.axes if axes.get_legend() is not None)]
     return [text.get_text() for legend in legends if legend is not None for text in legend.get_texts()]
-
-
-@pytest.mark.parametrize("count", [1, 2, 7])
-def test_few_cases_are_named(count: int) -> None:
-    figure = drawn(count, [Swept("rate [%/s]", tuple(map(float, range(count))))])
-    assert len(named(figure)) == count + 2
-    assert len(figure.axes) == 1
 
 
 @pytest.mark.parametrize("count", [8, 200])
@@ -136,22 +127,6 @@ def test_swept_quantities_keep_the_unit_of_the_recipe() -> None:
     assert swept([Case(recipe)]) == []
 
 
-def test_the_legend_says_what_the_bands_are() -> None:
-    cases = [{"time [s]": TIME, "stretch_1 [1]": 1 + 0.1 * TIME**0.1}]
-    bands = [(TIME, 1 + 0.09 * TIME**0.1, 1 + 0.11 * TIME**0.1)]
-    figure = figure_of(cases, [""], [], "time [s]", "stretch_1 [1]", bands=bands, interval="90 % interval")
-    assert named(figure) == ["model", "90 % interval"]
-    assert named(drawn(3, [], bands=[*bands, None, None], interval="50 % interval"))[-1] == "50 % interval"
-    assert not any("interval" in text for text in named(drawn(3, [], bands=[None, None, None])))
-
-
-def test_a_band_within_its_line_is_not_promised() -> None:
-    cases = [{"time [s]": TIME, "stretch_1 [1]": 1 + 0.1 * TIME**0.1}]
-    bands = [(TIME, 0.9999 * (1 + 0.1 * TIME**0.1), 1.0001 * (1 + 0.1 * TIME**0.1))]
-    figure = figure_of(cases, [""], [], "time [s]", "stretch_1 [1]", bands=bands, interval="90 % interval")
-    assert named(figure) == []
-
-
 def test_a_bar_within_its_mark_is_not_promised() -> None:
     cases = [{"time [s]": TIME, "stretch_1 [1]": 1 + 0.1 * TIME**0.1}]
     for span, line in (((499.0, 501.0), "None"), ((300.0, 900.0), "-")):
@@ -189,12 +164,6 @@ def test_six_bands_of_two_factors_share_panels_by_one_of_them() -> None:
 def test_the_legend_of_one_disordered_quantity_ascends() -> None:
     figure = drawn(3, [Swept("voltage [kV]", (3.0, 1.0, 2.0))], "voltage = {} kV")
     assert named(figure)[:3] == ["voltage = 1 kV", "voltage = 2 kV", "voltage = 0 kV"]  # the labels are those of cases 1, 2, 0
-
-
-def test_the_level_of_intervals_has_a_name() -> None:
-    one, other = (SimpleNamespace(uncertainty=SimpleNamespace(level=level)) for level in (0.9, 0.5))
-    assert interval_label([one, SimpleNamespace(uncertainty=None), one]) == "90 % interval"
-    assert interval_label([one, other]) == "50 % and 90 % intervals"
 
 
 def test_an_event_has_a_bar_for_its_time() -> None:
@@ -236,14 +205,6 @@ def test_measured_points_say_to_which_case_they_belong(count: int) -> None:
     assert named(figure)[-1] == ("measured, a.csv" if count == 1 else f"temperature = {count - 1} °C: measured, a.csv")
 
 
-def test_a_number_without_a_unit_keeps_its_last_digit() -> None:
-    """110 and 50 both end in 0, which is no unit."""
-    settings = [{"equilibrium.J_lim": value} for value in (110, 50)]
-    cases = [SimpleNamespace(settings=own, on_one_scale=lambda _, values: ([float(v) for v in values], "1")) for own in settings]
-    (one,) = swept(cases)  # type: ignore[arg-type]
-    assert (one.label, one.values, one.texts) == ("J lim", (110.0, 50.0), ("J lim = 110", "J lim = 50"))
-
-
 def test_a_line_is_broken_at_the_cycles_that_are_left_out_alone(tmp_path: Path) -> None:
     """The rows of a long hold are further apart than a period, and the first rows of a waveform much closer together."""
     wave = {"waveform": "sine", "low": 2.0, "high": 2.5, "period": "20 s", "cycles": 12}
@@ -282,20 +243,6 @@ def test_what_the_numbers_of_an_axis_leave_out_is_in_its_label(times: Any, value
         axes = figure.axes[0]
         assert (axes.get_xlabel(), axes.get_ylabel()) == labels
         assert not any(axis.offsetText.get_visible() and axis.offsetText.get_text() for axis in (axes.xaxis, axes.yaxis))
-
-
-def test_a_power_law_on_log_axes_is_drawn_from_its_first_time() -> None:
-    times = np.geomspace(1e-9, 1e12, 50)
-    case = {"time [s]": times, "nominal_stress_1 [Pa]": 1e3 * times**0.3}
-    figure = figure_of([case], [""], [], "time [s]", "nominal_stress_1 [Pa]", scales=("log", "log"))
-    assert figure.axes[0].get_xlim()[0] < 3e-9
-
-
-def test_long_names_of_cases_differ_in_the_legend() -> None:
-    figure = drawn(3, [], label="an acrylic elastomer with a name that is far too long for a legend, of the batch number {}")
-    names = named(figure)[:3]
-    assert len(set(names)) == 3
-    assert all(name.endswith(str(case)) for case, name in enumerate(names))
 
 
 def test_axes_without_a_value_say_so() -> None:

@@ -131,14 +131,6 @@ def results_of(kind: type[TabularResult]) -> TabularResult:
     return next(result for result in results().values() if type(result) is kind)
 
 
-def test_a_case_that_ended_early_has_no_empty_rows() -> None:
-    film = results()["film"]
-    assert len(film.to_frame()) == np.isfinite(film.stretch_1).sum()
-    assert film.to_frame()["case"].unique().tolist() == [0]
-    frame = results()["history"].to_frame()
-    assert frame["temperature [degC]"].unique().tolist() == [0.0, 20.0]
-
-
 def test_materials_that_ship_are_read_by_their_names() -> None:
     vhb = dielast.read_material("example:vhb4905")
     assert vhb.name == dielast.read_material("example:vhb4905.toml").name == "VHB 4905 (reconstruction)"

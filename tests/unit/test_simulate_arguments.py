@@ -59,18 +59,6 @@ def test_wrong_arguments_are_input_errors(arguments: Any, message: str) -> None:
     assert message in str(caught.value)
 
 
-def test_a_step_refuses_text_when_it_is_made() -> None:
-    with pytest.raises(InputError, match=r'^duration: "1 s": a number in SI units'):
-        Step(stress=1e4, duration="1 s")
-
-
-def test_a_list_is_cases_and_a_tuple_is_axes() -> None:
-    cases = relax(VHB, [Step(stretch=[2.0, 3.0], duration=1.0)], output=Output(points_per_decade=2))
-    assert cases.stretch_1[:, -1] == pytest.approx([2.0, 3.0])
-    axes = relax(VHB, [Step(stretch=(2.0, 3.0), duration=1.0)], output=Output(points_per_decade=2))
-    assert (axes.stretch_1[0, -1], axes.stretch_2[0, -1]) == pytest.approx((2.0, 3.0))
-
-
 @pytest.mark.parametrize(
     ("time", "message"),
     [

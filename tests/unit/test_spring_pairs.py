@@ -195,10 +195,3 @@ def test_an_unknown_rate_is_a_parameter_within_its_bounds() -> None:
     slow, fast = (Laboratory([replace(unknown, ramp=each)]).answers([FILM])[0][0] for each in (10.0, 1e4))
     assert np.all(slow < voltage)
     assert np.all(voltage < fast)
-
-
-def test_a_factor_on_the_stress_of_a_film_is_its_root_on_the_voltage() -> None:
-    stiff = replace(FILM, equilibrium_modulus=1.44 * 2e4, spectrum=Spectrum([100.0, 3.0], [1.44 * 2e4, 1.44 * 4e4]))
-    test = VoltageTest("film", np.full(3, 2e4), np.array([1.02, 1.05, 1.1]), Film(1e-3, 3.0), 1e9, 20.0, measure="relative_stretch")
-    soft, hard = (each[0] for each in Laboratory([test]).answers([FILM, stiff])[0][:, None])
-    assert hard / soft == pytest.approx(1.2, rel=1e-3)

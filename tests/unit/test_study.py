@@ -29,7 +29,7 @@ from dielast.cli.run import compute
 from dielast.commands.grids import design as designs, failure_map as maps
 from dielast.commands.registry import read_cases
 from dielast.commands.simulation import cases
-from dielast.commands.simulation.cases import PART, divided, one_or_all
+from dielast.commands.simulation.cases import PART, divided
 from dielast.io.files import STORE, Inputs
 from dielast.material.material import Breakdown, Material
 from dielast.material.shift import NoShift
@@ -39,7 +39,7 @@ from dielast.sharing import kept as store_of, processes, study
 from dielast.sharing.execution import Execution
 from dielast.sharing.kept import Kept, load
 from dielast.sharing.processes import solve_in_processes
-from dielast.sharing.study import Draws, Study, Work
+from dielast.sharing.study import Study, Work
 from dielast.simulate.map_plan import MapPlan, SolvedCells, solve_cells
 
 BRANCH = Spectrum(np.array([100.0]), np.array([9e4]))
@@ -163,13 +163,6 @@ def test_a_simulation_goes_on_within_a_step_of_its_load(
             assert "under way" in said[-1]
     assert len(said) > 2 * 23
     assert resumed == whole
-
-
-def test_draws_in_parts_are_those_of_one_case() -> None:
-    parts = [Squares([2, 0]), Squares([1])]
-    of_two = [Draws(1, parts, sum), Draws(0, [Squares([0])], max)]
-    assert Study().batches(of_two) == [0, 5]
-    assert [draws.solve() for draws in of_two] == [[5], [0]]
 
 
 def test_an_interrupt_begins_no_more_chunks(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -298,11 +291,6 @@ def test_the_first_batch_with_an_error_is_told_of(jobs: int) -> None:
     assert caught.value.messages == first.messages
 
 
-def test_no_batches_and_no_progress_of_a_lone_one() -> None:
-    assert Study(Execution(jobs=2)).batches([]) == []
-    assert Study(Execution(progress=lambda done, of, what: pytest.fail("one case has no progress"))).batches([Squares([0])]) == [0]
-
-
 def material(branches: int) -> Material:
     spectrum = Spectrum(np.geomspace(1e6, 1e-6, branches), np.full(branches, 1e4))
     return Material("soft", 26e3, spectrum, NoShift(20.0), Gent(110.0), Gent(55.0))
@@ -314,12 +302,6 @@ def test_cases_are_divided_by_what_they_cost() -> None:
     assert {len(part) for part in divided(range(80), many)} == {PART // 400}
     assert [member for part in divided(range(10_000), few) for member in part] == list(range(10_000))
     assert divided([3, 1, 2], [material(2 * PART)] * 4) == [[3], [1], [2]]
-
-
-def test_one_material_of_all_cases_is_one() -> None:
-    own, other = material(3), material(3)
-    assert one_or_all([own, own]) is own
-    assert one_or_all([own, other]) == [own, other]
 
 
 def test_a_crafted_file_runs_nothing_and_takes_no_memory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

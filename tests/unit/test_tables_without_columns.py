@@ -51,13 +51,6 @@ def test_sweeps_need_no_columns(tmp_path: Path, header: str, columns: int) -> No
         np.testing.assert_allclose(found, exports.sweep(temperature).T, rtol=1e-6)
 
 
-def test_a_master_curve_states_its_temperature(tmp_path: Path) -> None:
-    (tmp_path / "model.tts").write_text(sweep_text(20.0, "", 5))
-    curve = read_curve(check(CurveData, {"file": "model.tts"}, "r", tmp_path), Inputs(tmp_path))
-    assert curve.shift.reference_temperature == 20
-    np.testing.assert_allclose(curve.columns[1], 3 * exports.sweep(20.0)[:, 1], rtol=1e-6)
-
-
 @pytest.mark.parametrize(
     ("head", "scale"), [("T=20;gamma=0.05;\nt sxy\n", 0.05), ("T=20;Mw=0;gamma=0;\n", 1.0), ("T=20;\nt\tGt\ns\tPa\n", 1.0)]
 )
@@ -118,26 +111,9 @@ def test_units_between_blanks_of_which_one_lacks_are_not_guessed() -> None:
         read_measured(b"w  tan_d  E\nHz  Pa\n1 2 3\n2 3 4\n", "x.txt").column("E", "modulus", STRESS)
 
 
-def test_relaxation_curves_know_where_they_come_from(tmp_path: Path) -> None:
-    (tmp_path / "a.csv").write_text("T [degC],time [s],E [Pa]\n20,1,5\n20,2,4\n40,1,3\n40,2,2\n")
-    found = read(tmp_path, file="a.csv", columns={"temperature": "T", "modulus": "E"}).measurements
-    assert [one.source for one in found if isinstance(one, RelaxationCurve)] == ["a.csv", "a.csv"]
-    for name in ("b.csv", "c.csv"):
-        (tmp_path / name).write_text("time [s],E [Pa]\n1,5\n2,4\n3,3\n")
-    options = {"files": ["b.csv", "c.csv"], "columns": {"modulus": "E"}}
-    found = read(tmp_path, **options, temperatures=["20 degC", "40 degC"]).measurements
-    assert [one.source for one in found] == ["b.csv", "c.csv"]
-
-
 TIME = np.geomspace(1, 1000, 8)
-
-
 TEMPERATURES = (20.0, 30.0, -10.0)
-
-
 POINTS = (8, 5, 3)  # of each temperature
-
-
 KNOWN = {"modulus": "E"}
 
 
@@ -202,11 +178,6 @@ def test_pairs_of_columns_below_a_row_of_temperatures(tmp_path: Path, above: str
     expect(tmp_path, f"{above}\n{pairs([]).lstrip()}", POINTS, columns=KNOWN)
 
 
-def test_empty_columns_between_the_pairs(tmp_path: Path) -> None:
-    above = "20 °C,,,30 °C,,,-10 °C,,\ntime [s],E [kPa],,time [s],E [kPa],,time [s],E [kPa],"
-    expect(tmp_path, f"{above}\n{pairs([], spacer=True).lstrip()}", POINTS, columns=KNOWN)
-
-
 @pytest.mark.parametrize(
     ("header", "options"),
     [
@@ -236,12 +207,6 @@ def test_triples_are_sweeps(tmp_path: Path) -> None:
     expect_sweeps(read(tmp_path, file="wide.csv").measurements)  # their names tell
 
 
-def test_a_long_table_is_not_taken_for_a_wide_one(tmp_path: Path) -> None:
-    (tmp_path / "long.csv").write_text("T [degC],time [s],E 20C [Pa],E 60C [Pa]\n20,1,2,3\n20,2,2,3\n40,1,2,3\n40,2,1,3\n")
-    found = read(tmp_path, file="long.csv", columns={"temperature": "T", "modulus": "E 20C"}).measurements
-    assert [one.temperature for one in found] == [20, 40]
-
-
 def test_a_gap_within_a_pair_names_its_line(tmp_path: Path) -> None:
     lines = pairs([f"{name} {T:g} degC" for T in TEMPERATURES for name in ("time [s]", "E [kPa]")]).splitlines()
     cells = lines[3].split(",")
@@ -255,15 +220,6 @@ def test_a_gap_within_a_pair_names_its_line(tmp_path: Path) -> None:
 def test_any_temperature_is_read_out_of_a_name(temperature: int, form: str) -> None:
     for name, rest in (("E {}", "E"), ("storage modulus {} [MPa]", "storage modulus [MPa]"), ("{}", "")):
         assert temperature_in(name.format(form.format(temperature))) == (temperature, rest)
-
-
-@given(st.text(max_size=400))
-def test_any_header_is_read_or_refused(text: str) -> None:
-    try:
-        found = temperature_in(text, "degC")
-    except InputError:
-        return
-    assert found is None or np.isfinite(found[0])
 
 
 @pytest.mark.parametrize("text", ["E20C", "E1.20 Cm", "G'", "time [s]", "20", "T20", "2C-rate", "20 Cal", "C20", "20 %", "1 kPa"])

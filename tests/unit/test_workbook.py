@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import datetime
 import io
 import random
 import zipfile
@@ -164,23 +163,6 @@ def test_merged_and_blank_cells() -> None:
         numbers(book(rows))
 
 
-def test_times_of_day_and_truths_are_no_numbers() -> None:
-    for odd, shown in ((datetime.time(0, 0, 5), "00:00:05"), (True, "True"), ("1,234.5", "1,234.5")):
-        with pytest.raises(InputError, match=f'line 3: column "time": "{shown}" is not a finite number'):
-            numbers(book([HEADER, ROWS[0], [20.0, odd, 1.0], *ROWS]))
-
-
-def test_wide_sheets_with_merged_temperatures(tmp_path: Path) -> None:
-    def merge(made: Any) -> None:
-        made.worksheets[0].merge_cells("A1:B1")
-        made.worksheets[0].merge_cells("C1:D1")
-
-    rows = [["20 °C", None, "40 °C", None], ["time [s]", "E [MPa]", "time [s]", "E [MPa]"], [1, 2, 1, 1.5], [2, 1.5, None, None]]
-    (tmp_path / "dma.xlsx").write_bytes(book(rows, change=merge))
-    found = read(tmp_path, file="dma.xlsx", columns={"modulus": "E"}).measurements
-    assert [(one.temperature, one.source) for one in found] == [(20, "dma.xlsx"), (40, "dma.xlsx")]
-
-
 @pytest.mark.parametrize("name", ["trios-sweeps.txt", "rheocompass-sweeps.csv", "rheology-advantage-sweeps.txt"])
 def test_an_export_in_a_workbook_is_an_export(tmp_path: Path, name: str) -> None:
     text = decode(exports.files()[name], name)
@@ -237,7 +219,7 @@ def test_a_hostile_workbook_is_one_line(content: bytes, message: str) -> None:
 
 def test_damaged_workbooks_are_read_or_refused_in_a_line() -> None:
     rng, whole, told = random.Random(1), book([HEADER, *ROWS]), list[str]()
-    for _ in range(25):
+    for _ in range(12):
         damaged = bytearray(whole)
         for _ in range(rng.randint(1, 30)):
             damaged[rng.randrange(4, len(damaged))] = rng.randrange(256)
@@ -247,9 +229,3 @@ def test_damaged_workbooks_are_read_or_refused_in_a_line() -> None:
             told += error.messages
     assert told
     assert all(line.startswith("dma.xlsx: ") for line in told)
-
-
-def test_a_list_of_sheets_is_refused_with_what_to_write(tmp_path: Path) -> None:
-    (tmp_path / "dma.xlsx").write_bytes(book([HEADER, *ROWS]))
-    with pytest.raises(InputError, match=r"data: sheet: one sheet is read.* save .* as files, and state them in files"):
-        check(CurveData, {"file": "dma.xlsx", "sheet": ["Data", "Data1"]}, "recipe.toml: data", tmp_path)

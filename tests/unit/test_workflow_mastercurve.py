@@ -35,20 +35,6 @@ def read(folder: Path, lines: list[str], **options: object) -> list[RelaxationCu
     return relaxation_curves(data, Inputs(folder))
 
 
-def test_two_runs_of_one_temperature_stay_two_curves(tmp_path: Path) -> None:
-    found = read(tmp_path, rows(0) + rows(20) + rows(20, 1.02))
-    assert [curve.temperature for curve in found] == [0, 20, 20]
-    found = read(tmp_path, rows(0) + rows(20) + rows(40) + rows(20, 1.02))
-    assert [curve.temperature for curve in found] == [0, 20, 20, 40]
-
-
-@pytest.mark.parametrize("factor", [1.3, 1.5, 3.0])
-def test_runs_of_one_temperature_that_contradict_each_other_are_an_error(tmp_path: Path, factor: float) -> None:
-    found = read(tmp_path, rows(0) + rows(20) + rows(20, factor) + rows(40))
-    with pytest.raises(InputError, match="20 degC"):
-        build_master_curve(found, reference_temperature=20.0)
-
-
 def test_a_clock_that_runs_on_is_noticed(tmp_path: Path) -> None:
     """Not that of tests which begin anew, in windows that overlap, or only touch for some of the temperatures."""
     late = [f"0,{t + 150!r},{1e6 * t**-0.1!r}" for t in TIME.tolist()]
@@ -125,24 +111,6 @@ def test_thermometer_and_drift_are_in_the_standard_errors_and_in_the_summary(tmp
     np.testing.assert_allclose(np.delete(own, 2), np.sqrt(2) * 0.3 / 20, rtol=0.02)
 
 
-def test_a_stated_drift_widens_the_standard_errors(tmp_path: Path) -> None:
-    """An offset is told by the bend of the curves, so far as noise allows.
-
-    Without a stated drift, the errors allow for offsets as far as the noise of the set at hand looks like some: by how much a drift
-    widens them differs from set to set.
-    """
-    lines, widened = bent(0) + bent(10) + bent(20) + bent(30) + bent(40), []
-    for seed in range(3):
-        rng = np.random.default_rng(seed)
-        noisy = [f"{row.rsplit(',', 1)[0]},{float(row.rsplit(',', 1)[1]) * (1 + 0.01 * rng.standard_normal())!r}" for row in lines]
-        plain = summary_of(tmp_path, noisy, temperature_stderr="0 K")[1]
-        stated, drifting = summary_of(tmp_path, noisy, temperature_stderr="0 K", drift="5 %")
-        assert stated["data"]["drift"] == 0.05
-        widened.append(np.delete(drifting, 2) / np.delete(plain, 2))
-    assert np.min(widened) > 1.0
-    assert np.all(np.median(widened, axis=0) > 1.2)
-
-
 def test_a_reference_temperature_in_kelvin_with_the_unit_of_celsius_is_noticed(tmp_path: Path) -> None:
     (tmp_path / "dma.csv").write_text("\n".join(["T [degC],t [s],E [Pa]", *bent(0), *bent(20), *bent(40)]) + "\n")
     data = {"file": "dma.csv", "columns": COLUMNS, "test": "tension"}
@@ -175,8 +143,6 @@ def test_what_is_stated_wrongly_is_refused(tmp_path: Path, key: str, value: str)
 
 
 ABSCISSA = np.logspace(-1, 2, 16)
-
-
 TEMPERATURES = (0.0, 10.0, 20.0, 30.0)
 
 

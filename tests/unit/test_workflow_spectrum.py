@@ -18,16 +18,13 @@ from dielast.commands.spectrum.sources import read_curve
 from dielast.io.files import Inputs
 from dielast.io.table import number_columns, to_csv
 from dielast.material.spectrum import Spectrum
-from dielast.plots.spectrum import plot_spectrum
 from dielast.recipe.cases import Case
-from dielast.recipe.validate import check
 from dielast.relaxation.fit import fit_spectrum
 from dielast.relaxation.interconversion import retardation_from_relaxation
 from dielast.report.report import RunReport
 from dielast.sharing.execution import Execution
 
 Array = NDArray[np.float64]
-
 TRUTH = Spectrum(np.logspace(3, -4, 8), np.array([1e4, 3e4, 2e4, 9e4, 4e5, 3e5, 8e5, 2e6]))
 LEVEL = 5e4
 FREQUENCY = np.logspace(-5, 6, 111)
@@ -144,14 +141,6 @@ def test_schwarzl_and_staverman_read_a_relaxation_modulus_only(tmp_path: Path, m
         spectrum(tmp_path, mastercurve="mc", fit={"method": "schwarzl-staverman"})
 
 
-def test_the_method_left_out_is_nnls(tmp_path: Path) -> None:
-    folder = write_folder(tmp_path / "mc", "relaxation")
-    smooth = 1e5 * (1 + 30 / (1 + (TIME / 1e-3) ** 0.3))
-    (folder / "mastercurve.csv").write_text(with_temperature(MEASURED["relaxation"][0], [TIME, smooth]))
-    report = spectrum(tmp_path, mastercurve="mc", fit={"equilibrium_modulus": "0.1 MPa"})
-    assert report.headline["fit"]["method"] == "nnls"
-
-
 def read(folder: Path, header: str, values: list[Array], **data: Any) -> tuple[Array, ...]:
     (folder / "curve.csv").write_text(table(header, values))
     document = {"file": "curve.csv", "reference_temperature": "20 degC", **data}
@@ -169,24 +158,6 @@ def test_tables_from_elsewhere(tmp_path: Path) -> None:
     np.testing.assert_allclose(found, [x, 1e-6 * z / 3])
     found = read(tmp_path, "time [min],modulus [Pa]", [x, y])
     np.testing.assert_allclose(found, [60 * x, y])
-
-
-@pytest.mark.parametrize(
-    ("columns", "found"),
-    [
-        ({"modulus": "E", "compliance": "J"}, "or compliance, not modulus and compliance"),
-        ({"angular_frequency": "w", "tan_delta": "t"}, "tan_delta alone gives no modulus"),
-        ({"angular_frequency": "w", "storage": "a", "loss": "b", "tan_delta": "t"}, "not storage and loss and tan_delta"),
-        ({"storage": "a", "loss": "b"}, "frequency .in Hz. or angular_frequency"),
-        (
-            {"time": "t", "frequency": "f", "storage": "a", "loss": "b"},
-            r"columns of a test over time \(time\) and of a frequency sweep \(frequency, storage, loss\)",
-        ),
-    ],
-)
-def test_columns_that_make_no_measurement_are_refused(columns: dict[str, str], found: str) -> None:
-    with pytest.raises(ValueError, match=found):
-        CurveData.model_validate({"file": "x", "reference_temperature": "20 degC", "columns": columns})
 
 
 def test_continuous_and_reduced_spectra_are_written(tmp_path: Path) -> None:
@@ -251,15 +222,6 @@ def test_a_creep_curve_has_no_continuous_spectrum_says_the_key(tmp_path: Path) -
         spectrum(tmp_path, mastercurve="mc", fit={"continuous": True})
 
 
-def test_the_legend_of_a_sweep_names_what_was_measured_first() -> None:
-    from dielast.relaxation.fit import fit_oscillation
-
-    _, (frequency, _, storage, loss) = MEASURED["oscillation"]
-    legend = plot_spectrum(fit_oscillation(frequency, storage, loss)).axes[1].get_legend()
-    assert legend is not None
-    assert [text.get_text() for text in legend.get_texts()] == ["storage", "loss", "discrete model"]
-
-
 def test_cards_say_what_a_spectrum_was_reduced_for(tmp_path: Path) -> None:
     write_folder(tmp_path / "mc", "oscillation")
     reduce = {"window": ["1 s", "100 s"], "temperatures": ["10 degC", "20 degC"], "tolerance": 0.05}
@@ -277,29 +239,11 @@ def test_cards_say_what_a_spectrum_was_reduced_for(tmp_path: Path) -> None:
     assert "** Truncated to the 29 slowest branches" in card
 
 
-def test_names_of_shear_in_a_table_from_elsewhere_are_doubted(tmp_path: Path) -> None:
-    x, y = np.array([1.0, 2.0, 4.0]), np.array([3.0, 5.0, 7.0])
-    with pytest.warns(DielastWarning, match=r'curve.csv: column "G\(t\)" looks like a quantity in shear'):
-        read(tmp_path, "time [s],G(t) [Pa]", [x, y], columns={"modulus": "G(t)"})
-    for test in ("tension", "shear"):
-        read(tmp_path, "time [s],G(t) [Pa]", [x, y], columns={"modulus": "G(t)"}, test=test)
-
-
 @pytest.mark.parametrize(
     ("measurement", "document", "message"),
     [
         (
             "relaxation",
-            {"fit": {"equilibrium_modulus": "1 MPa"}},
-            "fit.equilibrium_modulus: 1e+06 Pa is above the end of the curve",
-        ),
-        (
-            "relaxation",
-            {"fit": {"glassy_modulus": "1 kPa"}},
-            "fit.glassy_modulus: 1000 Pa is below the start of the curve, ",
-        ),
-        (
-            "oscillation",
             {"fit": {"glassy_modulus": "1 kPa"}},
             "fit.glassy_modulus: 1000 Pa is below the start of the curve, ",
         ),
@@ -308,12 +252,6 @@ def test_names_of_shear_in_a_table_from_elsewhere_are_doubted(tmp_path: Path) ->
             {"fit": {"glassy_modulus": "1 kPa", "equilibrium_modulus": "150 kPa"}},
             "fit.equilibrium_modulus: 150000 Pa must be smaller than fit.glassy_modulus = 1000 Pa",
         ),
-        (
-            "creep",
-            {"fit": {"glassy_modulus": "1 kPa"}},
-            "fit.glassy_modulus: 1000 Pa is below the start of the curve",
-        ),
-        ("oscillation", {"truncate": {"keep": 1000}}, "truncate.keep: cannot keep 1000 of 30 branches"),
         (
             "relaxation",
             {"fit": {"method": "schwarzl-staverman", "branches": 2}},
@@ -327,45 +265,6 @@ def test_mistakes_name_the_key_of_the_recipe(tmp_path: Path, measurement: str, d
         spectrum(tmp_path, mastercurve="mc", **document)
     (line,) = caught.value.messages
     assert line.startswith(message)
-
-
-def test_warnings_name_the_key_of_the_recipe(tmp_path: Path) -> None:
-    write_folder(tmp_path / "mc", "relaxation")
-    with pytest.warns(DielastWarning, match=r"^fit\.equilibrium_modulus: 157000 Pa is 4\.\d% above the end"):
-        spectrum(tmp_path, mastercurve="mc", fit={"equilibrium_modulus": "157 kPa", "method": "nnls"})
-
-
-@pytest.mark.parametrize("stated", [{}, {"equilibrium_modulus": "300 kPa"}])
-def test_the_glassy_modulus_is_that_of_all_springs_together(tmp_path: Path, stated: dict[str, str]) -> None:
-    header = "time [s],modulus [Pa]"
-    weak = Spectrum(np.array([1.0]), np.array([1e4]))
-    (tmp_path / "curve.csv").write_text(table(header, [TIME, 3 * weak.relaxation_modulus(TIME, 1e5)]))
-    data = {"file": "curve.csv", "reference_temperature": "20 degC"}
-    report = spectrum(tmp_path, data=data, fit={"glassy_modulus": "330 kPa", "method": "nnls"} | stated)
-    assert report.headline["moduli"]["nonequilibrium_shear_Pa"] == pytest.approx(1e4, rel=1e-3)
-
-
-def test_branches_are_bounded(tmp_path: Path) -> None:
-    with pytest.raises(InputError) as caught:
-        check(SpectrumRecipe, {"kind": "spectrum", "mastercurve": "mc", "fit": {"branches": 2000}}, "r.toml", tmp_path)
-    assert "r.toml: fit.branches: 2000: at most 200 is needed" in caught.value.messages
-
-
-def swept(folder: Path, header: str, storage: Array, loss: Array) -> CurveData:
-    (folder / "sweep.csv").write_text(table(header, [FREQUENCY, storage, loss]))
-    columns = {"angular_frequency": "angular_frequency", "storage": "storage", "loss": "loss"}
-    return CurveData.model_validate(
-        {"file": "sweep.csv", "columns": columns, "reference_temperature": "20 degC", "test": "tension"}
-    )
-
-
-def test_moduli_of_one_curve_are_checked_for_belonging_together(tmp_path: Path) -> None:
-    """As those of several temperatures are: swapped columns break Kramers and Kronig's relation."""
-    storage, loss = 3 * TRUTH.storage_modulus(FREQUENCY, LEVEL), 3 * TRUTH.loss_modulus(FREQUENCY)
-    header = "angular_frequency [rad/s],storage [Pa],loss [Pa]"
-    read_curve(swept(tmp_path, header, storage, loss), Inputs(tmp_path))
-    with pytest.warns(DielastWarning, match="storage and loss moduli look swapped"):
-        read_curve(swept(tmp_path, header, loss, storage), Inputs(tmp_path))
 
 
 @pytest.mark.parametrize("test", ["relaxation", "oscillation", "creep"])
