@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from dielast.base.errors import DielastWarning, InputError
 from dielast.material.spectrum import Spectrum
-from dielast.relaxation import schwarzl_staverman as ss
+from dielast.relaxation import fit as ss
 from dielast.relaxation.ends import short_time_end, votes
 from dielast.relaxation.interconversion import RetardationSpectrum, relaxation_from_retardation, retardation_from_relaxation
 from dielast.relaxation.result import SpectrumFit
