@@ -72,6 +72,8 @@ def run(cases: Sequence[Case[CalibrateRecipe]], inputs: Inputs, execution: Execu
     asked = task.asked or usual_prediction(ranked[0].fit)
     ranked = weighed(ranked, asked)
     alike = drawn_beside(ranked)
+    if interrupted:  # whoever stops a run waits for no intervals
+        ranked[0] = replace(ranked[0], fit=replace(ranked[0].fit, finished=False))
     results = [_assessed(recipe, task, each.fit, watch) for each in (ranked[0], *([] if interrupted else alike))]
     best = replace(results[0], comparisons=hull([each.comparisons for each in results]))
     interrupted = interrupted or any(not each.fit.finished for each in results)
