@@ -186,17 +186,16 @@ class Candidate:
 
 
 def in_order(candidates: Sequence[Candidate]) -> list[Candidate]:
-    """The laws, the best first: by the error of cross-validation, or by the error of the fit if a law lacks a cross-validation; of
-    a single test by their weight, and of equal weights the one with the fewest constants.
+    """The laws, the best first: by the error of cross-validation, and after them those without one by the error of the fit; of a
+    single test by their weight, and of equal weights the one with the fewest constants.
     """
     if _single(candidates):
         fits = [each.fit for each in candidates]
         square, constants = np.array([(fit.mean_square, len(fit.space)) for fit in fits]).T
         order = np.lexsort((square, constants, -weights_by_one_test(fits)))
     else:
-        foreseen = [each.prediction_error for each in candidates if each.prediction_error is not None]
-        complete = len(foreseen) == len(candidates)
-        order = np.argsort(foreseen if complete else [each.fit.misfit for each in candidates], kind="stable")
+        errors = [(each.found is None, each.fit.misfit if each.found is None else each.found.relative_error) for each in candidates]
+        order = np.lexsort(np.array(errors).T[::-1])
     return [candidates[k] for k in order]
 
 

@@ -212,6 +212,26 @@ module.{at} = press
     assert read_material(tmp_path / "r/material.toml").equilibrium_modulus > 0
 
 
+def test_an_interrupt_among_laws_ends_the_run_without_intervals(dielast: Run, tmp_path: Path) -> None:
+    press = """
+import dielast.commands.calibrate.run as module
+fit, done = module.fit_material, []
+def press(*given, **options):
+    if done:
+        raise KeyboardInterrupt
+    done.append(1)
+    return fit(*given, **options)
+module.fit_material = press
+"""
+    laws = '[springs]\ntry = ["gent", "neo-hookean"]\n'
+    (tmp_path / "r.toml").write_text(HEAD + TEST + FREE + QUICK.replace("draws = 0", "draws = 20") + laws)
+    done = dielast("calibrate", "r.toml", "--plot", "none", prelude=press)
+    assert done.returncode == 130
+    lacks = "intervals, draws, cross-validation and the laws not yet fitted"
+    assert f"r.toml: interrupted: the best fit so far is written, without {lacks}\n" in done.stderr
+    assert (tmp_path / "r/material.toml").exists()
+
+
 def test_an_interrupt_between_fit_and_files_does_not_claim_that_a_fit_is_written(dielast: Run, tmp_path: Path) -> None:
     press = """
 import dielast.commands.calibrate.run as module

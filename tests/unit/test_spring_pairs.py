@@ -108,6 +108,16 @@ def test_laws_of_a_single_test_are_weighed_by_as_much_as_it_tells() -> None:
         warn_of_few_points(few)
 
 
+def test_laws_that_an_interrupt_left_without_a_cross_validation_come_last() -> None:
+    problem = SimpleNamespace(laboratory=SimpleNamespace(tests=[None] * 2))
+    pairs: list[Any] = [(0.01, None), (0.02, 0.03), (0.005, None), (0.03, 0.02)]  # errors of the fit and of the prediction
+    laws = []
+    for name, (misfit, error) in enumerate(pairs):
+        fit: Any = SimpleNamespace(problem=problem, misfit=misfit)
+        laws.append(Candidate(f"{name}", fit, CrossValidation(error, np.ones(2)) if error else None, ()))
+    assert [each.name for each in in_order(laws)] == ["3", "1", "2", "0"]
+
+
 def test_cross_validation_of_a_single_test_leaves_nothing() -> None:
     fits = [fit_material(FILM, [pull(FILM, 3.0)], MODULI, starts=1)]
     assert cross_validation(fits[0]) is None

@@ -72,6 +72,8 @@ def run(cases: Sequence[Case[CalibrateRecipe]], inputs: Inputs, execution: Execu
     asked = task.asked or usual_prediction(ranked[0].fit)
     ranked = weighed(ranked, asked)
     alike = drawn_beside(ranked)
+    if interrupted:  # whoever stops a run waits for no intervals
+        ranked[0] = replace(ranked[0], fit=replace(ranked[0].fit, finished=False))
     intervals = Intervals(recipe.uncertainty.level, recipe.uncertainty.draws, recipe.uncertainty.seed)
     results = [
         assessed(each.fit, validate=task.predicted, intervals=intervals, watch=watch)

@@ -27,6 +27,7 @@ from dielast.readings.quantities import mistaken, read_as, role_in
 MOST_SEARCHED, MOST_SPANS = 3000, 3  # points that are searched for ringing, and times that a warning names
 MOST_POINTS = 400  # of a test that are compared: more points carry no more information
 FAR_FROM_REST, SLACK = 1.5, 0.1  # stretch, and stress over the largest of the test, that do not go together
+FARTHEST = 20.0  # stretch that no specimen bears
 ACCURACY = 0.01  # of the largest extension: that of an extensometer of class 1 (ISO 9513)
 Rows = np.ndarray[tuple[int], np.dtype[np.int64]]
 _TRUE = ("true", "cauchy")
@@ -98,6 +99,10 @@ def read_test(test: TestData, inputs: Inputs, temperature: float, name: str, key
         time, stretch, stress = time[moved], stretch[moved], stress[moved]
     else:
         column = test.columns.time or "time"
+        try:
+            table.find(column, "time")
+        except InputError as missing:
+            raise table.error(f"{missing.problems[0].text}; state columns.time, or rate if the table has no times") from None
         time = table.column(column, "time", TIME, rows)
         time, stretch, stress, lines = _without_repetitions(time, stretch, stress, lines, test.file)
         for row in np.flatnonzero(np.diff(time, prepend=-1e-300) <= 0)[:1]:
@@ -105,7 +110,7 @@ def read_test(test: TestData, inputs: Inputs, temperature: float, name: str, key
             late = f"time {time[row]:g} s does not come after {before}: the times of a test must ascend from 0 s"
             if time[row] == 0 and row == 0:
                 continue
-            raise InputError(f"{late}; choose one test (where)", file=test.file, line=int(lines[row]))
+            raise InputError(f"{late}; of a table of several tests, choose one by where", file=test.file, line=int(lines[row]))
     at = temperature if test.temperature is None else test.temperature
     with located(file=test.file):
         specimen = test.specimen_id or name
@@ -156,7 +161,10 @@ def _warn_of_beginning(test: TestData, made: MeasuredTest, stretch: float, stres
     if np.min(made.stretch) < SQUEEZED:
         squeezed = f"a stretch of {np.min(made.stretch):.4g} is compression (1 is undeformed)"
         warn(f"{test.file}: {squeezed}: is the column a strain? then state columns.strain")
-    if stretch > FAR_FROM_REST and abs(stress) < SLACK * np.max(np.abs(made.stress)):
+    if np.max(made.stretch) > FARTHEST:
+        far = f"the stretch reaches {np.max(made.stretch):.4g}"
+        warn(f'{test.file}: {far}: is the column in per cent? then state its unit, such as "strain [%]"')
+    elif stretch > FAR_FROM_REST and abs(stress) < SLACK * np.max(np.abs(made.stress)):
         loose = f"the first point has a stretch of {stretch:.4g}, but next to no stress"
         warn(f"{test.file}: {loose}: stretches count from the undeformed state, 1; is the column a stretch, but read as a strain?")
     elif test.ramp_rate is None and test.rate is None and begins_late(made):
