@@ -129,7 +129,7 @@ def voltage_in_words(cases: Sequence[SolvedCase]) -> str:
     highest = {max(map(abs, case.steps.targets), default=0.0) for case in cases}
     tables = (case.result.columns for case in cases if len(highest) == 1 and "voltage [V]" in case.result.columns)
     volts = max((float(np.max(np.abs(table["voltage [V]"]), initial=0.0)) for table in tables), default=0.0)
-    # a film that fails on the way does not see the rest of its history; that of an open circuit may see more than is stated
+    # a film that fails on the way does not reach all stated voltages; one of an open circuit may reach more than the stated ones
     if not cases[0].recipe.programme:
         volts = min(max(highest, default=0.0), volts)
     if not volts:
@@ -148,7 +148,7 @@ def picture_of_cycles(cases: Sequence[Case[Any]], solved: Sequence[SolvedCase], 
 
 
 def _marks(case: SolvedCase, table: Mapping[str, Floats], x: str, y: str) -> list[tuple[float, Mark]]:
-    """The events of a case by time, with bars where the horizontal axis is that of their bounds."""
+    """The events of a case by time, with bars for the bounds of their times, if the horizontal axis is time."""
     spans = [event.bounds["time"] for event in case.result.bounded_events if event.event is not None and x == "time [s]"]
     found = []
     for event, span in zip_longest(case.result.events or (), spans):
