@@ -24,7 +24,7 @@ import numpy as np
 
 from dielast.mechanics.electric import ELECTRIC
 from dielast.mechanics.elimination import Eliminated
-from dielast.mechanics.passive.structure import Factors, Structure, inverse
+from dielast.mechanics.passive.structure import Structure, inverse, rim_stiffness
 from dielast.mechanics.point import FOLLOWER_WEIGHT
 from dielast.mechanics.point_material import SYMMETRIC, PointMaterial
 from dielast.mechanics.span import Control, Controls, Load, UnderLoad
@@ -273,5 +273,5 @@ class Surroundings(ByCase):
         slopes = np.empty((2, 2, 2, *carried.shape[1:]))
         slopes[0] = assembly.slope(spring_tangent, stretch, carried, by_stretch)
         slopes[1] = assembly.slope(spring_tangent, stretch)
-        rim, alone = Factors.of(structure.tangent(slopes).transpose(1, 2, 0, 3)).rim_stiffness()
+        rim, alone = rim_stiffness(structure.tangent(slopes).transpose(1, 2, 0, 3))
         return rim, alone

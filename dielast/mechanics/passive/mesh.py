@@ -16,7 +16,7 @@ import numpy as np
 
 from dielast.mechanics.passive.forms import disc
 from dielast.mechanics.passive.framed import Assembly
-from dielast.mechanics.passive.structure import Factors
+from dielast.mechanics.passive.structure import solved
 from dielast.mechanics.point_material import SYMMETRIC, PointMaterial
 from dielast.numerics.arrays import Cases, Floats
 
@@ -92,7 +92,7 @@ def _pull(points: PointMaterial, share: Floats, prestretch: Floats, stretch: Flo
             spring_tangent = (wide.modulus * half[:, 0])[SYMMETRIC]
             force = structure.force(carried / at)
             tangent = structure.tangent(assembly.slope(spring_tangent, at, carried))
-            step = Factors.of(tangent[1:, 1:]).solve(-force[1:])
+            step = solved(tangent[1:, 1:], -force[1:, None])[:, 0]
             unknown[1:] += step
             size = np.max(np.abs(step), axis=0)
             if not np.any(size > SETTLED * prestretch):

@@ -3,7 +3,7 @@
 import numpy as np
 
 from dielast.mechanics.passive.framed import Surroundings
-from dielast.mechanics.passive.structure import Factors
+from dielast.mechanics.passive.structure import rim_stiffness, solved
 from dielast.mechanics.point_material import SYMMETRIC
 from dielast.numerics import newton
 from dielast.numerics.arrays import Flags, Floats
@@ -17,7 +17,7 @@ def settle(at: Surroundings, internal: Floats, field: Floats, nearby: float | No
     """
     assembly, structure = at.assembly, at.assembly.structure
 
-    def equations(unknown: Floats) -> tuple[Floats, Floats, Factors]:
+    def equations(unknown: Floats) -> tuple[Floats, Floats, Floats]:
         stretch = structure.stretch(unknown)
         stress, half = assembly.all_points.law.tangent(assembly.springs(internal, stretch))
         maxwell, by_stretch, _ = assembly.maxwell_tangent(stretch, field)
@@ -25,13 +25,13 @@ def settle(at: Surroundings, internal: Floats, field: Floats, nearby: float | No
         spring_tangent = np.einsum("nm,cnm->cm", assembly.all_points.modulus, half)[SYMMETRIC]
         nominal = carried / stretch
         slope = assembly.slope(spring_tangent, stretch, carried, by_stretch)
-        return nominal, structure.force(nominal), Factors.of(structure.tangent(slope))
+        return nominal, structure.force(nominal), structure.tangent(slope)
 
-    def step(unknown: Floats, here: tuple[Floats, Floats, Factors]) -> tuple[Floats, Floats]:
-        change = here[2].solve(-here[1])
+    def step(unknown: Floats, here: tuple[Floats, Floats, Floats]) -> tuple[Floats, Floats]:
+        change = solved(here[2], -here[1][:, None])[:, 0]
         return change, 2 * np.max(np.abs(structure.moved(change) / structure.stretch(unknown)), axis=(0, 1))
 
-    def merit(unknown: Floats, here: tuple[Floats, Floats, Factors]) -> Floats:
+    def merit(unknown: Floats, here: tuple[Floats, Floats, Floats]) -> Floats:
         return np.asarray(np.sum(np.square(here[1]), axis=0))
 
     def moved(unknown: Floats) -> Floats:
@@ -39,6 +39,6 @@ def settle(at: Surroundings, internal: Floats, field: Floats, nearby: float | No
 
     with np.errstate(all="ignore"):
         begin = structure.stretch(at.border[:-2])
-        unknown, (nominal, _, factors), settled = newton.solve(at.border[:-2].copy(), equations, step, merit, moved, nearby)
-        stable = settled & (factors.rim_stiffness() > 0) & np.all(np.isfinite(nominal), axis=(0, 1))
+        unknown, (nominal, _, tangent), settled = newton.solve(at.border[:-2].copy(), equations, step, merit, moved, nearby)
+        stable = settled & (rim_stiffness(tangent) > 0) & np.all(np.isfinite(nominal), axis=(0, 1))
     return Surroundings(assembly, np.concatenate((unknown, structure.border(nominal)))), stable

@@ -89,52 +89,28 @@ class Structure(ByCase):
         return self.assembled(self.pushed(slope))
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Factors:
-    """A matrix (u, u, cases) or (u, u, k, cases), factorised as U L from the last row to the first, without exchange of rows.
-
-    `upper` holds the multiples of later rows that were subtracted, `lower` the remaining rows with the pivots on the diagonal. For
-    a symmetric matrix, this is L D L^T.
+def rim_stiffness(tangent: Floats) -> Floats:
+    """The last pivot (...) of dF/du (u, u, ...), eliminated from the last row to the first; negative if it is not positive
+    definite. The loop is over the few rows.
     """
+    rest = tangent.copy()
+    for row in range(len(rest) - 1, 0, -1):
+        rest[:row, :row] -= (rest[:row, row] / rest[row, row])[:, None] * rest[row, None, :row]
+    pivots = np.einsum("uu...->u...", rest)
+    return np.asarray(np.where(np.all(pivots[1:] > 0, axis=0), pivots[0], -np.abs(pivots[0])))
 
-    upper: Floats
-    lower: Floats
 
-    @classmethod
-    def of(cls, matrix: Floats) -> Factors:
-        """Factorise; the loop is over the few rows of the matrix."""
-        lower, upper = matrix.copy(), np.zeros_like(matrix)
-        for row in range(len(matrix) - 1, 0, -1):
-            np.divide(lower[:row, row], lower[row, row], out=upper[:row, row])
-            lower[:row, :row] -= upper[:row, row, None] * lower[row, None, :row]
-        return cls(upper, lower)
-
-    def solve(self, right: Floats) -> Floats:
-        """The solution (u, cases), or solutions (u, k, cases), for the right-hand side."""
-        solution = right.copy()
-        upper, lower = (
-            (np.expand_dims(self.upper, 2), np.expand_dims(self.lower, 2)) if right.ndim > 2 else (self.upper, self.lower)
-        )
-        for row in range(len(right) - 1, 0, -1):
-            solution[:row] -= upper[:row, row] * solution[row]
-        for row in range(len(right)):
-            for earlier in range(row):
-                solution[row] -= lower[row, earlier] * solution[earlier]
-            solution[row] /= lower[row, row]
-        return np.asarray(solution)
-
-    def rim_stiffness(self) -> Floats:
-        """The last pivot (cases,) or (k, cases) of a symmetric matrix; negative if the matrix is not positive definite."""
-        pivots = np.einsum("uu...->u...", self.lower)
-        return np.asarray(np.where(np.all(pivots[1:] > 0, axis=0), pivots[0], -np.abs(pivots[0])))
+def solved(matrix: Floats, right: Floats) -> Floats:
+    """The solutions (u, k, cases) of systems (u, u, cases) for right-hand sides (u, k, cases); NaN where a matrix is singular."""
+    matrices, sides = np.ascontiguousarray(np.moveaxis(matrix, -1, 0)), np.moveaxis(right, -1, 0)
+    try:
+        solutions = np.linalg.solve(matrices, sides)
+    except np.linalg.LinAlgError:
+        matrices[np.linalg.det(matrices) == 0] = np.nan
+        solutions = np.linalg.solve(matrices, sides)
+    return np.ascontiguousarray(np.moveaxis(solutions, 0, -1), dtype=float)
 
 
 def inverse(matrix: Floats) -> Floats:
     """The inverse (u, u, cases) of matrices, for many right-hand sides in turn; NaN where a matrix is singular."""
-    matrices = np.ascontiguousarray(np.moveaxis(matrix, -1, 0))
-    try:
-        inverted = np.linalg.inv(matrices)
-    except np.linalg.LinAlgError:
-        matrices[np.linalg.det(matrices) == 0] = np.nan
-        inverted = np.linalg.inv(matrices)
-    return np.asarray(np.moveaxis(inverted, 0, -1), dtype=float)
+    return solved(matrix, np.eye(len(matrix))[:, :, None])
