@@ -1,4 +1,4 @@
-"""The spectrum from a master curve: what goes in, what comes out, and what is refused."""
+"""The spectrum from a master curve, a sweep or creep: what goes in, what comes out, and what is refused."""
 
 from __future__ import annotations
 

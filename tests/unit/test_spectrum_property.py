@@ -1,4 +1,4 @@
-"""What holds for the spectrum of any relaxing solid, and for the parts that find it: ends, weights, Equations 16 to 20, levels."""
+"""What holds for the spectrum of any relaxing solid, discrete or continuous, and for the parts that find it."""
 
 from __future__ import annotations
 
