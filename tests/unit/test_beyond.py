@@ -1,4 +1,4 @@
-"""What may follow a curve that ends before its plateau."""
+"""What may follow a curve that ends before its plateau, and draws that scatter as repeated measurements do."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a measured curve shows besides its material: transients of the machine, softening, slack, an offset."""
+"""What a measured curve shows besides its material, and the scatter that is left."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Draws from posteriors that are known: a linear problem, a curved valley on a grid, and what R-hat is."""
+"""Profiles and draws of posteriors that are known: valleys, bounds, chains, and what R-hat is."""
 
 from __future__ import annotations
 

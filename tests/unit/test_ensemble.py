@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -10,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 from films import SOFT
+from hypothesis import given, strategies as st
 from scipy.stats import genhyperbolic, norm, t as student
 
 from dielast import DielastWarning, Free, Gent, MeasuredTest, MooneyRivlin, NeoHookean, Ogden, Yeoh
@@ -359,3 +361,21 @@ def test_lives_outside_their_intervals_are_counted() -> None:
     low, high = np.array([[[2.0, 2.0, 2.0, 2.0, 2.0]]]), np.array([[[9.0, 9.0, 9.0, np.inf, 9.0]]])
     with pytest.warns(DielastWarning, match=r"^2 of 5 cells: the time to failure of the stated material is outside"):
         warn_of_lives_outside(cells, (low, high))
+
+
+@pytest.mark.parametrize("make", [lambda: NormalScatter(1.0), lambda: NormalScatter(-0.1), lambda: WeibullScatter(0.0)])
+def test_scatter_that_makes_no_sense_is_refused(make: Callable[[], object]) -> None:
+    with pytest.raises(InputError, match=r"must be|is needed"):
+        make()
+
+
+def test_a_scaled_breakdown_field_keeps_its_prestretches() -> None:
+    assert Breakdown((1.7, 1.9), (40e6, 48e6)).scaled(0.5) == Breakdown((1.7, 1.9), (20e6, 24e6))
+
+
+@given(st.lists(st.floats(-1e6, 1e6), min_size=19, max_size=80), st.integers(0, 30))
+def test_what_is_no_draw_does_not_count(values: list[float], missing: int) -> None:
+    alone = interval(np.array(values), 0.9)
+    padded = interval(np.array(values + [np.nan] * missing), 0.9)
+    assert alone == padded
+    assert min(values) <= alone[0] <= alone[1] <= max(values)

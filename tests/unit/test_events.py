@@ -1,4 +1,4 @@
-"""Events on dense output, of one case and of many: roots, dips, first falls, and the last row of a run that stops at one."""
+"""Events on dense output: roots, dips, first falls, the last row of a run, and criteria from outside."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Cards for finite-element codes: what is refused, what is allowed and named, and how the text is written."""
+"""Cards for finite-element codes: what is refused, what is allowed and named, how they are written and read again."""
 
 from __future__ import annotations
 

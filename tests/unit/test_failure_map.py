@@ -1,4 +1,4 @@
-"""Failure maps: what comes out of a grid, and what bad input gets."""
+"""Maps of voltages and films: who fails when and of what, against single films, also of draws, and what is refused."""
 
 from __future__ import annotations
 

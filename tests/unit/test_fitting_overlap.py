@@ -1,4 +1,4 @@
-"""Starting shifts of curves whose distances are known: straight lines, plateaus that touch, bad stretches, and gaps."""
+"""Points of curves in bins of log time, and starting shifts of curves whose distances are known."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Spectra of solids whose spectrum is known, what is said at the limits, and what becomes of what is stated in Young's moduli."""
+"""Spectra of solids whose spectrum is known, what is said at the limits, and creep of the same material."""
 
 from __future__ import annotations
 

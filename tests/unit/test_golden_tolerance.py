@@ -104,16 +104,3 @@ def test_a_wrong_tolerance_is_one_line(tmp_path: Path, stated: str, said: str) -
         differences(moved(), folder, 1e-6)
     assert said in str(caught.value)
     assert "tolerance.toml" in str(caught.value)
-
-
-def test_equal_is_equal_and_what_is_not_known_is_no_number(tmp_path: Path) -> None:
-    """Earlier versions wrote NaN and infinity into summaries."""
-    (tmp_path / "summary.toml").write_bytes(b"[fit]\nzero = 0.0\nstderr = [nan, 0.5, inf]\n")
-    for now in (
-        b"[fit]\nzero = 0.0\nstderr = [nan, 0.5, inf]\n",
-        b'[fit]\nzero = 0.0\nstderr = ["undetermined", 0.5, "undetermined"]\n',
-    ):
-        for rtol in (0.0, 1e-6, float("inf")):
-            assert differences({"summary.toml": now}, tmp_path, rtol) == []
-    lost = differences({"summary.toml": b"[fit]\nzero = 0.0\nstderr = [0.1, 0.5, 0.2]\n"}, tmp_path, 1e-6)
-    assert lost == ["summary.toml: fit.stderr: 2 of 3 numbers differ, most [0]: 0.1; golden missing"]

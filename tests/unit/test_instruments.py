@@ -102,7 +102,7 @@ def as_written(
 
 
 @pytest.mark.parametrize("layout", list(NAMES))
-@settings(max_examples=20)
+@settings(max_examples=10)
 @given(data=st.data())
 def test_what_is_written_is_read(layout: str, data: st.DataObject) -> None:
     names = NAMES[layout]
@@ -141,7 +141,7 @@ def test_the_files_in_the_folder_are_those_of_the_writers(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", list(exports.files()))
-@settings(max_examples=8)
+@settings(max_examples=4)
 @given(data=st.data())
 def test_a_file_cut_anywhere_is_read_as_far_as_it_goes_or_is_an_error_of_one_line(name: str, data: st.DataObject) -> None:
     content = exports.files()[name]

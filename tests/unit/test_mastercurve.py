@@ -1,4 +1,4 @@
-"""Contract of the master curve: invariances, input errors, warnings."""
+"""Master curves: invariances, curves whose truth is known, errors and warnings."""
 
 from __future__ import annotations
 
@@ -431,3 +431,8 @@ def test_what_is_not_determined_has_no_number_and_spoils_none() -> None:
     assert "its points are left out" in said
     assert not np.any(table.point_temperature == 260.0)
     assert np.isnan(table.log10_shift_factor_fit[-1])
+
+
+def test_a_bad_temperature_is_refused() -> None:
+    with pytest.raises(InputError, match="above absolute zero"):
+        RelaxationCurve(-300.0, TIME, TIME)

@@ -1,4 +1,4 @@
-"""Fitting a law to shift factors that come with a covariance."""
+"""Fitting a law to shift factors that come with a covariance, and what a ramp does to the curves that they are of."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from dielast.base.errors import DielastWarning, InputError
 from dielast.io.files import Inputs
 from dielast.material.ramp import mean_age, time_of_age
 from dielast.material.shift import WLF, Arrhenius
+from dielast.material.shift.wlf import SMALLEST_C2
 from dielast.mechanics.load import Step
 from dielast.readings.recipe import MeasurementData
 from dielast.relaxation.superposition.shiftfit import fit_shift_law
@@ -240,3 +241,59 @@ def test_without_ramp_needs_a_duration_and_tests_over_time() -> None:
         without_ramp([curve], -1.0)
     with pytest.raises(InputError, match="sweep"):
         without_ramp([FrequencySweep(20.0, [1.0, 3.0, 9.0], [3e5, 2e5, 1e5], [3e4, 2e4, 1e4])], 1.0)
+
+
+def test_misfit_widens_the_errors() -> None:
+    """Of a misfit without correlation by its square root, and by more if the law may miss smoothly."""
+    curved = Arrhenius(20.0, 9e4).log10_shift_factor(TEMPERATURE) + 0.1 * np.cos(TEMPERATURE)
+    fit = fit_shift_law("arrhenius", TEMPERATURE, relative(curved, 6), pinned(INDEPENDENT, 6), 6, 20.0)
+    exact = relative(Arrhenius(20.0, 9e4).log10_shift_factor(TEMPERATURE), 6)
+    narrow = fit_shift_law("arrhenius", TEMPERATURE, exact, pinned(INDEPENDENT, 6), 6, 20.0)
+    assert fit.misfit > 10
+    widened = fit.stderr["activation_energy"] / narrow.stderr["activation_energy"]
+    assert 0.9 < widened / fit.misfit**0.5 < 1.6  # as far as errors may be stated too large
+
+
+@pytest.mark.parametrize("error", [0.001, 0.002])
+def test_a_law_without_misfit_is_as_certain_as_by_least_squares(error: float) -> None:
+    """Though a misfit keeps a probability: it widens the tails of the distribution, not nine tenths of it."""
+    temperature = np.linspace(-40.0, 60.0, 14)
+    exact = relative(WLF(20.0, 13.7, 187.1).log10_shift_factor(temperature), 7)
+    covariance = pinned(np.eye(14) * error**2, 7)
+    fit = fit_shift_law("wlf", temperature, exact, covariance, 7, 20.0)
+    assert fit.doubt is not None
+    least_squares = fit.covariance - fit.doubt * np.outer(fit.values, fit.values)
+    assert np.all(np.diag(fit.covariance) < 1.03**2 * np.diag(least_squares))
+
+
+@pytest.mark.parametrize("anchor", [0, 1, 2])
+def test_three_temperatures_are_just_enough_for_both_constants(anchor: int) -> None:
+    law, at = WLF(20.0, 12.0, 90.0), np.array([-10.0, 20.0, 60.0])
+    exact = law.log10_shift_factor(at)
+    covariance = np.diag([1e-6 * (k != anchor) for k in range(3)])
+    fit = fit_shift_law("wlf", at, exact - exact[anchor], covariance, anchor, 20.0)
+    assert fit.values == pytest.approx([12.0, 90.0], rel=1e-6)
+    assert np.isfinite(fit.covariance).all()
+    assert fit.misfit == 0.0
+
+
+def test_what_a_c2_that_is_only_assumed_may_do_to_the_origin() -> None:
+    """Through both shift factors, with any k = 1/C2 about the anchor: log10 a = -g d/(1 + k d)."""
+    at, step, move = np.array([0.0, 20.0]), 1.6, -10.0
+    with pytest.warns(DielastWarning, match="do not determine the WLF constants"):
+        fit = fit_shift_law("wlf", at, np.array([step, 0.0]), np.diag([1e-8, 0.0]), 1, 20.0 + move)
+
+    def origin(k: np.ndarray) -> np.ndarray:
+        return -step * (1 - 20 * k) / 20 * move / (1 + k * move)
+
+    assumed = origin(np.array(1 / 293.15))
+    assert fit.origin == pytest.approx(assumed, rel=1e-9)
+    others = origin(np.linspace(0.0, 1 / (SMALLEST_C2 + 20.0), 2001))
+    assert fit.origin_excess == pytest.approx(np.mean((others - assumed) ** 2), rel=0.1)
+
+
+@pytest.mark.parametrize("ramp", [1e-15, 1e-12, 1e-6])
+def test_a_ramp_far_shorter_than_the_times_is_a_step_at_its_middle(ramp: float) -> None:
+    time = np.geomspace(1.0, 1e6, 7)
+    assert mean_age(time, ramp) == pytest.approx(time - ramp / 2, rel=1e-12)
+    assert time_of_age(mean_age(time, ramp), ramp) == pytest.approx(time, rel=1e-12)

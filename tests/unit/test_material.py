@@ -1,4 +1,4 @@
-"""Shift laws, and the files that state a material."""
+"""Shift laws, springs and spectra of a material, and the files that state it."""
 
 from __future__ import annotations
 

@@ -1,3 +1,5 @@
+"""Tables as laboratories write them, and those of results."""
+
 from __future__ import annotations
 
 from typing import Any

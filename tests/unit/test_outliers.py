@@ -1,4 +1,4 @@
-"""Points far off the master curve are named with their size, and rows that stand twice are said to."""
+"""Points far off the master curve are named with their size, rows that stand twice and contradicting moduli are told."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The figure of a failure map stays legible, however many films and voltages there are."""
+"""The figure of a failure map stays legible, however many films and voltages there are, and its lines are honest."""
 
 from __future__ import annotations
 

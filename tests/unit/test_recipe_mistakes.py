@@ -1,4 +1,4 @@
-"""All mistakes of a recipe are told at once, each once, in its order and in TOML's own spelling."""
+"""Recipes as they are read; all mistakes are told at once, each once, in their order and in TOML's own spelling."""
 
 from __future__ import annotations
 

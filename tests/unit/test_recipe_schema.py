@@ -1,4 +1,4 @@
-"""The JSON Schema of recipes takes whatever runs, and refuses what an editor can tell to be wrong."""
+"""The JSON Schema of recipes takes whatever runs, and refuses what an editor can tell to be wrong; cases of sweeps."""
 
 from __future__ import annotations
 

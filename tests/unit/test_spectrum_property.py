@@ -1,4 +1,4 @@
-"""What holds for the spectrum of any relaxing solid, and for the parts that find it: ends, weights, Equations 16 to 20, levels."""
+"""What holds for the spectrum of any relaxing solid, discrete or continuous, and for the parts that find it."""
 
 from __future__ import annotations
 
@@ -186,10 +186,8 @@ def fitted_to(curve: Array, noise: float, level: float = LEVEL) -> SpectrumFit:
     ("spectrum", "noise", "rms", "worst"),
     [
         (box, 0.0, 0.04, 0.12),  # edges ring
-        (wedge, 0.0, 0.01, 0.03),
         (wedge, 0.005, 0.04, 0.08),
         (log_normal, 0.0, 1e-3, 2e-3),
-        (log_normal, 0.005, 0.015, 0.03),
         (log_normal, 0.02, 0.04, 0.1),
     ],
 )

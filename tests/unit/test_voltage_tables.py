@@ -1,4 +1,4 @@
-"""Tables of voltages and of what they do to a film, whose columns and sheet the recipe may name."""
+"""Tables as loads: of voltages and of what they do to a film, and those that dielast wrote."""
 
 from __future__ import annotations
 
