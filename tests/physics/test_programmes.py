@@ -222,7 +222,7 @@ def test_waveforms_of_edges_and_electrodes_with_a_phase() -> None:
         assert history.cycles.mechanical_work[0] == pytest.approx(-wanted, rel=1e-6)
 
 
-@pytest.mark.parametrize("shape", ["sine", "triangle"])
+@pytest.mark.parametrize("shape", ["sine", pytest.param("triangle", marks=pytest.mark.trust)])
 def test_a_ramp_beside_a_waveform(shape: str) -> None:
     """The electrodes go straight to their target over all cycles of the edges, and the reverse; elastic, held at both axes."""
     period, cycles = 2.0, 3
@@ -466,8 +466,8 @@ def test_a_held_edge_is_set_free_behind_a_resistance(mode: str) -> None:
     film = Material("m", 3e4, Spectrum(np.array([1.0, 0.05]), np.array([2e4, 5e4])), NoShift(20.0), permittivity=EPS)
     steps = [FilmStep(stretch=2.5, duration=0.5), FilmStep(voltage=2e3, duration=0.2), FilmStep(stress=1e4, duration=0.5)]
     at = [0.3, 0.7, 0.9, 1.2]
-    bare = run(steps, film, mode=mode, times=at, rtol=1e-8)
-    behind = run(steps, film, mode=mode, times=at, rtol=1e-8, resistance=1.0, electrode_area=AREA)
+    bare = run(steps, film, mode=mode, times=at, rtol=1e-7)
+    behind = run(steps, film, mode=mode, times=at, rtol=1e-7, resistance=1.0, electrode_area=AREA)
     assert all(outcome.completed for outcome in behind.outcome)
     assert behind.stretch_1 == pytest.approx(bare.stretch_1, rel=1e-6)
     assert behind.nominal_stress_1 == pytest.approx(bare.nominal_stress_1, rel=1e-5)

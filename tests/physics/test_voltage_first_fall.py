@@ -23,8 +23,7 @@ def pull_in(history: ActuationHistory, case: int = 0) -> float:
     return next((event.time for event in history.events[case] if event.name == "pull-in"), np.nan)
 
 
-@pytest.mark.parametrize("hold", [1500.0, 2500.0, 5000.0])
-@pytest.mark.parametrize("rtol", [1e-3, 1e-6])
+@pytest.mark.parametrize(("hold", "rtol"), [(1500.0, 1e-3), (2500.0, 1e-6), (5000.0, 1e-3)])
 def test_a_margin_that_falls_while_the_film_hardly_moves(hold: float, rtol: float) -> None:
     """One branch of 100 MPa: the margin falls from 0.99 to below 0 while the film moves by a thousandth."""
     solid = Material("stiff", 20e3, Spectrum([1.0], [1e8]), NoShift(20.0), permittivity=EPS)
