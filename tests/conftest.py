@@ -7,6 +7,7 @@ import os
 import signal
 import socket
 import subprocess
+import sys
 import tempfile
 from collections import defaultdict
 from collections.abc import Callable, Iterator
@@ -90,6 +91,11 @@ def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool 
     return True if f"{collection_path.as_posix()}/".startswith(left_out) else None
 
 
+def pytest_configure(config: pytest.Config) -> None:
+    if config.getoption("--update-golden"):
+        os.environ["DIELAST_PEERS"] = "keep"  # peers/kept.py
+
+
 def pytest_collection_finish() -> None:
     """What has been collected stays: it need not be looked through for rubbish again and again, which took a tenth of the time."""
     gc.freeze()
@@ -111,6 +117,8 @@ def pytest_runtest_logreport(report: pytest.TestReport) -> None:
 
 def pytest_sessionfinish(session: pytest.Session) -> None:
     """Tests that did not run stay in the list as they were; only the process that gathers all reports writes it."""
+    if session.config.getoption("--update-golden") and "peers.kept" in sys.modules:
+        sys.modules["peers.kept"].keep()
     longest = session.config.getoption("--update-slow")
     if longest is not None and not hasattr(session.config, "workerinput"):
         kept = {test for test in SLOW.read_text().split() if test not in TAKEN}

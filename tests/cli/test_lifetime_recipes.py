@@ -11,7 +11,7 @@ from processes import Run
 
 RECIPE = """\
 kind = "lifetime"
-material = "example:vhb4905.toml"
+material = "example:tensile/start.toml"
 [film]
 thickness = "0.5 mm"
 prestretch = 1.9

@@ -58,12 +58,12 @@ RECIPES = {
     '[shift]\nreference_temperature = "20 °C"\n',
     "spectrum": (
         'kind = "spectrum"\nmastercurve = "Ergebnisse/mastercurve"\n[fit]\nequilibrium_modulus = "0.078 MPa"\n'
-        'branches = 12\n[material]\npermittivity = "3.98e-11 F/m"\n'
+        'branches = 8\n[material]\npermittivity = "3.98e-11 F/m"\n'
     ),
     "relax": MATERIAL.format("relax") + '[[step]]\ntable = "Messung bei 20 °C/history.csv"\n',
     "creep": MATERIAL.format("creep") + '[[step]]\nstress = "20 kPa"\nrate = "10 kPa/s"\n[[step]]\nhold = "1 min"\n',
     "actuate": MATERIAL.format("actuate") + FILM + '[[step]]\nvoltage = "4 kV"\nduration = "10 s"\n',
-    "design": MATERIAL.format("design") + FILM.replace("1.9", '[1.7, 1.9], relax = "1 h"') + "goal = "
+    "design": MATERIAL.format("design") + FILM.replace("1.9", '[1.7, 1.9], relax = "1 min"') + "goal = "
     '{ relative_stretch = 1.1, at = "1 min", horizon = "1 h" }\n',
 }
 

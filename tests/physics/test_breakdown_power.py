@@ -10,7 +10,8 @@ import pytest
 from films import SOFT
 from flat import actuate, failure_map, plan_failure_map
 from peers.energies import gent
-from peers.membrane import Film, Piece, Run, constant, ramp
+from peers.kept import Run
+from peers.membrane import Film, Piece, constant, ramp
 
 from dielast import Breakdown, Gent, InputError, Material, Sample, Spectrum, VoltageStep
 from dielast.handover.material_file import parse_material, write_material

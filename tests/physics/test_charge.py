@@ -9,7 +9,8 @@ import pytest
 from films import SOFT
 from flat import actuate
 from peers.energies import gent
-from peers.membrane import Film, Piece, Run, constant, ramp
+from peers.kept import Run
+from peers.membrane import Film, Piece, constant, ramp
 
 from dielast import (
     ArrudaBoyce,

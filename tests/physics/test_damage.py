@@ -12,7 +12,8 @@ import pytest
 from flat import actuate, design, failure_map, plan_failure_map
 from peers.closed_forms import damage_exponent
 from peers.energies import gent
-from peers.membrane import Film, Piece, Run, constant, ramp
+from peers.kept import Run
+from peers.membrane import Film, Piece, constant, ramp
 from scipy.integrate import quad
 
 from dielast import (
@@ -79,14 +80,15 @@ def test_an_elastic_film_under_dead_load_ages_at_the_field_that_it_settles_at() 
 def test_the_damage_is_the_integral_of_the_history(exponent: float, boundary: Any) -> None:
     """scipy's quadrature of the run's own field, up to the moment of failure, is 1."""
     programme = [VoltageStep(3.4e3, duration=UP), VoltageStep.hold(2.0), VoltageStep(0.0, duration=0.3)]
-    programme.append(VoltageStep(Waveform(0.0, 3.6e3, 1.0, 3)))
+    programme.append(VoltageStep(Waveform(0.0, 3.6e3, 1.0, 2)))
+    slow = replace(GENT, spectrum=Spectrum(TIME[:2], MODULUS[:2]))
     film: dict[str, Any] = {"thickness": THICKNESS, "prestretch": (1.9, 1.6), "relax": 60.0, "boundary": boundary}
-    whole = actuate(GENT, programme, stop_at="end", **film)
+    whole = actuate(slow, programme, stop_at="end", **film)
     assert whole.outcome[0].completed
     field, time = whole.true_field[0], whole.time[0]
     law = InversePower(float(field.max()), 1.0, exponent)
     law = replace(law, time=0.9 * float(np.sum(np.diff(time) * (law.rate(field[1:]) + law.rate(field[:-1])) / 2)))
-    material = replace(GENT, damage=law)
+    material = replace(slow, damage=law)
     end = damaged(actuate(material, programme, stop_at="damage", **film)).time
     assert end > 3.0  # the waveform is on
     kinks = [0.0, UP, UP + 2.0, UP + 2.3, *np.arange(UP + 2.8, end, 0.5).tolist(), end]
@@ -96,7 +98,7 @@ def test_the_damage_is_the_integral_of_the_history(exponent: float, boundary: An
     panels = [(low, high) for edge in edges for low, high in pairwise(edge)]
     times = np.concatenate([0.5 * (high + low) + 0.5 * (high - low) * nodes for low, high in panels])
     weight = np.concatenate([0.5 * (high - low) * weights for low, high in panels])
-    history = actuate(GENT, programme, stop_at="end", times=times, **film)
+    history = actuate(slow, programme, stop_at="end", times=times, **film)
     field = np.abs(history.true_field[0])
     assert float(np.sum(weight * law.rate(field))) == pytest.approx(1.0, rel=1e-6)
 

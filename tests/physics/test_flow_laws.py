@@ -8,9 +8,10 @@ from typing import Any
 import numpy as np
 import pytest
 from flat import actuate, creep, design, relax
-from peers.disc import DiscRun, Drive, strip
+from peers.disc import Drive, strip
 from peers.energies import gent
-from peers.membrane import Film, Piece, Run, State, branch_stress, constant, flow_rate, fold, ramp
+from peers.kept import DiscRun, Run, fold
+from peers.membrane import Film, Piece, State, branch_stress, constant, flow_rate, ramp
 from test_frame_against_peers import of_dielast
 from toys import Eyring
 

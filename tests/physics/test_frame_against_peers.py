@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 import pytest
 from flat import actuate
-from peers.disc import DiscRun, Drive, Structure, creep_compliance, disc, graded, shoot
+from peers.disc import Drive, Structure, creep_compliance, disc, graded
 from peers.energies import gent, stress
+from peers.kept import DiscRun, squeeze
 from peers.membrane import Film, constant, ramp
 from scipy.integrate import simpson, solve_ivp
 from scipy.interpolate import BarycentricInterpolator
@@ -42,7 +43,7 @@ def settled(voltage: Any, **film: Any) -> np.ndarray:
 def test_the_elastic_disc_is_that_of_shooting() -> None:
     """To 1e-5 at the default mesh, and closer with every further point."""
     for prestretch, share, relative in ((3.0, 1 / 3, np.array([1.1, 1.5])), (1.9, 10 / 190.5, np.array([1.3]))):
-        squared = [shoot(SOFT.equilibrium, prestretch, share, x * prestretch)[0] for x in relative]
+        squared = [squeeze(SOFT.equilibrium, prestretch, share, x * prestretch) for x in relative]
         voltage = THICKNESS * np.sqrt(np.array(squared) / EPS)
         film = {"prestretch": prestretch, "boundary": "frame", "electrode_share": share}
         assert settled(voltage, **film) == pytest.approx(relative * prestretch, rel=1e-5)
@@ -63,7 +64,7 @@ def test_the_literal_pull_in_is_the_maximum_of_the_voltage_over_stretch() -> Non
     """Where a slow ramp meets it: the damper that follows hides nothing of it."""
     prestretch, share = 1.5, 0.3
     top = minimize_scalar(
-        lambda x: -1e6 * shoot(SOFT.equilibrium, prestretch, share, x)[0] / MU,
+        lambda x: -1e6 * squeeze(SOFT.equilibrium, prestretch, share, x) / MU,
         bounds=(2.3, 2.42),
         method="bounded",
         options={"xatol": 1e-5},

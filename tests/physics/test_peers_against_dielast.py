@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from flat import actuate, creep, relax
 from peers.energies import gent, neo_hookean
-from peers.membrane import Film, Piece, Run, constant, fold, ramp
+from peers.kept import Run, fold
+from peers.membrane import Film, Piece, constant, ramp
 
 from dielast import Gent, Material, Spectrum, Step, TimeScale, VoltageStep
 from dielast.material.dielectric import LinearPermittivity

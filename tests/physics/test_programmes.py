@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from dashpots import Dashpots
 from flat import actuate
-from peers.membrane import Piece, Run, constant, ramp
+from peers.kept import Run
+from peers.membrane import Piece, constant, ramp
 from programmes import programme
 from scipy.integrate import quad, solve_ivp
 from scipy.optimize import brentq
@@ -177,7 +178,7 @@ def test_energy_is_conserved_over_cycles_with_all_losses(monkeypatch: pytest.Mon
         FilmStep(voltage=0.0, duration=0.2),
     ]
     losses = {"leakage": Leakage(2e-13, 3e7), "resistance": 2e7, "electrode_area": AREA}
-    cycles = 6
+    cycles = 3
     history = run(steps, material, repeat=Repeat(cycles), times=[1.4 * cycles], rtol=1e-7, **losses)
     row = {name.split(" ")[0]: values[0, -1] for name, values in history.values.items()}
     given = abs(row["electrical_energy"]) + row["mechanical_work"]
@@ -222,7 +223,7 @@ def test_waveforms_of_edges_and_electrodes_with_a_phase() -> None:
         assert history.cycles.mechanical_work[0] == pytest.approx(-wanted, rel=1e-6)
 
 
-@pytest.mark.parametrize("shape", ["sine", "triangle"])
+@pytest.mark.parametrize("shape", ["sine", pytest.param("triangle", marks=pytest.mark.trust)])
 def test_a_ramp_beside_a_waveform(shape: str) -> None:
     """The electrodes go straight to their target over all cycles of the edges, and the reverse; elastic, held at both axes."""
     period, cycles = 2.0, 3
@@ -490,8 +491,8 @@ def test_a_held_edge_is_set_free_behind_a_resistance(mode: str) -> None:
     film = Material("m", 3e4, Spectrum(np.array([1.0, 0.05]), np.array([2e4, 5e4])), NoShift(20.0), permittivity=EPS)
     steps = [FilmStep(stretch=2.5, duration=0.5), FilmStep(voltage=2e3, duration=0.2), FilmStep(stress=1e4, duration=0.5)]
     at = [0.3, 0.7, 0.9, 1.2]
-    bare = run(steps, film, mode=mode, times=at, rtol=1e-8)
-    behind = run(steps, film, mode=mode, times=at, rtol=1e-8, resistance=1.0, electrode_area=AREA)
+    bare = run(steps, film, mode=mode, times=at, rtol=1e-7)
+    behind = run(steps, film, mode=mode, times=at, rtol=1e-7, resistance=1.0, electrode_area=AREA)
     assert all(outcome.completed for outcome in behind.outcome)
     assert behind.stretch_1 == pytest.approx(bare.stretch_1, rel=1e-6)
     assert behind.nominal_stress_1 == pytest.approx(bare.nominal_stress_1, rel=1e-5)

@@ -55,7 +55,7 @@ def test_small_strain_modulus_after_a_step_at_once() -> None:
     )
 
 
-@pytest.mark.parametrize("stress", [-2e4, 1e4, 5e4, 2e5])
+@pytest.mark.parametrize("stress", [-2e4, 2e5, *(pytest.param(stress, marks=pytest.mark.trust) for stress in (1e4, 5e4))])
 def test_dead_load_reaches_the_equilibrium_spring(stress: float) -> None:
     history = creep(material(10), [Step(stress=stress, duration=1.0), Step.hold(1e9)], rtol=1e-8)
     end = history.stretch_1[0, -1]

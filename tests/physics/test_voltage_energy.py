@@ -90,7 +90,7 @@ class Bookkeeper(Watch):
         pytest.param(1.9, 1.9, (Control.STRESS, Control.STRESS), marks=pytest.mark.trust),
         (2.5, 1.2, (Control.STRESS, Control.STRESS)),
         pytest.param(2.0, 1.5, (Control.STRESS, Control.STRETCH), marks=pytest.mark.trust),
-        (1.7, 1.7, (Control.STRETCH, Control.STRETCH)),
+        pytest.param(1.7, 1.7, (Control.STRETCH, Control.STRETCH), marks=pytest.mark.trust),
     ],
 )
 def test_energy_is_conserved(first: float, second: float, controls: tuple[Control, Control]) -> None:

@@ -23,8 +23,7 @@ def pull_in(history: ActuationHistory, case: int = 0) -> float:
     return next((event.time for event in history.events[case] if event.name == "pull-in"), np.nan)
 
 
-@pytest.mark.parametrize("hold", [1500.0, 2500.0, 5000.0])
-@pytest.mark.parametrize("rtol", [1e-3, 1e-6])
+@pytest.mark.parametrize(("hold", "rtol"), [(1500.0, 1e-3), (2500.0, 1e-6), (5000.0, 1e-3)])
 def test_a_margin_that_falls_while_the_film_hardly_moves(hold: float, rtol: float) -> None:
     """One branch of 100 MPa: the margin falls from 0.99 to below 0 while the film moves by a thousandth."""
     solid = Material("stiff", 20e3, Spectrum([1.0], [1e8]), NoShift(20.0), permittivity=EPS)
@@ -96,7 +95,7 @@ def test_a_short_pulse_after_a_long_rest_is_not_watched_for_long() -> None:
 def test_the_clock_starts_anew_where_the_size_of_the_voltage_begins_to_rise() -> None:
     """The stability column over each programme's last part is that of the same load on a clock of its own, theta = share t."""
     solid = two_branches(50.0, 5.0)
-    film = {"thickness": THICKNESS, "prestretch": 1.5, "relax": 1e5, "stop_at": "end", "rtol": 1e-8}
+    film = {"thickness": THICKNESS, "prestretch": 1.5, "relax": 1e5, "stop_at": "end", "rtol": 1e-6}
 
     def at(steps: list[VoltageStep], time: float, theta: float) -> tuple[float, float]:
         """The column under the default time scale, and under one that is fixed to what that should come to."""

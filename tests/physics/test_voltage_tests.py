@@ -34,7 +34,7 @@ FORMS = {
 def driven(form: str) -> ActuationHistory:
     """A film by `actuate`, with rows at many times."""
     steps, output = [VoltageStep(voltage=END, rate=RATE)], Output(times=np.linspace(0, END / RATE, 4001))
-    return actuate(FILM, FORMS[form], steps, output=output, failure=Failure(stop_at="end"), solver=Solver(rtol=1e-7))
+    return actuate(FILM, FORMS[form], steps, output=output, failure=Failure(stop_at="end"), solver=Solver(rtol=1e-6))
 
 
 def measured(form: str, measure: str) -> VoltageTest:
@@ -60,7 +60,7 @@ def measured(form: str, measure: str) -> VoltageTest:
 )
 def test_voltages_are_those_of_actuate(form: str, measure: str) -> None:
     test = measured(form, measure)
-    (found,) = Laboratory([test], rtol=1e-7).answers([FILM])
+    (found,) = Laboratory([test], rtol=1e-6).answers([FILM])
     assert found[0] == pytest.approx(test.voltage, rel=3e-5)
 
 
