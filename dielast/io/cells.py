@@ -17,6 +17,8 @@ from dielast.io.workbook import is_workbook, sheet_text
 
 _BLANK_CELLS = re.compile(r"\S+(?:\s+[\[(][^\])]{0,100}[\])])?")
 SEPARATORS = {"\t": "tab", ";": "semicolon", ",": "comma", " ": "blank"}
+# a decimal comma in quotation marks; three digits after it may be thousands
+_QUOTED_DECIMAL = re.compile(r'"[+-]?\d+,(\d{1,2}|\d{4,})(?:[eE][+-]?\d+)?"')
 _SNIFFED_LINES = 200
 _NUMBER = {
     ".": re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d+)?"),
@@ -80,11 +82,12 @@ def split_lines(text: str) -> list[str]:
 def sniff(source: str, lines: Sequence[str], form: TextFormat) -> tuple[str, str]:
     """The separator and decimal mark under which most cells of the last lines read are numbers."""
     sample = lines[:_SNIFFED_LINES]
+    quoted = any(_QUOTED_DECIMAL.search(line) for line in sample)
     best, best_score = (form.separator or ",", form.decimal or "."), 0.0
     for separator in [form.separator] if form.separator else SEPARATORS:
         rows = [split_cells(line, separator) for line in sample]
         for decimal in [form.decimal] if form.decimal else (".", ","):
-            if separator == decimal:
+            if separator == decimal and not quoted:
                 continue
             width = modal_width(rows, decimal)
             if width < 2 and form.separator is None:

@@ -172,8 +172,6 @@ class MeasuredTable:
         """What to do about a cell of a column that is no number."""
         if re.fullmatch(r"\d+:[\d:.,]+", cell):
             return ": write a time as a number, in a unit such as s"
-        if self.decimal == "." and re.fullmatch(r"[+-]?\d+,\d+([eE][+-]?\d+)?", cell):
-            return ': the decimal mark is "."; for a comma state decimal = ",", with another separator, such as ";"'
         if re.fullmatch(r"[+-]?[\d.,'\s]+([eE][+-]?\d+)?", cell):
             return f': the decimal mark is "{self.decimal}", and thousands are not separated'
         if cell and _plain(cell) in (_plain(self.headers[index].spelled), _plain(self.names[index])):

@@ -58,6 +58,14 @@ def test_what_laboratories_write_is_read(separator: str, newline: str, encoding:
     assert numbers(read_measured(text.encode(encoding), "dma.csv")) == as_si()
 
 
+def test_quoted_cells_may_hold_the_separator() -> None:
+    table = read('"time [s]","E, storage [MPa]"\n1,2\n')
+    assert table.names == ("time", "E, storage")
+    assert numbers(read('time [s],E [MPa]\n"0,1","2,5"\n1,2\n"10,5","1,25"\n')) == as_si()
+    with pytest.raises(InputError, match='"1,000" is not a finite number'):  # most likely a thousand
+        numbers(read('time [s],E [MPa]\n1,"1,000"\n2,"1,100"\n'))
+
+
 @pytest.mark.parametrize("name", ["strain", "strain (nominal)", "L / L0", "eps [nominal]", "dL / L (t)", "strain [%]"])
 def test_what_is_no_unit_above_a_row_of_units_is_a_part_of_the_name(name: str) -> None:
     table = read(f"t,{name}\ns,%\n0,1\n2,4\n")
