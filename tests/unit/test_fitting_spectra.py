@@ -161,17 +161,6 @@ def test_the_standard_linear_solid() -> None:
     assert creep.fluidity == 0
 
 
-def test_one_maxwell_element_only_flows() -> None:
-    creep = retardation_from_relaxation(Spectrum(np.array([3.0]), np.array([6e4])))
-    assert creep.retardation_time.size == 0
-    assert creep.fluidity == pytest.approx(1 / 18e4, rel=1e-14)
-    np.testing.assert_allclose(creep.creep_compliance([0.0, 3.0]), [1 / 6e4, 2 / 6e4], rtol=1e-14)
-    back, equilibrium = relaxation_from_retardation(creep)
-    assert equilibrium == 0
-    assert back.relaxation_time[0] == pytest.approx(3.0, rel=1e-14)
-    assert back.shear_modulus[0] == pytest.approx(6e4, rel=1e-14)
-
-
 def test_a_maxwell_and_a_kelvin_element_in_series_relax_by_the_roots_of_a_quadratic() -> None:
     glassy, compliance, own, viscosity = 1e-6, 4e-6, 2.0, 5e6
     spectrum, equilibrium = relaxation_from_retardation(

@@ -339,3 +339,8 @@ def test_modulus_is_the_sum_of_exponentials_for_times_of_any_shape() -> None:
 def test_impossible_series_are_refused(times: list[float], moduli: list[float], found: str) -> None:
     with pytest.raises(InputError, match=found):
         Spectrum(np.array(times), np.array(moduli))
+
+
+def test_relative_permittivity_is_times_that_of_vacuum() -> None:
+    text = VHB.replace('permittivity = "3.98e-11 F/m"', "relative_permittivity = 4.5")
+    assert parse_material(text.encode(), "vhb.toml").permittivity == pytest.approx(3.984e-11, rel=1e-3)

@@ -9,10 +9,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 from hypothesis import given, strategies as st
+from scipy.stats import norm
 
 from dielast.base.errors import DielastWarning, InputError
 from dielast.material.measurement import CreepCurve, FrequencySweep, Measurement, RelaxationCurve
 from dielast.material.shift import WLF
+from dielast.numerics.robust import robust_deviation, robust_variance
 from dielast.readings.kramers_kronig import viscosity_factor, warn_if_inconsistent
 from dielast.relaxation.superposition.mastercurve import build_master_curve
 from dielast.relaxation.superposition.result import MasterCurve
@@ -201,3 +203,10 @@ def test_measured_polystyrene(shared_data: Callable[[str], Path]) -> None:
         warn_if_inconsistent(
             [FrequencySweep(s.temperature, s.angular_frequency, s.storage_modulus, 1e6 * s.loss_modulus) for s in sweeps]
         )
+
+
+def test_robust_scatter_is_that_of_normal_numbers_whatever_a_few_outliers() -> None:
+    quantiles = norm.ppf((np.arange(999) + 0.5) / 999)  # of a standard normal distribution, without chance
+    values = np.append(3.0 * quantiles, [1e6, -1e6])
+    assert robust_deviation(values) == pytest.approx(3.0, rel=5e-3)
+    assert robust_variance(values) == pytest.approx(9.0, rel=1e-2)

@@ -108,3 +108,10 @@ def test_a_long_hold_after_a_short_ramp_has_rows_in_every_decade() -> None:
     held = history.time[0][history.time[0] > 1.001e-8] - 1e-8
     assert held[0] < 1e-10
     assert np.diff(np.log10(held)).max() < 1.0
+
+
+def test_a_list_is_cases_and_a_tuple_is_axes() -> None:
+    cases = relax(VHB, [Step(stretch=[2.0, 3.0], duration=1.0)], output=Output(points_per_decade=2))
+    assert cases.stretch_1[:, -1] == pytest.approx([2.0, 3.0])
+    axes = relax(VHB, [Step(stretch=(2.0, 3.0), duration=1.0)], output=Output(points_per_decade=2))
+    assert (axes.stretch_1[0, -1], axes.stretch_2[0, -1]) == pytest.approx((2.0, 3.0))

@@ -9,7 +9,7 @@ import exports
 import numpy as np
 import pytest
 from hypothesis import given, strategies as st
-from readings import expect_sweeps, read
+from readings import read
 
 from dielast.base.errors import InputError
 from dielast.base.units import ANGULAR_FREQUENCY, STRESS
@@ -194,17 +194,6 @@ def test_pairs_of_columns_below_a_row_of_temperatures(tmp_path: Path, above: str
 )
 def test_one_time_for_all(tmp_path: Path, header: str, options: dict[str, Any]) -> None:
     expect(tmp_path, shared(header), (8, 8, 8), **options)
-
-
-def test_triples_are_sweeps(tmp_path: Path) -> None:
-    names = [
-        f"{name} ({T:g} °C) [{unit}]" for T in exports.TEMPERATURES for name, unit in (("w", "rad/s"), ("E'", "Pa"), ("E''", "Pa"))
-    ]
-    rows = np.concatenate([exports.sweep(T) for T in exports.TEMPERATURES], axis=1)
-    text = ",".join(names) + "\n" + "\n".join(",".join(map(repr, map(float, row))) for row in rows) + "\n"
-    (tmp_path / "wide.csv").write_text(text)
-    expect_sweeps(read(tmp_path, file="wide.csv", columns={"angular_frequency": "w", "storage": "E'", "loss": "E''"}).measurements)
-    expect_sweeps(read(tmp_path, file="wide.csv").measurements)  # their names tell
 
 
 def test_a_gap_within_a_pair_names_its_line(tmp_path: Path) -> None:
