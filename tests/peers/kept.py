@@ -43,7 +43,8 @@ def keep() -> None:
             file.seek(0)
             whole = json.loads(file.read() or "{}") | found
             file.truncate(0)
-            file.write(json.dumps(whole, indent=0, sort_keys=True) + "\n")
+            lines = (f'"{key}": {json.dumps(value)}' for key, value in sorted(whole.items()))
+            file.write("{\n" + ",\n".join(lines) + "\n}\n")
             file.flush()
 
 
@@ -85,7 +86,8 @@ def _function(function: FunctionType, within: tuple[FunctionType, ...]) -> Any:
     own = [function.__qualname__, function.__defaults__, [cell.cell_contents for cell in function.__closure__ or ()]]
     if function.__module__.partition(".")[0] not in ("peers", "numpy", "scipy"):  # the text of peers is in every key
         names = sorted({name for each in _codes(code) for name in each.co_names if name in known})
-        constants = [repr([one for one in each.co_consts if not isinstance(one, CodeType)]) for each in _codes(code)]
+        # two functions of one line differ by their numbers
+        constants = [[one for one in each.co_consts if isinstance(one, float)] for each in _codes(code)]
         own += [inspect.getsource(function), constants, [known[name] for name in names]]
     return told(own, (*within, function))
 

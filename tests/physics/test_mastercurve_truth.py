@@ -331,6 +331,7 @@ def test_a_drift_stated_of_data_without_any_costs_precision_not_truth() -> None:
     assert abs(np.mean(found) - 13.7) < 3 * np.mean(stderr) / 4
 
 
+@pytest.mark.trust
 def test_errors_of_clean_data_are_neither_too_wide_nor_too_narrow() -> None:
     """Noise alone, five temperatures to fourteen: stated over actual error, which was 2.5 to 9 with few temperatures."""
     stated, actual = [], []

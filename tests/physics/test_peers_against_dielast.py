@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 from flat import actuate, creep, relax
 from peers.energies import gent, neo_hookean
-from peers.kept import Run, fold
+from peers.kept import Run, fold, told
 from peers.membrane import Film, Piece, constant, ramp
 
 from dielast import Gent, Material, Spectrum, Step, TimeScale, VoltageStep
@@ -179,3 +181,19 @@ def test_the_literal_criterion_at_its_fold(film: Film, material: Material, volta
     ).events[0][0]
     assert here.time == pytest.approx(there.time, rel=1e-6)
     assert here.stretch_1 == pytest.approx(float(np.exp(there.log_stretch[0])), rel=1e-6)
+
+
+def test_a_question_with_another_number_anywhere_is_another() -> None:
+    """Answers of peers are kept by their questions (peers/kept.py)."""
+
+    def asked(modulus: float, limit: float, load: float, rtol: float) -> Any:
+        film = Film(lambda l1, l2: gent(l1, l2, modulus, limit), neo_hookean, np.array([1e4]), np.array([modulus]))
+        return Run(film, [Piece(1.0, (("stress", ramp(0.0, load, 1.0)),) * 2)], rtol=rtol).question
+
+    numbers = (MU, 110.0, 1e4, 1e-6)
+    others = [(*numbers[:k], 1.001 * numbers[k], *numbers[k + 1 :]) for k in range(4)]
+    same, *different = (json.dumps(asked(*each)) for each in (numbers, *others))
+    assert same == json.dumps(asked(*numbers))
+    assert len({same, *different}) == 5
+    one, two = (lambda l1, l2: gent(l1, l2, MU, 110.0)), (lambda l1, l2: gent(l1, l2, MU, 55.0))
+    assert told(one) != told(two)

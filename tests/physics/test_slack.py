@@ -148,6 +148,10 @@ def test_every_cycle_has_its_slack_phase_and_cases_do_not_disturb_each_other() -
     assert cycles.work[0, 0] == pytest.approx(work, rel=1e-5)
     both = relax(SOLID, [Step(stretch=Waveform(1.0, np.array([2.0, 1.5]), 4.0, 3, "triangle"))])
     assert both.slack_events[0] == history.slack_events[0]
+
+
+@pytest.mark.trust  # test_long_histories.py has waveforms beside their points, taut
+def test_a_wave_goes_slack_where_its_points_do() -> None:
     other = relax(SOLID, [Step(stretch=Waveform(1.2, 2.0, 4.0, 2))], solver=Solver(rtol=1e-7))
     exact = relax(SOLID, [Step(stretch=Track(*sine()))], solver=Solver(rtol=1e-7)).slack_events[0]
     assert len(exact) == 2
