@@ -1,4 +1,4 @@
-"""What peers found, kept in tests/references/peers.json, since tests against a peer spent most of their time in the peer.
+"""Answers of peers, kept in tests/references/peers.json, since tests against a peer spent most of their time in the peer.
 
 `Run`, `DiscRun`, `fold` and `squeeze` stand for those of membrane.py and disc.py. Each result has a key of its question: the text
 of tests/peers, and films, loads, tolerances and times, where functions count by their text and by all values that they use. A
@@ -31,17 +31,17 @@ KEPT = FOLDER.parent / "references" / "peers.json"
 MODE = os.environ.get("DIELAST_PEERS")  # "compare" or "keep": the peers are asked in any case
 AGREES = 1e-9  # of the largest of an array: the same peer on another machine
 TYPES = {kind.__name__: kind for kind in (membrane.History, membrane.State, disc.Fields, disc.Moment)}
-found: dict[str, Any] = {}
+answers: dict[str, Any] = {}
 """What was computed in this process, by key; `keep` writes it."""
 
 
 def keep() -> None:
     """Add what was computed to the file, whatever other processes of the tests do."""
-    if found:
+    if answers:
         with KEPT.open("a+") as file:
             fcntl.flock(file, fcntl.LOCK_EX)
             file.seek(0)
-            whole = json.loads(file.read() or "{}") | found
+            whole = json.loads(file.read() or "{}") | answers
             file.truncate(0)
             lines = (f'"{key}": {json.dumps(value)}' for key, value in sorted(whole.items()))
             file.write("{\n" + ",\n".join(lines) + "\n}\n")
@@ -59,7 +59,7 @@ def _peers() -> str:
     return sha256(text).hexdigest()
 
 
-def told(value: Any, within: tuple[FunctionType, ...] = ()) -> Any:
+def in_json(value: Any, within: tuple[FunctionType, ...] = ()) -> Any:
     """A value in terms of JSON, the same for the same question: numbers have twelve digits, on which all machines agree."""
     if isinstance(value, bool | str | int | None):
         return value
@@ -68,17 +68,17 @@ def told(value: Any, within: tuple[FunctionType, ...] = ()) -> Any:
     if isinstance(value, csr_array):
         value = value.toarray()
     if isinstance(value, np.ndarray):
-        return [list(value.shape), [told(each) for each in value.ravel().tolist()]]
+        return [list(value.shape), [in_json(each) for each in value.ravel().tolist()]]
     if isinstance(value, list | tuple):
-        return [told(each, within) for each in value]
+        return [in_json(each, within) for each in value]
     if isinstance(value, dict):
-        return {str(key): told(each, within) for key, each in sorted(value.items())}
+        return {str(key): in_json(each, within) for key, each in sorted(value.items())}
     if isinstance(value, FunctionType):
         return value.__qualname__ if value in within else _function(value, within)
     if isinstance(value, ModuleType | type | BuiltinFunctionType | np.ufunc):
         return value.__name__
     assert is_dataclass(value), value
-    return [type(value).__name__, {field.name: told(getattr(value, field.name), within) for field in fields(value)}]
+    return [type(value).__name__, {field.name: in_json(getattr(value, field.name), within) for field in fields(value)}]
 
 
 def _function(function: FunctionType, within: tuple[FunctionType, ...]) -> Any:
@@ -89,7 +89,7 @@ def _function(function: FunctionType, within: tuple[FunctionType, ...]) -> Any:
         # two functions of one line differ by their numbers
         constants = [[one for one in each.co_consts if isinstance(one, float)] for each in _codes(code)]
         own += [inspect.getsource(function), constants, [known[name] for name in names]]
-    return told(own, (*within, function))
+    return in_json(own, (*within, function))
 
 
 def _codes(code: CodeType) -> list[CodeType]:
@@ -127,13 +127,13 @@ def _assert_same(one: Any, other: Any) -> None:
 
 def answer(question: Any, compute: Callable[[], Any]) -> Any:
     """What is kept of a question, or else what is computed."""
-    key = sha256(json.dumps([_peers(), told(question)]).encode()).hexdigest()[:20]
+    key = sha256(json.dumps([_peers(), in_json(question)]).encode()).hexdigest()[:20]
     kept = _kept().get(key)
     if kept is None or MODE:
         computed = compute()
         if kept is not None and MODE == "compare":
             _assert_same(computed, _unpacked(kept))
-        found[key] = _packed(computed)
+        answers[key] = _packed(computed)
         return computed
     return _unpacked(kept)
 
@@ -145,7 +145,7 @@ class _Asked:
 
     def __init__(self, *given: Any, **more: Any) -> None:
         self.given, self.more = given, more
-        self.question = told([self.solve.__name__, given, more])
+        self.question = in_json([self.solve.__name__, given, more])
 
     @cached_property
     def run(self) -> Any:

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from flat import actuate, creep, relax
 from peers.energies import gent, neo_hookean
-from peers.kept import Run, fold, told
+from peers.kept import Run, fold, in_json
 from peers.membrane import Film, Piece, constant, ramp
 
 from dielast import Gent, Material, Spectrum, Step, TimeScale, VoltageStep
@@ -196,4 +196,4 @@ def test_a_question_with_another_number_anywhere_is_another() -> None:
     assert same == json.dumps(asked(*numbers))
     assert len({same, *different}) == 5
     one, two = (lambda l1, l2: gent(l1, l2, MU, 110.0)), (lambda l1, l2: gent(l1, l2, MU, 55.0))
-    assert told(one) != told(two)
+    assert in_json(one) != in_json(two)
