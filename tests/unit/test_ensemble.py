@@ -369,6 +369,11 @@ def test_scatter_that_makes_no_sense_is_refused(make: Callable[[], object]) -> N
         make()
 
 
+def test_nothing_to_draw_is_refused() -> None:
+    with pytest.raises(InputError, match="at least one"):
+        draw_sample((), 10)
+
+
 def test_a_scaled_breakdown_field_keeps_its_prestretches() -> None:
     assert Breakdown((1.7, 1.9), (40e6, 48e6)).scaled(0.5) == Breakdown((1.7, 1.9), (20e6, 24e6))
 
