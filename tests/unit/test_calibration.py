@@ -33,7 +33,7 @@ from dielast import (
 )
 from dielast.base.errors import DielastWarning, InputError, NumericsError
 from dielast.calibration.comparison import Comparison, hull, stable_stress
-from dielast.calibration.fit import fit_material
+from dielast.calibration.fit import Fit, fit_material
 from dielast.calibration.laboratory import Laboratory
 from dielast.calibration.laws import cross_validation, stabilities
 from dielast.calibration.levenberg import minimise
@@ -222,8 +222,13 @@ def scattered(count: int, every: int = 1) -> list[MeasuredTest]:
 
 
 @pytest.mark.trust
-def test_intervals_hold_whatever_the_correlation_of_the_error_may_be() -> None:
+def test_intervals_hold_whatever_the_correlation_of_the_error_may_be(monkeypatch: pytest.MonkeyPatch) -> None:
     material = replace(START, spectrum=TRUTH.spectrum)
+
+    def under(fit: Fit, members: tuple[Scatter, ...], probability: list[float]) -> Likelihood:
+        with monkeypatch.context() as only:
+            only.setattr("dielast.calibration.likelihood.likely", lambda *_: Scatters(members, np.array(probability)))
+            return likelihood_of(fit)
 
     def half_widths(likelihood: Likelihood, level: float) -> np.ndarray:
         return likelihood.standard_error * np.sqrt(likelihood.thresholds(level))
@@ -231,8 +236,8 @@ def test_intervals_hold_whatever_the_correlation_of_the_error_may_be() -> None:
     few = fit_material(material, scattered(2, 3), MODULI, starts=1, specimen_scatter=0.02)
     # of a mixture the covariance is the mean of the members', and so is the probability of lying beyond an interval
     members = replace(few.scatter, length=0.1), replace(few.scatter, length=1.0, model_error=0.05)
-    alone = [likelihood_of(few, Scatters((each,), np.ones(1))) for each in members]
-    both = likelihood_of(few, Scatters(members, np.array([0.7, 0.3])))
+    alone = [under(few, (each,), [1.0]) for each in members]
+    both = under(few, members, [0.7, 0.3])
     assert np.allclose(both.covariance, 0.7 * alone[0].covariance + 0.3 * alone[1].covariance, rtol=1e-6)
     freedom = np.concatenate([each.freedom for each in alone])
     widths = half_widths(both, 0.9) / np.stack([each.standard_error for each in alone])
@@ -240,7 +245,7 @@ def test_intervals_hold_whatever_the_correlation_of_the_error_may_be() -> None:
     # 16 points leave open whether the error is correlated over more than the likeliest length, 0.3; 576 points do not
     many = fit_material(material, scattered(24), MODULI, starts=1, specimen_scatter=0.02)
     for fit, known in ((few, False), (many, True)):
-        every, plugged = likelihood_of(fit), likelihood_of(fit, Scatters((fit.scatter,), np.ones(1)))
+        every, plugged = likelihood_of(fit), under(fit, (fit.scatter,), [1.0])
         assert float(np.sum(every.scatters.probability)) == pytest.approx(1.0)
         assert fit.scatter.length == 0.3
         wider = half_widths(every, 0.999) / half_widths(plugged, 0.999)
