@@ -15,7 +15,6 @@ from dielast.base.errors import InputError, shown
 ZERO_CELSIUS = 273.15  # K
 GAS_CONSTANT = 8.314462618  # J/(mol K), CODATA 2018
 GRAVITY = 9.80665  # m/s^2, standard acceleration
-DURATIONS = ((86400.0, "d"), (3600.0, "h"), (60.0, "min"), (1.0, "s"), (1e-3, "ms"), (1e-6, "\N{MICRO SIGN}s"), (1e-9, "ns"))
 TIMES = (1e-15, 1e15)  # s: from less than a bond's vibration to 30 million years, where no test and no service begins or ends
 
 BASE = ("m", "s", "kg", "A", "K", "mol")
@@ -352,11 +351,3 @@ def _named_unit(text: str) -> Unit | None:
             assert base is not None
             return None if has_prefix and zero != -ZERO_CELSIUS else Unit(prefix_size * size * base.scale, base.powers, zero)
     return None
-
-
-def lasting(seconds: float, digits: int = 9) -> str:
-    """A time as text, in the largest unit of which it is at least one."""
-    for unit, name in DURATIONS:
-        if seconds >= unit * (1 - 1e-9):
-            return f"{seconds / unit:.{digits}g} {name}"
-    return f"{seconds:.{digits}g} s"

@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import FixedLocator, LogLocator, MaxNLocator, NullFormatter
 from numpy.typing import NDArray
 
-from dielast.base import units
+from dielast.simulate import quantities
 from dielast.simulate.quantities import quantity_of
 
 RAISED = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
@@ -79,7 +79,7 @@ def prestretched(pair: Iterable[float]) -> str:
 
 def lasting(seconds: float, digits: int = 3) -> str:
     """A time in the largest unit of which it is at least one, for a label; more than a thousand days in years."""
-    return typeset(units.lasting(seconds, digits)) if seconds < LONG else f"{number(seconds / YEAR, digits)} years"
+    return typeset(quantities.lasting(seconds, digits)) if seconds < LONG else f"{number(seconds / YEAR, digits)} years"
 
 
 def unit_for(unit: str, largest: float) -> tuple[str, float]:

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
 ON_REQUEST = "output.electrical = true"
 SOURCE, LEAKAGE = "[source]", "[leakage]"
+DURATIONS = ((86400.0, "d"), (3600.0, "h"), (60.0, "min"), (1.0, "s"), (1e-3, "ms"), (1e-6, "\N{MICRO SIGN}s"), (1e-9, "ns"))
 ELECTRODE = "the size of the electrode: state film.electrode_diameter"
 
 
@@ -239,3 +240,11 @@ def values_of(quantities: list[Quantity], solved: SolvedTests | SolvedFilms) -> 
 def quantity_of(header: str) -> Quantity | None:
     """The quantity of a column of any result over time, None for another header."""
     return next((quantity for quantity in (*FILMS, *TESTS) if quantity.header == header), None)
+
+
+def lasting(seconds: float, digits: int = 9) -> str:
+    """A time as text, in the largest unit of which it is at least one: as columns and figures name a time after the load."""
+    for unit, name in DURATIONS:
+        if seconds >= unit * (1 - 1e-9):
+            return f"{seconds / unit:.{digits}g} {name}"
+    return f"{seconds:.{digits}g} s"
