@@ -9,7 +9,6 @@ from matplotlib.ticker import FixedLocator, LogLocator, MaxNLocator, NullFormatt
 from numpy.typing import NDArray
 
 from dielast.simulate import quantities
-from dielast.simulate.quantities import quantity_of
 
 RAISED = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
 YEAR, LONG = 365.25 * 86400.0, 1000 * 86400.0  # s
@@ -93,7 +92,7 @@ def unit_for(unit: str, largest: float) -> tuple[str, float]:
 def axis_of(header: str, values: Iterable[NDArray[np.float64]] = ()) -> tuple[str, float]:
     """The label of an axis that shows these `values` of a column, and the factor from SI into the unit shown."""
     name, _, rest = header.partition(" [")
-    unit, quantity = rest.rstrip("]"), quantity_of(header)
+    unit, quantity = rest.rstrip("]"), quantities.quantity_of(header)
     called = name.replace("_", " ") if quantity is None or not quantity.label else quantity.label
     if name.endswith("modulus") and unit == "Pa":
         return f"{called} [{MODULUS}]", 1e-6

@@ -26,7 +26,7 @@ from dielast.simulate.film_setup import Film
 from dielast.simulate.history import REASONS
 from dielast.simulate.map_plan import MapPlan, SolvedCells, column_of, solve_cells
 from dielast.simulate.options import Failure, Options, Solver
-from dielast.simulate.quantities import CELLS
+from dielast.simulate.quantities import CELLS, lasting
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
