@@ -33,7 +33,7 @@ from dielast.recipe.cases import check_load
 from dielast.recipe.paths import read_path, read_setting
 from dielast.recipe.validate import _PLAIN, _models
 from dielast.report.summary import print_summary
-from dielast.simulate.quantities import ELECTRICAL, FILMS
+from dielast.simulate.quantities import FILMS, ON_REQUEST
 
 HEAD = 'kind = "relax"\nmaterial = "example:vhb4905.toml"\n'
 STEP = '[[step]]\nstretch = 2.0\nrate = "12.5 %/s"\n'
@@ -92,7 +92,7 @@ def test_the_columns_of_the_recipes_are_those_of_the_results(kind: str, tmp_path
     told = mistakes(tmp_path, HEAD.replace("relax", kind) + rest + '[[step]]\nhold = "1 s"\n[plot]\ny = "foo"\n')
     known = set(told[0].split("there are ")[1].split(", "))
     assert headers
-    on_request = {quantity.header for quantity in FILMS if ELECTRICAL in quantity.needs or not quantity.written}
+    on_request = {quantity.header for quantity in FILMS if ON_REQUEST in quantity.needs or not quantity.written}
     on_request |= {"damage [1]"}
     assert known - headers == (on_request if kind == "actuate" else set())
     assert headers <= known

@@ -43,6 +43,8 @@ def results() -> dict[str, Any]:
     calibration = dielast.calibrate(
         [test], film_of_few, {"nonequilibrium.scale": dielast.Free()}, starts=1, intervals=dielast.Intervals(draws=0)
     )
+    y, x = np.mgrid[:80, :90]
+    photographs = [np.where(np.hypot((x - 45) / (1 + 0.1 * k), y - 40) < 25, 0.1, 0.8) for k in range(3)]
     return {
         "curve": curves[0],
         "test": test,
@@ -69,6 +71,7 @@ def results() -> dict[str, Any]:
         "lines": dielast.fit_lifetime(chart),
         "line": dielast.fit_lifetime(chart)[0],
         "breakdown": dielast.Breakdown(tuple(np.linspace(1, 3, 30)), (4e7,) * 30),
+        "stretches": dielast.measure_electrode(photographs, [0.0, 8.0, 16.0]),
         "step": Step(stretch=np.linspace(1, 2, 50), rate=0.1),
     }
 
