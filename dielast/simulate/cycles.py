@@ -253,9 +253,9 @@ class CycleMeter:
         share = np.repeat(PLACES, count)
         wide, driving = steps.take(many), load.take(many)
         local = wide.time + share * wide.step
-        films, state = replace(system, load=driving), wide.state(share)
+        films, state, points = replace(system, load=driving), wide.state(share), self.points.take(wide.cases)
         if isinstance(films, LoadedPoints):
-            films = replace(films, points=self.points.take(wide.cases), slack=None if films.slack is None else slack[many])
+            films = replace(films, points=points, slack=None if films.slack is None else slack[many])
         value, slope = films.driven(local, state), driving.slope(local)
         log_squared, nominal = films.membrane(state, value)
         measured = self._measured(log_squared, nominal, wide.cases).reshape(places, count)
@@ -267,8 +267,8 @@ class CycleMeter:
         sums = self._sums
         sent: Floats | None = None
         if self.leakage is None:
-            field, charge = films.points.nominal(log_squared, value[2])
-            if films.points.electric == FIELD:  # by parts, as the rate of the charge has no closed form
+            field, charge = points.nominal(log_squared, value[2])
+            if points.electric == FIELD:  # by parts, as the rate of the charge has no closed form
                 power, boundary_term = -charge * slope[2], charge * field
             else:
                 power, boundary_term = field * slope[2], np.zeros_like(local)
