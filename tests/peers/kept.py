@@ -155,9 +155,10 @@ class _Asked:
     def final(self) -> Any:
         return answer([self.question, "final"], lambda: self.run.final)
 
-    def __getattr__(self, name: str) -> Callable[..., Any]:
-        """A method of the run with its answers kept: `at`, `determinant`, `events`, `eigenvalue`, `signal`."""
-        assert callable(getattr(self.solve, name)), name
+    def __getattr__(self, name: str) -> Any:
+        """A method of the run with its answers kept, such as `at`; what is no method is that of the run."""
+        if not callable(getattr(self.solve, name, None)):
+            return getattr(self.run, name)
         return lambda *given: answer([self.question, name, given], lambda: getattr(self.run, name)(*given))
 
 
