@@ -93,8 +93,9 @@ def test_the_damage_is_the_integral_of_the_history(exponent: float, boundary: An
     assert end > 3.0  # the waveform is on
     kinks = [0.0, UP, UP + 2.0, UP + 2.3, *np.arange(UP + 2.8, end, 0.5).tolist(), end]
     nodes, weights = np.polynomial.legendre.leggauss(12)
-    # panels that grow after each kink
-    edges = [a + (b - a) * np.concatenate(([0.0], np.geomspace(1e-5, 1.0, 9))) for a, b in pairwise(kinks)]
+    # panels that grow away from each kink, as the rate rises and falls steeply on both sides of the peaks of a wave
+    half = np.concatenate(([0.0], np.geomspace(1e-5, 0.5, 9)))
+    edges = [a + (b - a) * np.concatenate((half, 1 - half[-2::-1])) for a, b in pairwise(kinks)]
     panels = [(low, high) for edge in edges for low, high in pairwise(edge)]
     times = np.concatenate([0.5 * (high + low) + 0.5 * (high - low) * nodes for low, high in panels])
     weight = np.concatenate([0.5 * (high - low) * weights for low, high in panels])

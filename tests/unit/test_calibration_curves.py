@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -28,7 +28,6 @@ FAST = Material("fast", 30e3, Spectrum([50.0, 1.0, 0.05], [20e3, 60e3, 300e3]), 
 STIFF = Material(
     "stiff", 25e3, Spectrum([20.0, 0.3, 0.02], [20e3, 1e5, 1e6]), NoShift(20.0), Yeoh(12.5e3, -100.0, 3.0), NeoHookean()
 )
-VHB = Path(__file__).parents[3] / "shared/data/vhb4905/4-loading.csv"
 
 
 def each_in_turn(materials: Sequence[Material], levels: Sequence[object], varied: Sequence[object]) -> pytest.MarkDecorator:
@@ -93,10 +92,8 @@ def test_an_overshoot_of_half_a_second_is_left_out() -> None:
     assert not found[(time < 3.95) | (time > 4.75)].any()
 
 
-def test_measured_loops_of_vhb_4905_ring_nowhere() -> None:
-    if not VHB.exists():
-        pytest.skip("measured data are not at hand")
-    table = pd.read_csv(VHB, sep=";", decimal=",", encoding="latin-1")
+def test_measured_loops_of_vhb_4905_ring_nowhere(shared_data: Callable[[str], Path]) -> None:
+    table = pd.read_csv(shared_data("vhb4905/4-loading.csv"), sep=";", decimal=",", encoding="latin-1")
     for _, rows in list(table.groupby("id"))[::3]:
         stretch = rows.stretch.to_numpy()
         time = np.cumsum(np.abs(np.diff(stretch, prepend=1.0))) / float(rows.vel.iloc[0])

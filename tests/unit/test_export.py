@@ -250,7 +250,6 @@ def test_mistakes_in_keys_that_contradict_each_other_come_at_once() -> None:
     assert [line.split(": ")[1] for line in caught.value.messages] == ["bulk_modulus", "formats must differ"]
 
 
-SHARED = Path(__file__).parents[3] / "shared/data/ansys_prony/prony_terms.MPL"
 SOLID = Material("solid", 2e4, Spectrum(np.array([100.0, 1.0, 1e-3]), np.array([1e3, 5e4, 2e6])), NoShift(20.0))
 SPRINGS = [Gent(), Yeoh(1e4, -50.0, 2.0), MooneyRivlin(7e3, 3e3), Ogden((1.8e4, -2e3), (1.6, -2.5))]
 
@@ -279,9 +278,8 @@ def test_a_card_of_dielast_is_read_back(form: str, options: dict[str, str], law:
         np.testing.assert_allclose(*(np.asarray(shape) / np.asarray(shape)[0] for shape in shapes), rtol=1e-6)
 
 
-@pytest.mark.skipif(not SHARED.exists(), reason="measured data are not here")
-def test_a_measured_series_of_ansys_takes_its_modulus_from_the_recipe() -> None:
-    card = read_prony(SHARED.read_bytes(), "prony_terms.MPL", "mm-t-s")
+def test_a_measured_series_of_ansys_takes_its_modulus_from_the_recipe(shared_data: Callable[[str], Path]) -> None:
+    card = read_prony(shared_data("ansys_prony/prony_terms.MPL").read_bytes(), "prony_terms.MPL", "mm-t-s")
     assert len(card.g) == 31
     assert (card.g[0], card.tau[0], card.tau[-1]) == (5.456514e-02, 0.01, 1e28)
     material = card.material(instantaneous=1739.03e6 / 3)
